@@ -1,0 +1,1 @@
+//! Competing models of each component as effects on feedback and reflection coefficients.

@@ -1,0 +1,2 @@
+//! The program `rijke`.
+fn main() {}

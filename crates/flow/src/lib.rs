@@ -1,0 +1,1 @@
+//! The slow one-dimensional conjugate heat-transfer flow of a heated vertical tube.

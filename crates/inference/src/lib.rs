@@ -1,0 +1,1 @@
+//! Parameters, priors, MAP, Laplace, evidence, ranking, ensemble Kalman filter.

@@ -1,0 +1,1 @@
+//! The virtual laboratory: finer physics than any candidate, written as raw records.

@@ -1,0 +1,1 @@
+//! Chosen candidates, flow and network as one trainable, savable, predicting model.

@@ -1,0 +1,1 @@
+//! Acoustic networks: eigenvalues, modes, first and second derivatives.

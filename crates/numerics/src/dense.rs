@@ -1,0 +1,328 @@
+//! Small dense algebra. The only file of the workspace that names the linear-algebra library.
+
+use crate::C64;
+use faer::linalg::solvers::{DenseSolveCore, Solve};
+use faer::{Mat, Side};
+use std::ops::{Index, IndexMut};
+
+/// A real matrix, row-major, indexed `m[(row, column)]`.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Matrix {
+    rows: usize,
+    columns: usize,
+    data: Vec<f64>,
+}
+
+/// Why a solve has no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DenseError {
+    /// A Cholesky factor does not exist: the matrix is not positive definite, or holds a NaN.
+    #[error("the {size} x {size} matrix is not positive definite: pivot {pivot} is not positive")]
+    NotPositiveDefinite {
+        /// Number of rows.
+        size: usize,
+        /// Index of the first pivot that is not positive.
+        pivot: usize,
+    },
+    /// The matrix is singular to working precision, or holds a NaN.
+    #[error("the {size} x {size} matrix is singular to working precision")]
+    Singular {
+        /// Number of rows.
+        size: usize,
+    },
+    /// An eigenvalue iteration did not converge.
+    #[error("the eigenvalue iteration of a {size} x {size} matrix did not converge")]
+    NoEigenvalues {
+        /// Number of rows.
+        size: usize,
+    },
+}
+
+impl Matrix {
+    /// All zeros.
+    #[must_use]
+    pub fn zeros(rows: usize, columns: usize) -> Self {
+        Self { rows, columns, data: vec![0.0; rows * columns] }
+    }
+
+    /// Ones on the diagonal.
+    #[must_use]
+    pub fn identity(size: usize) -> Self {
+        Self::from_fn(size, size, |i, j| f64::from(u8::from(i == j)))
+    }
+
+    /// The given values on the diagonal.
+    #[must_use]
+    pub fn diagonal(values: &[f64]) -> Self {
+        let mut m = Self::zeros(values.len(), values.len());
+        for (i, &v) in values.iter().enumerate() {
+            m[(i, i)] = v;
+        }
+        m
+    }
+
+    /// Element by element.
+    #[must_use]
+    pub fn from_fn(rows: usize, columns: usize, f: impl Fn(usize, usize) -> f64) -> Self {
+        let mut data = Vec::with_capacity(rows * columns);
+        for i in 0..rows {
+            data.extend((0..columns).map(|j| f(i, j)));
+        }
+        Self { rows, columns, data }
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// The elements, row by row.
+    #[must_use]
+    pub fn as_slice(&self) -> &[f64] {
+        &self.data
+    }
+
+    /// The elements, row by row.
+    pub fn as_mut_slice(&mut self) -> &mut [f64] {
+        &mut self.data
+    }
+
+    /// Row `i`.
+    #[must_use]
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.data[i * self.columns..(i + 1) * self.columns]
+    }
+
+    /// The transpose.
+    #[must_use]
+    pub fn transpose(&self) -> Self {
+        Self::from_fn(self.columns, self.rows, |i, j| self[(j, i)])
+    }
+
+    /// self * other; the inner sizes must agree.
+    #[must_use]
+    pub fn product(&self, other: &Self) -> Self {
+        let mut out = Self::zeros(self.rows, other.columns);
+        for i in 0..self.rows {
+            for (k, &a) in self.row(i).iter().enumerate() {
+                let target = &mut out.data[i * other.columns..(i + 1) * other.columns];
+                for (o, b) in target.iter_mut().zip(other.row(k)) {
+                    *o += a * b;
+                }
+            }
+        }
+        out
+    }
+
+    /// self * vector.
+    #[must_use]
+    pub fn times(&self, vector: &[f64]) -> Vec<f64> {
+        (0..self.rows).map(|i| dot(self.row(i), vector)).collect()
+    }
+
+    /// vector' * self * vector.
+    #[must_use]
+    pub fn quadratic(&self, vector: &[f64]) -> f64 {
+        dot(&self.times(vector), vector)
+    }
+
+    /// self + factor * other.
+    #[must_use]
+    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        let data = self.data.iter().zip(&other.data).map(|(a, b)| a + factor * b).collect();
+        Self { data, ..*self }
+    }
+
+    /// The rows and columns named in `keep`, in that order.
+    #[must_use]
+    pub fn select(&self, keep: &[usize]) -> Self {
+        Self::from_fn(keep.len(), keep.len(), |i, j| self[(keep[i], keep[j])])
+    }
+
+    fn to_faer(&self) -> Mat<f64> {
+        Mat::from_fn(self.rows, self.columns, |i, j| self[(i, j)])
+    }
+}
+
+impl Index<(usize, usize)> for Matrix {
+    type Output = f64;
+    fn index(&self, (row, column): (usize, usize)) -> &f64 {
+        &self.data[row * self.columns + column]
+    }
+}
+
+impl IndexMut<(usize, usize)> for Matrix {
+    fn index_mut(&mut self, (row, column): (usize, usize)) -> &mut f64 {
+        &mut self.data[row * self.columns + column]
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// The factor L of a symmetric positive definite matrix, A = L L'.
+#[derive(Clone, Debug)]
+pub struct Cholesky {
+    lower: Matrix,
+    factor: faer::linalg::solvers::Llt<f64>,
+}
+
+impl Cholesky {
+    /// Factorises `a`; only its lower triangle is read.
+    ///
+    /// # Errors
+    /// [`DenseError::NotPositiveDefinite`], also when `a` holds a NaN.
+    pub fn new(a: &Matrix) -> Result<Self, DenseError> {
+        let factor = a.to_faer().llt(Side::Lower).map_err(|error| {
+            let faer::linalg::solvers::LltError::NonPositivePivot { index } = error;
+            DenseError::NotPositiveDefinite { size: a.rows, pivot: index }
+        })?;
+        let l = factor.L();
+        let lower = Matrix::from_fn(a.rows, a.rows, |i, j| if j <= i { l[(i, j)] } else { 0.0 });
+        Ok(Self { lower, factor })
+    }
+
+    /// The lower factor L.
+    #[must_use]
+    pub fn lower(&self) -> &Matrix {
+        &self.lower
+    }
+
+    /// A^{-1} b.
+    #[must_use]
+    pub fn solve(&self, b: &[f64]) -> Vec<f64> {
+        let x = self.factor.solve(Mat::from_fn(b.len(), 1, |i, _| b[i]));
+        (0..b.len()).map(|i| x[(i, 0)]).collect()
+    }
+
+    /// A^{-1}.
+    #[must_use]
+    pub fn inverse(&self) -> Matrix {
+        let inverse = self.factor.inverse();
+        Matrix::from_fn(self.lower.rows, self.lower.rows, |i, j| inverse[(i, j)])
+    }
+
+    /// ln det A, from the diagonal of L so that it neither overflows nor underflows.
+    #[must_use]
+    pub fn ln_det(&self) -> f64 {
+        (0..self.lower.rows).map(|i| 2.0 * self.lower[(i, i)].ln()).sum()
+    }
+
+    /// L^{-1} b: the vector in units of its own standard deviations, if A is a covariance.
+    #[must_use]
+    pub fn whiten(&self, b: &[f64]) -> Vec<f64> {
+        let mut y: Vec<f64> = Vec::with_capacity(b.len());
+        for i in 0..b.len() {
+            let row = self.lower.row(i);
+            let known = dot(&row[..i], &y);
+            y.push((b[i] - known) / row[i]);
+        }
+        y
+    }
+}
+
+/// Solution of A x = b for a general square `a`, by LU with partial pivoting.
+///
+/// # Errors
+/// [`DenseError::Singular`] if the solution is not finite.
+pub fn lu_solve(a: &Matrix, b: &[f64]) -> Result<Vec<f64>, DenseError> {
+    let x = a.to_faer().partial_piv_lu().solve(Mat::from_fn(b.len(), 1, |i, _| b[i]));
+    let x: Vec<f64> = (0..b.len()).map(|i| x[(i, 0)]).collect();
+    if x.iter().all(|v| v.is_finite()) { Ok(x) } else { Err(DenseError::Singular { size: a.rows }) }
+}
+
+/// Solution of A x = b for a complex square matrix given row by row.
+///
+/// # Errors
+/// [`DenseError::Singular`] if the solution is not finite.
+pub fn complex_lu_solve(a: &[C64], b: &[C64]) -> Result<Vec<C64>, DenseError> {
+    let n = b.len();
+    let x = Mat::from_fn(n, n, |i, j| a[i * n + j]).partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| b[i]));
+    let x: Vec<C64> = (0..n).map(|i| x[(i, 0)]).collect();
+    if x.iter().all(|v| v.is_finite()) { Ok(x) } else { Err(DenseError::Singular { size: n }) }
+}
+
+/// Eigenvalues of a complex square matrix of `size` rows, given row by row; in no particular order.
+///
+/// # Errors
+/// [`DenseError::NoEigenvalues`] if the iteration fails, as it does for a NaN.
+pub fn complex_eigenvalues(a: &[C64], size: usize) -> Result<Vec<C64>, DenseError> {
+    let failed = DenseError::NoEigenvalues { size };
+    if a.iter().any(|z| !z.is_finite()) {
+        return Err(failed);
+    }
+    Mat::from_fn(size, size, |i, j| a[i * size + j]).eigenvalues().map_err(|_| failed)
+}
+
+/// Eigenvalues in ascending order and orthonormal eigenvectors (as columns) of a symmetric matrix.
+///
+/// # Errors
+/// [`DenseError::NoEigenvalues`] if the iteration fails, as it does for a NaN.
+pub fn symmetric_eigen(a: &Matrix) -> Result<(Vec<f64>, Matrix), DenseError> {
+    let failed = DenseError::NoEigenvalues { size: a.rows };
+    if a.data.iter().any(|x| !x.is_finite()) {
+        return Err(failed);
+    }
+    let eigen = a.to_faer().self_adjoint_eigen(Side::Lower).map_err(|_| failed)?;
+    let (values, vectors) = (eigen.S(), eigen.U());
+    let values = (0..a.rows).map(|i| values.column_vector()[i]).collect();
+    Ok((values, Matrix::from_fn(a.rows, a.rows, |i, j| vectors[(i, j)])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn spd() -> Matrix {
+        let b = Matrix::from_fn(4, 4, |i, j| ((3 * i + 5 * j) % 7) as f64 - 2.0);
+        b.product(&b.transpose()).plus(1.0, &Matrix::identity(4))
+    }
+
+    #[test]
+    fn exact_cholesky_rebuilds_solves_and_whitens() {
+        let a = spd();
+        let factor = Cholesky::new(&a).unwrap();
+        let rebuilt = factor.lower().product(&factor.lower().transpose());
+        let x = [0.3, -1.0, 2.0, 0.7];
+        let back = factor.solve(&a.times(&x));
+        let inverse = factor.inverse();
+        for i in 0..4 {
+            assert_relative_eq!(back[i], x[i], epsilon = 1e-12);
+            for j in 0..4 {
+                assert_relative_eq!(rebuilt[(i, j)], a[(i, j)], epsilon = 1e-12);
+            }
+        }
+        let white = factor.whiten(&x);
+        assert_relative_eq!(white.iter().map(|v| v * v).sum::<f64>(), inverse.quadratic(&x), epsilon = 1e-12);
+        let (values, _) = symmetric_eigen(&a).unwrap();
+        assert_relative_eq!(values.iter().map(|v| v.ln()).sum::<f64>(), factor.ln_det(), epsilon = 1e-12);
+    }
+
+    #[test]
+    fn exact_complex_eigenvalues_of_a_companion_matrix() {
+        // z^2 - (3 + i) z + (2 + 2i) has the roots 2 and 1 + i.
+        let a = [C64::new(3.0, 1.0), C64::new(-2.0, -2.0), C64::ONE, C64::ZERO];
+        let mut roots = complex_eigenvalues(&a, 2).unwrap();
+        roots.sort_by(|p, q| p.re.total_cmp(&q.re));
+        assert_relative_eq!((roots[0] - C64::new(1.0, 1.0)).norm(), 0.0, epsilon = 1e-13);
+        assert_relative_eq!((roots[1] - C64::new(2.0, 0.0)).norm(), 0.0, epsilon = 1e-13);
+    }
+
+    #[test]
+    fn exact_singular_and_indefinite_are_errors() {
+        let flat = Matrix::from_fn(2, 2, |_, _| 1.0);
+        assert!(matches!(lu_solve(&flat, &[1.0, 2.0]), Err(DenseError::Singular { size: 2 })));
+        let indefinite = Matrix::diagonal(&[1.0, -1.0]);
+        assert!(matches!(Cholesky::new(&indefinite), Err(DenseError::NotPositiveDefinite { pivot: 1, .. })));
+        assert!(symmetric_eigen(&Matrix::diagonal(&[1.0, f64::NAN])).is_err());
+    }
+}

@@ -1,0 +1,38 @@
+//! Numbers and small algebra that every other crate of the workspace stands on; knows no physics.
+//!
+//! * [`Jet`]: a complex number that carries its gradient and Hessian.
+//! * [`Matrix`], [`Cholesky`], [`lu_solve`] and friends: small dense algebra behind one file, so that the
+//!   linear-algebra library never appears in a public signature.
+//! * [`Streams`]: named random streams from one seed, the same for any number of threads.
+//! * [`check`]: Taylor slopes and orders of convergence, for tests.
+//!
+//! # Conventions
+//!
+//! Complex numbers are [`C64`]. Matrices are real, row-major, indexed `m[(row, column)]`.
+//! Nothing here prints, reads a clock, or keeps global state.
+//!
+//! # Example
+//!
+//! ```
+//! use rijke_numerics::{C64, JetSpace, Order};
+//! let space = JetSpace::new(2, Order::Second);
+//! let (a, b) = (space.seed(0, C64::new(2.0, 0.0)), space.seed(1, C64::new(3.0, 0.0)));
+//! let f = &(&a * &a) * &b; // a^2 b
+//! assert_eq!(f.value().re, 12.0);
+//! assert_eq!(f.gradient()[0].re, 12.0); // 2ab
+//! assert_eq!(f.hessian(0, 1).re, 4.0); // 2a
+//! ```
+
+pub mod check;
+mod dense;
+mod jet;
+mod streams;
+
+pub use dense::{
+    Cholesky, DenseError, Matrix, complex_eigenvalues, complex_lu_solve, lu_solve, symmetric_eigen,
+};
+pub use jet::{Jet, JetSpace, Order};
+pub use streams::{Stream, Streams};
+
+/// A complex number in double precision.
+pub type C64 = num_complex::Complex<f64>;

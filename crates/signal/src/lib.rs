@@ -1,0 +1,1 @@
+//! From raw microphone records to pings and clicks with uncertainties.

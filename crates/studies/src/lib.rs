@@ -1,0 +1,1 @@
+//! One module per scientific question; returns numbers, never draws.
