@@ -1,0 +1,21 @@
+//! `rijke completions`: completion of commands and options in a shell.
+
+use crate::{Program, failure::Failure, ui::Ui};
+use clap::CommandFactory;
+
+/// Print a script that makes a shell complete commands and options.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  rijke completions bash > ~/.local/share/bash-completion/completions/rijke"
+)]
+pub(crate) struct Args {
+    /// The shell.
+    shell: clap_complete::Shell,
+}
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Program::command(), "rijke", &mut script);
+    ui.say(String::from_utf8_lossy(&script).trim_end());
+    Ok(())
+}

@@ -1,0 +1,69 @@
+//! `cargo xtask tidy`: what the compiler does not check. Each rule is a function from text to complaints, so that its
+//! tests can show it failing.
+
+mod arrows;
+mod sources;
+mod texts;
+
+use crate::Outcome;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// One breach of a rule: where, what, and what to do.
+type Complaint = String;
+
+/// A file of the repository: its path from the root, with `/`, and its text.
+struct File {
+    path: String,
+    text: String,
+}
+
+/// Applies every rule; fails with all complaints.
+pub(crate) fn run(root: &Path) -> Outcome {
+    let files = read(root)?;
+    let mut complaints = arrows::check(&files);
+    complaints.extend(sources::check(&files));
+    complaints.extend(texts::check(&files));
+    complaints.sort();
+    if complaints.is_empty() {
+        println!("tidy: {} files in order", files.len());
+        return Ok(());
+    }
+    Err(format!("tidy has {} complaints\n  {}", complaints.len(), complaints.join("\n  ")))
+}
+
+/// The manifests, sources and pages of the repository, sorted by path.
+fn read(root: &Path) -> Result<Vec<File>, String> {
+    let mut folders = vec![root.to_owned()];
+    let mut paths: Vec<PathBuf> = Vec::new();
+    while let Some(folder) = folders.pop() {
+        let entries = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        for entry in entries {
+            let path = entry.map_err(|e| e.to_string())?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let left_out = name.starts_with('.') || ["target", "results", "virtual-rig"].contains(&&*name);
+            if left_out && folder == root {
+                continue;
+            }
+            match path.extension().and_then(|e| e.to_str()) {
+                _ if path.is_dir() => folders.push(path),
+                Some("rs" | "md" | "toml") => paths.push(path),
+                _ => {}
+            }
+        }
+    }
+    paths.sort();
+    let read = |path: PathBuf| {
+        let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let path = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+        Ok(File { path, text })
+    };
+    paths.into_iter().map(read).collect()
+}
+
+#[cfg(test)]
+fn file(path: &str, text: &str) -> File {
+    File { path: path.to_owned(), text: text.to_owned() }
+}

@@ -1,0 +1,114 @@
+//! Rules for sources: every file is part of a crate, short, finished, and its tests say the kind of evidence.
+
+use super::{Complaint, File};
+use std::collections::BTreeSet;
+
+/// Files are meant to be near 200 lines; at twice that a file has become two.
+const MAX_LINES: usize = 400;
+
+/// Kinds of evidence (docs/conventions.md).
+const PREFIXES: [&str; 6] = ["exact_", "order_", "oracle_", "paper_", "lab_", "regress_"];
+
+pub(super) fn check(files: &[File]) -> Vec<Complaint> {
+    let sources: Vec<_> = files.iter().filter(|f| f.path.ends_with(".rs")).collect();
+    let paths: BTreeSet<_> = sources.iter().map(|f| &*f.path).collect();
+    let mut complaints: Vec<_> = sources.iter().flat_map(|f| check_text(f)).collect();
+    complaints.extend(sources.iter().flat_map(|f| unused_files(f, &sources, &paths)));
+    complaints
+}
+
+fn check_text(File { path, text }: &File) -> Vec<Complaint> {
+    let mut complaints = Vec::new();
+    let lines = text.lines().count();
+    if lines > MAX_LINES {
+        complaints
+            .push(format!("{path}: {lines} lines, cut it where it changes subject (limit {MAX_LINES})"));
+    }
+    if !text.starts_with("//!") {
+        complaints.push(format!("{path}:1: open with a line `//! ...` that says what the file is for"));
+    }
+    let is_library = path.starts_with("crates/") && path.ends_with("/src/lib.rs");
+    if is_library && !text.lines().any(|l| l == "//! # Conventions") {
+        complaints.push(format!("{path}: the crate's docs lack a section `# Conventions`"));
+    }
+    let mut in_test = false;
+    for (number, line) in (1..).zip(text.lines().map(str::trim)) {
+        for mark in ["TODO", "FIXME", "XXX", "HACK"] {
+            if line.split_once("//").is_some_and(|(_, comment)| comment.trim_start().starts_with(mark)) {
+                complaints.push(format!("{path}:{number}: do it or say in words what is not done ({mark})"));
+            }
+        }
+        in_test |= line == "#[test]";
+        let name = line.strip_prefix("fn ").and_then(|l| l.split_once('(')).map(|(name, _)| name);
+        if let (true, Some(name)) = (in_test, name) {
+            in_test = false;
+            if !PREFIXES.iter().any(|p| name.starts_with(p)) {
+                let prefixes = PREFIXES.join(", ");
+                complaints.push(format!("{path}:{number}: test {name} must say its evidence ({prefixes})"));
+            }
+        }
+    }
+    complaints
+}
+
+/// A file under `src` that no `mod` line of its parent names is not compiled, however good it looks.
+fn unused_files(file: &File, sources: &[&File], paths: &BTreeSet<&str>) -> Option<Complaint> {
+    let (root, inside) = file.path.split_once("/src/")?;
+    let module = inside.strip_suffix(".rs")?;
+    let module = module.strip_suffix("/mod").unwrap_or(module);
+    if ["lib", "main"].contains(&module) || module.starts_with("bin/") {
+        return None;
+    }
+    let (folder, name) = module.rsplit_once('/').unwrap_or(("", module));
+    let parents = match folder {
+        "" => vec![format!("{root}/src/lib.rs"), format!("{root}/src/main.rs")],
+        folder => vec![format!("{root}/src/{folder}/mod.rs"), format!("{root}/src/{folder}.rs")],
+    };
+    let declares = |f: &&File| {
+        parents.contains(&f.path) && f.text.lines().any(|l| l.trim().ends_with(&format!("mod {name};")))
+    };
+    let declared = parents.iter().any(|p| paths.contains(&**p)) && sources.iter().any(declares);
+    (!declared)
+        .then(|| format!("{}: no `mod {name};` in {}, so nobody uses it", file.path, parents.join(" or ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::file, *};
+
+    fn complaints(text: &str) -> String {
+        check(&[file("crates/a/src/main.rs", text)]).join("\n")
+    }
+
+    #[test]
+    fn exact_a_good_file_passes() {
+        assert_eq!(
+            complaints("//! What.\nmod tests {\n    #[test]\n    fn exact_x() {}\n    fn helper() {}\n}\n"),
+            ""
+        );
+    }
+
+    #[test]
+    fn exact_each_rule_fails_once() {
+        assert!(complaints(&format!("//! A.\n{}", "\n".repeat(400))).contains("401 lines"));
+        assert!(complaints("fn main() {}").contains("open with a line"));
+        assert!(complaints("//! A.\n// TODO later").contains(":2: do it"));
+        assert!(complaints("//! A.\n#[test]\n#[ignore]\nfn works() {}").contains(":4: test works must say"));
+        let library = check(&[file("crates/a/src/lib.rs", "//! A.")]);
+        assert!(library[0].contains("# Conventions"), "{library:?}");
+    }
+
+    #[test]
+    fn exact_a_file_outside_the_module_tree_is_refused() {
+        let root = || file("crates/a/src/main.rs", "//! A.\nmod b;\npub mod c;");
+        let found = |path: &str, extra: Option<File>| {
+            let files = [root(), file(path, "//! B.")].into_iter().chain(extra);
+            check(&files.collect::<Vec<_>>())
+        };
+        assert!(found("crates/a/src/b.rs", None).is_empty());
+        assert!(found("crates/a/src/c/mod.rs", None).is_empty());
+        assert!(found("crates/a/src/d.rs", None)[0].contains("no `mod d;`"));
+        assert!(found("crates/a/src/b/e.rs", None)[0].contains("no `mod e;`"));
+        assert!(found("crates/a/src/b/e.rs", Some(file("crates/a/src/b.rs", "//! B.\nmod e;"))).is_empty());
+    }
+}

@@ -1,0 +1,57 @@
+//! Rules for pages: links between files of the repository lead somewhere.
+
+use super::{Complaint, File};
+use std::collections::BTreeSet;
+
+pub(super) fn check(files: &[File]) -> Vec<Complaint> {
+    // Only files that were read can be checked: pages, sources and manifests.
+    let known: BTreeSet<_> = files.iter().map(|f| f.path.clone()).collect();
+    let pages = files.iter().filter(|f| f.path.ends_with(".md"));
+    pages
+        .flat_map(|page| {
+            links(page)
+                .filter(|(_, target)| !known.contains(target))
+                .map(|(line, target)| format!("{}:{line}: the link to {target} leads nowhere", page.path))
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// The relative links of a page to pages, sources and manifests: line and target from the root.
+fn links(page: &File) -> impl Iterator<Item = (usize, String)> {
+    let folder = page.path.rsplit_once('/').map_or("", |(folder, _)| folder);
+    (1..).zip(page.text.lines()).flat_map(move |(number, line)| {
+        line.split("](").skip(1).filter_map(move |rest| {
+            let target = rest.split([')', '#', ' ']).next()?;
+            let checked =
+                [".md", ".rs", ".toml"].iter().any(|e| target.ends_with(e)) && !target.contains("://");
+            checked.then(|| (number, resolve(folder, target)))
+        })
+    })
+}
+
+/// Joins a folder and a relative path, both with `/`.
+fn resolve(folder: &str, target: &str) -> String {
+    let mut parts: Vec<_> = folder.split('/').filter(|p| !p.is_empty()).collect();
+    for part in target.split('/') {
+        match part {
+            "." => {}
+            ".." => drop(parts.pop()),
+            part => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::file, *};
+
+    #[test]
+    fn exact_links_are_followed() {
+        let page = |text| file("docs/a.md", text);
+        let check = |text| check(&[page(text), file("docs/b.md", ""), file("README.md", "")]);
+        assert!(check("[b](b.md) and [r](../README.md#what), [w](https://x.org/c.md)").is_empty());
+        assert_eq!(check("\n[c](sub/../c.md)"), ["docs/a.md:2: the link to docs/c.md leads nowhere"]);
+    }
+}
