@@ -1,0 +1,162 @@
+//! One sweep of the state (p, u) through the chain: the characteristic function F(s) and its derivative.
+
+use crate::chain::{AREA, Attachment, DENSITY, LENGTH, Network, SOUND_SPEED, THERMAL, VISCOUS};
+use crate::coefficients::{At, Coefficients, Laws};
+use crate::transfer::line;
+use rijke_numerics::C64;
+use std::ops::{Add, Mul, Sub};
+
+/// A value and its derivative with respect to s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Dual {
+    pub(crate) v: C64,
+    pub(crate) d: C64,
+}
+
+impl Dual {
+    pub(crate) fn constant(v: C64) -> Self {
+        Self { v, d: C64::ZERO }
+    }
+    fn real(v: f64) -> Self {
+        Self::constant(C64::new(v, 0.0))
+    }
+    fn recip(self) -> Self {
+        let r = self.v.inv();
+        Self { v: r, d: -self.d * r * r }
+    }
+}
+
+impl Add for Dual {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self { v: self.v + o.v, d: self.d + o.d }
+    }
+}
+
+impl Sub for Dual {
+    type Output = Self;
+    fn sub(self, o: Self) -> Self {
+        Self { v: self.v - o.v, d: self.d - o.d }
+    }
+}
+
+impl Mul for Dual {
+    type Output = Self;
+    fn mul(self, o: Self) -> Self {
+        Self { v: self.v * o.v, d: self.v * o.d + self.d * o.v }
+    }
+}
+
+/// Splits off the attachments of `key` from the front of a sorted list.
+pub(crate) fn take<'a>(rest: &mut &'a [Attachment], key: usize) -> &'a [Attachment] {
+    let count = rest.iter().take_while(|a| a.key == key).count();
+    let (here, later) = rest.split_at(count);
+    *rest = later;
+    here
+}
+
+fn sum(base: C64, here: &[Attachment], kind: usize, laws: &Laws) -> Dual {
+    let mut total = Dual::constant(base);
+    for a in here.iter().filter(|a| a.kind == kind) {
+        total.v += a.weight * laws.value(a.law);
+        total.d += a.weight * laws.slope(a.law);
+    }
+    total
+}
+
+impl Network {
+    /// Everything attached to one key, for the few places that look out of order.
+    pub(crate) fn attached(&self, key: usize) -> &[Attachment] {
+        let start = self.attachments.partition_point(|a| a.key < key);
+        let end = self.attachments.partition_point(|a| a.key <= key);
+        &self.attachments[start..end]
+    }
+
+    /// One of the four properties of segment `i`.
+    fn property(&self, i: usize, kind: usize, laws: &Laws) -> Dual {
+        sum(C64::new(self.constant_property(i, kind), 0.0), self.attached(2 + 2 * i), kind, laws)
+    }
+
+    pub(crate) fn constant_property(&self, i: usize, kind: usize) -> f64 {
+        let s = &self.segments[i];
+        match kind {
+            LENGTH => s.length,
+            AREA => s.area,
+            SOUND_SPEED => s.sound_speed,
+            _ => s.density,
+        }
+    }
+
+    /// P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep) of segment `i`.
+    fn line_coefficients(&self, i: usize, s: Dual, here: &[Attachment], laws: &Laws) -> [Dual; 2] {
+        let segment = &self.segments[i];
+        let [mu, ep] = self.losses[i];
+        let (mu, ep) = (sum(mu, here, VISCOUS, laws), sum(ep, here, THERMAL, laws));
+        if here.iter().all(|a| a.kind >= VISCOUS) {
+            let (l, inertia) = (segment.length, segment.density);
+            let compliance = 1.0 / (segment.density * segment.sound_speed * segment.sound_speed);
+            let p = Dual { v: (s.v * inertia + mu.v) * l, d: (mu.d + inertia) * l };
+            let q = Dual { v: (s.v * compliance + ep.v) * l, d: (ep.d + compliance) * l };
+            return [p, q];
+        }
+        let l = self.property(i, LENGTH, laws);
+        let (c, rho) = (self.property(i, SOUND_SPEED, laws), self.property(i, DENSITY, laws));
+        [l * (s * rho + mu), l * (s * (rho * c * c).recip() + ep)]
+    }
+
+    /// Whether the state jumps at place `j` by constants alone.
+    pub(crate) fn jumps(&self, j: usize) -> bool {
+        let n = self.segments.len();
+        self.feedback[j].iter().any(|k| *k != C64::ZERO)
+            || (j > 0 && j < n && self.segments[j - 1].area != self.segments[j].area)
+    }
+
+    /// F(s) and F'(s), where F = g - R_d f at the downstream end for a wave g = 1 at the upstream end.
+    ///
+    /// F is an entire function of s if all laws are; its zeros are the eigenvalues. Cost: one pass over the chain,
+    /// about fifty complex products per segment. Allocates nothing once `laws` has grown.
+    pub(crate) fn characteristic<K: Coefficients + ?Sized>(&self, k: &K, s: C64, laws: &mut Laws) -> Dual {
+        let at = At::search(s);
+        laws.reset(k.laws(), &at);
+        k.fill(&at, laws);
+        let laws = &*laws;
+        let n = self.segments.len();
+        let s = Dual { v: s, d: C64::ONE };
+        let one = Dual::real(1.0);
+        let area_laws = self.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
+
+        let mut rest = self.attachments.as_slice();
+        let reflection = sum(self.ends[0], take(&mut rest, 0), 0, laws);
+        let z = self.property(0, DENSITY, laws) * self.property(0, SOUND_SPEED, laws);
+        let (mut p, mut u) = (one + reflection, (reflection - one) * z.recip());
+        for j in 0..=n {
+            let here = take(&mut rest, 1 + 2 * j);
+            if !here.is_empty() || area_laws || self.jumps(j) {
+                let [mu, mp, eu, ep] = self.feedback[j];
+                let ratio = if area_laws && j > 0 && j < n {
+                    self.property(j - 1, AREA, laws) * self.property(j, AREA, laws).recip()
+                } else if j > 0 && j < n {
+                    Dual::real(self.segments[j - 1].area / self.segments[j].area)
+                } else {
+                    one
+                };
+                let (mu, mp) = (sum(mu, here, 0, laws), sum(mp, here, 1, laws));
+                let (eu, ep) = (sum(eu, here, 2, laws), sum(ep, here, 3, laws));
+                (p, u) = (p - mu * u - mp * p, ratio * u - eu * u - ep * p);
+            }
+            if j < n {
+                let here = take(&mut rest, 2 + 2 * j);
+                let [big_p, big_q] = self.line_coefficients(j, s, here, laws);
+                let q = big_p * big_q;
+                let line = line(q.v);
+                let c = Dual { v: line.c, d: 0.5 * line.s * q.d };
+                let shape = Dual { v: line.s, d: line.s1 * q.d };
+                (p, u) = (c * p - big_p * shape * u, c * u - big_q * shape * p);
+            }
+        }
+        let reflection = sum(self.ends[1], take(&mut rest, 2 + 2 * n), 0, laws);
+        let z = self.property(n - 1, DENSITY, laws) * self.property(n - 1, SOUND_SPEED, laws);
+        let f = (one - reflection) * p - (one + reflection) * z * u;
+        Dual { v: 0.5 * f.v, d: 0.5 * f.d }
+    }
+}
