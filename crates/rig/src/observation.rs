@@ -1,5 +1,6 @@
-//! What signal processing makes of one record.
+//! What signal processing makes of records.
 
+use crate::{DataKind, Day, OperatingPoint, Rig};
 use rijke_numerics::{C64, Matrix};
 
 /// One ring-down: complex frequency and mode shape, with their covariance.
@@ -22,6 +23,14 @@ impl Ping {
         let others = self.pressures.iter().enumerate().filter(|(m, _)| *m != self.reference);
         [self.s.re, self.s.im].into_iter().chain(others.flat_map(|(_, p)| [p.re, p.im])).collect()
     }
+
+    /// The ping whose [`Ping::vector`] is `vector`.
+    #[must_use]
+    pub fn from_vector(vector: &[f64], reference: usize, covariance: Matrix) -> Self {
+        let mut pressures: Vec<C64> = vector[2..].chunks_exact(2).map(|p| C64::new(p[0], p[1])).collect();
+        pressures.insert(reference.min(pressures.len()), C64::new(1.0, 0.0));
+        Self { s: C64::new(vector[0], vector[1]), pressures, reference, covariance }
+    }
 }
 
 /// One impulse: arrival time at each microphone, with covariance.
@@ -41,4 +50,40 @@ pub struct Rejection {
     pub record: String,
     /// Why, in words with numbers.
     pub reason: String,
+}
+
+/// What was observed over a campaign: the input of all inference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observations {
+    /// The rig.
+    pub rig: Rig,
+    /// Measured or virtual.
+    pub kind: DataKind,
+    /// Where the data come from.
+    pub source: String,
+    /// Operating point by operating point.
+    pub points: Vec<PointObservations>,
+    /// Records that were not used.
+    pub rejections: Vec<Rejection>,
+}
+
+/// What was observed at one operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointObservations {
+    /// The operating point.
+    pub point: OperatingPoint,
+    /// Day and ambient temperature.
+    pub ambient: Day,
+    /// Mean over the accepted pings, with the covariance of the mean.
+    pub ping: Option<Ping>,
+    /// Number of pings in the mean.
+    pub ping_count: u32,
+    /// Mean over the accepted clicks, with the covariance of the mean.
+    pub click: Option<Click>,
+    /// Number of clicks in the mean.
+    pub click_count: u32,
+    /// Every accepted ping with its repeat; may be empty when only means are kept.
+    pub pings: Vec<(u32, Ping)>,
+    /// Every accepted click with its repeat; may be empty.
+    pub clicks: Vec<(u32, Click)>,
 }

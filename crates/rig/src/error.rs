@@ -1,0 +1,243 @@
+//! What can be wrong with a file, said with the file, the place in it and the remedy.
+
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A file that cannot be read, understood, believed or written. None of these can be survived: the input has to
+/// be corrected. (A record that is merely poor is a [`crate::Rejection`], not an error.)
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RigError {
+    /// The file is absent or may not be read.
+    #[error("{}: cannot be read ({cause}); check the name and the permissions", path.display())]
+    Read {
+        /// Which file.
+        path: PathBuf,
+        /// The operating system's reason.
+        cause: std::io::Error,
+    },
+    /// A file could not be written.
+    #[error("{}: cannot be written ({cause}); check free space and permissions", path.display())]
+    Write {
+        /// Which file.
+        path: PathBuf,
+        /// The operating system's reason.
+        cause: std::io::Error,
+    },
+    /// The TOML or CSV does not parse, a key is unknown or missing, or a value has the wrong type.
+    #[error("{}:{line}:{column}: {message}", path.display())]
+    Syntax {
+        /// Which file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What the parser says, with the list of known keys where a key is unknown.
+        message: String,
+    },
+    /// The file parses and its values make no sense.
+    #[error("{}: {place}: {problem}", path.display())]
+    Invalid {
+        /// Which file.
+        path: PathBuf,
+        /// Key, channel or row.
+        place: String,
+        /// What is wrong and what to do about it.
+        problem: Problem,
+    },
+    /// An output folder that already holds something.
+    #[error("{}: exists already; choose another folder or remove this one", path.display())]
+    Exists {
+        /// Which folder.
+        path: PathBuf,
+    },
+    /// A folder without the file that makes it a record set.
+    #[error(
+        "{}: no such file, so {} is not a record set (or its writing was interrupted); a record set is written by \
+         `rijke lab` or by hand as described in docs/records-format.md",
+        path.display(),
+        path.parent().unwrap_or(Path::new(".")).display()
+    )]
+    NotARecordSet {
+        /// The manifest that is missing.
+        path: PathBuf,
+    },
+}
+
+/// What is wrong with a value, and the remedy.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// A number outside its range.
+    #[error("{value} {unit} is outside {low} to {high} {unit}; give SI units")]
+    OutOfRange {
+        /// The value found.
+        value: f64,
+        /// Lowest value allowed.
+        low: f64,
+        /// Highest value allowed.
+        high: f64,
+        /// Unit of all three.
+        unit: &'static str,
+    },
+    /// A microphone or thermocouple that is not in the tube.
+    #[error(
+        "x = {position} m is outside the tube (0 to {length} m); positions are metres from the bottom end"
+    )]
+    OutsideTube {
+        /// Where it would be, m.
+        position: f64,
+        /// Length of the tube, m.
+        length: f64,
+    },
+    /// Two things at one place, or out of order.
+    #[error("{second} m follows {first} m; list positions from the bottom of the tube upward, each once")]
+    NotAscending {
+        /// The earlier position, m.
+        first: f64,
+        /// The later one, m.
+        second: f64,
+    },
+    /// An index that points nowhere.
+    #[error("{index} does not exist: there are {count}, counted from 0")]
+    NoSuchIndex {
+        /// The index found.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A name that is used nowhere else, or not declared.
+    #[error("`{name}` is not known; known: {}", known.join(", "))]
+    UnknownName {
+        /// The name found.
+        name: String,
+        /// The names that exist.
+        known: Vec<String>,
+    },
+    /// The same name twice.
+    #[error("`{name}` appears twice; every name must be different")]
+    Duplicate {
+        /// The name.
+        name: String,
+    },
+    /// A list without entries.
+    #[error("is empty; give at least {need}")]
+    Empty {
+        /// What is needed.
+        need: &'static str,
+    },
+    /// The geometry contradicts itself.
+    #[error("{inner} m does not fit inside {outer} m; check both diameters")]
+    DoesNotFit {
+        /// The diameter that should be smaller, m.
+        inner: f64,
+        /// The diameter that should be larger, m.
+        outer: f64,
+    },
+    /// A channel map that is not one microphone per channel.
+    #[error(
+        "microphone {microphone} is recorded by {count} channels; `channels` lists, for every channel of a file, \
+         the microphone it records (or -1), each microphone once"
+    )]
+    ChannelMap {
+        /// The microphone, counted from 0.
+        microphone: usize,
+        /// How many channels claim it.
+        count: usize,
+    },
+    /// Fewer channels in a file than the manifest says.
+    #[error(
+        "{have} channels, the manifest's `channels` lists {need}; record all channels or correct the list"
+    )]
+    MissingChannel {
+        /// Channels in the file.
+        have: usize,
+        /// Channels in the manifest.
+        need: usize,
+    },
+    /// The file's sampling rate is not the declared one.
+    #[error(
+        "sampled at {have} Hz, expected {need} Hz; correct the rate in the manifest or the list of files"
+    )]
+    WrongRate {
+        /// In the file, Hz.
+        have: f64,
+        /// In the manifest, Hz.
+        need: f64,
+    },
+    /// The file ends before its header says.
+    #[error("ends after sample {have} of {need}; the file is truncated: copy or record it again")]
+    Truncated {
+        /// Samples per channel that can be read.
+        have: usize,
+        /// Samples per channel announced.
+        need: usize,
+    },
+    /// Too few samples to hold the quiet stretch and an event.
+    #[error(
+        "{have} samples, but the quiet stretch alone is {quiet}; correct the quiet length in the manifest"
+    )]
+    TooShort {
+        /// Samples per channel.
+        have: usize,
+        /// Declared length of the quiet stretch.
+        quiet: usize,
+    },
+    /// A sample that is not a number, or infinite.
+    #[error("sample {sample} is {value}; remove the file from the manifest or export it again")]
+    NotFinite {
+        /// Index of the sample, from 0.
+        sample: usize,
+        /// What it is.
+        value: f64,
+    },
+    /// A WAV file of a kind that is not supported.
+    #[error("not a WAV file that can be read ({reason}); use 16, 24 or 32 bit integer, or 32 bit float PCM")]
+    BadWav {
+        /// The decoder's reason.
+        reason: String,
+    },
+    /// A CSV cell that is not a number.
+    #[error("`{text}` is not {expected}")]
+    BadCell {
+        /// The text found.
+        text: String,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// A CSV header that is not the one expected.
+    #[error("column {column} is `{have}`, expected `{need}`; keep the header as `rijke process` writes it")]
+    BadHeader {
+        /// Column, from 1.
+        column: usize,
+        /// Text found.
+        have: String,
+        /// Text expected.
+        need: String,
+    },
+    /// A covariance that no noise can have.
+    #[error(
+        "the covariance is not positive definite; give variances above zero and correlations inside -1 to 1"
+    )]
+    NotPositiveDefinite,
+}
+
+impl RigError {
+    /// The value at `place` in `path` is wrong.
+    pub(crate) fn invalid(path: &Path, place: impl Into<String>, problem: Problem) -> Self {
+        Self::Invalid { path: path.to_owned(), place: place.into(), problem }
+    }
+
+    /// Turns an I/O failure on `path` into a read error.
+    pub(crate) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |cause| Self::Read { path, cause }
+    }
+
+    /// Turns an I/O failure on `path` into a write error.
+    pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |cause| Self::Write { path, cause }
+    }
+}

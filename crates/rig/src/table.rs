@@ -1,0 +1,324 @@
+//! Observations as CSV: plain numbers, one header line, units in the names of the columns.
+//!
+//! `points.csv` says what was measured; `pings.csv` and `clicks.csv` hold one row per operating point (the mean over
+//! repeats), `ping-repeats.csv` and `click-repeats.csv` one row per record. Covariances are written as the upper
+//! triangle, row by row: `cov_A_B` has the unit of A times the unit of B.
+
+use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
+use crate::{
+    Click, DataKind, Day, Observations, OperatingPoint, Ping, PointObservations, Problem, Rejection, Rig,
+    RigError,
+};
+use rijke_numerics::{Cholesky, Matrix};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// `observations.toml`.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Origin {
+    kind: DataKind,
+    source: String,
+}
+
+const POINTS: [&str; 12] = [
+    "point",
+    "row",
+    "position_m",
+    "heater",
+    "thermocouples",
+    "power_W",
+    "repeats",
+    "day",
+    "ambient_temperature_K",
+    "ambient_temperature_sd_K",
+    "ping_count",
+    "click_count",
+];
+
+impl Observations {
+    /// Writes the folder; the file that makes it a set of observations, `observations.toml`, comes last.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), RigError> {
+        make_folder(folder)?;
+        write_toml(&self.rig, "# SI units; x = 0 is the bottom of the tube.\n\n", &folder.join("rig.toml"))?;
+        let points = self.points.iter().map(point_cells).collect::<Vec<_>>();
+        write_csv(&folder.join("points.csv"), &POINTS.map(String::from), &points)?;
+        let (microphones, reference) = (self.rig.microphones.positions.len(), self.rig.microphones.reference);
+        let (pings, clicks) = (ping_columns(microphones, reference), click_columns(microphones));
+        let point = |p: &PointObservations| p.point.id.clone();
+        let means =
+            self.points.iter().filter_map(|p| Some(cells(point(p), None, &ping_values(p.ping.as_ref()?))));
+        write_csv(&folder.join("pings.csv"), &header(&pings, false), &means.collect::<Vec<_>>())?;
+        let all = self.points.iter().flat_map(|p| {
+            p.pings.iter().map(move |(repeat, ping)| cells(point(p), Some(*repeat), &ping_values(ping)))
+        });
+        write_csv(&folder.join("ping-repeats.csv"), &header(&pings, true), &all.collect::<Vec<_>>())?;
+        let means =
+            self.points.iter().filter_map(|p| Some(cells(point(p), None, &click_values(p.click.as_ref()?))));
+        write_csv(&folder.join("clicks.csv"), &header(&clicks, false), &means.collect::<Vec<_>>())?;
+        let all = self.points.iter().flat_map(|p| {
+            p.clicks.iter().map(move |(repeat, click)| cells(point(p), Some(*repeat), &click_values(click)))
+        });
+        write_csv(&folder.join("click-repeats.csv"), &header(&clicks, true), &all.collect::<Vec<_>>())?;
+        let rejected =
+            self.rejections.iter().map(|r| vec![r.record.clone(), r.reason.clone()]).collect::<Vec<_>>();
+        write_csv(&folder.join("rejections.csv"), &["record", "reason"].map(String::from), &rejected)?;
+        let origin = Origin { kind: self.kind, source: self.source.clone() };
+        write_toml(&origin, "", &folder.join("observations.toml"))
+    }
+
+    /// Reads a folder that [`Observations::write`] or a laboratory wrote. The files of single repeats and of
+    /// rejections may be absent.
+    ///
+    /// # Errors
+    /// The file, the row and column, and the remedy.
+    pub fn read(folder: &Path) -> Result<Self, RigError> {
+        let path = folder.join("observations.toml");
+        let origin: Origin = parse_toml(&read_text(&path)?, &path)?;
+        let rig = Rig::read(&folder.join("rig.toml"))?;
+        let path = folder.join("points.csv");
+        let mut points = Vec::new();
+        for row in read_csv(&path, &POINTS.map(String::from))? {
+            points.push(row.point()?);
+        }
+        if points.is_empty() {
+            return Err(RigError::invalid(&path, "rows", Problem::Empty { need: "one operating point" }));
+        }
+        let index: BTreeMap<String, usize> = points
+            .iter()
+            .enumerate()
+            .map(|(k, p): (usize, &PointObservations)| (p.point.id.clone(), k))
+            .collect();
+        let (microphones, reference) = (rig.microphones.positions.len(), rig.microphones.reference);
+        let columns = ping_columns(microphones, reference);
+        for row in read_csv(&folder.join("pings.csv"), &header(&columns, false))? {
+            let (values, covariance) = row.measured(1, columns.len())?;
+            points[row.known(&index)?].ping = Some(Ping::from_vector(&values, reference, covariance));
+        }
+        for row in read_csv_if_there(&folder.join("ping-repeats.csv"), &header(&columns, true))? {
+            let (values, covariance) = row.measured(2, columns.len())?;
+            let ping = Ping::from_vector(&values, reference, covariance);
+            points[row.known(&index)?].pings.push((row.whole(1)?, ping));
+        }
+        let columns = click_columns(microphones);
+        for row in read_csv_if_there(&folder.join("clicks.csv"), &header(&columns, false))? {
+            let (arrival_times, covariance) = row.measured(1, columns.len())?;
+            points[row.known(&index)?].click = Some(Click { arrival_times, covariance });
+        }
+        for row in read_csv_if_there(&folder.join("click-repeats.csv"), &header(&columns, true))? {
+            let (arrival_times, covariance) = row.measured(2, columns.len())?;
+            points[row.known(&index)?].clicks.push((row.whole(1)?, Click { arrival_times, covariance }));
+        }
+        let (path, columns) = (folder.join("rejections.csv"), ["record", "reason"].map(String::from));
+        let rejected = read_csv_if_there(&path, &columns)?;
+        let rejection =
+            |row: &Row<'_>| Rejection { record: row.cells[0].clone(), reason: row.cells[1].clone() };
+        let rejections = rejected.iter().map(rejection).collect();
+        Ok(Self { rig, kind: origin.kind, source: origin.source, points, rejections })
+    }
+}
+
+/// Names of the measured numbers of a ping: s, then the relative pressures but the reference's.
+fn ping_columns(microphones: usize, reference: usize) -> Vec<String> {
+    let mut names = vec!["growth_rate_per_s".to_owned(), "angular_frequency_rad_per_s".to_owned()];
+    for m in (0..microphones).filter(|m| *m != reference) {
+        names.extend([format!("p{}_re", m + 1), format!("p{}_im", m + 1)]);
+    }
+    names
+}
+
+fn click_columns(microphones: usize) -> Vec<String> {
+    (1..=microphones).map(|m| format!("arrival{m}_s")).collect()
+}
+
+/// `point[,repeat]`, the values, the covariance.
+fn header(columns: &[String], repeats: bool) -> Vec<String> {
+    let mut names = vec!["point".to_owned()];
+    if repeats {
+        names.push("repeat".to_owned());
+    }
+    names.extend(columns.iter().cloned());
+    for (i, a) in columns.iter().enumerate() {
+        names.extend(columns[i..].iter().map(|b| format!("cov_{a}_{b}")));
+    }
+    names
+}
+
+fn ping_values(ping: &Ping) -> Vec<f64> {
+    ping.vector().into_iter().chain(upper(&ping.covariance)).collect()
+}
+
+fn click_values(click: &Click) -> Vec<f64> {
+    click.arrival_times.iter().copied().chain(upper(&click.covariance)).collect()
+}
+
+/// Upper triangle, row by row.
+fn upper(covariance: &Matrix) -> Vec<f64> {
+    (0..covariance.rows()).flat_map(|i| covariance.row(i)[i..].to_vec()).collect()
+}
+
+fn cells(point: String, repeat: Option<u32>, values: &[f64]) -> Vec<String> {
+    let head = [Some(point), repeat.map(|r| r.to_string())];
+    head.into_iter().flatten().chain(values.iter().map(|v| format!("{v:e}"))).collect()
+}
+
+fn point_cells(p: &PointObservations) -> Vec<String> {
+    let (point, day) = (&p.point, &p.ambient);
+    vec![
+        point.id.clone(),
+        point.row.clone(),
+        point.position.map_or(String::new(), |x| x.to_string()),
+        u8::from(point.heater).to_string(),
+        u8::from(point.thermocouples).to_string(),
+        point.power.to_string(),
+        point.repeats.to_string(),
+        day.id.clone(),
+        day.ambient_temperature.to_string(),
+        day.ambient_temperature_sd.to_string(),
+        p.ping_count.to_string(),
+        p.click_count.to_string(),
+    ]
+}
+
+fn write_csv(path: &Path, header: &[String], rows: &[Vec<String>]) -> Result<(), RigError> {
+    let failed =
+        |error: csv::Error| RigError::Write { path: path.to_owned(), cause: std::io::Error::other(error) };
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(header).map_err(failed)?;
+    for row in rows {
+        writer.write_record(row).map_err(failed)?;
+    }
+    let bytes = writer.into_inner().map_err(|error| failed(csv::Error::from(error.into_error())))?;
+    write_whole(path, &bytes)
+}
+
+/// One row of a CSV file that knows where it stands.
+struct Row<'a> {
+    path: &'a Path,
+    header: &'a [String],
+    line: u64,
+    cells: Vec<String>,
+}
+
+fn read_csv_if_there<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<Row<'a>>, RigError> {
+    if path.exists() { read_csv(path, header) } else { Ok(Vec::new()) }
+}
+
+/// All rows of a CSV file whose header is exactly `header`.
+fn read_csv<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<Row<'a>>, RigError> {
+    let text = read_text(path)?;
+    let syntax = |error: csv::Error| RigError::Syntax {
+        path: path.to_owned(),
+        line: error.position().map_or(1, |p| p.line() as usize),
+        column: 1,
+        message: error.to_string(),
+    };
+    // A spreadsheet may put a byte-order mark in front and blanks around cells.
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(text.strip_prefix('\u{feff}').unwrap_or(&text).as_bytes());
+    let found: Vec<String> = reader.headers().map_err(syntax)?.iter().map(String::from).collect();
+    for (k, need) in header.iter().enumerate() {
+        let have = found.get(k).cloned().unwrap_or_default();
+        if have != *need {
+            let problem = Problem::BadHeader { column: k + 1, have, need: need.clone() };
+            return Err(RigError::invalid(path, "line 1", problem));
+        }
+    }
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(syntax)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        rows.push(Row { path, header, line, cells: record.iter().map(String::from).collect() });
+    }
+    Ok(rows)
+}
+
+impl Row<'_> {
+    fn wrong(&self, column: usize, problem: Problem) -> RigError {
+        let name = self.header.get(column).map_or("", String::as_str);
+        RigError::invalid(self.path, format!("line {}, column `{name}`", self.line), problem)
+    }
+
+    fn bad(&self, column: usize, expected: &'static str) -> RigError {
+        self.wrong(column, Problem::BadCell { text: self.cells[column].clone(), expected })
+    }
+
+    fn number(&self, column: usize) -> Result<f64, RigError> {
+        let value = self.cells[column].parse::<f64>().ok().filter(|v| v.is_finite());
+        value.ok_or_else(|| self.bad(column, "a finite number"))
+    }
+
+    fn whole(&self, column: usize) -> Result<u32, RigError> {
+        self.cells[column].parse().map_err(|_| self.bad(column, "a whole number"))
+    }
+
+    fn flag(&self, column: usize) -> Result<bool, RigError> {
+        match self.cells[column].to_ascii_lowercase().as_str() {
+            "0" | "false" => Ok(false),
+            "1" | "true" => Ok(true),
+            _ => Err(self.bad(column, "0 or 1")),
+        }
+    }
+
+    /// Index of the operating point this row speaks of.
+    fn known(&self, index: &BTreeMap<String, usize>) -> Result<usize, RigError> {
+        let (name, known) = (self.cells[0].clone(), || index.keys().cloned().collect());
+        index.get(&name).copied().ok_or_else(|| self.wrong(0, Problem::UnknownName { name, known: known() }))
+    }
+
+    /// `count` values from column `first` on, and their covariance.
+    fn measured(&self, first: usize, count: usize) -> Result<(Vec<f64>, Matrix), RigError> {
+        let values = (first..first + count).map(|k| self.number(k)).collect::<Result<Vec<_>, _>>()?;
+        let (mut covariance, mut column) = (Matrix::zeros(count, count), first + count);
+        for i in 0..count {
+            for j in i..count {
+                let value = self.number(column)?;
+                (covariance[(i, j)], covariance[(j, i)]) = (value, value);
+                column += 1;
+            }
+        }
+        match Cholesky::new(&scaled(&covariance)) {
+            Ok(_) => Ok((values, covariance)),
+            Err(_) => Err(self.wrong(first + count, Problem::NotPositiveDefinite)),
+        }
+    }
+
+    fn point(&self) -> Result<PointObservations, RigError> {
+        let position = if self.cells[2].is_empty() { None } else { Some(self.number(2)?) };
+        let point = OperatingPoint {
+            id: self.cells[0].clone(),
+            row: self.cells[1].clone(),
+            position,
+            heater: self.flag(3)?,
+            thermocouples: self.flag(4)?,
+            power: self.number(5)?,
+            repeats: self.whole(6)?,
+        };
+        let ambient = Day {
+            id: self.cells[7].clone(),
+            ambient_temperature: self.number(8)?,
+            ambient_temperature_sd: self.number(9)?,
+        };
+        Ok(PointObservations {
+            point,
+            ambient,
+            ping: None,
+            ping_count: self.whole(10)?,
+            click: None,
+            click_count: self.whole(11)?,
+            pings: Vec::new(),
+            clicks: Vec::new(),
+        })
+    }
+}
+
+/// The correlation matrix: growth rates and relative pressures differ by many orders of magnitude.
+fn scaled(covariance: &Matrix) -> Matrix {
+    let sd = |i: usize| covariance[(i, i)].sqrt();
+    Matrix::from_fn(covariance.rows(), covariance.columns(), |i, j| covariance[(i, j)] / (sd(i) * sd(j)))
+}

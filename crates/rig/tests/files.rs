@@ -1,0 +1,289 @@
+//! Files on disk: round trips, and one clear message for every kind of bad input.
+
+use proptest::prelude::*;
+use rijke_numerics::{C64, Matrix};
+use rijke_rig::{
+    Calibration, Campaign, Click, DataKind, Day, Observations, Ping, PointObservations, PointRecords,
+    RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch, read_wav,
+};
+use std::path::{Path, PathBuf};
+
+/// A folder that is removed when the test ends.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("rijke-rig-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+const FRAMES: usize = 12;
+
+/// Two operating points, one ping and one click each, one calibration click; channels in reverse order.
+fn small_set() -> RecordSet {
+    let points = Campaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(2);
+    let stretch = |rate_hz| Stretch { rate_hz, quiet: 3 };
+    RecordSet {
+        rig: Rig::juniper_yoko_2022(),
+        kind: DataKind::Virtual,
+        source: "a test".into(),
+        channels: (0..8).rev().map(Some).collect(),
+        full_scale: 20.0,
+        ping: stretch(10_000.0),
+        click: stretch(62_500.0),
+        days: vec![Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 }],
+        points: points
+            .map(|point| PointRecords {
+                day: 0,
+                pings: vec![format!("{}-ping.wav", point.id)],
+                clicks: vec![format!("{}-click.wav", point.id)],
+                point,
+            })
+            .collect(),
+        calibrations: vec![Calibration {
+            day: 0,
+            stretch: stretch(10_000.0),
+            clicks: vec!["cal.wav".into()],
+        }],
+    }
+}
+
+fn samples(rate_hz: u32) -> Samples24 {
+    let interleaved = (0..FRAMES as i32 * 8).map(|k| (k * 174_763) % 8_388_607 - 4_000_000).collect();
+    Samples24 { rate_hz, interleaved }
+}
+
+fn write_small(folder: &Path) -> RecordSet {
+    let set = small_set();
+    for point in &set.points {
+        samples(10_000).write(8, &folder.join(&point.pings[0])).unwrap();
+        samples(62_500).write(8, &folder.join(&point.clicks[0])).unwrap();
+    }
+    samples(10_000).write(8, &folder.join("cal.wav")).unwrap();
+    set.write(folder).unwrap();
+    set
+}
+
+#[test]
+fn exact_records_survive_the_disk_bit_for_bit() {
+    let scratch = Scratch::new("records");
+    let set = write_small(&scratch.0);
+    let folder = RecordFolder::open(&scratch.0).unwrap();
+    assert_eq!(folder.set().points, set.points);
+    assert_eq!(folder.set().calibrations, set.calibrations);
+    assert_eq!(folder.set().rig, set.rig);
+    let direct = samples(62_500).record(set.layout(set.click));
+    assert_eq!(folder.click(1, 0).unwrap(), direct);
+    assert_eq!(folder.calibration(0, 0).unwrap(), samples(10_000).record(set.layout(set.ping)));
+    // Channel 7 of the file is microphone 0; the unit is full scale over 2^23.
+    let raw = f64::from(samples(62_500).interleaved[7]);
+    assert_eq!(direct.channels[0][0], raw * 20.0 / 8_388_608.0);
+}
+
+#[track_caller]
+fn refused(error: RigError, place: &str, remedy: &str) {
+    let text = error.to_string();
+    assert!(text.contains(place) && text.contains(remedy), "{text}");
+}
+
+#[test]
+fn exact_messages_of_bad_records() {
+    let scratch = Scratch::new("bad");
+    let set = write_small(&scratch.0);
+    let file = scratch.0.join(&set.points[0].pings[0]);
+    let good = std::fs::read(&file).unwrap();
+    let read = |layout| read_wav(&file, layout).unwrap_err();
+
+    refused(
+        read(set.layout(set.click)),
+        "header: sampled at 10000 Hz, expected 62500 Hz",
+        "correct the rate",
+    );
+    let nine = RecordSet { channels: vec![None; 9], ..set.clone() };
+    refused(
+        read(nine.layout(set.ping)),
+        "8 channels, the manifest's `channels` lists 9",
+        "record all channels",
+    );
+    let late = Stretch { quiet: 12, ..set.ping };
+    refused(
+        read(set.layout(late)),
+        "12 samples, but the quiet stretch alone is 12",
+        "correct the quiet length",
+    );
+
+    std::fs::write(&file, &good[..good.len() - 30]).unwrap();
+    refused(read(set.layout(set.ping)), "ends after sample 10 of 12", "record it again");
+    for cut in [0, 3, 20, 40] {
+        std::fs::write(&file, &good[..cut]).unwrap();
+        refused(read(set.layout(set.ping)), "not a WAV file", "use 16, 24 or 32 bit");
+    }
+    std::fs::remove_file(&file).unwrap();
+    refused(RecordFolder::open(&scratch.0).unwrap_err(), "C3-E-ping.wav: cannot be read", "check the name");
+    refused(RecordFolder::open(Path::new("/nowhere")).unwrap_err(), "/nowhere/manifest.toml", "rijke lab");
+}
+
+#[test]
+fn exact_message_of_a_nan_in_a_float_file() {
+    let scratch = Scratch::new("nan");
+    let path = scratch.0.join("nan.wav");
+    let spec = hound::WavSpec {
+        channels: 2,
+        sample_rate: 10_000,
+        bits_per_sample: 32,
+        sample_format: hound::SampleFormat::Float,
+    };
+    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
+    for sample in [0.5_f32, 1.0, 0.25, f32::NAN] {
+        writer.write_sample(sample).unwrap();
+    }
+    writer.finalize().unwrap();
+    let channels = [Some(1), Some(0)];
+    let layout = rijke_rig::Layout { channels: &channels, full_scale: 1.0, rate_hz: 10_000.0, quiet: 0 };
+    refused(read_wav(&path, layout).unwrap_err(), "microphone 0: sample 1 is NaN", "remove the file");
+    let one = rijke_rig::Layout { channels: &channels[1..], ..layout };
+    assert_eq!(read_wav(&path, one).unwrap().channels, vec![vec![0.5, 0.25]], "surplus channels are ignored");
+}
+
+#[test]
+fn exact_messages_of_a_bad_manifest() {
+    let scratch = Scratch::new("manifest");
+    write_small(&scratch.0);
+    let path = scratch.0.join("manifest.toml");
+    let good = std::fs::read_to_string(&path).unwrap();
+    for (old, new, place, remedy) in [
+        ("kind =", "kynd =", "unknown field `kynd`", "expected one of `rig`, `campaign`"),
+        ("id = \"C3-E\"", "id = \"C4-E\"", "point[0].id: `C4-E` is not known", "known: C3-E, C3-05"),
+        ("id = \"C3-05\"", "id = \"C3-E\"", "point: `C3-E` appears twice", "must be different"),
+        ("day = \"one\"", "day = \"two\"", "`two` is not known", "known: one"),
+        (
+            "channels = [7,",
+            "channels = [6,",
+            "channels: microphone 6 is recorded by 2 channels",
+            "each microphone once",
+        ),
+        ("temperature_k = 293", "temperature_k = 20", "20 K is outside 150 to 500 K", "give SI units"),
+        ("full_scale_pa = 20", "full_scale_pa = 0", "full_scale_pa: 0 Pa is outside", "give SI units"),
+    ] {
+        assert!(good.contains(old), "{old} in {good}");
+        std::fs::write(&path, good.replacen(old, new, 1)).unwrap();
+        refused(RecordFolder::open(&scratch.0).unwrap_err(), place, remedy);
+    }
+    let cut = good.find("[[point]]").unwrap();
+    std::fs::write(&path, format!("point = []\n{}", &good[..cut])).unwrap();
+    refused(RecordFolder::open(&scratch.0).unwrap_err(), "point: is empty", "one [[point]]");
+}
+
+fn observations() -> Observations {
+    let rig = Rig::juniper_yoko_2022();
+    let point = Campaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == "C3-35").unwrap();
+    let covariance = |n: usize| {
+        Matrix::from_fn(n, n, |i, j| if i == j { 0.125 + i as f64 } else { 1e-3 / (1.0 + (i + j) as f64) })
+    };
+    let pressures = (0..8).map(|m| C64::new(if m == 5 { 1.0 } else { 0.1 * f64::from(m) }, 0.0)).collect();
+    let ping =
+        Ping { s: C64::new(-11.25, 1078.1 / 3.0), pressures, reference: 5, covariance: covariance(16) };
+    let click = Click {
+        arrival_times: (1..9).map(|k| f64::from(k) * 1e-4 / 3.0).collect(),
+        covariance: covariance(8),
+    };
+    Observations {
+        kind: DataKind::Virtual,
+        source: "a test, with \"quotes\"".into(),
+        points: vec![PointObservations {
+            point,
+            ambient: Day { id: "one".into(), ambient_temperature: 293.1, ambient_temperature_sd: 0.1 },
+            ping: Some(ping.clone()),
+            ping_count: 2,
+            click: Some(click.clone()),
+            click_count: 1,
+            pings: vec![(0, ping.clone()), (3, ping)],
+            clicks: vec![(0, click)],
+        }],
+        rejections: vec![Rejection { record: "a, b".into(), reason: "clipped\ntwice".into() }],
+        rig,
+    }
+}
+
+#[test]
+fn exact_observations_survive_the_disk_bit_for_bit() {
+    let (scratch, written) = (Scratch::new("observations"), observations());
+    written.write(&scratch.0).unwrap();
+    assert_eq!(Observations::read(&scratch.0).unwrap(), written);
+    // As a spreadsheet saves it: byte-order mark, carriage returns.
+    let path = scratch.0.join("points.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, format!("\u{feff}{}", text.replace('\n', "\r\n"))).unwrap();
+    assert_eq!(Observations::read(&scratch.0).unwrap(), written);
+}
+
+#[test]
+fn exact_messages_of_bad_observations() {
+    let scratch = Scratch::new("bad-observations");
+    observations().write(&scratch.0).unwrap();
+    let path = scratch.0.join("pings.csv");
+    let good = std::fs::read_to_string(&path).unwrap();
+    for (old, new, place, remedy) in [
+        ("C3-35,", "C3-36,", "line 2, column `point`: `C3-36` is not known", "known: C3-35"),
+        ("-1.125e1", "x", "line 2, column `growth_rate_per_s`: `x` is not a finite number", ""),
+        ("-1.125e1", "nan", "`nan` is not a finite number", ""),
+        (
+            "growth_rate_per_s",
+            "sigma",
+            "column 2 is `sigma`, expected `growth_rate_per_s`",
+            "keep the header",
+        ),
+        (",1.25e-1,", ",-1.25e-1,", "covariance is not positive definite", "variances above zero"),
+    ] {
+        assert!(good.contains(old), "{old}");
+        std::fs::write(&path, good.replacen(old, new, 1)).unwrap();
+        refused(Observations::read(&scratch.0).map(|_| ()).unwrap_err(), place, remedy);
+    }
+    std::fs::write(&path, &good[..good.len() - 40]).unwrap();
+    refused(Observations::read(&scratch.0).map(|_| ()).unwrap_err(), "pings.csv:2", "fields");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// No bytes whatever make the WAV reader panic.
+    #[test]
+    fn oracle_any_bytes_give_a_record_or_an_error(bytes in proptest::collection::vec(any::<u8>(), 0..400), header: bool) {
+        let scratch = Scratch::new("fuzz");
+        let path = scratch.0.join("x.wav");
+        samples(10_000).write(8, &path).unwrap();
+        let mut file = std::fs::read(&path).unwrap();
+        if header {
+            for (k, byte) in bytes.iter().enumerate().take(60) {
+                if byte % 5 == 0 && k < file.len() { file[k] = *byte; }
+            }
+        } else {
+            file = bytes;
+        }
+        std::fs::write(&path, file).unwrap();
+        let set = small_set();
+        let _ = read_wav(&path, set.layout(set.ping));
+    }
+
+    /// Nor does any text the TOML and CSV readers, and a rig that is accepted is inside its own limits.
+    #[test]
+    fn oracle_any_text_gives_a_rig_or_an_error(position in -10.0..10.0_f64, diameter in -1.0..2.0_f64, text in "\\PC*") {
+        let paper = include_str!("../../../fixtures/rigs/juniper-yoko-2022.toml");
+        let _ = Rig::parse(&text, Path::new("x"));
+        let _ = Campaign::parse(&text, Path::new("x"));
+        let changed = paper.replace("0.25, 0.35", &format!("{position:?}, 0.35")).replace("0.0474", &format!("{diameter:?}"));
+        if let Ok(rig) = Rig::parse(&changed, Path::new("x")) {
+            prop_assert!(rig.microphones.positions.iter().all(|x| *x > 0.0 && *x < rig.tube.length));
+            prop_assert!(rig.heater.outer_diameter < rig.tube.inner_diameter);
+        }
+    }
+}
