@@ -1,0 +1,58 @@
+//! The model: from physical parameters to predicted data.
+
+use rijke_numerics::{Matrix, Order};
+
+/// A model of the data with derivatives. Object safe; knows neither priors nor transforms.
+///
+/// The predicted numbers come observation after observation, in the order of [`crate::Data`].
+pub trait Forward: Sync {
+    /// Predicts the data, with derivatives with respect to the physical parameters up to `order`.
+    ///
+    /// # Errors
+    /// A recoverable [`ForwardError`] shortens the step of a minimiser; a fatal one ends the fit.
+    fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError>;
+
+    /// The highest derivative on offer. Below [`Order::Second`] the Hessian of the cost is the Gauss-Newton one,
+    /// and results say so; [`Order::Value`] is not enough for a fit.
+    fn highest_order(&self) -> Order {
+        Order::Second
+    }
+}
+
+/// Predicted data and their derivatives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Prediction {
+    /// m predicted numbers.
+    pub values: Vec<f64>,
+    /// m x p first derivatives; not read below [`Order::First`].
+    pub jacobian: Matrix,
+    /// Second derivatives: for each of the m values in turn, the lower triangle of a p x p matrix row by row
+    /// ((0,0), (1,0), (1,1), ...); not read below [`Order::Second`].
+    pub curvature: Vec<f64>,
+}
+
+/// A forward model that could not be evaluated.
+#[derive(Debug, thiserror::Error)]
+#[error("{source}")]
+pub struct ForwardError {
+    recoverable: bool,
+    source: Box<dyn std::error::Error + Send + Sync>,
+}
+
+impl ForwardError {
+    /// The model has no answer at this point, but may have one nearby: an eigenvalue that was lost, say.
+    pub fn recoverable(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self { recoverable: true, source: source.into() }
+    }
+
+    /// No point will do better: a missing file, a wrong size.
+    pub fn fatal(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self { recoverable: false, source: source.into() }
+    }
+
+    /// True for [`ForwardError::recoverable`].
+    #[must_use]
+    pub fn is_recoverable(&self) -> bool {
+        self.recoverable
+    }
+}

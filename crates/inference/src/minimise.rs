@@ -1,0 +1,407 @@
+//! The minimiser: one trust-region loop, with the exact Hessian or with a BFGS matrix in its place.
+
+use crate::{Energy, InferenceError, Objective};
+use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use serde::{Deserialize, Serialize};
+
+/// Where the second derivatives of a step come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The exact Hessian, which may be indefinite on the way.
+    Newton,
+    /// The matrix of Broyden, Fletcher, Goldfarb and Shanno, built from gradients; the paper's choice.
+    Bfgs,
+}
+
+/// Settings of the minimiser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrustRegion {
+    /// Source of second derivatives.
+    pub method: Method,
+    /// Evaluations of the objective after which the search ends, whatever it has reached.
+    pub max_evaluations: usize,
+    /// The search has converged when half of g' H^-1 g, the drop in J that is left, is below this, in nats. Half the
+    /// squared distance to the minimum in posterior standard deviations.
+    pub tolerance: f64,
+    /// First radius, in multiples of the typical change of the coordinates.
+    pub first_radius: f64,
+}
+
+impl Default for TrustRegion {
+    fn default() -> Self {
+        Self { method: Method::Newton, max_evaluations: 500, tolerance: 1e-18, first_radius: 1.0 }
+    }
+}
+
+/// Why a search ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stop {
+    /// The drop in J that is left is below the tolerance, or below what rounding lets the gradient resolve.
+    Converged {
+        /// Half of g' H^-1 g at the end, nats.
+        decrement: f64,
+    },
+    /// The cap on evaluations was reached.
+    EvaluationCap {
+        /// Half of g' H^-1 g at the end, nats; infinite if the Hessian is not positive definite.
+        decrement: f64,
+    },
+    /// J is flat to rounding along a direction in which the Hessian is not positive: there is no isolated minimum here.
+    Flat {
+        /// Lowest eigenvalue of the Hessian as a fraction of the highest, in scaled coordinates.
+        eigenvalue_ratio: f64,
+    },
+    /// No shorter step helps although the gradient is not zero: a bound, or a model that fails beyond this point.
+    Blocked {
+        /// What the last refused step met.
+        reason: String,
+    },
+}
+
+/// How often the objective was evaluated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Calls {
+    /// To value only.
+    pub value: usize,
+    /// With the gradient.
+    pub first: usize,
+    /// With gradient and Hessian.
+    pub second: usize,
+    /// Of all these, how many failed recoverably.
+    pub failed: usize,
+}
+
+/// Where a search ended.
+#[derive(Clone, Debug)]
+pub struct Minimum {
+    /// The best point found.
+    pub z: Vec<f64>,
+    /// The objective there, to the order that the method uses.
+    pub energy: Energy,
+    /// The matrix of second derivatives that the method holds there: exact, or BFGS.
+    pub hessian: Matrix,
+    /// Why the search ended.
+    pub stop: Stop,
+    /// Accepted steps.
+    pub steps: usize,
+    /// Evaluations.
+    pub calls: Calls,
+}
+
+impl Stop {
+    /// True for [`Stop::Converged`].
+    #[must_use]
+    pub fn converged(&self) -> bool {
+        matches!(self, Self::Converged { .. })
+    }
+}
+
+impl Calls {
+    /// Evaluations of any order.
+    #[must_use]
+    pub fn total(&self) -> usize {
+        self.value + self.first + self.second
+    }
+
+    /// Counts one evaluation to `order`.
+    pub fn count(&mut self, order: Order) {
+        match order {
+            Order::Value => self.value += 1,
+            Order::First => self.first += 1,
+            Order::Second => self.second += 1,
+        }
+    }
+
+    /// The sum of both counts.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            first: self.first + other.first,
+            second: self.second + other.second,
+            failed: self.failed + other.failed,
+        }
+    }
+}
+
+/// Steps with less of the predicted drop than this are refused (More & Sorensen 1983).
+const ACCEPT: f64 = 1e-4;
+/// J is summed from many terms; differences below this fraction of it are taken as rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// Finds a local minimum from `start` by a trust region (More & Sorensen 1983; Nocedal & Wright, chapter 4).
+///
+/// The subproblem is solved by eigenvalues, so indefinite Hessians and the hard case need no special care; cost O(n^3)
+/// per step beside the evaluation. The region is an ellipsoid in units of the largest Gauss-Newton curvature seen
+/// (More 1978), or of [`Objective::scales`] for BFGS. Once differences of J drown in rounding, steps are judged by
+/// the gradient instead, so parameters come out to more than half of the digits. Never runs past
+/// `settings.max_evaluations`.
+///
+/// # Errors
+/// [`InferenceError::NoStart`] if the objective fails at `start`, and any error that is not recoverable.
+pub fn minimise(
+    objective: &dyn Objective,
+    start: &[f64],
+    settings: &TrustRegion,
+) -> Result<Minimum, InferenceError> {
+    let order = if settings.method == Method::Newton { Order::Second } else { Order::First };
+    let mut search = Search::new(objective, start, settings, order)?;
+    loop {
+        let model = Model::new(&search.hessian, &search.energy.gradient, &search.stretch)?;
+        let decrement = model.decrement();
+        if decrement <= settings.tolerance {
+            return Ok(search.end(Stop::Converged { decrement }));
+        }
+        if search.calls.total() >= settings.max_evaluations {
+            return Ok(search.end(Stop::EvaluationCap { decrement }));
+        }
+        let (step, length, predicted) = model.step(search.radius);
+        let rounding = ROUNDING * (1.0 + search.energy.value.abs());
+        if predicted <= rounding && decrement == f64::INFINITY {
+            return Ok(search.end(Stop::Flat { eigenvalue_ratio: model.ratio() }));
+        }
+        let trial: Vec<f64> = (0..step.len()).map(|i| search.z[i] + step[i] / search.stretch[i]).collect();
+        search.calls.count(order);
+        let energy = match objective.evaluate(&trial, order) {
+            Ok(energy) => energy,
+            Err(error) if error.is_recoverable() => {
+                search.calls.failed += 1;
+                search.radius = 0.25 * length;
+                if let Some(stop) = search.collapsed(&error.to_string()) {
+                    return Ok(search.end(stop));
+                }
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        let actual = search.energy.value - energy.value;
+        if predicted <= rounding && actual.abs() <= 4.0 * rounding {
+            // J cannot tell the two points apart; the gradient can, in the metric of the present Hessian.
+            let left = model.decrement_of(&energy.gradient, &search.stretch);
+            if left < 0.5 * decrement {
+                search.accept(trial, energy);
+                continue;
+            }
+            return Ok(search.end(Stop::Converged { decrement }));
+        }
+        let ratio = actual / predicted;
+        if ratio < 0.25 {
+            search.radius = if ratio < -1.0 { 0.1 * length } else { 0.25 * length };
+        } else if ratio > 0.75 && length > 0.8 * search.radius {
+            search.radius *= 2.0;
+        }
+        if settings.method == Method::Bfgs {
+            // A refused point still tells the curvature along the step.
+            search.update_bfgs(&trial, &energy.gradient);
+        }
+        if ratio > ACCEPT {
+            search.accept(trial, energy);
+        } else if let Some(stop) = search.collapsed("J does not fall along any short step") {
+            return Ok(search.end(stop));
+        }
+    }
+}
+
+struct Search {
+    z: Vec<f64>,
+    energy: Energy,
+    hessian: Matrix,
+    /// Scaled coordinate = stretch times coordinate.
+    stretch: Vec<f64>,
+    radius: f64,
+    steps: usize,
+    calls: Calls,
+    method: Method,
+    /// BFGS has met no curvature yet, and still holds the guess from the scales.
+    untaught: bool,
+}
+
+impl Search {
+    fn new(
+        objective: &dyn Objective,
+        start: &[f64],
+        settings: &TrustRegion,
+        order: Order,
+    ) -> Result<Self, InferenceError> {
+        let mut calls = Calls::default();
+        calls.count(order);
+        let energy = objective
+            .evaluate(start, order)
+            .map_err(|source| InferenceError::NoStart { at: start.to_vec(), source: Box::new(source) })?;
+        let scales = objective.scales();
+        let mut search = Self {
+            z: start.to_vec(),
+            hessian: Matrix::diagonal(&scales.iter().map(|s| 1.0 / (s * s)).collect::<Vec<_>>()),
+            energy: Energy::default(),
+            stretch: vec![0.0; start.len()],
+            radius: 0.0,
+            steps: 0,
+            calls,
+            method: settings.method,
+            untaught: true,
+        };
+        if settings.method == Method::Bfgs {
+            search.stretch = scales.iter().map(|s| 1.0 / s).collect();
+        }
+        search.accept(start.to_vec(), energy);
+        search.steps = 0;
+        let size: f64 = search.stretch.iter().zip(&scales).map(|(d, s)| (d * s).powi(2)).sum();
+        search.radius = settings.first_radius * size.sqrt();
+        Ok(search)
+    }
+
+    fn accept(&mut self, z: Vec<f64>, energy: Energy) {
+        self.z = z;
+        if self.method == Method::Newton {
+            let shape = energy.gauss_newton.as_ref().unwrap_or(&energy.hessian);
+            for (i, d) in self.stretch.iter_mut().enumerate() {
+                *d = d.max(shape[(i, i)].abs().sqrt());
+                if *d == 0.0 {
+                    *d = 1.0;
+                }
+            }
+            self.hessian = energy.hessian.clone();
+        }
+        self.energy = energy;
+        self.steps += 1;
+    }
+
+    /// The update with Powell's damping, so that the matrix stays positive definite without a line search.
+    fn update_bfgs(&mut self, trial: &[f64], gradient: &[f64]) {
+        let n = trial.len();
+        let step: Vec<f64> = (0..n).map(|i| trial[i] - self.z[i]).collect();
+        let mut change: Vec<f64> = (0..n).map(|i| gradient[i] - self.energy.gradient[i]).collect();
+        let along = dot(&step, &change);
+        if self.untaught && along > 0.0 {
+            // Scale the guess to the curvature met on the first step (Nocedal & Wright, equation 6.20).
+            let guess = Matrix::from_fn(n, n, |i, j| self.hessian[(i, j)] / self.hessian[(i, i)]);
+            let inverse: Vec<f64> = (0..n).map(|i| 1.0 / self.hessian[(i, i)]).collect();
+            let size: f64 = (0..n).map(|i| change[i] * change[i] * inverse[i]).sum();
+            self.hessian = Matrix::from_fn(n, n, |i, j| guess[(i, j)] * self.hessian[(i, i)] * size / along);
+            self.untaught = false;
+        }
+        let bent = self.hessian.times(&step);
+        let curvature = dot(&step, &bent);
+        if along < 0.2 * curvature {
+            let mix = 0.8 * curvature / (curvature - along);
+            for (c, b) in change.iter_mut().zip(&bent) {
+                *c = mix * *c + (1.0 - mix) * b;
+            }
+        }
+        let along = dot(&step, &change);
+        if along > 0.0 && curvature > 0.0 {
+            self.hessian = Matrix::from_fn(n, n, |i, j| {
+                self.hessian[(i, j)] - bent[i] * bent[j] / curvature + change[i] * change[j] / along
+            });
+        }
+    }
+
+    fn collapsed(&self, reason: &str) -> Option<Stop> {
+        let size: f64 = self.z.iter().zip(&self.stretch).map(|(z, d)| (z * d).powi(2)).sum();
+        (self.radius <= 1e-15 * size.sqrt().max(1e-3)).then(|| Stop::Blocked { reason: reason.to_owned() })
+    }
+
+    fn end(self, stop: Stop) -> Minimum {
+        let Self { z, energy, hessian, steps, calls, .. } = self;
+        Minimum { z, energy, hessian, stop, steps, calls }
+    }
+}
+
+/// The quadratic model g's + s'Hs/2 in scaled coordinates, on the eigenvectors of H.
+struct Model {
+    values: Vec<f64>,
+    vectors: Matrix,
+    slope: Vec<f64>,
+}
+
+impl Model {
+    fn new(hessian: &Matrix, gradient: &[f64], stretch: &[f64]) -> Result<Self, InferenceError> {
+        let n = gradient.len();
+        let scaled = Matrix::from_fn(n, n, |i, j| hessian[(i, j)] / (stretch[i] * stretch[j]));
+        let (values, vectors) = symmetric_eigen(&scaled)?;
+        let mut model = Self { values, vectors, slope: Vec::new() };
+        model.slope = model.project(gradient, stretch);
+        Ok(model)
+    }
+
+    fn project(&self, gradient: &[f64], stretch: &[f64]) -> Vec<f64> {
+        let scaled: Vec<f64> = gradient.iter().zip(stretch).map(|(g, d)| g / d).collect();
+        (0..scaled.len()).map(|k| (0..scaled.len()).map(|i| self.vectors[(i, k)] * scaled[i]).sum()).collect()
+    }
+
+    /// Lowest eigenvalue over the highest; one for an empty matrix.
+    fn ratio(&self) -> f64 {
+        match (self.values.first(), self.values.last()) {
+            (Some(low), Some(high)) => low / high.abs().max(f64::MIN_POSITIVE),
+            _ => 1.0,
+        }
+    }
+
+    fn positive(&self) -> bool {
+        self.ratio() > 4.0 * f64::EPSILON
+    }
+
+    fn decrement(&self) -> f64 {
+        if !self.positive() {
+            return f64::INFINITY;
+        }
+        0.5 * self.slope.iter().zip(&self.values).map(|(g, l)| g * g / l).sum::<f64>()
+    }
+
+    fn decrement_of(&self, gradient: &[f64], stretch: &[f64]) -> f64 {
+        let slope = self.project(gradient, stretch);
+        0.5 * slope.iter().zip(&self.values).map(|(g, l)| g * g / l).sum::<f64>()
+    }
+
+    /// The minimiser of the model within `radius`, its length, and the drop that the model predicts.
+    fn step(&self, radius: f64) -> (Vec<f64>, f64, f64) {
+        let n = self.values.len();
+        let at = |shift: f64| -> Vec<f64> {
+            (0..n)
+                .map(|k| if self.slope[k] == 0.0 { 0.0 } else { -self.slope[k] / (self.values[k] + shift) })
+                .collect()
+        };
+        let mut along = at(0.0);
+        if !self.positive() || norm(&along) > radius {
+            let lowest = self.values.first().copied().unwrap_or(0.0);
+            let mut low = (-lowest).max(0.0);
+            let mut high = low + norm(&self.slope) / radius;
+            // |s| falls with the shift; 1/|s| is nearly straight in it, so Newton on that, kept inside the bracket.
+            let mut shift = high;
+            for _ in 0..60 {
+                along = at(shift);
+                let length = norm(&along);
+                if (length / radius - 1.0).abs() < 1e-3 || high - low <= 1e-14 * high {
+                    break;
+                }
+                if length > radius {
+                    low = shift;
+                } else {
+                    high = shift;
+                }
+                let slope: f64 = (0..n).map(|k| along[k] * along[k] / (self.values[k] + shift)).sum();
+                let newton = shift + (length * length / slope) * (length / radius - 1.0);
+                shift = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            }
+            let length = norm(&along);
+            if length < 0.9 * radius && lowest <= 0.0 {
+                // The hard case: the gradient has no part along the lowest curvature; go along it to the boundary.
+                along[0] += (radius * radius - length * length).sqrt();
+            }
+        }
+        let predicted =
+            -(0..n).map(|k| along[k] * (self.slope[k] + 0.5 * self.values[k] * along[k])).sum::<f64>();
+        let step = (0..n).map(|i| (0..n).map(|k| self.vectors[(i, k)] * along[k]).sum()).collect();
+        (step, norm(&along), predicted)
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}

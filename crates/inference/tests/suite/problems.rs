@@ -1,0 +1,90 @@
+//! Models that the tests share.
+
+use rand::RngExt;
+use rijke_inference::*;
+use rijke_numerics::{Matrix, Order, Streams};
+
+/// f = X a.
+pub(crate) struct Linear(pub(crate) Matrix);
+
+impl Forward for Linear {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let p = self.0.columns();
+        Ok(Prediction {
+            values: self.0.times(a),
+            jacobian: self.0.clone(),
+            curvature: vec![0.0; self.0.rows() * p * (p + 1) / 2],
+        })
+    }
+}
+
+/// Numbers in -1..1 from a named stream.
+pub(crate) fn numbers(name: &str, n: usize) -> Vec<f64> {
+    let mut stream = Streams::new(11).stream(name);
+    (0..n).map(|_| stream.random_range(-1.0..1.0)).collect()
+}
+
+/// A random design of m rows and p columns.
+pub(crate) fn design(name: &str, m: usize, p: usize) -> Matrix {
+    let x = numbers(name, m * p);
+    Matrix::from_fn(m, p, |i, j| x[i * p + j])
+}
+
+/// A damped oscillation sampled at m times: values in pairs (in phase, in quadrature), parameters amplitude, rate, frequency.
+pub(crate) struct Ringing {
+    pub(crate) times: Vec<f64>,
+}
+
+impl Forward for Ringing {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let mut out =
+            Prediction { jacobian: Matrix::zeros(2 * self.times.len(), 3), ..Prediction::default() };
+        for (k, &t) in self.times.iter().enumerate() {
+            let (e, c, s) = ((-a[1] * t).exp(), (a[2] * t).cos(), (a[2] * t).sin());
+            for (row, f, df) in [(2 * k, c, -s), (2 * k + 1, s, c)] {
+                out.values.push(a[0] * e * f);
+                out.jacobian[(row, 0)] = e * f;
+                out.jacobian[(row, 1)] = -t * a[0] * e * f;
+                out.jacobian[(row, 2)] = t * a[0] * e * df;
+                out.curvature.extend([
+                    0.0,
+                    -t * e * f,
+                    t * t * a[0] * e * f,
+                    t * e * df,
+                    -t * t * a[0] * e * df,
+                    -t * t * a[0] * e * f,
+                ]);
+            }
+        }
+        Ok(out)
+    }
+}
+
+pub(crate) fn normal(name: &str, mean: f64, sd: f64) -> Parameter {
+    Parameter::new(name, name, "1", Prior::Normal { mean, sd })
+}
+
+/// Data of [`Ringing`] with every kind of noise: a full floor, a floating group, an inferred group.
+pub(crate) fn ringing() -> (Ringing, Data, Parameters) {
+    let model = Ringing { times: (0..12).map(|k| 0.25 * f64::from(k)).collect() };
+    let truth = model.predict(&[1.3, 0.4, 2.1], Order::Value).unwrap().values;
+    let noise = numbers("ringing", truth.len());
+    let observations = (0..6)
+        .map(|b| {
+            let values = (4 * b..4 * b + 4).map(|i| truth[i] + 0.05 * noise[i]).collect();
+            let floor = Matrix::from_fn(4, 4, |i, j| if i == j { 4e-4 } else { 1e-4 });
+            Observation::new(format!("block {b}"), values)
+                .with_floor(floor)
+                .with_independent_noise(0, &[0, 2])
+                .with_noise(1, Matrix::from_fn(4, 4, |i, j| f64::from(u8::from(i == j)) + 0.2))
+        })
+        .collect();
+    let groups = vec![NoiseGroup::floated("in phase", "V"), NoiseGroup::inferred("all", "V", 0.03, 0.5)];
+    let parameters = Parameters::new(vec![
+        Parameter::new("amplitude", "A", "V", Prior::LogNormal { median: 1.0, ln_sd: 0.5 }),
+        Parameter::new("rate", "r", "1/s", Prior::Uniform { low: 0.0, high: 2.0 }),
+        normal("frequency", 2.0, 0.3),
+    ])
+    .unwrap();
+    (model, Data::new(observations, groups).unwrap(), parameters)
+}
