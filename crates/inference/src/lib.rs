@@ -54,6 +54,7 @@
 //! ```
 
 mod data;
+pub mod ensemble;
 mod error;
 mod forward;
 mod laplace;

@@ -1,0 +1,212 @@
+//! The ensemble Kalman filter and smoother, for any model that can be run member by member.
+//!
+//! An [`Ensemble`] is a matrix with one member per row. A forecast runs the caller's model on every row; an analysis
+//! ([`Ensemble::analyse`]) pulls the rows towards data; [`smooth`] repeats analyses of one data set with inflated noise
+//! (ES-MDA). [`Diagnostics`] says when the result is not to be trusted: a filter whose innovations look right can
+//! still be confident of a wrong answer.
+//!
+//! # Conventions
+//!
+//! Members are rows, variables are columns. Sample covariances divide by N - 1. Noise is a covariance, never a
+//! standard deviation. Variables are unbounded: map bounded ones to a normal score outside (uniform priors become
+//! standard normal, and bounds cannot be crossed). Inflation multiplies the anomalies after the analysis.
+
+mod analysis;
+mod diagnostics;
+mod error;
+mod forcing;
+mod localise;
+mod smoother;
+
+#[cfg(test)]
+mod lorenz;
+#[cfg(test)]
+mod tests;
+
+pub use analysis::{Innovation, Noise, Observed, Options, Scheme};
+pub use diagnostics::{Diagnostics, RankHistogram, effective_rank};
+pub use error::EnsembleError;
+pub use forcing::orthogonal_forcing;
+pub use localise::gaspari_cohn;
+pub use smoother::{Pass, Smoothed, Smoother, smooth};
+
+use rayon::prelude::*;
+use rijke_numerics::{Matrix, Stream};
+
+/// A set of members that stands for a distribution; and those that failed on the way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ensemble {
+    members: Matrix,
+    failures: Vec<Failure>,
+}
+
+/// A member whose model run failed, and was replaced.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// Row of the member.
+    pub member: usize,
+    /// Number of the forecast in which it failed, as counted by the caller.
+    pub step: usize,
+    /// Why, in the model's words.
+    pub reason: String,
+}
+
+impl Ensemble {
+    /// An ensemble of the given rows.
+    ///
+    /// # Errors
+    /// [`EnsembleError::TooFewMembers`] below two, [`EnsembleError::NotFinite`] for a NaN or an infinity.
+    pub fn new(members: Matrix) -> Result<Self, EnsembleError> {
+        if members.rows() < 2 {
+            return Err(EnsembleError::TooFewMembers { have: members.rows(), need: 2 });
+        }
+        if let Some(i) = members.as_slice().iter().position(|v| !v.is_finite()) {
+            let columns = members.columns().max(1);
+            return Err(EnsembleError::NotFinite { member: i / columns, variable: i % columns });
+        }
+        Ok(Self { members, failures: Vec::new() })
+    }
+
+    /// `members` draws of a standard normal vector, with mean and variances as drawn (not corrected).
+    ///
+    /// # Errors
+    /// [`EnsembleError::TooFewMembers`] below two.
+    pub fn standard_normal(
+        members: usize,
+        variables: usize,
+        stream: &mut Stream,
+    ) -> Result<Self, EnsembleError> {
+        Self::new(forcing::normal_matrix(members, variables, stream))
+    }
+
+    /// The members, one per row.
+    #[must_use]
+    pub fn members(&self) -> &Matrix {
+        &self.members
+    }
+
+    /// The members, to be changed in place, for instance by adding forcing to a column.
+    pub fn members_mut(&mut self) -> &mut Matrix {
+        &mut self.members
+    }
+
+    /// Number of members.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.members.rows()
+    }
+
+    /// Mean over the members.
+    #[must_use]
+    pub fn mean(&self) -> Vec<f64> {
+        column_means(&self.members)
+    }
+
+    /// Members minus mean.
+    #[must_use]
+    pub fn anomalies(&self) -> Matrix {
+        centred(&self.members).1
+    }
+
+    /// Sample covariance.
+    #[must_use]
+    pub fn covariance(&self) -> Matrix {
+        let anomalies = self.anomalies();
+        let scale = 1.0 / (self.size() as f64 - 1.0);
+        let mut covariance = anomalies.transpose().product(&anomalies);
+        covariance.as_mut_slice().iter_mut().for_each(|v| *v *= scale);
+        covariance
+    }
+
+    /// Sample standard deviation of every variable.
+    #[must_use]
+    pub fn spread(&self) -> Vec<f64> {
+        let anomalies = self.anomalies();
+        let squares = (0..anomalies.columns())
+            .map(|j| (0..anomalies.rows()).map(|i| anomalies[(i, j)].powi(2)).sum::<f64>());
+        squares.map(|s| (s / (self.size() as f64 - 1.0)).sqrt()).collect()
+    }
+
+    /// Members that failed so far, in order.
+    #[must_use]
+    pub fn failures(&self) -> &[Failure] {
+        &self.failures
+    }
+
+    /// Runs `model` on every member, in parallel; what it returns is collected in the order of the members, so the
+    /// result does not depend on the number of threads.
+    ///
+    /// A member whose run fails is put back to what it was before the run and then replaced by a draw from the
+    /// survivors: their mean plus a standard normal combination of their anomalies over sqrt(N - 1), which keeps
+    /// mean and covariance in expectation. Its output becomes that of `model` on the replacement. The failure is
+    /// recorded under `step`.
+    ///
+    /// # Errors
+    /// [`EnsembleError::Failed`] if more than half of the members fail, or a replacement fails as well.
+    pub fn forecast<T: Send, E: std::fmt::Display + Send>(
+        &mut self,
+        step: usize,
+        stream: &mut Stream,
+        model: impl Fn(usize, &mut [f64]) -> Result<T, E> + Sync,
+    ) -> Result<Vec<T>, EnsembleError> {
+        let before = self.members.clone();
+        let columns = before.columns();
+        let mut runs: Vec<Result<T, String>> = self
+            .members
+            .as_mut_slice()
+            .par_chunks_mut(columns)
+            .enumerate()
+            .map(|(i, row)| {
+                let run = model(i, row).map_err(|e| e.to_string())?;
+                if row.iter().all(|v| v.is_finite()) { Ok(run) } else { Err("a value is not finite".into()) }
+            })
+            .collect();
+        let failed: Vec<usize> = (0..runs.len()).filter(|&i| runs[i].is_err()).collect();
+        if failed.len() * 2 > runs.len() {
+            let reason = runs.into_iter().find_map(Result::err).unwrap_or_default();
+            return Err(EnsembleError::Failed { failed: failed.len(), members: before.rows(), step, reason });
+        }
+        let survivors: Vec<usize> = (0..runs.len()).filter(|i| !failed.contains(i)).collect();
+        for &i in &failed {
+            let mut row = forcing::draw_from(&before, &survivors, stream);
+            let rerun = model(i, &mut row).map_err(|e| e.to_string());
+            let sound = row.iter().all(|v| v.is_finite());
+            let reason = std::mem::replace(&mut runs[i], rerun).err().unwrap_or_default();
+            if runs[i].is_err() || !sound {
+                return Err(EnsembleError::Failed {
+                    failed: failed.len(),
+                    members: before.rows(),
+                    step,
+                    reason,
+                });
+            }
+            self.members.as_mut_slice()[i * columns..(i + 1) * columns].copy_from_slice(&row);
+            self.failures.push(Failure { member: i, step, reason });
+        }
+        Ok(runs.into_iter().flatten().collect())
+    }
+}
+
+/// Mean of every column.
+fn column_means(matrix: &Matrix) -> Vec<f64> {
+    let mut mean = vec![0.0; matrix.columns()];
+    for i in 0..matrix.rows() {
+        for (m, v) in mean.iter_mut().zip(matrix.row(i)) {
+            *m += v;
+        }
+    }
+    mean.iter_mut().for_each(|m| *m /= matrix.rows() as f64);
+    mean
+}
+
+/// Mean of every column, and the matrix without it.
+fn centred(matrix: &Matrix) -> (Vec<f64>, Matrix) {
+    let mean = column_means(matrix);
+    let mut anomalies = matrix.clone();
+    for row in anomalies.as_mut_slice().chunks_mut(mean.len().max(1)) {
+        for (a, m) in row.iter_mut().zip(&mean) {
+            *a -= m;
+        }
+    }
+    (mean, anomalies)
+}

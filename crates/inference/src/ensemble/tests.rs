@@ -1,0 +1,385 @@
+//! Exact and Monte-Carlo tests of the analysis, on linear-Gaussian problems whose answer is known.
+
+use super::*;
+use approx::assert_abs_diff_eq;
+use rijke_numerics::{Cholesky, Streams, lu_solve};
+
+/// A prior ensemble, a linear observation H, and full noise, with numbers of no special shape.
+struct Problem {
+    ensemble: Ensemble,
+    operator: Matrix,
+    measured: Vec<f64>,
+    noise: Matrix,
+}
+
+fn problem(members: usize, variables: usize, data: usize) -> Problem {
+    let mut stream = Streams::new(5).stream("problem");
+    let mix = forcing::normal_matrix(variables, variables, &mut stream);
+    let rows = forcing::normal_matrix(members, variables, &mut stream).product(&mix);
+    let half = forcing::normal_matrix(data, data, &mut stream);
+    Problem {
+        ensemble: Ensemble::new(rows).unwrap(),
+        operator: forcing::normal_matrix(data, variables, &mut stream),
+        measured: forcing::normal_matrix(1, data, &mut stream).row(0).to_vec(),
+        noise: half.product(&half.transpose()).plus(0.3, &Matrix::identity(data)),
+    }
+}
+
+/// Kalman's update of a mean and covariance, written out.
+fn kalman(mean: &[f64], p: &Matrix, h: &Matrix, r: &Matrix, y: &[f64]) -> (Vec<f64>, Matrix) {
+    let ph = p.product(&h.transpose());
+    let s = h.product(&ph).plus(1.0, r);
+    let departure: Vec<f64> = h.times(mean).iter().zip(y).map(|(m, y)| y - m).collect();
+    let pull = ph.times(&lu_solve(&s, &departure).unwrap());
+    let inverse = Cholesky::new(&s).unwrap().inverse();
+    let covariance = p.plus(-1.0, &ph.product(&inverse).product(&ph.transpose()));
+    (mean.iter().zip(pull).map(|(m, d)| m + d).collect(), covariance)
+}
+
+fn analyse(problem: &Problem, scheme: Scheme) -> (Ensemble, Innovation) {
+    let mut ensemble = problem.ensemble.clone();
+    let predicted = ensemble.members().product(&problem.operator.transpose());
+    let noise = Noise::Full(problem.noise.clone());
+    let observed = Observed { predicted: &predicted, measured: &problem.measured, noise: &noise };
+    let options = Options { scheme, ..Options::default() };
+    let innovation = ensemble.analyse(&observed, &options, &mut Streams::new(9).stream("analysis")).unwrap();
+    (ensemble, innovation)
+}
+
+fn assert_same_moments(a: &Ensemble, mean: &[f64], covariance: &Matrix, tolerance: f64) {
+    for (x, y) in a.mean().iter().zip(mean) {
+        assert_abs_diff_eq!(*x, *y, epsilon = tolerance);
+    }
+    for (x, y) in a.covariance().as_slice().iter().zip(covariance.as_slice()) {
+        assert_abs_diff_eq!(*x, *y, epsilon = tolerance);
+    }
+}
+
+#[test]
+fn exact_square_root_is_kalman_of_the_sample_moments() {
+    // More members than data, and more data than members: both spectral forms.
+    for (members, variables, data) in [(30, 6, 4), (7, 5, 12), (12, 20, 12)] {
+        let p = problem(members, variables, data);
+        let (mean, covariance) =
+            kalman(&p.ensemble.mean(), &p.ensemble.covariance(), &p.operator, &p.noise, &p.measured);
+        for scheme in [Scheme::SquareRoot, Scheme::RotatedSquareRoot] {
+            let (after, innovation) = analyse(&p, scheme);
+            assert_same_moments(&after, &mean, &covariance, 2e-12);
+            let s = p
+                .operator
+                .product(&p.ensemble.covariance())
+                .product(&p.operator.transpose())
+                .plus(1.0, &p.noise);
+            let chi = Cholesky::new(&s).unwrap().inverse().quadratic(&innovation.values);
+            assert_abs_diff_eq!(innovation.chi_squared, chi, epsilon = 1e-10 * chi);
+        }
+        let (perturbed, _) = analyse(&p, Scheme::Stochastic);
+        for (x, y) in perturbed.mean().iter().zip(&mean) {
+            assert_abs_diff_eq!(*x, *y, epsilon = 2e-12);
+        }
+    }
+}
+
+#[test]
+fn exact_units_order_and_batches_change_nothing() {
+    let p = problem(20, 5, 6);
+    let variances: Vec<f64> = (0..6).map(|j| 0.2 + 0.1 * j as f64).collect();
+    let run = |scale: f64, order: &[usize], batches: &[std::ops::Range<usize>]| {
+        let mut ensemble = p.ensemble.clone();
+        for batch in batches {
+            let keep = &order[batch.clone()];
+            let all = ensemble.members().product(&p.operator.transpose());
+            let predicted = Matrix::from_fn(ensemble.size(), keep.len(), |i, k| scale * all[(i, keep[k])]);
+            let measured: Vec<f64> = keep.iter().map(|&j| scale * p.measured[j]).collect();
+            let noise = Noise::Independent(keep.iter().map(|&j| scale * scale * variances[j]).collect());
+            let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
+            let mut stream = Streams::new(0).stream("none");
+            ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
+        }
+        ensemble
+    };
+    let plain = run(1.0, &[0, 1, 2, 3, 4, 5], std::slice::from_ref(&(0..6)));
+    let (mean, covariance) = (plain.mean(), plain.covariance());
+    assert_same_moments(
+        &run(1e6, &[0, 1, 2, 3, 4, 5], std::slice::from_ref(&(0..6))),
+        &mean,
+        &covariance,
+        1e-12,
+    );
+    assert_same_moments(
+        &run(1.0, &[3, 5, 0, 2, 1, 4], std::slice::from_ref(&(0..6))),
+        &mean,
+        &covariance,
+        1e-12,
+    );
+    assert_same_moments(&run(1.0, &[0, 1, 2, 3, 4, 5], &[0..2, 2..3, 3..6]), &mean, &covariance, 1e-12);
+}
+
+#[test]
+fn exact_smoother_with_any_coefficients_is_the_single_update_if_linear() {
+    let p = problem(25, 4, 5);
+    let (mean, covariance) =
+        kalman(&p.ensemble.mean(), &p.ensemble.covariance(), &p.operator, &p.noise, &p.measured);
+    let smoother = Smoother {
+        coefficients: vec![300.0, 60.0, 12.0, 1.0 / (1.0 - 1.0 / 300.0 - 1.0 / 60.0 - 1.0 / 12.0)],
+        ..Smoother::default()
+    };
+    for smoother in [Smoother::default(), smoother] {
+        let model = |row: &[f64]| Ok::<_, std::convert::Infallible>(p.operator.times(row));
+        let noise = Noise::Full(p.noise.clone());
+        let smoothed =
+            smooth(p.ensemble.clone(), &p.measured, &noise, &smoother, &Streams::new(1), model).unwrap();
+        assert_same_moments(&smoothed.ensemble, &mean, &covariance, 1e-11);
+        assert_eq!(smoothed.passes.len(), 4);
+    }
+    let bad = Smoother { coefficients: vec![2.0, 3.0], ..Smoother::default() };
+    let model = |row: &[f64]| Ok::<_, std::convert::Infallible>(p.operator.times(row));
+    let noise = Noise::Full(p.noise.clone());
+    let refused = smooth(p.ensemble.clone(), &p.measured, &noise, &bad, &Streams::new(1), model);
+    assert!(matches!(refused, Err(EnsembleError::Coefficients { .. })));
+}
+
+#[test]
+fn order_stochastic_error_falls_with_the_root_of_the_members() {
+    // One variable, prior N(0, 1), datum 1 with variance 0.5: posterior N(2/3, 1/3).
+    let error = |members: usize| {
+        let runs = 40;
+        let squares: f64 = (0..runs)
+            .map(|seed| {
+                let mut stream = Streams::new(seed).stream("mc");
+                let mut ensemble = Ensemble::standard_normal(members, 1, &mut stream).unwrap();
+                let predicted = ensemble.members().clone();
+                let noise = Noise::Independent(vec![0.5]);
+                let observed = Observed { predicted: &predicted, measured: &[1.0], noise: &noise };
+                let options = Options { scheme: Scheme::Stochastic, ..Options::default() };
+                ensemble.analyse(&observed, &options, &mut stream).unwrap();
+                (ensemble.mean()[0] - 2.0 / 3.0).powi(2) + (ensemble.covariance()[(0, 0)] - 1.0 / 3.0).powi(2)
+            })
+            .sum();
+        (squares / runs as f64).sqrt()
+    };
+    let errors = [error(100), error(1000), error(10_000)];
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log10();
+        assert!((order - 0.5).abs() < 0.15, "errors {errors:?}");
+    }
+}
+
+#[test]
+fn exact_localisation_of_ones_is_no_localisation_and_of_zeros_no_update() {
+    let p = problem(15, 3, 4);
+    let predicted = p.ensemble.members().product(&p.operator.transpose());
+    let noise = Noise::Independent(vec![0.4, 0.3, 0.8, 0.5]);
+    let observed = Observed { predicted: &predicted, measured: &p.measured, noise: &noise };
+    for scheme in [Scheme::Stochastic, Scheme::SquareRoot] {
+        let run = |localisation: Option<Matrix>| {
+            let mut ensemble = p.ensemble.clone();
+            let options = Options { scheme, localisation, ..Options::default() };
+            ensemble.analyse(&observed, &options, &mut Streams::new(3).stream("same")).unwrap();
+            ensemble
+        };
+        let plain = run(None);
+        let ones = run(Some(Matrix::from_fn(3, 4, |_, _| 1.0)));
+        assert_same_moments(&ones, &plain.mean(), &plain.covariance(), 1e-12);
+        assert_eq!(run(Some(Matrix::zeros(3, 4))).members(), p.ensemble.members());
+    }
+    assert_eq!(gaspari_cohn(0.0), 1.0);
+    assert_abs_diff_eq!(gaspari_cohn(1.0), 5.0 / 24.0, epsilon = 1e-15);
+    assert_abs_diff_eq!(gaspari_cohn(2.0 - 1e-9), 0.0, epsilon = 1e-15);
+}
+
+#[test]
+fn exact_inflation_and_relaxation() {
+    let p = problem(12, 3, 2);
+    let (plain, _) = analyse(&p, Scheme::SquareRoot);
+    let run = |inflation: f64, relaxation: f64| {
+        let mut ensemble = p.ensemble.clone();
+        let predicted = ensemble.members().product(&p.operator.transpose());
+        let noise = Noise::Full(p.noise.clone());
+        let observed = Observed { predicted: &predicted, measured: &p.measured, noise: &noise };
+        let options = Options { inflation, relaxation, ..Options::default() };
+        ensemble.analyse(&observed, &options, &mut Streams::new(3).stream("same")).unwrap();
+        ensemble
+    };
+    for (inflated, plain) in run(1.1, 0.0).spread().iter().zip(plain.spread()) {
+        assert_abs_diff_eq!(*inflated, 1.1 * plain, epsilon = 1e-13);
+    }
+    for (relaxed, prior) in run(1.0, 1.0).spread().iter().zip(p.ensemble.spread()) {
+        assert_abs_diff_eq!(*relaxed, prior, epsilon = 1e-13);
+    }
+}
+
+#[test]
+fn exact_orthogonal_forcing_has_the_stated_moments() {
+    let mut stream = Streams::new(2).stream("forcing");
+    let (_, mut against) = centred(&forcing::normal_matrix(20, 6, &mut stream));
+    for i in 0..20 {
+        against[(i, 5)] = against[(i, 0)] - against[(i, 1)]; // dependent: must not count
+    }
+    let draws = orthogonal_forcing(&against, &[0.25, 4.0], 1e-10, &mut stream).unwrap();
+    let ensemble = Ensemble::new(draws.clone()).unwrap();
+    assert_same_moments(&ensemble, &[0.0, 0.0], &Matrix::diagonal(&[0.25, 4.0]), 1e-13);
+    assert!(against.transpose().product(&draws).as_slice().iter().all(|v| v.abs() < 1e-12));
+    let few = Matrix::from_fn(4, 3, |i, j| f64::from(u8::from(i == j)));
+    let refused = orthogonal_forcing(&few, &[1.0], 1e-10, &mut stream);
+    assert_eq!(refused, Err(EnsembleError::TooFewMembers { have: 4, need: 5 }));
+}
+
+#[test]
+fn exact_failed_members_are_replaced_and_listed() {
+    let p = problem(10, 2, 1);
+    let model = |member: usize, row: &mut [f64]| {
+        if member == 3 && row[0] == p.ensemble.members()[(3, 0)] { Err("left the table") } else { Ok(row[0]) }
+    };
+    let mut ensemble = p.ensemble.clone();
+    let out = ensemble.forecast(7, &mut Streams::new(1).stream("f"), model).unwrap();
+    assert_eq!(out.len(), 10);
+    assert_eq!(ensemble.failures(), [Failure { member: 3, step: 7, reason: "left the table".into() }]);
+    assert_ne!(ensemble.members().row(3), p.ensemble.members().row(3));
+    let all = |_: usize, _: &mut [f64]| Err::<(), _>("broken");
+    let refused = ensemble.forecast(8, &mut Streams::new(1).stream("f"), all);
+    assert!(matches!(refused, Err(EnsembleError::Failed { failed: 10, step: 8, .. })));
+}
+
+#[test]
+fn exact_thread_count_changes_no_byte() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut ensemble = problem(40, 3, 2).ensemble;
+            let mut stream = Streams::new(4).stream("threads");
+            let model = |_: usize, row: &mut [f64]| {
+                row.iter_mut().for_each(|v| *v = v.sin());
+                Ok::<_, std::convert::Infallible>(row.iter().sum::<f64>())
+            };
+            let out = ensemble.forecast(0, &mut stream, model).unwrap();
+            let predicted = Matrix::from_fn(40, 1, |i, _| out[i]);
+            let noise = Noise::Independent(vec![0.1]);
+            let observed = Observed { predicted: &predicted, measured: &[0.2], noise: &noise };
+            let options = Options { scheme: Scheme::RotatedSquareRoot, ..Options::default() };
+            ensemble.analyse(&observed, &options, &mut stream).unwrap();
+            ensemble
+        })
+    };
+    assert_eq!(run(1), run(2));
+}
+
+#[test]
+fn exact_static_parameters_with_a_forced_nuisance_stay_calibrated() {
+    // flow.md 6.3: 6 static parameters, one AR(1) nuisance state, 2000 analyses, 100 members. The exact answer is the
+    // Kalman filter's; with orthogonal forcing the square root matches its sd, with plain forcing it collapses.
+    let (steps, members, parameters) = (1000, 100, 6);
+    let (decay, variance) = (0.99_f64, 1.0_f64);
+    let run = |seed: u64, orthogonal: bool| {
+        let streams = Streams::new(seed);
+        let mut stream = streams.stream("toy");
+        let truth = forcing::normal_matrix(1, parameters + 1, &mut stream).row(0).to_vec();
+        let mut nuisance = truth[parameters];
+        let mut ensemble = Ensemble::standard_normal(members, parameters + 1, &mut stream).unwrap();
+        let drive = variance * (1.0 - decay * decay);
+        let (mut p, mut mean) = (Matrix::identity(parameters + 1), vec![0.0; parameters + 1]);
+        for _ in 0..steps {
+            let fresh = forcing::normal_matrix(1, 1, &mut stream)[(0, 0)];
+            nuisance = decay * nuisance + drive.sqrt() * fresh;
+            let against = ensemble.anomalies();
+            let noise = if orthogonal {
+                orthogonal_forcing(&against, &[drive], 1e-8, &mut stream).unwrap()
+            } else {
+                let raw = forcing::normal_matrix(members, 1, &mut stream);
+                Matrix::from_fn(members, 1, |i, _| drive.sqrt() * raw[(i, 0)])
+            };
+            for i in 0..members {
+                let v = &mut ensemble.members_mut()[(i, parameters)];
+                *v = decay * *v + noise[(i, 0)];
+            }
+            for i in 0..=parameters {
+                p[(i, parameters)] *= decay;
+                p[(parameters, i)] *= decay;
+            }
+            p[(parameters, parameters)] += drive;
+            mean[parameters] *= decay;
+            let h = forcing::normal_matrix(2, parameters + 1, &mut stream);
+            let mut state = truth.clone();
+            state[parameters] = nuisance;
+            let errors = forcing::normal_matrix(1, 2, &mut stream);
+            let measured: Vec<f64> =
+                h.times(&state).iter().enumerate().map(|(j, y)| y + errors[(0, j)]).collect();
+            let predicted = ensemble.members().product(&h.transpose());
+            let noise = Noise::Independent(vec![1.0; 2]);
+            let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
+            ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
+            (mean, p) = kalman(&mean, &p, &h, &Matrix::identity(2), &measured);
+        }
+        let spread = ensemble.spread();
+        let ratio: f64 =
+            (0..parameters).map(|k| spread[k] / p[(k, k)].sqrt()).sum::<f64>() / parameters as f64;
+        let inside =
+            (0..parameters).filter(|&k| (ensemble.mean()[k] - truth[k]).abs() < 2.0 * spread[k]).count();
+        (ratio, inside as f64 / parameters as f64)
+    };
+    let average = |orthogonal: bool| {
+        let seeds = 10;
+        let (ratio, inside) = (0..seeds)
+            .map(|s| run(s, orthogonal))
+            .fold((0.0, 0.0), |(a, b), (r, i)| (a + r / seeds as f64, b + i / seeds as f64));
+        (ratio, inside)
+    };
+    let (ratio, inside) = average(true);
+    assert!(
+        (0.95..1.05).contains(&ratio) && inside > 0.90,
+        "orthogonal: sd ratio {ratio}, coverage {inside}"
+    );
+    let (plain_ratio, plain_inside) = average(false);
+    assert!(plain_ratio < 0.85 && plain_inside < inside, "plain: {plain_ratio}, {plain_inside}");
+}
+
+#[test]
+fn exact_diagnostics_of_white_and_correlated_innovations() {
+    let mut stream = Streams::new(8).stream("white");
+    let noise = forcing::normal_matrix(4000, 1, &mut stream);
+    let (mut white, mut red, mut state) = (Diagnostics::default(), Diagnostics::default(), 0.0);
+    for i in 0..4000 {
+        state = 0.5 * state + 0.75_f64.sqrt() * noise[(i, 0)];
+        for (diagnostics, v) in [(&mut white, noise[(i, 0)]), (&mut red, state)] {
+            let innovation = Innovation {
+                values: vec![v],
+                expected: vec![1.0],
+                chi_squared: v * v,
+                degrees_of_freedom: 0.5,
+            };
+            diagnostics.record(&innovation);
+        }
+    }
+    assert!((white.chi_squared_per_datum() - 1.0).abs() < 4.0 * (2.0_f64 / 4000.0).sqrt());
+    assert!(white.whiteness()[0].abs() < 4.0 / 4000_f64.sqrt());
+    assert!((red.whiteness()[0] - 0.5).abs() < 0.06);
+    assert_abs_diff_eq!(effective_rank(&Matrix::identity(5)).unwrap(), 5.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(effective_rank(&Matrix::from_fn(3, 3, |_, _| 2.0)).unwrap(), 1.0, epsilon = 1e-12);
+}
+
+#[test]
+fn exact_rank_histograms() {
+    let mut flat = RankHistogram::new(10);
+    (0..200).for_each(|i| flat.record((f64::from(i) + 0.5) / 200.0));
+    assert_eq!(flat.statistic(), 0.0);
+    assert!(flat.p_value() > 0.99);
+    // 21.666 is the upper 1 % point of chi-squared with 9 degrees of freedom (Abramowitz & Stegun, table 26.8).
+    let skewed = RankHistogram { counts: vec![20, 20, 20, 20, 20, 20, 20, 20, 6, 34] };
+    assert_abs_diff_eq!(skewed.statistic(), 19.6, epsilon = 1e-12);
+    assert_abs_diff_eq!(skewed.p_value(), 0.0205, epsilon = 5e-4);
+}
+
+#[test]
+fn exact_bad_input_is_refused_with_numbers() {
+    let mut ensemble = problem(6, 2, 1).ensemble;
+    let predicted = Matrix::from_fn(6, 1, |i, _| i as f64);
+    let mut run = |measured: &[f64], noise: Noise| {
+        let observed = Observed { predicted: &predicted, measured, noise: &noise };
+        ensemble.analyse(&observed, &Options::default(), &mut Streams::new(1).stream("x"))
+    };
+    let shape = run(&[1.0, 2.0], Noise::Independent(vec![1.0; 2]));
+    assert!(matches!(shape, Err(EnsembleError::Shape { expected: 2, got: 1, .. })));
+    assert!(matches!(run(&[1.0], Noise::Independent(vec![0.0])), Err(EnsembleError::Dense(_))));
+    let nan = Matrix::from_fn(3, 2, |i, j| if (i, j) == (1, 1) { f64::NAN } else { 0.0 });
+    assert_eq!(Ensemble::new(nan), Err(EnsembleError::NotFinite { member: 1, variable: 1 }));
+}
