@@ -168,25 +168,12 @@ impl White {
         let (mean, mut anomalies) = centred(observed.predicted);
         let departure: Vec<f64> = observed.measured.iter().zip(&mean).map(|(y, m)| y - m).collect();
         let root = (members as f64 - 1.0).sqrt();
-        let whiten: Box<dyn Fn(&[f64]) -> Vec<f64> + '_> = match observed.noise {
-            Noise::Independent(variances) => {
-                shape("variances of the noise", data, variances.len())?;
-                if let Some(pivot) = variances.iter().position(|v| v.is_nan() || *v <= 0.0) {
-                    return Err(rijke_numerics::DenseError::NotPositiveDefinite { size: data, pivot }.into());
-                }
-                Box::new(move |v| v.iter().zip(variances.iter()).map(|(v, r)| v / r.sqrt()).collect())
-            }
-            Noise::Full(covariance) => {
-                shape("rows of the noise covariance", data, covariance.rows())?;
-                let factor = Cholesky::new(covariance)?;
-                Box::new(move |v| factor.whiten(v))
-            }
-        };
+        let whitener = Whitener::new(observed.noise, data)?;
         for row in anomalies.as_mut_slice().chunks_mut(data.max(1)) {
-            let white = whiten(row);
+            let white = whitener.apply(row);
             row.iter_mut().zip(white).for_each(|(a, w)| *a = w / root);
         }
-        Ok(Self { anomalies, departure: whiten(&departure), root })
+        Ok(Self { anomalies, departure: whitener.apply(&departure), root })
     }
 
     /// Innovation statistics, from the same decomposition as the update.
@@ -213,6 +200,40 @@ impl White {
             expected,
             chi_squared: self.departure.iter().map(|d| d * d).sum::<f64>() - explained,
             degrees_of_freedom: gain.eigenvalues.iter().map(|l| l / (1.0 + l)).sum(),
+        }
+    }
+}
+
+/// R^{-1/2} as an operation.
+enum Whitener {
+    Scale(Vec<f64>),
+    Solve(Cholesky),
+}
+
+impl Whitener {
+    fn new(noise: &Noise, data: usize) -> Result<Self, EnsembleError> {
+        let shape = |what, got| {
+            if data == got { Ok(()) } else { Err(EnsembleError::Shape { what, expected: data, got }) }
+        };
+        match noise {
+            Noise::Independent(variances) => {
+                shape("variances of the noise", variances.len())?;
+                if let Some(pivot) = variances.iter().position(|v| v.is_nan() || *v <= 0.0) {
+                    return Err(rijke_numerics::DenseError::NotPositiveDefinite { size: data, pivot }.into());
+                }
+                Ok(Self::Scale(variances.iter().map(|v| v.sqrt()).collect()))
+            }
+            Noise::Full(covariance) => {
+                shape("rows of the noise covariance", covariance.rows())?;
+                Ok(Self::Solve(Cholesky::new(covariance)?))
+            }
+        }
+    }
+
+    fn apply(&self, values: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Scale(sd) => values.iter().zip(sd).map(|(v, sd)| v / sd).collect(),
+            Self::Solve(factor) => factor.whiten(values),
         }
     }
 }
