@@ -1,6 +1,7 @@
 //! When not to believe an ensemble.
 
 use super::Innovation;
+use crate::normal_cdf;
 use rijke_numerics::{DenseError, Matrix, symmetric_eigen};
 
 /// Innovations of a whole run, collected one analysis at a time.
@@ -104,23 +105,6 @@ impl RankHistogram {
         let degrees = self.counts.len() as f64 - 1.0;
         let spread = 2.0 / (9.0 * degrees);
         let z = ((self.statistic() / degrees).cbrt() - (1.0 - spread)) / spread.sqrt();
-        upper_tail(z)
-    }
-}
-
-/// Upper tail of the standard normal, by its continued fraction beyond 2 and its series within (both to 1e-12).
-fn upper_tail(z: f64) -> f64 {
-    let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
-    if z < -2.0 {
-        1.0 - upper_tail(-z)
-    } else if z > 2.0 {
-        density / (1..120).rev().fold(z, |tail, k| z + f64::from(k) / tail)
-    } else {
-        let (mut term, mut sum) = (z, z);
-        for k in 1..60 {
-            term *= z * z / (2.0 * f64::from(k) + 1.0);
-            sum += term;
-        }
-        0.5 - density * sum
+        1.0 - normal_cdf(z)
     }
 }
