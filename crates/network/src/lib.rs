@@ -22,6 +22,7 @@
 mod chain;
 mod coefficients;
 mod error;
+pub mod levine_schwinger;
 mod newton;
 mod response;
 mod sweep;

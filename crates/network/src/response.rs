@@ -170,7 +170,7 @@ impl Network {
     /// Cost: one pass over the chain; per segment about 4 p products to first order and 2 p^2 to second.
     ///
     /// # Errors
-    /// [`NetworkError::Slot`]-like mistakes in `places` are [`NetworkError::NoPlace`];
+    /// [`NetworkError::Slot`] if a place does not exist;
     /// [`NetworkError::SilentReference`] if the reference pressure vanishes; [`NetworkError::NotFinite`].
     pub fn respond<K: Coefficients + ?Sized>(
         &self,

@@ -1,0 +1,7 @@
+//! Evidence for the network: closed forms, an independent reference file, an independent chain in jets, invariances.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+mod common_laws;
+mod derivatives;
+mod eigenvalues;
+mod invariances;
