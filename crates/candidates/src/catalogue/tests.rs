@@ -1,0 +1,97 @@
+use super::*;
+use crate::Here;
+use crate::testing::surroundings;
+use rijke_numerics::{C64, JetSpace, Order};
+
+const GOOD: &str = r#"
+[[candidate]]
+id = "a"
+role = "heater"
+name = "n-tau"
+cite = ["own judgement"]
+parameters.k2 = { symbol = "k_2", unit = "s", prior = { normal = { mean = 1e-3, sd = 1e-3 } } }
+parameters.k1 = { symbol = "k_1", unit = "1/W", prior = { normal = { mean = 0.0, sd = 1.0 } } }
+[[candidate.effect]]
+acts_at = "heater"
+eu = "-k1*Q_h*exp(-s*k2)"
+"#;
+
+fn message(change: &str, to: &str) -> String {
+    assert!(GOOD.contains(change), "{change}");
+    Catalogue::from_toml(&GOOD.replacen(change, to, 1), "mine.toml").unwrap_err().to_string()
+}
+
+#[test]
+fn exact_parameters_keep_the_order_of_the_file() {
+    let catalogue = Catalogue::from_toml(GOOD, "mine.toml").unwrap();
+    let names: Vec<_> = catalogue.candidates()[0].parameters.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["k2", "k1"]);
+}
+
+#[test]
+fn exact_faults_are_named_with_file_line_and_what_is_known() {
+    for (change, to, expected) in [
+        ("acts_at", "act_at", ["mine.toml, line 10", "acts_at"]),
+        ("\"heater\"\neu", "\"heeter\"\neu", ["line 10", "prong-end"]),
+        ("eu =", "ue =", ["line 11", "`ep`"]),
+        ("Q_h", "Qh", ["line 11", "Q_h"]),
+        ("exp(", "expp(", ["line 11", "did you mean `exp`"]),
+        ("-s*k2", "-im(s)*k2", ["line 11", "not analytic"]),
+        ("parameters.k2", "parameters.rho", ["line 7", "call it something else"]),
+        ("normal = { mean = 1e-3", "normal = { mean = 1e-3, low = 2", ["line 7", "low"]),
+        ("sd = 1e-3", "sd = -1e-3", ["line 7", "k2"]),
+        ("prior = { normal", "prior = { gauss", ["line 7", "normal"]),
+        ("[\"own judgement\"]", "[]", ["line 6", "cite"]),
+    ] {
+        let text = message(change, to);
+        for part in expected {
+            assert!(text.contains(part), "`{change}` -> `{to}`: {text}");
+        }
+    }
+    assert!(message("exp(-s*k2)", "exp(-s)").contains("`k2` appears in no formula"));
+    let twice = format!("{GOOD}{GOOD}");
+    assert!(
+        Catalogue::from_toml(&twice, "f").unwrap_err().to_string().contains("line 14: a second candidate")
+    );
+    assert!(message("eu = \"-k1*Q_h*exp(-s*k2)\"", "reflection = \"k1*k2\"").contains("cannot act at"));
+    assert!(
+        Catalogue::read(Path::new("absent.toml")).unwrap_err().to_string().starts_with("absent.toml: cannot")
+    );
+}
+
+fn fixture(name: &str) -> Catalogue {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/candidates/");
+    Catalogue::read(Path::new(&format!("{folder}{name}"))).unwrap()
+}
+
+#[test]
+fn paper_table_2_has_seven_models_with_the_printed_numbers_of_parameters() {
+    let catalogue = fixture("prongs.toml");
+    let counts: Vec<usize> = catalogue.competing("prongs").iter().map(|c| c.parameters.len()).collect();
+    assert_eq!(counts, [1, 2, 2, 4, 1, 2, 3]);
+}
+
+#[test]
+fn exact_wall_and_prongs_are_the_laws_of_the_paper() {
+    let (around, space) = (surroundings(), JetSpace::new(1, Order::Value));
+    let s = space.seed(0, C64::new(-12.0, 1070.0));
+    let mut here = Here { space, surroundings: &around, s: &s, wall: None, levine_schwinger: None };
+    let air = rijke_rig::Gas::air().at(293.15, 101_325.0);
+    let (tube, prongs) = (fixture("tube.toml"), fixture("prongs.toml"));
+    let wall = tube.get("wall.rayleigh").unwrap();
+    let eta = [space.real(1.2)];
+    let loss: Vec<_> = wall.effects.iter().map(|e| e.law.evaluate(&here, &eta)).collect();
+    let root = 1.2 * 4.0 / 0.0474 * (s.value() * air.density * air.viscosity).sqrt();
+    let ep = (air.gamma - 1.0) / (air.density * air.sound_speed).powi(2) * air.prandtl.powf(-2.0 / 3.0);
+    assert!((loss[0].value() - root).norm() < 1e-12 * root.norm());
+    assert!((loss[1].value() - root * ep).norm() < 1e-12 * (root * ep).norm());
+
+    here.wall = Some([&loss[0], &loss[1]]);
+    let model = prongs.get("prongs.6").unwrap();
+    let parameters = [space.real(0.8), space.real(1.1)];
+    let values: Vec<_> = model.effects.iter().map(|e| e.law.evaluate(&here, &parameters).value()).collect();
+    let ratio = (2.0 * 3.0 + 2.0 * 4.0) / 47.4; // perimeters in millimetres, pi cancelled
+    assert!((values[0] - 0.8 * ratio * root).norm() < 1e-12 * root.norm());
+    let blockage = (2.0 * 9.0 + 2.0 * 16.0) / (47.4 * 47.4);
+    assert!((values[2] - 1.1 * blockage).norm() < 1e-15, "blockage is positive: {}", values[2]);
+}

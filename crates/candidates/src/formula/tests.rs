@@ -1,0 +1,206 @@
+use super::*;
+use crate::Surroundings;
+use crate::testing::surroundings;
+use approx::assert_relative_eq;
+use rijke_numerics::check::{slopes_from, slopes_near};
+use rijke_numerics::{C64, JetSpace, Order};
+
+const NAMES: [&str; 3] = ["k1", "k2", "k3"];
+
+fn parse_at(text: &str, place: Place) -> Result<Formula, FormulaError> {
+    let names = NAMES.map(str::to_owned);
+    let coefficient = if place.is_end() { Coefficient::Reflection } else { Coefficient::Mu };
+    Formula::parse(text, &Scope { parameters: &names, place, coefficient })
+}
+
+fn parse(text: &str) -> Result<Formula, FormulaError> {
+    parse_at(text, Place::Heater)
+}
+
+/// Value with derivatives in the seeds k1, k2, k3, s.
+fn jet(formula: &Formula, around: &Surroundings, order: Order, x: &[C64; 4]) -> Jet {
+    let space = JetSpace::new(4, order);
+    let seeds: Vec<Jet> = (0..4).map(|k| space.seed(k, x[k])).collect();
+    let wall = [seeds[3].sqrt(), seeds[3].sqrt().scale(C64::new(1e-6, 0.0))];
+    let here = Here {
+        space,
+        surroundings: around,
+        s: &seeds[3],
+        wall: Some([&wall[0], &wall[1]]),
+        levine_schwinger: None,
+    };
+    formula.evaluate(&here, &seeds[..3])
+}
+
+const POINT: [C64; 4] =
+    [C64::new(0.7, 0.0), C64::new(1.3e-3, 0.0), C64::new(1.4, 0.0), C64::new(-12.0, 1070.0)];
+
+fn value(text: &str) -> C64 {
+    jet(&parse(text).unwrap(), &surroundings(), Order::Value, &POINT).value()
+}
+
+fn complaint(text: &str) -> (usize, Problem) {
+    let error = parse(text).unwrap_err();
+    (error.at, error.problem)
+}
+
+#[test]
+fn exact_precedence_is_that_of_matlab_and_python() {
+    for (text, expected) in [
+        ("1 + 2*3", 7.0),
+        ("10 - 4 - 3", 3.0),
+        ("16/4/2", 2.0),
+        ("-2^2", -4.0),
+        ("(-2)^2", 4.0),
+        ("2^-1", 0.5),
+        ("2*-3", -6.0),
+        ("1 - -1", 2.0),
+        ("+3", 3.0),
+        ("2*3^2", 18.0),
+        ("2**3", 8.0),
+        ("-2*3", -6.0),
+        ("8/2*4", 16.0),
+        ("1.5e-3*1e3", 1.5),
+        ("2^0.5*2^0.5", 2.0),
+        ("(2^3)^2", 64.0),
+        ("2^(3^2)", 512.0),
+        ("abs(3 + 4i)", 5.0),
+        ("re(2j*2j)", -4.0),
+        ("im(i)", 1.0),
+        ("arg(-1 + 0*i)/pi", 1.0),
+        ("log(exp(2))", 2.0),
+    ] {
+        assert_relative_eq!(value(text).re, expected, max_relative = 1e-15);
+        assert!(value(text).im.abs() < 1e-15, "{text}");
+    }
+}
+
+#[test]
+fn exact_a_chain_of_powers_is_refused() {
+    assert_eq!(complaint("2^3^2"), (3, Problem::ChainedPower));
+    assert_eq!(complaint("k1^k2^k3").1, Problem::ChainedPower);
+    assert_eq!(complaint("2^-1^2").1, Problem::ChainedPower);
+}
+
+#[test]
+fn exact_zero_to_a_parameter_is_zero_with_its_derivatives() {
+    let jet = jet(&parse("0^k3").unwrap(), &surroundings(), Order::Second, &POINT);
+    assert_eq!(jet.value(), C64::ZERO);
+    assert!(jet.gradient().iter().chain(jet.hessian_packed()).all(|d| *d == C64::ZERO));
+}
+
+#[test]
+fn exact_errors_point_at_the_fault() {
+    assert_eq!(complaint("k1 * $"), (5, Problem::Character('$')));
+    assert_eq!(complaint("k1 *"), (4, Problem::MissingOperand));
+    assert_eq!(complaint(""), (0, Problem::MissingOperand));
+    assert_eq!(complaint("2*(k1 + 3"), (2, Problem::Unclosed));
+    assert_eq!(complaint("2 k1"), (2, Problem::MissingOperator));
+    assert_eq!(complaint("2in"), (1, Problem::MissingOperator));
+    assert_eq!(complaint("k1)"), (2, Problem::MissingOperator));
+    assert_eq!(complaint("* 2"), (0, Problem::MissingOperand));
+    assert!(matches!(complaint(&"(".repeat(5000)).1, Problem::TooLong | Problem::TooDeep));
+    assert_eq!(complaint(&"k1+".repeat(3000)).1, Problem::TooLong);
+    let (at, unknown) = complaint("k1 * sqr(s)");
+    assert_eq!(at, 5);
+    let Problem::UnknownName { suggestion, known, .. } = unknown else { panic!("{unknown}") };
+    assert_eq!(suggestion.as_deref(), Some("sqrt"));
+    assert!(known.contains("tanh"));
+    let text = parse("gama - 1").unwrap_err().to_string();
+    assert!(
+        text.contains("did you mean `gamma`") && text.contains("k3") && text.contains("wall_mu"),
+        "{text}"
+    );
+}
+
+#[test]
+fn exact_only_analytic_laws_of_s_are_accepted() {
+    for (text, name) in [
+        ("abs(s)", "s"),
+        ("k1*exp(-i*im(k2*s))", "s"),
+        ("conj(wall_mu)", "wall_mu"),
+        ("arg(1 + 2*(rho - wall_ep))", "wall_ep"),
+        ("re(sqrt(k1*s))", "s"),
+    ] {
+        let (_, problem) = complaint(text);
+        assert!(
+            matches!(problem, Problem::NotAnalytic { through, .. } if through == name),
+            "{text}: {problem}"
+        );
+    }
+    assert!(parse("abs(k1 + i*k2)*exp(-s*k3)*conj(i)").is_ok());
+    assert!(matches!(complaint("R_LS").1, Problem::NotHere { name: "R_LS", .. }));
+    assert!(parse_at("R_LS", Place::BothEnds).is_ok());
+    assert!(parse_at("wall_mu", Place::Tube).is_err());
+}
+
+/// Laws with a positive real part where they meet a branch cut, written alike for both readers.
+const LAWS: [&str; 8] = [
+    "-k1*exp(-s*k2)",
+    "k1*sqrt(s)*s^k3",
+    "(k1 + i*k3)/(1 + s*k2)",
+    "ln(s*k2)*sin(k1) - cos(s*k2)^2",
+    "tanh(s*k2) + sinh(k2*s)/cosh(k1)",
+    "k1^k3 - 2^k1 + (k1*s)^-2*1000000",
+    "-s^2*k1 + s^3*k2^2/(k3 - 2*s)",
+    "tan(k1*k3)*s^0.5 + exp(k2*s)^2",
+];
+
+#[test]
+fn oracle_values_and_derivatives_agree_with_symbolic_differentiation() {
+    let (around, variables) = (surroundings(), ["k1", "k2", "k3", "s"]);
+    for law in LAWS {
+        let ours = jet(&parse(law).unwrap(), &around, Order::Second, &POINT);
+        let theirs =
+            |text: &str| formulac::Builder::<f64, 4>::new(text, variables).compile().unwrap().eval(&POINT);
+        let near = |a: C64, b: C64| assert!((a - b).norm() <= 1e-11 * (b.norm() + 1e-12), "{law}: {a} {b}");
+        near(ours.value(), theirs(law));
+        for (a, x) in variables.iter().enumerate() {
+            near(ours.gradient()[a], theirs(&format!("diff({law}, {x})")));
+            for (b, y) in variables.iter().enumerate().take(a + 1) {
+                near(ours.hessian(a, b), theirs(&format!("diff(diff({law}, {x}), {y})")));
+            }
+        }
+    }
+}
+
+#[test]
+fn order_taylor_remainders_fall_as_h2_and_h3() {
+    let around = surroundings();
+    let direction = [C64::new(0.4, 0.0), C64::new(5e-4, 0.0), C64::new(-0.3, 0.0), C64::new(30.0, -40.0)];
+    for law in LAWS {
+        let formula = parse(law).unwrap();
+        let at = jet(&formula, &around, Order::Second, &POINT);
+        let (mut first, mut second) = (C64::ZERO, C64::ZERO);
+        for a in 0..4 {
+            first += at.gradient()[a] * direction[a];
+            for b in 0..4 {
+                second += 0.5 * at.hessian(a, b) * direction[a] * direction[b];
+            }
+        }
+        let change = |h: f64| {
+            let moved = std::array::from_fn(|k| POINT[k] + h * direction[k]);
+            jet(&formula, &around, Order::Value, &moved).value() - at.value()
+        };
+        slopes_near(&slopes_from(0.05, |h| (change(h) - first * h).norm()), 2.0, 0.05);
+        slopes_near(&slopes_from(0.2, |h| (change(h) - first * h - second * h * h).norm()), 3.0, 0.15);
+    }
+}
+
+proptest::proptest! {
+    #[test]
+    fn exact_no_text_makes_the_reader_panic(text in "\\PC{0,40}") {
+        let _ = parse(&text);
+    }
+
+    #[test]
+    fn exact_no_string_of_words_makes_the_reader_or_the_evaluation_panic(
+        words in proptest::collection::vec(0_usize..16, 0..14)
+    ) {
+        let all = ["k1", "s", "(", ")", "+", "-", "*", "/", "^", "2", "0", "sqrt(", "abs(", "i", "1e3", "**"];
+        let text: String = words.iter().map(|&w| all[w]).collect::<Vec<_>>().join(" ");
+        if let Ok(formula) = parse(&text) {
+            let _ = jet(&formula, &surroundings(), Order::Second, &POINT);
+        }
+    }
+}
