@@ -1,0 +1,144 @@
+//! Why a record cannot be used.
+
+/// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on with
+/// the next. Times are seconds from the first sample of the record; channels count from 0.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Fault {
+    /// The channels do not have the same length, or there is none.
+    #[error(
+        "the channels of the record differ in length: channel {channel} has {have} samples, channel 0 has {need}"
+    )]
+    UnequalChannels {
+        /// The first channel that differs.
+        channel: usize,
+        /// Its number of samples.
+        have: usize,
+        /// The number of samples of channel 0.
+        need: usize,
+    },
+    /// Too few samples, channels or settings out of range for what was asked.
+    #[error("the {what} is too short: it has {have} samples, {need} are needed")]
+    TooShort {
+        /// Which part of the record.
+        what: &'static str,
+        /// Samples there are.
+        have: usize,
+        /// Samples needed.
+        need: usize,
+    },
+    /// A sample is NaN or infinite.
+    #[error("channel {channel}: sample {sample} is not a finite number")]
+    NotFinite {
+        /// The channel.
+        channel: usize,
+        /// The sample.
+        sample: usize,
+    },
+    /// Samples sit at full scale, or the waveform has a flat top.
+    #[error("channel {channel} is clipped: {samples} samples sit at its extreme value {level:.4e}")]
+    Clipped {
+        /// The channel with most clipped samples.
+        channel: usize,
+        /// How many of its samples are clipped.
+        samples: usize,
+        /// The value they sit at, in the units of the record.
+        level: f64,
+    },
+    /// A channel holds one constant value throughout.
+    #[error("channel {channel} is missing: it holds one constant value")]
+    DeadChannel {
+        /// The channel.
+        channel: usize,
+    },
+    /// A channel holds noise where every other channel holds a signal.
+    #[error(
+        "channel {channel} carries no signal: its amplitude is {ratio:.2} times the noise, the median of the channels is {median:.0}"
+    )]
+    NoSignal {
+        /// The channel.
+        channel: usize,
+        /// Amplitude of that channel over its noise.
+        ratio: f64,
+        /// Median of the same ratio over the channels.
+        median: f64,
+    },
+    /// A channel holds its value for a stretch of time.
+    #[error("channel {channel} drops out at {at:.4} s: {samples} equal samples in a row")]
+    Dropout {
+        /// The channel.
+        channel: usize,
+        /// When the stretch begins, s.
+        at: f64,
+        /// Its length.
+        samples: usize,
+    },
+    /// No signal stands out of the noise.
+    #[error("no signal: the strongest component is {ratio:.2} times the noise")]
+    Weak {
+        /// Amplitude over noise.
+        ratio: f64,
+    },
+    /// The loudspeaker acted a second time.
+    #[error("second excitation at {at:.3} s: the amplitude grows {factor:.2} times while it should decay")]
+    SecondExcitation {
+        /// When it begins, s.
+        at: f64,
+        /// How much the amplitude grows.
+        factor: f64,
+    },
+    /// Mains hum comes or goes during the decay.
+    #[error("hum burst at {at:.3} s: energy near {frequency_hz:.0} Hz is {ratio:.1} times the noise")]
+    HumBurst {
+        /// Middle of the strongest stretch, s.
+        at: f64,
+        /// Multiple of the mains frequency, Hz.
+        frequency_hz: f64,
+        /// Amplitude of the burst over the noise.
+        ratio: f64,
+    },
+    /// The fit leaves more than noise.
+    #[error(
+        "the fit leaves {ratio:.2} times the noise power at {at:.3} s, channel {channel}, mostly near {frequency_hz:.0} Hz"
+    )]
+    Residual {
+        /// Middle of the worst stretch, s.
+        at: f64,
+        /// Worst channel.
+        channel: usize,
+        /// Residual power over noise power.
+        ratio: f64,
+        /// Strongest frequency of the residual, Hz.
+        frequency_hz: f64,
+    },
+    /// The oscillation does not decay.
+    #[error("the oscillation does not decay: growth rate {growth_rate:.3} 1/s")]
+    NotDecaying {
+        /// Growth rate, 1/s.
+        growth_rate: f64,
+    },
+    /// The fit did not settle.
+    #[error("the fit did not settle in {steps} steps: the last step was {step:.2e} standard deviations")]
+    NotConverged {
+        /// Steps taken.
+        steps: usize,
+        /// Length of the last step in standard deviations.
+        step: f64,
+    },
+    /// A channel has the opposite sign of the others.
+    #[error("channel {channel} has the opposite polarity")]
+    Inverted {
+        /// The channel.
+        channel: usize,
+    },
+    /// The result lies away from those of the other repeats.
+    #[error("{quantity} lies {distance:.1} standard deviations from the median of the repeats")]
+    Outlier {
+        /// Which quantity.
+        quantity: String,
+        /// How far, in standard deviations.
+        distance: f64,
+    },
+    /// The algebra failed, as it does when two modes coincide.
+    #[error("the fit is singular: {0}")]
+    Singular(#[from] rijke_numerics::DenseError),
+}

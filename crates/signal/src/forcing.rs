@@ -1,0 +1,150 @@
+//! Where the forcing ends and the free decay begins, found from the record itself.
+
+use crate::Fault;
+use crate::ringdown::{Component, Kind, Solution, White, solve};
+use rijke_numerics::C64;
+
+/// Energy of a block, relative to the largest, above which it belongs to the forced plateau. Free decay leaves it
+/// after 0.08 decay times, early enough to keep most of the record for the first fit.
+const PLATEAU: f64 = 0.85;
+
+/// What the envelope of the strongest tone shows.
+#[derive(Clone, Debug)]
+pub(crate) struct Envelope {
+    /// Angular frequency of the strongest tone, 1/s.
+    pub(crate) omega: f64,
+    /// Samples per block: one period, so that steady harmonics of the tone cancel.
+    pub(crate) block: usize,
+    /// Energy of the tone in each block, all white channels together.
+    energy: Vec<f64>,
+}
+
+impl Envelope {
+    /// Demodulates at the strongest tone between the two frequencies, Hz.
+    pub(crate) fn new(white: White<'_>, band_hz: (f64, f64)) -> Result<Self, Fault> {
+        let rows = white.rows();
+        let strongest = strongest_channel(white);
+        let mut series: Vec<f64> =
+            white.samples.iter().skip(strongest).step_by(white.channels).copied().collect();
+        let mut planner = realfft::RealFftPlanner::<f64>::new();
+        let transform = planner.plan_fft_forward(rows);
+        let mut spectrum = transform.make_output_vec();
+        let too_short = Fault::TooShort { what: "record", have: rows, need: 64 };
+        if rows < 64 || transform.process(&mut series, &mut spectrum).is_err() {
+            return Err(too_short);
+        }
+        let resolution = 1.0 / (rows as f64 * white.step);
+        let range = spectrum.iter().enumerate().filter(|&(k, _)| {
+            let f = k as f64 * resolution;
+            f >= band_hz.0 && f <= band_hz.1
+        });
+        let (k, _) = range.max_by(|a, b| a.1.norm_sqr().total_cmp(&b.1.norm_sqr())).ok_or(too_short)?;
+        let omega = std::f64::consts::TAU * resolution * k.max(1) as f64;
+        let block = ((std::f64::consts::TAU / (omega * white.step)).round() as usize).max(2);
+        let turn = C64::from_polar(1.0, -omega * white.step);
+        let mut sums = vec![C64::ZERO; white.channels];
+        let mut energy = Vec::with_capacity(rows / block);
+        for rows in white.samples.chunks_exact(block * white.channels) {
+            sums.fill(C64::ZERO);
+            let mut phasor = C64::ONE;
+            for row in rows.chunks_exact(white.channels) {
+                for (sum, &y) in sums.iter_mut().zip(row) {
+                    *sum += phasor * y;
+                }
+                phasor *= turn;
+            }
+            energy.push(sums.iter().map(|z| z.norm_sqr()).sum());
+        }
+        Ok(Self { omega, block, energy })
+    }
+
+    /// First and last block of the forced plateau, whose energy stays above [`PLATEAU`] of the largest.
+    fn plateau(&self) -> (usize, usize) {
+        let top = PLATEAU * self.top();
+        let last = self.energy.iter().rposition(|&e| e >= top).unwrap_or(0);
+        let first = self.energy[..last].iter().rposition(|&e| e < top).map_or(0, |j| j + 1);
+        (first, last)
+    }
+
+    fn top(&self) -> f64 {
+        self.energy.iter().fold(0.0_f64, |a, &b| a.max(b))
+    }
+
+    /// First sample that is certainly after the end of forcing, for a first fit.
+    pub(crate) fn safe_start(&self) -> usize {
+        (self.plateau().1 + 2) * self.block
+    }
+
+    /// A block after the first fall in which the amplitude has grown again by more than half, if there is one, with
+    /// the factor. The threshold is far above noise and beats: a tenth of the largest amplitude.
+    pub(crate) fn regrowth(&self) -> Option<(usize, f64)> {
+        let top = self.top();
+        let risen = self.energy.iter().position(|&e| e >= 0.5 * top)?;
+        let mut lowest = top;
+        for (j, &e) in self.energy.iter().enumerate().skip(risen) {
+            lowest = lowest.min(e);
+            if lowest < 0.5 * top && e > 2.25 * lowest + 0.01 * top {
+                return Some((j, (e / lowest).sqrt()));
+            }
+        }
+        None
+    }
+
+    /// First sample of the free decay: the change point of highest likelihood between a steady tone and the decay
+    /// `free` (fitted from sample `fitted_from` on), plus the shortest lag at which noise could still hide the tone.
+    /// None if the record holds too little steady forcing to say.
+    pub(crate) fn decay_start(
+        &self,
+        white: White<'_>,
+        free: &Solution,
+        fitted_from: usize,
+        order: usize,
+    ) -> Option<usize> {
+        let (first, last) = self.plateau();
+        let end = (last.saturating_sub(2)) * self.block;
+        // The last blocks of the plateau may hold decay already: fit the tone well before its end.
+        let decay = free.components.first().map_or(0.0, |c| -c.s.re).max(0.1);
+        let end = end.saturating_sub((0.1 / (decay * white.step)) as usize);
+        let begin = ((first + 3) * self.block).max(end.saturating_sub((0.3 / white.step) as usize));
+        if end < begin + 8 * self.block {
+            return None;
+        }
+        let mut tones = vec![Component { s: C64::new(0.0, self.omega), kind: Kind::Tone }];
+        tones.extend(free.components.iter().filter(|c| matches!(c.kind, Kind::Mains(_))));
+        let slice = |a: usize, b: usize| White {
+            samples: &white.samples[a * white.channels..b * white.channels],
+            ..white
+        };
+        let forced = solve(slice(begin, end), &tones).ok()?;
+        let (scan_from, scan_to) = (end, fitted_from.min(white.rows()));
+        let region = slice(scan_from, scan_to);
+        let offset = scan_from as f64;
+        let squares = |left: Vec<f64>| -> Vec<f64> {
+            left.chunks_exact(white.channels).map(|row| row.iter().map(|v| v * v).sum()).collect()
+        };
+        let steady = squares(forced.residuals(region, offset - begin as f64));
+        let decaying = squares(free.residuals(region, offset - fitted_from as f64));
+        let (mut sum, mut best, mut change) = (0.0, 0.0, 0);
+        for (n, (a, b)) in steady.iter().zip(&decaying).enumerate() {
+            sum += a - b;
+            if sum < best {
+                (best, change) = (sum, n + 1);
+            }
+        }
+        let strength: f64 = forced.amplitudes[0].iter().map(|a| a.norm_sqr()).sum();
+        let split = (free.components[0].s - forced.components[0].s).norm();
+        // The difference of the two models grows as |b| |s - i omega_f| t: its sum of squares reaches 4 here.
+        let lag = ((24.0 * white.step / (strength * split * split)).cbrt() / white.step).ceil() as usize;
+        Some(scan_from + change + order + lag)
+    }
+}
+
+fn strongest_channel(white: White<'_>) -> usize {
+    let mut energy = vec![0.0; white.channels];
+    for row in white.samples.chunks_exact(white.channels) {
+        for (sum, y) in energy.iter_mut().zip(row) {
+            *sum += y * y;
+        }
+    }
+    energy.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(m, _)| m)
+}

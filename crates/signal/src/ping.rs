@@ -1,0 +1,301 @@
+//! Decay rate, frequency and mode shape of one ring-down, with covariance and verdict.
+
+use crate::forcing::Envelope;
+use crate::noise::{Whitener, remove_hum};
+use crate::pencil::{self, Decimated};
+use crate::ringdown::{Component, Kind, Solution, White, solve};
+use crate::verdict::{self, Residue};
+use crate::{Fault, Trace};
+use rijke_numerics::{C64, Matrix};
+use rijke_rig::Ping;
+
+/// What the fit may assume.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PingOptions {
+    /// Channel to which the amplitudes are relative.
+    pub reference: usize,
+    /// Where the mode of interest lies, Hz: the strongest tone in this range is taken.
+    pub band_hz: (f64, f64),
+    /// Highest frequency at which neighbouring modes are looked for, Hz.
+    pub highest_hz: f64,
+    /// Nominal frequency of the mains, Hz; its harmonics are fitted if they stand out of the quiet part.
+    pub mains_hz: f64,
+    /// Whether a channel may lie at a node of the mode. If not, a channel without signal rejects the record.
+    pub silent_channels: bool,
+}
+
+impl Default for PingOptions {
+    /// For the fundamental of a metre of tube: 80 to 300 Hz, neighbours up to 1 kHz, 50 Hz mains.
+    fn default() -> Self {
+        Self {
+            reference: 0,
+            band_hz: (80.0, 300.0),
+            highest_hz: 1000.0,
+            mains_hz: 50.0,
+            silent_channels: false,
+        }
+    }
+}
+
+/// One ring-down, fitted.
+#[derive(Clone, Debug)]
+pub struct PingFit {
+    /// The measurement. Channel delays and gains are those of the record: see [`crate::ChannelDelays::correct`].
+    pub ping: Ping,
+    /// All modes fitted, the one of interest first, 1/s.
+    pub modes: Vec<C64>,
+    /// Complex amplitude of the mode of interest in each channel at `start`, units of the record.
+    pub amplitudes: Vec<C64>,
+    /// First and last time used, s from the first sample of the record.
+    pub window: (f64, f64),
+    /// Amplitude over noise in each channel; noise as the sd of white noise of equal density near the mode.
+    pub signal_to_noise: Vec<f64>,
+    /// Harmonics of the mains that were fitted, and their fundamental, Hz.
+    pub mains: (Vec<u32>, f64),
+    /// Variance of the residuals over that of the quiet part: 1 if the model holds.
+    pub residual_variance: f64,
+    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal deviate.
+    pub whiteness: f64,
+}
+
+/// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
+const MIN_QUIET: usize = 256;
+/// Decay times kept: beyond them lies 0.03 % of the information on the growth rate.
+const DECAY_TIMES: f64 = 7.0;
+
+/// Fits one ring-down by maximum likelihood.
+///
+/// The record holds an optional quiet part (noise alone), optional steady forcing near the mode, and the free decay;
+/// the end of forcing is found from the record. All channels share every complex frequency; each channel has its own
+/// complex amplitudes. Noise is whitened with its colour and correlation between channels as learnt from the quiet
+/// part (Gaussian, stationary: hum is fitted apart). The covariance is the inverse Fisher information, scaled with the
+/// residual variance. Cost: a few milliseconds for 8 channels of 15 000 samples.
+///
+/// # Errors
+/// A [`Fault`] that says why the record must not be used.
+pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fault> {
+    trace.screen(512)?;
+    let quiet = trace.quiet.min(trace.len());
+    let (whitener, harmonics) = if quiet >= MIN_QUIET {
+        let mut noise: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[..quiet].to_vec()).collect();
+        let harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz);
+        (Whitener::learn(&noise)?, harmonics)
+    } else {
+        (learn_from_residuals(trace, options)?, Vec::new())
+    };
+    fit_whitened(trace, options, &whitener, &harmonics).and_then(|fit| fit.judged(options))
+}
+
+/// Without a quiet part: fit with noise taken as white, learn its colour from what is left, and fit again.
+fn learn_from_residuals(trace: &Trace<'_>, options: &PingOptions) -> Result<Whitener, Fault> {
+    let tail = trace.len() - trace.len() / 10;
+    let deviation = |y: &Vec<f64>| {
+        let mean = y[tail..].iter().sum::<f64>() / (y.len() - tail) as f64;
+        let square = y[tail..].iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+        (square / (y.len() - tail) as f64).sqrt()
+    };
+    let deviations: Vec<f64> = trace.channels.iter().map(deviation).collect();
+    let left = fit_whitened(trace, options, &Whitener::scaling(&deviations), &[])?.residuals();
+    let unscaled =
+        |(m, d): (usize, &f64)| left.iter().skip(m).step_by(deviations.len()).map(|v| v * d).collect();
+    let noise: Vec<Vec<f64>> = deviations.iter().enumerate().map(unscaled).collect();
+    Whitener::learn(&noise)
+}
+
+/// The maximum-likelihood fit together with what it was made from.
+struct Fitted {
+    whitener: Whitener,
+    harmonics: Vec<u32>,
+    white: Vec<f64>,
+    channels: usize,
+    step: f64,
+    /// First sample of the record that `white` stands for.
+    offset: usize,
+    /// Rows of `white` that were fitted.
+    rows: (usize, usize),
+    solution: Solution,
+}
+
+fn fit_whitened(
+    trace: &Trace<'_>,
+    options: &PingOptions,
+    whitener: &Whitener,
+    harmonics: &[u32],
+) -> Result<Fitted, Fault> {
+    let (channels, step) = (trace.channels.len(), 1.0 / trace.rate_hz);
+    let quiet = trace.quiet.min(trace.len());
+    let samples = whitener.apply(trace.channels, quiet, trace.len());
+    let white = White { samples: &samples, channels, step };
+    let envelope = Envelope::new(white, options.band_hz)?;
+    if let Some((block, factor)) = envelope.regrowth() {
+        let row = block * envelope.block;
+        let at = (quiet + whitener.order() + row) as f64 * step;
+        return Err(verdict::regrowth(white, row, at, factor, options.mains_hz));
+    }
+    let first = envelope.safe_start();
+    let need = 10 * envelope.block;
+    let have = white.rows().saturating_sub(first);
+    if have < need {
+        return Err(Fault::TooShort { what: "decay", have, need });
+    }
+    let slice = |from: usize, to: usize| White { samples: &samples[from * channels..to * channels], ..white };
+    let start = first_guess(slice(first, white.rows()), options, harmonics)?;
+    let mut solution = solve(slice(first, white.rows()), &start)?;
+    let growth_rate = solution.components[0].s.re;
+    if growth_rate >= 0.0 {
+        return Err(Fault::NotDecaying { growth_rate });
+    }
+    let from = envelope.decay_start(white, &solution, first, whitener.order()).unwrap_or(first);
+    let length = (DECAY_TIMES / (-growth_rate * step)).ceil() as usize;
+    let to = white.rows().min(from + length.max(need));
+    // The earlier start shows neighbours that had died away by the first one.
+    let start = first_guess(slice(from, to), options, harmonics)?;
+    solution = solve(slice(from, to), &start)?;
+    Ok(Fitted {
+        whitener: whitener.clone(),
+        harmonics: harmonics.to_vec(),
+        channels,
+        step,
+        offset: quiet + whitener.order(),
+        rows: (from, to),
+        solution,
+        white: samples,
+    })
+}
+
+/// Poles by ESPRIT, those kept that explain the record, the strongest in the band first.
+fn first_guess(decay: White<'_>, options: &PingOptions, harmonics: &[u32]) -> Result<Vec<Component>, Fault> {
+    let factor = ((0.4 / (decay.step * options.highest_hz)).floor() as usize).max(1);
+    let decimated = Decimated::new(decay, factor);
+    let mains = std::f64::consts::TAU * options.mains_hz;
+    let is_mode = |s: &C64| {
+        let hum = harmonics.iter().any(|&h| (s.im - mains * f64::from(h)).abs() < 8.0 && s.re.abs() < 8.0);
+        let high = s.im > std::f64::consts::TAU * options.highest_hz;
+        !hum && !high && s.re < 2.0 && s.re > -0.5 * s.im
+    };
+    let mut modes: Vec<Component> = pencil::poles(&decimated)?
+        .into_iter()
+        .filter(is_mode)
+        .map(|s| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode })
+        .collect();
+    let steady =
+        harmonics.iter().map(|&h| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) });
+    let steady: Vec<Component> = steady.collect();
+    // A spurious pole adapts to noise: its energy is chi-squared with two degrees of freedom per channel and two more.
+    let freedom = 2.0 * decay.channels as f64;
+    let floor = freedom + 8.0 * (2.0 * freedom).sqrt();
+    let in_band = |s: C64| {
+        let f = s.im / std::f64::consts::TAU;
+        f >= options.band_hz.0 && f <= options.band_hz.1
+    };
+    loop {
+        let all: Vec<Component> = modes.iter().chain(&steady).copied().collect();
+        let energies = crate::ringdown::energies(decimated.white(), &all)?;
+        let strength: Vec<f64> = energies[..modes.len()].iter().map(|e| e / decimated.variance).collect();
+        let weakest = (0..modes.len()).min_by(|&a, &b| strength[a].total_cmp(&strength[b]));
+        match weakest {
+            Some(k) if strength[k] < floor => {
+                modes.remove(k);
+            }
+            _ => {
+                let main = (0..modes.len())
+                    .filter(|&k| in_band(modes[k].s))
+                    .max_by(|&a, &b| strength[a].total_cmp(&strength[b]))
+                    .ok_or(Fault::Weak { ratio: 0.0 })?;
+                modes.swap(0, main);
+                modes.extend(steady);
+                return Ok(modes);
+            }
+        }
+    }
+}
+
+impl Fitted {
+    fn white(&self, from: usize, to: usize) -> White<'_> {
+        White {
+            samples: &self.white[from * self.channels..to * self.channels],
+            channels: self.channels,
+            step: self.step,
+        }
+    }
+
+    fn residuals(&self) -> Vec<f64> {
+        self.solution.residuals(self.white(self.rows.0, self.rows.1), 0.0)
+    }
+
+    /// Turns the fit into a measurement, or refuses it.
+    fn judged(self, options: &PingOptions) -> Result<PingFit, Fault> {
+        let s = self.solution.components[0].s;
+        if s.re >= 0.0 {
+            return Err(Fault::NotDecaying { growth_rate: s.re });
+        }
+        let (from, to) = self.rows;
+        let at = |row: usize| (self.offset + row) as f64 * self.step;
+        let (unwhiten, log_slopes) = self.whitener.unwhiten(s, self.step);
+        let white_amplitudes = &self.solution.amplitudes[0];
+        let amplitudes: Vec<C64> =
+            unwhiten.iter().map(|row| row.iter().zip(white_amplitudes).map(|(u, b)| u * b).sum()).collect();
+        let deviations = self.whitener.deviations(s.im, self.step);
+        let signal_to_noise: Vec<f64> =
+            amplitudes.iter().zip(&deviations).map(|(a, d)| a.norm() / d).collect();
+        verdict::signal(&signal_to_noise, options.silent_channels)?;
+        let left = self.residuals();
+        let residue = Residue { samples: &left, channels: self.channels, step: self.step, begin: at(from) };
+        residue.check(options.mains_hz)?;
+        let variance = self.solution.variance();
+        let covariance = self.solution.mode_covariance(0);
+        let ping = relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
+        let fundamental = self.solution.components.iter().find_map(|c| match c.kind {
+            Kind::Mains(h) => Some(c.s.im / (f64::from(h) * std::f64::consts::TAU)),
+            _ => None,
+        });
+        Ok(PingFit {
+            ping,
+            modes: self.solution.components.iter().filter(|c| c.kind == Kind::Mode).map(|c| c.s).collect(),
+            amplitudes,
+            window: (at(from), at(to)),
+            signal_to_noise,
+            mains: (self.harmonics, fundamental.unwrap_or(options.mains_hz)),
+            residual_variance: variance,
+            whiteness: residue.whiteness(),
+        })
+    }
+}
+
+/// Pressures relative to the reference channel and their covariance, by the chain rule from the white amplitudes:
+/// a = U(s) b, p_m = a_m / a_ref. Every map is analytic, so each complex derivative is a 2 x 2 rotation and scaling.
+fn relative(
+    s: C64,
+    amplitudes: &[C64],
+    reference: usize,
+    unwhiten: &[Vec<C64>],
+    log_slopes: &[C64],
+    covariance: &Matrix,
+    variance: f64,
+) -> Ping {
+    let base = amplitudes[reference];
+    let pressures: Vec<C64> = amplitudes.iter().map(|a| a / base).collect();
+    let others: Vec<usize> = (0..amplitudes.len()).filter(|&m| m != reference).collect();
+    let size = 2 + 2 * others.len();
+    let mut map = Matrix::zeros(size, covariance.rows());
+    for i in 0..2 {
+        map[(i, i)] = 1.0;
+    }
+    let set = |map: &mut Matrix, row: usize, column: usize, d: C64| {
+        map[(row, column)] = d.re;
+        map[(row, column + 1)] = -d.im;
+        map[(row + 1, column)] = d.im;
+        map[(row + 1, column + 1)] = d.re;
+    };
+    for (i, &m) in others.iter().enumerate() {
+        let row = 2 + 2 * i;
+        set(&mut map, row, 0, pressures[m] * (log_slopes[m] - log_slopes[reference]));
+        for n in 0..amplitudes.len() {
+            let d = (unwhiten[m][n] - pressures[m] * unwhiten[reference][n]) / base;
+            set(&mut map, row, 2 + 2 * n, d);
+        }
+    }
+    let full = map.product(covariance).product(&map.transpose());
+    let covariance = Matrix::from_fn(size, size, |i, j| 0.5 * variance * (full[(i, j)] + full[(j, i)]));
+    Ping { s, pressures, reference, covariance }
+}

@@ -1,0 +1,397 @@
+//! Several damped exponentials shared by all channels: maximum likelihood by variable projection.
+//!
+//! The model of a white multichannel record is y_m(t) = sum_k Re(b_km e^{s_k t}) + white noise. The amplitudes b are
+//! linear and are eliminated (Golub & Pereyra 1973); the frequencies follow from Gauss-Newton steps with Kaufman's
+//! Jacobian. Every quantity needed is a sum over samples of products of exponentials, powers of time and data: those
+//! without data have a closed form, so one pass over the record per step is all the cost, 8 flops per sample, channel
+//! and component.
+
+use crate::Fault;
+use rijke_numerics::{C64, Cholesky, Matrix};
+
+/// What is known about a component beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    /// A mode: growth rate and frequency are both free.
+    Mode,
+    /// A steady tone: growth rate zero, frequency free.
+    Tone,
+    /// A multiple of the mains: growth rate zero; all of them share one free fundamental frequency.
+    Mains(u32),
+}
+
+/// One exponential of the model.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Component {
+    /// Growth rate and angular frequency, 1/s.
+    pub(crate) s: C64,
+    /// Which of the two are free.
+    pub(crate) kind: Kind,
+}
+
+/// White samples, one row of channels per sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct White<'a> {
+    pub(crate) samples: &'a [f64],
+    pub(crate) channels: usize,
+    /// Time between samples, s.
+    pub(crate) step: f64,
+}
+
+impl White<'_> {
+    pub(crate) fn rows(&self) -> usize {
+        self.samples.len() / self.channels
+    }
+
+    pub(crate) fn energy(&self) -> f64 {
+        self.samples.iter().map(|v| v * v).sum()
+    }
+}
+
+/// The maximum of the likelihood and its curvature.
+#[derive(Clone, Debug)]
+pub(crate) struct Solution {
+    pub(crate) components: Vec<Component>,
+    /// Amplitude of each component in each white channel at the first sample.
+    pub(crate) amplitudes: Vec<Vec<C64>>,
+    /// Sum of squares left over.
+    pub(crate) residual: f64,
+    /// Number of white samples less number of parameters.
+    pub(crate) freedom: f64,
+    /// Covariance of the free frequencies for unit noise, in the order of [`parameters`].
+    pub(crate) covariance: Matrix,
+    /// Inverse of the Gram matrix of the linear columns.
+    linear: Matrix,
+    /// Derivative of the linear coefficients of each channel with respect to the free frequencies.
+    sensitivity: Vec<Matrix>,
+}
+
+/// The free frequencies: `(component, direction)` pairs, direction 0 growth rate, 1 frequency. The mains fundamental,
+/// if any, comes last and is listed once.
+fn parameters(components: &[Component]) -> Vec<(usize, usize)> {
+    let mut list = Vec::new();
+    for (k, component) in components.iter().enumerate() {
+        match component.kind {
+            Kind::Mode => list.extend([(k, 0), (k, 1)]),
+            Kind::Tone => list.push((k, 1)),
+            Kind::Mains(_) => {}
+        }
+    }
+    if let Some(k) = components.iter().position(|c| matches!(c.kind, Kind::Mains(_))) {
+        list.push((k, 1));
+    }
+    list
+}
+
+/// Steps after which the iteration gives up.
+const MAX_STEPS: usize = 25;
+/// The iteration ends when a step is this small in standard deviations: its error is then second order.
+const SMALL_STEP: f64 = 1e-3;
+
+/// Maximises the likelihood from the given first guess.
+pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, Fault> {
+    let energy = white.energy();
+    let mut state = State::new(white, start.to_vec(), energy)?;
+    let mut last = f64::INFINITY;
+    for _ in 0..MAX_STEPS {
+        let (step, length) = state.gauss_newton_step()?;
+        last = length;
+        if length < SMALL_STEP {
+            return state.finish();
+        }
+        let mut factor = 1.0;
+        loop {
+            let moved = state.moved(&step, factor);
+            match State::new(white, moved, energy) {
+                // The residual is a difference of large numbers: rounding may hide its last decrease.
+                Ok(next) if next.residual <= state.residual + 1e-12 * energy => {
+                    state = next;
+                    break;
+                }
+                _ if length < 0.03 => return state.finish(),
+                // A full step may leave the region where two close components are told apart.
+                _ if factor > 1e-3 => factor *= 0.3,
+                _ => return Err(Fault::NotConverged { steps: MAX_STEPS, step: length }),
+            }
+        }
+        if factor == 1.0 && length < 0.03 {
+            // Gauss-Newton contracts by the ratio of residual to signal: the next step would be far below 1e-3.
+            return state.finish();
+        }
+    }
+    Err(Fault::NotConverged { steps: MAX_STEPS, step: last })
+}
+
+/// Energy that each component alone explains when all are fitted with their frequencies as given: the squares of its
+/// amplitudes over their variances, summed over channels.
+pub(crate) fn energies(white: White<'_>, components: &[Component]) -> Result<Vec<f64>, Fault> {
+    let state = State::new(white, components.to_vec(), 0.0)?;
+    let energy = |k: usize| {
+        let block = state.linear.select(&[2 * k, 2 * k + 1]);
+        let information = Cholesky::new(&block)?.inverse();
+        let of = |m: usize| {
+            let c = state.coefficients.row(m);
+            information.quadratic(&[c[2 * k], c[2 * k + 1]])
+        };
+        Ok((0..white.channels).map(of).sum())
+    };
+    (0..components.len()).map(energy).collect()
+}
+
+/// Sums over the samples at one set of frequencies.
+struct State {
+    components: Vec<Component>,
+    free: Vec<(usize, usize)>,
+    /// Linear coefficients, one row per channel.
+    coefficients: Matrix,
+    /// What the derivative columns see of the residual, one row per channel.
+    slopes: Matrix,
+    linear: Matrix,
+    /// Gram of linear columns (rows) and derivative columns.
+    mixed: Matrix,
+    /// Gram of the derivative columns with the linear columns projected out.
+    projected: Matrix,
+    residual: f64,
+    freedom: f64,
+}
+
+impl State {
+    fn new(white: White<'_>, components: Vec<Component>, energy: f64) -> Result<Self, Fault> {
+        let (rows, count) = (white.rows(), components.len());
+        let size = 2 * count;
+        let gram = |power: usize| gram(&components, rows, white.step, power);
+        let (flat, mixed, curved) = (gram(0), gram(1), gram(2));
+        let linear = Cholesky::new(&flat)?.inverse();
+        let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));
+        let mut data = Matrix::zeros(white.channels, size);
+        let mut slopes = Matrix::zeros(white.channels, size);
+        for (k, component) in components.iter().enumerate() {
+            project(white, component.s, k, &mut data, &mut slopes);
+        }
+        let coefficients = data.product(&linear);
+        let explained: f64 = data.as_slice().iter().zip(coefficients.as_slice()).map(|(a, b)| a * b).sum();
+        let slopes = slopes.plus(-1.0, &coefficients.product(&mixed));
+        let free = parameters(&components);
+        let freedom = (rows * white.channels) as f64 - (white.channels * size + free.len()) as f64;
+        let residual = energy - explained;
+        Ok(Self { components, free, coefficients, slopes, linear, mixed, projected, residual, freedom })
+    }
+
+    /// Derivative of the model of channel `m` in the derivative columns, one column per free frequency.
+    fn directions(&self, m: usize) -> Matrix {
+        let c = self.coefficients.row(m);
+        let mut directions = Matrix::zeros(c.len(), self.free.len());
+        for (j, &(k, direction)) in self.free.iter().enumerate() {
+            let mut set = |k: usize, factor: f64| {
+                // d/d sigma multiplies the amplitude by t, d/d omega by i t.
+                let (re, im) = (c[2 * k], c[2 * k + 1]);
+                let (a, b) = if direction == 0 { (re, im) } else { (-im, re) };
+                directions[(2 * k, j)] = factor * a;
+                directions[(2 * k + 1, j)] = factor * b;
+            };
+            if let Kind::Mains(_) = self.components[k].kind {
+                for (l, component) in self.components.iter().enumerate() {
+                    if let Kind::Mains(h) = component.kind {
+                        set(l, f64::from(h));
+                    }
+                }
+            } else {
+                set(k, 1.0);
+            }
+        }
+        directions
+    }
+
+    /// Information about the free frequencies (for unit noise) and gradient.
+    fn information(&self) -> (Matrix, Vec<f64>) {
+        let n = self.free.len();
+        let mut information = Matrix::zeros(n, n);
+        let mut gradient = vec![0.0; n];
+        for m in 0..self.coefficients.rows() {
+            let directions = self.directions(m);
+            let weighted = directions.transpose().product(&self.projected);
+            information = information.plus(1.0, &weighted.product(&directions));
+            for (g, v) in gradient.iter_mut().zip(directions.transpose().times(self.slopes.row(m))) {
+                *g += v;
+            }
+        }
+        (information, gradient)
+    }
+
+    /// The step and its length in standard deviations.
+    fn gauss_newton_step(&self) -> Result<(Vec<f64>, f64), Fault> {
+        let (information, gradient) = self.information();
+        let step = scaled_cholesky(&information)?.times(&gradient);
+        let decrement: f64 = step.iter().zip(&gradient).map(|(a, b)| a * b).sum();
+        Ok((step, (decrement.max(0.0) * self.freedom / self.residual.max(f64::MIN_POSITIVE)).sqrt()))
+    }
+
+    fn moved(&self, step: &[f64], factor: f64) -> Vec<Component> {
+        let mut components = self.components.clone();
+        for (&(k, direction), d) in self.free.iter().zip(step) {
+            let change = factor * d;
+            match components[k].kind {
+                Kind::Mains(_) => {
+                    for component in &mut components {
+                        if let Kind::Mains(h) = component.kind {
+                            component.s.im += f64::from(h) * change;
+                        }
+                    }
+                }
+                _ if direction == 0 => components[k].s.re += change,
+                _ => components[k].s.im += change,
+            }
+        }
+        components
+    }
+
+    fn finish(self) -> Result<Solution, Fault> {
+        let covariance = scaled_cholesky(&self.information().0)?;
+        let lift = self.linear.product(&self.mixed);
+        let channels = self.coefficients.rows();
+        let zero = Matrix::zeros(lift.rows(), self.free.len());
+        let sensitivity =
+            (0..channels).map(|m| zero.plus(-1.0, &lift.product(&self.directions(m)))).collect();
+        let amplitudes = (0..self.components.len())
+            .map(|k| {
+                let at =
+                    |m: usize| C64::new(self.coefficients[(m, 2 * k)], self.coefficients[(m, 2 * k + 1)]);
+                (0..channels).map(at).collect()
+            })
+            .collect();
+        let (components, residual, freedom, linear) =
+            (self.components, self.residual, self.freedom, self.linear);
+        Ok(Solution { components, amplitudes, residual, freedom, covariance, linear, sensitivity })
+    }
+}
+
+impl Solution {
+    /// Estimated variance of the white noise; 1 if the whitener was right.
+    pub(crate) fn variance(&self) -> f64 {
+        self.residual / self.freedom
+    }
+
+    /// Covariance, for unit noise, of (growth rate, frequency) of mode `k` and of the real and imaginary parts of its
+    /// white amplitudes, channel by channel.
+    pub(crate) fn mode_covariance(&self, k: usize) -> Matrix {
+        let channels = self.sensitivity.len();
+        let free = parameters(&self.components);
+        let rows: Vec<usize> = (0..2).filter_map(|d| free.iter().position(|&p| p == (k, d))).collect();
+        // Rows of the map from free frequencies to the numbers wanted.
+        let map = Matrix::from_fn(2 + 2 * channels, free.len(), |i, j| {
+            if i < 2 {
+                f64::from(u8::from(rows.get(i) == Some(&j)))
+            } else {
+                self.sensitivity[(i - 2) / 2][(2 * k + (i - 2) % 2, j)]
+            }
+        });
+        let mut covariance = map.product(&self.covariance).product(&map.transpose());
+        for m in 0..channels {
+            for i in 0..2 {
+                for j in 0..2 {
+                    covariance[(2 + 2 * m + i, 2 + 2 * m + j)] += self.linear[(2 * k + i, 2 * k + j)];
+                }
+            }
+        }
+        covariance
+    }
+
+    /// Residuals of the samples of `white`, whose first row is sample `first` of the fit.
+    pub(crate) fn residuals(&self, white: White<'_>, first: f64) -> Vec<f64> {
+        let mut left = white.samples.to_vec();
+        for (component, amplitudes) in self.components.iter().zip(&self.amplitudes) {
+            let turn = (component.s * white.step).exp();
+            let mut phasor = (component.s * (first * white.step)).exp();
+            for row in left.chunks_exact_mut(white.channels) {
+                for (value, amplitude) in row.iter_mut().zip(amplitudes) {
+                    *value -= amplitude.re * phasor.re - amplitude.im * phasor.im;
+                }
+                phasor *= turn;
+            }
+        }
+        left
+    }
+}
+
+/// Sums of y e^{st} and of t y e^{st} over the samples, written to the two columns of component `k`.
+fn project(white: White<'_>, s: C64, k: usize, data: &mut Matrix, slopes: &mut Matrix) {
+    let turn = (s * white.step).exp();
+    let mut phasor = C64::ONE;
+    let mut sums = vec![[0.0_f64; 4]; white.channels];
+    for (n, row) in white.samples.chunks_exact(white.channels).enumerate() {
+        let t = n as f64;
+        let (re, im) = (phasor.re, -phasor.im);
+        let (tre, tim) = (t * re, t * im);
+        for (sum, &y) in sums.iter_mut().zip(row) {
+            sum[0] += y * re;
+            sum[1] += y * im;
+            sum[2] += y * tre;
+            sum[3] += y * tim;
+        }
+        phasor *= turn;
+    }
+    for (m, sum) in sums.iter().enumerate() {
+        for i in 0..2 {
+            data[(m, 2 * k + i)] = sum[i];
+            slopes[(m, 2 * k + i)] = sum[2 + i] * white.step;
+        }
+    }
+}
+
+/// Gram matrix of the columns Re(e^{s_k t}), Re(i e^{s_k t}), weighted with t^power.
+fn gram(components: &[Component], rows: usize, step: f64, power: usize) -> Matrix {
+    let size = 2 * components.len();
+    let scale = 0.5 * step.powi(power as i32);
+    let mut gram = Matrix::zeros(size, size);
+    for (i, a) in components.iter().enumerate() {
+        for (j, b) in components.iter().enumerate().take(i + 1) {
+            let sum = power_sums(((a.s + b.s) * step).exp(), rows)[power];
+            let difference = power_sums(((a.s + b.s.conj()) * step).exp(), rows)[power];
+            // Re(u) Re(v) = (Re(u v) + Re(u conj v)) / 2, with u and v the exponentials or i times them.
+            let entries = [
+                [sum.re + difference.re, -sum.im + difference.im],
+                [-sum.im - difference.im, difference.re - sum.re],
+            ];
+            for (p, row) in entries.iter().enumerate() {
+                for (q, value) in row.iter().enumerate() {
+                    gram[(2 * i + p, 2 * j + q)] = scale * value;
+                    gram[(2 * j + q, 2 * i + p)] = scale * value;
+                }
+            }
+        }
+    }
+    gram
+}
+
+/// Sums of n^p z^n for n from 0 to `count` - 1 and p = 0, 1, 2, by doubling: unlike the closed form, it loses no
+/// digits when z is near 1.
+fn power_sums(z: C64, count: usize) -> [C64; 3] {
+    let (mut s, mut done, mut factor) = ([C64::ZERO; 3], 0.0_f64, C64::ONE);
+    for bit in (0..usize::BITS - count.leading_zeros()).rev() {
+        let [a, b, c] = s;
+        s = [
+            a + factor * a,
+            b + factor * (b + done * a),
+            c + factor * (c + 2.0 * done * b + done * done * a),
+        ];
+        factor *= factor;
+        done *= 2.0;
+        if count >> bit & 1 == 1 {
+            for (p, sum) in s.iter_mut().enumerate() {
+                *sum += factor * done.powi(p as i32);
+            }
+            factor *= z;
+            done += 1.0;
+        }
+    }
+    s
+}
+
+/// Inverse of a symmetric positive definite matrix, scaled to unit diagonal first because growth rates and frequencies
+/// of strong and weak modes differ by many orders.
+fn scaled_cholesky(a: &Matrix) -> Result<Matrix, Fault> {
+    let n = a.rows();
+    let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().recip()).collect();
+    let inverse = Cholesky::new(&Matrix::from_fn(n, n, |i, j| a[(i, j)] * scale[i] * scale[j]))?.inverse();
+    Ok(Matrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]))
+}

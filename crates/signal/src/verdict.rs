@@ -1,0 +1,151 @@
+//! Whether a fitted ring-down may be used, from what the fit leaves over.
+
+use crate::Fault;
+use crate::ringdown::White;
+use rijke_numerics::C64;
+
+/// Length of the stretches in which residuals are compared with noise, s.
+const STRETCH: f64 = 0.02;
+/// Residual power over noise power that rejects: 13 sd of one channel in a stretch of 200 samples ...
+const CHANNEL_LIMIT: f64 = 2.3;
+/// ... and 10 sd of 8 channels together. Gaussian noise does not reach either in the lifetime of a rig.
+const TOTAL_LIMIT: f64 = 1.35;
+/// Lags of the whiteness statistic.
+const LAGS: usize = 20;
+
+/// White residuals of a fit, one row of channels per sample.
+pub(crate) struct Residue<'a> {
+    pub(crate) samples: &'a [f64],
+    pub(crate) channels: usize,
+    pub(crate) step: f64,
+    /// Time of the first row, s.
+    pub(crate) begin: f64,
+}
+
+impl Residue<'_> {
+    /// Refuses residuals that are more than noise in some stretch, and says when, where and at which frequency.
+    pub(crate) fn check(&self, mains_hz: f64) -> Result<(), Fault> {
+        let rows = ((STRETCH / self.step).round() as usize).max(16);
+        let scatter = (2.0 / rows as f64).sqrt();
+        let widen = scatter / 0.1;
+        let (channel_limit, total_limit) = (
+            1.0 + (CHANNEL_LIMIT - 1.0) * widen,
+            1.0 + (TOTAL_LIMIT - 1.0) * widen * (8.0 / self.channels as f64).sqrt(),
+        );
+        let mut worst: Option<(f64, usize, usize, f64)> = None;
+        for (block, stretch) in self.samples.chunks_exact(rows * self.channels).enumerate() {
+            let mut power = vec![0.0; self.channels];
+            for row in stretch.chunks_exact(self.channels) {
+                for (sum, v) in power.iter_mut().zip(row) {
+                    *sum += v * v / rows as f64;
+                }
+            }
+            let total = power.iter().sum::<f64>() / self.channels as f64;
+            let (channel, &largest) =
+                power.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).unwrap_or((0, &0.0));
+            let excess = ((largest - 1.0) / (channel_limit - 1.0)).max((total - 1.0) / (total_limit - 1.0));
+            if excess > 1.0 && worst.is_none_or(|w| excess > w.0) {
+                worst = Some((excess, block, channel, largest));
+            }
+        }
+        let Some((_, block, channel, ratio)) = worst else { return Ok(()) };
+        let middle = (block * rows + rows / 2) as f64;
+        let at = self.begin + middle * self.step;
+        let white = White { samples: self.samples, channels: self.channels, step: self.step };
+        let (frequency_hz, amplitude) = strongest_tone(white, block * rows, channel);
+        let harmonic = (frequency_hz / mains_hz).round();
+        if (1.0..=3.0).contains(&harmonic) && (frequency_hz - harmonic * mains_hz).abs() < 12.0 {
+            return Err(Fault::HumBurst { at, frequency_hz: harmonic * mains_hz, ratio: amplitude });
+        }
+        Err(Fault::Residual { at, channel, ratio, frequency_hz })
+    }
+
+    /// Ljung & Box 1978, summed over channels, as a standard normal deviate.
+    pub(crate) fn whiteness(&self) -> f64 {
+        let rows = self.samples.len() / self.channels;
+        if rows <= LAGS {
+            return 0.0;
+        }
+        let n = rows as f64;
+        let mut statistic = 0.0;
+        let mut zero = vec![0.0; self.channels];
+        for row in self.samples.chunks_exact(self.channels) {
+            for (z, v) in zero.iter_mut().zip(row) {
+                *z += v * v;
+            }
+        }
+        for lag in 1..=LAGS {
+            let mut sums = vec![0.0; self.channels];
+            let later = self.samples[lag * self.channels..].chunks_exact(self.channels);
+            for (row, next) in self.samples.chunks_exact(self.channels).zip(later) {
+                for ((sum, a), b) in sums.iter_mut().zip(row).zip(next) {
+                    *sum += a * b;
+                }
+            }
+            let squares: f64 = sums.iter().zip(&zero).map(|(s, z)| (s / z).powi(2)).sum();
+            statistic += n * (n + 2.0) / (n - lag as f64) * squares;
+        }
+        let freedom = (LAGS * self.channels) as f64;
+        (statistic - freedom) / (2.0 * freedom).sqrt()
+    }
+}
+
+/// A channel that carries no signal where the others do, or no signal anywhere.
+pub(crate) fn signal(ratios: &[f64], silent_channels: bool) -> Result<(), Fault> {
+    let mut sorted = ratios.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (median, best) = (sorted[sorted.len() / 2], sorted[sorted.len() - 1]);
+    if best < 0.5 {
+        return Err(Fault::Weak { ratio: best });
+    }
+    let quietest = ratios.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+    match quietest {
+        // A microphone at 0.95 of an open tube sees 0.16 of the largest amplitude; an unplugged one sees none.
+        Some((channel, &ratio)) if !silent_channels && ratio < 0.01 * median => {
+            Err(Fault::NoSignal { channel, ratio, median })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Names what made the envelope grow again: mains hum if its energy is mostly near the mains, a second excitation
+/// otherwise.
+pub(crate) fn regrowth(white: White<'_>, row: usize, at: f64, factor: f64, mains_hz: f64) -> Fault {
+    let span = (0.06 / white.step) as usize;
+    let from = row.saturating_sub(span / 4).min(white.rows().saturating_sub(span));
+    let channel = (0..white.channels)
+        .max_by(|&a, &b| energy(white, from, span, a).total_cmp(&energy(white, from, span, b)))
+        .unwrap_or(0);
+    let (frequency_hz, amplitude) = strongest_tone(white, from, channel);
+    if (frequency_hz - mains_hz).abs() < 12.0 {
+        return Fault::HumBurst { at, frequency_hz: mains_hz, ratio: amplitude };
+    }
+    Fault::SecondExcitation { at, factor }
+}
+
+fn energy(white: White<'_>, from: usize, rows: usize, channel: usize) -> f64 {
+    (from..(from + rows).min(white.rows())).map(|n| white.samples[n * white.channels + channel].powi(2)).sum()
+}
+
+/// Frequency (Hz) and amplitude of the strongest tone of one channel in the 60 ms from row `from`, on a grid of 2 Hz.
+fn strongest_tone(white: White<'_>, from: usize, channel: usize) -> (f64, f64) {
+    let span = ((0.06 / white.step) as usize).min(white.rows());
+    let from = from.min(white.rows() - span);
+    let series: Vec<f64> = (from..from + span).map(|n| white.samples[n * white.channels + channel]).collect();
+    let mean = series.iter().sum::<f64>() / span.max(1) as f64;
+    let highest = (0.45 / white.step).min(1200.0);
+    (5..)
+        .map(|k| 2.0 * f64::from(k))
+        .take_while(|&f| f < highest)
+        .map(|f| {
+            let turn = C64::from_polar(1.0, -std::f64::consts::TAU * f * white.step);
+            let (mut phasor, mut sum) = (C64::ONE, C64::ZERO);
+            for y in &series {
+                sum += phasor * (y - mean);
+                phasor *= turn;
+            }
+            (f, 2.0 * sum.norm() / span.max(1) as f64)
+        })
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((0.0, 0.0))
+}
