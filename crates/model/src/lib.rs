@@ -1,1 +1,32 @@
-//! Chosen candidates, flow and network as one trainable, savable, predicting model.
+//! Chosen candidates, the base state of the flow and an acoustic network as one model that predicts what microphones
+//! measure, trains on observations and saves itself.
+//!
+//! * [`Assembly`]: a rig, one candidate per role, and what is held fixed. It knows which parameters are free.
+//! * [`PointModel`]: the assembly at one operating point: a network whose coefficients are the candidates' laws.
+//! * [`Predictor`]: many points as one forward model for `rijke_inference`, with exact derivatives, in parallel.
+//! * [`Noise`] and [`data_of`]: observations as data of an inference.
+//! * [`train`]: the most probable parameters, their covariance and the evidence.
+//!
+//! # Conventions
+//!
+//! * s = sigma + i omega, time dependence e^{st}; growth rate in 1/s, angular frequency in rad/s; SI units.
+//! * The predicted numbers of a point are sigma, omega, then real and imaginary part of the pressure at each microphone
+//!   but the reference, relative to the reference: the order of `rijke_rig::Ping::vector`.
+//! * Wall loss lives in the propagation ([`Scheme::Line`]); the paper's lumped jumps are [`Scheme::Lumped`].
+//! * All derivatives come from the network's adjoints and the jets of the laws; no finite differences.
+
+mod assembly;
+mod base;
+mod data;
+mod error;
+mod point;
+mod predictor;
+mod training;
+
+pub use assembly::{Assembly, Scheme};
+pub use base::ambient_state;
+pub use data::{Noise, Observed, data_of, selected};
+pub use error::ModelError;
+pub use point::{Conditions, PointModel};
+pub use predictor::Predictor;
+pub use training::{Knowledge, Trained, Training, train};

@@ -1,0 +1,133 @@
+//! Which candidates make the model, and which of their parameters are free.
+
+use crate::ModelError;
+use rijke_candidates::Candidate;
+use rijke_inference::Parameter;
+use rijke_network::At;
+use rijke_numerics::{C64, Jet};
+use rijke_rig::Rig;
+use serde::{Deserialize, Serialize};
+
+/// How losses along the tube are discretised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// In the propagation: the exact lossy line. `elements` equal elements where the gas varies; none are needed where
+    /// it does not.
+    Line {
+        /// Number of equal elements along the tube when the gas is not uniform.
+        elements: usize,
+    },
+    /// The paper's: jumps between `elements` equal elements, each with the loss of one element. First-order accurate,
+    /// because the half elements at the ends get no loss.
+    Lumped {
+        /// Number of equal elements, 40 in the paper.
+        elements: usize,
+    },
+}
+
+/// A rig and one candidate per role, with some parameters held fixed.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    /// The rig.
+    pub rig: Rig,
+    /// How losses are discretised.
+    pub scheme: Scheme,
+    candidates: Vec<Candidate>,
+    /// For each candidate and each of its parameters.
+    sources: Vec<Vec<Source>>,
+    free: Vec<Parameter>,
+}
+
+/// Where the value of a parameter comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Source {
+    /// Number in the list of free parameters.
+    Free(usize),
+    /// Held at a value.
+    Fixed(f64),
+}
+
+impl Assembly {
+    /// One candidate per role; all their parameters are free, in the order given.
+    ///
+    /// # Errors
+    /// [`ModelError::SameRole`], [`ModelError::SameName`].
+    pub fn new(rig: Rig, candidates: Vec<Candidate>) -> Result<Self, ModelError> {
+        for (k, candidate) in candidates.iter().enumerate() {
+            for earlier in &candidates[..k] {
+                let (first, second) = (earlier.id.clone(), candidate.id.clone());
+                if earlier.role == candidate.role {
+                    return Err(ModelError::SameRole { role: candidate.role.clone(), first, second });
+                }
+                let twice = |p: &&Parameter| earlier.parameters.iter().any(|e| e.name == p.name);
+                if let Some(parameter) = candidate.parameters.iter().find(twice) {
+                    return Err(ModelError::SameName { parameter: parameter.name.clone(), first, second });
+                }
+            }
+        }
+        let scheme = Scheme::Line { elements: 40 };
+        let sources = candidates.iter().map(|c| vec![Source::Fixed(f64::NAN); c.parameters.len()]).collect();
+        let mut assembly = Self { rig, scheme, candidates, sources, free: Vec::new() };
+        assembly.number(|_| None);
+        Ok(assembly)
+    }
+
+    /// The same assembly with the parameter `name` held at `value`.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownParameter`].
+    pub fn fixed(mut self, name: &str, value: f64) -> Result<Self, ModelError> {
+        let names: Vec<&str> =
+            self.candidates.iter().flat_map(|c| &c.parameters).map(|p| p.name.as_str()).collect();
+        if !names.contains(&name) {
+            return Err(ModelError::UnknownParameter { name: name.to_owned(), known: names.join(", ") });
+        }
+        self.number(|parameter| (parameter == name).then_some(value));
+        Ok(self)
+    }
+
+    /// The same assembly with another discretisation.
+    #[must_use]
+    pub fn with_scheme(self, scheme: Scheme) -> Self {
+        Self { scheme, ..self }
+    }
+
+    /// The free parameters with their priors, in the order in which [`crate::PointModel::respond`] wants their values.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.free
+    }
+
+    /// The candidates.
+    #[must_use]
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    /// Numbers the free parameters again, holding those for which `fix` has a value.
+    fn number(&mut self, fix: impl Fn(&str) -> Option<f64>) {
+        self.free.clear();
+        for (candidate, sources) in self.candidates.iter().zip(&mut self.sources) {
+            for (parameter, source) in candidate.parameters.iter().zip(sources) {
+                match (fix(&parameter.name), *source) {
+                    (Some(value), _) => *source = Source::Fixed(value),
+                    (None, Source::Fixed(value)) if !value.is_nan() => {}
+                    _ => {
+                        *source = Source::Free(self.free.len());
+                        self.free.push(parameter.clone());
+                    }
+                }
+            }
+        }
+    }
+
+    /// The parameters of candidate `k` as jets, free ones taken from `values`.
+    pub(crate) fn jets(&self, k: usize, at: &At, values: &[f64]) -> Vec<Jet> {
+        let jet = |source: &Source| match *source {
+            Source::Free(i) => at.parameter(i, values[i]),
+            Source::Fixed(value) => at.space().constant(C64::new(value, 0.0)),
+        };
+        self.sources[k].iter().map(jet).collect()
+    }
+}

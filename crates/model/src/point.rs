@@ -1,0 +1,328 @@
+//! The model at one operating point.
+
+use crate::{Assembly, ModelError, Scheme};
+use rijke_candidates::{Coefficient, Here, Place, Surroundings};
+use rijke_flow::{BaseState, Stretch};
+use rijke_network::{
+    At, Coefficients, Laws, Network, Newton, Places, Response, Segment, Slot, Workspace, levine_schwinger,
+};
+use rijke_numerics::{C64, Jet, Order};
+use rijke_rig::{GasState, OperatingPoint};
+
+/// An operating point with the state of its gas.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conditions {
+    /// The operating point.
+    pub point: OperatingPoint,
+    /// The gas along the tube.
+    pub base: BaseState,
+    /// Ambient temperature, K.
+    pub ambient: f64,
+}
+
+/// A network for one operating point, and the laws that fill its coefficients.
+#[derive(Clone, Debug)]
+pub struct PointModel<'a> {
+    assembly: &'a Assembly,
+    id: String,
+    network: Network,
+    laws: Vec<LawAt>,
+    surroundings: Vec<Surroundings>,
+    places: Places,
+    guess: C64,
+}
+
+/// Effect number `effect` of candidate number `candidate`, evaluated in surroundings number `around`.
+#[derive(Clone, Copy, Debug)]
+struct LawAt {
+    candidate: usize,
+    effect: usize,
+    around: usize,
+}
+
+impl<'a> PointModel<'a> {
+    /// Lays out the network. `microphones` are those predicted, in order, the reference among them.
+    ///
+    /// # Errors
+    /// [`ModelError::Microphone`]; [`ModelError::Network`] for a geometry that is impossible.
+    pub fn new(
+        assembly: &'a Assembly,
+        conditions: &Conditions,
+        microphones: &[usize],
+    ) -> Result<Self, ModelError> {
+        let Conditions { point, base, ambient } = conditions;
+        let rig = &assembly.rig;
+        let fail = |source| ModelError::Network { point: point.id.clone(), source };
+        let (length, reference) = (rig.tube.length, rig.microphones.reference);
+        let count = rig.microphones.positions.len();
+        if let Some(&microphone) = microphones.iter().find(|m| **m >= count) {
+            return Err(ModelError::Microphone { microphone, count });
+        }
+        if !microphones.contains(&reference) {
+            return Err(ModelError::Microphone { microphone: reference, count });
+        }
+        let positions: Vec<f64> = microphones.iter().map(|&m| rig.microphones.positions[m]).collect();
+
+        let thermocouples: &[f64] = if point.thermocouples { &rig.thermocouples } else { &[] };
+        let uniform = base.temperature.iter().all(|t| *t == base.temperature[0]);
+        let elements = match assembly.scheme {
+            Scheme::Lumped { elements } => elements,
+            Scheme::Line { .. } if uniform => 1,
+            Scheme::Line { elements } => elements,
+        };
+        #[allow(clippy::cast_precision_loss, reason = "element numbers are small")]
+        let grid: Vec<f64> = (1..elements).map(|k| length * k as f64 / elements as f64).collect();
+        let edges =
+            edges(length, positions.iter().chain(thermocouples).chain(&grid).copied().chain(point.position));
+        let stretches = base.stretches(&edges);
+        let segment = |s: &Stretch| Segment::new(s.to - s.from, rig.tube.area(), s.sound_speed, s.density);
+        let network = Network::new(stretches.iter().map(segment).collect()).map_err(fail)?;
+
+        let places = Places {
+            at: positions.iter().map(|x| network.place_at(*x)).collect::<Result<_, _>>().map_err(fail)?,
+            reference: network.place_at(rig.microphones.positions[reference]).map_err(fail)?,
+        };
+        let travel =
+            base.travel_time(0.0, length) + 1.22 * rig.tube.radius() / base.sound_speed(0.5 * length);
+        let guess = C64::new(-10.0, std::f64::consts::PI / travel);
+        let mut model = Self {
+            assembly,
+            id: point.id.clone(),
+            network,
+            laws: Vec::new(),
+            surroundings: Vec::new(),
+            places,
+            guess,
+        };
+        model.attach(conditions, &stretches, &grid, thermocouples, *ambient).map_err(fail)?;
+        Ok(model)
+    }
+
+    /// The same model with the root search started from `guess` (say, the measured s).
+    #[must_use]
+    pub fn starting_from(self, guess: C64) -> Self {
+        Self { guess, ..self }
+    }
+
+    /// Name of the operating point.
+    #[must_use]
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// The network, for those who want more than s and pressures.
+    #[must_use]
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// The eigenvalue and the relative pressures with their derivatives in the free parameters.
+    ///
+    /// # Errors
+    /// [`ModelError::Count`], or [`ModelError::Network`] when there is no eigenvalue near the guess.
+    pub fn respond(
+        &self,
+        values: &[f64],
+        order: Order,
+        work: &mut Workspace,
+    ) -> Result<Response, ModelError> {
+        let expected = self.assembly.parameters().len();
+        if values.len() != expected {
+            return Err(ModelError::Count { expected, found: values.len() });
+        }
+        let fail = |source| ModelError::Network { point: self.id.clone(), source };
+        let filled = Filled { model: self, values };
+        let root = self.network.solve(&filled, self.guess, &Newton::default(), work).map_err(fail)?;
+        self.network.respond(&filled, &root, &self.places, order, work).map_err(fail)
+    }
+
+    fn attach(
+        &mut self,
+        conditions: &Conditions,
+        stretches: &[Stretch],
+        grid: &[f64],
+        thermocouples: &[f64],
+        ambient: f64,
+    ) -> Result<(), rijke_network::NetworkError> {
+        let Conditions { point, base, .. } = conditions;
+        let rig = &self.assembly.rig;
+        let velocity = base.heater_velocity;
+        let around = |gas: GasState| Surroundings::new(rig, point, &gas, ambient, velocity);
+        let inserted = point.position.unwrap_or(0.0);
+        // One set of surroundings per distinct gas: in a cold tube every segment shares it.
+        let local: Vec<usize> = stretches.iter().map(|s| self.note(around(s.gas))).collect();
+        let candidates = self.assembly.candidates();
+        for (candidate, effect, place, coefficient) in candidates.iter().enumerate().flat_map(|(k, c)| {
+            c.effects.iter().enumerate().map(move |(e, effect)| (k, e, effect.place, effect.coefficient))
+        }) {
+            match place {
+                Place::Tube | Place::Prongs => {
+                    let end = if place == Place::Tube { rig.tube.length } else { inserted };
+                    self.attach_along(candidate, effect, coefficient, stretches, grid, &local, end)?;
+                }
+                Place::ProngEnd | Place::Heater | Place::Thermocouples => {
+                    let at: &[f64] = match place {
+                        Place::ProngEnd => point.position.as_slice(),
+                        Place::Heater if point.heater => point.position.as_slice(),
+                        Place::Thermocouples => thermocouples,
+                        _ => &[],
+                    };
+                    for &x in at {
+                        let here = self.note(around(base.at(x)));
+                        let law = self.law(candidate, effect, here);
+                        let j = self.network.place_at(x)?;
+                        self.network.attach(at_place(coefficient, j), law, 1.0)?;
+                    }
+                }
+                Place::UpstreamEnd | Place::DownstreamEnd | Place::BothEnds => {
+                    for (x, slot, not) in [
+                        (0.0, Slot::Upstream, Place::DownstreamEnd),
+                        (rig.tube.length, Slot::Downstream, Place::UpstreamEnd),
+                    ] {
+                        if place != not {
+                            let here = self.note(around(base.at(x)));
+                            let law = self.law(candidate, effect, here);
+                            self.network.attach(slot, law, 1.0)?;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A law per metre over 0 <= x < `end`: in the segments, or in the jumps at `grid` of the lumped scheme.
+    #[allow(clippy::too_many_arguments, reason = "one step of attach, split out for reading")]
+    fn attach_along(
+        &mut self,
+        candidate: usize,
+        effect: usize,
+        coefficient: Coefficient,
+        stretches: &[Stretch],
+        grid: &[f64],
+        local: &[usize],
+        end: f64,
+    ) -> Result<(), rijke_network::NetworkError> {
+        let lumped = matches!(self.assembly.scheme, Scheme::Lumped { .. });
+        let element = self.assembly.rig.tube.length / (grid.len() as f64 + 1.0);
+        let mut laws: Vec<(usize, usize)> = Vec::new();
+        for (i, s) in stretches.iter().enumerate().filter(|(_, s)| 0.5 * (s.from + s.to) < end) {
+            let law = match laws.iter().find(|(around, _)| *around == local[i]) {
+                Some((_, law)) => *law,
+                None => {
+                    let law = self.law(candidate, effect, local[i]);
+                    laws.push((local[i], law));
+                    law
+                }
+            };
+            let slot = match coefficient {
+                Coefficient::Mu if !lumped => Some(Slot::Viscous(i)),
+                Coefficient::Ep if !lumped => Some(Slot::Thermal(i)),
+                _ => None,
+            };
+            match slot {
+                Some(slot) => self.network.attach(slot, law, 1.0)?,
+                // Couplings that a line does not have, k_mp and k_eu per metre, act at the upstream end of each segment.
+                None if !lumped => self.network.attach(at_place(coefficient, i), law, s.to - s.from)?,
+                None => {
+                    if grid.iter().any(|x| (x - s.from).abs() < 1e-9) {
+                        self.network.attach(at_place(coefficient, i), law, element)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, surroundings: Surroundings) -> usize {
+        match self.surroundings.iter().position(|s| *s == surroundings) {
+            Some(index) => index,
+            None => {
+                self.surroundings.push(surroundings);
+                self.surroundings.len() - 1
+            }
+        }
+    }
+
+    fn law(&mut self, candidate: usize, effect: usize, around: usize) -> usize {
+        self.laws.push(LawAt { candidate, effect, around });
+        self.laws.len() - 1
+    }
+}
+
+fn at_place(coefficient: Coefficient, j: usize) -> Slot {
+    match coefficient {
+        Coefficient::Mp => Slot::Mp(j),
+        Coefficient::Eu => Slot::Eu(j),
+        Coefficient::Ep => Slot::Ep(j),
+        Coefficient::Mu | Coefficient::Reflection => Slot::Mu(j),
+    }
+}
+
+/// Ends of the tube and every cut between, ascending, without doubles.
+fn edges(length: f64, cuts: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut all: Vec<f64> =
+        [0.0, length].into_iter().chain(cuts.filter(|x| *x > 0.0 && *x < length)).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * length);
+    all
+}
+
+/// The laws at given values of the free parameters.
+struct Filled<'m> {
+    model: &'m PointModel<'m>,
+    values: &'m [f64],
+}
+
+impl Coefficients for Filled<'_> {
+    fn parameters(&self) -> usize {
+        self.values.len()
+    }
+
+    fn laws(&self) -> usize {
+        self.model.laws.len()
+    }
+
+    fn fill(&self, at: &At, laws: &mut Laws) {
+        let model = self.model;
+        let candidates = model.assembly.candidates();
+        let parameters: Vec<Vec<Jet>> =
+            (0..candidates.len()).map(|k| model.assembly.jets(k, at, self.values)).collect();
+        let (space, s) = (at.space(), at.s_jet());
+        let mut wall: Vec<[Jet; 2]> =
+            model.surroundings.iter().map(|_| [space.real(0.0), space.real(0.0)]).collect();
+        let is_wall = |law: &LawAt| candidates[law.candidate].effects[law.effect].place == Place::Tube;
+        // The wall first: what it loses is a symbol of the other laws.
+        for along_tube in [true, false] {
+            for (k, law) in model.laws.iter().enumerate().filter(|(_, law)| is_wall(law) == along_tube) {
+                let effect = &candidates[law.candidate].effects[law.effect];
+                let around = &model.surroundings[law.around];
+                let [mu, ep] = &wall[law.around];
+                let reflection = effect.place.is_end().then(|| levine_schwinger_at(around, &s));
+                let here = Here {
+                    space,
+                    surroundings: around,
+                    s: &s,
+                    wall: (!along_tube).then_some([mu, ep]),
+                    levine_schwinger: reflection.as_ref(),
+                };
+                let value = effect.law.evaluate(&here, &parameters[law.candidate]);
+                laws.set(k, &value);
+                match effect.coefficient {
+                    Coefficient::Mu if along_tube => wall[law.around][0] = &wall[law.around][0] + &value,
+                    Coefficient::Ep if along_tube => wall[law.around][1] = &wall[law.around][1] + &value,
+                    _ => {}
+                }
+            }
+        }
+    }
+}
+
+/// Levine and Schwinger's reflection coefficient at ka = s a/(i c).
+fn levine_schwinger_at(around: &Surroundings, s: &Jet) -> Jet {
+    let real = |symbol| around.get(symbol).unwrap_or(f64::NAN);
+    let radius = 0.5 * real(rijke_candidates::Symbol::Diameter);
+    let ka = s.scale(C64::new(0.0, -radius / real(rijke_candidates::Symbol::SoundSpeed)));
+    let [value, slope, curvature] = levine_schwinger::reflection(ka.value());
+    ka.compose(value, slope, curvature)
+}

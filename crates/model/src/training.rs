@@ -1,0 +1,105 @@
+//! From observations to the most probable parameters and the evidence.
+
+use crate::{Assembly, ModelError, Noise, Observed, PointModel, Predictor, data_of};
+use rijke_inference::{Evidence, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters, Posterior, Stop};
+use rijke_numerics::Matrix;
+
+/// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Knowledge {
+    /// Names of the parameters.
+    pub names: Vec<String>,
+    /// Most probable values.
+    pub mean: Vec<f64>,
+    /// Covariance.
+    pub covariance: Matrix,
+}
+
+/// How a model is trained.
+#[derive(Clone, Debug)]
+pub struct Training {
+    /// Which microphones are used, the reference among them.
+    pub microphones: Vec<usize>,
+    /// What is assumed of noise and model error.
+    pub noise: Noise,
+    /// What earlier stages found; parameters that the assembly does not have are ignored.
+    pub known: Vec<Knowledge>,
+    /// How the most probable parameters are searched.
+    pub search: MapOptions,
+}
+
+/// A trained model.
+#[derive(Clone, Debug)]
+pub struct Trained {
+    /// The free parameters.
+    pub parameters: Vec<Parameter>,
+    /// Their most probable values.
+    pub values: Vec<f64>,
+    /// Their covariance.
+    pub covariance: Matrix,
+    /// Standard deviations of the noise, chosen by the data where they float.
+    pub noise: Vec<NoiseEstimate>,
+    /// The evidence, in nats, in total.
+    pub evidence: Evidence,
+    /// The Gaussian approximation in full.
+    pub laplace: Laplace,
+    /// How the search ended.
+    pub stop: Stop,
+}
+
+/// Finds the most probable parameters of `assembly`, their covariance and the evidence.
+///
+/// # Errors
+/// [`ModelError::NotConverged`] with the reason, and whatever the model or the inference cannot survive.
+pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) -> Result<Trained, ModelError> {
+    let points = observed
+        .iter()
+        .map(|o| Ok(PointModel::new(assembly, &o.conditions, &training.microphones)?.starting_from(o.ping.s)))
+        .collect::<Result<Vec<_>, ModelError>>()?;
+    let list = assembly.parameters().to_vec();
+    let reference = assembly.rig.microphones.reference;
+    let reference = training.microphones.iter().position(|m| *m == reference).unwrap_or(0);
+    let predictor = Predictor::new(points, list.len(), reference);
+    let data = data_of(observed, &training.microphones, &training.noise)?;
+    let mut parameters = Parameters::new(list.clone())?;
+    for known in &training.known {
+        let keep: Vec<usize> =
+            (0..known.names.len()).filter(|&k| parameters.index(&known.names[k]).is_some()).collect();
+        if !keep.is_empty() {
+            let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
+            let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();
+            parameters = parameters.with_joint(&names, &mean, &known.covariance.select(&keep))?;
+        }
+    }
+    let posterior = Posterior::new(&predictor, &data, &parameters)?;
+    let fit = posterior.map(&training.search)?;
+    if !fit.stop.converged() {
+        let model = assembly.candidates().iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ");
+        return Err(ModelError::NotConverged { model, stop: fit.stop });
+    }
+    let laplace = posterior.laplace(&fit)?;
+    Ok(Trained {
+        parameters: list,
+        values: fit.parameters,
+        covariance: laplace.physical_covariance.clone(),
+        noise: fit.noise,
+        evidence: laplace.evidence,
+        laplace,
+        stop: fit.stop,
+    })
+}
+
+impl Trained {
+    /// The posterior as knowledge for the next stage.
+    #[must_use]
+    pub fn knowledge(&self) -> Knowledge {
+        let names = self.parameters.iter().map(|p| p.name.clone()).collect();
+        Knowledge { names, mean: self.values.clone(), covariance: self.covariance.clone() }
+    }
+
+    /// Standard deviation of each parameter.
+    #[must_use]
+    pub fn sd(&self) -> Vec<f64> {
+        (0..self.values.len()).map(|i| self.covariance[(i, i)].sqrt()).collect()
+    }
+}
