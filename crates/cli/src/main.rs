@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 mod completions;
 mod failure;
+mod report;
 mod staging;
 mod ui;
 
@@ -25,6 +26,7 @@ struct Program {
 /// The steps, in the order in which data pass through them.
 #[derive(Subcommand)]
 enum Command {
+    Report(report::Args),
     Completions(completions::Args),
 }
 
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
     let program = Program::parse();
     let ui = ui::Ui::new(&program.output);
     let outcome: Result<(), failure::Failure> = match &program.command {
+        Command::Report(args) => report::run(args, &ui),
         Command::Completions(args) => completions::run(args, &ui),
     };
     match outcome {

@@ -7,9 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 const PAGE: &str = "docs/ARCHITECTURE.md";
 
 /// Libraries that one crate only may use: (library, crate, why).
-const CONFINED: [(&str, &str, &str); 4] = [
+const CONFINED: [(&str, &str, &str); 3] = [
     ("faer", "numerics", "dense algebra stays behind one file"),
-    ("kuva", "report", "only report draws"),
     ("minijinja", "report", "only report writes pages"),
     ("indicatif", "cli", "only the command line talks to a terminal"),
 ];

@@ -1,0 +1,125 @@
+//! Axes: a range, ticks at round numbers, a label.
+
+/// A linear axis.
+#[derive(Clone, Debug)]
+pub(crate) struct Axis {
+    /// Label in the markup of [`super::html`].
+    pub(crate) label: String,
+    /// Value at the left or lower end.
+    pub(crate) low: f64,
+    /// Value at the right or upper end.
+    pub(crate) high: f64,
+    /// At most this many labelled ticks.
+    pub(crate) most_ticks: usize,
+    /// A distance of ticks to prefer to the automatic one.
+    pub(crate) step: Option<f64>,
+}
+
+/// Where the ticks are.
+pub(super) struct Ticks {
+    /// Labelled ticks.
+    pub(super) major: Vec<f64>,
+    /// Ticks between them.
+    pub(super) minor: Vec<f64>,
+    /// Decimals of the labels.
+    pub(super) decimals: usize,
+}
+
+impl Axis {
+    pub(crate) fn new(label: &str, low: f64, high: f64) -> Self {
+        Self { label: label.to_owned(), low, high, most_ticks: 6, step: None }
+    }
+
+    /// An axis that holds all finite values with a margin of a twentieth on either side.
+    pub(crate) fn covering(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
+        let finite = values.into_iter().filter(|v| v.is_finite());
+        let (low, high) =
+            finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        if low > high {
+            return Self::new(label, 0.0, 1.0);
+        }
+        let half = (0.5 * (high - low)).max(1e-9 * (1.0 + low.abs()));
+        let middle = 0.5 * (low + high);
+        Self::new(label, middle - 1.1 * half, middle + 1.1 * half)
+    }
+
+    /// Ticks every `step` instead of at automatic distances.
+    pub(crate) fn with_step(mut self, step: f64) -> Self {
+        self.step = Some(step);
+        self
+    }
+
+    /// At most this many labelled ticks.
+    pub(crate) fn with_most_ticks(mut self, most_ticks: usize) -> Self {
+        self.most_ticks = most_ticks;
+        self
+    }
+
+    /// Place of a value between the ends, 0 to 1.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        (value - self.low) / (self.high - self.low)
+    }
+
+    pub(super) fn ticks(&self) -> Ticks {
+        let range = self.high - self.low;
+        let step = self.step.unwrap_or_else(|| round_step(range / self.most_ticks as f64));
+        let decimals = (-step.log10()).ceil().max(0.0) as usize;
+        // A step of 2.5 or 0.25 needs one decimal more than its size suggests.
+        let shown = step * 10f64.powi(decimals as i32);
+        let decimals = decimals + usize::from((shown - shown.round()).abs() > 1e-6);
+        let pieces = if (mantissa(step) - 2.0).abs() < 1e-6 { 4.0 } else { 5.0 };
+        let all: Vec<_> = multiples(step / pieces, self.low, self.high).collect();
+        let is_major = |v: f64| ((v / step) - (v / step).round()).abs() < 1e-6;
+        Ticks {
+            major: all.iter().copied().filter(|&v| is_major(v)).collect(),
+            minor: all.iter().copied().filter(|&v| !is_major(v)).collect(),
+            decimals,
+        }
+    }
+}
+
+/// The smallest of 1, 2 and 5 times a power of ten that is at least `least`.
+fn round_step(least: f64) -> f64 {
+    let power = 10f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= least * (1.0 - 1e-9)).unwrap_or(least)
+}
+
+/// Between 1 and 10.
+fn mantissa(step: f64) -> f64 {
+    step / 10f64.powf((step.log10() + 1e-9).floor())
+}
+
+/// All multiples of a step within a range, ends included.
+fn multiples(step: f64, low: f64, high: f64) -> impl Iterator<Item = f64> {
+    let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
+    (first..=last).map(move |i| i as f64 * step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn ticks(low: f64, high: f64) -> (Vec<f64>, usize, usize) {
+        let ticks = Axis::new("", low, high).ticks();
+        (ticks.major, ticks.minor.len(), ticks.decimals)
+    }
+
+    #[test]
+    fn exact_ticks_are_round_numbers() {
+        assert_eq!(ticks(0.0, 1.0), (vec![0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0], 15, 1));
+        let (major, _, decimals) = ticks(1057.3, 1071.9);
+        assert_eq!((major, decimals), (vec![1060.0, 1065.0, 1070.0], 0));
+        let (major, _, decimals) = ticks(0.99511, 0.99542);
+        assert_eq!((major.len(), decimals), (3, 4));
+    }
+
+    #[test]
+    fn exact_covering_leaves_a_margin_and_survives_one_value() {
+        let axis = Axis::covering("", [3.0, 1.0, f64::NAN]);
+        assert_relative_eq!(axis.low, 0.9, max_relative = 1e-12);
+        assert_relative_eq!(axis.high, 3.1, max_relative = 1e-12);
+        let axis = Axis::covering("", [2.0]);
+        assert!(axis.low < 2.0 && axis.high > 2.0);
+    }
+}

@@ -1,0 +1,132 @@
+//! Figures: panels, a legend and the statement where the data come from.
+
+use super::{INK, Panel, Stroke, panel, px, text};
+use rijke_studies::DataKind;
+
+const FONT: &str = "'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif";
+
+/// Font size and line height of legends, pixels.
+const LEGEND: f64 = 12.5;
+const LINE: f64 = 20.0;
+/// Room for the mark of an entry, and between entries.
+const MARK: f64 = 30.0;
+const GAP: f64 = 18.0;
+
+/// A figure. On a page its panels flow to fit the window; as a file they stand in rows of `columns`.
+pub(crate) struct Figure {
+    /// File name without ending, such as `figure-4`.
+    pub(crate) id: &'static str,
+    /// What it shows, in one line.
+    pub(crate) title: String,
+    /// Caption as a reader of the paper expects it, in the markup of labels.
+    pub(crate) caption: String,
+    /// Panels in one row of the file.
+    pub(crate) columns: usize,
+    /// The panels, in reading order, of equal size.
+    pub(crate) panels: Vec<Panel>,
+    /// The legend.
+    pub(crate) legend: Vec<Key>,
+    /// Whether measured or virtual data are shown: stands on every panel.
+    pub(crate) data: DataKind,
+}
+
+/// An entry of a legend.
+pub(crate) struct Key {
+    /// What is drawn.
+    pub(crate) mark: Mark,
+    /// What it means.
+    pub(crate) label: String,
+}
+
+/// A sample of what is drawn.
+pub(crate) enum Mark {
+    /// A line.
+    Line(Stroke),
+    /// A dot of this colour.
+    Dot(&'static str),
+    /// A diagonal cross.
+    Cross(Stroke),
+}
+
+impl Figure {
+    /// The figure as an SVG file of its own.
+    pub(crate) fn svg(&self) -> String {
+        let (cell_width, cell_height) = self.cell();
+        let width = cell_width * self.columns as f64;
+        let rows = self.panels.len().div_ceil(self.columns.max(1));
+        let mut body = String::new();
+        for (i, panel) in self.panels.iter().enumerate() {
+            let (row, column) = (i / self.columns, i % self.columns);
+            let (x, y) = (px(column as f64 * cell_width), px(row as f64 * cell_height));
+            body += &format!("<g transform=\"translate({x} {y})\">{}</g>", panel.elements(self.note()));
+        }
+        let mut cursor = [16.0, rows as f64 * cell_height + LINE];
+        for key in &self.legend {
+            let wide = MARK + text::width(&key.label, LEGEND) + GAP;
+            if cursor[0] > 16.0 && cursor[0] + wide > width {
+                cursor = [16.0, cursor[1] + LINE];
+            }
+            let (x, y) = (px(cursor[0]), px(cursor[1] - 0.35 * LEGEND));
+            body += &format!("<g transform=\"translate({x} {y})\">{}</g>", key.mark.elements());
+            body += &panel::write([cursor[0] + MARK, cursor[1]], "start", LEGEND, &key.label);
+            cursor[0] += wide;
+        }
+        self.document([width, cursor[1] + 12.0], &self.title, &body)
+    }
+
+    /// The figure as HTML whose panels flow.
+    pub(crate) fn html(&self) -> String {
+        let document = |panel: &Panel| {
+            self.document([panel.width, panel.height], &self.title, &panel.elements(self.note()))
+        };
+        let panels: String = self.panels.iter().map(|p| format!("<div>{}</div>", document(p))).collect();
+        let key = |key: &Key| {
+            let mark = key.mark.elements();
+            let label = text::html(&key.label);
+            format!(
+                "<span class=\"key\"><svg viewBox=\"0 -8 26 16\" width=\"26\" height=\"16\" aria-hidden=\"true\">\
+                 {mark}</svg>{label}</span> "
+            )
+        };
+        let legend: String = self.legend.iter().map(key).collect();
+        format!(
+            "<div class=\"panels columns-{}\">{panels}</div>\n<div class=\"legend\">{legend}</div>",
+            self.columns
+        )
+    }
+
+    /// What stands on every panel.
+    pub(crate) fn note(&self) -> &'static str {
+        match self.data {
+            DataKind::Virtual => "virtual data",
+            DataKind::Measured => "measured data",
+        }
+    }
+
+    fn cell(&self) -> (f64, f64) {
+        self.panels.first().map_or((0.0, 0.0), |p| (p.width, p.height))
+    }
+
+    fn document(&self, [width, height]: [f64; 2], title: &str, body: &str) -> String {
+        let (w, h) = (px(width), px(height));
+        let title = text::escape(&format!("{} ({})", text::plain(title), self.note()));
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" role=\"img\" \
+             font-family=\"{FONT}\" fill=\"{INK}\"><title>{title}</title>\
+             <rect width=\"{w}\" height=\"{h}\" fill=\"#fff\"/>{body}</svg>"
+        )
+    }
+}
+
+impl Mark {
+    /// The mark, 26 pixels wide, centred on the line y = 0.
+    fn elements(&self) -> String {
+        match self {
+            Self::Line(stroke) => format!("<path d=\"M1 0H25\" fill=\"none\" {}/>", stroke.attributes()),
+            Self::Dot(colour) => format!("<circle cx=\"13\" cy=\"0\" r=\"3.2\" fill=\"{colour}\"/>"),
+            Self::Cross(stroke) => {
+                format!("<path d=\"M8 -5L18 5M8 5L18 -5\" fill=\"none\" {}/>", stroke.attributes())
+            }
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! A small writer of scientific figures in SVG: axes, curves, bars, contours, legends, and labels with sub- and
+//! superscripts. Why our own: `docs/decisions/figures.md`.
+
+mod axis;
+mod figure;
+mod panel;
+mod style;
+mod text;
+
+pub(crate) use axis::Axis;
+pub(crate) use figure::{Figure, Key, Mark};
+pub(crate) use panel::Panel;
+pub(crate) use style::{INK, Stroke, model_stroke};
+pub(crate) use text::{fixed, html, plain};
+
+/// A coordinate with two decimals, the same bytes on every run.
+fn px(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn exact_coordinates_are_short() {
+        assert_eq!([12.0, 0.5, -0.001, 2.71828].map(super::px), ["12", "0.5", "0", "2.72"]);
+    }
+}

@@ -1,0 +1,57 @@
+//! Section 6.1 of the paper: two printed fits of the same measurements, which check the chain without any data.
+
+use crate::{draw::fixed, page::Item, table::Table};
+use rijke_studies::Consistency;
+
+/// Everything the page shows of this study.
+pub(crate) fn item(study: &Consistency) -> Item {
+    let head = [
+        "Wall loss",
+        "printed |*R*|",
+        "printed angle",
+        "*s*_{r} / s^{-1}",
+        "*s*_{i} / rad s^{-1}",
+        "our *\u{3b7}*",
+        "from",
+        "to",
+        "paper",
+    ];
+    let rows = study.rows.iter().map(|row| {
+        let [radius, angle] = row.reflection;
+        let [growth, frequency] = row.eigenvalue;
+        let [low, high] = row.eta_range;
+        vec![
+            row.scheme.clone(),
+            fixed(radius, 4),
+            fixed(angle, 4),
+            fixed(growth, 3),
+            fixed(frequency, 2),
+            fixed(row.eta, 4),
+            fixed(low, 4),
+            fixed(high, 4),
+            fixed(row.published, 4),
+        ]
+    });
+    let table = Table {
+        id: "consistency",
+        caption: format!(
+            "Wall-loss factor with R = R_LS that explains the eigenvalue implied by a printed R with \u{3b7} = 1, at {} K. \
+             From, to: its range within the rounding of the printed R.",
+            fixed(study.temperature, 2)
+        ),
+        head: head.map(String::from).to_vec(),
+        rows: rows.collect(),
+        marked: None,
+    };
+    Item {
+        id: "consistency",
+        title: "Section 6.1: the paper's two fits of the empty tube".to_owned(),
+        introduction: "The paper prints two descriptions of the same two measurements: R fitted with \u{3b7} = 1, and \u{3b7} \
+                       fitted with R of Levine and Schwinger. Each can be computed from the other; no data of a rig enter."
+            .to_owned(),
+        figures: Vec::new(),
+        tables: vec![table],
+        checks: study.checks.clone(),
+        provenance: None,
+    }
+}

@@ -1,0 +1,5 @@
+//! One module per study: its figures, its tables, and what the page says about it.
+
+pub(crate) mod consistency;
+pub(crate) mod empty_tube;
+pub(crate) mod prongs;

@@ -1,0 +1,182 @@
+//! Fig. 4 and Table 2: seven models of the drag and blockage of the prongs.
+
+use crate::{
+    draw::{Axis, Figure, INK, Key, Mark, Panel, fixed, model_stroke},
+    page::Item,
+    table::Table,
+};
+use rijke_studies::{CurvePoint, MeasuredPoint, ParameterValue, ProngModel, Prongs};
+
+const SIZE: [f64; 2] = [560.0, 380.0];
+/// Distance between the bars of neighbouring models at one measured point, pixels.
+const OFFSET: f64 = 2.6;
+
+/// Everything the page shows of this study.
+pub(crate) fn item(study: &Prongs) -> Item {
+    let verdict = if study.winner == study.published_winner {
+        format!("The evidence selects the same model as in the paper: {}.", name(study, &study.winner))
+    } else {
+        format!(
+            "The evidence selects {}; the paper, with its own data, selects {}.",
+            name(study, &study.winner),
+            name(study, &study.published_winner)
+        )
+    };
+    Item {
+        id: "prongs",
+        title: "Table 2 and Figure 4: drag and blockage of the prongs".to_owned(),
+        introduction: format!(
+            "Seven models of what the prongs do to the first mode, trained on the same {} operating points and ranked by \
+             marginal likelihood. {verdict} Kendall's \u{3c4} between the two orders is {}.",
+            study.measured.len(),
+            fixed(study.kendall_tau, 2)
+        ),
+        figures: vec![figure(study)],
+        tables: vec![ranking(study), parameters(study)],
+        checks: study.checks.clone(),
+        provenance: Some(study.provenance.clone()),
+    }
+}
+
+fn figure(study: &Prongs) -> Figure {
+    let mut legend = vec![Key { mark: Mark::Dot(INK), label: "measured, mean of the repeats".to_owned() }];
+    for (i, model) in study.models.iter().enumerate() {
+        legend.push(Key { mark: Mark::Line(model_stroke(i)), label: title(i, model) });
+    }
+    Figure {
+        id: "figure-4",
+        title: "Growth rate and angular frequency against prong position, seven models".to_owned(),
+        caption: "(a) Growth rate and (b) angular frequency of the first mode as the prongs reach from *x* = 0 to \
+                  *X*_{p}. Dots: measured. Lines: models of Table 2 at their most probable parameters. Bars: for each \
+                  model, from the first on the left to the last on the right, two standard deviations of the measurement \
+                  noise that maximises its posterior."
+            .to_owned(),
+        columns: 2,
+        panels: vec![
+            panel(study, "(a)", "Growth rate *s*_{r} / s^{-1}", &GROWTH_RATE),
+            panel(study, "(b)", "Angular frequency *s*_{i} / rad s^{-1}", &FREQUENCY),
+        ],
+        legend,
+        data: study.provenance.data,
+    }
+}
+
+/// One of the two quantities of Fig. 4.
+struct Quantity {
+    measured: fn(&MeasuredPoint) -> f64,
+    predicted: fn(&CurvePoint) -> f64,
+    noise: fn(&ProngModel) -> f64,
+    unit: &'static str,
+}
+
+const GROWTH_RATE: Quantity = Quantity {
+    measured: |p| p.growth_rate,
+    predicted: |p| p.growth_rate,
+    noise: |m| m.growth_rate_noise_sd,
+    unit: "1/s",
+};
+
+const FREQUENCY: Quantity = Quantity {
+    measured: |p| p.angular_frequency,
+    predicted: |p| p.angular_frequency,
+    noise: |m| m.angular_frequency_noise_sd,
+    unit: "rad/s",
+};
+
+fn panel(study: &Prongs, tag: &str, label: &str, q: &Quantity) -> Panel {
+    let dots = study.measured.iter().map(q.measured);
+    let lines = study.models.iter().flat_map(|m| m.line.iter().map(q.predicted));
+    let bars = study.models.iter().flat_map(|m| {
+        let bar = 2.0 * (q.noise)(m);
+        study.measured.iter().flat_map(move |p| [(q.measured)(p) - bar, (q.measured)(p) + bar])
+    });
+    let y = Axis::covering(label, dots.chain(lines).chain(bars));
+    let x = Axis::new("Prong position *X*_{p} / m", -0.03, 1.0).with_step(0.2);
+    let mut panel = Panel::new(tag, SIZE, x, y);
+    let middle = 0.5 * (study.models.len().max(1) - 1) as f64;
+    for (i, model) in study.models.iter().enumerate() {
+        let stroke = model_stroke(i);
+        let line: Vec<_> = model.line.iter().map(|p| [p.position_m, (q.predicted)(p)]).collect();
+        panel.curve(&line, &stroke);
+        let thin = crate::draw::Stroke::solid(stroke.colour, 0.9);
+        for p in &study.measured {
+            let centre = [p.position_m, (q.measured)(p)];
+            panel.error_bar(centre, 2.0 * (q.noise)(model), OFFSET * (i as f64 - middle), &thin);
+        }
+    }
+    for p in &study.measured {
+        let value = (q.measured)(p);
+        panel.dot([p.position_m, value], 2.6, INK, &format!("{}: {} {}", p.id, fixed(value, 3), q.unit));
+    }
+    panel
+}
+
+/// Table 2 beside the published one.
+fn ranking(study: &Prongs) -> Table {
+    let head = [
+        "Model",
+        "What it contains",
+        "Parameters",
+        "ln BFL",
+        "ln OF",
+        "ln ML",
+        "paper: ln BFL",
+        "ln OF",
+        "ln ML",
+    ];
+    let signed = |v: f64| if v >= 0.0 { format!("+{}", fixed(v, 4)) } else { fixed(v, 4) };
+    let row = |(i, model): (usize, &ProngModel)| {
+        let mut row = vec![number(i, model), model.label.clone(), model.parameters.len().to_string()];
+        for evidence in [model.evidence, model.published] {
+            row.extend(match evidence {
+                Some(e) => [e.ln_best_fit, e.ln_occam, e.ln_marginal].map(signed),
+                None => ["\u{2013}"; 3].map(String::from),
+            });
+        }
+        row
+    };
+    Table {
+        id: "table-2",
+        caption: "Best-fit likelihood (BFL), Occam factor (OF) and marginal likelihood (ML), natural logarithms per \
+                  operating point, ours and as published in Table 2. The row of the highest marginal likelihood is \
+                  marked. The two sets of data differ, so only the order and the differences can agree."
+            .to_owned(),
+        head: head.map(String::from).to_vec(),
+        rows: study.models.iter().enumerate().map(row).collect(),
+        marked: study.models.iter().position(|m| m.id == study.winner),
+    }
+}
+
+/// The trained parameters and the noise each model needs.
+fn parameters(study: &Prongs) -> Table {
+    let head = ["Model", "Parameters, most probable \u{b1} sd", "noise of *s*_{r} / s^{-1}", "noise of *s*_{i} / rad s^{-1}",
+        "noise of *P*"];
+    let row = |(i, model): (usize, &ProngModel)| {
+        let parameter = |p: &ParameterValue| {
+            let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+            format!("{} = {} \u{b1} {}{unit}", p.symbol, fixed(p.value, 4), fixed(p.sd, 4))
+        };
+        let parameters = model.parameters.iter().map(parameter).collect::<Vec<_>>().join("; ");
+        let noise = [model.growth_rate_noise_sd, model.angular_frequency_noise_sd, model.pressure_noise_sd];
+        [number(i, model), parameters].into_iter().chain(noise.map(|sd| fixed(sd, 4))).collect()
+    };
+    let caption = "Trained parameters, with standard deviations by Laplace's method, and the standard deviation of the \
+                   measurement noise that maximises each model's posterior."
+        .to_owned();
+    let rows = study.models.iter().enumerate().map(row).collect();
+    Table { id: "table-2-parameters", caption, head: head.map(String::from).to_vec(), rows, marked: None }
+}
+
+/// Row of the paper's table, or the rank in ours for a candidate that the paper does not have.
+fn number(index: usize, model: &ProngModel) -> String {
+    model.number.map_or_else(|| format!("+{}", index + 1), |n| n.to_string())
+}
+
+fn title(index: usize, model: &ProngModel) -> String {
+    format!("{}: {}", number(index, model), model.label)
+}
+
+fn name(study: &Prongs, id: &str) -> String {
+    let found = study.models.iter().enumerate().find(|(_, m)| m.id == id);
+    found.map_or_else(|| id.to_owned(), |(i, m)| format!("model {} ({})", number(i, m), m.label))
+}

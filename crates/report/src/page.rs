@@ -1,0 +1,61 @@
+//! The page: one HTML file that needs nothing else.
+
+use crate::{
+    ReportError,
+    draw::{Figure, html},
+    table::Table,
+};
+use minijinja::{Environment, value::Serde};
+use rijke_studies::{Check, DataKind, Provenance};
+use serde_json::{Value, json};
+
+const TEMPLATE: &str = include_str!("page.html");
+
+/// What the page shows of one study.
+pub(crate) struct Item {
+    /// Anchor on the page.
+    pub(crate) id: &'static str,
+    /// Heading.
+    pub(crate) title: String,
+    /// A paragraph: what was asked, what came out, and how it compares with the paper.
+    pub(crate) introduction: String,
+    /// Figures.
+    pub(crate) figures: Vec<Figure>,
+    /// Tables.
+    pub(crate) tables: Vec<Table>,
+    /// Statements of the paper, tried on these data.
+    pub(crate) checks: Vec<Check>,
+    /// Where the data come from; none if the study uses no data of a rig.
+    pub(crate) provenance: Option<Provenance>,
+}
+
+/// Renders the page.
+pub(crate) fn render(items: &[Item]) -> Result<String, ReportError> {
+    let mut environment = Environment::new();
+    environment.add_template("page.html", TEMPLATE)?;
+    let provenance = items.iter().find_map(|i| i.provenance.as_ref());
+    let page = environment.get_template("page.html")?.render(Serde(json!({
+        "items": items.iter().map(values).collect::<Vec<_>>(),
+        "virtual_data": provenance.is_some_and(|p| p.data == DataKind::Virtual),
+        "provenance": provenance,
+    })))?;
+    // One blank line at the end, no trailing spaces: the file is compared byte by byte.
+    Ok(page.lines().map(|l| format!("{}\n", l.trim_end())).collect())
+}
+
+fn values(item: &Item) -> Value {
+    let figures = item
+        .figures
+        .iter()
+        .map(|f| json!({ "id": f.id, "caption": html(&f.caption), "html": f.html(), "note": f.note() }));
+    let tables =
+        item.tables.iter().map(|t| json!({ "id": t.id, "caption": html(&t.caption), "html": t.html() }));
+    json!({
+        "id": item.id,
+        "title": item.title,
+        "introduction": item.introduction,
+        "figures": figures.collect::<Vec<_>>(),
+        "tables": tables.collect::<Vec<_>>(),
+        "checks": item.checks,
+    })
+}
