@@ -24,6 +24,6 @@ fn px(value: f64) -> String {
 mod tests {
     #[test]
     fn exact_coordinates_are_short() {
-        assert_eq!([12.0, 0.5, -0.001, 2.71828].map(super::px), ["12", "0.5", "0", "2.72"]);
+        assert_eq!([12.0, 0.5, -0.001, 7.3456].map(super::px), ["12", "0.5", "0", "7.35"]);
     }
 }

@@ -66,7 +66,13 @@ pub(super) fn svg(label: &str, size: f64) -> String {
             attributes += " font-style=\"italic\"";
         }
         // Viewers drop spaces at the edge of an element, unless they do not break.
-        let text = typeset(run).replace(' ', "\u{a0}");
+        let mut text = typeset(run);
+        if text.starts_with(' ') {
+            text.replace_range(..1, "\u{a0}");
+        }
+        if text.ends_with(' ') {
+            text.replace_range(text.len() - 1.., "\u{a0}");
+        }
         out += &if attributes.is_empty() { text } else { format!("<tspan{attributes}>{text}</tspan>") };
     }
     out
@@ -144,8 +150,8 @@ mod tests {
         assert_eq!(
             svg(label, 10.0),
             "<tspan font-style=\"italic\">s</tspan><tspan dy=\"2.2\" font-size=\"7.2\">r</tspan>\
-             <tspan dy=\"-2.2\">\u{a0}/\u{a0}s</tspan><tspan dy=\"-3.8\" font-size=\"7.2\">\u{2212}1</tspan>\
-             <tspan dy=\"3.8\">\u{a0}&lt;\u{a0}0</tspan>"
+             <tspan dy=\"-2.2\">\u{a0}/ s</tspan><tspan dy=\"-3.8\" font-size=\"7.2\">\u{2212}1</tspan>\
+             <tspan dy=\"3.8\">\u{a0}&lt; 0</tspan>"
         );
     }
 

@@ -149,8 +149,13 @@ fn ranking(study: &Prongs) -> Table {
 
 /// The trained parameters and the noise each model needs.
 fn parameters(study: &Prongs) -> Table {
-    let head = ["Model", "Parameters, most probable \u{b1} sd", "noise of *s*_{r} / s^{-1}", "noise of *s*_{i} / rad s^{-1}",
-        "noise of *P*"];
+    let head = [
+        "Model",
+        "Parameters, most probable \u{b1} sd",
+        "noise of *s*_{r} / s^{-1}",
+        "noise of *s*_{i} / rad s^{-1}",
+        "noise of *P*",
+    ];
     let row = |(i, model): (usize, &ProngModel)| {
         let parameter = |p: &ParameterValue| {
             let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
