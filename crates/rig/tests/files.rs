@@ -1,4 +1,5 @@
 //! Files on disk: round trips, and one clear message for every kind of bad input.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use proptest::prelude::*;
 use rijke_numerics::{C64, Matrix};

@@ -1,0 +1,377 @@
+//! The laboratory as a source of records.
+
+use crate::click::{Click, Pulse};
+use crate::duct::{Duct, Mode};
+use crate::faults::Fault;
+use crate::noise::{Colour, Hum};
+use crate::ping::{Ping, Stop};
+use crate::truth::{LabError, Truth};
+use crate::tube;
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+use rijke_numerics::{C64, Stream, Streams};
+use rijke_rig::{
+    Calibration, Campaign, DataKind, Day, OperatingPoint, PointRecords, Record, RecordSet, RecordSource, Rig,
+    RigError, Samples24, Stretch,
+};
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+/// A rig that exists only as a computation, and the acquisition system that records it.
+///
+/// A record depends on the seed, the truth and its own name alone: never on which records were made before, on the
+/// number of threads, or on which rows of the campaign are asked for.
+pub struct VirtualRig {
+    set: RecordSet,
+    truth: Truth,
+    streams: Streams,
+    points: Vec<PointTruth>,
+    calibrations: Vec<CalibrationTruth>,
+    channels: Vec<Channel>,
+    colour: [Colour; 2],
+}
+
+/// What is really so at an operating point.
+struct PointTruth {
+    duct: Duct,
+    modes: Vec<Mode>,
+    ping: Ping,
+    temperature: f64,
+    click: OnceLock<Click>,
+}
+
+struct CalibrationTruth {
+    duct: Duct,
+    temperature: f64,
+    click: OnceLock<Click>,
+}
+
+/// One microphone with its amplifier and converter.
+#[derive(Clone, Copy, Debug)]
+struct Channel {
+    gain: f64,
+    ping_delay: f64,
+    click_delay: f64,
+}
+
+/// The two kinds of record differ in rate, delays and noise.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Ping,
+    Click,
+}
+
+impl VirtualRig {
+    /// Sets the laboratory up for the rows `rows` of a campaign (all, if empty), `repeats` records of each kind per
+    /// point (the campaign's own number, if none).
+    ///
+    /// # Errors
+    /// A row does not exist, or a point's modes cannot be found.
+    pub fn new(
+        rig: &Rig,
+        campaign: &Campaign,
+        truth: &Truth,
+        rows: &[String],
+        repeats: Option<u32>,
+        seed: u64,
+    ) -> Result<Self, LabError> {
+        let known = campaign.rows();
+        if let Some(row) = rows.iter().find(|row| !known.contains(row)) {
+            return Err(LabError::NoSuchRow { row: row.clone(), known });
+        }
+        let streams = Streams::new(seed);
+        let (mut days, mut temperatures, mut points) = (Vec::new(), Vec::new(), Vec::new());
+        for row in known.iter().filter(|row| rows.is_empty() || rows.contains(row)) {
+            let of_row: Vec<_> = campaign.row(row).collect();
+            for (k, chunk) in of_row.chunks(truth.ambient.points_per_day).enumerate() {
+                let (day, temperature) = day(truth, &format!("{row}-day-{}", k + 1), streams);
+                days.push(day);
+                temperatures.push(temperature);
+                points.extend(chunk.iter().map(|p| entry(p, days.len() - 1, repeats)));
+            }
+        }
+        let (ping, click) = (stretch(rig.recording.ping_rate_hz), stretch(rig.recording.click_rate_hz));
+        let ping = ping(truth.recorder.ping_quiet_s);
+        let click = click(truth.recorder.click_quiet_s);
+        let slow_click = stretch(rig.recording.ping_rate_hz)(truth.recorder.click_quiet_s);
+        let calibrations = [("ping-rate", slow_click), ("click-rate", click)].map(|(name, stretch)| {
+            let file = |k| format!("calibration/{name}-{k:02}.wav");
+            Calibration {
+                day: 0,
+                stretch,
+                clicks: (0..truth.recorder.calibration_clicks).map(file).collect(),
+            }
+        });
+        let set = RecordSet {
+            rig: rig.clone(),
+            kind: DataKind::Virtual,
+            source: format!("virtual laboratory, {}, seed {seed}", campaign.name),
+            channels: (0..rig.microphones.positions.len()).map(Some).collect(),
+            full_scale: truth.recorder.full_scale_pa,
+            ping,
+            click,
+            days,
+            points,
+            calibrations: calibrations.to_vec(),
+        };
+        let truths = |entry: &PointRecords| point_truth(rig, truth, &entry.point, temperatures[entry.day]);
+        let points = set.points.par_iter().map(truths).collect::<Result<_, _>>()?;
+        let empty = empty_tube();
+        let calibration = |c: &Calibration| {
+            let temperature = temperatures[c.day];
+            let duct = tube::duct(rig, truth, &empty, temperature)?;
+            Ok(CalibrationTruth { duct, temperature, click: OnceLock::new() })
+        };
+        let calibrations = set.calibrations.iter().map(calibration).collect::<Result<_, LabError>>()?;
+        let channels = (0..set.channels.len()).map(|m| channel(truth, m, streams)).collect();
+        let colour = [ping.rate_hz, click.rate_hz].map(|rate| Colour::new(&truth.noise, rate));
+        Ok(Self { set, truth: truth.clone(), streams, points, calibrations, channels, colour })
+    }
+
+    /// The first mode that is really there at `point` (an index), at the day's temperature: growth rate and angular
+    /// frequency, and pressure at the microphones relative to the reference microphone. For tests and studies.
+    #[must_use]
+    pub fn true_mode(&self, point: usize) -> (C64, Vec<C64>) {
+        let mode = &self.points[point].modes[0];
+        let reference = mode.residue[self.set.rig.microphones.reference];
+        (mode.s, mode.residue.iter().map(|p| p / reference).collect())
+    }
+
+    /// The temperature that is really there at `point` (an index), K; the manifest holds a thermometer's reading.
+    #[must_use]
+    pub fn true_temperature(&self, point: usize) -> f64 {
+        self.points[point].temperature
+    }
+
+    /// Gain, and delay at the rates of pings and of clicks (s), of the channel of microphone `m`.
+    #[must_use]
+    pub fn true_channel(&self, m: usize) -> (f64, f64, f64) {
+        let channel = &self.channels[m];
+        (channel.gain, channel.ping_delay, channel.click_delay)
+    }
+
+    /// What is wrong with a ping, if anything.
+    #[must_use]
+    pub fn ping_fault(&self, point: usize, repeat: usize) -> Option<Fault> {
+        let mut stream = self.stream("fault", &self.set.points[point].pings[repeat]);
+        Fault::of_ping(self.truth.faults.pings, self.channels.len(), &mut stream)
+    }
+
+    /// What is wrong with a click, if anything.
+    #[must_use]
+    pub fn click_fault(&self, point: usize, repeat: usize) -> Option<Fault> {
+        let mut stream = self.stream("fault", &self.set.points[point].clicks[repeat]);
+        Fault::of_click(self.truth.faults.clicks, self.channels.len(), &mut stream)
+    }
+
+    /// The samples of a ping as the converter delivers them.
+    #[must_use]
+    pub fn ping_samples(&self, point: usize, repeat: usize) -> Samples24 {
+        let name = &self.set.points[point].pings[repeat];
+        let (truth, recorder) = (&self.points[point], &self.truth.recorder);
+        let mut stream = self.stream("event", name);
+        let dt = 1.0 / self.set.ping.rate_hz;
+        let length = (recorder.ping_s * self.set.ping.rate_hz).round() as usize;
+        let speaker = &self.truth.loudspeaker;
+        let stop = Stop {
+            time: recorder.ping_quiet_s + recorder.ping_forced_s + speaker.stop_sd_s * normal(&mut stream),
+            angle: stream.random_range(-PI..PI),
+            amplitude: 1.0 + speaker.amplitude_sd * normal(&mut stream),
+            warmth: self.warmth(truth.temperature, &mut stream),
+        };
+        let fault = self.ping_fault(point, repeat);
+        let delays: Vec<f64> = self.channels.iter().map(|c| c.ping_delay).collect();
+        let mut channels = vec![vec![0.0; length]; self.channels.len()];
+        truth.ping.add(&mut channels, self.set.ping.quiet, dt, &delays, stop);
+        if let Some(Fault::DoubleTrigger(after)) = fault {
+            // Forcing again is forcing without an end, less the ring-down that its missing past would have left.
+            let again = ((stop.time + after) / dt) as usize;
+            let endless = Stop { time: 1e3, ..stop };
+            truth.ping.add(&mut channels, again.min(length), dt, &delays, endless);
+        }
+        self.digitise(channels, Kind::Ping, self.set.ping.rate_hz, stop.time, name, fault)
+    }
+
+    /// The samples of a click as the converter delivers them.
+    #[must_use]
+    pub fn click_samples(&self, point: usize, repeat: usize) -> Samples24 {
+        let (name, truth) = (&self.set.points[point].clicks[repeat], &self.points[point]);
+        let click = truth.click.get_or_init(|| self.click_of(&truth.duct, self.set.click, Kind::Click));
+        let fault = self.click_fault(point, repeat);
+        self.click_record(click, truth.temperature, self.set.click, Kind::Click, name, fault)
+    }
+
+    /// The samples of a calibration click as the converter delivers them.
+    #[must_use]
+    pub fn calibration_samples(&self, which: usize, repeat: usize) -> Samples24 {
+        let (entry, truth) = (&self.set.calibrations[which], &self.calibrations[which]);
+        let kind = if entry.stretch.rate_hz == self.set.ping.rate_hz { Kind::Ping } else { Kind::Click };
+        let click = truth.click.get_or_init(|| self.click_of(&truth.duct, entry.stretch, kind));
+        self.click_record(click, truth.temperature, entry.stretch, kind, &entry.clicks[repeat], None)
+    }
+
+    fn click_of(&self, duct: &Duct, stretch: Stretch, kind: Kind) -> Click {
+        let speaker = &self.truth.loudspeaker;
+        let delays: Vec<f64> = self.channels.iter().map(|c| c.delay(kind)).collect();
+        let pulse = Pulse {
+            peak: speaker.click_pa,
+            frequency: speaker.click_hz,
+            time: stretch.quiet as f64 / stretch.rate_hz + speaker.latency_s,
+            rate_hz: stretch.rate_hz,
+            length: (self.truth.recorder.click_s * stretch.rate_hz).round() as usize,
+        };
+        Click::new(duct, pulse, &delays)
+    }
+
+    fn click_record(
+        &self,
+        click: &Click,
+        temperature: f64,
+        stretch: Stretch,
+        kind: Kind,
+        name: &str,
+        fault: Option<Fault>,
+    ) -> Samples24 {
+        let mut stream = self.stream("event", name);
+        let amplitude = 1.0 + self.truth.loudspeaker.amplitude_sd * normal(&mut stream);
+        let warmth = self.warmth(temperature, &mut stream);
+        let channels = (0..self.channels.len()).map(|m| click.channel(m, amplitude, warmth)).collect();
+        let event = stretch.quiet as f64 / stretch.rate_hz;
+        self.digitise(channels, kind, stretch.rate_hz, event, name, fault)
+    }
+
+    /// Relative change of the speed of sound from record to record.
+    fn warmth(&self, temperature: f64, stream: &mut Stream) -> f64 {
+        0.5 * self.truth.ambient.record_sd_k / temperature * normal(stream)
+    }
+
+    /// Gains, noise, hum, what is wrong, and the converter.
+    fn digitise(
+        &self,
+        mut channels: Vec<Vec<f64>>,
+        kind: Kind,
+        rate_hz: f64,
+        event: f64,
+        name: &str,
+        fault: Option<Fault>,
+    ) -> Samples24 {
+        let noise = &self.truth.noise;
+        let hum = Hum::new(noise, rate_hz, &mut self.stream("hum", name));
+        let colour = &self.colour[usize::from(kind == Kind::Click)];
+        for (m, samples) in channels.iter_mut().enumerate() {
+            colour.add(samples, &mut self.stream(&format!("noise-{m}"), name));
+            hum.add(samples, 0, 1.0);
+            samples.iter_mut().for_each(|p| *p *= self.channels[m].gain);
+        }
+        let full_scale = self.set.full_scale;
+        if let Some(fault) = fault {
+            fault.apply(&mut channels, 1.0 / rate_hz, event, full_scale, &hum);
+        }
+        let length = channels.first().map_or(0, Vec::len);
+        let mut interleaved = Vec::with_capacity(length * channels.len());
+        for n in 0..length {
+            interleaved.extend(channels.iter().map(|channel| Samples24::quantise(channel[n] / full_scale)));
+        }
+        Samples24 { rate_hz: rate_hz as u32, interleaved }
+    }
+
+    /// The random stream of one purpose and one record.
+    fn stream(&self, purpose: &str, record: &str) -> Stream {
+        self.streams.stream(&format!("lab/{purpose}/{record}"))
+    }
+}
+
+impl RecordSource for VirtualRig {
+    fn set(&self) -> &RecordSet {
+        &self.set
+    }
+
+    fn ping(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
+        Ok(self.ping_samples(point, repeat).record(self.set.layout(self.set.ping)))
+    }
+
+    fn click(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
+        Ok(self.click_samples(point, repeat).record(self.set.layout(self.set.click)))
+    }
+
+    fn calibration(&self, which: usize, repeat: usize) -> Result<Record, RigError> {
+        let stretch = self.set.calibrations[which].stretch;
+        Ok(self.calibration_samples(which, repeat).record(self.set.layout(stretch)))
+    }
+}
+
+impl Channel {
+    fn delay(&self, kind: Kind) -> f64 {
+        match kind {
+            Kind::Ping => self.ping_delay,
+            Kind::Click => self.click_delay,
+        }
+    }
+}
+
+fn normal(stream: &mut Stream) -> f64 {
+    stream.sample(StandardNormal)
+}
+
+/// The channel of microphone `m`: the same in every record of a seed.
+fn channel(truth: &Truth, m: usize, streams: Streams) -> Channel {
+    let mut stream = streams.stream(&format!("lab/channel/{m}"));
+    let sds = &truth.channels;
+    Channel {
+        gain: 1.0 + sds.gain_sd * normal(&mut stream),
+        ping_delay: sds.ping_delay_sd_s * normal(&mut stream),
+        click_delay: sds.click_delay_sd_s * normal(&mut stream),
+    }
+}
+
+/// A day as the manifest describes it, and the temperature that is really there.
+fn day(truth: &Truth, id: &str, streams: Streams) -> (Day, f64) {
+    let (ambient, mut stream) = (&truth.ambient, streams.stream(&format!("lab/day/{id}")));
+    let temperature = ambient.mean_k + ambient.day_sd_k * normal(&mut stream);
+    let reading = temperature + ambient.thermometer_sd_k * normal(&mut stream);
+    let day = Day {
+        id: id.to_owned(),
+        // A thermometer shows hundredths.
+        ambient_temperature: (reading * 100.0).round() / 100.0,
+        ambient_temperature_sd: ambient.thermometer_sd_k,
+    };
+    (day, temperature)
+}
+
+fn entry(point: &OperatingPoint, day: usize, repeats: Option<u32>) -> PointRecords {
+    let point = OperatingPoint { repeats: repeats.unwrap_or(point.repeats), ..point.clone() };
+    let files = |kind: &str| (0..point.repeats).map(|k| format!("{}/{kind}-{k:02}.wav", point.id)).collect();
+    PointRecords { day, pings: files("ping"), clicks: files("click"), point }
+}
+
+fn point_truth(
+    rig: &Rig,
+    truth: &Truth,
+    point: &OperatingPoint,
+    temperature: f64,
+) -> Result<PointTruth, LabError> {
+    let duct = tube::duct(rig, truth, point, temperature)?;
+    let (speaker, reference) = (&truth.loudspeaker, rig.microphones.reference);
+    let modes = tube::modes(&duct, rig, point, speaker.modes)?;
+    let ping = Ping::new(modes.clone(), speaker.detuning, reference, speaker.ping_pa);
+    Ok(PointTruth { duct, modes, ping, temperature, click: OnceLock::new() })
+}
+
+/// How records of one sampling rate are taken, given the length of their quiet stretch in s.
+fn stretch(rate_hz: f64) -> impl Fn(f64) -> Stretch {
+    move |quiet_s| Stretch { rate_hz, quiet: (quiet_s * rate_hz).round() as usize }
+}
+
+/// The tube in which channels are calibrated.
+fn empty_tube() -> OperatingPoint {
+    OperatingPoint {
+        id: "calibration".into(),
+        row: "calibration".into(),
+        position: None,
+        heater: false,
+        thermocouples: false,
+        power: 0.0,
+        repeats: 0,
+    }
+}

@@ -1,0 +1,116 @@
+//! The laboratory as a whole: determinism, files against memory, and records that show what is true.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+use rijke_lab::{Truth, VirtualRig};
+use rijke_numerics::C64;
+use rijke_rig::{Campaign, RecordFolder, RecordSource, Rig};
+
+fn lab(rows: &[&str], repeats: u32, seed: u64, truth: &Truth) -> VirtualRig {
+    let rows: Vec<String> = rows.iter().map(|row| (*row).to_owned()).collect();
+    let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
+    VirtualRig::new(&rig, &campaign, truth, &rows, Some(repeats), seed).unwrap()
+}
+
+#[test]
+fn exact_same_seed_same_bytes_for_any_number_of_threads() {
+    let bytes = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let folder = std::env::temp_dir().join(format!("rijke-lab-{}-{threads}", std::process::id()));
+        let campaign = Campaign::juniper_yoko_2022();
+        let points = campaign.row("C3").take(3).cloned().collect();
+        let small = Campaign { points, ..campaign };
+        let truth = Truth::standard();
+        let lab = VirtualRig::new(&Rig::juniper_yoko_2022(), &small, &truth, &[], Some(2), 5).unwrap();
+        for point in &lab.set().points {
+            std::fs::create_dir_all(folder.join(&point.point.id)).unwrap();
+        }
+        std::fs::create_dir_all(folder.join("calibration")).unwrap();
+        pool.install(|| lab.write(&folder, &|_| {})).unwrap();
+        let read = RecordFolder::open(&folder).unwrap();
+        assert_eq!(read.ping(1, 1).unwrap(), lab.ping(1, 1).unwrap(), "files and memory differ");
+        assert_eq!(read.click(2, 0).unwrap(), lab.click(2, 0).unwrap());
+        assert_eq!(read.calibration(0, 3).unwrap(), lab.calibration(0, 3).unwrap());
+        let files = read.set().points.iter().flat_map(|p| p.pings.iter().chain(&p.clicks));
+        let all: Vec<Vec<u8>> = files
+            .chain([&"manifest.toml".to_owned()])
+            .map(|f| std::fs::read(folder.join(f)).unwrap())
+            .collect();
+        std::fs::remove_dir_all(&folder).unwrap();
+        all
+    };
+    assert!(bytes(1) == bytes(2));
+}
+
+#[test]
+fn exact_a_record_depends_on_seed_and_name_alone() {
+    let truth = Truth::standard();
+    let (few, many, other) =
+        (lab(&["C3"], 2, 1, &truth), lab(&["C3"], 4, 1, &truth), lab(&["C3"], 2, 2, &truth));
+    assert_eq!(few.ping(7, 1).unwrap(), many.ping(7, 1).unwrap());
+    assert_ne!(few.ping(7, 1).unwrap(), other.ping(7, 1).unwrap());
+    assert_ne!(few.ping(7, 1).unwrap(), few.ping(7, 0).unwrap());
+}
+
+/// The truth without noise, differences between channels, scatter or bad records.
+fn silent() -> Truth {
+    let mut truth = Truth::standard();
+    truth.noise.white_pa_rt_hz = 1e-9;
+    truth.noise.mains_pa.clear();
+    truth.channels.gain_sd = 0.0;
+    truth.channels.ping_delay_sd_s = 0.0;
+    truth.channels.click_delay_sd_s = 0.0;
+    truth.ambient.record_sd_k = 0.0;
+    (truth.faults.pings, truth.faults.clicks) = (0.0, 0.0);
+    truth
+}
+
+#[test]
+fn lab_a_silent_ping_rings_with_the_true_mode() {
+    // Two samples of the late decay, where the higher modes are gone, fix s; no estimator is involved.
+    let mut truth = silent();
+    truth.loudspeaker.modes = 1;
+    let lab = lab(&["C3"], 1, 3, &truth);
+    for point in [0, 9] {
+        let (s, shape) = lab.true_mode(point);
+        let record = lab.ping(point, 0).unwrap();
+        let dt = 1.0 / record.rate_hz;
+        // y[n+1] = 2 Re(e^{s dt}) y[n] - |e^{s dt}|^2 y[n-1] holds for a decaying cosine and nothing else.
+        let step = (s * dt).exp();
+        for channel in &record.channels {
+            let scale = channel[4100].abs().max(channel[4105].abs()).max(channel[4109].abs());
+            let worst = (4100..8000).map(|n| {
+                (channel[n + 1] - 2.0 * step.re * channel[n] + step.norm_sqr() * channel[n - 1]).abs()
+            });
+            assert!(worst.fold(0.0, f64::max) < 4e-5 * scale.max(1.0));
+        }
+        // The complex amplitude of channel m from samples n and n + 1, against the true shape.
+        let amplitude = |m: usize| {
+            let (a, b) = (record.channels[m][4200], record.channels[m][4201]);
+            C64::new(a, (a * step.re - b) / step.im)
+        };
+        for m in 0..8 {
+            let relative = amplitude(m) / amplitude(5);
+            assert!((relative - shape[m]).norm() < 3e-5, "{relative} against {}", shape[m]);
+        }
+    }
+}
+
+#[test]
+fn lab_bad_records_occur_as_often_as_the_truth_says() {
+    let mut truth = Truth::standard();
+    (truth.faults.pings, truth.faults.clicks) = (0.3, 0.2);
+    let lab = lab(&["C3"], 40, 1, &truth);
+    let count = |bad: &dyn Fn(usize, usize) -> bool| {
+        (0..20).flat_map(|p| (0..40).map(move |r| (p, r))).filter(|(p, r)| bad(*p, *r)).count() as f64 / 800.0
+    };
+    let (pings, clicks) =
+        (count(&|p, r| lab.ping_fault(p, r).is_some()), count(&|p, r| lab.click_fault(p, r).is_some()));
+    assert!((pings - 0.3).abs() < 0.05 && (clicks - 0.2).abs() < 0.05, "{pings} {clicks}");
+    // A bad record is bad: it differs from the same record of a laboratory without faults.
+    truth.faults.pings = 0.0;
+    let good = self::lab(&["C3"], 40, 1, &truth);
+    let bad = (0..40).find(|r| lab.ping_fault(0, *r).is_some()).unwrap();
+    let fine = (0..40).find(|r| lab.ping_fault(0, *r).is_none()).unwrap();
+    assert_ne!(lab.ping(0, bad).unwrap(), good.ping(0, bad).unwrap());
+    assert_eq!(lab.ping(0, fine).unwrap(), good.ping(0, fine).unwrap());
+}
