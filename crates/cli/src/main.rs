@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 mod completions;
 mod failure;
+mod lab;
 mod report;
 mod staging;
 mod ui;
@@ -26,6 +27,7 @@ struct Program {
 /// The steps, in the order in which data pass through them.
 #[derive(Subcommand)]
 enum Command {
+    Lab(lab::Args),
     Report(report::Args),
     Completions(completions::Args),
 }
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
     let program = Program::parse();
     let ui = ui::Ui::new(&program.output);
     let outcome: Result<(), failure::Failure> = match &program.command {
+        Command::Lab(args) => lab::run(args, &ui),
         Command::Report(args) => report::run(args, &ui),
         Command::Completions(args) => completions::run(args, &ui),
     };

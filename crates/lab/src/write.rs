@@ -28,6 +28,11 @@ impl VirtualRig {
     /// A file cannot be written.
     pub fn write(&self, folder: &Path, written: &(dyn Fn(usize) + Sync)) -> Result<(), LabError> {
         let set = self.set();
+        let folders = set.points.iter().map(|p| p.point.id.as_str()).chain(["calibration"]);
+        for name in folders {
+            let path = folder.join(name);
+            std::fs::create_dir_all(&path).map_err(|cause| RigError::Write { path, cause })?;
+        }
         let points = (0..set.points.len()).map(Batch::Point);
         let batches: Vec<Batch> = points.chain((0..set.calibrations.len()).map(Batch::Calibration)).collect();
         let done: Vec<Result<(), RigError>> =

@@ -21,10 +21,6 @@ fn exact_same_seed_same_bytes_for_any_number_of_threads() {
         let small = Campaign { points, ..campaign };
         let truth = Truth::standard();
         let lab = VirtualRig::new(&Rig::juniper_yoko_2022(), &small, &truth, &[], Some(2), 5).unwrap();
-        for point in &lab.set().points {
-            std::fs::create_dir_all(folder.join(&point.point.id)).unwrap();
-        }
-        std::fs::create_dir_all(folder.join("calibration")).unwrap();
         pool.install(|| lab.write(&folder, &|_| {})).unwrap();
         let read = RecordFolder::open(&folder).unwrap();
         assert_eq!(read.ping(1, 1).unwrap(), lab.ping(1, 1).unwrap(), "files and memory differ");
