@@ -16,6 +16,25 @@ pub trait Coefficients {
     fn laws(&self) -> usize;
     /// Writes every law at `at` into `laws`. Laws that are not written are zero.
     fn fill(&self, at: &At, laws: &mut Laws);
+    /// Name of a law in messages.
+    fn name(&self, law: usize) -> String {
+        format!("law {law}")
+    }
+    /// Every pole of every law, so that a count of modes can tell poles from zeros; none unless overridden.
+    fn poles(&self) -> Vec<Pole> {
+        Vec::new()
+    }
+}
+
+/// A pole of a law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pole {
+    /// Number of the law.
+    pub law: usize,
+    /// Where, 1/s and rad/s.
+    pub at: C64,
+    /// Its order.
+    pub order: usize,
 }
 
 /// What is asked for: the place s and the derivatives that are needed.

@@ -65,6 +65,56 @@ pub enum NetworkError {
         /// Where.
         s: C64,
     },
+    /// A region of the s-plane is empty or has no finite size.
+    #[error("the region {sigma:?} 1/s by {omega:?} rad/s is empty: give increasing finite limits")]
+    Region {
+        /// Limits of the growth rate.
+        sigma: [f64; 2],
+        /// Limits of the angular frequency.
+        omega: [f64; 2],
+    },
+    /// A law is not analytic in s, so that contour integrals and Newton's iteration mean nothing.
+    #[error("{law} is not analytic in s near {s}: its slopes along sigma and omega differ by {mismatch:.1e}")]
+    NotAnalytic {
+        /// Name of the law.
+        law: String,
+        /// Where.
+        s: C64,
+        /// Relative difference of d/d sigma and d/d(i omega).
+        mismatch: f64,
+    },
+    /// A law with a pole acts on the properties or losses of a segment, where it becomes an essential singularity.
+    #[error("{law} has a pole at {at} but acts inside a segment: let it act at a place or an end")]
+    PoleInSegment {
+        /// Name of the law.
+        law: String,
+        /// The pole.
+        at: C64,
+    },
+    /// A root or pole lies on the border of the region, or the border crosses a branch cut.
+    #[error(
+        "the count along the border of the region fails near {s}: a mode, a pole or a branch cut lies there; move the border"
+    )]
+    Border {
+        /// Where.
+        s: C64,
+    },
+    /// The samples round a cell show a pole that no law declared.
+    #[error("a law has an undeclared pole between {low} and {high}: declare it in Coefficients::poles")]
+    UndeclaredPole {
+        /// Lower left corner of the cell.
+        low: C64,
+        /// Upper right corner.
+        high: C64,
+    },
+    /// The number of modes found is not the number counted.
+    #[error("{found} of {counted} modes found in the region: the count is not certified")]
+    Uncertified {
+        /// The winding number of the characteristic function, poles removed.
+        counted: i64,
+        /// Modes found, with multiplicity.
+        found: i64,
+    },
     /// The pressure at the reference place vanishes.
     #[error("the mode has no pressure at the reference place {place}: choose another reference")]
     SilentReference {

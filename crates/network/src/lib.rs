@@ -19,18 +19,26 @@
 //!
 //! See [`Network`] for a first example.
 
+mod budget;
 mod chain;
 mod coefficients;
+mod contour;
 mod error;
 pub mod levine_schwinger;
 mod newton;
 mod response;
+mod sensitivity;
 mod sweep;
+mod tracking;
 mod transfer;
 pub mod wall;
 
+pub use budget::{Budget, Exchange};
 pub use chain::{Network, Segment, Slot};
-pub use coefficients::{At, Coefficients, Constant, Laws};
+pub use coefficients::{At, Coefficients, Constant, Laws, Pole};
+pub use contour::{Mode, Modes, Region};
 pub use error::NetworkError;
 pub use newton::{Newton, Root, Workspace};
 pub use response::{Places, Response};
+pub use sensitivity::{Derivatives, Sensitivities};
+pub use tracking::follow;

@@ -2,7 +2,7 @@
 
 use crate::chain::{AREA, Attachment, DENSITY, LENGTH, Network, SOUND_SPEED, THERMAL, VISCOUS};
 use crate::coefficients::{At, Coefficients, Laws};
-use crate::transfer::line;
+use crate::transfer::{Line, line};
 use rijke_numerics::C64;
 use std::ops::{Add, Mul, Sub};
 
@@ -47,6 +47,16 @@ impl Mul for Dual {
     }
 }
 
+/// What a sweep passes, with the state just before it.
+pub(crate) enum Step<'a> {
+    /// Feedback k_mu, k_mp, k_eu, k_ep and the ratio of areas at place `j`; also visited where nothing jumps.
+    Joint { j: usize, p: Dual, u: Dual, jump: Option<&'a ([Dual; 4], Dual)> },
+    /// The next segment: P, Q, the line functions at PQ, and its length, density and compressibility 1/(rho c^2).
+    Segment { line: &'a Line, coefficients: [Dual; 2], bare: [C64; 3] },
+    /// The end, with impedances and reflections of both ends.
+    End { p: Dual, u: Dual, impedances: [Dual; 2], reflections: [Dual; 2] },
+}
+
 /// Splits off the attachments of `key` from the front of a sorted list.
 pub(crate) fn take<'a>(rest: &mut &'a [Attachment], key: usize) -> &'a [Attachment] {
     let count = rest.iter().take_while(|a| a.key == key).count();
@@ -87,8 +97,15 @@ impl Network {
         }
     }
 
-    /// P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep) of segment `i`.
-    fn line_coefficients(&self, i: usize, s: Dual, here: &[Attachment], laws: &Laws) -> [Dual; 2] {
+    /// P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep) of segment `i`, and l, rho, 1/(rho c^2).
+    #[inline]
+    fn line_coefficients(
+        &self,
+        i: usize,
+        s: Dual,
+        here: &[Attachment],
+        laws: &Laws,
+    ) -> ([Dual; 2], [C64; 3]) {
         let segment = &self.segments[i];
         let [mu, ep] = self.losses[i];
         let (mu, ep) = (sum(mu, here, VISCOUS, laws), sum(ep, here, THERMAL, laws));
@@ -97,11 +114,13 @@ impl Network {
             let compliance = 1.0 / (segment.density * segment.sound_speed * segment.sound_speed);
             let p = Dual { v: (s.v * inertia + mu.v) * l, d: (mu.d + inertia) * l };
             let q = Dual { v: (s.v * compliance + ep.v) * l, d: (ep.d + compliance) * l };
-            return [p, q];
+            let real = |v| C64::new(v, 0.0);
+            return ([p, q], [real(l), real(inertia), real(compliance)]);
         }
         let l = self.property(i, LENGTH, laws);
         let (c, rho) = (self.property(i, SOUND_SPEED, laws), self.property(i, DENSITY, laws));
-        [l * (s * rho + mu), l * (s * (rho * c * c).recip() + ep)]
+        let compliance = (rho * c * c).recip();
+        ([l * (s * rho + mu), l * (s * compliance + ep)], [l.v, rho.v, compliance.v])
     }
 
     /// Whether the state jumps at place `j` by constants alone.
@@ -116,6 +135,18 @@ impl Network {
     /// F is an entire function of s if all laws are; its zeros are the eigenvalues. Cost: one pass over the chain,
     /// about fifty complex products per segment. Allocates nothing once `laws` has grown.
     pub(crate) fn characteristic<K: Coefficients + ?Sized>(&self, k: &K, s: C64, laws: &mut Laws) -> Dual {
+        self.sweep(k, s, laws, |_| ())
+    }
+
+    /// [`Network::characteristic`], telling `visit` of every step.
+    #[inline]
+    pub(crate) fn sweep<K: Coefficients + ?Sized>(
+        &self,
+        k: &K,
+        s: C64,
+        laws: &mut Laws,
+        mut visit: impl FnMut(Step<'_>),
+    ) -> Dual {
         let at = At::search(s);
         laws.reset(k.laws(), &at);
         k.fill(&at, laws);
@@ -126,9 +157,9 @@ impl Network {
         let area_laws = self.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
 
         let mut rest = self.attachments.as_slice();
-        let reflection = sum(self.ends[0], take(&mut rest, 0), 0, laws);
-        let z = self.property(0, DENSITY, laws) * self.property(0, SOUND_SPEED, laws);
-        let (mut p, mut u) = (one + reflection, (reflection - one) * z.recip());
+        let upstream = sum(self.ends[0], take(&mut rest, 0), 0, laws);
+        let z_upstream = self.property(0, DENSITY, laws) * self.property(0, SOUND_SPEED, laws);
+        let (mut p, mut u) = (one + upstream, (upstream - one) * z_upstream.recip());
         for j in 0..=n {
             let here = take(&mut rest, 1 + 2 * j);
             if !here.is_empty() || area_laws || self.jumps(j) {
@@ -142,21 +173,26 @@ impl Network {
                 };
                 let (mu, mp) = (sum(mu, here, 0, laws), sum(mp, here, 1, laws));
                 let (eu, ep) = (sum(eu, here, 2, laws), sum(ep, here, 3, laws));
+                visit(Step::Joint { j, p, u, jump: Some(&([mu, mp, eu, ep], ratio)) });
                 (p, u) = (p - mu * u - mp * p, ratio * u - eu * u - ep * p);
+            } else {
+                visit(Step::Joint { j, p, u, jump: None });
             }
             if j < n {
                 let here = take(&mut rest, 2 + 2 * j);
-                let [big_p, big_q] = self.line_coefficients(j, s, here, laws);
+                let ([big_p, big_q], bare) = self.line_coefficients(j, s, here, laws);
                 let q = big_p * big_q;
                 let line = line(q.v);
                 let c = Dual { v: line.c, d: 0.5 * line.s * q.d };
                 let shape = Dual { v: line.s, d: line.s1 * q.d };
+                visit(Step::Segment { line: &line, coefficients: [big_p, big_q], bare });
                 (p, u) = (c * p - big_p * shape * u, c * u - big_q * shape * p);
             }
         }
-        let reflection = sum(self.ends[1], take(&mut rest, 2 + 2 * n), 0, laws);
+        let downstream = sum(self.ends[1], take(&mut rest, 2 + 2 * n), 0, laws);
         let z = self.property(n - 1, DENSITY, laws) * self.property(n - 1, SOUND_SPEED, laws);
-        let f = (one - reflection) * p - (one + reflection) * z * u;
+        visit(Step::End { p, u, impedances: [z_upstream, z], reflections: [upstream, downstream] });
+        let f = (one - downstream) * p - (one + downstream) * z * u;
         Dual { v: 0.5 * f.v, d: 0.5 * f.d }
     }
 }

@@ -1,6 +1,8 @@
 //! Evidence for the network: closed forms, an independent reference file, an independent chain in jets, invariances.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod adjoint;
+mod certificate;
 mod common_laws;
 mod derivatives;
 mod eigenvalues;
