@@ -1,7 +1,7 @@
 //! Laplace's method: the posterior as a Gaussian at its maximum, and the evidence that follows.
 
-use crate::{Fit, InferenceError, NoiseMode, Posterior};
-use rijke_numerics::{Cholesky, Matrix, Order, symmetric_eigen};
+use crate::{Fit, InferenceError, Objective, Posterior};
+use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -43,6 +43,56 @@ pub struct Laplace {
     pub physical_covariance: Matrix,
     /// Half of g' A^-1 g, nats: how far the fit was from the maximum.
     pub decrement: f64,
+}
+
+/// A Gaussian that touches exp(-J) at a minimum of J with the same curvature.
+#[derive(Clone, Debug)]
+pub struct Gaussian {
+    /// The minimum.
+    pub mean: Vec<f64>,
+    /// ln of the integral of exp(-J), if J were quadratic.
+    pub ln_integral: f64,
+    /// d2J/dz2 = L L'.
+    factor: Cholesky,
+}
+
+impl Gaussian {
+    /// The Gaussian at `z`, from the exact Hessian of `objective` there.
+    ///
+    /// # Errors
+    /// [`InferenceError::Dense`] if the Hessian is not positive definite, and those of the objective.
+    pub fn at(objective: &dyn Objective, z: &[f64]) -> Result<Self, InferenceError> {
+        let energy = objective.evaluate(z, Order::Second)?;
+        let factor = Cholesky::new(&energy.hessian)?;
+        let ln_integral = -energy.value - 0.5 * factor.ln_det() + 0.5 * z.len() as f64 * (2.0 * PI).ln();
+        Ok(Self { mean: z.to_vec(), ln_integral, factor })
+    }
+
+    /// The point that belongs to as many independent standard normal numbers: mean + L'^-1 xi.
+    #[must_use]
+    pub fn point(&self, xi: &[f64]) -> Vec<f64> {
+        let (n, l) = (xi.len(), self.factor.lower());
+        let mut offset = vec![0.0; n];
+        for i in (0..n).rev() {
+            let known: f64 = (i + 1..n).map(|k| l[(k, i)] * offset[k]).sum();
+            offset[i] = (xi[i] - known) / l[(i, i)];
+        }
+        offset.iter().zip(&self.mean).map(|(o, m)| o + m).collect()
+    }
+
+    /// ln of the normalised density at the point that belongs to `xi`.
+    #[must_use]
+    pub fn ln_density(&self, xi: &[f64]) -> f64 {
+        0.5 * self.factor.ln_det() - 0.5 * xi.iter().map(|x| x * x + (2.0 * PI).ln()).sum::<f64>()
+    }
+
+    /// Distance of `z` from the mean in standard deviations (Mahalanobis).
+    #[must_use]
+    pub fn distance(&self, z: &[f64]) -> f64 {
+        let (n, l) = (z.len(), self.factor.lower());
+        let offset: Vec<f64> = z.iter().zip(&self.mean).map(|(z, m)| z - m).collect();
+        (0..n).map(|j| (j..n).map(|i| l[(i, j)] * offset[i]).sum::<f64>().powi(2)).sum::<f64>().sqrt()
+    }
 }
 
 impl Evidence {
@@ -103,14 +153,7 @@ impl Posterior<'_> {
     /// [`InferenceError::NoLaplace`].
     pub fn laplace_of_likelihood(&self, fit: &Fit) -> Result<Laplace, InferenceError> {
         let parts = self.parts(&fit.working, Order::Second)?;
-        let p = self.parameters().len();
-        let inferred = self
-            .floating()
-            .iter()
-            .enumerate()
-            .filter(|(_, g)| matches!(self.data().groups()[**g].mode, NoiseMode::Inferred { .. }))
-            .map(|(k, _)| p + k);
-        let keep: Vec<usize> = (0..p).chain(inferred).collect();
+        let (p, keep) = (self.parameters().len(), self.integrated());
         let (gauss_newton, curvature, prior) =
             (parts.gauss_newton.select(&keep), parts.curvature.select(&keep), parts.prior.select(&keep));
         let hessian = gauss_newton.plus(1.0, &curvature).plus(1.0, &prior);
@@ -141,8 +184,34 @@ impl Posterior<'_> {
         })
     }
 
+    /// Standard deviations of the physical parameters from the data alone, by the first derivatives: those of
+    /// classical regression with the noise at its value in `fit`, (F' C^-1 F)^-1.
+    ///
+    /// Keeps twice the digits of an inverted Hessian where the problem is nearly singular.
+    ///
+    /// # Errors
+    /// [`InferenceError::Dense`] if the data do not fix every parameter.
+    pub fn regression_sd(&self, fit: &Fit) -> Result<Vec<f64>, InferenceError> {
+        let (p, sds) = (self.parameters().len(), self.noise_sd(&fit.working));
+        let jacobian = self.predict(&fit.parameters, Order::First)?.jacobian;
+        let mut white = Matrix::zeros(self.data().size(), p);
+        let mut first = 0;
+        for (k, observation) in self.data().observations().iter().enumerate() {
+            let (n, factor) = (observation.values.len(), Cholesky::new(&self.covariance(k, &sds))?);
+            for j in 0..p {
+                let column: Vec<f64> = (0..n).map(|i| jacobian[(first + i, j)]).collect();
+                for (i, w) in factor.whiten(&column).into_iter().enumerate() {
+                    white[(first + i, j)] = w;
+                }
+            }
+            first += n;
+        }
+        Ok(least_squares_sd(&white)?)
+    }
+
     fn no_laplace(&self, hessian: &Matrix, keep: &[usize]) -> InferenceError {
-        let scales = crate::Objective::scales(self);
+        let mut scales = self.scales();
+        scales.iter_mut().filter(|s| !s.is_finite()).for_each(|s| *s = 1.0);
         let scaled = Matrix::from_fn(keep.len(), keep.len(), |i, j| {
             hessian[(i, j)] * scales[keep[i]] * scales[keep[j]]
         });

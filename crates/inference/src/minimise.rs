@@ -128,8 +128,12 @@ impl Calls {
 
 /// Steps with less of the predicted drop than this are refused (More & Sorensen 1983).
 const ACCEPT: f64 = 1e-4;
+/// The model of the next step changes when the other one missed the last drop by less than this fraction.
+const PREFER: f64 = 0.67;
 /// J is summed from many terms; differences below this fraction of it are taken as rounding.
 const ROUNDING: f64 = 1e-14;
+/// Drop in J, in nats, below which the gradient alone judges steps: 1e-4 posterior standard deviations from the minimum.
+const POLISH: f64 = 1e-8;
 
 /// Finds a local minimum from `start` by a trust region (More & Sorensen 1983; Nocedal & Wright, chapter 4).
 ///
@@ -149,18 +153,28 @@ pub fn minimise(
     let order = if settings.method == Method::Newton { Order::Second } else { Order::First };
     let mut search = Search::new(objective, start, settings, order)?;
     loop {
-        let model = Model::new(&search.hessian, &search.energy.gradient, &search.stretch)?;
-        let decrement = model.decrement();
+        let exact = Model::new(&search.hessian, &search.energy.gradient, &search.stretch)?;
+        let decrement = exact.decrement();
         if decrement <= settings.tolerance {
             return Ok(search.end(Stop::Converged { decrement }));
         }
         if search.calls.total() >= settings.max_evaluations {
             return Ok(search.end(Stop::EvaluationCap { decrement }));
         }
-        let (step, length, predicted) = model.step(search.radius);
         let rounding = ROUNDING * (1.0 + search.energy.value.abs());
+        // So near the minimum J may drown in rounding: take Newton's step whole, and let the gradient judge it. A BFGS
+        // matrix is not to be trusted that far before J does drown.
+        let polishing = decrement <= if settings.method == Method::Newton { POLISH } else { rounding };
+        let simpler = match &search.energy.gauss_newton {
+            Some(matrix) if search.far && !polishing => {
+                Some(Model::new(matrix, &search.energy.gradient, &search.stretch)?)
+            }
+            _ => None,
+        };
+        let model = simpler.as_ref().unwrap_or(&exact);
+        let (step, length, predicted) = model.step(if polishing { f64::INFINITY } else { search.radius });
         if predicted <= rounding && decrement == f64::INFINITY {
-            return Ok(search.end(Stop::Flat { eigenvalue_ratio: model.ratio() }));
+            return Ok(search.end(Stop::Flat { eigenvalue_ratio: exact.ratio() }));
         }
         let trial: Vec<f64> = (0..step.len()).map(|i| search.z[i] + step[i] / search.stretch[i]).collect();
         search.calls.count(order);
@@ -176,16 +190,16 @@ pub fn minimise(
             }
             Err(error) => return Err(error),
         };
-        let actual = search.energy.value - energy.value;
-        if predicted <= rounding && actual.abs() <= 4.0 * rounding {
-            // J cannot tell the two points apart; the gradient can, in the metric of the present Hessian.
-            let left = model.decrement_of(&energy.gradient, &search.stretch);
+        if polishing {
+            let left = exact.decrement_of(&energy.gradient, &search.stretch);
             if left < 0.5 * decrement {
                 search.accept(trial, energy);
                 continue;
             }
             return Ok(search.end(Stop::Converged { decrement }));
         }
+        let actual = search.energy.value - energy.value;
+        search.choose_model(&step, actual);
         let ratio = actual / predicted;
         if ratio < 0.25 {
             search.radius = if ratio < -1.0 { 0.1 * length } else { 0.25 * length };
@@ -214,6 +228,8 @@ struct Search {
     steps: usize,
     calls: Calls,
     method: Method,
+    /// Steps come from the Gauss-Newton matrix, because it foretells J better than the exact Hessian does.
+    far: bool,
     /// BFGS has met no curvature yet, and still holds the guess from the scales.
     untaught: bool,
 }
@@ -230,7 +246,13 @@ impl Search {
         let energy = objective
             .evaluate(start, order)
             .map_err(|source| InferenceError::NoStart { at: start.to_vec(), source: Box::new(source) })?;
-        let scales = objective.scales();
+        let mut scales = objective.scales();
+        for (scale, z) in scales.iter_mut().zip(start) {
+            if !scale.is_finite() {
+                // Nothing is known but the start: expect a change of its own size (More 1978).
+                *scale = if *z == 0.0 { 1.0 } else { z.abs() };
+            }
+        }
         let mut search = Self {
             z: start.to_vec(),
             hessian: Matrix::diagonal(&scales.iter().map(|s| 1.0 / (s * s)).collect::<Vec<_>>()),
@@ -240,6 +262,7 @@ impl Search {
             steps: 0,
             calls,
             method: settings.method,
+            far: true,
             untaught: true,
         };
         if settings.method == Method::Bfgs {
@@ -266,6 +289,21 @@ impl Search {
         }
         self.energy = energy;
         self.steps += 1;
+    }
+
+    /// Keeps or changes the source of the next step, by which of the two foretold the last drop better. Far from the
+    /// minimum the Gauss-Newton matrix often does, near it the Hessian (Dennis, Gay & Welsch 1981, NL2SOL).
+    fn choose_model(&mut self, step: &[f64], actual: f64) {
+        let Some(simpler) = &self.energy.gauss_newton else { return };
+        let step: Vec<f64> = step.iter().zip(&self.stretch).map(|(s, d)| s / d).collect();
+        let linear = -dot(&self.energy.gradient, &step);
+        let miss = |h: &Matrix| (linear - 0.5 * h.quadratic(&step) - actual).abs();
+        let (with_simpler, with_exact) = (miss(simpler), miss(&self.hessian));
+        if self.far && with_exact < PREFER * with_simpler {
+            self.far = false;
+        } else if !self.far && with_simpler < PREFER * with_exact {
+            self.far = true;
+        }
     }
 
     /// The update with Powell's damping, so that the matrix stays positive definite without a line search.

@@ -14,7 +14,7 @@ pub trait Objective: Sync {
     /// A recoverable error ([`InferenceError::is_recoverable`]) says that the point is out of reach.
     fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError>;
 
-    /// Typical change of each coordinate, for the first step and for tolerances; positive.
+    /// Typical change of each coordinate, for the first step; positive, infinite if nothing is known of it.
     fn scales(&self) -> Vec<f64> {
         vec![1.0; self.size()]
     }

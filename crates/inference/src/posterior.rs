@@ -284,26 +284,36 @@ impl<'a> Posterior<'a> {
         let prediction = self
             .predict(&values, Order::Value)
             .map_err(|source| InferenceError::NoStart { at: values.clone(), source: Box::new(source) })?;
-        for &g in &self.floating {
-            if let NoiseMode::Inferred { median, .. } = self.data.groups()[g].mode {
-                z.push(median.ln());
+        z.extend(self.floating.iter().map(|&g| match self.data.groups()[g].mode {
+            NoiseMode::Inferred { median, .. } => median.ln(),
+            _ => 0.0,
+        }));
+        self.settle_noise(&mut z, &prediction.values);
+        Ok(z)
+    }
+
+    /// Sets each floated (not inferred) noise to the root mean square of its residuals, whatever the floor; a noise
+    /// without residuals is left alone.
+    pub(crate) fn settle_noise(&self, z: &mut [f64], predicted: &[f64]) {
+        for (k, &g) in self.floating.iter().enumerate() {
+            if let NoiseMode::Inferred { .. } = self.data.groups()[g].mode {
                 continue;
             }
             let (mut sum, mut count, mut first) = (0.0, 0, 0);
             for observation in self.data.observations() {
                 for (_, s) in observation.noise.iter().filter(|(h, _)| *h == g) {
                     for i in (0..observation.values.len()).filter(|&i| s[(i, i)] > 0.0) {
-                        let r = prediction.values[first + i] - observation.values[i];
+                        let r = predicted[first + i] - observation.values[i];
                         sum += r * r / s[(i, i)];
                         count += 1;
                     }
                 }
                 first += observation.values.len();
             }
-            let variance = sum / f64::from(count.max(1));
-            z.push(if variance > 0.0 { 0.5 * variance.ln() } else { 0.0 });
+            if sum > 0.0 {
+                z[self.parameters.len() + k] = 0.5 * (sum / f64::from(count)).ln();
+            }
         }
-        Ok(z)
     }
 }
 

@@ -21,7 +21,7 @@ pub struct Parameter {
 
 /// A probability density of a physical value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Prior {
     /// Gaussian.
     Normal {
@@ -162,12 +162,13 @@ impl Parameter {
         Ok([p + j, p1 * t1 + j1, p2 * t1 * t1 + p1 * t2 + j2])
     }
 
-    /// The working coordinate at which a fit starts (the prior median) and the scale over which the prior changes.
+    /// The working coordinate at which a fit starts (the prior median) and the scale over which the prior changes,
+    /// infinite for [`Prior::Flat`].
     #[must_use]
     pub fn start(&self) -> (f64, f64) {
         let centre = self.working(self.prior.quantile(0.5));
         let scale = match (self.prior, self.coordinates) {
-            (Prior::Flat, _) => 1.0,
+            (Prior::Flat, _) => f64::INFINITY,
             (Prior::Normal { sd, .. }, Coordinates::Natural) => sd,
             (Prior::LogNormal { ln_sd, .. }, Coordinates::Log) => ln_sd,
             // Half the distance between the central 68 % quantiles, as for a Gaussian.

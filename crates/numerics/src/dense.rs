@@ -229,6 +229,37 @@ impl Cholesky {
     }
 }
 
+/// Standard deviations of a least-squares fit: the square roots of the diagonal of (A'A)^-1, for a tall `a`.
+///
+/// By Householder QR, so the loss of digits is that of `a`, not of its square as with a Cholesky factor of A'A.
+///
+/// # Errors
+/// [`DenseError::Singular`] if the columns of `a` are dependent to rounding, or hold a NaN.
+pub fn least_squares_sd(a: &Matrix) -> Result<Vec<f64>, DenseError> {
+    let n = a.columns;
+    let singular = DenseError::Singular { size: n };
+    if a.rows < n || a.data.iter().any(|x| !x.is_finite()) {
+        return Err(singular);
+    }
+    let factor = a.to_faer().qr();
+    let r = factor.thin_R();
+    // Row sums of squares of R^-1, column by column of it, from the bottom up.
+    let mut sums = vec![0.0; n];
+    for j in 0..n {
+        let mut column = vec![0.0; n];
+        for i in (0..=j).rev() {
+            let known: f64 = (i + 1..=j).map(|k| r[(i, k)] * column[k]).sum();
+            column[i] = (f64::from(u8::from(i == j)) - known) / r[(i, i)];
+            sums[i] += column[i] * column[i];
+        }
+    }
+    if sums.iter().all(|s| s.is_finite()) {
+        Ok(sums.into_iter().map(f64::sqrt).collect())
+    } else {
+        Err(singular)
+    }
+}
+
 /// Solution of A x = b for a general square `a`, by LU with partial pivoting.
 ///
 /// # Errors
@@ -305,6 +336,19 @@ mod tests {
         assert_relative_eq!(white.iter().map(|v| v * v).sum::<f64>(), inverse.quadratic(&x), epsilon = 1e-12);
         let (values, _) = symmetric_eigen(&a).unwrap();
         assert_relative_eq!(values.iter().map(|v| v.ln()).sum::<f64>(), factor.ln_det(), epsilon = 1e-12);
+    }
+
+    #[test]
+    fn exact_least_squares_sd_where_the_normal_matrix_is_singular() {
+        // Columns (1, e, 0) and (1, 0, e): A'A = [[1 + e^2, 1], [1, 1 + e^2]], whose inverse has the diagonal
+        // (1 + e^2) / (2 e^2 + e^4); with e = 1e-9 the matrix itself is singular in double precision.
+        let e = 1e-9;
+        let a = Matrix::from_fn(3, 2, |i, j| if i == 0 { 1.0 } else { e * f64::from(u8::from(i == j + 1)) });
+        assert!(Cholesky::new(&a.transpose().product(&a)).is_err());
+        for sd in least_squares_sd(&a).unwrap() {
+            assert_relative_eq!(sd, 0.5_f64.sqrt() / e, max_relative = 1e-6);
+        }
+        assert!(least_squares_sd(&Matrix::from_fn(3, 2, |_, _| 0.0)).is_err());
     }
 
     #[test]

@@ -1,7 +1,14 @@
 //! One test binary; a module per subject.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "helpers of tests fail by panicking"
+)]
 
+mod evidence;
 mod linear;
+mod nist;
 mod posterior;
 mod problems;

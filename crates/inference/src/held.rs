@@ -1,0 +1,72 @@
+//! A posterior as a function of some of its coordinates.
+
+use crate::{Energy, Fit, InferenceError, NoiseMode, Objective, Posterior};
+use rijke_numerics::Order;
+
+/// The posterior with all coordinates held but those that are `free`.
+pub(crate) struct Held<'a> {
+    pub(crate) posterior: &'a Posterior<'a>,
+    /// A value for every coordinate; those of the free ones are not read.
+    pub(crate) whole: Vec<f64>,
+    pub(crate) free: Vec<usize>,
+}
+
+impl Held<'_> {
+    /// All coordinates, with `z` in the free ones.
+    pub(crate) fn filled(&self, z: &[f64]) -> Vec<f64> {
+        let mut whole = self.whole.clone();
+        for (&i, &v) in self.free.iter().zip(z) {
+            whole[i] = v;
+        }
+        whole
+    }
+}
+
+impl Objective for Held<'_> {
+    fn size(&self) -> usize {
+        self.free.len()
+    }
+
+    fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
+        let mut energy = self.posterior.evaluate(&self.filled(z), order)?;
+        if order >= Order::First {
+            energy.gradient = self.free.iter().map(|&i| energy.gradient[i]).collect();
+        }
+        if order == Order::Second {
+            energy.hessian = energy.hessian.select(&self.free);
+            energy.gauss_newton = energy.gauss_newton.map(|g| g.select(&self.free));
+        }
+        Ok(energy)
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        let scales = self.posterior.scales();
+        self.free.iter().map(|&i| scales[i]).collect()
+    }
+}
+
+impl Posterior<'_> {
+    /// The coordinates that an evidence integrates over: the parameters and inferred, but not floated, noise.
+    pub(crate) fn integrated(&self) -> Vec<usize> {
+        let p = self.parameters().len();
+        let inferred = self
+            .floating()
+            .iter()
+            .enumerate()
+            .filter(|(_, g)| matches!(self.data().groups()[**g].mode, NoiseMode::Inferred { .. }))
+            .map(|(k, _)| p + k);
+        (0..p).chain(inferred).collect()
+    }
+
+    /// The density whose integral is the evidence: the posterior with floated noise held at its value in `fit`.
+    pub(crate) fn target(&self, fit: &Fit) -> Held<'_> {
+        Held { posterior: self, whole: fit.working.clone(), free: self.integrated() }
+    }
+
+    /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what referees integrate.
+    /// Its coordinates are those of [`crate::Laplace::mean`].
+    #[must_use]
+    pub fn evidence_target(&self, fit: &Fit) -> Box<dyn Objective + '_> {
+        Box::new(self.target(fit))
+    }
+}
