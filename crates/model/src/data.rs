@@ -14,7 +14,7 @@ pub struct Observed {
     pub ping: Ping,
 }
 
-/// What is assumed of the misfit between model and measurement, besides the measured covariance, which always counts.
+/// What is assumed of the difference between model and measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Standard deviation of the growth rate, 1/s.
@@ -23,14 +23,26 @@ pub struct Noise {
     pub angular_frequency: NoiseMode,
     /// Standard deviation of each part of a microphone's pressure, relative to the reference microphone's pressure.
     pub pressure: NoiseMode,
+    /// Whether the measured covariance is added to these. Not where they float: noise that is below the measured one
+    /// would then have no best value.
+    pub measured: bool,
 }
 
 impl Noise {
-    /// All three are chosen by the data, as in sections 6.2 to 6.5 of the paper: what remains is model error.
+    /// All three are chosen by the data, as in sections 6.2 to 6.5 of the paper: measurement and model error together.
     pub const FLOATED: Self = Self {
         growth_rate: NoiseMode::Floated,
         angular_frequency: NoiseMode::Floated,
         pressure: NoiseMode::Floated,
+        measured: false,
+    };
+
+    /// The measured covariance and nothing else: for a model that is exact.
+    pub const MEASURED: Self = Self {
+        growth_rate: NoiseMode::Fixed { sd: 0.0 },
+        angular_frequency: NoiseMode::Fixed { sd: 0.0 },
+        pressure: NoiseMode::Fixed { sd: 0.0 },
+        measured: true,
     };
 }
 
@@ -51,7 +63,7 @@ pub fn selected(ping: &Ping, chosen: &[usize]) -> (Vec<f64>, Matrix) {
     (keep.iter().map(|&k| all[k]).collect(), ping.covariance.select(&keep))
 }
 
-/// One block per ping, with the measured covariance as a floor and up to three groups of further noise.
+/// One block per ping, with up to three groups of noise and, if asked for, the measured covariance.
 ///
 /// # Errors
 /// [`ModelError::Inference`] for numbers that are not finite or covariances that are not positive definite.
@@ -71,9 +83,9 @@ pub fn data_of(observed: &[Observed], microphones: &[usize], noise: &Noise) -> R
         let (values, covariance) = selected(&observed.ping, microphones);
         let size = values.len();
         let block = Observation::new(observed.conditions.point.id.clone(), values)
-            .with_floor(covariance)
             .with_independent_noise(0, &[0])
             .with_independent_noise(1, &[1]);
+        let block = if noise.measured { block.with_floor(covariance) } else { block };
         if size == 2 {
             return block;
         }

@@ -24,9 +24,10 @@ mod predictor;
 mod training;
 
 pub use assembly::{Assembly, Scheme};
-pub use base::ambient_state;
+pub use base::Conditions;
 pub use data::{Noise, Observed, data_of, selected};
 pub use error::ModelError;
-pub use point::{Conditions, PointModel};
+pub use point::PointModel;
 pub use predictor::Predictor;
+pub use rijke_network::{Response, Workspace};
 pub use training::{Knowledge, Trained, Training, train};

@@ -1,24 +1,13 @@
 //! The model at one operating point.
 
-use crate::{Assembly, ModelError, Scheme};
+use crate::{Assembly, Conditions, ModelError, Scheme};
 use rijke_candidates::{Coefficient, Here, Place, Surroundings};
-use rijke_flow::{BaseState, Stretch};
+use rijke_flow::Stretch;
 use rijke_network::{
     At, Coefficients, Laws, Network, Newton, Places, Response, Segment, Slot, Workspace, levine_schwinger,
 };
 use rijke_numerics::{C64, Jet, Order};
-use rijke_rig::{GasState, OperatingPoint};
-
-/// An operating point with the state of its gas.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Conditions {
-    /// The operating point.
-    pub point: OperatingPoint,
-    /// The gas along the tube.
-    pub base: BaseState,
-    /// Ambient temperature, K.
-    pub ambient: f64,
-}
+use rijke_rig::{GasState, Rig};
 
 /// A network for one operating point, and the laws that fill its coefficients.
 #[derive(Clone, Debug)]
@@ -134,6 +123,13 @@ impl<'a> PointModel<'a> {
         let filled = Filled { model: self, values };
         let root = self.network.solve(&filled, self.guess, &Newton::default(), work).map_err(fail)?;
         self.network.respond(&filled, &root, &self.places, order, work).map_err(fail)
+    }
+
+    /// Levine and Schwinger's reflection coefficient of the open tube at `s`, in the gas of its downstream end.
+    #[must_use]
+    pub fn levine_schwinger(rig: &Rig, conditions: &Conditions, s: C64) -> C64 {
+        let sound_speed = conditions.base.sound_speed(rig.tube.length);
+        levine_schwinger::reflection(s * rig.tube.radius() / (C64::I * sound_speed))[0]
     }
 
     fn attach(

@@ -3,8 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use rijke_candidates::Catalogue;
-use rijke_flow::BaseState;
-use rijke_inference::{MapOptions, NoiseMode};
+use rijke_inference::MapOptions;
 use rijke_model::{Assembly, Conditions, Noise, Observed, PointModel, Scheme, Training, train};
 use rijke_network::{Constant, Network, Newton, Segment, Slot, Workspace, levine_schwinger, wall::Wall};
 use rijke_numerics::check::{slopes_from, slopes_near};
@@ -29,8 +28,7 @@ fn assembly(ids: &[&str]) -> Assembly {
 
 fn conditions(rig: &Rig, id: &str) -> Conditions {
     let point = Campaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == id).unwrap();
-    let base = BaseState::uniform(&rig.gas, rig.pressure, rig.tube.length, 293.15, 0.0).unwrap();
-    Conditions { point, base, ambient: 293.15 }
+    Conditions::cold(rig, point, 293.15, 0.0).unwrap()
 }
 
 #[test]
@@ -154,10 +152,9 @@ fn exact_training_recovers_the_parameters_that_made_the_data() {
             Observed { conditions, ping }
         })
         .collect();
-    let none = NoiseMode::Fixed { sd: 0.0 };
     let training = Training {
         microphones: ALL.to_vec(),
-        noise: Noise { growth_rate: none, angular_frequency: none, pressure: none },
+        noise: Noise::MEASURED,
         known: Vec::new(),
         search: MapOptions::bfgs(),
     };

@@ -8,8 +8,20 @@
 //! * A [`Check`] is a statement of the paper's text or of an acceptance list, with the number that decides it.
 //! * Standard deviations are called `sd`.
 
+mod catalogue;
+mod consistency;
+mod empty_tube;
+mod error;
+mod lumped;
+mod prongs;
 mod records;
 
+pub use catalogue::catalogue;
+pub use consistency::consistency;
+pub use empty_tube::empty_tube;
+pub use error::StudyError;
+pub use lumped::{LumpedConvergence, LumpedRow, lumped_convergence};
+pub use prongs::prongs;
 pub use records::{
     Case, Check, Consistency, ConsistencyRow, CurvePoint, DataKind, EmptyTube, Evidence, MeasuredPoint,
     ParameterName, ParameterValue, ProngModel, Prongs, Provenance, RejectedRecord,

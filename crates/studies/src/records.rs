@@ -207,9 +207,7 @@ pub struct CurvePoint {
 pub struct Consistency {
     /// Ambient temperature assumed, K.
     pub temperature: f64,
-    /// How the wall loss was discretised.
-    pub scheme: String,
-    /// One row per printed reflection coefficient.
+    /// One row per scheme and printed reflection coefficient.
     pub rows: Vec<ConsistencyRow>,
     /// What was found.
     pub checks: Vec<Check>,

@@ -127,7 +127,6 @@ fn consistency() -> Consistency {
     };
     Consistency {
         temperature: 293.15,
-        scheme: "exact line".into(),
         rows: vec![row(0.9953, 3.0597, 1.1235), row(0.9952, 3.0641, 1.1198)],
         checks: vec![],
     }

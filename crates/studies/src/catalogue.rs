@@ -1,0 +1,27 @@
+//! The candidates that the studies compare: the files in `fixtures/candidates`, embedded.
+
+use crate::StudyError;
+use rijke_candidates::{Candidate, Catalogue};
+
+const FILES: [(&str, &str); 2] = [
+    ("fixtures/candidates/tube.toml", include_str!("../../../fixtures/candidates/tube.toml")),
+    ("fixtures/candidates/prongs.toml", include_str!("../../../fixtures/candidates/prongs.toml")),
+];
+
+/// Every candidate of the files above.
+///
+/// # Errors
+/// [`StudyError::Catalogue`] if an embedded file is broken, which a test excludes.
+pub fn catalogue() -> Result<Catalogue, StudyError> {
+    let mut all = Catalogue::default();
+    for (name, text) in FILES {
+        all = all.joined(Catalogue::from_toml(text, name)?);
+    }
+    Ok(all)
+}
+
+/// The candidates called `ids`, in that order.
+pub(crate) fn chosen(catalogue: &Catalogue, ids: &[&str]) -> Result<Vec<Candidate>, StudyError> {
+    let get = |id: &&str| catalogue.get(id).cloned().ok_or_else(|| StudyError::NoCandidate((*id).to_owned()));
+    ids.iter().map(get).collect()
+}

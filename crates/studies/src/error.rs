@@ -1,0 +1,26 @@
+//! Why a study has no answer.
+
+use rijke_candidates::CatalogueError;
+use rijke_model::ModelError;
+
+/// Why a study has no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The observations lack a point that the question is about.
+    #[error(
+        "the observations have no operating point {need}; measure it, or run the study on a set that has it"
+    )]
+    NoPoint {
+        /// What is missing.
+        need: String,
+    },
+    /// A catalogue could not be read.
+    #[error(transparent)]
+    Catalogue(#[from] CatalogueError),
+    /// A candidate that no catalogue has.
+    #[error("no catalogue has a candidate called `{0}`")]
+    NoCandidate(String),
+    /// A model could not be built or trained.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
