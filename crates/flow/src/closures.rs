@@ -24,6 +24,9 @@ pub struct Closures {
     pub jet_length: f64,
     /// Extra acoustic length of the heater's two orifices, m: (L_h + 2 delta) A/A_d - L_h; delays a pulse by L/(2c).
     pub orifice_length: f64,
+    /// Frequency at which the pulse of a click carries its energy, Hz: the wall's boundary layer slows a pulse by
+    /// sqrt(nu/(2 omega))/a (1 + (gamma - 1)/sqrt(Pr)), about 0.2 % at 1 kHz; infinite for none.
+    pub pulse_frequency: f64,
     /// Emissivity of the outer wall (weathered stainless steel).
     pub emissivity: f64,
     /// Centres of the two mounts, m.
@@ -53,6 +56,7 @@ impl Default for Closures {
             heater_lag: 35.0,
             jet_length: 0.10,
             orifice_length: 0.05,
+            pulse_frequency: 1000.0,
             emissivity: 0.30,
             mounts: [0.10, 0.90],
             mount_length: 0.02,

@@ -22,4 +22,50 @@ pub enum FlowError {
         /// Number of temperatures.
         temperatures: usize,
     },
+    /// A heater that does not fit into the tube.
+    #[error(
+        "the heater's centre is at {position} m; it must lie between {low} and {high} m to fit into the tube"
+    )]
+    Heater {
+        /// Its centre, m.
+        position: f64,
+        /// Lowest place, m.
+        low: f64,
+        /// Highest place, m.
+        high: f64,
+    },
+    /// A closure out of its range.
+    #[error("the closure {name} = {value} is out of range")]
+    Closure {
+        /// Its key.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A power that is negative or not a number.
+    #[error("the heater power is {watts} W; it must be zero or positive")]
+    Power {
+        /// The value.
+        watts: f64,
+    },
+    /// No mass flow balances buoyancy and losses, as when temperatures have left the range of the gas.
+    #[error(
+        "no mass flow balances buoyancy and losses; the walls lie between {coldest:.1} and {hottest:.1} K"
+    )]
+    NoFlow {
+        /// Lowest wall temperature, K.
+        coldest: f64,
+        /// Highest wall temperature, K.
+        hottest: f64,
+    },
+    /// Newton's iteration for the steady state did not converge.
+    #[error(
+        "the steady state was not found in {steps} steps; the largest imbalance is {residual:.3e} of the power"
+    )]
+    NotSteady {
+        /// Steps taken.
+        steps: usize,
+        /// Largest heat imbalance over the power.
+        residual: f64,
+    },
 }

@@ -23,8 +23,32 @@
 //! # Ok::<(), rijke_flow::FlowError>(())
 //! ```
 
+mod air;
+mod arrival;
+mod band;
 mod base_state;
+mod closures;
+mod draught;
 mod error;
+mod gas;
+mod number;
+mod parameters;
+mod pipe;
+mod steady;
+mod transient;
+mod wall;
+
+#[cfg(test)]
+mod exact;
 
 pub use base_state::{BaseState, ErrorComponent, Stretch};
+pub use closures::Closures;
+pub use draught::Draught;
 pub use error::FlowError;
+pub use gas::March;
+pub use number::{Dual, Number};
+pub use parameters::{Parameters, UNKNOWNS, Unknowns, unknowns};
+pub use pipe::Pipe;
+pub use steady::{SENSITIVE_TO, Sensitivity, Steady};
+pub use transient::{Implicit, Transient};
+pub use wall::Budget;

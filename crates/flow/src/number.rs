@@ -23,6 +23,9 @@ pub trait Number:
     /// Derivative of the root of an implicit equation.
     type Slope: Copy;
 
+    /// Whether the number carries derivatives at all.
+    const DERIVATIVES: bool;
+
     /// A number without derivatives.
     fn constant(value: f64) -> Self;
 
@@ -80,6 +83,7 @@ pub trait Number:
 
 impl Number for f64 {
     type Slope = ();
+    const DERIVATIVES: bool = false;
     fn constant(value: f64) -> Self {
         value
     }
@@ -127,6 +131,7 @@ impl<const P: usize> Dual<P> {
 
 impl<const P: usize> Number for Dual<P> {
     type Slope = [f64; P];
+    const DERIVATIVES: bool = true;
     fn constant(value: f64) -> Self {
         Self { value, slopes: [0.0; P] }
     }
@@ -171,6 +176,7 @@ impl<const P: usize> Sub for Dual<P> {
 
 impl<const P: usize> Mul for Dual<P> {
     type Output = Self;
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
     fn mul(self, other: Self) -> Self {
         self.zip(other, self.value * other.value, |a, b| a * other.value + b * self.value)
     }

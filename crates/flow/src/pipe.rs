@@ -72,10 +72,8 @@ impl Pipe {
         let edges = [face_at(heater - half), face_at(heater + half)];
         let microphones = rig.microphones.positions.iter().map(|&x| (x, face_at(x))).collect();
         let prongs = 1.0 + rig.prongs.perimeter() / rig.tube.perimeter();
-        let cells = faces
-            .windows(2)
-            .map(|f| cell(f[0], f[1], length, heater, half, closures, prongs))
-            .collect();
+        let cells =
+            faces.windows(2).map(|f| cell(f[0], f[1], length, heater, half, closures, prongs)).collect();
         let outer_diameter = rig.tube.inner_diameter + 2.0 * rig.tube.wall_thickness;
         let quarter = 0.25 * std::f64::consts::PI;
         Ok(Self {
@@ -140,6 +138,7 @@ fn check(closures: &Closures) -> Result<(), FlowError> {
         ("wall_heat_capacity", c.wall_heat_capacity),
         ("radiated_length", c.radiated_length),
         ("profile_factor", c.profile_factor),
+        ("pulse_frequency", c.pulse_frequency),
     ];
     let not_negative = [
         ("entrance_loss", c.entrance_loss),
@@ -169,7 +168,11 @@ fn faces(mut marks: Vec<f64>, length: f64, heater: f64, refinement: u32) -> Vec<
         let count = ((to - from) / COARSE).ceil().max(least) as u32 * refinement;
         for k in 1..=count {
             let share = f64::from(k) / f64::from(count);
-            faces.push(if k == count { to } else { from + (to - from) * if graded { share * share } else { share } });
+            faces.push(if k == count {
+                to
+            } else {
+                from + (to - from) * if graded { share * share } else { share }
+            });
         }
     }
     faces
@@ -180,22 +183,15 @@ fn nearest(faces: &[f64], x: f64) -> usize {
     if x - faces[upper - 1] < faces[upper] - x { upper - 1 } else { upper }
 }
 
-fn cell(
-    low: f64,
-    high: f64,
-    length: f64,
-    heater: f64,
-    half: f64,
-    closures: &Closures,
-    prongs: f64,
-) -> Cell {
+fn cell(low: f64, high: f64, length: f64, heater: f64, half: f64, closures: &Closures, prongs: f64) -> Cell {
     let middle = 0.5 * (low + high);
     let above = middle > heater;
     let overlap = |a: f64, b: f64| (high.min(b) - low.max(a)).max(0.0);
     // Integral over the cell of exp(-distance/scale)/scale, distance measured from `start` away from the source.
     let decay = |near: f64, far: f64, scale: f64| (-near / scale).exp() - (-far / scale).exp();
     let entry = |start: f64, end: f64| Entry { low: start.cbrt().powi(2), high: end.cbrt().powi(2) };
-    let jet = |near: f64, far: f64| decay(near, far, closures.jet_length) * closures.jet_length / (far - near);
+    let jet =
+        |near: f64, far: f64| decay(near, far, closures.jet_length) * closures.jet_length / (far - near);
     let wire = if above {
         0.0
     } else {
@@ -232,7 +228,8 @@ mod tests {
     fn exact_shares_sum_to_one_on_every_grid() {
         for heater in [0.05, 0.25, 0.5, 0.85] {
             for refinement in [1, 3] {
-                let pipe = Pipe::new(&crate::fixture::rig(), &Closures::default(), heater, refinement).unwrap();
+                let pipe =
+                    Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), heater, refinement).unwrap();
                 let sum = |f: fn(&Cell) -> f64| pipe.cells.iter().map(f).sum::<f64>();
                 assert_relative_eq!(sum(|c| c.length), 1.0, epsilon = 1e-14);
                 assert_relative_eq!(sum(|c| c.heater), 1.0, epsilon = 1e-12);
@@ -248,10 +245,10 @@ mod tests {
 
     #[test]
     fn exact_a_heater_outside_the_tube_is_refused() {
-        let refused = Pipe::new(&crate::fixture::rig(), &Closures::default(), 0.999, 1);
+        let refused = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.999, 1);
         assert!(matches!(refused, Err(FlowError::Heater { .. })));
         let bad = Closures { jet_length: 0.0, ..Closures::default() };
-        let refused = Pipe::new(&crate::fixture::rig(), &bad, 0.25, 1);
+        let refused = Pipe::new(&Rig::juniper_yoko_2022(), &bad, 0.25, 1);
         assert!(matches!(refused, Err(FlowError::Closure { name: "jet_length", .. })));
     }
 }

@@ -1,0 +1,139 @@
+//! The gas: a march through the cells from the inflow end, quasi-steady.
+
+use crate::Parameters;
+use crate::number::Number;
+use crate::pipe::{Cell, Pipe};
+
+/// Gas temperatures along the tube for one wall, one released power and one mass flow.
+#[derive(Clone, Debug, Default)]
+pub struct March<N> {
+    /// At the faces, K.
+    pub face: Vec<N>,
+    /// Mean over each cell, K.
+    pub mean: Vec<N>,
+    /// Heat from the gas to the wall in each cell, W.
+    pub to_wall: Vec<N>,
+}
+
+/// What drives the march, besides the wall.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drive<N> {
+    /// Power released by the heater, W.
+    pub(crate) released: N,
+    /// Ambient temperature, K.
+    pub(crate) ambient: N,
+}
+
+/// (1 - e^{-z})/z and (z - 1 + e^{-z})/z^2 for z >= 0, without cancellation.
+///
+/// With chi = (1/2 - z + ... )/z = sum (-z)^k/(k + 3)!, psi = 1/2 - z chi and phi = 1 - z psi; the derivatives are
+/// phi' = psi - phi and psi' = 2 chi - psi.
+pub(crate) fn relaxation<N: Number>(z: N) -> (N, N) {
+    let v = z.value();
+    let chi = if v < 0.6 {
+        // Eleven terms: the next is below 1e-14 of the first.
+        const FACTORIALS: [f64; 11] = [
+            6.0,
+            24.0,
+            120.0,
+            720.0,
+            5040.0,
+            40_320.0,
+            362_880.0,
+            3_628_800.0,
+            39_916_800.0,
+            479_001_600.0,
+            6_227_020_800.0,
+        ];
+        FACTORIALS.iter().rev().fold(0.0, |sum, f| 1.0 / f - v * sum)
+    } else {
+        (0.5 - (v - 1.0 + (-v).exp()) / (v * v)) / v
+    };
+    let psi = 0.5 - v * chi;
+    let phi = 1.0 - v * psi;
+    (z.compose(phi, psi - phi), z.compose(psi, 2.0 * chi - psi))
+}
+
+/// A temperature inside the range of the property formulas. Only trial flows that almost stand still leave it, on the way
+/// to a mass flow that does not.
+fn limited<N: Number>(t: N) -> N {
+    let inside = t.value().clamp(150.0, 2000.0);
+    if inside == t.value() { t } else { t.compose(inside, 0.0) }
+}
+
+impl Pipe {
+    /// Heat that reaches the gas directly in a cell, W.
+    pub(crate) fn source<N: Number>(&self, cell: &Cell, released: N, wall_share: N) -> N {
+        let c = &self.closures;
+        let direct = -wall_share + (1.0 - c.wire_share - c.radiated_share);
+        released * (direct * cell.heater + c.wire_share * cell.wire)
+    }
+
+    /// One cell in the direction of the flow: outflow temperature, mean temperature, heat to the wall. Exact for a
+    /// uniform wall, a uniform source and properties frozen at the mean temperature; second order in the cell.
+    pub(crate) fn cell<N: Number>(
+        &self,
+        cell: &Cell,
+        (down, flow): (usize, N),
+        inflow: N,
+        wall: N,
+        source: N,
+        p: &Parameters<N>,
+    ) -> (N, N, N) {
+        let air = &self.air;
+        let units = |t: N| {
+            // (3) with Hausen's mean Nusselt number: xi Nu_m = 3.66 xi + 0.0668 a/(1 + 0.04 (a/xi)^{2/3}),
+            // a = 4 m c_p/(pi k); its difference over the cell is exact on any grid. Number of transfer units
+            // pi k Nu dx/(m c_p) = (4/a) [xi Nu].
+            let t = limited(t);
+            let capacity = flow * air.specific_heat(t);
+            let a = capacity / air.conductivity(t) * (4.0 / std::f64::consts::PI);
+            let a23 = a.two_thirds() * 0.04;
+            let (low, high) = (cell.entry[down].low, cell.entry[down].high);
+            let mean = |x: f64| (a23 + x).recip() * x;
+            let developed = (mean(high) - mean(low)) * a * 0.0668 + 3.66 * cell.length;
+            let enhanced = p.inner_nusselt * (p.jet_enhancement * cell.jet[down] + 1.0);
+            (enhanced * developed * 4.0 / a, source / capacity)
+        };
+        // Predict the mean from the properties at the inflow, then take the properties there.
+        let (z, rise) = units(inflow);
+        let (phi, psi) = relaxation(z);
+        let mean = inflow + (wall - inflow) * (-phi + 1.0) + rise * psi;
+        let (z, rise) = units(mean);
+        let (phi, psi) = relaxation(z);
+        let outflow = inflow + ((wall - inflow) * z + rise) * phi;
+        let mean = inflow + (wall - inflow) * z * psi + rise * psi;
+        let to_wall = flow * (air.enthalpy(inflow) - air.enthalpy(outflow)) + source;
+        (outflow, mean, to_wall)
+    }
+
+    /// Marches the gas through all cells for the mass flow `flow` (kg/s, signed, not zero).
+    pub(crate) fn march<N: Number>(
+        &self,
+        wall: &[N],
+        drive: Drive<N>,
+        flow: N,
+        p: &Parameters<N>,
+        out: &mut March<N>,
+    ) {
+        let n = self.cells.len();
+        let blank = N::constant(0.0);
+        out.face.resize(n + 1, blank);
+        out.mean.resize(n, blank);
+        out.to_wall.resize(n, blank);
+        let down = usize::from(flow.value() < 0.0);
+        let size = if down == 1 { -flow } else { flow };
+        let mut t = drive.ambient;
+        out.face[if down == 1 { n } else { 0 }] = t;
+        for step in 0..n {
+            let i = if down == 1 { n - 1 - step } else { step };
+            let cell = &self.cells[i];
+            let source = self.source(cell, drive.released, p.wall_share);
+            let (outflow, mean, to_wall) = self.cell(cell, (down, size), t, wall[i], source, p);
+            out.mean[i] = mean;
+            out.to_wall[i] = to_wall;
+            t = outflow;
+            out.face[if down == 1 { i } else { i + 1 }] = t;
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! The flow model from outside: convergence, energy, derivatives, robustness, published shapes.
+
+mod convergence;
+mod derivatives;
+mod physics;
+mod robustness;
+
+use rijke_flow::{Closures, Parameters, Pipe, Unknowns};
+use rijke_rig::Rig;
+
+const AMBIENT: f64 = 293.15;
+
+fn pipe(heater: f64, refinement: u32) -> Pipe {
+    Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), heater, refinement).unwrap()
+}
+
+fn unknowns() -> Unknowns {
+    Unknowns {
+        parameters: Parameters::default(),
+        power_factor: 1.0,
+        ambient_offset: 0.0,
+        heater_lag: 35.0,
+        orifice_length: 0.05,
+    }
+}
