@@ -63,8 +63,16 @@ impl Gaussian {
     /// [`InferenceError::Dense`] if the Hessian is not positive definite, and those of the objective.
     pub fn at(objective: &dyn Objective, z: &[f64]) -> Result<Self, InferenceError> {
         let energy = objective.evaluate(z, Order::Second)?;
-        let factor = Cholesky::new(&energy.hessian)?;
-        let ln_integral = -energy.value - 0.5 * factor.ln_det() + 0.5 * z.len() as f64 * (2.0 * PI).ln();
+        Self::from_hessian(z, energy.value, &energy.hessian)
+    }
+
+    /// The Gaussian with minimum `z`, where J is `value` and has the second derivatives `hessian`.
+    ///
+    /// # Errors
+    /// [`InferenceError::Dense`] if the Hessian is not positive definite.
+    pub fn from_hessian(z: &[f64], value: f64, hessian: &Matrix) -> Result<Self, InferenceError> {
+        let factor = Cholesky::new(hessian)?;
+        let ln_integral = -value - 0.5 * factor.ln_det() + 0.5 * z.len() as f64 * (2.0 * PI).ln();
         Ok(Self { mean: z.to_vec(), ln_integral, factor })
     }
 

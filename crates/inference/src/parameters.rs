@@ -196,19 +196,20 @@ impl Parameters {
         self.list.iter().zip(&self.tied).find(|(p, tied)| p.prior == Prior::Flat && !**tied).map(|(p, _)| p)
     }
 
-    /// The same parameters with every prior standard deviation (or width) multiplied by `factor`.
+    /// The same parameters with the prior standard deviation (or width) of parameter `i` multiplied by `factor`; in a
+    /// joint prior its correlations stay.
     #[must_use]
-    pub fn widened(&self, factor: f64) -> Self {
+    pub fn widened(&self, i: usize, factor: f64) -> Self {
         let mut wide = self.clone();
-        for parameter in &mut wide.list {
-            parameter.prior = parameter.prior.widened(factor);
-        }
+        wide.list[i].prior = wide.list[i].prior.widened(factor);
         for joint in &mut wide.joint {
-            let zero = Matrix::zeros(joint.members.len(), joint.members.len());
-            joint.covariance = zero.plus(factor * factor, &joint.covariance);
-            joint.precision = zero.plus(1.0 / (factor * factor), &joint.precision);
-            if let Ok(scaled) = Cholesky::new(&joint.covariance) {
-                joint.factor = scaled;
+            let Some(place) = joint.members.iter().position(|&m| m == i) else { continue };
+            let scale = |k: usize| if k == place { factor } else { 1.0 };
+            let (n, c) = (joint.members.len(), joint.covariance.clone());
+            joint.covariance = Matrix::from_fn(n, n, |k, l| scale(k) * c[(k, l)] * scale(l));
+            if let Ok(factor) = Cholesky::new(&joint.covariance) {
+                joint.precision = factor.inverse();
+                joint.factor = factor;
             }
         }
         wide

@@ -263,7 +263,7 @@ impl Prior {
         }
     }
 
-    /// The same prior with its width doubled about the same centre: the standard deviation, that of the logarithm,
+    /// The same prior with its width multiplied by `factor` about the same centre: the standard deviation, that of the logarithm,
     /// or the distance between the bounds.
     #[must_use]
     pub fn widened(&self, factor: f64) -> Self {

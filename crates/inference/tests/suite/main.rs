@@ -8,6 +8,7 @@
 )]
 
 mod evidence;
+mod health;
 mod linear;
 mod nist;
 mod posterior;

@@ -1,0 +1,152 @@
+//! Sick posteriors are flagged, healthy ones are not.
+
+use crate::problems::{Linear, design, normal, numbers, ringing};
+use approx::assert_abs_diff_eq;
+use rijke_inference::*;
+use rijke_numerics::{Matrix, Order};
+
+/// Any function of the parameters with derivatives by hand.
+struct Function<F>(F);
+
+impl<F: Fn(&[f64]) -> Prediction + Sync> Forward for Function<F> {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let prediction = (self.0)(a);
+        if prediction.values.iter().all(|v| v.is_finite()) {
+            Ok(prediction)
+        } else {
+            Err(ForwardError::recoverable("no value here"))
+        }
+    }
+}
+
+fn assess(model: &dyn Forward, values: Vec<f64>, sd: f64, parameters: &Parameters) -> Assessment {
+    let all: Vec<usize> = (0..values.len()).collect();
+    let observation = Observation::new("d", values).with_independent_noise(0, &all);
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", sd)]).unwrap();
+    let posterior = Posterior::new(model, &data, parameters).unwrap();
+    posterior.assess(&AssessOptions { random_starts: 8, ..AssessOptions::default() }).unwrap()
+}
+
+fn warned(assessment: &Assessment, word: &str) {
+    let all = assessment.health.warnings.join("; ");
+    assert!(all.contains(word), "expected '{word}' in '{all}'");
+}
+
+#[test]
+fn exact_a_linear_model_is_trusted() {
+    let parameters = Parameters::new((0..5).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
+    let a = assess(&Linear(design("health", 30, 5)), numbers("health/y", 30), 0.3, &parameters);
+    assert_eq!(a.health.warnings, Vec::<String>::new());
+    let (importance, laplace) = (a.health.importance.unwrap(), a.laplace.unwrap());
+    // All weights are equal, so the corrected evidence is exact.
+    assert_abs_diff_eq!(importance.ln_marginal, laplace.evidence.ln_marginal, epsilon = 1e-10);
+    assert!(importance.standard_error < 1e-10);
+}
+
+#[test]
+fn exact_two_signs_are_two_modes() {
+    // d = a^2 knows a up to its sign.
+    let square = Function(|a: &[f64]| Prediction {
+        values: vec![a[0] * a[0]],
+        jacobian: Matrix::from_fn(1, 1, |_, _| 2.0 * a[0]),
+        curvature: vec![2.0],
+    });
+    let parameters = Parameters::new(vec![normal("a", 0.1, 2.0)]).unwrap();
+    warned(&assess(&square, vec![4.0], 0.1, &parameters), "further maxima");
+}
+
+#[test]
+fn exact_an_aliased_delay_is_flagged() {
+    // The phase of a delay repeats with the period of the wave.
+    let wave = Function(|a: &[f64]| {
+        let (s, c) = (6.0 * a[0]).sin_cos();
+        Prediction {
+            values: vec![c, s],
+            jacobian: Matrix::from_fn(2, 1, |i, _| if i == 0 { -6.0 * s } else { 6.0 * c }),
+            curvature: vec![-36.0 * c, -36.0 * s],
+        }
+    });
+    let prior = Prior::Uniform { low: 0.0, high: 5.0 };
+    let parameters = Parameters::new(vec![Parameter::new("tau", "tau", "s", prior)]).unwrap();
+    warned(&assess(&wave, vec![0.6, 0.8], 0.05, &parameters), "further maxima");
+}
+
+#[test]
+fn exact_a_spike_on_a_broad_posterior_is_flagged() {
+    // A narrow well at the centre of a broad one: -ln L = -ln(exp(-x^2/2) + 30 exp(-(x/0.01)^2/2)) has its maximum in a
+    // spike that holds 23 % of the mass; as residuals, f = sqrt(2 (C - ln(...))).
+    let spike = Function(|a: &[f64]| {
+        let value = |x: f64| {
+            let density = (-0.5 * x * x).exp() + 30.0 * (-0.5 * (x / 0.01).powi(2)).exp();
+            (2.0 * (4.0 - density.ln())).sqrt()
+        };
+        let h = 1e-4;
+        let (low, mid, high) = (value(a[0] - h), value(a[0]), value(a[0] + h));
+        Prediction {
+            values: vec![mid],
+            jacobian: Matrix::from_fn(1, 1, |_, _| (high - low) / (2.0 * h)),
+            curvature: vec![(high - 2.0 * mid + low) / (h * h)],
+        }
+    });
+    let parameters = Parameters::new(vec![normal("x", 0.0, 3.0)]).unwrap();
+    let found = assess(&spike, vec![0.0], 1.0, &parameters);
+    assert!(!found.health.warnings.is_empty(), "{:?}", found.health);
+}
+
+#[test]
+fn exact_a_bound_and_a_direction_without_data_are_named() {
+    let sum = Linear(Matrix::from_fn(1, 2, |_, _| 1.0));
+    let wide = |name: &str| normal(name, 0.0, 1.0);
+    let parameters = Parameters::new(vec![wide("alpha"), wide("beta")]).unwrap();
+    let found = assess(&sum, vec![0.3], 0.01, &parameters);
+    assert_eq!(found.health.unidentified.len(), 1);
+    let words = &found.health.unidentified[0].0;
+    assert!(words.contains("alpha") && words.contains("beta"), "{words}");
+    assert!(found.health.warnings.is_empty(), "{:?}", found.health.warnings);
+
+    let prior = Prior::Uniform { low: 0.0, high: 1.0 };
+    let bounded = Parameter::new("k", "k", "1", prior).in_coordinates(Coordinates::Natural);
+    let parameters = Parameters::new(vec![bounded]).unwrap();
+    let one = Linear(Matrix::identity(1));
+    warned(&assess(&one, vec![1.1], 0.05, &parameters), "did not converge");
+    warned(&assess(&one, vec![0.999], 0.05, &parameters), "at a bound: k");
+}
+
+#[test]
+fn oracle_doubled_priors_against_a_new_fit() {
+    let (model, data, parameters) = ringing();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let found = posterior.assess(&AssessOptions::default()).unwrap();
+    let base = found.laplace.unwrap().evidence.ln_marginal;
+    for (i, (_, change)) in found.health.doubled_prior.iter().enumerate() {
+        let wide = parameters.widened(i, 2.0);
+        let posterior = Posterior::new(&model, &data, &wide).unwrap();
+        let again = posterior.laplace(&posterior.map(&MapOptions::default()).unwrap()).unwrap();
+        // The likelihood is not quadratic and the noise moves, so the short cut is good to a few hundredths of a nat.
+        assert_abs_diff_eq!(change.unwrap(), again.evidence.ln_marginal - base, epsilon = 0.03);
+    }
+}
+
+#[test]
+fn exact_failures_are_rows_or_errors_never_numbers() {
+    let nowhere = Function(|_: &[f64]| Prediction { values: vec![f64::NAN], ..Prediction::default() });
+    let parameters = Parameters::new(vec![normal("a", 0.0, 1.0)]).unwrap();
+    let observation = || Observation::new("d", vec![1.0]).with_independent_noise(0, &[0]);
+    let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
+    let posterior = Posterior::new(&nowhere, &data, &parameters).unwrap();
+    let error = posterior.assess(&AssessOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("cannot be evaluated at the starting point"), "{error}");
+
+    // One datum, one parameter, floating noise: the noise collapses and says so.
+    let data = Data::new(vec![observation()], vec![NoiseGroup::floated("noise", "1")]).unwrap();
+    let one = Linear(Matrix::identity(1));
+    let posterior = Posterior::new(&one, &data, &parameters).unwrap();
+    let found = posterior.assess(&AssessOptions::default()).unwrap();
+    warned(&found, "floats with 1 data against 1 parameters");
+
+    let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
+    let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
+    let posterior = Posterior::new(&one, &data, &flat).unwrap();
+    let found = posterior.assess(&AssessOptions::default()).unwrap();
+    assert!(found.laplace.unwrap_err().contains("improper prior"));
+}
