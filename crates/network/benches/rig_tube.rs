@@ -89,8 +89,8 @@ fn start(net: &Network, work: &mut Workspace) -> Root {
 /// The guess of a warm start: the root of a neighbouring operating point, some rad/s away.
 const WARM: C64 = C64::new(0.3, -1.0);
 
-/// The same characteristic equation as a dense 2N x 2N system in the wave amplitudes, with its derivative by a second
-/// solve: Newton on 1/(e' A^{-1} b), the bordered form, through the LU of the linear-algebra library.
+/// The same characteristic equation as a dense 2N x 2N system in the wave amplitudes, through the LU of the
+/// linear-algebra library, one factorisation per step.
 fn dense_newton(net: &Network, guess: C64) -> C64 {
     let n = net.segments().len();
     let size = 2 * n;
@@ -139,7 +139,7 @@ fn dense_newton(net: &Network, guess: C64) -> C64 {
         a
     };
     // The last row is moved to a bordering condition: with b the last unit vector and g = 1 fixed, the residual is a
-    // scalar function of s; Newton with a difference quotient of step 1e-4 (quadratic to rounding here).
+    // scalar function of s.
     let residual = |s: C64| {
         let mut a = matrix(s);
         let last: Vec<C64> = a[(size - 1) * size..].to_vec();
@@ -151,11 +151,13 @@ fn dense_newton(net: &Network, guess: C64) -> C64 {
         let x = complex_lu_solve(&a, &b).unwrap();
         last.iter().zip(&x).map(|(l, x)| l * x).sum::<C64>()
     };
-    let mut s = guess;
-    for _ in 0..8 {
-        let h = C64::new(1e-4, 0.0);
-        let (f, above) = (residual(s), residual(s + h));
-        let step = -f * h / (above - f);
+    // One factorisation per step: secant, started by a step of 1e-3.
+    let (mut s, mut before) = (guess, guess + 1e-3);
+    let mut f_before = residual(before);
+    for _ in 0..10 {
+        let f = residual(s);
+        let step = -f * (s - before) / (f - f_before);
+        (before, f_before) = (s, f);
         s += step;
         if step.norm() < 1e-9 * s.norm() {
             break;

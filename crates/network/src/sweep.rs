@@ -99,24 +99,37 @@ impl Network {
 
     /// P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep) of segment `i`, and l, rho, 1/(rho c^2).
     #[inline]
-    fn line_coefficients(
+    fn line_coefficients(&self, i: usize, s: C64, here: &[Attachment], laws: &Laws) -> ([Dual; 2], [C64; 3]) {
+        let segment = &self.segments[i];
+        let mut loss = self.losses[i].map(Dual::constant);
+        for a in here {
+            if a.kind < VISCOUS {
+                return self.varied_coefficients(i, s, here, laws);
+            }
+            let target = &mut loss[a.kind - VISCOUS];
+            target.v += a.weight * laws.value(a.law);
+            target.d += a.weight * laws.slope(a.law);
+        }
+        let [mu, ep] = loss;
+        let (l, inertia) = (segment.length, segment.density);
+        let compliance = 1.0 / (segment.density * segment.sound_speed * segment.sound_speed);
+        let p = Dual { v: (s * inertia + mu.v) * l, d: (mu.d + inertia) * l };
+        let q = Dual { v: (s * compliance + ep.v) * l, d: (ep.d + compliance) * l };
+        let real = |v| C64::new(v, 0.0);
+        ([p, q], [real(l), real(inertia), real(compliance)])
+    }
+
+    /// The same where laws act on length, speed or density.
+    fn varied_coefficients(
         &self,
         i: usize,
-        s: Dual,
+        s: C64,
         here: &[Attachment],
         laws: &Laws,
     ) -> ([Dual; 2], [C64; 3]) {
-        let segment = &self.segments[i];
+        let s = Dual { v: s, d: C64::ONE };
         let [mu, ep] = self.losses[i];
         let (mu, ep) = (sum(mu, here, VISCOUS, laws), sum(ep, here, THERMAL, laws));
-        if here.iter().all(|a| a.kind >= VISCOUS) {
-            let (l, inertia) = (segment.length, segment.density);
-            let compliance = 1.0 / (segment.density * segment.sound_speed * segment.sound_speed);
-            let p = Dual { v: (s.v * inertia + mu.v) * l, d: (mu.d + inertia) * l };
-            let q = Dual { v: (s.v * compliance + ep.v) * l, d: (ep.d + compliance) * l };
-            let real = |v| C64::new(v, 0.0);
-            return ([p, q], [real(l), real(inertia), real(compliance)]);
-        }
         let l = self.property(i, LENGTH, laws);
         let (c, rho) = (self.property(i, SOUND_SPEED, laws), self.property(i, DENSITY, laws));
         let compliance = (rho * c * c).recip();
@@ -152,7 +165,6 @@ impl Network {
         k.fill(&at, laws);
         let laws = &*laws;
         let n = self.segments.len();
-        let s = Dual { v: s, d: C64::ONE };
         let one = Dual::real(1.0);
         let area_laws = self.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
 
@@ -181,12 +193,18 @@ impl Network {
             if j < n {
                 let here = take(&mut rest, 2 + 2 * j);
                 let ([big_p, big_q], bare) = self.line_coefficients(j, s, here, laws);
-                let q = big_p * big_q;
-                let line = line(q.v);
-                let c = Dual { v: line.c, d: 0.5 * line.s * q.d };
-                let shape = Dual { v: line.s, d: line.s1 * q.d };
+                let line = line(big_p.v * big_q.v);
                 visit(Step::Segment { line: &line, coefficients: [big_p, big_q], bare });
-                (p, u) = (c * p - big_p * shape * u, c * u - big_q * shape * p);
+                // M = [[C, -P S], [-Q S, C]] and dM/ds, before they meet the state.
+                let dq = big_p.d * big_q.v + big_p.v * big_q.d;
+                let ds = line.s1 * dq;
+                let (c, dc) = (line.c, 0.5 * line.s * dq);
+                let (b, db) = (big_p.v * line.s, big_p.d * line.s + big_p.v * ds);
+                let (e, de) = (big_q.v * line.s, big_q.d * line.s + big_q.v * ds);
+                (p, u) = (
+                    Dual { v: c * p.v - b * u.v, d: c * p.d - b * u.d + dc * p.v - db * u.v },
+                    Dual { v: c * u.v - e * p.v, d: c * u.d - e * p.d + dc * u.v - de * p.v },
+                );
             }
         }
         let downstream = sum(self.ends[1], take(&mut rest, 2 + 2 * n), 0, laws);
