@@ -1,7 +1,5 @@
 //! How a command ends when it cannot do its work: one message that names what, where, why and the remedy.
 
-#![allow(dead_code, reason = "used by the subcommands that follow")]
-
 use std::{error::Error, fmt, path::Path, process::ExitCode};
 
 /// Why a command stopped.

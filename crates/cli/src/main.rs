@@ -6,6 +6,7 @@
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
+mod check;
 mod completions;
 mod failure;
 mod lab;
@@ -28,6 +29,7 @@ struct Program {
 #[derive(Subcommand)]
 enum Command {
     Lab(lab::Args),
+    Check(check::Args),
     Report(report::Args),
     Completions(completions::Args),
 }
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
     let ui = ui::Ui::new(&program.output);
     let outcome: Result<(), failure::Failure> = match &program.command {
         Command::Lab(args) => lab::run(args, &ui),
+        Command::Check(args) => check::run(args, &ui),
         Command::Report(args) => report::run(args, &ui),
         Command::Completions(args) => completions::run(args, &ui),
     };

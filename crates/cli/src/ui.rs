@@ -1,7 +1,5 @@
 //! What the user sees while a command works. Results go to standard output, everything else to standard error.
 
-#![allow(dead_code, reason = "used by the subcommands that follow")]
-
 use crate::failure::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::{
@@ -35,6 +33,7 @@ impl Ui {
         }
     }
 
+    #[allow(dead_code, reason = "used by the subcommands that follow")]
     /// A remark on standard error.
     pub(crate) fn note(&self, line: impl AsRef<str>) {
         if !self.quiet {

@@ -146,6 +146,12 @@ pub enum Problem {
         /// How many channels claim it.
         count: usize,
     },
+    /// A file that a list names and that does not exist.
+    #[error("there is no file {}; copy it there or take it out of the list", path.display())]
+    AbsentFile {
+        /// Where it should be.
+        path: PathBuf,
+    },
     /// Fewer channels in a file than the manifest says.
     #[error(
         "{have} channels, the manifest's `channels` lists {need}; record all channels or correct the list"

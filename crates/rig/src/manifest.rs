@@ -82,8 +82,10 @@ impl RecordFolder {
         set.validate().map_err(wrong)?;
         let opened = Self { folder: folder.to_owned(), set };
         for file in opened.files() {
-            let file = opened.folder.join(file);
-            std::fs::metadata(&file).map_err(RigError::read(&file))?;
+            let at = opened.folder.join(file);
+            if !at.is_file() {
+                return Err(RigError::invalid(&path, format!("`{file}`"), Problem::AbsentFile { path: at }));
+            }
         }
         Ok(opened)
     }

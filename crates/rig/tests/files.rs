@@ -129,7 +129,7 @@ fn exact_messages_of_bad_records() {
         refused(read(set.layout(set.ping)), "not a WAV file", "use 16, 24 or 32 bit");
     }
     std::fs::remove_file(&file).unwrap();
-    refused(RecordFolder::open(&scratch.0).unwrap_err(), "C3-E-ping.wav: cannot be read", "check the name");
+    refused(RecordFolder::open(&scratch.0).unwrap_err(), "there is no file", "copy it there");
     refused(RecordFolder::open(Path::new("/nowhere")).unwrap_err(), "/nowhere/manifest.toml", "rijke lab");
 }
 

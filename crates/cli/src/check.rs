@@ -1,0 +1,119 @@
+//! `rijke check`: reads everything that the other steps will read, before any work.
+
+use crate::{
+    failure::{Classify, Failure},
+    ui::Ui,
+};
+use rayon::prelude::*;
+use rijke_rig::{DataKind, Record, RecordFolder, RecordSet, RecordSource, RigError};
+use std::path::PathBuf;
+
+/// Check a folder of records: manifest, rig, campaign and every sample of every file.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  rijke check virtual-rig\n\n\
+    Prints what the folder holds and which records are clipped, or every file that is wrong.")]
+pub(crate) struct Args {
+    /// The folder that holds manifest.toml.
+    dir: PathBuf,
+}
+
+/// At most this many wrong files are listed.
+const MOST: usize = 20;
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let folder = RecordFolder::open(&args.dir).or_bad_input()?;
+    let set = folder.set();
+    let records = records(set);
+    let bar = ui.progress("reading", records.len() as u64);
+    let read: Vec<Result<usize, RigError>> = records
+        .par_iter()
+        .map(|record| {
+            let samples = record.read(&folder);
+            bar.advance(1);
+            samples.map(|r| clipped(&r))
+        })
+        .collect();
+    drop(bar);
+
+    let wrong: Vec<_> = read.iter().filter_map(|r| r.as_ref().err()).collect();
+    if !wrong.is_empty() {
+        let shown: Vec<_> = wrong.iter().take(MOST).map(ToString::to_string).collect();
+        let rest = wrong.len().saturating_sub(MOST);
+        let rest = if rest > 0 { format!("\nand {rest} more") } else { String::new() };
+        let text = format!("{} of {} files are wrong\n{}{rest}", wrong.len(), read.len(), shown.join("\n"));
+        return Err(Failure::bad_input(text)
+            .at(&args.dir)
+            .remedy("Mend each file as its line says, or take it out of the manifest; then check again."));
+    }
+    describe(set, ui);
+    for (record, clipped) in records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0) {
+        ui.say(format!("clipped: {} ({clipped} samples); `rijke process` will reject it", record.name(set)));
+    }
+    Ok(())
+}
+
+/// One file of a set.
+enum Item {
+    Ping(usize, usize),
+    Click(usize, usize),
+    Calibration(usize, usize),
+}
+
+impl Item {
+    fn read(&self, folder: &RecordFolder) -> Result<Record, RigError> {
+        match *self {
+            Self::Ping(point, repeat) => folder.ping(point, repeat),
+            Self::Click(point, repeat) => folder.click(point, repeat),
+            Self::Calibration(which, repeat) => folder.calibration(which, repeat),
+        }
+    }
+
+    fn name<'a>(&self, set: &'a RecordSet) -> &'a str {
+        match *self {
+            Self::Ping(point, repeat) => &set.points[point].pings[repeat],
+            Self::Click(point, repeat) => &set.points[point].clicks[repeat],
+            Self::Calibration(which, repeat) => &set.calibrations[which].clicks[repeat],
+        }
+    }
+}
+
+fn records(set: &RecordSet) -> Vec<Item> {
+    let points = set.points.iter().enumerate().flat_map(|(i, point)| {
+        let pings = (0..point.pings.len()).map(move |r| Item::Ping(i, r));
+        pings.chain((0..point.clicks.len()).map(move |r| Item::Click(i, r)))
+    });
+    let calibrations = set.calibrations.iter().enumerate();
+    points
+        .chain(calibrations.flat_map(|(i, c)| (0..c.clicks.len()).map(move |r| Item::Calibration(i, r))))
+        .collect()
+}
+
+fn clipped(record: &Record) -> usize {
+    let limit = record.full_scale * (1.0 - 1e-6);
+    record.channels.iter().flatten().filter(|p| p.abs() >= limit).count()
+}
+
+fn describe(set: &RecordSet, ui: &Ui) {
+    let kind = match set.kind {
+        DataKind::Measured => "measured",
+        DataKind::Virtual => "virtual",
+    };
+    ui.say(format!("{}: {kind} data, {}", set.rig.name, set.source));
+    let pings: usize = set.points.iter().map(|p| p.pings.len()).sum();
+    let clicks: usize = set.points.iter().map(|p| p.clicks.len()).sum();
+    ui.say(format!(
+        "{} operating points on {} days: {pings} pings at {} Hz, {clicks} clicks at {} Hz",
+        set.points.len(),
+        set.days.len(),
+        set.ping.rate_hz,
+        set.click.rate_hz
+    ));
+    for calibration in &set.calibrations {
+        ui.say(format!(
+            "{} calibration clicks at {} Hz on {}",
+            calibration.clicks.len(),
+            calibration.stretch.rate_hz,
+            set.days[calibration.day].id
+        ));
+    }
+}

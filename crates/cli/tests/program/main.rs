@@ -1,0 +1,24 @@
+//! The program as a user meets it: exit status, messages, and what is left on disk.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
+
+mod bad_input;
+mod help;
+mod records;
+
+use std::{
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+/// Runs `rijke` in a folder.
+fn rijke(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rijke")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+/// An empty folder for one test.
+fn scratch(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
