@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         args.campaign.as_deref().map_or(Ok(Campaign::juniper_yoko_2022()), Campaign::read).or_bad_input()?;
     let truth = args.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
     let lab = VirtualRig::new(&rig, &campaign, &truth, &args.row, args.repeats, args.seed).or_bad_input()?;
-    let folder = StagedFolder::new(&args.out, args.force)?;
+    let folder = StagedFolder::new(&args.out, "manifest.toml", args.force)?;
     let progress = ui.progress("recording", lab.record_count() as u64);
     lab.write(folder.path(), &|records| progress.advance(records as u64)).or_failed()?;
     drop(progress);

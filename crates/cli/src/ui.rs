@@ -33,7 +33,6 @@ impl Ui {
         }
     }
 
-    #[allow(dead_code, reason = "used by the subcommands that follow")]
     /// A remark on standard error.
     pub(crate) fn note(&self, line: impl AsRef<str>) {
         if !self.quiet {
