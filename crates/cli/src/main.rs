@@ -10,6 +10,7 @@ mod check;
 mod completions;
 mod failure;
 mod lab;
+mod rank;
 mod report;
 mod staging;
 mod ui;
@@ -30,6 +31,7 @@ struct Program {
 enum Command {
     Lab(lab::Args),
     Check(check::Args),
+    Rank(rank::Args),
     Report(report::Args),
     Completions(completions::Args),
 }
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
     let outcome: Result<(), failure::Failure> = match &program.command {
         Command::Lab(args) => lab::run(args, &ui),
         Command::Check(args) => check::run(args, &ui),
+        Command::Rank(args) => rank::run(args, &ui),
         Command::Report(args) => report::run(args, &ui),
         Command::Completions(args) => completions::run(args, &ui),
     };

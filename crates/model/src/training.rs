@@ -1,7 +1,9 @@
 //! From observations to the most probable parameters and the evidence.
 
 use crate::{Assembly, ModelError, Noise, Observed, PointModel, Predictor, data_of};
-use rijke_inference::{Evidence, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters, Posterior, Stop};
+use rijke_inference::{
+    Evidence, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters, Posterior, Stop, TrustRegion,
+};
 use rijke_numerics::Matrix;
 
 /// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of the next.
@@ -72,7 +74,12 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         }
     }
     let posterior = Posterior::new(&predictor, &data, &parameters)?;
-    let fit = posterior.map(&training.search)?;
+    let mut fit = posterior.map(&training.search)?;
+    if !fit.stop.converged() {
+        // BFGS may stall within rounding of the minimum, where J no longer resolves its steps; exact Newton steps use
+        // the gradient, which does.
+        fit = posterior.map_from(&fit.working, &TrustRegion::default())?;
+    }
     if !fit.stop.converged() {
         let model = assembly.candidates().iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ");
         return Err(ModelError::NotConverged { model, stop: fit.stop });

@@ -4,8 +4,10 @@ use crate::catalogue::{catalogue, chosen};
 use crate::prongs::{EMPTY_TUBE_SD, observed, provenance};
 use crate::{Case, Check, EmptyTube, ParameterName, StudyError};
 use rijke_inference::{MapOptions, NoiseMode};
+use rijke_lab::{Truth, radiation::OpenEnd};
 use rijke_model::{Assembly, Noise, Observed, PointModel, Trained, Training, train};
-use rijke_rig::Observations;
+use rijke_numerics::C64;
+use rijke_rig::{Observations, OperatingPoint};
 
 /// |R|, angle of R and eta of the empty tube, from the reference microphone alone and from all microphones.
 ///
@@ -17,7 +19,7 @@ use rijke_rig::Observations;
 /// [`StudyError::NoPoint`] without an empty tube, and those of the model.
 pub fn empty_tube(observations: &Observations, truth: Option<[f64; 3]>) -> Result<EmptyTube, StudyError> {
     let rig = &observations.rig;
-    let all = observed(observations, |p| p.power == 0.0 && p.position.is_none() && !p.thermocouples)?;
+    let all = observed(observations, is_empty_tube)?;
     let Some(empty) = all.first() else {
         return Err(StudyError::NoPoint { need: "with the empty tube".to_owned() });
     };
@@ -48,6 +50,31 @@ pub fn empty_tube(observations: &Observations, truth: Option<[f64; 3]>) -> Resul
         predicted,
         truth: truth.map(|t| t.to_vec()),
     })
+}
+
+/// |R|, its angle and eta of the virtual laboratory's empty tube at the measured s: what Fig. 3 should find. None
+/// without an empty tube.
+///
+/// R is the mean of both ends. eta is the roughness of the wall: 1 means Kirchhoff's and Zwikker and Kosten's wall,
+/// which the laboratory has, as far as the candidate's thin layers and its exponent of Pr allow.
+#[must_use]
+pub fn true_empty_tube(observations: &Observations, truth: &Truth) -> Option<[f64; 3]> {
+    let rig = &observations.rig;
+    let point = observations.points.iter().find(|p| is_empty_tube(&p.point))?;
+    let gas = rig.gas.at(point.ambient.ambient_temperature, rig.pressure);
+    let s = point.ping.as_ref()?.s;
+    let end = |absorption| OpenEnd {
+        inner_radius: rig.tube.radius(),
+        outer_radius: rig.tube.radius() + rig.tube.wall_thickness,
+        absorption,
+    };
+    let ends = [truth.ends.absorption_bottom, truth.ends.absorption_top];
+    let mean = 0.5 * ends.map(|a| end(a).reflection(&gas, s)).iter().sum::<C64>();
+    Some([mean.norm(), mean.arg(), truth.wall.roughness])
+}
+
+fn is_empty_tube(point: &OperatingPoint) -> bool {
+    point.power == 0.0 && point.position.is_none() && !point.thermocouples
 }
 
 fn case(assembly: &Assembly, empty: &Observed, microphones: Vec<usize>) -> Result<Case, StudyError> {

@@ -18,7 +18,7 @@ mod records;
 
 pub use catalogue::catalogue;
 pub use consistency::consistency;
-pub use empty_tube::empty_tube;
+pub use empty_tube::{empty_tube, true_empty_tube};
 pub use error::StudyError;
 pub use lumped::{LumpedConvergence, LumpedRow, lumped_convergence};
 pub use prongs::prongs;

@@ -88,9 +88,6 @@ mod tests {
     #[test]
     fn order_the_lumped_scheme_converges_to_the_line_at_first_order() {
         let found = lumped_convergence(&Rig::juniper_yoko_2022()).unwrap();
-        for row in &found.rows {
-            println!("{row:?}");
-        }
         assert!((found.rows[6].order.unwrap() - 1.0).abs() < 0.02, "{:?}", found.rows);
         assert!(found.checks.iter().all(|c| c.holds), "{:?}", found.checks);
     }

@@ -173,7 +173,8 @@ pub struct ProngModel {
     pub laws: Vec<(String, String)>,
     /// Its parameters.
     pub parameters: Vec<ParameterValue>,
-    /// Inferred measurement noise of the growth rate, 1/s: Fig. 4's coloured bars.
+    /// Inferred measurement noise of the growth rate, 1/s: Fig. 4's coloured bars. Zero, like the next two, if the fit
+    /// failed.
     pub growth_rate_noise_sd: f64,
     /// Inferred measurement noise of the angular frequency, rad/s.
     pub angular_frequency_noise_sd: f64,

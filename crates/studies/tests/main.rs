@@ -4,10 +4,11 @@
 
 use rand::RngExt;
 use rijke_inference::MapOptions;
+use rijke_lab::{Truth, VirtualRig};
 use rijke_model::{Assembly, Conditions, Noise, Observed, PointModel, Training, Workspace, train};
 use rijke_numerics::{C64, Cholesky, Matrix, Order, Stream, Streams};
-use rijke_rig::{Campaign, DataKind, Day, Observations, Ping, PointObservations, Rig};
-use rijke_studies::{catalogue, empty_tube, prongs};
+use rijke_rig::{Campaign, DataKind, Day, Observations, Ping, PointObservations, RecordSource, Rig};
+use rijke_studies::{catalogue, empty_tube, prongs, true_empty_tube};
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
@@ -72,26 +73,8 @@ fn exact_the_model_that_made_the_data_wins_table_2() {
     assert_eq!(found.winner, "prongs.6");
     for model in &found.models {
         let e = model.evidence.unwrap();
-        println!(
-            "{} {:8.4} {:8.4} {:8.4}  noise {:.4} {:.4} {:.2e}  {:?}",
-            model.id,
-            e.ln_best_fit,
-            e.ln_occam,
-            e.ln_marginal,
-            model.growth_rate_noise_sd,
-            model.angular_frequency_noise_sd,
-            model.pressure_noise_sd,
-            model
-                .parameters
-                .iter()
-                .map(|p| format!("{} {:.4}+-{:.4}", p.name, p.value, p.sd))
-                .collect::<Vec<_>>()
-        );
         assert!((e.ln_marginal - e.ln_best_fit - e.ln_occam).abs() < 1e-12);
         assert_eq!((model.at_points.len(), model.line.len()), (20, 121));
-    }
-    for check in &found.checks {
-        println!("{check:?}");
     }
     let [alpha, beta] =
         ["alpha", "beta"].map(|name| found.models[5].parameters.iter().find(|p| p.name == name).unwrap());
@@ -104,14 +87,52 @@ fn exact_one_microphone_cannot_separate_ends_and_wall_but_eight_can() {
     let truth = [0.9960, 3.0600, 1.05];
     let observations = made_by(&["ends.free", "wall.rayleigh"], &truth, "empty", SD, |id| id == "C3-E");
     let found = empty_tube(&observations, Some(truth)).unwrap();
-    for check in &found.checks {
-        println!("{check:?}");
-    }
     assert!(found.checks.iter().all(|c| c.holds), "{:?}", found.checks);
     assert_eq!(
         found.parameters.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(),
         ["R_abs", "R_arg", "eta"]
     );
+}
+
+/// Row C3 as the laboratory's true modes, with the noise of a mean of 40 pings and the thermometer's error.
+fn laboratory(seed: u64) -> Observations {
+    let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
+    let lab =
+        VirtualRig::new(&rig, &campaign, &Truth::standard(), &["C3".to_owned()], Some(1), seed).unwrap();
+    let set = lab.set();
+    let mut stream = Streams::new(seed).stream("studies");
+    let points = set.points.iter().enumerate().map(|(k, entry)| {
+        let (s, pressures) = lab.true_mode(k);
+        let covariance = Matrix::diagonal(&(0..16).map(|k| SD[k.min(2)].powi(2)).collect::<Vec<_>>());
+        let exact = Ping { s, pressures, reference: 5, covariance: covariance.clone() };
+        let noisy: Vec<f64> =
+            exact.vector().iter().enumerate().map(|(k, v)| v + SD[k.min(2)] * normal(&mut stream)).collect();
+        PointObservations {
+            point: entry.point.clone(),
+            ambient: set.days[entry.day].clone(),
+            ping: Some(Ping::from_vector(&noisy, 5, covariance)),
+            ping_count: 40,
+            click: None,
+            click_count: 0,
+            pings: Vec::new(),
+            clicks: Vec::new(),
+        }
+    });
+    let (source, points) = (set.source.clone(), points.collect());
+    Observations { rig, kind: DataKind::Virtual, source, points, rejections: Vec::new() }
+}
+
+#[test]
+fn lab_the_laboratory_needs_drag_and_blockage() {
+    for seed in 1..4 {
+        let observations = laboratory(seed);
+        let found = prongs(&observations).unwrap();
+        // Model 6 wins on most seeds; which of 6 and 7 does is for the page to say, not for a test.
+        assert!(["prongs.6", "prongs.7"].contains(&found.winner.as_str()), "{}", found.winner);
+        assert!(found.checks[..3].iter().all(|c| c.holds), "{:?}", found.checks);
+        let tube = empty_tube(&observations, true_empty_tube(&observations, &Truth::standard())).unwrap();
+        assert!(tube.checks.iter().all(|c| c.holds), "{:?}", tube.checks);
+    }
 }
 
 #[test]
@@ -155,9 +176,5 @@ fn exact_two_sd_of_eta_and_r_hold_over_200_seeds() {
         // 95.45 % of a three-dimensional Gaussian lies within chi-square 8.0249.
         inside_jointly += u32::from(white.iter().map(|w| w * w).sum::<f64>() < 8.0249);
     }
-    println!(
-        "inside two sd of 200: |R| {}, angle {}, eta {}, jointly {inside_jointly}",
-        inside[0], inside[1], inside[2]
-    );
     assert!(inside.iter().all(|n| (184..=196).contains(n)) && (184..=196).contains(&inside_jointly));
 }
