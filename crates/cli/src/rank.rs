@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let truth = args.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
     let virtual_data = observations.kind == DataKind::Virtual;
     let known = virtual_data.then(|| true_empty_tube(&observations, &truth)).flatten();
-    let staged = StagedFolder::new(&args.out, args.force)?;
+    let staged = StagedFolder::new(&args.out, "numbers", args.force)?;
     let numbers = staged.path().join("numbers");
     std::fs::create_dir_all(&numbers).or_failed().map_err(|f| f.at(&numbers))?;
 
