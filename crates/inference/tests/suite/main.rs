@@ -13,3 +13,4 @@ mod linear;
 mod nist;
 mod posterior;
 mod problems;
+mod referees;

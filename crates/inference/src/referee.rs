@@ -1,0 +1,104 @@
+//! Referees: slow ways to the evidence and the posterior that do not rest on Laplace's approximation.
+
+use crate::{Calls, Fit, InferenceError, NoiseMode, Posterior};
+use rijke_numerics::Order;
+
+/// A way to the evidence that needs no Gaussian approximation. Object safe.
+pub trait Referee: Sync {
+    /// Name in tables.
+    fn name(&self) -> &'static str;
+
+    /// Integrates `target`.
+    ///
+    /// # Errors
+    /// Errors of the target that are not recoverable; recoverable ones count as probability zero.
+    fn judge(&self, target: &dyn Target) -> Result<Judged, InferenceError>;
+}
+
+/// A likelihood over a prior that is a standard normal in every coordinate xi.
+pub trait Target: Sync {
+    /// Number of coordinates.
+    fn size(&self) -> usize;
+
+    /// ln of the likelihood at `xi`.
+    ///
+    /// # Errors
+    /// Recoverable where the model has no answer.
+    fn ln_likelihood(&self, xi: &[f64]) -> Result<f64, InferenceError>;
+
+    /// The working coordinates that belong to `xi`.
+    fn working(&self, xi: &[f64]) -> Vec<f64>;
+}
+
+/// What a referee found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Judged {
+    /// ln of the evidence, nats.
+    pub ln_marginal: f64,
+    /// Its statistical error as the method states it, nats.
+    pub standard_error: f64,
+    /// Information gained from the data (posterior relative to prior), nats.
+    pub information: f64,
+    /// Equally weighted draws of the posterior, in working coordinates.
+    pub draws: Vec<Vec<f64>>,
+    /// False if the cap on evaluations came first.
+    pub finished: bool,
+    /// Calls of the model.
+    pub calls: Calls,
+}
+
+/// The likelihood of a posterior whose floated noise is held at its value in a fit: the same evidence that Laplace's
+/// method approximates. Priors must be proper.
+pub struct LikelihoodTarget<'a> {
+    posterior: &'a Posterior<'a>,
+    whole: Vec<f64>,
+    /// Coordinate, ln median and sd of each inferred ln sd.
+    inferred: Vec<(usize, f64, f64)>,
+}
+
+impl<'a> LikelihoodTarget<'a> {
+    /// The target that belongs to `fit`.
+    ///
+    /// # Errors
+    /// [`InferenceError::Improper`].
+    pub fn new(posterior: &'a Posterior<'a>, fit: &Fit) -> Result<Self, InferenceError> {
+        if let Some(parameter) = posterior.parameters().improper() {
+            return Err(InferenceError::Improper { parameter: parameter.name.clone() });
+        }
+        let p = posterior.parameters().len();
+        let inferred = posterior
+            .floating()
+            .iter()
+            .enumerate()
+            .filter_map(|(k, &g)| match posterior.data().groups()[g].mode {
+                NoiseMode::Inferred { median, ln_sd } => Some((p + k, median.ln(), ln_sd)),
+                _ => None,
+            })
+            .collect();
+        Ok(Self { posterior, whole: fit.working.clone(), inferred })
+    }
+
+    fn filled(&self, xi: &[f64]) -> Vec<f64> {
+        let (p, mut z) = (self.posterior.parameters().len(), self.whole.clone());
+        z[..p].copy_from_slice(&self.posterior.parameters().from_standard_normal(&xi[..p]));
+        for ((coordinate, mean, sd), x) in self.inferred.iter().zip(&xi[p..]) {
+            z[*coordinate] = mean + sd * x;
+        }
+        z
+    }
+}
+
+impl Target for LikelihoodTarget<'_> {
+    fn size(&self) -> usize {
+        self.posterior.parameters().len() + self.inferred.len()
+    }
+
+    fn ln_likelihood(&self, xi: &[f64]) -> Result<f64, InferenceError> {
+        Ok(self.posterior.parts(&self.filled(xi), Order::Value)?.ln_likelihood)
+    }
+
+    fn working(&self, xi: &[f64]) -> Vec<f64> {
+        let (p, z) = (self.posterior.parameters().len(), self.filled(xi));
+        (0..p).chain(self.inferred.iter().map(|i| i.0)).map(|i| z[i]).collect()
+    }
+}

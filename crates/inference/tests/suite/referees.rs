@@ -1,0 +1,60 @@
+//! Laplace's evidence against nested sampling.
+
+use crate::problems::{Linear, design, normal, numbers, ringing};
+use rijke_inference::*;
+use rijke_numerics::Streams;
+
+fn compare(posterior: &Posterior<'_>, error: f64, allowed: f64) -> (Calls, Judged) {
+    let found = posterior.assess(&AssessOptions::default()).unwrap();
+    let laplace = found.laplace.as_ref().unwrap();
+    let information = -laplace.evidence.ln_occam;
+    let target = LikelihoodTarget::new(posterior, &found.fit).unwrap();
+    let nested = Nested::with_error(error, information, target.size(), Streams::new(3));
+    let judged = nested.judge(&target).unwrap();
+    println!(
+        "laplace {:.4} ({:?}), corrected {:?}\nnested {:.4} +- {:.4} ({:?} calls)",
+        laplace.evidence.ln_marginal,
+        found.fit.calls,
+        found.health.importance,
+        judged.ln_marginal,
+        judged.standard_error,
+        judged.calls.value
+    );
+    assert!(judged.finished);
+    assert!(
+        (laplace.evidence.ln_marginal - judged.ln_marginal).abs() < allowed * judged.standard_error,
+        "Laplace {} against {} +- {}",
+        laplace.evidence.ln_marginal,
+        judged.ln_marginal,
+        judged.standard_error
+    );
+    (found.fit.calls, judged)
+}
+
+#[test]
+fn oracle_nested_sampling_of_a_linear_model() {
+    let parameters = Parameters::new((0..3).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
+    let observation = Observation::new("d", numbers("nested/y", 10))
+        .with_independent_noise(0, &(0..10).collect::<Vec<_>>());
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.3)]).unwrap();
+    let model = Linear(design("nested", 10, 3));
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let (_, judged) = compare(&posterior, 0.1, 3.0);
+    // The draws must have the exact posterior mean and sd.
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let laplace = posterior.laplace(&fit).unwrap();
+    for (i, sd) in laplace.sd().into_iter().enumerate() {
+        let n = judged.draws.len() as f64;
+        let mean = judged.draws.iter().map(|z| z[i]).sum::<f64>() / n;
+        let found = (judged.draws.iter().map(|z| (z[i] - mean).powi(2)).sum::<f64>() / n).sqrt();
+        assert!((mean - fit.parameters[i]).abs() < 0.15 * sd, "{mean} {} {sd}", fit.parameters[i]);
+        assert!((found / sd - 1.0).abs() < 0.15, "{found} {sd}");
+    }
+}
+
+#[test]
+fn oracle_nested_sampling_of_a_curved_model() {
+    let (model, data, parameters) = ringing();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    compare(&posterior, 0.15, 3.0);
+}
