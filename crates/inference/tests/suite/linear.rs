@@ -55,3 +55,84 @@ fn exact_posterior_and_evidence_in_up_to_50_parameters() {
         }
     }
 }
+
+/// m data in blocks of `block`, with p parameters of prior sd 0.5.
+fn problem(m: usize, p: usize, block: usize, mode: NoiseGroup) -> (Matrix, Vec<f64>, Data, Parameters) {
+    let (x, y) = (design("blocks/x", m, p), numbers("blocks/y", m));
+    let observations = (0..m / block).map(|b| {
+        let values = y[b * block..(b + 1) * block].to_vec();
+        Observation::new(format!("{b}"), values).with_independent_noise(0, &(0..block).collect::<Vec<_>>())
+    });
+    let data = Data::new(observations.collect(), vec![mode]).unwrap();
+    let parameters = Parameters::new((0..p).map(|i| normal(&format!("a{i}"), 0.0, 0.5)).collect()).unwrap();
+    (x, y, data, parameters)
+}
+
+fn marginal(x: &Matrix, rows: &[usize], sd: f64) -> Matrix {
+    let p = x.columns();
+    Matrix::from_fn(rows.len(), rows.len(), |i, j| {
+        let signal: f64 = (0..p).map(|k| 0.25 * x[(rows[i], k)] * x[(rows[j], k)]).sum();
+        signal + if i == j { sd * sd } else { 0.0 }
+    })
+}
+
+#[test]
+fn exact_maximum_marginal_likelihood() {
+    let (x, y, data, parameters) = problem(40, 6, 4, NoiseGroup::floated("noise", "1"));
+    let model = Linear(x.clone());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let found = posterior.maximise_marginal(&fit).unwrap();
+    assert!(found.stop.converged(), "{:?}", found.stop);
+    // Golden-section search on the closed form.
+    let all: Vec<usize> = (0..40).collect();
+    let value = |ln_sd: f64| ln_gaussian(&y, &marginal(&x, &all, ln_sd.exp()));
+    let (mut low, mut high) = (-3.0_f64, 1.0_f64);
+    for _ in 0..90 {
+        let (a, b) = (high - 0.618_034 * (high - low), low + 0.618_034 * (high - low));
+        if value(a) > value(b) { high = b } else { low = a }
+    }
+    assert_relative_eq!(found.ln_marginal, value(low), epsilon = 1e-10);
+    // A maximum is known to half the digits of its value.
+    assert_relative_eq!(found.fit.noise[0].sd, low.exp(), max_relative = 1e-6);
+    let again = posterior.laplace(&found.fit).unwrap().evidence.ln_marginal;
+    assert_relative_eq!(again, found.ln_marginal, epsilon = 1e-10);
+    // The paper's remark: parameters by MAP and by MML are almost identical (its noise sd is not: p of 40 data are spent).
+    let sds = posterior.laplace(&fit).unwrap().sd();
+    for i in 0..6 {
+        assert!((found.fit.parameters[i] - fit.parameters[i]).abs() < 0.3 * sds[i]);
+    }
+}
+
+#[test]
+fn exact_leave_one_out_and_prediction() {
+    let (m, block, sd) = (24, 3, 0.4);
+    let (x, y, data, parameters) = problem(m, 4, block, NoiseGroup::fixed("noise", "1", sd));
+    let model = Linear(x.clone());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let laplace = posterior.laplace(&fit).unwrap();
+    let all: Vec<usize> = (0..m).collect();
+    for (b, residual) in posterior.residuals(&fit, &laplace).unwrap().iter().enumerate() {
+        // ln p(block | rest) = ln p(all) - ln p(rest), both in closed form.
+        let rest: Vec<usize> = all.iter().copied().filter(|i| i / block != b).collect();
+        let others: Vec<f64> = rest.iter().map(|&i| y[i]).collect();
+        let exact = ln_gaussian(&y, &marginal(&x, &all, sd)) - ln_gaussian(&others, &marginal(&x, &rest, sd));
+        assert_relative_eq!(residual.ln_left_out, exact, epsilon = 1e-10);
+    }
+    let new = design("blocks/new", 2, 4);
+    let predicted = laplace.predict(&Linear(new.clone())).unwrap();
+    let gain = Cholesky::new(&marginal(&x, &all, sd)).unwrap();
+    let cross = |r: usize| -> Vec<f64> {
+        (0..m).map(|i| (0..4).map(|k| 0.25 * new[(r, k)] * x[(i, k)]).sum()).collect()
+    };
+    for r in 0..2 {
+        let mean: f64 = cross(r).iter().zip(gain.solve(&y)).map(|(c, g)| c * g).sum();
+        assert_relative_eq!(predicted.mean[r], mean, epsilon = 1e-10);
+        for s in 0..2 {
+            let prior: f64 = (0..4).map(|k| 0.25 * new[(r, k)] * new[(s, k)]).sum();
+            let learnt: f64 = cross(r).iter().zip(gain.solve(&cross(s))).map(|(c, g)| c * g).sum();
+            assert_relative_eq!(predicted.covariance[(r, s)], prior - learnt, epsilon = 1e-10);
+        }
+    }
+}

@@ -9,6 +9,7 @@
 
 mod evidence;
 mod health;
+mod invariance;
 mod linear;
 mod nist;
 mod posterior;
