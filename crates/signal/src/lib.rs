@@ -11,15 +11,20 @@
 //! * Covariances are of real vectors; a complex number counts as its real part, then its imaginary part.
 //! * A channel delay d means that the record shows p(t - d).
 
+mod click;
+mod delays;
 mod error;
 mod forcing;
 mod noise;
 mod pencil;
 mod ping;
+mod pulse;
 mod ringdown;
 mod trace;
 mod verdict;
 
+pub use click::{ClickFit, ClickOptions, Weighting, fit_click};
+pub use delays::{CalibrationError, ChannelDelays, KnownClick};
 pub use error::Fault;
 pub use ping::{PingFit, PingOptions, fit_ping};
 pub use trace::Trace;

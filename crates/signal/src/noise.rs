@@ -153,7 +153,8 @@ fn prediction_error_filter(y: &[f64]) -> Vec<f64> {
     best.1
 }
 
-fn invert_lower(lower: &Matrix) -> Matrix {
+/// Inverse of a lower triangular matrix.
+pub(crate) fn invert_lower(lower: &Matrix) -> Matrix {
     let n = lower.rows();
     let mut inverse = Matrix::zeros(n, n);
     for j in 0..n {

@@ -1,0 +1,320 @@
+//! Delays and gains of the channels, from impulses that travel at a known speed.
+
+use crate::click::{ClickFit, inverse_scaled};
+use crate::{Fault, PingFit};
+use rijke_numerics::{C64, Matrix};
+use rijke_rig::{Click, Ping};
+
+/// What the acquisition system does to each channel at one sampling rate, with its uncertainty.
+///
+/// The error of a calibration is common to everything that is corrected with it: average first, correct afterwards.
+#[derive(Clone, Debug)]
+pub struct ChannelDelays {
+    /// Sampling rate at which the delays hold, Hz.
+    pub rate_hz: f64,
+    /// Delay of each channel, s, including that of loudspeaker and trigger.
+    pub delays: Vec<f64>,
+    /// Gain of each channel; their mean square is 1. Negative if inverted.
+    pub gains: Vec<f64>,
+    /// Covariance of the delays, s^2: noise of the clicks, and the error of the known sound speed, which is common to
+    /// all channels in proportion to their distance.
+    pub covariance: Matrix,
+    /// Covariance of the gains.
+    pub gain_covariance: Matrix,
+    /// Number of clicks used.
+    pub clicks: usize,
+    /// Sum of squared deviations of the clicks from their mean over the noise stated for them, per degree of freedom.
+    pub scatter: f64,
+    template: Vec<C64>,
+    frequencies: Vec<f64>,
+}
+
+/// Why a calibration cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// Too few clicks.
+    #[error("a calibration needs at least 2 usable clicks, there are {have}")]
+    TooFew {
+        /// Usable clicks.
+        have: usize,
+    },
+    /// The clicks and the expected arrivals do not fit together.
+    #[error("the clicks have {channels} channels and {frequencies} frequencies, {expected} were expected")]
+    Mismatch {
+        /// Channels of the offending click.
+        channels: usize,
+        /// Frequencies of its waveform.
+        frequencies: usize,
+        /// Channels expected.
+        expected: usize,
+    },
+    /// The waveforms of the clicks cannot be brought in phase.
+    #[error("the waveforms of the clicks cannot be compared: {0}")]
+    Waveform(#[from] Fault),
+}
+
+/// One calibration click and when it should have arrived.
+#[derive(Clone, Debug)]
+pub struct KnownClick {
+    /// The click as fitted.
+    pub fit: ClickFit,
+    /// Known travel time to each channel, s.
+    pub expected: Vec<f64>,
+    /// Clicks with the same number share one error of the known sound speed (one day's thermometer, say).
+    pub group: usize,
+    /// Relative standard deviation of that sound speed.
+    pub speed_sd: f64,
+}
+
+/// Times and gains of one click on the scale of a template.
+struct Placed {
+    times: Vec<f64>,
+    gains: Vec<f64>,
+    covariance: Matrix,
+}
+
+impl ChannelDelays {
+    /// Learns delays and gains from clicks at known sound speed. The mean waveform becomes the template from which
+    /// absolute arrival times count.
+    ///
+    /// # Errors
+    /// Fewer than two clicks, or clicks that do not belong together.
+    pub fn calibrate(clicks: &[KnownClick], rate_hz: f64) -> Result<Self, CalibrationError> {
+        let (Some(first), count) = (clicks.first(), clicks.len()) else {
+            return Err(CalibrationError::TooFew { have: 0 });
+        };
+        if count < 2 {
+            return Err(CalibrationError::TooFew { have: count });
+        }
+        let channels = first.expected.len();
+        for click in clicks {
+            let frequencies = click.fit.frequencies.len();
+            if click.fit.times.len() != channels
+                || click.expected.len() != channels
+                || frequencies != first.fit.frequencies.len()
+            {
+                return Err(CalibrationError::Mismatch {
+                    channels: click.fit.times.len(),
+                    frequencies,
+                    expected: channels,
+                });
+            }
+        }
+        let mut template = first.fit.waveform.clone();
+        // The mean waveform settles after one round: each click is placed on it with an error of second order.
+        for _ in 0..3 {
+            let mut mean = vec![C64::ZERO; template.len()];
+            for click in clicks {
+                let (shift, scale) = place(&click.fit, &template)?.0;
+                for ((sum, w), omega) in mean.iter_mut().zip(&click.fit.waveform).zip(&click.fit.frequencies) {
+                    *sum += w * C64::from_polar(1.0 / (scale * count as f64), omega * shift);
+                }
+            }
+            template = mean;
+        }
+        let placed: Vec<Placed> =
+            clicks.iter().map(|c| absolute(&c.fit, &template)).collect::<Result<_, _>>()?;
+        let mean = |value: &dyn Fn(usize, usize) -> f64, m: usize| -> f64 {
+            (0..count).map(|n| value(n, m)).sum::<f64>() / count as f64
+        };
+        let delay = |n: usize, m: usize| placed[n].times[m] - clicks[n].expected[m];
+        let gain = |n: usize, m: usize| placed[n].gains[m];
+        let delays: Vec<f64> = (0..channels).map(|m| mean(&delay, m)).collect();
+        let gains: Vec<f64> = (0..channels).map(|m| mean(&gain, m)).collect();
+        let unit = (gains.iter().map(|g| g * g).sum::<f64>() / channels as f64).sqrt();
+
+        let freedom = ((count - 1) * channels) as f64;
+        let squares: f64 = (0..count)
+            .flat_map(|n| (0..channels).map(move |m| (n, m)))
+            .map(|(n, m)| (delay(n, m) - delays[m]).powi(2) / placed[n].covariance[(m, m)].max(f64::MIN_POSITIVE))
+            .sum();
+        let scatter = squares / freedom;
+        let spread = |value: &dyn Fn(usize, usize) -> f64, mean: &[f64]| {
+            Matrix::from_fn(channels, channels, |i, j| {
+                let sum: f64 = (0..count).map(|n| (value(n, i) - mean[i]) * (value(n, j) - mean[j])).sum();
+                sum / ((count - 1) * count) as f64
+            })
+        };
+        let inflation = if scatter > 1.0 + 3.0 * (2.0 / freedom).sqrt() { scatter } else { 1.0 };
+        let mut covariance = Matrix::zeros(channels, channels);
+        for p in &placed {
+            covariance = covariance.plus(inflation / (count * count) as f64, &p.covariance);
+        }
+        for (share, sd, expected) in groups(clicks) {
+            covariance = covariance.plus(
+                (share * sd).powi(2),
+                &Matrix::from_fn(channels, channels, |i, j| expected[i] * expected[j]),
+            );
+        }
+        let gain_covariance = spread(&gain, &gains);
+        let frequencies = first.fit.frequencies.clone();
+        Ok(Self {
+            rate_hz,
+            delays,
+            gain_covariance: Matrix::from_fn(channels, channels, |i, j| gain_covariance[(i, j)] / (unit * unit)),
+            gains: gains.iter().map(|g| g / unit).collect(),
+            covariance,
+            clicks: count,
+            scatter,
+            template,
+            frequencies,
+        })
+    }
+
+    /// Arrival times of one click with the delays removed. Its covariance is that of the noise alone if `alone`, and
+    /// includes the common error of this calibration otherwise.
+    ///
+    /// # Errors
+    /// A waveform that cannot be compared with the template.
+    pub fn arrival(&self, fit: &ClickFit, alone: bool) -> Result<Click, Fault> {
+        if fit.frequencies.len() != self.frequencies.len() {
+            let (have, need) = (fit.frequencies.len(), self.frequencies.len());
+            return Err(Fault::TooShort { what: "waveform", have, need });
+        }
+        let placed = absolute(fit, &self.template)?;
+        for (channel, (g, own)) in placed.gains.iter().zip(&self.gains).enumerate() {
+            if g * own < 0.0 {
+                return Err(Fault::Inverted { channel });
+            }
+        }
+        Ok(Click {
+            arrival_times: placed.times.iter().zip(&self.delays).map(|(t, d)| t - d).collect(),
+            covariance: if alone {
+                placed.covariance
+            } else {
+                placed.covariance.plus(1.0, &self.covariance)
+            },
+        })
+    }
+
+    /// Removes delays and gains from a ping. Its covariance then includes the common error of this calibration,
+    /// unless `alone`.
+    #[must_use]
+    pub fn correct(&self, ping: &Ping, alone: bool) -> Ping {
+        let reference = ping.reference;
+        // A record shows p(t - d): its amplitude is p e^{-s d}, times the gain.
+        let factor = |m: usize| {
+            (ping.s * (self.delays[m] - self.delays[reference])).exp() * (self.gains[reference] / self.gains[m])
+        };
+        let pressures: Vec<C64> = ping.pressures.iter().enumerate().map(|(m, p)| p * factor(m)).collect();
+        let others: Vec<usize> = (0..pressures.len()).filter(|&m| m != reference).collect();
+        let size = 2 + 2 * others.len();
+        let mut map = Matrix::zeros(size, size);
+        let set = |map: &mut Matrix, row: usize, column: usize, z: C64| {
+            map[(row, column)] = z.re;
+            map[(row, column + 1)] = -z.im;
+            map[(row + 1, column)] = z.im;
+            map[(row + 1, column + 1)] = z.re;
+        };
+        set(&mut map, 0, 0, C64::ONE);
+        for (i, &m) in others.iter().enumerate() {
+            set(&mut map, 2 + 2 * i, 2 + 2 * i, factor(m));
+            set(&mut map, 2 + 2 * i, 0, pressures[m] * (self.delays[m] - self.delays[reference]));
+        }
+        let mut covariance = map.product(&ping.covariance).product(&map.transpose());
+        if !alone {
+            // d p_m = p_m [s (dd_m - dd_ref) - (dg_m / g_m - dg_ref / g_ref)]
+            let channels = pressures.len();
+            let mut common = Matrix::zeros(size, 2 * channels);
+            for (i, &m) in others.iter().enumerate() {
+                for (n, sign) in [(m, 1.0), (reference, -1.0)] {
+                    let delay = pressures[m] * ping.s * sign;
+                    let gain = pressures[m] * (-sign / self.gains[n]);
+                    for (column, z) in [(n, delay), (channels + n, gain)] {
+                        common[(2 + 2 * i, column)] += z.re;
+                        common[(3 + 2 * i, column)] += z.im;
+                    }
+                }
+            }
+            let error = Matrix::from_fn(2 * channels, 2 * channels, |i, j| match (i < channels, j < channels) {
+                (true, true) => self.covariance[(i, j)],
+                (false, false) => self.gain_covariance[(i - channels, j - channels)],
+                _ => 0.0,
+            });
+            covariance = covariance.plus(1.0, &common.product(&error).product(&common.transpose()));
+        }
+        Ping { s: ping.s, pressures, reference, covariance }
+    }
+
+    /// Amplitudes of a fit with delays and gains removed, units of the record.
+    #[must_use]
+    pub fn amplitudes(&self, fit: &PingFit) -> Vec<C64> {
+        let true_amplitude = |(m, a): (usize, &C64)| a * (fit.ping.s * self.delays[m]).exp() / self.gains[m];
+        fit.amplitudes.iter().enumerate().map(true_amplitude).collect()
+    }
+}
+
+/// Share of all clicks, sd of the sound speed, and expected times of each group.
+fn groups(clicks: &[KnownClick]) -> Vec<(f64, f64, &[f64])> {
+    let mut seen: Vec<(usize, f64, f64, &[f64])> = Vec::new();
+    for click in clicks {
+        let one = 1.0 / clicks.len() as f64;
+        match seen.iter_mut().find(|g| g.0 == click.group) {
+            Some(group) => group.1 += one,
+            None => seen.push((click.group, one, click.speed_sd, &click.expected)),
+        }
+    }
+    seen.into_iter().map(|(_, share, sd, expected)| (share, sd, expected)).collect()
+}
+
+/// Shift and scale that bring a waveform on the template, by weighted least squares; and the row that maps an error
+/// of the waveform to one of the shift.
+fn place(fit: &ClickFit, template: &[C64]) -> Result<((f64, f64), Vec<f64>), Fault> {
+    let (channels, bins) = (fit.times.len(), template.len());
+    let rows: Vec<usize> = (channels..channels + 2 * bins).collect();
+    let weight = inverse_scaled(&fit.joint.select(&rows))?;
+    let (mut shift, mut scale) = coarse_shift(fit, template);
+    let mut row = vec![0.0; 2 * bins];
+    for _ in 0..8 {
+        let mut design = Matrix::zeros(2 * bins, 2);
+        let mut left = vec![0.0; 2 * bins];
+        for k in 0..bins {
+            let turned = template[k] * C64::from_polar(1.0, -fit.frequencies[k] * shift);
+            let slope = C64::new(0.0, -fit.frequencies[k]) * turned * scale;
+            let residual = fit.waveform[k] - turned * scale;
+            for (part, (d, t, r)) in
+                [(slope.re, turned.re, residual.re), (slope.im, turned.im, residual.im)].into_iter().enumerate()
+            {
+                design[(2 * k + part, 0)] = d;
+                design[(2 * k + part, 1)] = t;
+                left[2 * k + part] = r;
+            }
+        }
+        let weighted = design.transpose().product(&weight);
+        let gain = inverse_scaled(&weighted.product(&design))?.product(&weighted);
+        let step = gain.times(&left);
+        shift += step[0];
+        scale += step[1];
+        row = gain.row(0).to_vec();
+        if step[0].abs() < 1e-12 {
+            break;
+        }
+    }
+    Ok(((shift, scale), row))
+}
+
+/// Shift at which the two waveforms correlate best, either sign, on a grid of a microsecond.
+fn coarse_shift(fit: &ClickFit, template: &[C64]) -> (f64, f64) {
+    let power: f64 = template.iter().map(C64::norm_sqr).sum();
+    let product = |shift: f64| -> f64 {
+        let terms = fit.waveform.iter().zip(template).zip(&fit.frequencies);
+        terms.map(|((w, t), f)| (w * t.conj() * C64::from_polar(1.0, f * shift)).re).sum::<f64>() / power
+    };
+    let grid = (-300..=300).map(|k| f64::from(k) * 1e-6);
+    let best = grid.max_by(|a, b| product(*a).abs().total_cmp(&product(*b).abs())).unwrap_or(0.0);
+    (best, product(best))
+}
+
+/// Times and gains of a fit, counted from the template.
+fn absolute(fit: &ClickFit, template: &[C64]) -> Result<Placed, Fault> {
+    let ((shift, scale), row) = place(fit, template)?;
+    let channels = fit.times.len();
+    let map = Matrix::from_fn(channels, fit.joint.rows(), |i, j| {
+        if j < channels { f64::from(u8::from(i == j)) } else { row[j - channels] }
+    });
+    Ok(Placed {
+        times: fit.times.iter().map(|t| t + shift).collect(),
+        gains: fit.gains.iter().map(|g| g * scale).collect(),
+        covariance: map.product(&fit.joint).product(&map.transpose()),
+    })
+}
