@@ -10,6 +10,7 @@ mod check;
 mod completions;
 mod failure;
 mod lab;
+mod process;
 mod rank;
 mod report;
 mod staging;
@@ -32,6 +33,7 @@ enum Command {
     Lab(lab::Args),
     Check(check::Args),
     Rank(rank::Args),
+    Process(process::Args),
     Report(report::Args),
     Completions(completions::Args),
 }
@@ -43,6 +45,7 @@ fn main() -> ExitCode {
         Command::Lab(args) => lab::run(args, &ui),
         Command::Check(args) => check::run(args, &ui),
         Command::Rank(args) => rank::run(args, &ui),
+        Command::Process(args) => process::run(args, &ui),
         Command::Report(args) => report::run(args, &ui),
         Command::Completions(args) => completions::run(args, &ui),
     };

@@ -141,7 +141,11 @@ pub fn fit_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickFit, 
         let at = (located.quiet as f64 / trace.rate_hz) + fit.times[channel];
         return Err(Fault::Residual { at, channel, ratio: chi_squared, frequency_hz: options.band_hz.0 });
     }
-    let excess = if !spectra.noise_known || chi_squared > 1.0 + 3.0 * (2.0 / freedom).sqrt() { chi_squared } else { 1.0 };
+    let excess = if !spectra.noise_known || chi_squared > 1.0 + 3.0 * (2.0 / freedom).sqrt() {
+        chi_squared
+    } else {
+        1.0
+    };
     Ok(fit.report(pivot, &inverse_scaled(&normal)?, excess, chi_squared, signal_to_noise))
 }
 
@@ -179,10 +183,8 @@ impl<'a> Model<'a> {
         let weight: f64 = clear.iter().map(|&m| model.gains[m].powi(2)).sum();
         model.waveform = (0..spectra.bins())
             .map(|k| {
-                let sum: C64 = clear
-                    .iter()
-                    .map(|&m| spectra.at(m, k) * model.path(m, k).conj() * model.gains[m])
-                    .sum();
+                let sum: C64 =
+                    clear.iter().map(|&m| spectra.at(m, k) * model.path(m, k).conj() * model.gains[m]).sum();
                 sum / weight
             })
             .collect();
@@ -231,8 +233,7 @@ impl<'a> Model<'a> {
             let whiten = |values: Vec<C64>| spectra.whiten(m, &values);
             let path: Vec<C64> = (0..bins).map(|k| self.path(m, k)).collect();
             let shape: Vec<C64> = (0..bins).map(|k| path[k] * self.echo(m, k) * self.waveform[k]).collect();
-            let residual =
-                whiten((0..bins).map(|k| spectra.at(m, k) - self.gains[m] * shape[k]).collect());
+            let residual = whiten((0..bins).map(|k| spectra.at(m, k) - self.gains[m] * shape[k]).collect());
             if let Some(i) = self.free(m) {
                 let delay = |k: usize| C64::new(0.0, -self.frequencies[k]) * shape[k] * self.gains[m];
                 columns.push((i, whiten((0..bins).map(delay).collect())));
@@ -288,8 +289,9 @@ impl<'a> Model<'a> {
     fn signal_to_noise(&self, spectra: &Spectra) -> Vec<f64> {
         (0..self.times.len())
             .map(|m| {
-                let shape: Vec<C64> =
-                    (0..self.frequencies.len()).map(|k| self.gains[m] * self.path(m, k) * self.waveform[k]).collect();
+                let shape: Vec<C64> = (0..self.frequencies.len())
+                    .map(|k| self.gains[m] * self.path(m, k) * self.waveform[k])
+                    .collect();
                 let white = spectra.whiten(m, &shape);
                 inner(&white, &white).sqrt()
             })
@@ -318,12 +320,11 @@ impl<'a> Model<'a> {
         let (channels, bins) = (self.times.len(), self.frequencies.len());
         let first = 2 * (channels - 1) + self.taps.len();
         let source = |i: usize| if i < channels { self.free(i) } else { Some(first + i - channels) };
-        let joint = Matrix::from_fn(channels + 2 * bins, channels + 2 * bins, |i, j| {
-            match (source(i), source(j)) {
+        let joint =
+            Matrix::from_fn(channels + 2 * bins, channels + 2 * bins, |i, j| match (source(i), source(j)) {
                 (Some(a), Some(b)) => excess * inverse[(a, b)],
                 _ => 0.0,
-            }
-        });
+            });
         ClickFit {
             covariance: Matrix::from_fn(channels, channels, |i, j| joint[(i, j)]),
             times: self.times,

@@ -106,7 +106,8 @@ impl ChannelDelays {
             let mut mean = vec![C64::ZERO; template.len()];
             for click in clicks {
                 let (shift, scale) = place(&click.fit, &template)?.0;
-                for ((sum, w), omega) in mean.iter_mut().zip(&click.fit.waveform).zip(&click.fit.frequencies) {
+                for ((sum, w), omega) in mean.iter_mut().zip(&click.fit.waveform).zip(&click.fit.frequencies)
+                {
                     *sum += w * C64::from_polar(1.0 / (scale * count as f64), omega * shift);
                 }
             }
@@ -126,7 +127,9 @@ impl ChannelDelays {
         let freedom = ((count - 1) * channels) as f64;
         let squares: f64 = (0..count)
             .flat_map(|n| (0..channels).map(move |m| (n, m)))
-            .map(|(n, m)| (delay(n, m) - delays[m]).powi(2) / placed[n].covariance[(m, m)].max(f64::MIN_POSITIVE))
+            .map(|(n, m)| {
+                (delay(n, m) - delays[m]).powi(2) / placed[n].covariance[(m, m)].max(f64::MIN_POSITIVE)
+            })
             .sum();
         let scatter = squares / freedom;
         let spread = |value: &dyn Fn(usize, usize) -> f64, mean: &[f64]| {
@@ -151,7 +154,9 @@ impl ChannelDelays {
         Ok(Self {
             rate_hz,
             delays,
-            gain_covariance: Matrix::from_fn(channels, channels, |i, j| gain_covariance[(i, j)] / (unit * unit)),
+            gain_covariance: Matrix::from_fn(channels, channels, |i, j| {
+                gain_covariance[(i, j)] / (unit * unit)
+            }),
             gains: gains.iter().map(|g| g / unit).collect(),
             covariance,
             clicks: count,
@@ -179,11 +184,7 @@ impl ChannelDelays {
         }
         Ok(Click {
             arrival_times: placed.times.iter().zip(&self.delays).map(|(t, d)| t - d).collect(),
-            covariance: if alone {
-                placed.covariance
-            } else {
-                placed.covariance.plus(1.0, &self.covariance)
-            },
+            covariance: if alone { placed.covariance } else { placed.covariance.plus(1.0, &self.covariance) },
         })
     }
 
@@ -194,7 +195,8 @@ impl ChannelDelays {
         let reference = ping.reference;
         // A record shows p(t - d): its amplitude is p e^{-s d}, times the gain.
         let factor = |m: usize| {
-            (ping.s * (self.delays[m] - self.delays[reference])).exp() * (self.gains[reference] / self.gains[m])
+            (ping.s * (self.delays[m] - self.delays[reference])).exp()
+                * (self.gains[reference] / self.gains[m])
         };
         let pressures: Vec<C64> = ping.pressures.iter().enumerate().map(|(m, p)| p * factor(m)).collect();
         let others: Vec<usize> = (0..pressures.len()).filter(|&m| m != reference).collect();
@@ -226,11 +228,12 @@ impl ChannelDelays {
                     }
                 }
             }
-            let error = Matrix::from_fn(2 * channels, 2 * channels, |i, j| match (i < channels, j < channels) {
-                (true, true) => self.covariance[(i, j)],
-                (false, false) => self.gain_covariance[(i - channels, j - channels)],
-                _ => 0.0,
-            });
+            let error =
+                Matrix::from_fn(2 * channels, 2 * channels, |i, j| match (i < channels, j < channels) {
+                    (true, true) => self.covariance[(i, j)],
+                    (false, false) => self.gain_covariance[(i - channels, j - channels)],
+                    _ => 0.0,
+                });
             covariance = covariance.plus(1.0, &common.product(&error).product(&common.transpose()));
         }
         Ping { s: ping.s, pressures, reference, covariance }
@@ -272,8 +275,9 @@ fn place(fit: &ClickFit, template: &[C64]) -> Result<((f64, f64), Vec<f64>), Fau
             let turned = template[k] * C64::from_polar(1.0, -fit.frequencies[k] * shift);
             let slope = C64::new(0.0, -fit.frequencies[k]) * turned * scale;
             let residual = fit.waveform[k] - turned * scale;
-            for (part, (d, t, r)) in
-                [(slope.re, turned.re, residual.re), (slope.im, turned.im, residual.im)].into_iter().enumerate()
+            for (part, (d, t, r)) in [(slope.re, turned.re, residual.re), (slope.im, turned.im, residual.im)]
+                .into_iter()
+                .enumerate()
             {
                 design[(2 * k + part, 0)] = d;
                 design[(2 * k + part, 1)] = t;

@@ -11,6 +11,7 @@
 //! * Covariances are of real vectors; a complex number counts as its real part, then its imaginary part.
 //! * A channel delay d means that the record shows p(t - d).
 
+mod campaign;
 mod click;
 mod delays;
 mod error;
@@ -19,12 +20,15 @@ mod noise;
 mod pencil;
 mod ping;
 mod pulse;
+mod repeats;
 mod ringdown;
 mod trace;
 mod verdict;
 
+pub use campaign::{PointScatter, ProcessError, ProcessOptions, Processed, process, record_count};
 pub use click::{ClickFit, ClickOptions, Weighting, fit_click};
 pub use delays::{CalibrationError, ChannelDelays, KnownClick};
 pub use error::Fault;
 pub use ping::{PingFit, PingOptions, fit_ping};
+pub use repeats::{Repeats, combine};
 pub use trace::Trace;

@@ -45,7 +45,8 @@ impl Located {
             .filter(|&m| !options.overlaps(m))
             .max_by(|&a, &b| found[a].1.total_cmp(&found[b].1))
             .unwrap_or(0);
-        let margin = ((options.flat.0 + options.flat.1 + 2.0 * options.edge + REACH) * trace.rate_hz) as usize;
+        let margin =
+            ((options.flat.0 + options.flat.1 + 2.0 * options.edge + REACH) * trace.rate_hz) as usize;
         let mut located = Self {
             channels,
             begin,
@@ -57,7 +58,11 @@ impl Located {
         };
         let length = located.channels[0].len();
         if found.iter().any(|&(n, _)| n < margin || n + margin >= length) {
-            return Err(Fault::TooShort { what: "record around the impulse", have: length, need: 2 * margin });
+            return Err(Fault::TooShort {
+                what: "record around the impulse",
+                have: length,
+                need: 2 * margin,
+            });
         }
         let centre = centroid(&located.channels[pivot], found[pivot].0, spread);
         for (m, &(n, _)) in found.iter().enumerate() {
@@ -117,7 +122,9 @@ fn first_burst(z: &[f64], silence: usize, spread: usize) -> Option<(usize, f64)>
         return None;
     }
     let mut n = later.iter().position(|&e| e > 0.4 * top)?;
-    while n + 1 < later.len() && later[n + 1..later.len().min(n + 1 + spread / 3)].iter().any(|&e| e > later[n]) {
+    while n + 1 < later.len()
+        && later[n + 1..later.len().min(n + 1 + spread / 3)].iter().any(|&e| e > later[n])
+    {
         n += 1;
     }
     Some((silence + n + spread / 2, later[n]))
@@ -241,12 +248,15 @@ impl<'a> Windowed<'a> {
         let z = &self.located.channels[m];
         let step = 1.0 / self.located.rate_hz;
         let origin = (self.located.begin as f64 - self.located.quiet as f64) * step;
-        let first = ((centre - self.options.flat.0 - self.options.edge - origin) / step).ceil().max(0.0) as usize;
-        let last = ((centre + self.options.flat.1 + self.options.edge - origin) / step).floor().max(0.0) as usize;
+        let first =
+            ((centre - self.options.flat.0 - self.options.edge - origin) / step).ceil().max(0.0) as usize;
+        let last =
+            ((centre + self.options.flat.1 + self.options.edge - origin) / step).floor().max(0.0) as usize;
         let last = last.min(z.len() - 1);
         let turns: Vec<C64> = self.frequencies.iter().map(|w| C64::from_polar(1.0, -w * step)).collect();
         let begin = origin + first as f64 * step;
-        let mut phasors: Vec<C64> = self.frequencies.iter().map(|w| C64::from_polar(1.0, -w * begin)).collect();
+        let mut phasors: Vec<C64> =
+            self.frequencies.iter().map(|w| C64::from_polar(1.0, -w * begin)).collect();
         let mut sums = vec![C64::ZERO; phasors.len()];
         for n in first..=last.max(first) {
             let t = origin + n as f64 * step;
@@ -316,7 +326,8 @@ impl<'a> Windowed<'a> {
             sum / weight
         };
         let table: Vec<f64> = (0..bins).map(correlation).collect();
-        let covariance = Matrix::from_fn(bins, bins, |i, j| (shape[i] * shape[j]).sqrt() * table[i.abs_diff(j)]);
+        let covariance =
+            Matrix::from_fn(bins, bins, |i, j| (shape[i] * shape[j]).sqrt() * table[i.abs_diff(j)]);
         match Cholesky::new(&covariance) {
             Ok(factor) => invert_lower(factor.lower()),
             // Only a window without samples has no such factor.

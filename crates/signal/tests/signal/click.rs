@@ -13,7 +13,14 @@ pub(crate) fn fit(clicking: &Clicking, channels: &[Vec<f64>]) -> Result<ClickFit
 #[test]
 #[ignore = "long: a first look"]
 fn look() {
-    for (ratio, reflection, hum) in [(30.0, 0.0, 0.0), (300.0, 0.0, 0.0), (300.0, 0.8, 0.0), (30.0, 0.8, 0.0), (300.0, 0.8, 30.0), (3000.0,0.8,0.0)] {
+    for (ratio, reflection, hum) in [
+        (30.0, 0.0, 0.0),
+        (300.0, 0.0, 0.0),
+        (300.0, 0.8, 0.0),
+        (30.0, 0.8, 0.0),
+        (300.0, 0.8, 30.0),
+        (3000.0, 0.8, 0.0),
+    ] {
         let clicking = Clicking { reflection, hum, ..Clicking::tube(ratio) };
         let mut sums = vec![(0.0, 0.0, 0.0); 8];
         let mut fails = 0;
@@ -32,20 +39,45 @@ fn look() {
                     let truth = clicking.arrivals();
                     chi += f.chi_squared;
                     for m in 0..8 {
-                        if m == f.pivot { continue; }
+                        if m == f.pivot {
+                            continue;
+                        }
                         let d = f.times[m] - f.times[f.pivot] - truth[m] + truth[f.pivot];
                         sums[m].0 += d / bound[(m, m)].sqrt();
                         sums[m].1 += d * d / bound[(m, m)];
                         sums[m].2 += f.covariance[(m, m)] / bound[(m, m)];
                     }
-                    if seed == 0 { println!("{:?} pivot {} taps {:?} snr {:?} sd bound {} us", f.times, f.pivot, f.reflection, f.signal_to_noise, bound[((f.pivot + 1) % 8, (f.pivot + 1) % 8)].sqrt() * 1e6); }
+                    if seed == 0 {
+                        println!(
+                            "{:?} pivot {} taps {:?} snr {:?} sd bound {} us",
+                            f.times,
+                            f.pivot,
+                            f.reflection,
+                            f.signal_to_noise,
+                            bound[((f.pivot + 1) % 8, (f.pivot + 1) % 8)].sqrt() * 1e6
+                        );
+                    }
                 }
-                Err(e) => { fails += 1; if fails < 4 { println!("{e}"); } }
+                Err(e) => {
+                    fails += 1;
+                    if fails < 4 {
+                        println!("{e}");
+                    }
+                }
             }
         }
-        println!("ratio {ratio} refl {reflection} hum {hum} fails {fails} chi2 {:.2} fit {:.3} ms", chi / n as f64, fitting * 1e3 / n as f64);
+        println!(
+            "ratio {ratio} refl {reflection} hum {hum} fails {fails} chi2 {:.2} fit {:.3} ms",
+            chi / n as f64,
+            fitting * 1e3 / n as f64
+        );
         for (m, s) in sums.iter().enumerate() {
-            println!("  {m}: mean {:.2} ms {:.3} stated {:.3}", s.0 / n as f64, s.1 / n as f64, s.2 / n as f64);
+            println!(
+                "  {m}: mean {:.2} ms {:.3} stated {:.3}",
+                s.0 / n as f64,
+                s.1 / n as f64,
+                s.2 / n as f64
+            );
         }
     }
 }

@@ -1,0 +1,136 @@
+//! `rijke process`: from raw records to pings and clicks with uncertainties.
+
+use crate::{
+    failure::{Classify, Failure},
+    staging::StagedFolder,
+    ui::Ui,
+};
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use rijke_rig::{PointObservations, RecordFolder, RecordSource};
+use rijke_signal::{ChannelDelays, ProcessError, ProcessOptions, Processed, process, record_count};
+use std::path::PathBuf;
+
+/// Turn raw records into observations: growth rate, frequency and mode shape of every ping, arrival times of every
+/// click, with uncertainties, corrected for the delays of the channels. Bad records are rejected with a reason.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  rijke process virtual-rig --out observations")]
+pub(crate) struct Args {
+    /// Folder of records, with its manifest.toml.
+    #[arg(value_name = "DIR")]
+    records: PathBuf,
+    /// Folder to write [default: DIR/observations].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Frequencies between which the mode of interest is sought, Hz.
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = [80.0, 300.0])]
+    band: Vec<f64>,
+    /// Nominal frequency of the mains, Hz.
+    #[arg(long, value_name = "HZ", default_value_t = 50.0)]
+    mains: f64,
+    /// Replace the output folder if it exists.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let source = RecordFolder::open(&args.records).or_bad_input()?;
+    let out = args.out.clone().unwrap_or_else(|| args.records.join("observations"));
+    let folder = StagedFolder::new(&out, args.force)?;
+    let mut options = ProcessOptions::default();
+    options.ping.band_hz = (args.band[0], args.band[1]);
+    options.ping.mains_hz = args.mains;
+    let progress = ui.progress("processing", record_count(source.set()) as u64);
+    let processed = process(&source, &options, &|| progress.advance(1)).map_err(|error| match error {
+        ProcessError::Record(error) => Err::<(), _>(error).or_bad_input().err(),
+        other => Err::<(), _>(other).or_bad_input().err().map(|f| f.at(&args.records)),
+    });
+    drop(progress);
+    let processed = match processed {
+        Ok(processed) => processed,
+        Err(failure) => {
+            return Err(failure.unwrap_or_else(|| Failure::failed("the records could not be processed")));
+        }
+    };
+    // Observations own their folder: they are written into a new one inside the staged one's place.
+    processed.observations.write(&folder.path().join("data")).or_failed()?;
+    for entry in std::fs::read_dir(folder.path().join("data")).or_failed()? {
+        let entry = entry.or_failed()?;
+        std::fs::rename(entry.path(), folder.path().join(entry.file_name())).or_failed()?;
+    }
+    std::fs::remove_dir(folder.path().join("data")).or_failed()?;
+    folder.commit()?;
+    ui.say(table(&processed).to_string());
+    for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
+        if let Some(delays) = delays {
+            ui.say(describe(what, delays));
+        }
+    }
+    let rejected = processed.observations.rejections.len();
+    let records = record_count(source.set());
+    ui.note(format!("{}: {records} records, {rejected} rejected (reasons in rejections.csv)", out.display()));
+    Ok(())
+}
+
+fn table(processed: &Processed) -> Table {
+    let mut table = Table::new();
+    table.load_preset(UTF8_HORIZONTAL_ONLY);
+    table.set_header([
+        "point",
+        "pings",
+        "growth rate (1/s)",
+        "+-",
+        "frequency (rad/s)",
+        "+-",
+        "between repeats",
+        "drift",
+        "clicks",
+        "top arrival (ms)",
+        "+- (us)",
+    ]);
+    for (point, scatter) in processed.observations.points.iter().zip(&processed.scatter) {
+        let repeats = scatter.ping.as_ref();
+        let drift =
+            repeats.map_or(0.0, |r| r.drift.iter().take(2).map(|d| (d.0 / d.1).abs()).fold(0.0, f64::max));
+        table.add_row([
+            point.point.id.clone(),
+            format!("{}", point.ping_count),
+            ping(point, |s, _| format!("{:.3}", s.re)),
+            ping(point, |_, sd| format!("{:.3}", sd.0)),
+            ping(point, |s, _| format!("{:.3}", s.im)),
+            ping(point, |_, sd| format!("{:.3}", sd.1)),
+            repeats.map_or_else(String::new, |r| {
+                format!("{:.3}, {:.3}", r.between[0].sqrt(), r.between[1].sqrt())
+            }),
+            if drift > 4.0 { format!("{drift:.1} sd") } else { "none".to_owned() },
+            format!("{}", point.click_count),
+            point.click.as_ref().map_or_else(String::new, |c| {
+                c.arrival_times.last().map_or_else(String::new, |t| format!("{:.5}", 1e3 * t))
+            }),
+            point.click.as_ref().map_or_else(String::new, |c| {
+                let last = c.arrival_times.len() - 1;
+                format!("{:.2}", 1e6 * c.covariance[(last, last)].sqrt())
+            }),
+        ]);
+    }
+    table
+}
+
+fn ping(point: &PointObservations, show: impl Fn(rijke_numerics::C64, (f64, f64)) -> String) -> String {
+    point
+        .ping
+        .as_ref()
+        .map_or_else(String::new, |p| show(p.s, (p.covariance[(0, 0)].sqrt(), p.covariance[(1, 1)].sqrt())))
+}
+
+fn describe(what: &str, delays: &ChannelDelays) -> String {
+    let first = delays.delays.first().copied().unwrap_or(0.0);
+    let relative: Vec<String> = delays.delays.iter().map(|d| format!("{:.2}", 1e6 * (d - first))).collect();
+    let gains: Vec<String> = delays.gains.iter().map(|g| format!("{g:.4}")).collect();
+    format!(
+        "{what}: {} calibration clicks at {} Hz; channel delays less the first (us): {}; gains: {}",
+        delays.clicks,
+        delays.rate_hz,
+        relative.join(" "),
+        gains.join(" ")
+    )
+}

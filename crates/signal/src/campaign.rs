@@ -1,0 +1,391 @@
+//! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a time and
+//! in parallel; results keep the order of the set, whatever the number of threads.
+
+use crate::click::{ClickFit, ClickOptions, fit_click};
+use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
+use crate::ping::{PingFit, PingOptions, fit_ping};
+use crate::repeats::{Repeats, combine};
+use crate::{Fault, Trace};
+use rayon::prelude::*;
+use rijke_numerics::{C64, Matrix};
+use rijke_rig::{
+    Click, Observations, Ping, PointObservations, Record, RecordSet, RecordSource, Rejection, RigError,
+};
+
+/// How a campaign is processed. Microphone positions, reference, gas and geometry come from the rig of the record set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProcessOptions {
+    /// Fit of the pings; the reference microphone is replaced by the rig's.
+    pub ping: PingOptions,
+    /// Fit of the clicks; dispersion and reflection are replaced by the rig's.
+    pub click: ClickOptions,
+}
+
+impl Default for ProcessOptions {
+    fn default() -> Self {
+        Self { ping: PingOptions::default(), click: ClickOptions::default() }
+    }
+}
+
+/// What processing made of a record set.
+#[derive(Clone, Debug)]
+pub struct Processed {
+    /// What was measured, for inference.
+    pub observations: Observations,
+    /// Delays and gains at the pings' sampling rate; none if the set holds no ping.
+    pub ping_delays: Option<ChannelDelays>,
+    /// The same at the clicks' sampling rate.
+    pub click_delays: Option<ChannelDelays>,
+    /// Scatter and drift of each operating point's pings and clicks, before correction.
+    pub scatter: Vec<PointScatter>,
+    /// Number of records read, calibration included.
+    pub records: usize,
+}
+
+/// How the repeats of one operating point agree.
+#[derive(Clone, Debug)]
+pub struct PointScatter {
+    /// Of growth rate, frequency and relative pressures.
+    pub ping: Option<Repeats>,
+    /// Of the arrival times.
+    pub click: Option<Repeats>,
+}
+
+/// Why a record set cannot be processed.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// A record cannot be read.
+    #[error(transparent)]
+    Record(#[from] RigError),
+    /// There are no calibration clicks at a sampling rate.
+    #[error(
+        "no calibration clicks at {rate_hz} Hz: record a few clicks in the empty tube at ambient temperature at that rate, and list them as a [[calibration]] in the manifest"
+    )]
+    NoCalibration {
+        /// The sampling rate, Hz.
+        rate_hz: f64,
+    },
+    /// The calibration clicks cannot be used.
+    #[error("calibration at {rate_hz} Hz: {cause}{}", first_rejection.as_deref().map(|r| format!("; first rejected record: {r}")).unwrap_or_default())]
+    Calibration {
+        /// The sampling rate, Hz.
+        rate_hz: f64,
+        /// The reason.
+        cause: CalibrationError,
+        /// Why the first of the rejected records was rejected.
+        first_rejection: Option<String>,
+    },
+    /// Every record was rejected.
+    #[error("all {count} records were rejected; the first, {record}: {reason}")]
+    NothingUsable {
+        /// Number of records.
+        count: usize,
+        /// The first of them.
+        record: String,
+        /// Why it was rejected.
+        reason: String,
+    },
+}
+
+/// Processes a record set. `advance` is called once per record, from any thread.
+///
+/// A bad record is listed among the rejections with its reason. Means are made before channel delays are removed, so
+/// that the calibration's error, which all repeats share, enters the covariance of a mean once and undiminished.
+///
+/// # Errors
+/// See [`ProcessError`].
+pub fn process(
+    source: &dyn RecordSource,
+    options: &ProcessOptions,
+    advance: &(dyn Fn() + Sync),
+) -> Result<Processed, ProcessError> {
+    let set = source.set();
+    let mut rejections = Vec::new();
+    let options = &ProcessOptions {
+        ping: PingOptions { reference: set.rig.microphones.reference, ..options.ping.clone() },
+        click: options.click.clone(),
+    };
+    let has = |count: fn(&rijke_rig::PointRecords) -> usize| set.points.iter().any(|p| count(p) > 0);
+    let mut calibrate = |needed: bool, rate_hz: f64| -> Result<Option<ChannelDelays>, ProcessError> {
+        needed.then(|| calibrate(source, options, rate_hz, advance, &mut rejections)).transpose()
+    };
+    let ping_delays = calibrate(has(|p| p.pings.len()), set.ping.rate_hz)?;
+    let click_delays = calibrate(has(|p| p.clicks.len()), set.click.rate_hz)?;
+
+    let jobs: Vec<(usize, usize, bool)> = set
+        .points
+        .iter()
+        .enumerate()
+        .flat_map(|(k, p)| {
+            let pings = (0..p.pings.len()).map(move |n| (k, n, true));
+            pings.chain((0..p.clicks.len()).map(move |n| (k, n, false)))
+        })
+        .collect();
+    let fitted: Vec<Fitted> = jobs
+        .par_iter()
+        .map(|&(point, repeat, is_ping)| -> Result<Fitted, RigError> {
+            let fitted = if is_ping {
+                let record = source.ping(point, repeat)?;
+                Fitted::Ping(fit_ping(&trace(&record), &options.ping).map(Box::new))
+            } else {
+                let record = source.click(point, repeat)?;
+                let click = click_options(set, set.points[point].day, &options.click);
+                Fitted::Click(fit_click(&trace(&record), &click).map(Box::new))
+            };
+            advance();
+            Ok(fitted)
+        })
+        .collect::<Result<_, _>>()?;
+
+    let calibration_clicks = rejections.len();
+    let (mut points, mut scatter) = (Vec::new(), Vec::new());
+    for (k, records) in set.points.iter().enumerate() {
+        let mut pings = Vec::new();
+        let mut clicks = Vec::new();
+        for (&(_, repeat, _), fit) in jobs.iter().zip(&fitted).filter(|(job, _)| job.0 == k) {
+            match fit {
+                Fitted::Ping(Ok(fit)) => pings.push((repeat, fit.ping.clone())),
+                Fitted::Ping(Err(fault)) => rejections.push(rejection(&records.pings[repeat], fault)),
+                Fitted::Click(Ok(fit)) => match click_delays.as_ref().map(|d| d.arrival(fit, true)) {
+                    Some(Ok(click)) => clicks.push((repeat, click)),
+                    Some(Err(fault)) => rejections.push(rejection(&records.clicks[repeat], &fault)),
+                    None => {}
+                },
+                Fitted::Click(Err(fault)) => rejections.push(rejection(&records.clicks[repeat], fault)),
+            }
+        }
+        drop_inverted(&mut pings, &records.pings, &mut rejections);
+        let ping_repeats = combine_pings(&mut pings, &records.pings, &mut rejections);
+        let click_repeats = combine_clicks(&mut clicks, &records.clicks, &mut rejections);
+        let mean_ping = ping_repeats
+            .as_ref()
+            .zip(ping_delays.as_ref())
+            .map(|(repeats, delays)| delays.correct(&ping_of(repeats, options.ping.reference), false));
+        let mean_click = click_repeats.as_ref().zip(click_delays.as_ref()).map(|(repeats, delays)| Click {
+            arrival_times: repeats.mean.clone(),
+            covariance: repeats.covariance.plus(1.0, &delays.covariance),
+        });
+        points.push(PointObservations {
+            point: records.point.clone(),
+            ambient: set.days[records.day].clone(),
+            ping: mean_ping,
+            ping_count: pings.len() as u32,
+            click: mean_click,
+            click_count: clicks.len() as u32,
+            pings: match &ping_delays {
+                Some(delays) => pings.iter().map(|(n, p)| (*n as u32, delays.correct(p, false))).collect(),
+                None => Vec::new(),
+            },
+            clicks: match &click_delays {
+                Some(delays) => clicks
+                    .into_iter()
+                    .map(|(n, c)| {
+                        (n as u32, Click { covariance: c.covariance.plus(1.0, &delays.covariance), ..c })
+                    })
+                    .collect(),
+                None => Vec::new(),
+            },
+        });
+        scatter.push(PointScatter { ping: ping_repeats, click: click_repeats });
+    }
+    if points.iter().all(|p| p.ping.is_none() && p.click.is_none())
+        && let Some(first) = rejections.get(calibration_clicks)
+    {
+        let (record, reason) = (first.record.clone(), first.reason.clone());
+        return Err(ProcessError::NothingUsable { count: jobs.len(), record, reason });
+    }
+    let records = jobs.len()
+        + ping_delays.as_ref().map_or(0, |d| d.clicks)
+        + click_delays.as_ref().map_or(0, |d| d.clicks);
+    let observations =
+        Observations { rig: set.rig.clone(), kind: set.kind, source: set.source.clone(), points, rejections };
+    Ok(Processed { observations, ping_delays, click_delays, scatter, records })
+}
+
+enum Fitted {
+    Ping(Result<Box<PingFit>, Fault>),
+    Click(Result<Box<ClickFit>, Fault>),
+}
+
+/// Number of records that [`process`] will read: calls of its `advance`.
+#[must_use]
+pub fn record_count(set: &RecordSet) -> usize {
+    let points: usize = set.points.iter().map(|p| p.pings.len() + p.clicks.len()).sum();
+    points + set.calibrations.iter().map(|c| c.clicks.len()).sum::<usize>()
+}
+
+fn trace(record: &Record) -> Trace<'_> {
+    Trace {
+        channels: &record.channels,
+        rate_hz: record.rate_hz,
+        quiet: record.quiet,
+        full_scale: record.full_scale,
+    }
+}
+
+fn rejection(record: &str, fault: &Fault) -> Rejection {
+    Rejection { record: record.to_owned(), reason: fault.to_string() }
+}
+
+/// Known propagation in the tube on one day: Kirchhoff's boundary layers and the reflection at the open end.
+fn click_options(set: &RecordSet, day: usize, options: &ClickOptions) -> ClickOptions {
+    let (rig, radius) = (&set.rig, set.rig.tube.radius());
+    let air = rig.gas.at(set.days[day].ambient_temperature, rig.pressure);
+    let loss = (0.5 * air.viscosity / air.density).sqrt() * (1.0 + (air.gamma - 1.0) / air.prandtl.sqrt())
+        / (radius * air.sound_speed);
+    // Levine & Schwinger 1948: the reflection seems to come from 0.61 radii beyond the end.
+    let end = rig.tube.length + 0.61 * radius;
+    let positions = &rig.microphones.positions;
+    ClickOptions {
+        dispersion: positions.iter().map(|x| x * loss).collect(),
+        reflection: positions.iter().map(|x| 2.0 * (end - x) / air.sound_speed).collect(),
+        ..options.clone()
+    }
+}
+
+fn calibrate(
+    source: &dyn RecordSource,
+    options: &ProcessOptions,
+    rate_hz: f64,
+    advance: &(dyn Fn() + Sync),
+    rejections: &mut Vec<Rejection>,
+) -> Result<ChannelDelays, ProcessError> {
+    let set = source.set();
+    let jobs: Vec<(usize, usize)> = set
+        .calibrations
+        .iter()
+        .enumerate()
+        .filter(|(_, c)| (c.stretch.rate_hz - rate_hz).abs() < 1e-6 * rate_hz)
+        .flat_map(|(k, c)| (0..c.clicks.len()).map(move |n| (k, n)))
+        .collect();
+    if jobs.is_empty() {
+        return Err(ProcessError::NoCalibration { rate_hz });
+    }
+    let fits: Vec<Result<ClickFit, Fault>> = jobs
+        .par_iter()
+        .map(|&(which, repeat)| -> Result<_, RigError> {
+            let record = source.calibration(which, repeat)?;
+            let click = click_options(set, set.calibrations[which].day, &options.click);
+            let fit = fit_click(&trace(&record), &click);
+            advance();
+            Ok(fit)
+        })
+        .collect::<Result<_, _>>()?;
+    let mut clicks = Vec::new();
+    for (&(which, repeat), fit) in jobs.iter().zip(fits) {
+        let calibration = &set.calibrations[which];
+        let day = &set.days[calibration.day];
+        match fit {
+            Ok(fit) => {
+                let speed = set.rig.gas.at(day.ambient_temperature, set.rig.pressure).sound_speed;
+                clicks.push(KnownClick {
+                    fit,
+                    expected: set.rig.microphones.positions.iter().map(|x| x / speed).collect(),
+                    group: calibration.day,
+                    // c goes as the square root of the temperature.
+                    speed_sd: 0.5 * day.ambient_temperature_sd / day.ambient_temperature,
+                });
+            }
+            Err(fault) => rejections.push(rejection(&calibration.clicks[repeat], &fault)),
+        }
+    }
+    ChannelDelays::calibrate(&clicks, rate_hz).map_err(|cause| ProcessError::Calibration {
+        rate_hz,
+        cause,
+        first_rejection: rejections.first().map(|r| format!("{}: {}", r.record, r.reason)),
+    })
+}
+
+/// Refuses pings in which a channel has the opposite sign of the other repeats'.
+fn drop_inverted(pings: &mut Vec<(usize, Ping)>, names: &[String], rejections: &mut Vec<Rejection>) {
+    if pings.len() < 3 {
+        return;
+    }
+    let channels = pings[0].1.pressures.len();
+    let middle = |part: fn(&C64) -> f64, m: usize| {
+        let mut values: Vec<f64> = pings.iter().map(|(_, p)| part(&p.pressures[m])).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let typical: Vec<C64> =
+        (0..channels).map(|m| C64::new(middle(|p| p.re, m), middle(|p| p.im, m))).collect();
+    pings.retain(|(repeat, ping)| {
+        let inverted = |m: usize| (ping.pressures[m] + typical[m]).norm() < 0.3 * typical[m].norm();
+        let others: Vec<usize> = (0..channels).filter(|&m| m != ping.reference).collect();
+        let wrong: Vec<usize> = others.iter().copied().filter(|&m| inverted(m)).collect();
+        let channel = if wrong.len() > 1 && wrong.len() == others.len() {
+            Some(ping.reference)
+        } else {
+            wrong.first().copied()
+        };
+        if let Some(channel) = channel {
+            rejections.push(rejection(&names[*repeat], &Fault::Inverted { channel }));
+        }
+        channel.is_none()
+    });
+}
+
+/// Mean of the pings; outliers move to the rejections.
+fn combine_pings(
+    pings: &mut Vec<(usize, Ping)>,
+    names: &[String],
+    rejections: &mut Vec<Rejection>,
+) -> Option<Repeats> {
+    let reference = pings.first()?.1.reference;
+    let values: Vec<(f64, Vec<f64>, Matrix)> =
+        pings.iter().map(|(n, p)| (*n as f64, p.vector(), p.covariance.clone())).collect();
+    let repeats = combine(&values, &|i| match i {
+        0 => "growth rate".to_owned(),
+        1 => "angular frequency".to_owned(),
+        _ => {
+            let place = (i - 2) / 2;
+            let channel = place + usize::from(place >= reference);
+            format!(
+                "{} part of the pressure of channel {channel}",
+                if i % 2 == 0 { "real" } else { "imaginary" }
+            )
+        }
+    })?;
+    remove_outliers(pings, &repeats, names, rejections);
+    Some(repeats)
+}
+
+fn combine_clicks(
+    clicks: &mut Vec<(usize, Click)>,
+    names: &[String],
+    rejections: &mut Vec<Rejection>,
+) -> Option<Repeats> {
+    let values: Vec<(f64, Vec<f64>, Matrix)> =
+        clicks.iter().map(|(n, c)| (*n as f64, c.arrival_times.clone(), c.covariance.clone())).collect();
+    let repeats = combine(&values, &|i| format!("arrival time at channel {i}"))?;
+    remove_outliers(clicks, &repeats, names, rejections);
+    Some(repeats)
+}
+
+fn remove_outliers<T>(
+    items: &mut Vec<(usize, T)>,
+    repeats: &Repeats,
+    names: &[String],
+    rejections: &mut Vec<Rejection>,
+) {
+    for (place, fault) in &repeats.outliers {
+        rejections.push(rejection(&names[items[*place].0], fault));
+    }
+    let mut place = 0;
+    items.retain(|_| {
+        place += 1;
+        !repeats.outliers.iter().any(|(n, _)| *n + 1 == place)
+    });
+}
+
+/// The mean of [`Ping::vector`] back as a ping.
+fn ping_of(repeats: &Repeats, reference: usize) -> Ping {
+    let mut pressures: Vec<C64> = repeats.mean[2..].chunks_exact(2).map(|p| C64::new(p[0], p[1])).collect();
+    pressures.insert(reference, C64::ONE);
+    Ping {
+        s: C64::new(repeats.mean[0], repeats.mean[1]),
+        pressures,
+        reference,
+        covariance: repeats.covariance.clone(),
+    }
+}
