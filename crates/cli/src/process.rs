@@ -51,13 +51,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             return Err(failure.unwrap_or_else(|| Failure::failed("the records could not be processed")));
         }
     };
-    // Observations own their folder: they are written into a new one inside the staged one's place.
-    processed.observations.write(&folder.path().join("data")).or_failed()?;
-    for entry in std::fs::read_dir(folder.path().join("data")).or_failed()? {
-        let entry = entry.or_failed()?;
-        std::fs::rename(entry.path(), folder.path().join(entry.file_name())).or_failed()?;
-    }
-    std::fs::remove_dir(folder.path().join("data")).or_failed()?;
+    processed.observations.write(folder.path()).or_failed()?;
     folder.commit()?;
     ui.say(table(&processed).to_string());
     for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
@@ -73,7 +67,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 
 fn table(processed: &Processed) -> Table {
     let mut table = Table::new();
-    table.load_preset(UTF8_HORIZONTAL_ONLY);
+    table.load_style(UTF8_HORIZONTAL_ONLY);
     table.set_header([
         "point",
         "pings",

@@ -13,18 +13,12 @@ use rijke_rig::{
 };
 
 /// How a campaign is processed. Microphone positions, reference, gas and geometry come from the rig of the record set.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProcessOptions {
     /// Fit of the pings; the reference microphone is replaced by the rig's.
     pub ping: PingOptions,
     /// Fit of the clicks; dispersion and reflection are replaced by the rig's.
     pub click: ClickOptions,
-}
-
-impl Default for ProcessOptions {
-    fn default() -> Self {
-        Self { ping: PingOptions::default(), click: ClickOptions::default() }
-    }
 }
 
 /// What processing made of a record set.

@@ -25,12 +25,12 @@ pub struct PingOptions {
 }
 
 impl Default for PingOptions {
-    /// For the fundamental of a metre of tube: 80 to 300 Hz, neighbours up to 1 kHz, 50 Hz mains.
+    /// For the fundamental of a metre of tube: 80 to 300 Hz, neighbours up to 1.3 kHz, 50 Hz mains.
     fn default() -> Self {
         Self {
             reference: 0,
             band_hz: (80.0, 300.0),
-            highest_hz: 1000.0,
+            highest_hz: 1300.0,
             mains_hz: 50.0,
             silent_channels: false,
         }
@@ -163,10 +163,16 @@ fn fit_whitened(
     })
 }
 
+/// Neighbours are looked for in this first part of the decay, s: they die away sooner than the mode of interest, and a
+/// longer stretch would bury them in noise.
+const NEIGHBOURS: f64 = 0.2;
+
 /// Poles by ESPRIT, those kept that explain the record, the strongest in the band first.
 fn first_guess(decay: White<'_>, options: &PingOptions, harmonics: &[u32]) -> Result<Vec<Component>, Fault> {
-    let factor = ((0.4 / (decay.step * options.highest_hz)).floor() as usize).max(1);
-    let decimated = Decimated::new(decay, factor);
+    let factor = ((0.42 / (decay.step * options.highest_hz)).floor() as usize).max(1);
+    let rows = decay.rows().min((NEIGHBOURS / decay.step) as usize);
+    let early = White { samples: &decay.samples[..rows * decay.channels], ..decay };
+    let decimated = Decimated::new(early, factor);
     let mains = std::f64::consts::TAU * options.mains_hz;
     let is_mode = |s: &C64| {
         let hum = harmonics.iter().any(|&h| (s.im - mains * f64::from(h)).abs() < 8.0 && s.re.abs() < 8.0);

@@ -87,6 +87,8 @@ fn parameters(components: &[Component]) -> Vec<(usize, usize)> {
 const MAX_STEPS: usize = 25;
 /// The iteration ends when a step is this small in standard deviations: its error is then second order.
 const SMALL_STEP: f64 = 1e-3;
+/// A neighbour near the noise may keep wandering: then it is enough that the first component has settled to this.
+const SETTLED: f64 = 0.02;
 
 /// Maximises the likelihood from the given first guess.
 pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, Fault> {
@@ -94,8 +96,8 @@ pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, F
     let mut state = State::new(white, start.to_vec(), energy)?;
     let mut last = f64::INFINITY;
     for _ in 0..MAX_STEPS {
-        let (step, length) = state.gauss_newton_step()?;
-        last = length;
+        let Step { step, length, first } = state.gauss_newton_step()?;
+        last = first;
         if length < SMALL_STEP {
             return state.finish();
         }
@@ -108,10 +110,10 @@ pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, F
                     state = next;
                     break;
                 }
-                _ if length < 0.03 => return state.finish(),
+                _ if first < SETTLED => return state.finish(),
                 // A full step may leave the region where two close components are told apart.
                 _ if factor > 1e-3 => factor *= 0.3,
-                _ => return Err(Fault::NotConverged { steps: MAX_STEPS, step: length }),
+                _ => return Err(Fault::NotConverged { steps: MAX_STEPS, step: first }),
             }
         }
         if factor == 1.0 && length < 0.03 {
@@ -119,7 +121,7 @@ pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, F
             return state.finish();
         }
     }
-    Err(Fault::NotConverged { steps: MAX_STEPS, step: last })
+    if last < SETTLED { state.finish() } else { Err(Fault::NotConverged { steps: MAX_STEPS, step: last }) }
 }
 
 /// Energy that each component alone explains when all are fitted with their frequencies as given: the squares of its
@@ -136,6 +138,15 @@ pub(crate) fn energies(white: White<'_>, components: &[Component]) -> Result<Vec
         Ok((0..white.channels).map(of).sum())
     };
     (0..components.len()).map(energy).collect()
+}
+
+/// A Gauss-Newton step of the free frequencies.
+struct Step {
+    step: Vec<f64>,
+    /// Its length in standard deviations.
+    length: f64,
+    /// The same for the frequencies of the first component alone.
+    first: f64,
 }
 
 /// Sums over the samples at one set of frequencies.
@@ -218,12 +229,16 @@ impl State {
         (information, gradient)
     }
 
-    /// The step and its length in standard deviations.
-    fn gauss_newton_step(&self) -> Result<(Vec<f64>, f64), Fault> {
+    fn gauss_newton_step(&self) -> Result<Step, Fault> {
         let (information, gradient) = self.information();
-        let step = scaled_cholesky(&information)?.times(&gradient);
+        let covariance = scaled_cholesky(&information)?;
+        let step = covariance.times(&gradient);
+        let scale = self.freedom / self.residual.max(f64::MIN_POSITIVE);
         let decrement: f64 = step.iter().zip(&gradient).map(|(a, b)| a * b).sum();
-        Ok((step, (decrement.max(0.0) * self.freedom / self.residual.max(f64::MIN_POSITIVE)).sqrt()))
+        let first = self.free.iter().enumerate().filter(|(_, free)| free.0 == 0);
+        let squares = first.map(|(j, _)| step[j].powi(2) / covariance[(j, j)] * scale);
+        let first = squares.fold(0.0, f64::max).sqrt();
+        Ok(Step { step, length: (decrement.max(0.0) * scale).sqrt(), first })
     }
 
     fn moved(&self, step: &[f64], factor: f64) -> Vec<Component> {
