@@ -22,7 +22,7 @@ fn look() {
         (3000.0, 0.8, 0.0),
     ] {
         let clicking = Clicking { reflection, hum, ..Clicking::tube(ratio) };
-        let mut sums = vec![(0.0, 0.0, 0.0); 8];
+        let mut sums = [(0.0, 0.0, 0.0); 8];
         let mut fails = 0;
         let mut chi = 0.0;
         let n = 600;
