@@ -32,8 +32,8 @@ struct Program {
 enum Command {
     Lab(lab::Args),
     Check(check::Args),
-    Rank(rank::Args),
     Process(process::Args),
+    Rank(rank::Args),
     Report(report::Args),
     Completions(completions::Args),
 }
@@ -44,8 +44,8 @@ fn main() -> ExitCode {
     let outcome: Result<(), failure::Failure> = match &program.command {
         Command::Lab(args) => lab::run(args, &ui),
         Command::Check(args) => check::run(args, &ui),
-        Command::Rank(args) => rank::run(args, &ui),
         Command::Process(args) => process::run(args, &ui),
+        Command::Rank(args) => rank::run(args, &ui),
         Command::Report(args) => report::run(args, &ui),
         Command::Completions(args) => completions::run(args, &ui),
     };

@@ -35,7 +35,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let source = RecordFolder::open(&args.records).or_bad_input()?;
     let out = args.out.clone().unwrap_or_else(|| args.records.join("observations"));
-    let folder = StagedFolder::new(&out, args.force)?;
+    let folder = StagedFolder::new(&out, "observations.toml", args.force)?;
     let mut options = ProcessOptions::default();
     options.ping.band_hz = (args.band[0], args.band[1]);
     options.ping.mains_hz = args.mains;
