@@ -3,7 +3,8 @@
 //!
 //! # Conventions
 //!
-//! * A study's numbers are one JSON file of its record: `empty_tube.json`, `prongs.json`, `consistency.json`.
+//! * A study's numbers are one JSON file of its record: `empty_tube.json`, `prongs.json`,
+//!   `consistency.json`, `lumped_convergence.json`.
 //! * Every panel of every figure says whether its data were measured or virtual.
 //! * Labels are written once, as `*italic*`, `_{below}` and `^{above}`, and become SVG, HTML or plain text.
 //! * Coordinates are rounded to a hundredth of a pixel.

@@ -1,7 +1,7 @@
 //! The numbers of all studies that were run.
 
 use crate::{ReportError, figures, page::Item};
-use rijke_studies::{Consistency, EmptyTube, Prongs};
+use rijke_studies::{Consistency, EmptyTube, LumpedConvergence, Prongs};
 use serde::de::DeserializeOwned;
 use std::{fs, path::Path};
 
@@ -14,6 +14,8 @@ pub struct Numbers {
     pub prongs: Option<Prongs>,
     /// `consistency.json`: the check of section 6.1.
     pub consistency: Option<Consistency>,
+    /// `lumped_convergence.json`: the paper's discretisation of the wall loss.
+    pub lumped_convergence: Option<LumpedConvergence>,
 }
 
 impl Numbers {
@@ -30,6 +32,7 @@ impl Numbers {
             empty_tube: record(folder, "empty_tube.json")?,
             prongs: record(folder, "prongs.json")?,
             consistency: record(folder, "consistency.json")?,
+            lumped_convergence: record(folder, "lumped_convergence.json")?,
         })
     }
 
@@ -38,7 +41,8 @@ impl Numbers {
         let empty_tube = self.empty_tube.as_ref().map(figures::empty_tube::item);
         let prongs = self.prongs.as_ref().map(figures::prongs::item);
         let consistency = self.consistency.as_ref().map(figures::consistency::item);
-        [empty_tube, prongs, consistency].into_iter().flatten().collect()
+        let lumped = self.lumped_convergence.as_ref().map(figures::lumped::item);
+        [empty_tube, prongs, consistency, lumped].into_iter().flatten().collect()
     }
 }
 

@@ -28,6 +28,8 @@ fn exact_files_are_those_of_the_studies() {
             "tables/table-2.csv",
             "tables/table-2-parameters.csv",
             "tables/consistency.csv",
+            "figures/lumped.svg",
+            "tables/lumped.csv",
         ]
     );
 }
@@ -39,6 +41,7 @@ fn exact_every_panel_says_that_its_data_are_virtual() {
         let text = String::from_utf8_lossy(content);
         // Panels are the nested svg elements.
         let (panels, notes) = (text.matches("<svg x=").count(), text.matches(">virtual data<").count());
+        let notes = notes + text.matches(">computed, no data<").count();
         assert!(panels > 0 && panels == notes, "{name}: {panels} panels, {notes} notes");
     }
 }
@@ -62,6 +65,7 @@ fn exact_same_numbers_same_bytes_also_through_files() {
     save("empty_tube.json", serde_json::to_string(&numbers.empty_tube).unwrap());
     save("prongs.json", serde_json::to_string(&numbers.prongs).unwrap());
     save("consistency.json", serde_json::to_string(&numbers.consistency).unwrap());
+    save("lumped_convergence.json", serde_json::to_string(&numbers.lumped_convergence).unwrap());
     let again = Numbers::read(&folder).unwrap();
     assert_eq!(Report::new(&again).unwrap(), Report::new(&numbers).unwrap());
     Report::new(&again).unwrap().write(&folder).unwrap();

@@ -26,8 +26,8 @@ pub(crate) struct Figure {
     pub(crate) panels: Vec<Panel>,
     /// The legend.
     pub(crate) legend: Vec<Key>,
-    /// Whether measured or virtual data are shown: stands on every panel.
-    pub(crate) data: DataKind,
+    /// Whether measured, virtual or no data are shown: stands on every panel.
+    pub(crate) data: Option<DataKind>,
 }
 
 /// An entry of a legend.
@@ -98,8 +98,9 @@ impl Figure {
     /// What stands on every panel.
     pub(crate) fn note(&self) -> &'static str {
         match self.data {
-            DataKind::Virtual => "virtual data",
-            DataKind::Measured => "measured data",
+            Some(DataKind::Virtual) => "virtual data",
+            Some(DataKind::Measured) => "measured data",
+            None => "computed, no data",
         }
     }
 

@@ -72,7 +72,7 @@ fn figure(study: &EmptyTube) -> Figure {
         columns: study.cases.len() + 1,
         panels,
         legend,
-        data: study.provenance.data,
+        data: Some(study.provenance.data),
     }
 }
 

@@ -2,4 +2,5 @@
 
 pub(crate) mod consistency;
 pub(crate) mod empty_tube;
+pub(crate) mod lumped;
 pub(crate) mod prongs;

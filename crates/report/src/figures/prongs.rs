@@ -57,7 +57,7 @@ fn figure(study: &Prongs) -> Figure {
             panel(study, "(b)", "Angular frequency *s*_{i} / rad s^{-1}", &FREQUENCY),
         ],
         legend,
-        data: study.provenance.data,
+        data: Some(study.provenance.data),
     }
 }
 

@@ -4,7 +4,12 @@ use rijke_report::Numbers;
 use rijke_studies::*;
 
 pub(crate) fn numbers() -> Numbers {
-    Numbers { empty_tube: Some(empty_tube()), prongs: Some(prongs()), consistency: Some(consistency()) }
+    Numbers {
+        empty_tube: Some(empty_tube()),
+        prongs: Some(prongs()),
+        consistency: Some(consistency()),
+        lumped_convergence: Some(lumped()),
+    }
 }
 
 fn provenance() -> Provenance {
@@ -130,4 +135,15 @@ fn consistency() -> Consistency {
         rows: vec![row(0.9953, 3.0597, 1.1235), row(0.9952, 3.0641, 1.1198)],
         checks: vec![],
     }
+}
+
+fn lumped() -> LumpedConvergence {
+    let row = |elements: usize| LumpedRow {
+        elements,
+        eigenvalue: [-9.9, 1056.0],
+        growth_rate_error: -1.16 / elements as f64,
+        angular_frequency_error: 0.01 / elements as f64,
+        order: (elements > 10).then_some(1.0),
+    };
+    LumpedConvergence { exact: [-9.9, 1056.0], rows: [10, 20, 40].map(row).to_vec(), checks: vec![] }
 }
