@@ -7,7 +7,9 @@ use crate::{
 };
 use rijke_lab::Truth;
 use rijke_rig::{DataKind, Observations};
-use rijke_studies::{Check, Prongs, consistency, empty_tube, lumped_convergence, prongs, true_empty_tube};
+use rijke_studies::{
+    Check, Prongs, consistency, empty_tube, lumped_convergence, microphones, prongs, true_empty_tube,
+};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -40,15 +42,17 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let truth = args.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
     let virtual_data = observations.kind == DataKind::Virtual;
     let known = virtual_data.then(|| true_empty_tube(&observations, &truth)).flatten();
-    let staged = StagedFolder::new(&args.out, "numbers", args.force)?;
+    let staged = StagedFolder::new(&args.out, "numbers/prongs.json", args.force)?;
     let numbers = staged.path().join("numbers");
     std::fs::create_dir_all(&numbers).or_failed().map_err(|f| f.at(&numbers))?;
 
-    let progress = ui.progress("studies", 4);
+    let progress = ui.progress("studies", 5);
     let wrong = |f: Failure| f.at(folder);
     let tube = empty_tube(&observations, known).or_bad_input().map_err(wrong)?;
     progress.advance(1);
     let prongs = prongs(&observations).or_bad_input().map_err(wrong)?;
+    progress.advance(1);
+    let microphones = microphones(&observations, known).or_bad_input().map_err(wrong)?;
     progress.advance(1);
     let consistency = consistency(&observations.rig).or_failed()?;
     progress.advance(1);
@@ -56,12 +60,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     progress.advance(1);
     write(&numbers, "empty_tube", &tube)?;
     write(&numbers, "prongs", &prongs)?;
+    write(&numbers, "microphones", &microphones)?;
     write(&numbers, "consistency", &consistency)?;
     write(&numbers, "lumped_convergence", &lumped)?;
     drop(progress);
     staged.commit()?;
     table(ui, &prongs);
-    for check in tube.checks.iter().chain(&prongs.checks) {
+    for check in [&tube.checks, &prongs.checks, &microphones.checks].into_iter().flatten() {
         say(ui, check);
     }
     Ok(())

@@ -2,12 +2,12 @@
 
 use crate::catalogue::{catalogue, chosen};
 use crate::prongs::{EMPTY_TUBE_SD, observed, provenance};
-use crate::{Case, Check, EmptyTube, ParameterName, StudyError};
-use rijke_inference::{MapOptions, NoiseMode};
+use crate::{Case, Check, EmptyTube, ParameterName, Provenance, StudyError};
+use rijke_inference::{MapOptions, NoiseMode, Parameter};
 use rijke_lab::{Truth, radiation::OpenEnd};
 use rijke_model::{Assembly, Noise, Observed, PointModel, Trained, Training, train};
 use rijke_numerics::C64;
-use rijke_rig::{Observations, OperatingPoint};
+use rijke_rig::{Observations, OperatingPoint, Rig};
 
 /// |R|, angle of R and eta of the empty tube, from the reference microphone alone and from all microphones.
 ///
@@ -18,38 +18,60 @@ use rijke_rig::{Observations, OperatingPoint};
 /// # Errors
 /// [`StudyError::NoPoint`] without an empty tube, and those of the model.
 pub fn empty_tube(observations: &Observations, truth: Option<[f64; 3]>) -> Result<EmptyTube, StudyError> {
+    let Setting { assembly, empty, provenance } = setting(observations)?;
     let rig = &observations.rig;
-    let all = observed(observations, is_empty_tube)?;
-    let Some(empty) = all.first() else {
-        return Err(StudyError::NoPoint { need: "with the empty tube".to_owned() });
-    };
-    let assembly = Assembly::new(rig.clone(), chosen(&catalogue()?, &["ends.free", "wall.rayleigh"])?)?;
-    let count = rig.microphones.positions.len();
-    let cases = [vec![rig.microphones.reference], (0..count).collect()]
+    let cases = [vec![rig.microphones.reference], (0..rig.microphones.positions.len()).collect()]
         .into_iter()
-        .map(|microphones| case(&assembly, empty, microphones))
+        .map(|microphones| Ok(case(&assembly, &empty, microphones, NoiseMode::Floated)?.0))
         .collect::<Result<Vec<_>, StudyError>>()?;
-    let reflection = PointModel::levine_schwinger(rig, &empty.conditions, empty.ping.s);
-    let predicted = vec![reflection.norm(), reflection.arg(), 1.0];
-    let name = |p: &rijke_inference::Parameter| ParameterName {
-        name: p.name.clone(),
-        symbol: p.symbol.clone(),
-        unit: p.unit.clone(),
-    };
-    let prior = |p: &rijke_inference::Parameter| match p.prior {
+    let prior = |p: &Parameter| match p.prior {
         rijke_inference::Prior::Normal { mean, sd } => [mean, sd],
         _ => [f64::NAN; 2],
     };
     Ok(EmptyTube {
-        provenance: provenance(observations, &all[..1]),
+        provenance,
         point: empty.conditions.point.id.clone(),
-        parameters: assembly.parameters().iter().map(name).collect(),
+        parameters: names(&assembly),
         prior: assembly.parameters().iter().map(prior).collect(),
         checks: checks(&cases, truth.as_ref()),
         cases,
-        predicted,
+        predicted: predicted(rig, &empty),
         truth: truth.map(|t| t.to_vec()),
     })
+}
+
+/// What the studies of the empty tube start from.
+pub(crate) struct Setting {
+    pub(crate) assembly: Assembly,
+    pub(crate) empty: Observed,
+    pub(crate) provenance: Provenance,
+}
+
+pub(crate) fn setting(observations: &Observations) -> Result<Setting, StudyError> {
+    let mut all = observed(observations, is_empty_tube)?;
+    if all.is_empty() {
+        return Err(StudyError::NoPoint { need: "with the empty tube".to_owned() });
+    }
+    all.truncate(1);
+    let provenance = provenance(observations, &all);
+    let candidates = chosen(&catalogue()?, &["ends.free", "wall.rayleigh"])?;
+    let assembly = Assembly::new(observations.rig.clone(), candidates)?;
+    Ok(Setting { assembly, empty: all.remove(0), provenance })
+}
+
+pub(crate) fn names(assembly: &Assembly) -> Vec<ParameterName> {
+    let name = |p: &Parameter| ParameterName {
+        name: p.name.clone(),
+        symbol: p.symbol.clone(),
+        unit: p.unit.clone(),
+    };
+    assembly.parameters().iter().map(name).collect()
+}
+
+/// Levine and Schwinger's |R| and angle at the measured s, and Rayleigh's eta.
+pub(crate) fn predicted(rig: &Rig, empty: &Observed) -> Vec<f64> {
+    let reflection = PointModel::levine_schwinger(rig, &empty.conditions, empty.ping.s);
+    vec![reflection.norm(), reflection.arg(), 1.0]
 }
 
 /// |R|, its angle and eta of the virtual laboratory's empty tube at the measured s: what Fig. 3 should find. None
@@ -77,29 +99,35 @@ fn is_empty_tube(point: &OperatingPoint) -> bool {
     point.power == 0.0 && point.position.is_none() && !point.thermocouples
 }
 
-fn case(assembly: &Assembly, empty: &Observed, microphones: Vec<usize>) -> Result<Case, StudyError> {
+/// The posterior of one set of microphones, and the noise of relative pressures that was assumed or chosen.
+pub(crate) fn case(
+    assembly: &Assembly,
+    empty: &Observed,
+    microphones: Vec<usize>,
+    pressure: NoiseMode,
+) -> Result<(Case, f64), StudyError> {
     let fixed = |sd| NoiseMode::Fixed { sd };
     let training = Training {
         microphones: microphones.clone(),
         noise: Noise {
             growth_rate: fixed(EMPTY_TUBE_SD[0]),
             angular_frequency: fixed(EMPTY_TUBE_SD[1]),
-            pressure: NoiseMode::Floated,
+            pressure,
             measured: false,
         },
         known: Vec::new(),
         search: MapOptions::bfgs(),
     };
     let trained: Trained = train(assembly, std::slice::from_ref(empty), &training)?;
-    let n = trained.values.len();
-    let sd = trained.sd();
+    let (n, sd) = (trained.values.len(), trained.sd());
     let rows = |f: &dyn Fn(usize, usize) -> f64| (0..n).map(|i| (0..n).map(|j| f(i, j)).collect()).collect();
-    Ok(Case {
+    let case = Case {
         microphones,
         covariance: rows(&|i, j| trained.covariance[(i, j)]),
         correlation: rows(&|i, j| trained.covariance[(i, j)] / (sd[i] * sd[j])),
         mean: trained.values,
-    })
+    };
+    Ok((case, trained.noise.get(2).map_or(0.0, |n| n.sd)))
 }
 
 /// The statements of section 6.1 about Fig. 3.

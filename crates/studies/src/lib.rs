@@ -13,6 +13,7 @@ mod consistency;
 mod empty_tube;
 mod error;
 mod lumped;
+mod microphones;
 mod prongs;
 mod records;
 
@@ -21,8 +22,9 @@ pub use consistency::consistency;
 pub use empty_tube::{empty_tube, true_empty_tube};
 pub use error::StudyError;
 pub use lumped::{LumpedConvergence, LumpedRow, lumped_convergence};
+pub use microphones::microphones;
 pub use prongs::prongs;
 pub use records::{
     Case, Check, Consistency, ConsistencyRow, CurvePoint, DataKind, EmptyTube, Evidence, MeasuredPoint,
-    ParameterName, ParameterValue, ProngModel, Prongs, Provenance, RejectedRecord,
+    Microphones, ParameterName, ParameterValue, ProngModel, Prongs, Provenance, RejectedRecord,
 };

@@ -189,13 +189,31 @@ fn model(
     for k in 0..LINE_POINTS {
         #[allow(clippy::cast_precision_loss, reason = "small numbers")]
         let x = rig.tube.length * k as f64 / (LINE_POINTS - 1) as f64;
-        let mut conditions = empty.conditions.clone();
+        let mut conditions =
+            Conditions::cold(rig, empty.conditions.point.clone(), temperature_at(all, x), 0.0)?;
         conditions.point.position = Some(x).filter(|x| *x > 0.0 && *x < rig.tube.length);
         let mut point = curve(&conditions, empty.ping.s)?;
         point.position_m = x;
         row.line.push(point);
     }
     Ok(row)
+}
+
+/// Ambient temperature at prong position `x`, K, between those of the neighbouring points, which may have been measured
+/// on different days.
+fn temperature_at(all: &[Observed], x: f64) -> f64 {
+    let mut known: Vec<[f64; 2]> =
+        all.iter().map(|o| [o.conditions.point.position.unwrap_or(0.0), o.conditions.ambient]).collect();
+    known.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let after = known.iter().position(|[at, _]| *at >= x);
+    match after {
+        Some(0) => known[0][1],
+        Some(k) => {
+            let ([x0, t0], [x1, t1]) = (known[k - 1], known[k]);
+            t0 + (t1 - t0) * (x - x0) / (x1 - x0)
+        }
+        None => known.last().map_or(f64::NAN, |[_, t]| *t),
+    }
 }
 
 fn measured(observed: &Observed) -> MeasuredPoint {
@@ -251,6 +269,7 @@ fn checks(models: &[ProngModel]) -> Vec<Check> {
     let poor = [one, two, three, five].map(fit).into_iter().fold(f64::NEG_INFINITY, f64::max);
     let runner_up =
         [one, two, three, four, five, seven].map(marginal).into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let why = |holds: bool, text: &str| (!holds).then(|| text.to_owned());
     // A model misses a quantity if the misfit that it needs is at least three times that of the published winner.
     let misses = 3.0;
     vec![
@@ -287,13 +306,21 @@ fn checks(models: &[ProngModel]) -> Vec<Check> {
                 occam(seven),
                 occam(six)
             ),
-            explanation: None,
+            explanation: why(
+                occam(four) < occam(six) && occam(seven) < occam(six),
+                "The Occam factor also holds the shift of eta and k_LS within their joint prior, which a model that \
+                 fits badly may need more than one that fits well.",
+            ),
         },
         Check {
             statement: "Model 6, one drag and one blockage, has the highest marginal likelihood.".into(),
             holds: marginal(six) > runner_up,
             figure: format!("{:.4}, best of the others {runner_up:.4} nats per datapoint", marginal(six)),
-            explanation: None,
+            explanation: why(
+                marginal(six) > runner_up,
+                "The virtual rig has a true area change, wires rougher than rods and a Bessel wall, which no candidate has \
+                 exactly; a candidate with more freedom can absorb part of that.",
+            ),
         },
     ]
 }

@@ -122,6 +122,29 @@ pub struct Case {
     pub correlation: Vec<Vec<f64>>,
 }
 
+/// Fig. 12: what every set of microphones with the reference can say of the empty tube.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Microphones {
+    /// Where the data come from.
+    pub provenance: Provenance,
+    /// The operating point.
+    pub point: String,
+    /// |R|, angle of R, eta; the order of every vector and matrix below.
+    pub parameters: Vec<ParameterName>,
+    /// Positions of all microphones, m.
+    pub positions_m: Vec<f64>,
+    /// Every set that holds the reference microphone, small sets first: 1, 7, 21, 35, 35, 21, 7, 1 for eight.
+    pub sets: Vec<Case>,
+    /// Standard deviation of relative pressures assumed for every set: the one that all microphones together choose.
+    pub pressure_noise_sd: f64,
+    /// Levine-Schwinger's |R| and angle, and Rayleigh's eta = 1.
+    pub predicted: Vec<f64>,
+    /// The values that made the data, where they mean the same thing; none for measured data.
+    pub truth: Option<Vec<f64>>,
+    /// The statements of the text.
+    pub checks: Vec<Check>,
+}
+
 /// Table 2 and Fig. 4: seven models of the prongs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prongs {
@@ -182,7 +205,8 @@ pub struct ProngModel {
     pub pressure_noise_sd: f64,
     /// Prediction at the conditions of each measured point, in their order.
     pub at_points: Vec<CurvePoint>,
-    /// Prediction at many positions at the temperature of the empty tube's day, for the lines of Fig. 4.
+    /// Prediction at many positions, for the lines of Fig. 4, at the ambient temperature interpolated between the
+    /// measured points: the lines are as jagged as the days were different.
     pub line: Vec<CurvePoint>,
     /// Evidence per datapoint; none if the fit failed.
     pub evidence: Option<Evidence>,

@@ -8,7 +8,7 @@ use rijke_lab::{Truth, VirtualRig};
 use rijke_model::{Assembly, Conditions, Noise, Observed, PointModel, Training, Workspace, train};
 use rijke_numerics::{C64, Cholesky, Matrix, Order, Stream, Streams};
 use rijke_rig::{Campaign, DataKind, Day, Observations, Ping, PointObservations, RecordSource, Rig};
-use rijke_studies::{catalogue, empty_tube, prongs, true_empty_tube};
+use rijke_studies::{catalogue, empty_tube, microphones, prongs, true_empty_tube};
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
@@ -133,6 +133,13 @@ fn lab_the_laboratory_needs_drag_and_blockage() {
         let tube = empty_tube(&observations, true_empty_tube(&observations, &Truth::standard())).unwrap();
         assert!(tube.checks.iter().all(|c| c.holds), "{:?}", tube.checks);
     }
+}
+
+#[test]
+fn lab_a_good_pair_of_microphones_is_nearly_as_good_as_eight() {
+    let found = microphones(&laboratory(1), None).unwrap();
+    assert_eq!(found.sets.len(), 128);
+    assert!(found.checks.iter().all(|c| c.holds), "{:?}", found.checks);
 }
 
 #[test]
