@@ -56,7 +56,6 @@ impl Air {
     }
 
     /// Speed of sound, m/s.
-    #[cfg(test)]
     pub(crate) fn sound_speed<N: Number>(&self, t: N) -> N {
         let cp = self.specific_heat(t);
         (t * cp / (cp - self.constant) * self.constant).sqrt()

@@ -68,4 +68,52 @@ pub enum FlowError {
         /// Largest heat imbalance over the power.
         residual: f64,
     },
+    /// A prior that has no normal score here.
+    #[error("the prior of {name} must be uniform, normal or log-normal")]
+    Prior {
+        /// Name of the unknown.
+        name: String,
+    },
+    /// A record that starts with the heater on.
+    #[error(
+        "the first sample was taken at {watts} W: start with samples at 0 W and ambient temperature, which calibrate \
+         the constant errors of the channels"
+    )]
+    NotCalibrated {
+        /// Power of the first sample, W.
+        watts: f64,
+    },
+    /// Fewer readings than unknowns.
+    #[error("{have} readings cannot fix {need} unknowns; add samples or sensors")]
+    TooFewSamples {
+        /// Readings in all.
+        have: usize,
+        /// Unknowns.
+        need: usize,
+    },
+    /// A sample whose readings are not as many as the sensors, or not finite.
+    #[error("sample {index} has {got} readings for {need} sensors, or one of them is not a number")]
+    Readings {
+        /// Number of the sample, from 0.
+        index: usize,
+        /// Readings given.
+        got: usize,
+        /// Sensors.
+        need: usize,
+    },
+    /// A sensor outside the tube, or with noise that is not positive.
+    #[error("this sensor is outside the tube or has no positive noise: {sensor}")]
+    Sensor {
+        /// The sensor.
+        sensor: String,
+    },
+    /// The inference failed.
+    #[error("the fit failed: {0}")]
+    Inference(String),
+    /// The ensemble failed.
+    #[error(transparent)]
+    Ensemble(#[from] rijke_inference::ensemble::EnsembleError),
+    /// A covariance that is not positive definite.
+    #[error(transparent)]
+    Dense(#[from] rijke_numerics::DenseError),
 }

@@ -25,6 +25,7 @@
 
 mod air;
 mod arrival;
+pub mod assimilate;
 mod band;
 mod base_state;
 mod closures;

@@ -1,0 +1,59 @@
+//! From click arrival times to the base state: assimilation with honest certainty.
+//!
+//! * [`Batch`]: the most probable unknowns given all clicks of all powers, transients included, with Laplace's
+//!   covariance. The default: calibrated, and the cheapest.
+//! * [`smooth`]: ES-MDA, an ensemble smoother; calibrated as well, and free of derivatives.
+//! * [`filter`]: the ensemble Kalman filter that the paper describes, and variants that repair parts of it. Its error
+//!   bars are too small; it is here to be compared.
+//!
+//! All three infer normal scores: every unknown has a standard normal score whose image is the physical value
+//! ([`physical`]), so a uniform prior is kept exactly and its bounds cannot be crossed.
+
+mod ambient;
+mod batch;
+mod estimate;
+mod filter;
+mod record;
+mod smoother;
+mod twin;
+
+pub use ambient::smooth_ambient;
+pub use batch::Batch;
+pub use estimate::{Estimate, Health, Warning};
+pub use filter::{FilterOptions, FilterRun, Snapshot, Variant, filter};
+pub use record::{Record, Sample, Sensor, SensorKind};
+pub use smoother::smooth;
+pub use twin::{Twin, TwinOptions, staircase};
+
+use crate::number::Number;
+use crate::{FlowError, UNKNOWNS, Unknowns};
+use rijke_inference::{Parameter, Prior, normal_cdf};
+
+/// The physical value that belongs to a standard normal score: low + (high - low) Phi(z) for a uniform prior,
+/// mean + sd z for a normal one, median e^{ln_sd z} for a log-normal one.
+///
+/// # Errors
+/// [`FlowError::Prior`] for any other prior.
+pub fn physical<N: Number>(parameter: &Parameter, z: N) -> Result<N, FlowError> {
+    match parameter.prior {
+        Prior::Uniform { low, high } => {
+            let density = (-0.5 * z.value().powi(2)).exp() / std::f64::consts::TAU.sqrt();
+            Ok(z.compose(low + (high - low) * normal_cdf(z.value()), (high - low) * density))
+        }
+        Prior::Normal { mean, sd } => Ok(z * sd + mean),
+        Prior::LogNormal { median, ln_sd } => Ok((z * ln_sd).exp() * median),
+        _ => Err(FlowError::Prior { name: parameter.name.clone() }),
+    }
+}
+
+/// All unknowns from their scores.
+pub(crate) fn unknowns_from<N: Number>(
+    priors: &[Parameter; UNKNOWNS],
+    scores: &[N],
+) -> Result<Unknowns<N>, FlowError> {
+    let mut values = [N::constant(0.0); UNKNOWNS];
+    for (value, (parameter, &z)) in values.iter_mut().zip(priors.iter().zip(scores)) {
+        *value = physical(parameter, z)?;
+    }
+    Ok(Unknowns::from_array(values))
+}

@@ -1,0 +1,36 @@
+//! ES-MDA on the whole record.
+
+use super::{Batch, Estimate};
+use crate::FlowError;
+use rijke_inference::ensemble::{Ensemble, Noise, Smoother, smooth as smooth_ensemble};
+use rijke_numerics::{Cholesky, Matrix, Streams};
+
+/// The estimate from `members` members (100 by default in the paper) and the passes of `smoother`.
+///
+/// Data are whitened bin by bin first, so that their noise is independent.
+///
+/// # Errors
+/// [`FlowError::Ensemble`].
+pub fn smooth(
+    batch: &Batch<'_>,
+    members: usize,
+    smoother: &Smoother,
+    streams: &Streams,
+) -> Result<Estimate, FlowError> {
+    let factors: Vec<Cholesky> = batch.covariances.iter().map(Cholesky::new).collect::<Result<_, _>>()?;
+    let sensors = batch.record.sensors.len();
+    let white = |values: &[f64]| -> Vec<f64> {
+        values.chunks(sensors).zip(&factors).flat_map(|(v, f)| f.whiten(v)).collect()
+    };
+    let measured = white(&batch.means.concat());
+    let noise = Noise::Independent(vec![1.0; measured.len()]);
+    let prior =
+        Ensemble::standard_normal(members, batch.scores(), &mut streams.stream("flow/smoother/prior"))?;
+    let smoothed = smooth_ensemble(prior, &measured, &noise, smoother, streams, |scores| {
+        batch.run(scores).map(|predicted| white(&predicted))
+    })?;
+    let names = batch.priors.iter().map(|p| p.name.clone());
+    let names = names.chain(batch.record.biased().map(|(i, _)| format!("bias_{i}"))).collect();
+    let (mean, covariance): (Vec<f64>, Matrix) = (smoothed.ensemble.mean(), smoothed.ensemble.covariance());
+    Estimate::new(&batch.priors, names, mean, covariance, None)
+}
