@@ -98,7 +98,7 @@ impl<'a> Batch<'a> {
         let parameters = Parameters::new(names.iter().cloned().map(score).collect()).map_err(words)?;
         let observations =
             self.means.iter().zip(&self.covariances).enumerate().map(|(k, (mean, c))| {
-                Observation::new(&format!("bin {k}"), mean.clone()).with_floor(c.clone())
+                Observation::new(format!("bin {k}"), mean.clone()).with_floor(c.clone())
             });
         let data = Data::new(observations.collect(), Vec::new()).map_err(words)?;
         let posterior = Posterior::new(self, &data, &parameters).map_err(words)?;

@@ -4,7 +4,6 @@ use super::record::observe;
 use super::{Estimate, Record, unknowns_from};
 use crate::{FlowError, Pipe, Transient, UNKNOWNS, Unknowns, unknowns};
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 use rijke_inference::Parameter;
 use rijke_inference::ensemble::{
     Diagnostics, Ensemble, Noise, Observed, Options, Scheme, effective_rank, orthogonal_forcing,

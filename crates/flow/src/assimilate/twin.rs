@@ -1,7 +1,7 @@
 //! Twin experiments: records of the model itself, with truth drawn from the prior, for tests of calibration.
 
 use super::record::observe;
-use super::{Record, Sample, Sensor, SensorKind, unknowns_from};
+use super::{Batch, Record, Sample, Sensor, SensorKind, unknowns_from};
 use crate::{FlowError, Pipe, Transient, UNKNOWNS, unknowns};
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::Streams;
@@ -113,5 +113,36 @@ impl Twin {
             samples,
         };
         Ok(Self { record, scores, ambient })
+    }
+}
+
+impl Batch<'_> {
+    /// The same run with the same truth, seen by other sensors with fresh noise: for twins of instruments that are not
+    /// clicks. `self` must have one sample per bin.
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn resampled(
+        &self,
+        sensors: &[Sensor],
+        scores: &[f64],
+        streams: &Streams,
+    ) -> Result<Record, FlowError> {
+        let mut record = Record { sensors: sensors.to_vec(), ..self.record.clone() };
+        let mut other = self.clone();
+        other.record = &record;
+        let seen = other.run(scores)?;
+        let mut stream = streams.stream("flow/twin/resampled");
+        let mut samples = record.samples.clone();
+        for (sample, values) in samples.iter_mut().zip(seen.chunks(sensors.len())) {
+            sample.readings = (values.iter().zip(sensors))
+                .map(|(v, s)| {
+                    let n: f64 = StandardNormal.sample(&mut stream);
+                    v + s.sd * n
+                })
+                .collect();
+        }
+        record.samples = samples;
+        Ok(record)
     }
 }

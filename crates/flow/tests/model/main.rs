@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "an unexpected error is a failed test")]
 
+mod assimilation;
 mod convergence;
 mod derivatives;
 mod physics;

@@ -1,0 +1,142 @@
+//! Twins: the truth comes back within its stated uncertainty, whatever the instrument; and bad records are refused.
+
+use super::{AMBIENT, pipe};
+use rijke_flow::assimilate::{
+    Batch, FilterOptions, Record, Sensor, SensorKind, Twin, TwinOptions, Variant, filter, smooth, staircase,
+};
+use rijke_flow::{FlowError, Pipe, UNKNOWNS};
+use rijke_inference::ensemble::Smoother;
+use rijke_numerics::Streams;
+
+fn short(pipe: &Pipe, seed: u64) -> Twin {
+    let options = TwinOptions { powers: staircase(&[0.0, 30.0, 180.0], 60), ..TwinOptions::default() };
+    Twin::new(pipe, &options, &Streams::new(seed), None).unwrap()
+}
+
+/// Mean square of error over sd of the unknowns; 1 is expected.
+fn misfit(mean: &[f64], covariance: &rijke_numerics::Matrix, truth: &[f64]) -> f64 {
+    let term = |i: usize| (mean[i] - truth[i]).powi(2) / covariance[(i, i)];
+    (0..UNKNOWNS).map(term).sum::<f64>() / UNKNOWNS as f64
+}
+
+#[test]
+fn lab_batch_finds_the_truth_of_a_short_twin() {
+    let pipe = pipe(0.25, 1);
+    let twin = short(&pipe, 4);
+    let record = twin.record.checked(&pipe).unwrap();
+    let estimate = Batch::new(&pipe, &record, 10).fit().unwrap();
+    let health = estimate.health.clone().unwrap();
+    assert!(health.converged && health.warnings().is_empty(), "{health:?}");
+    assert!((health.chi_squared - 1.0).abs() < 4.0 * health.chi_squared_sd, "{health:?}");
+    let worst = misfit(&estimate.mean, &estimate.covariance, &twin.scores);
+    assert!(worst < 3.0, "{worst} {:?} {:?}", estimate.mean, twin.scores);
+    // The data shrink the drag to below a third of its prior.
+    assert!(estimate.covariance[(0, 0)] < 0.1, "{}", estimate.covariance[(0, 0)]);
+    let base = estimate.base_state(&pipe, 180.0, AMBIENT).unwrap();
+    assert!(base.heater_velocity_sd() > 1e-3 && base.heater_velocity_sd() < 0.05);
+    assert_eq!(base.errors.len(), 8);
+}
+
+#[test]
+fn oracle_base_state_errors_are_differences_along_the_scores() {
+    let pipe = pipe(0.25, 1);
+    let record = short(&pipe, 4).record.checked(&pipe).unwrap();
+    let mut estimate = Batch::new(&pipe, &record, 10).fit().unwrap();
+    let base = estimate.base_state(&pipe, 180.0, AMBIENT).unwrap();
+    // var(U) = g' C g with g by central differences in the first eight scores.
+    let step = 1e-4;
+    let slope = |k: usize, estimate: &mut rijke_flow::assimilate::Estimate| {
+        let mut at = |h: f64| {
+            estimate.mean[k] += h;
+            let u = estimate.base_state(&pipe, 180.0, AMBIENT).unwrap().heater_velocity;
+            estimate.mean[k] -= h;
+            u
+        };
+        (at(step) - at(-step)) / (2.0 * step)
+    };
+    let g: Vec<f64> = (0..8).map(|k| slope(k, &mut estimate)).collect();
+    let variance = estimate.covariance.select(&[0, 1, 2, 3, 4, 5, 6, 7]).quadratic(&g);
+    assert!((base.heater_velocity_sd() / variance.sqrt() - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn lab_thermocouples_or_sound_speeds_serve_a_user_without_clicks() {
+    let pipe = pipe(0.25, 1);
+    let twin = short(&pipe, 5);
+    // The same run, seen by eight thermocouples or eight sound-speed readings instead.
+    let truth = Batch::new(&pipe, &twin.record, 1);
+    for temperature in [true, false] {
+        let sensors: Vec<Sensor> = (2..10)
+            .map(|k| {
+                let place = 0.1 * f64::from(k);
+                let kind = if temperature {
+                    SensorKind::Temperature { place }
+                } else {
+                    SensorKind::SoundSpeed { place }
+                };
+                Sensor { kind, sd: 0.5, bias_sd: 0.0 }
+            })
+            .collect();
+        let record = truth.resampled(&sensors, &twin.scores[..UNKNOWNS], &Streams::new(2)).unwrap();
+        let record = record.checked(&pipe).unwrap();
+        let estimate = Batch::new(&pipe, &record, 10).fit().unwrap();
+        let worst = misfit(&estimate.mean, &estimate.covariance, &twin.scores);
+        assert!(worst < 3.0, "{temperature}: {worst}");
+        assert!(estimate.covariance[(4, 4)] < 0.1);
+    }
+}
+
+#[test]
+fn lab_smoother_agrees_with_the_batch() {
+    let pipe = pipe(0.25, 1);
+    let twin = short(&pipe, 6);
+    let record = twin.record.checked(&pipe).unwrap();
+    let batch = Batch::new(&pipe, &record, 10);
+    let fit = batch.fit().unwrap();
+    let smoothed = smooth(&batch, 100, &Smoother::default(), &Streams::new(1)).unwrap();
+    for k in 0..6 {
+        let sd = fit.covariance[(k, k)].sqrt();
+        assert!(
+            (fit.mean[k] - smoothed.mean[k]).abs() < 1.5 * sd,
+            "{k}: {} {} {sd}",
+            fit.mean[k],
+            smoothed.mean[k]
+        );
+    }
+}
+
+#[test]
+fn exact_filter_gives_the_same_bytes_for_one_and_two_threads() {
+    let pipe = pipe(0.25, 1);
+    let record = short(&pipe, 7).record.checked(&pipe).unwrap();
+    let record = Record { samples: record.samples[..80].to_vec(), ..record };
+    for variant in [Variant::Paper, Variant::SquareRoot] {
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let options = FilterOptions { variant, members: 30, every: 10 };
+            let run = pool.install(|| filter(&pipe, &record, &options, &Streams::new(3)).unwrap());
+            (run.estimate.mean, run.estimate.covariance, run.history)
+        };
+        assert_eq!(run(1), run(2));
+    }
+}
+
+#[test]
+fn exact_bad_records_are_refused_with_numbers() {
+    let pipe = pipe(0.25, 1);
+    let good = short(&pipe, 8).record;
+    let mut hot = good.clone();
+    hot.samples[0].power = 7.0;
+    assert!(matches!(hot.checked(&pipe), Err(FlowError::NotCalibrated { watts: 7.0 })));
+    let few = Record { samples: good.samples[..2].to_vec(), ..good.clone() };
+    assert!(matches!(few.checked(&pipe), Err(FlowError::TooFewSamples { have: 16, need: 18 })));
+    let mut cold = good.clone();
+    cold.samples[3].ambient = -1.0;
+    assert!(matches!(cold.checked(&pipe), Err(FlowError::Temperature { .. })));
+    let mut gap = good.clone();
+    gap.samples[5].readings[2] = f64::NAN;
+    assert!(matches!(gap.checked(&pipe), Err(FlowError::Readings { index: 5, .. })));
+    let mut outside = good;
+    outside.sensors[0].kind = SensorKind::Temperature { place: 1.2 };
+    assert!(matches!(outside.checked(&pipe), Err(FlowError::Sensor { .. })));
+}
