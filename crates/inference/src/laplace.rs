@@ -1,6 +1,6 @@
 //! Laplace's method: the posterior as a Gaussian at its maximum, and the evidence that follows.
 
-use crate::{Fit, InferenceError, Objective, Posterior};
+use crate::{Fit, InferenceError, Method, Objective, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -43,6 +43,9 @@ pub struct Laplace {
     pub physical_covariance: Matrix,
     /// Half of g' A^-1 g, nats: how far the fit was from the maximum.
     pub decrement: f64,
+    /// How far the BFGS matrix of the search is from A: the largest eigenvalue in modulus of A^-1/2 (B - A) A^-1/2.
+    /// The paper calls B excellent. Nothing if the search used exact Hessians.
+    pub bfgs_distance: Option<f64>,
 }
 
 /// A Gaussian that touches exp(-J) at a minimum of J with the same curvature.
@@ -132,12 +135,6 @@ impl Laplace {
     pub fn curvature_ratio(&self) -> f64 {
         relative_size(&self.gauss_newton.plus(1.0, &self.prior), &self.curvature)
     }
-
-    /// How far a matrix such as the BFGS one is from A, in the same measure: zero if equal.
-    #[must_use]
-    pub fn distance_of(&self, other: &Matrix) -> f64 {
-        relative_size(&self.hessian, &other.plus(-1.0, &self.hessian))
-    }
 }
 
 impl Posterior<'_> {
@@ -177,7 +174,10 @@ impl Posterior<'_> {
         let slopes: Vec<f64> =
             self.parameters().list().iter().zip(&fit.working).map(|(q, &z)| q.physical(z)[1]).collect();
         let gradient: Vec<f64> = keep.iter().map(|&i| parts.gradient[i]).collect();
+        let bfgs_distance = (fit.method == Method::Bfgs)
+            .then(|| relative_size(&hessian, &fit.search_hessian.select(&keep).plus(-1.0, &hessian)));
         Ok(Laplace {
+            bfgs_distance,
             mean: keep.iter().map(|&i| fit.working[i]).collect(),
             decrement: 0.5 * covariance.quadratic(&gradient),
             physical_covariance: Matrix::from_fn(p, p, |i, j| slopes[i] * covariance[(i, j)] * slopes[j]),

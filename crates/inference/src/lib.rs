@@ -72,7 +72,9 @@ mod posterior;
 mod predictive;
 mod prior;
 mod rank;
+mod record;
 mod referee;
+mod simulate;
 
 pub use data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
 pub use error::InferenceError;
@@ -91,4 +93,6 @@ pub use posterior::Posterior;
 pub use predictive::{Predicted, Residual};
 pub use prior::{Coordinates, Parameter, Prior};
 pub use rank::{Entry, RankedModel, Ranking, rank};
+pub use record::{Draws, ParameterRecord, Record, evidence_csv};
 pub use referee::{Judged, LikelihoodTarget, Referee, Target};
+pub use simulate::{Calibration, ModelCheck, ParameterCheck};

@@ -1,7 +1,8 @@
 //! The most probable parameters.
 
 use crate::held::Held;
-use crate::{Calls, InferenceError, Method, Posterior, Stop, TrustRegion, minimise};
+use crate::posterior::Settled;
+use crate::{Calls, InferenceError, Method, Minimum, Objective, Posterior, Stop, TrustRegion, minimise};
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
 
@@ -92,11 +93,58 @@ impl Posterior<'_> {
         if self.floating().is_empty() {
             return self.map_from(&start, &options.search);
         }
-        let (near, calls) = self.approach(start, &options.search)?;
-        let left = options.search.max_evaluations.saturating_sub(calls.total()).max(1);
-        let mut fit = self.map_from(&near, &TrustRegion { max_evaluations: left, ..options.search })?;
+        let (near, small, mut calls) = self.approach(start, &options.search)?;
+        let left = |calls: Calls| TrustRegion {
+            max_evaluations: options.search.max_evaluations.saturating_sub(calls.total()).max(1),
+            ..options.search
+        };
+        if !small.is_empty()
+            && let Some(fit) = self.without(&small, &near, &left(calls), &mut calls)?
+        {
+            return Ok(fit);
+        }
+        let mut fit = self.map_from(&near, &left(calls))?;
         fit.calls = fit.calls.plus(calls);
         Ok(fit)
+    }
+
+    /// The fit without the noises that the floor may explain, if J does not fall when any of them grows from nothing.
+    ///
+    /// J levels off towards ln sd = -infinity; a search that runs there would never end in finite steps.
+    fn without(
+        &self,
+        small: &[Settled],
+        near: &[f64],
+        search: &TrustRegion,
+        calls: &mut Calls,
+    ) -> Result<Option<Fit>, InferenceError> {
+        let mut whole = near.to_vec();
+        for noise in small {
+            whole[noise.coordinate] = noise.ln_sd;
+        }
+        let free: Vec<usize> =
+            (0..self.size()).filter(|i| small.iter().all(|s| s.coordinate != *i)).collect();
+        let from: Vec<f64> = free.iter().map(|&i| near[i]).collect();
+        let held = Held { posterior: self, whole, free };
+        // One call is for the slopes below.
+        let budget = search.max_evaluations.saturating_sub(1).max(1);
+        let minimum = minimise(&held, &from, &TrustRegion { max_evaluations: budget, ..*search })?;
+        let z = held.filled(&minimum.z);
+        *calls = calls.plus(minimum.calls);
+        calls.count(Order::First);
+        let slopes = self.evaluate(&z, Order::First)?.gradient;
+        if !minimum.stop.converged() || small.iter().any(|s| slopes[s.coordinate] < 0.0) {
+            return Ok(None);
+        }
+        let n = self.size();
+        let mut hessian = Matrix::zeros(n, n);
+        for (k, &i) in held.free.iter().enumerate() {
+            for (l, &j) in held.free.iter().enumerate() {
+                hessian[(i, j)] = minimum.hessian[(k, l)];
+            }
+        }
+        let end = Minimum { z, hessian, calls: *calls, ..minimum };
+        Ok(Some(self.fit_of(end, search.method)))
     }
 
     /// Brings the parameters near the maximum with the noise held, then the noise to its best there, and so on until
@@ -104,7 +152,12 @@ impl Posterior<'_> {
     ///
     /// Freed at once, the noise shrinks the trust region as the fit improves: J is then the logarithm of a sum of
     /// squares, concave far from the minimum. Held, it is the sum of squares itself.
-    fn approach(&self, mut z: Vec<f64>, search: &TrustRegion) -> Result<(Vec<f64>, Calls), InferenceError> {
+    fn approach(
+        &self,
+        mut z: Vec<f64>,
+        search: &TrustRegion,
+    ) -> Result<(Vec<f64>, Vec<Settled>, Calls), InferenceError> {
+        let mut small = Vec::new();
         // One call was spent on the noise at the start.
         let (p, mut calls) = (self.parameters().len(), Calls { value: 1, ..Calls::default() });
         for _ in 0..STAGES {
@@ -122,13 +175,13 @@ impl Posterior<'_> {
             let before = z[p..].to_vec();
             let prediction = self.predict(&self.parameters().physical(&z[..p]), Order::Value)?;
             calls.count(Order::Value);
-            self.settle_noise(&mut z, &prediction.values);
+            small = self.settle_noise(&mut z, &prediction.values);
             let change = before.iter().zip(&z[p..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             if change < 0.1 || !minimum.stop.converged() {
                 break;
             }
         }
-        Ok((z, calls))
+        Ok((z, small, calls))
     }
 
     /// As [`Posterior::map`], from working coordinates.
@@ -136,7 +189,10 @@ impl Posterior<'_> {
     /// # Errors
     /// As [`Posterior::map`].
     pub fn map_from(&self, start: &[f64], search: &TrustRegion) -> Result<Fit, InferenceError> {
-        let minimum = minimise(self, start, search)?;
+        Ok(self.fit_of(minimise(self, start, search)?, search.method))
+    }
+
+    fn fit_of(&self, minimum: Minimum, method: Method) -> Fit {
         let sds = self.noise_sd(&minimum.z);
         let noise = self.data().groups().iter().zip(sds).map(|(g, sd)| NoiseEstimate {
             name: g.name.clone(),
@@ -144,16 +200,16 @@ impl Posterior<'_> {
             sd,
             floats: g.floats(),
         });
-        Ok(Fit {
+        Fit {
             parameters: self.parameters().physical(&minimum.z),
             noise: noise.collect(),
             cost: minimum.energy.value,
             search_hessian: minimum.hessian,
-            method: search.method,
+            method,
             stop: minimum.stop,
             steps: minimum.steps,
             calls: minimum.calls,
             working: minimum.z,
-        })
+        }
     }
 }

@@ -132,6 +132,9 @@ const ACCEPT: f64 = 1e-4;
 const PREFER: f64 = 0.67;
 /// J is summed from many terms; differences below this fraction of it are taken as rounding.
 const ROUNDING: f64 = 1e-14;
+/// A search that no step improves has converged if the drop that is left is below this fraction of J: the noise of a
+/// model that itself iterates.
+const STALL: f64 = 1e-10;
 /// Drop in J, in nats, below which the gradient alone judges steps: 1e-4 posterior standard deviations from the minimum.
 const POLISH: f64 = 1e-8;
 
@@ -213,7 +216,8 @@ pub fn minimise(
         if ratio > ACCEPT {
             search.accept(trial, energy);
         } else if let Some(stop) = search.collapsed("J does not fall along any short step") {
-            return Ok(search.end(stop));
+            let drowned = decrement <= STALL * (1.0 + search.energy.value.abs());
+            return Ok(search.end(if drowned { Stop::Converged { decrement } } else { stop }));
         }
     }
 }

@@ -15,3 +15,4 @@ mod nist;
 mod posterior;
 mod problems;
 mod referees;
+mod simulated;

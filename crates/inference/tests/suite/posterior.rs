@@ -101,6 +101,10 @@ fn oracle_bfgs_and_newton_find_the_same_maximum() {
     assert!(bfgs.stop.converged(), "{:?}", bfgs.stop);
     let laplace = posterior.laplace(&newton).unwrap();
     assert!(laplace.decrement < 1e-18, "{}", laplace.decrement);
+    assert_eq!(laplace.bfgs_distance, None);
+    let distance = posterior.laplace(&bfgs).unwrap().bfgs_distance.unwrap();
+    assert!(distance < 1.0, "BFGS matrix against A: {distance}");
+    println!("BFGS matrix against A: {distance:.3}, second derivatives: {:.3}", laplace.curvature_ratio());
     for (a, b) in newton.working.iter().zip(&bfgs.working) {
         assert_relative_eq!(a, b, epsilon = 1e-5);
     }
@@ -138,4 +142,28 @@ fn exact_bad_input_is_refused() {
         .with_joint(&["a", "b"], &[0.0, 0.0], &Matrix::from_fn(2, 2, |_, _| 1.0))
         .unwrap_err();
     assert!(matches!(singular, InferenceError::BadJoint { .. }));
+}
+
+#[test]
+fn exact_floated_noise_rests_on_a_floor_that_explains_the_data() {
+    // Six data of one mean, with unit floor. Scatter below it: no further noise. Above it: the rest floats.
+    for (scatter, expected) in [(0.5, 0.0), (3.0, 8.0)] {
+        let observations = (0..6).map(|i| {
+            let value = if i % 2 == 0 { scatter } else { -scatter };
+            Observation::new(format!("{i}"), vec![value])
+                .with_floor(Matrix::identity(1))
+                .with_independent_noise(0, &[0])
+        });
+        let data = Data::new(observations.collect(), vec![NoiseGroup::floated("excess", "1")]).unwrap();
+        let parameters = Parameters::new(vec![normal("mean", 0.0, 10.0)]).unwrap();
+        let model = crate::problems::Linear(Matrix::from_fn(6, 1, |_, _| 1.0));
+        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+        for options in [MapOptions::default(), MapOptions::bfgs()] {
+            let fit = posterior.map(&options).unwrap();
+            assert!(fit.stop.converged() && fit.calls.total() < 40, "{:?} {:?}", fit.stop, fit.calls);
+            // The mean is zero by symmetry, so the total variance is the mean square: scatter^2.
+            assert_relative_eq!(fit.noise[0].sd.powi(2), expected, epsilon = 1e-5);
+            assert!(posterior.laplace(&fit).is_ok());
+        }
+    }
 }
