@@ -99,13 +99,15 @@ fn invert(mut spectrum: Vec<C64>, window: usize, pulse: Pulse) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::base_state;
     use crate::{Truth, tube};
     use rijke_rig::{Campaign, Rig};
 
     fn empty(temperature: f64) -> (Rig, Duct) {
         let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
         let point = campaign.row("C3").next().unwrap().clone();
-        let duct = tube::duct(&rig, &Truth::standard(), &point, temperature).unwrap();
+        let base = base_state(&rig, &Truth::standard(), &point, temperature).unwrap();
+        let duct = tube::duct(&rig, &Truth::standard(), &point, &base);
         (rig, duct)
     }
 
@@ -148,8 +150,9 @@ mod tests {
     fn oracle_time_domain_rings_with_the_modes() {
         // Late in the record the response is a sum of modes: compare with the sum over residues.
         let (rig, duct) = empty(294.0);
-        let campaign = Campaign::juniper_yoko_2022();
-        let modes = tube::modes(&duct, &rig, &campaign.points[0], 12).unwrap();
+        let point = Campaign::juniper_yoko_2022().row("C3").next().unwrap().clone();
+        let base = base_state(&rig, &Truth::standard(), &point, 294.0).unwrap();
+        let modes = tube::modes(&duct, &rig, &point, &base, 12).unwrap();
         let pulse = pulse(0.02);
         let click = Click::new(&duct, pulse, &[0.0; 8]);
         let channel = click.channel(5, 1.0, 0.0);

@@ -1,9 +1,10 @@
 //! The laboratory's own acoustics: the line dp/dx = -Z U + M p, dU/dx = -Y p + M U is integrated over x from the top
 //! mouth down, with continuous c(x), and closed at the bottom mouth, where the loudspeaker acts.
 //!
-//! The integrator is the Magnus series to fourth order (Blanes, Casas, Oteo & Ros, Phys. Rep. 470, 2009, eq. 254):
+//! The integrator is the Magnus series to fourth order (Blanes, Casas, Oteo & Ros, Phys. Rep. 470, 2009):
 //! exact where the gas is uniform, error of order h^4 where it is not.
 
+use crate::obstacle::Obstacle;
 use crate::radiation::OpenEnd;
 use crate::walls::{Line, Section};
 use rijke_numerics::C64;
@@ -31,12 +32,13 @@ pub enum Piece {
         length: f64,
         /// Medium at the lower and at the upper Gauss point, (1/2 -+ 1/sqrt(12)) of the length.
         media: [usize; 2],
-        /// Mean-flow term rho u / (gamma p), s/m^2 times 1/s: to first order in Mach number a mean flow u multiplies
-        /// both waves by e^{s u x/c^2}.
+        /// u/c^2, s/m: to first order in the Mach number a mean flow u multiplies both waves by e^{s u x/c^2}.
         drift: f64,
     },
     /// The pressure here is what this microphone hears.
     Microphone(usize),
+    /// Something across the tube.
+    Obstacle(Box<Obstacle>),
 }
 
 /// An open end with the gas around it.
@@ -48,6 +50,9 @@ pub struct Mouth {
     pub open_area: f64,
     /// The gas there.
     pub gas: GasState,
+    /// Pressure lost by what flows in, per velocity, Pa s/m: where a mean flow G enters from rest with loss K, total
+    /// pressure is constant and the sound loses (1 + K) G u. Nothing is lost where a jet leaves.
+    pub entry_loss: f64,
 }
 
 /// One march through the tube, for unit volume velocity out of the top mouth.
@@ -73,7 +78,9 @@ impl Duct {
     #[must_use]
     pub fn march(&self, s: C64) -> March {
         let lines: Vec<Line> = self.media.iter().map(|(section, gas)| section.line(gas, s)).collect();
-        let impedance = |mouth: &Mouth| mouth.end.impedance(&mouth.gas, mouth.open_area, s);
+        let impedance = |mouth: &Mouth| {
+            mouth.end.impedance(&mouth.gas, mouth.open_area, s) + mouth.entry_loss / mouth.open_area
+        };
         let (mut p, mut u) = (impedance(&self.top), C64::ONE);
         let mut pressures = Vec::new();
         for piece in &self.pieces {
@@ -81,6 +88,7 @@ impl Duct {
                 Piece::Line { length, media: [lower, upper], drift } => {
                     (p, u) = descend(&lines[*lower], &lines[*upper], *length, s * drift, (p, u));
                 }
+                Piece::Obstacle(obstacle) => (p, u) = obstacle.descend(s, (p, u)),
                 Piece::Microphone(m) => {
                     pressures.resize(pressures.len().max(m + 1), C64::ZERO);
                     pressures[*m] = p;
@@ -165,7 +173,7 @@ mod tests {
         }
         pieces.push(Piece::Microphone(0));
         let end = OpenEnd { inner_radius: 0.0237, outer_radius: 0.0254, absorption: 0.0 };
-        let mouth = |t| Mouth { end, open_area: section().open_area(), gas: gas(t) };
+        let mouth = |t| Mouth { end, open_area: section().open_area(), gas: gas(t), entry_loss: 0.0 };
         Duct { media, pieces, top: mouth(hot), bottom: mouth(cold) }
     }
 

@@ -28,12 +28,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod base;
 mod click;
 pub mod duct;
 mod faults;
+mod heater;
 mod noise;
+pub mod obstacle;
 mod ping;
 pub mod radiation;
+mod setup;
 mod truth;
 mod tube;
 mod virtual_rig;
@@ -42,6 +46,7 @@ mod write;
 
 pub use faults::Fault;
 pub use truth::{
-    Ambient, Channels, Ends, Faults, LabError, Loudspeaker, Noise, ProngSurface, Recorder, Truth, Wall,
+    Ambient, Channels, Ends, Faults, Flow, HeaterTruth, LabError, Loudspeaker, Noise, ProngSurface, Recorder,
+    Thermocouples, Truth, Wall,
 };
 pub use virtual_rig::VirtualRig;

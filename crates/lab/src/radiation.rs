@@ -18,8 +18,8 @@ impl OpenEnd {
     /// Reflection coefficient, reflected over incident pressure, at complex frequency `s`.
     ///
     /// Modulus and end correction: rational fits of Silva, Guillemain, Kergomard, Mallaroni & Norris, J. Sound Vib.
-    /// 322 (2009) 255, table 1, unflanged, continued analytically from (ka)^2 to -(s a/c)^2. The wall's thickness
-    /// lengthens the end correction as Dalmont, Nederveen & Joly, J. Sound Vib. 244 (2001) 505, eq. 41, say.
+    /// 322 (2009) 255, unflanged, continued analytically from (ka)^2 to -(s a/c)^2. The wall's thickness
+    /// lengthens the end correction as Dalmont, Nederveen & Joly, J. Sound Vib. 244 (2001) 505, give.
     /// Good to 0.3 % of the modulus and 1 % of the end correction up to ka = 1.5.
     #[must_use]
     pub fn reflection(&self, gas: &GasState, s: C64) -> C64 {

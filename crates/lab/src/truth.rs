@@ -15,6 +15,12 @@ pub struct Truth {
     pub wall: Wall,
     /// Prongs and feed wires.
     pub prongs: ProngSurface,
+    /// The heater.
+    pub heater: HeaterTruth,
+    /// The thermocouples.
+    pub thermocouples: Thermocouples,
+    /// The slow flow.
+    pub flow: Flow,
     /// The loudspeaker.
     pub loudspeaker: Loudspeaker,
     /// The recording.
@@ -55,6 +61,44 @@ pub struct ProngSurface {
     pub rod_roughness: f64,
     /// Fabric-coated wires.
     pub wire_roughness: f64,
+}
+
+/// The heater, cold and hot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeaterTruth {
+    /// Length of wire in the stream, m.
+    pub wire_length_m: f64,
+    /// Velocity at the wire over velocity in the tube.
+    pub wire_speed_up: f64,
+    /// Drag of the windings over that of a single smooth wire.
+    pub wire_crowding: f64,
+    /// Share of the power that leaves through the wire's boundary layer and follows the velocity.
+    pub wire_share: f64,
+    /// Lag of the heat release over Lighthill's 0.2 d/U.
+    pub lag_factor: f64,
+    /// Share of the steady loss C_d G u that an oscillation sees.
+    pub steady_drag_share: f64,
+}
+
+/// Thermocouples across the tube.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Thermocouples {
+    /// Diameter of the sheath, m.
+    pub sheath_diameter_m: f64,
+    /// How far it reaches into the tube, m.
+    pub depth_m: f64,
+}
+
+/// The slow flow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Flow {
+    /// The six parameters of the pipe flow.
+    pub parameters: rijke_flow::Parameters,
+    /// Closures, richer than a candidate's.
+    pub closures: rijke_flow::Closures,
 }
 
 /// The loudspeaker under the bottom mouth.
@@ -201,13 +245,13 @@ pub enum LabError {
         /// Which mode, from 1.
         number: usize,
     },
-    /// An operating point whose physics the laboratory does not have.
-    #[error("operating point {point}: {what}")]
-    NotCovered {
+    /// The slow flow was not found.
+    #[error("operating point {point}: no steady flow ({cause})")]
+    Flow {
         /// Which operating point.
         point: String,
-        /// What is missing.
-        what: &'static str,
+        /// Why.
+        cause: rijke_flow::FlowError,
     },
     /// Files could not be written.
     #[error(transparent)]
@@ -253,6 +297,10 @@ impl Truth {
             ("wall.roughness", self.wall.roughness, 0.1, 10.0),
             ("prongs.rod_roughness", self.prongs.rod_roughness, 0.1, 10.0),
             ("prongs.wire_roughness", self.prongs.wire_roughness, 0.1, 10.0),
+            ("heater.wire_length_m", self.heater.wire_length_m, 0.01, 100.0),
+            ("heater.wire_share", self.heater.wire_share, 0.0, 1.0),
+            ("heater.wire_speed_up", self.heater.wire_speed_up, 0.1, 10.0),
+            ("thermocouples.sheath_diameter_m", self.thermocouples.sheath_diameter_m, 1e-5, 0.01),
             ("loudspeaker.click_hz", speaker.click_hz, 100.0, 4000.0),
             ("loudspeaker.modes", speaker.modes as f64, 1.0, 12.0),
             ("recorder.full_scale_pa", recorder.full_scale_pa, 1e-3, 1e6),

@@ -5,16 +5,12 @@ use crate::duct::{Duct, Mode};
 use crate::faults::Fault;
 use crate::noise::{Colour, Hum};
 use crate::ping::{Ping, Stop};
-use crate::truth::{LabError, Truth};
-use crate::tube;
+use crate::truth::Truth;
 use rand::RngExt;
 use rand_distr::StandardNormal;
-use rayon::prelude::*;
+use rijke_flow::BaseState;
 use rijke_numerics::{C64, Stream, Streams};
-use rijke_rig::{
-    Calibration, Campaign, DataKind, Day, OperatingPoint, PointRecords, Record, RecordSet, RecordSource, Rig,
-    RigError, Samples24, Stretch,
-};
+use rijke_rig::{Record, RecordSet, RecordSource, RigError, Samples24, Stretch};
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
@@ -23,36 +19,37 @@ use std::sync::OnceLock;
 /// A record depends on the seed, the truth and its own name alone: never on which records were made before, on the
 /// number of threads, or on which rows of the campaign are asked for.
 pub struct VirtualRig {
-    set: RecordSet,
-    truth: Truth,
-    streams: Streams,
-    points: Vec<PointTruth>,
-    calibrations: Vec<CalibrationTruth>,
-    channels: Vec<Channel>,
-    colour: [Colour; 2],
+    pub(crate) set: RecordSet,
+    pub(crate) truth: Truth,
+    pub(crate) streams: Streams,
+    pub(crate) points: Vec<PointTruth>,
+    pub(crate) calibrations: Vec<CalibrationTruth>,
+    pub(crate) channels: Vec<Channel>,
+    pub(crate) colour: [Colour; 2],
 }
 
 /// What is really so at an operating point.
-struct PointTruth {
-    duct: Duct,
-    modes: Vec<Mode>,
-    ping: Ping,
-    temperature: f64,
-    click: OnceLock<Click>,
+pub(crate) struct PointTruth {
+    pub(crate) duct: Duct,
+    pub(crate) base: BaseState,
+    pub(crate) modes: Vec<Mode>,
+    pub(crate) ping: Ping,
+    pub(crate) temperature: f64,
+    pub(crate) click: OnceLock<Click>,
 }
 
-struct CalibrationTruth {
-    duct: Duct,
-    temperature: f64,
-    click: OnceLock<Click>,
+pub(crate) struct CalibrationTruth {
+    pub(crate) duct: Duct,
+    pub(crate) temperature: f64,
+    pub(crate) click: OnceLock<Click>,
 }
 
 /// One microphone with its amplifier and converter.
 #[derive(Clone, Copy, Debug)]
-struct Channel {
-    gain: f64,
-    ping_delay: f64,
-    click_delay: f64,
+pub(crate) struct Channel {
+    pub(crate) gain: f64,
+    pub(crate) ping_delay: f64,
+    pub(crate) click_delay: f64,
 }
 
 /// The two kinds of record differ in rate, delays and noise.
@@ -63,72 +60,6 @@ enum Kind {
 }
 
 impl VirtualRig {
-    /// Sets the laboratory up for the rows `rows` of a campaign (all, if empty), `repeats` records of each kind per
-    /// point (the campaign's own number, if none).
-    ///
-    /// # Errors
-    /// A row does not exist, or a point's modes cannot be found.
-    pub fn new(
-        rig: &Rig,
-        campaign: &Campaign,
-        truth: &Truth,
-        rows: &[String],
-        repeats: Option<u32>,
-        seed: u64,
-    ) -> Result<Self, LabError> {
-        let known = campaign.rows();
-        if let Some(row) = rows.iter().find(|row| !known.contains(row)) {
-            return Err(LabError::NoSuchRow { row: row.clone(), known });
-        }
-        let streams = Streams::new(seed);
-        let (mut days, mut temperatures, mut points) = (Vec::new(), Vec::new(), Vec::new());
-        for row in known.iter().filter(|row| rows.is_empty() || rows.contains(row)) {
-            let of_row: Vec<_> = campaign.row(row).collect();
-            for (k, chunk) in of_row.chunks(truth.ambient.points_per_day).enumerate() {
-                let (day, temperature) = day(truth, &format!("{row}-day-{}", k + 1), streams);
-                days.push(day);
-                temperatures.push(temperature);
-                points.extend(chunk.iter().map(|p| entry(p, days.len() - 1, repeats)));
-            }
-        }
-        let (ping, click) = (stretch(rig.recording.ping_rate_hz), stretch(rig.recording.click_rate_hz));
-        let ping = ping(truth.recorder.ping_quiet_s);
-        let click = click(truth.recorder.click_quiet_s);
-        let slow_click = stretch(rig.recording.ping_rate_hz)(truth.recorder.click_quiet_s);
-        let calibrations = [("ping-rate", slow_click), ("click-rate", click)].map(|(name, stretch)| {
-            let file = |k| format!("calibration/{name}-{k:02}.wav");
-            Calibration {
-                day: 0,
-                stretch,
-                clicks: (0..truth.recorder.calibration_clicks).map(file).collect(),
-            }
-        });
-        let set = RecordSet {
-            rig: rig.clone(),
-            kind: DataKind::Virtual,
-            source: format!("virtual laboratory, {}, seed {seed}", campaign.name),
-            channels: (0..rig.microphones.positions.len()).map(Some).collect(),
-            full_scale: truth.recorder.full_scale_pa,
-            ping,
-            click,
-            days,
-            points,
-            calibrations: calibrations.to_vec(),
-        };
-        let truths = |entry: &PointRecords| point_truth(rig, truth, &entry.point, temperatures[entry.day]);
-        let points = set.points.par_iter().map(truths).collect::<Result<_, _>>()?;
-        let empty = empty_tube();
-        let calibration = |c: &Calibration| {
-            let temperature = temperatures[c.day];
-            let duct = tube::duct(rig, truth, &empty, temperature)?;
-            Ok(CalibrationTruth { duct, temperature, click: OnceLock::new() })
-        };
-        let calibrations = set.calibrations.iter().map(calibration).collect::<Result<_, LabError>>()?;
-        let channels = (0..set.channels.len()).map(|m| channel(truth, m, streams)).collect();
-        let colour = [ping.rate_hz, click.rate_hz].map(|rate| Colour::new(&truth.noise, rate));
-        Ok(Self { set, truth: truth.clone(), streams, points, calibrations, channels, colour })
-    }
-
     /// The first mode that is really there at `point` (an index), at the day's temperature: growth rate and angular
     /// frequency, and pressure at the microphones relative to the reference microphone. For tests and studies.
     #[must_use]
@@ -142,6 +73,12 @@ impl VirtualRig {
     #[must_use]
     pub fn true_temperature(&self, point: usize) -> f64 {
         self.points[point].temperature
+    }
+
+    /// Temperature and velocity along the tube that are really there at `point` (an index).
+    #[must_use]
+    pub fn true_base_state(&self, point: usize) -> &BaseState {
+        &self.points[point].base
     }
 
     /// Gain, and delay at the rates of pings and of clicks (s), of the channel of microphone `m`.
@@ -310,68 +247,6 @@ impl Channel {
     }
 }
 
-fn normal(stream: &mut Stream) -> f64 {
+pub(crate) fn normal(stream: &mut Stream) -> f64 {
     stream.sample(StandardNormal)
-}
-
-/// The channel of microphone `m`: the same in every record of a seed.
-fn channel(truth: &Truth, m: usize, streams: Streams) -> Channel {
-    let mut stream = streams.stream(&format!("lab/channel/{m}"));
-    let sds = &truth.channels;
-    Channel {
-        gain: 1.0 + sds.gain_sd * normal(&mut stream),
-        ping_delay: sds.ping_delay_sd_s * normal(&mut stream),
-        click_delay: sds.click_delay_sd_s * normal(&mut stream),
-    }
-}
-
-/// A day as the manifest describes it, and the temperature that is really there.
-fn day(truth: &Truth, id: &str, streams: Streams) -> (Day, f64) {
-    let (ambient, mut stream) = (&truth.ambient, streams.stream(&format!("lab/day/{id}")));
-    let temperature = ambient.mean_k + ambient.day_sd_k * normal(&mut stream);
-    let reading = temperature + ambient.thermometer_sd_k * normal(&mut stream);
-    let day = Day {
-        id: id.to_owned(),
-        // A thermometer shows hundredths.
-        ambient_temperature: (reading * 100.0).round() / 100.0,
-        ambient_temperature_sd: ambient.thermometer_sd_k,
-    };
-    (day, temperature)
-}
-
-fn entry(point: &OperatingPoint, day: usize, repeats: Option<u32>) -> PointRecords {
-    let point = OperatingPoint { repeats: repeats.unwrap_or(point.repeats), ..point.clone() };
-    let files = |kind: &str| (0..point.repeats).map(|k| format!("{}/{kind}-{k:02}.wav", point.id)).collect();
-    PointRecords { day, pings: files("ping"), clicks: files("click"), point }
-}
-
-fn point_truth(
-    rig: &Rig,
-    truth: &Truth,
-    point: &OperatingPoint,
-    temperature: f64,
-) -> Result<PointTruth, LabError> {
-    let duct = tube::duct(rig, truth, point, temperature)?;
-    let (speaker, reference) = (&truth.loudspeaker, rig.microphones.reference);
-    let modes = tube::modes(&duct, rig, point, speaker.modes)?;
-    let ping = Ping::new(modes.clone(), speaker.detuning, reference, speaker.ping_pa);
-    Ok(PointTruth { duct, modes, ping, temperature, click: OnceLock::new() })
-}
-
-/// How records of one sampling rate are taken, given the length of their quiet stretch in s.
-fn stretch(rate_hz: f64) -> impl Fn(f64) -> Stretch {
-    move |quiet_s| Stretch { rate_hz, quiet: (quiet_s * rate_hz).round() as usize }
-}
-
-/// The tube in which channels are calibrated.
-fn empty_tube() -> OperatingPoint {
-    OperatingPoint {
-        id: "calibration".into(),
-        row: "calibration".into(),
-        position: None,
-        heater: false,
-        thermocouples: false,
-        power: 0.0,
-        repeats: 0,
-    }
 }

@@ -88,7 +88,7 @@ fn inside(z: C64) -> C64 {
 }
 
 /// K1(z)/K0(z), Re z > 0.
-fn outside(z: C64) -> C64 {
+pub(crate) fn outside(z: C64) -> C64 {
     match large(z) {
         true => series(-z.inv()),
         false => match (besselk_scaled(1.0, z), besselk_scaled(0.0, z)) {

@@ -1,0 +1,161 @@
+//! The heater as it stands in the tube: two annular plates with a gap, wound with wire, of finite thickness.
+
+use crate::obstacle::{Cylinders, HeatRelease, Obstacle};
+use crate::truth::Truth;
+use rijke_flow::BaseState;
+use rijke_rig::{OperatingPoint, Rig};
+use std::f64::consts::PI;
+
+/// The heater's three obstacles: its lower face, its middle (wires, gap, heat), its upper face. Between them the gas
+/// flows through the bore of the plates, which are lines of their own.
+pub(crate) struct Heater {
+    pub(crate) lower_face: Obstacle,
+    pub(crate) middle: Obstacle,
+    pub(crate) upper_face: Obstacle,
+}
+
+/// The heater of an operating point whose base flow is `base`.
+pub(crate) fn heater(
+    rig: &Rig,
+    truth: &Truth,
+    point: &OperatingPoint,
+    position: f64,
+    base: &BaseState,
+) -> Heater {
+    let (geometry, values) = (&rig.heater, &truth.heater);
+    let (area, open, half) = (rig.tube.area(), geometry.open_area(), 0.5 * geometry.length());
+    let face = |x: f64| Obstacle {
+        inertance: end_correction(0.5 * geometry.inner_diameter, rig.tube.radius()) / open,
+        ..Obstacle::none(base.at(x), area)
+    };
+    let gas = base.at(position);
+    let cylinders = Cylinders {
+        length: values.wire_length_m,
+        radius: 0.5 * geometry.wire_diameter,
+        speed_up: values.wire_speed_up,
+        crowding: values.wire_crowding,
+    };
+    let annulus = 0.25 * PI * geometry.outer_diameter.powi(2) - open;
+    let below = base.at(position - half);
+    let hot = HotWire::new(rig, truth, point, position, base);
+    let middle = Obstacle {
+        film: hot.film,
+        // Mean flow through the plates: the steady loss C_d G u, of which the sound sees a share.
+        resistance: values.steady_drag_share * truth.flow.parameters.heater_drag * base.mass_flux
+            + below.density * (base.velocity(position + half) - base.velocity(position - half)).max(0.0),
+        cylinders: Some(cylinders),
+        volume: (area - open) * geometry.plate_gap,
+        surface: 4.0 * annulus,
+        heat: hot.release,
+        ..Obstacle::none(gas, area)
+    };
+    Heater { lower_face: face(position - half), middle, upper_face: face(position + half) }
+}
+
+/// The wire when current flows through it.
+struct HotWire {
+    film: rijke_rig::GasState,
+    release: Option<HeatRelease>,
+}
+
+impl HotWire {
+    fn new(rig: &Rig, truth: &Truth, point: &OperatingPoint, position: f64, base: &BaseState) -> Self {
+        let (values, half, d) = (&truth.heater, 0.5 * rig.heater.length(), rig.heater.wire_diameter);
+        let cold = base.at(position);
+        let speed = values.wire_speed_up * base.velocity(position);
+        if point.power <= 0.0 || speed <= 0.0 {
+            return Self { film: cold, release: None };
+        }
+        // Wire temperature: share of the power = h pi d l (T_wire - T_gas), h = Nu k/d; Nu = 0.24 + 0.56 Re^0.45 with
+        // properties at film temperature, Collis & Williams, J. Fluid Mech. 6 (1959) 357, for Re < 44 (here below 25).
+        // Five passes settle it.
+        let (mut film, mut slope) = (cold, 0.0);
+        for _ in 0..5 {
+            let reynolds = speed * d * film.density / film.viscosity;
+            let power_law = 0.56 * f64::powf(reynolds, 0.45);
+            let nusselt = 0.24 + power_law;
+            slope = 0.45 * power_law / nusselt;
+            let conductance = nusselt * film.conductivity * PI * values.wire_length_m;
+            let excess = values.wire_share * point.power / conductance;
+            film = base_gas(rig, cold.temperature + 0.5 * excess);
+        }
+        let below = base.at(position - half);
+        let speed_below = base.velocity(position - half);
+        // Energy: (gamma - 1) Q'/(gamma p) = U2' - U1', Q' = share Q slope u'/u.
+        let expansion =
+            (below.gamma - 1.0) / (below.gamma * rig.pressure) * values.wire_share * point.power * slope;
+        let release = HeatRelease {
+            gain: expansion / (speed_below * rig.tube.area()),
+            lag: values.lag_factor * 0.2 * d / speed,
+            momentum: base.mass_flux / rig.tube.area(),
+        };
+        Self { film, release: Some(release) }
+    }
+}
+
+fn base_gas(rig: &Rig, temperature: f64) -> rijke_rig::GasState {
+    rig.gas.at(temperature, rig.pressure)
+}
+
+/// A thermocouple at `x`: a sheath that reaches to the axis.
+pub(crate) fn thermocouple(rig: &Rig, truth: &Truth, x: f64, base: &BaseState) -> Obstacle {
+    let values = &truth.thermocouples;
+    let cylinders = Cylinders {
+        length: values.depth_m,
+        radius: 0.5 * values.sheath_diameter_m,
+        speed_up: 1.0,
+        crowding: 1.0,
+    };
+    Obstacle { cylinders: Some(cylinders), ..Obstacle::none(base.at(x), rig.tube.area()) }
+}
+
+/// Added length of a hole of radius `r` on one side of a plate that fills a tube of radius `outer`, m: 8 r/(3 pi)
+/// less what the wall of the tube confines (Ingard, J. Acoust. Soc. Am. 25, 1953, 1037; Fok's function to third order).
+fn end_correction(r: f64, outer: f64) -> f64 {
+    let xi = r / outer;
+    8.0 * r / (3.0 * PI) * (1.0 - 1.13 * xi - 0.09 * xi.powi(2) + 0.27 * xi.powi(3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rijke_numerics::C64;
+    use rijke_rig::Campaign;
+
+    fn at(power: f64) -> (Rig, Truth, OperatingPoint, BaseState) {
+        let (rig, truth) = (Rig::juniper_yoko_2022(), Truth::standard());
+        let id = if power > 0.0 { "H180-25" } else { "C1-25" };
+        let point = Campaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == id).unwrap();
+        let point = OperatingPoint { power, ..point };
+        let base = crate::base::base_state(&rig, &truth, &point, 294.0).unwrap();
+        (rig, truth, point, base)
+    }
+
+    #[test]
+    fn paper_imaginary_part_of_the_cold_heater_is_about_six_times_the_real_part() {
+        // Section 6.3: k_mu_h, whose imaginary part is six times its real part. Bore walls included by hand.
+        let (rig, truth, point, base) = at(0.0);
+        let h = heater(&rig, &truth, &point, 0.25, &base);
+        let s = C64::new(0.0, 1050.0);
+        let faces = h.lower_face.impedance(s) + h.upper_face.impedance(s);
+        let bore = s * h.middle.gas.density * rig.heater.length() / rig.heater.open_area();
+        let total = faces + bore + h.middle.impedance(s);
+        let ratio = total.im / total.re;
+        assert!((4.0..9.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn lab_heat_release_grows_with_power_and_lags_less_in_faster_flow() {
+        let release = |power| {
+            let (rig, truth, point, base) = at(power);
+            heater(&rig, &truth, &point, 0.25, &base).middle.heat.unwrap()
+        };
+        let (low, high) = (release(30.0), release(180.0));
+        assert!(high.gain > 2.0 * low.gain && high.lag < low.lag);
+        let (rig, truth, point, base) = at(180.0);
+        assert!(
+            heater(&rig, &truth, &point, 0.25, &base).middle.film.temperature > base.temperature(0.25) + 20.0
+        );
+        assert!(at(0.0).3.heater_velocity.abs() < 1e-12);
+    }
+}
