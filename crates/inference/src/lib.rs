@@ -71,9 +71,11 @@ mod parameters;
 mod posterior;
 mod predictive;
 mod prior;
+mod quadratic;
 mod rank;
 mod record;
 mod referee;
+mod settle;
 mod simulate;
 
 pub use data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};

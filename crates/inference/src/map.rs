@@ -1,7 +1,7 @@
 //! The most probable parameters.
 
 use crate::held::Held;
-use crate::posterior::Settled;
+use crate::settle::Settled;
 use crate::{Calls, InferenceError, Method, Minimum, Objective, Posterior, Stop, TrustRegion, minimise};
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,8 @@
 //! The minimiser: one trust-region loop, with the exact Hessian or with a BFGS matrix in its place.
 
+use crate::quadratic::{Quadratic, dot};
 use crate::{Energy, InferenceError, Objective};
-use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
 
 /// Where the second derivatives of a step come from.
@@ -156,7 +157,7 @@ pub fn minimise(
     let order = if settings.method == Method::Newton { Order::Second } else { Order::First };
     let mut search = Search::new(objective, start, settings, order)?;
     loop {
-        let exact = Model::new(&search.hessian, &search.energy.gradient, &search.stretch)?;
+        let exact = Quadratic::new(&search.hessian, &search.energy.gradient, &search.stretch)?;
         let decrement = exact.decrement();
         if decrement <= settings.tolerance {
             return Ok(search.end(Stop::Converged { decrement }));
@@ -170,7 +171,7 @@ pub fn minimise(
         let polishing = decrement <= if settings.method == Method::Newton { POLISH } else { rounding };
         let simpler = match &search.energy.gauss_newton {
             Some(matrix) if search.far && !polishing => {
-                Some(Model::new(matrix, &search.energy.gradient, &search.stretch)?)
+                Some(Quadratic::new(matrix, &search.energy.gradient, &search.stretch)?)
             }
             _ => None,
         };
@@ -349,101 +350,4 @@ impl Search {
         let Self { z, energy, hessian, steps, calls, .. } = self;
         Minimum { z, energy, hessian, stop, steps, calls }
     }
-}
-
-/// The quadratic model g's + s'Hs/2 in scaled coordinates, on the eigenvectors of H.
-struct Model {
-    values: Vec<f64>,
-    vectors: Matrix,
-    slope: Vec<f64>,
-}
-
-impl Model {
-    fn new(hessian: &Matrix, gradient: &[f64], stretch: &[f64]) -> Result<Self, InferenceError> {
-        let n = gradient.len();
-        let scaled = Matrix::from_fn(n, n, |i, j| hessian[(i, j)] / (stretch[i] * stretch[j]));
-        let (values, vectors) = symmetric_eigen(&scaled)?;
-        let mut model = Self { values, vectors, slope: Vec::new() };
-        model.slope = model.project(gradient, stretch);
-        Ok(model)
-    }
-
-    fn project(&self, gradient: &[f64], stretch: &[f64]) -> Vec<f64> {
-        let scaled: Vec<f64> = gradient.iter().zip(stretch).map(|(g, d)| g / d).collect();
-        (0..scaled.len()).map(|k| (0..scaled.len()).map(|i| self.vectors[(i, k)] * scaled[i]).sum()).collect()
-    }
-
-    /// Lowest eigenvalue over the highest; one for an empty matrix.
-    fn ratio(&self) -> f64 {
-        match (self.values.first(), self.values.last()) {
-            (Some(low), Some(high)) => low / high.abs().max(f64::MIN_POSITIVE),
-            _ => 1.0,
-        }
-    }
-
-    fn positive(&self) -> bool {
-        self.ratio() > 4.0 * f64::EPSILON
-    }
-
-    fn decrement(&self) -> f64 {
-        if !self.positive() {
-            return f64::INFINITY;
-        }
-        0.5 * self.slope.iter().zip(&self.values).map(|(g, l)| g * g / l).sum::<f64>()
-    }
-
-    fn decrement_of(&self, gradient: &[f64], stretch: &[f64]) -> f64 {
-        let slope = self.project(gradient, stretch);
-        0.5 * slope.iter().zip(&self.values).map(|(g, l)| g * g / l).sum::<f64>()
-    }
-
-    /// The minimiser of the model within `radius`, its length, and the drop that the model predicts.
-    fn step(&self, radius: f64) -> (Vec<f64>, f64, f64) {
-        let n = self.values.len();
-        let at = |shift: f64| -> Vec<f64> {
-            (0..n)
-                .map(|k| if self.slope[k] == 0.0 { 0.0 } else { -self.slope[k] / (self.values[k] + shift) })
-                .collect()
-        };
-        let mut along = at(0.0);
-        if !self.positive() || norm(&along) > radius {
-            let lowest = self.values.first().copied().unwrap_or(0.0);
-            let mut low = (-lowest).max(0.0);
-            let mut high = low + norm(&self.slope) / radius;
-            // |s| falls with the shift; 1/|s| is nearly straight in it, so Newton on that, kept inside the bracket.
-            let mut shift = high;
-            for _ in 0..60 {
-                along = at(shift);
-                let length = norm(&along);
-                if (length / radius - 1.0).abs() < 1e-3 || high - low <= 1e-14 * high {
-                    break;
-                }
-                if length > radius {
-                    low = shift;
-                } else {
-                    high = shift;
-                }
-                let slope: f64 = (0..n).map(|k| along[k] * along[k] / (self.values[k] + shift)).sum();
-                let newton = shift + (length * length / slope) * (length / radius - 1.0);
-                shift = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            }
-            let length = norm(&along);
-            if length < 0.9 * radius && lowest <= 0.0 {
-                // The hard case: the gradient has no part along the lowest curvature; go along it to the boundary.
-                along[0] += (radius * radius - length * length).sqrt();
-            }
-        }
-        let predicted =
-            -(0..n).map(|k| along[k] * (self.slope[k] + 0.5 * self.values[k] * along[k])).sum::<f64>();
-        let step = (0..n).map(|i| (0..n).map(|k| self.vectors[(i, k)] * along[k]).sum()).collect();
-        (step, norm(&along), predicted)
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
 }

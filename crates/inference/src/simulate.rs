@@ -224,11 +224,11 @@ mod tests {
     #[test]
     fn oracle_chi_squared_table() {
         // 19 degrees of freedom: 30.144 is exceeded with probability 0.05 (Abramowitz & Stegun, table 26.8).
-        let mut counts = vec![100; 20];
-        let shift = (30.144_f64 * 100.0 / 2.0).sqrt() as usize;
+        let mut counts = vec![10_000; 20];
+        let shift = (30.144_f64 * 10_000.0 / 2.0).sqrt() as usize;
         counts[0] += shift;
         counts[1] -= shift;
-        assert!((even_probability(&counts) - 0.05).abs() < 0.005);
+        assert!((even_probability(&counts) - 0.05).abs() < 0.001);
         assert!(even_probability(&[50; 20]) > 0.99);
     }
 }

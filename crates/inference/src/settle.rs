@@ -1,0 +1,76 @@
+//! Where a fit starts, and what the residuals of a fit say of floating noise.
+
+use crate::{InferenceError, NoiseMode, Posterior};
+use rijke_numerics::Order;
+
+/// A floated noise that the floor may explain without it.
+pub(crate) struct Settled {
+    pub(crate) coordinate: usize,
+    /// ln of a standard deviation that adds nothing to the floor.
+    pub(crate) ln_sd: f64,
+}
+
+impl Posterior<'_> {
+    /// Starting point: the given or central parameters, and for floating noise the standard deviation of the residuals there.
+    pub(crate) fn start(&self, physical: Option<&[f64]>) -> Result<Vec<f64>, InferenceError> {
+        let p = self.parameters().len();
+        let mut z = match physical {
+            Some(values) if values.len() != p => {
+                return Err(InferenceError::StartSize { found: values.len(), expected: p });
+            }
+            Some(values) => self.parameters().working(values),
+            None => self.parameters().centre(),
+        };
+        if self.floating().is_empty() {
+            return Ok(z);
+        }
+        let values = self.parameters().physical(&z);
+        let prediction = self
+            .predict(&values, Order::Value)
+            .map_err(|source| InferenceError::NoStart { at: values.clone(), source: Box::new(source) })?;
+        z.extend(self.floating().iter().map(|&g| match self.data().groups()[g].mode {
+            NoiseMode::Inferred { median, .. } => median.ln(),
+            _ => 0.0,
+        }));
+        self.settle_noise(&mut z, &prediction.values);
+        Ok(z)
+    }
+
+    /// Sets each floated (not inferred) noise to the root mean square of its residuals, less the floor, and says which
+    /// of them the floor explains. A noise without residuals is left alone.
+    pub(crate) fn settle_noise(&self, z: &mut [f64], predicted: &[f64]) -> Vec<Settled> {
+        let mut found = Vec::new();
+        for (k, &g) in self.floating().iter().enumerate() {
+            if let NoiseMode::Inferred { .. } = self.data().groups()[g].mode {
+                continue;
+            }
+            let (mut sum, mut floor, mut lowest) = (0.0, 0.0, f64::INFINITY);
+            let (mut count, mut first) = (0, 0);
+            for observation in self.data().observations() {
+                for (_, s) in observation.noise.iter().filter(|(h, _)| *h == g) {
+                    for i in (0..observation.values.len()).filter(|&i| s[(i, i)] > 0.0) {
+                        let r = predicted[first + i] - observation.values[i];
+                        let known = observation.floor.as_ref().map_or(0.0, |f| f[(i, i)]) / s[(i, i)];
+                        sum += r * r / s[(i, i)];
+                        floor += known;
+                        lowest = lowest.min(known);
+                        count += 1;
+                    }
+                }
+                first += observation.values.len();
+            }
+            if sum > 0.0 {
+                let excess = (sum - floor).max(0.01 * sum) / f64::from(count);
+                z[self.parameters().len() + k] = 0.5 * excess.ln();
+            }
+            if lowest > 0.0 && sum < 2.0 * floor {
+                // So far below the floor that C is the floor to rounding, yet d/dt can still be formed.
+                found.push(Settled {
+                    coordinate: self.parameters().len() + k,
+                    ln_sd: 0.5 * (1e-16 * lowest).ln(),
+                });
+            }
+        }
+        found
+    }
+}
