@@ -22,6 +22,7 @@ mod error;
 mod figures;
 mod numbers;
 mod page;
+mod sheet;
 mod table;
 
 pub use error::ReportError;
@@ -50,8 +51,8 @@ impl Report {
             for figure in &item.figures {
                 files.push((format!("figures/{}.svg", figure.id), figure.svg().into_bytes()));
             }
-            for table in &item.tables {
-                files.push((format!("tables/{}.csv", table.id), table.csv()?));
+            for sheet in &item.sheets {
+                files.push((format!("tables/{}.csv", sheet.id), sheet.csv()?));
             }
         }
         Ok(Self { files })

@@ -3,6 +3,7 @@
 use crate::{
     ReportError,
     draw::{Figure, html},
+    sheet::Sheet,
     table::Table,
 };
 use minijinja::{Environment, value::Serde};
@@ -23,6 +24,8 @@ pub(crate) struct Item {
     pub(crate) figures: Vec<Figure>,
     /// Tables.
     pub(crate) tables: Vec<Table>,
+    /// The same and more as CSV files.
+    pub(crate) sheets: Vec<Sheet>,
     /// Statements of the paper, tried on these data.
     pub(crate) checks: Vec<Check>,
     /// Where the data come from; none if the study uses no data of a rig.
@@ -56,6 +59,7 @@ fn values(item: &Item) -> Value {
         "introduction": item.introduction,
         "figures": figures.collect::<Vec<_>>(),
         "tables": tables.collect::<Vec<_>>(),
+        "sheets": item.sheets.iter().map(|s| s.id).collect::<Vec<_>>(),
         "checks": item.checks,
     })
 }

@@ -1,10 +1,10 @@
-//! Tables as HTML and as CSV.
+//! Tables as HTML.
 
-use crate::draw::{html, plain};
+use crate::draw::html;
 
-/// A table. Cells are labels in the markup of figures; a CSV file gets them plain, with ordinary minus signs.
+/// A table. Cells are labels in the markup of figures.
 pub(crate) struct Table {
-    /// File name without ending.
+    /// Anchor on the page.
     pub(crate) id: &'static str,
     /// What it shows, in full sentences.
     pub(crate) caption: String,
@@ -28,16 +28,6 @@ impl Table {
         let rows: String = self.rows.iter().enumerate().map(row).collect();
         format!("<table><thead><tr>{head}</tr></thead><tbody>\n{rows}</tbody></table>")
     }
-
-    pub(crate) fn csv(&self) -> Result<Vec<u8>, csv::Error> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        for row in std::iter::once(&self.head).chain(&self.rows) {
-            writer.write_record(
-                row.iter().map(|t| plain(t).replace('\u{2212}', "-").replace('\u{2013}', "")),
-            )?;
-        }
-        writer.into_inner().map_err(|e| e.into_error().into())
-    }
 }
 
 #[cfg(test)]
@@ -45,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exact_csv_is_plain_numbers() {
+    fn exact_cells_are_labels_and_one_row_is_marked() {
         let table = Table {
             id: "t",
             caption: String::new(),
@@ -53,7 +43,7 @@ mod tests {
             rows: vec![vec!["\u{2212}1.5".into(), "a, b".into()]],
             marked: Some(0),
         };
-        assert_eq!(table.csv().unwrap(), b"s_r / s^-1,what\n-1.5,\"a, b\"\n");
+        assert!(table.html().contains("<th><i>s</i><sub>r</sub> / s<sup>\u{2212}1</sup></th>"));
         assert!(table.html().contains("<tr class=\"marked\"><td>\u{2212}1.5</td>"));
     }
 }

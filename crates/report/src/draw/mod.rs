@@ -11,7 +11,7 @@ pub(crate) use axis::Axis;
 pub(crate) use figure::{Figure, Key, Mark};
 pub(crate) use panel::Panel;
 pub(crate) use style::{INK, Stroke, model_stroke};
-pub(crate) use text::{fixed, html, plain};
+pub(crate) use text::{fixed, html};
 
 /// A coordinate with two decimals, the same bytes on every run.
 fn px(value: f64) -> String {

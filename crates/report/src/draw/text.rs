@@ -34,8 +34,8 @@ pub(crate) fn html(label: &str) -> String {
     runs(label).iter().map(element).collect()
 }
 
-/// The label without its marks, for titles and tables of numbers.
-pub(crate) fn plain(label: &str) -> String {
+/// The label without its marks, for titles.
+pub(super) fn plain(label: &str) -> String {
     let element = |run: &Run| match run.level {
         Level::Base => run.text.to_owned(),
         Level::Below => format!("_{}", run.text),

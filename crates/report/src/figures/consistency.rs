@@ -1,6 +1,11 @@
 //! Section 6.1 of the paper: two printed fits of the same measurements, which check the chain without any data.
 
-use crate::{draw::fixed, page::Item, table::Table};
+use crate::{
+    draw::fixed,
+    page::Item,
+    sheet::{Cell, Sheet},
+    table::Table,
+};
 use rijke_studies::Consistency;
 
 /// Everything the page shows of this study.
@@ -51,7 +56,29 @@ pub(crate) fn item(study: &Consistency) -> Item {
             .to_owned(),
         figures: Vec::new(),
         tables: vec![table],
+        sheets: vec![sheet(study)],
         checks: study.checks.clone(),
         provenance: None,
     }
+}
+
+fn sheet(study: &Consistency) -> Sheet {
+    let head = [
+        "wall_loss",
+        "printed_abs_r",
+        "printed_arg_r_rad",
+        "growth_rate_per_s",
+        "angular_frequency_rad_per_s",
+        "eta",
+        "eta_low",
+        "eta_high",
+        "published_eta",
+    ];
+    let rows = study.rows.iter().map(|row| {
+        let ([radius, angle], [growth, frequency], [low, high]) =
+            (row.reflection, row.eigenvalue, row.eta_range);
+        let numbers = [radius, angle, growth, frequency, row.eta, low, high, row.published].map(Cell::from);
+        [Cell::from(&*row.scheme)].into_iter().chain(numbers).collect()
+    });
+    Sheet { id: "consistency", head: head.map(String::from).to_vec(), rows: rows.collect() }
 }

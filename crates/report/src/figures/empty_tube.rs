@@ -3,6 +3,7 @@
 use crate::{
     draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, fixed},
     page::Item,
+    sheet::{Cell, Sheet},
     table::Table,
 };
 use rijke_studies::{Case, EmptyTube};
@@ -27,6 +28,7 @@ pub(crate) fn item(study: &EmptyTube) -> Item {
         ),
         figures: vec![figure(study)],
         tables: vec![table(study)],
+        sheets: vec![sheet(study)],
         checks: study.checks.clone(),
         provenance: Some(study.provenance.clone()),
     }
@@ -142,6 +144,29 @@ fn table(study: &EmptyTube) -> Table {
         rows.push(values("truth of the laboratory", truth));
     }
     Table { id: "figure-3", caption: "The same in numbers.".to_owned(), head, rows, marked: None }
+}
+
+/// Mean and covariance of every case, one row per pair of parameters.
+fn sheet(study: &EmptyTube) -> Sheet {
+    let head =
+        ["microphones", "parameter", "other_parameter", "mean", "other_mean", "covariance", "correlation"];
+    let mut rows = Vec::new();
+    for case in &study.cases {
+        for (i, first) in study.parameters.iter().enumerate() {
+            for (j, second) in study.parameters.iter().enumerate() {
+                rows.push(vec![
+                    Cell::from(case.microphones.len() as f64),
+                    Cell::from(&*first.name),
+                    Cell::from(&*second.name),
+                    Cell::from(case.mean[i]),
+                    Cell::from(case.mean[j]),
+                    Cell::from(case.covariance[i][j]),
+                    Cell::from(case.correlation[i][j]),
+                ]);
+            }
+        }
+    }
+    Sheet { id: "figure-3", head: head.map(String::from).to_vec(), rows }
 }
 
 /// Decimals that show two digits of a standard deviation.

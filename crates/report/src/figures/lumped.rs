@@ -3,6 +3,7 @@
 use crate::{
     draw::{Axis, Figure, Key, Mark, Panel, Stroke, fixed},
     page::Item,
+    sheet::{Cell, Sheet},
     table::Table,
 };
 use rijke_studies::{LumpedConvergence, LumpedRow};
@@ -25,13 +26,15 @@ pub(crate) fn item(study: &LumpedConvergence) -> Item {
         ),
         figures: vec![figure(study)],
         tables: vec![table(study)],
+        sheets: vec![sheet(study)],
         checks: study.checks.clone(),
         provenance: None,
     }
 }
 
 fn figure(study: &LumpedConvergence) -> Figure {
-    let curves: [(Stroke, fn(&LumpedRow) -> f64, &str); 2] = [
+    type Curve = (Stroke, fn(&LumpedRow) -> f64, &'static str);
+    let curves: [Curve; 2] = [
         (GROWTH_RATE, |r| 100.0 * r.growth_rate_error, "growth rate"),
         (FREQUENCY, |r| 100.0 * r.angular_frequency_error, "angular frequency"),
     ];
@@ -94,4 +97,20 @@ fn table(study: &LumpedConvergence) -> Table {
         rows: study.rows.iter().map(row).collect(),
         marked: None,
     }
+}
+
+fn sheet(study: &LumpedConvergence) -> Sheet {
+    let head = [
+        "elements",
+        "growth_rate_per_s",
+        "angular_frequency_rad_per_s",
+        "growth_rate_relative_error",
+        "angular_frequency_relative_error",
+    ];
+    let row = |row: &LumpedRow| {
+        let [growth, frequency] = row.eigenvalue;
+        let errors = [row.growth_rate_error, row.angular_frequency_error];
+        [row.elements as f64, growth, frequency].into_iter().chain(errors).map(Cell::from).collect()
+    };
+    Sheet { id: "lumped", head: head.map(String::from).to_vec(), rows: study.rows.iter().map(row).collect() }
 }

@@ -3,6 +3,7 @@
 use crate::{
     draw::{Axis, Figure, INK, Key, Mark, Panel, fixed, model_stroke},
     page::Item,
+    sheet::{Cell, Sheet},
     table::Table,
 };
 use rijke_studies::{CurvePoint, MeasuredPoint, ParameterValue, ProngModel, Prongs};
@@ -33,6 +34,7 @@ pub(crate) fn item(study: &Prongs) -> Item {
         ),
         figures: vec![figure(study)],
         tables: vec![ranking(study), parameters(study)],
+        sheets: vec![curves(study), evidence(study), values(study)],
         checks: study.checks.clone(),
         provenance: Some(study.provenance.clone()),
     }
@@ -47,7 +49,8 @@ fn figure(study: &Prongs) -> Figure {
         id: "figure-4",
         title: "Growth rate and angular frequency against prong position, seven models".to_owned(),
         caption: "(a) Growth rate and (b) angular frequency of the first mode as the prongs reach from *x* = 0 to \
-                  *X*_{p}. Dots: measured. Lines: models of Table 2 at their most probable parameters. Bars: for each \
+                  *X*_{p}. Dots: measured. Lines: models of Table 2 at their most probable parameters, each point at the \
+                  temperature of its own day, hence the steps. Bars: for each \
                   model, from the first on the left to the last on the right, two standard deviations of the measurement \
                   noise that maximises its posterior."
             .to_owned(),
@@ -85,7 +88,7 @@ const FREQUENCY: Quantity = Quantity {
 
 fn panel(study: &Prongs, tag: &str, label: &str, q: &Quantity) -> Panel {
     let dots = study.measured.iter().map(q.measured);
-    let lines = study.models.iter().flat_map(|m| m.line.iter().map(q.predicted));
+    let lines = study.models.iter().flat_map(|m| m.at_points.iter().map(q.predicted));
     let bars = study.models.iter().flat_map(|m| {
         let bar = 2.0 * (q.noise)(m);
         study.measured.iter().flat_map(move |p| [(q.measured)(p) - bar, (q.measured)(p) + bar])
@@ -96,7 +99,7 @@ fn panel(study: &Prongs, tag: &str, label: &str, q: &Quantity) -> Panel {
     let middle = 0.5 * (study.models.len().max(1) - 1) as f64;
     for (i, model) in study.models.iter().enumerate() {
         let stroke = model_stroke(i);
-        let line: Vec<_> = model.line.iter().map(|p| [p.position_m, (q.predicted)(p)]).collect();
+        let line: Vec<_> = model.at_points.iter().map(|p| [p.position_m, (q.predicted)(p)]).collect();
         panel.curve(&line, &stroke);
         let thin = crate::draw::Stroke::solid(stroke.colour, 0.9);
         for p in &study.measured {
@@ -170,6 +173,102 @@ fn parameters(study: &Prongs) -> Table {
         .to_owned();
     let rows = study.models.iter().enumerate().map(row).collect();
     Table { id: "table-2-parameters", caption, head: head.map(String::from).to_vec(), rows, marked: None }
+}
+
+/// Fig. 4: a row per operating point.
+fn curves(study: &Prongs) -> Sheet {
+    let fixed_head = [
+        "point",
+        "position_m",
+        "ambient_temperature_k",
+        "growth_rate_per_s",
+        "growth_rate_sd_per_s",
+        "angular_frequency_rad_per_s",
+        "angular_frequency_sd_rad_per_s",
+    ];
+    let mut head = fixed_head.map(String::from).to_vec();
+    for model in &study.models {
+        head.push(format!("{}_growth_rate_per_s", model.id));
+        head.push(format!("{}_angular_frequency_rad_per_s", model.id));
+    }
+    let row = |(k, p): (usize, &MeasuredPoint)| {
+        let measured = [
+            p.position_m,
+            p.ambient_temperature,
+            p.growth_rate,
+            p.growth_rate_sd,
+            p.angular_frequency,
+            p.angular_frequency_sd,
+        ];
+        let mut row = vec![Cell::from(&*p.id)];
+        row.extend(measured.map(Cell::from));
+        for model in &study.models {
+            row.extend(match model.at_points.get(k) {
+                Some(point) => [point.growth_rate, point.angular_frequency].map(Cell::from),
+                None => [Cell::Empty, Cell::Empty],
+            });
+        }
+        row
+    };
+    Sheet { id: "figure-4", head, rows: study.measured.iter().enumerate().map(row).collect() }
+}
+
+/// Table 2: a row per model.
+fn evidence(study: &Prongs) -> Sheet {
+    let head = [
+        "model",
+        "contains",
+        "parameters",
+        "ln_best_fit",
+        "ln_occam",
+        "ln_marginal",
+        "published_ln_best_fit",
+        "published_ln_occam",
+        "published_ln_marginal",
+        "growth_rate_noise_sd_per_s",
+        "angular_frequency_noise_sd_rad_per_s",
+        "pressure_noise_sd",
+    ];
+    let row = |model: &ProngModel| {
+        let mut row = vec![
+            Cell::from(&*model.id),
+            Cell::from(&*model.label),
+            Cell::from(model.parameters.len() as f64),
+        ];
+        for evidence in [model.evidence, model.published] {
+            row.extend(match evidence {
+                Some(e) => [e.ln_best_fit, e.ln_occam, e.ln_marginal].map(Cell::from),
+                None => [Cell::Empty, Cell::Empty, Cell::Empty],
+            });
+        }
+        row.extend(
+            [model.growth_rate_noise_sd, model.angular_frequency_noise_sd, model.pressure_noise_sd]
+                .map(Cell::from),
+        );
+        row
+    };
+    Sheet {
+        id: "table-2",
+        head: head.map(String::from).to_vec(),
+        rows: study.models.iter().map(row).collect(),
+    }
+}
+
+/// The trained parameters: a row per model and parameter.
+fn values(study: &Prongs) -> Sheet {
+    let head = ["model", "parameter", "unit", "most_probable", "sd"].map(String::from).to_vec();
+    let rows = study.models.iter().flat_map(|model| {
+        model.parameters.iter().map(|p| {
+            vec![
+                Cell::from(&*model.id),
+                Cell::from(&*p.name),
+                Cell::from(&*p.unit),
+                Cell::from(p.value),
+                Cell::from(p.sd),
+            ]
+        })
+    });
+    Sheet { id: "table-2-parameters", head, rows: rows.collect() }
 }
 
 /// Row of the paper's table, or the rank in ours for a candidate that the paper does not have.
