@@ -54,11 +54,29 @@ pub(crate) fn relaxation<N: Number>(z: N) -> (N, N) {
     (z.compose(phi, psi - phi), z.compose(psi, 2.0 * chi - psi))
 }
 
-/// A temperature inside the range of the property formulas. Only trial flows that almost stand still leave it, on the way
-/// to a mass flow that does not.
+/// A temperature inside the range of the heat capacity. Only trial flows that almost stand still leave it, on the way to
+/// a mass flow that does not.
 fn limited<N: Number>(t: N) -> N {
     let inside = t.value().clamp(150.0, 2000.0);
     if inside == t.value() { t } else { t.compose(inside, 0.0) }
+}
+
+/// A mass flow with what the cells need of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flow<N> {
+    /// Its size, kg/s.
+    size: N,
+    inverse: N,
+    /// 0.04 (4 m/pi)^{2/3}.
+    thirds: N,
+}
+
+impl<N: Number> Flow<N> {
+    /// Of a positive mass flow.
+    pub(crate) fn new(size: N) -> Self {
+        let thirds = (size * (4.0 / std::f64::consts::PI)).two_thirds() * 0.04;
+        Self { size, inverse: size.recip(), thirds }
+    }
 }
 
 impl Pipe {
@@ -74,36 +92,39 @@ impl Pipe {
     pub(crate) fn cell<N: Number>(
         &self,
         cell: &Cell,
-        (down, flow): (usize, N),
+        (down, flow): (usize, Flow<N>),
         inflow: N,
         wall: N,
         source: N,
         p: &Parameters<N>,
     ) -> (N, N, N) {
         let air = &self.air;
+        // (3) with Hausen's mean Nusselt number: xi Nu_m = 3.66 xi + 0.0668 a/(1 + 0.04 (a/xi)^{2/3}),
+        // a = 4 m c_p/(pi k); its difference over the cell is exact on any grid. Number of transfer units
+        // pi k Nu dx/(m c_p) = (4/a) [xi Nu].
+        let (low, high) = (cell.entry[down].low, cell.entry[down].high);
+        let enhanced = p.inner_nusselt * (p.jet_enhancement * cell.jet[down] + 1.0);
         let units = |t: N| {
-            // (3) with Hausen's mean Nusselt number: xi Nu_m = 3.66 xi + 0.0668 a/(1 + 0.04 (a/xi)^{2/3}),
-            // a = 4 m c_p/(pi k); its difference over the cell is exact on any grid. Number of transfer units
-            // pi k Nu dx/(m c_p) = (4/a) [xi Nu].
-            let t = limited(t);
-            let capacity = flow * air.specific_heat(t);
-            let a = capacity / air.conductivity(t) * (4.0 / std::f64::consts::PI);
-            let a23 = a.two_thirds() * 0.04;
-            let (low, high) = (cell.entry[down].low, cell.entry[down].high);
-            let mean = |x: f64| (a23 + x).recip() * x;
-            let developed = (mean(high) - mean(low)) * a * 0.0668 + 3.66 * cell.length;
-            let enhanced = p.inner_nusselt * (p.jet_enhancement * cell.jet[down] + 1.0);
-            (enhanced * developed * 4.0 / a, source / capacity)
+            let (ratio, thirds) = air.diffusion(t);
+            let a23 = flow.thirds * thirds;
+            let v = a23.value();
+            let developing = v * (high - low) / ((v + high) * (v + low));
+            let slope = (low * high - v * v) * (high - low) / ((v + high) * (v + low)).powi(2);
+            let entry = a23.compose(4.0 * 0.0668 * developing, 4.0 * 0.0668 * slope);
+            enhanced * (flow.inverse * ratio * (std::f64::consts::PI * 3.66 * cell.length) + entry)
         };
-        // Predict the mean from the properties at the inflow, then take the properties there.
-        let (z, rise) = units(inflow);
-        let (phi, psi) = relaxation(z);
-        let mean = inflow + (wall - inflow) * (-phi + 1.0) + rise * psi;
-        let (z, rise) = units(mean);
+        let heated = cell.heater > 0.0 || cell.wire > 0.0;
+        let rise = |t: N| {
+            if heated { source * flow.inverse / air.specific_heat(limited(t)) } else { N::constant(0.0) }
+        };
+        // Predict the mean from the properties at the inflow (Pade form), then take the properties there.
+        let z = units(inflow);
+        let mean = inflow + ((wall - inflow) * z + rise(inflow)) / (z + 2.0);
+        let (z, rise) = (units(mean), rise(mean));
         let (phi, psi) = relaxation(z);
         let outflow = inflow + ((wall - inflow) * z + rise) * phi;
-        let mean = inflow + (wall - inflow) * z * psi + rise * psi;
-        let to_wall = flow * (air.enthalpy(inflow) - air.enthalpy(outflow)) + source;
+        let mean = inflow + ((wall - inflow) * z + rise) * psi;
+        let to_wall = flow.size * (air.enthalpy(inflow) - air.enthalpy(outflow)) + source;
         (outflow, mean, to_wall)
     }
 
@@ -122,7 +143,7 @@ impl Pipe {
         out.mean.resize(n, blank);
         out.to_wall.resize(n, blank);
         let down = usize::from(flow.value() < 0.0);
-        let size = if down == 1 { -flow } else { flow };
+        let size = Flow::new(if down == 1 { -flow } else { flow });
         let mut t = drive.ambient;
         out.face[if down == 1 { n } else { 0 }] = t;
         for step in 0..n {

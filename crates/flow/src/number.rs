@@ -84,12 +84,14 @@ pub trait Number:
 impl Number for f64 {
     type Slope = ();
     const DERIVATIVES: bool = false;
+    #[inline]
     fn constant(value: f64) -> Self {
         value
     }
     fn value(self) -> f64 {
         self
     }
+    #[inline]
     fn compose(self, value: f64, _: f64) -> Self {
         value
     }
@@ -97,6 +99,7 @@ impl Number for f64 {
         value
     }
     fn slope(_: Self) {}
+    #[inline]
     fn settle(self, (): &()) -> Self {
         self
     }
@@ -120,6 +123,7 @@ impl<const P: usize> Dual<P> {
         Self { value, slopes }
     }
 
+    #[inline]
     fn zip(self, other: Self, value: f64, f: impl Fn(f64, f64) -> f64) -> Self {
         let mut slopes = self.slopes;
         for (s, o) in slopes.iter_mut().zip(other.slopes) {
@@ -132,12 +136,14 @@ impl<const P: usize> Dual<P> {
 impl<const P: usize> Number for Dual<P> {
     type Slope = [f64; P];
     const DERIVATIVES: bool = true;
+    #[inline]
     fn constant(value: f64) -> Self {
         Self { value, slopes: [0.0; P] }
     }
     fn value(self) -> f64 {
         self.value
     }
+    #[inline]
     fn compose(self, value: f64, slope: f64) -> Self {
         Self { value, slopes: self.slopes.map(|s| slope * s) }
     }
@@ -149,6 +155,7 @@ impl<const P: usize> Number for Dual<P> {
         slope[P - 1] = 0.0;
         slope
     }
+    #[inline]
     fn settle(self, slope: &[f64; P]) -> Self {
         let along = self.slopes[P - 1];
         let mut slopes = self.slopes;
@@ -162,6 +169,7 @@ impl<const P: usize> Number for Dual<P> {
 
 impl<const P: usize> Add for Dual<P> {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         self.zip(other, self.value + other.value, |a, b| a + b)
     }
@@ -169,6 +177,7 @@ impl<const P: usize> Add for Dual<P> {
 
 impl<const P: usize> Sub for Dual<P> {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         self.zip(other, self.value - other.value, |a, b| a - b)
     }
@@ -177,6 +186,7 @@ impl<const P: usize> Sub for Dual<P> {
 impl<const P: usize> Mul for Dual<P> {
     type Output = Self;
     #[allow(clippy::suspicious_arithmetic_impl, reason = "the product rule is a sum")]
+    #[inline]
     fn mul(self, other: Self) -> Self {
         self.zip(other, self.value * other.value, |a, b| a * other.value + b * self.value)
     }
@@ -184,6 +194,7 @@ impl<const P: usize> Mul for Dual<P> {
 
 impl<const P: usize> Div for Dual<P> {
     type Output = Self;
+    #[inline]
     fn div(self, other: Self) -> Self {
         let (inverse, ratio) = (1.0 / other.value, self.value / other.value);
         self.zip(other, ratio, |a, b| (a - ratio * b) * inverse)
@@ -192,6 +203,7 @@ impl<const P: usize> Div for Dual<P> {
 
 impl<const P: usize> Neg for Dual<P> {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         self * -1.0
     }
@@ -199,6 +211,7 @@ impl<const P: usize> Neg for Dual<P> {
 
 impl<const P: usize> Add<f64> for Dual<P> {
     type Output = Self;
+    #[inline]
     fn add(self, other: f64) -> Self {
         Self { value: self.value + other, ..self }
     }
@@ -206,6 +219,7 @@ impl<const P: usize> Add<f64> for Dual<P> {
 
 impl<const P: usize> Sub<f64> for Dual<P> {
     type Output = Self;
+    #[inline]
     fn sub(self, other: f64) -> Self {
         Self { value: self.value - other, ..self }
     }
@@ -213,6 +227,7 @@ impl<const P: usize> Sub<f64> for Dual<P> {
 
 impl<const P: usize> Mul<f64> for Dual<P> {
     type Output = Self;
+    #[inline]
     fn mul(self, other: f64) -> Self {
         Self { value: self.value * other, slopes: self.slopes.map(|s| s * other) }
     }

@@ -2,7 +2,7 @@
 
 use crate::band::Band;
 use crate::draught::Draught;
-use crate::gas::Drive;
+use crate::gas::{Drive, Flow};
 use crate::number::{Dual, Number};
 use crate::pipe::Pipe;
 use crate::wall::Budget;
@@ -189,7 +189,7 @@ impl Pipe {
             let [t, w, m] = [march.face[i], wall[i], flow];
             let [t, w, m] = [Dual::<3>::variable(t, 0), Dual::<3>::variable(w, 1), Dual::<3>::variable(m, 2)];
             let source = self.source(cell, lift(drive.released), parameters.wall_share);
-            let (outflow, mean, to_wall) = self.cell(cell, (0, m), t, w, source, &parameters);
+            let (outflow, mean, to_wall) = self.cell(cell, (0, Flow::new(m)), t, w, source, &parameters);
             let losses = self.losses(w, lift(drive.ambient), &parameters);
             let out = (losses.convection + losses.radiation).slopes[1] * cell.length
                 + cell.mount / p.mount_resistance;

@@ -239,8 +239,8 @@ fn advance(
     Ok(())
 }
 
-/// Tolerance of the mass flow in ln(buoyancy/losses): 4e-6 of U_h, 0.05 us at most in an arrival time.
-const TOLERANCE: f64 = 1e-5;
+/// Tolerance of the mass flow in ln(buoyancy/losses): 4e-5 of U_h, 0.01 us in an arrival time.
+const TOLERANCE: f64 = 1e-4;
 
 fn snapshot(ensemble: &Ensemble, layout: &Layout, time: f64, power: f64, velocity: &[f64]) -> Snapshot {
     let (mean, spread) = (ensemble.mean(), ensemble.spread());

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "an unexpected error is a failed test")]
 
 mod assimilation;
+mod calibration;
 mod convergence;
 mod derivatives;
 mod physics;
