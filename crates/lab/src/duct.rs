@@ -73,15 +73,20 @@ pub struct Mode {
     pub residue: Vec<C64>,
 }
 
+impl Mouth {
+    /// p/U, U out of the tube, at complex frequency `s`.
+    #[must_use]
+    pub fn impedance(&self, s: C64) -> C64 {
+        self.end.impedance(&self.gas, self.open_area, s) + self.entry_loss / self.open_area
+    }
+}
+
 impl Duct {
     /// Marches from top to bottom at complex frequency `s`.
     #[must_use]
     pub fn march(&self, s: C64) -> March {
         let lines: Vec<Line> = self.media.iter().map(|(section, gas)| section.line(gas, s)).collect();
-        let impedance = |mouth: &Mouth| {
-            mouth.end.impedance(&mouth.gas, mouth.open_area, s) + mouth.entry_loss / mouth.open_area
-        };
-        let (mut p, mut u) = (impedance(&self.top), C64::ONE);
+        let (mut p, mut u) = (self.top.impedance(s), C64::ONE);
         let mut pressures = Vec::new();
         for piece in &self.pieces {
             match piece {
@@ -96,7 +101,7 @@ impl Duct {
             }
         }
         // The bottom mouth's outward velocity is -U.
-        March { pressures, drive: p + impedance(&self.bottom) * u }
+        March { pressures, drive: p + self.bottom.impedance(s) * u }
     }
 
     /// Pressure at the microphones per source pressure, at complex frequency `s`.

@@ -92,6 +92,26 @@ fn lab_a_silent_ping_rings_with_the_true_mode() {
 }
 
 #[test]
+fn oracle_true_reflections_against_the_geometry_of_the_mouths() {
+    let truth = Truth::standard();
+    let lab = lab(&["C3"], 1, 1, &truth);
+    let (rig, gas) = (Rig::juniper_yoko_2022(), |k: usize| {
+        Rig::juniper_yoko_2022().gas.at(lab.true_temperature(k), 101_325.0)
+    });
+    let end = rijke_lab::radiation::OpenEnd {
+        inner_radius: rig.tube.radius(),
+        outer_radius: rig.tube.radius() + rig.tube.wall_thickness,
+        absorption: truth.ends.absorption_top,
+    };
+    // Without prongs both mouths reflect as the bare end does; with prongs the bottom's end correction is as long.
+    let (s, [bottom, top]) = (lab.true_mode(0).0, lab.true_reflections(0));
+    let bare = end.reflection(&gas(0), s);
+    assert!((top - bare).norm() < 1e-12 && (bottom - bare).norm() < 1e-12);
+    let [bottom, top] = lab.true_reflections(9);
+    assert!((bottom.arg() - top.arg()).abs() < 1e-4 && (bottom.norm() - top.norm()).abs() < 1e-4);
+}
+
+#[test]
 fn lab_bad_records_occur_as_often_as_the_truth_says() {
     let mut truth = Truth::standard();
     (truth.faults.pings, truth.faults.clicks) = (0.3, 0.2);
