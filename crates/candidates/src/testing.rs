@@ -5,8 +5,13 @@ use rijke_rig::{Campaign, Rig};
 
 /// The paper's rig at 20 C with the prongs at 0.35 m.
 pub(crate) fn surroundings() -> Surroundings {
+    at("C3-35", 0.0)
+}
+
+/// The paper's rig at 20 C at an operating point of Table 1, with a velocity at the heater in m/s.
+pub(crate) fn at(id: &str, velocity: f64) -> Surroundings {
     let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
-    let point = campaign.points.iter().find(|p| p.id == "C3-35").expect("a point of Table 1");
+    let point = campaign.points.iter().find(|p| p.id == id).expect("a point of Table 1");
     let gas = rig.gas.at(293.15, rig.pressure);
-    Surroundings::new(&rig, point, &gas, 293.15, 0.0)
+    Surroundings::new(&rig, point, &gas, 293.15, velocity)
 }
