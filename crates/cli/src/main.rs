@@ -10,6 +10,7 @@ mod check;
 mod completions;
 mod failure;
 mod lab;
+mod modes;
 mod process;
 mod rank;
 mod report;
@@ -34,6 +35,7 @@ enum Command {
     Check(check::Args),
     Process(process::Args),
     Rank(rank::Args),
+    Modes(modes::Args),
     Report(report::Args),
     Completions(completions::Args),
 }
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Command::Check(args) => check::run(args, &ui),
         Command::Process(args) => process::run(args, &ui),
         Command::Rank(args) => rank::run(args, &ui),
+        Command::Modes(args) => modes::run(args, &ui),
         Command::Report(args) => report::run(args, &ui),
         Command::Completions(args) => completions::run(args, &ui),
     };

@@ -67,15 +67,15 @@ impl Network {
         self.check_analytic(coefficients, region, work)?;
         let poles = self.poles_of(coefficients)?;
         let inside = |s: C64| (left..=right).contains(&s.re) && (low..=high).contains(&s.im);
-        let pole_count = poles.iter().filter(|p| inside(p.0)).map(|p| p.1).sum();
-        let mut search = Search {
-            network: self,
-            coefficients,
-            poles,
-            work,
-            step: 0.25 * PI / self.travel_time(),
-            evaluations: 0,
+        let pole_count: usize = poles.iter().filter(|p| inside(p.0)).map(|p| p.1).sum();
+        let step = 0.25 * PI / self.travel_time();
+        // Poles far outside do not change the count and would only scale G.
+        let margin = 4.0 * step;
+        let near = |s: C64| {
+            (left - margin..=right + margin).contains(&s.re) && (low - margin..=high + margin).contains(&s.im)
         };
+        let poles = poles.into_iter().filter(|p| near(p.0)).collect();
+        let mut search = Search { network: self, coefficients, poles, work, step, evaluations: 0 };
         let corners =
             [C64::new(left, low), C64::new(right, low), C64::new(right, high), C64::new(left, high)];
         let border = Cell {

@@ -24,6 +24,8 @@ mod chain;
 mod coefficients;
 mod contour;
 mod error;
+pub mod file;
+pub mod laws;
 pub mod levine_schwinger;
 mod newton;
 mod response;

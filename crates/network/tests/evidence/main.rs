@@ -7,4 +7,5 @@ mod certificate;
 mod common_laws;
 mod derivatives;
 mod eigenvalues;
+mod files;
 mod invariances;

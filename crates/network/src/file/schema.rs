@@ -1,0 +1,201 @@
+//! What a network file may hold.
+
+use crate::laws::WallLaw;
+use serde::Deserialize;
+use toml::Spanned;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    /// For the reader of the file.
+    #[serde(default)]
+    pub(super) name: Option<String>,
+    #[serde(default)]
+    pub(super) gas: Gas,
+    #[serde(default)]
+    pub(super) search: Search,
+    pub(super) upstream: Spanned<toml::Table>,
+    pub(super) downstream: Spanned<toml::Table>,
+    #[serde(default)]
+    pub(super) element: Vec<Spanned<toml::Table>>,
+}
+
+/// The gas where an element does not say otherwise: dry air at 20 C.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Gas {
+    /// K.
+    pub(super) temperature: f64,
+    /// Pa.
+    pub(super) pressure: f64,
+    pub(super) gamma: f64,
+    /// J/(kg K).
+    pub(super) gas_constant: f64,
+    /// Pa s at `temperature`; elsewhere by the power 0.7 of temperature.
+    pub(super) viscosity: f64,
+    pub(super) prandtl: f64,
+}
+
+impl Default for Gas {
+    fn default() -> Self {
+        Self {
+            temperature: 293.15,
+            pressure: 101_325.0,
+            gamma: 1.4,
+            gas_constant: 287.05,
+            viscosity: 1.813e-5,
+            prandtl: 0.71,
+        }
+    }
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Search {
+    /// 1/s.
+    pub(super) growth_rate: Option<[f64; 2]>,
+    pub(super) frequency_hz: Option<[f64; 2]>,
+}
+
+/// A wall that loses nothing, or one of the laws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum WallChoice {
+    #[default]
+    None,
+    #[serde(untagged)]
+    Law(WallLaw),
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Scheme {
+    /// Loss in the propagation.
+    #[default]
+    Line,
+    /// The paper's jumps between equal pieces.
+    Lumped,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn unity() -> Vec<f64> {
+    vec![1.0]
+}
+
+/// The elements, from upstream to downstream; keys common to all are in [`Common`].
+#[derive(Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) enum Element {
+    /// A straight or conical duct, uniform or with a linear temperature, cut into `pieces`.
+    Duct {
+        length: f64,
+        diameter: Option<f64>,
+        diameter_end: Option<f64>,
+        area: Option<f64>,
+        area_end: Option<f64>,
+        temperature: Option<f64>,
+        temperature_end: Option<f64>,
+        /// Temperatures at equally spaced points from start to end.
+        temperatures: Option<Vec<f64>>,
+        sound_speed: Option<f64>,
+        density: Option<f64>,
+        pieces: Option<usize>,
+        #[serde(default)]
+        wall: WallChoice,
+        #[serde(default = "one")]
+        wall_factor: f64,
+        #[serde(default)]
+        scheme: Scheme,
+    },
+    /// Constant feedback coefficients, [real, imaginary].
+    Feedback {
+        #[serde(default)]
+        mu: [f64; 2],
+        #[serde(default)]
+        mp: [f64; 2],
+        #[serde(default)]
+        eu: [f64; 2],
+        #[serde(default)]
+        ep: [f64; 2],
+    },
+    /// A plate with a hole: inertia rho l_eff A/A_hole s, and drag.
+    Orifice {
+        diameter: f64,
+        thickness: f64,
+        /// Pa s/m.
+        #[serde(default)]
+        drag: f64,
+    },
+    /// A compact heat source, k_eu = -gain N/D e^{-s delay}; gain may come from the temperature ratio of the ducts.
+    Flame {
+        gain: Option<f64>,
+        /// Interaction index: gain = n (T2/T1 - 1).
+        n: Option<f64>,
+        #[serde(default)]
+        delay: f64,
+        cutoff_hz: Option<f64>,
+        #[serde(default = "unity")]
+        numerator: Vec<f64>,
+        #[serde(default = "unity")]
+        denominator: Vec<f64>,
+        /// m upstream of the flame.
+        #[serde(default)]
+        reference: f64,
+    },
+    /// A Helmholtz resonator on the wall.
+    Helmholtz {
+        volume: f64,
+        neck_area: f64,
+        /// Effective length, end corrections included.
+        neck_length: f64,
+        /// Pa s/m, pressure over velocity in the neck.
+        #[serde(default)]
+        resistance: f64,
+    },
+    /// A closed tube on the wall.
+    QuarterWave { length: f64, area: f64 },
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) enum End {
+    Open,
+    Closed,
+    Anechoic,
+    /// Constant R; angle in rad.
+    Constant {
+        modulus: f64,
+        angle: f64,
+    },
+    /// R = modulus e^{-s delay}, with sign.
+    Delayed {
+        factor: f64,
+        delay: f64,
+    },
+    Unflanged {
+        /// m; thin if absent.
+        #[serde(default)]
+        wall_thickness: f64,
+        /// Calibration: R is multiplied by modulus e^{i angle}.
+        calibration: Option<[f64; 2]>,
+    },
+    Flanged,
+    Choked {
+        mach: f64,
+    },
+    /// Normalised impedance p/(rho c u) into the end, rational in s.
+    Impedance {
+        numerator: Vec<f64>,
+        denominator: Vec<f64>,
+    },
+    /// R itself, rational in s.
+    Rational {
+        numerator: Vec<f64>,
+        denominator: Vec<f64>,
+        #[serde(default)]
+        delay: f64,
+    },
+}
