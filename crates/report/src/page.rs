@@ -36,7 +36,8 @@ pub(crate) struct Item {
 pub(crate) fn render(items: &[Item]) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.add_template("page.html", TEMPLATE)?;
-    let provenance = items.iter().find_map(|i| i.provenance.as_ref());
+    // The study that used most of the records describes them.
+    let provenance = items.iter().filter_map(|i| i.provenance.as_ref()).max_by_key(|p| p.points);
     let page = environment.get_template("page.html")?.render(Serde(json!({
         "items": items.iter().map(values).collect::<Vec<_>>(),
         "virtual_data": provenance.is_some_and(|p| p.data == DataKind::Virtual),
@@ -60,6 +61,17 @@ fn values(item: &Item) -> Value {
         "figures": figures.collect::<Vec<_>>(),
         "tables": tables.collect::<Vec<_>>(),
         "sheets": item.sheets.iter().map(|s| s.id).collect::<Vec<_>>(),
-        "checks": item.checks,
+        "checks": checks(&item.checks),
     })
+}
+
+/// The checks, with an explanation that several in a row share given after the last of them.
+fn checks(checks: &[Check]) -> Vec<Check> {
+    let mut shown = checks.to_vec();
+    for i in 1..shown.len() {
+        if shown[i - 1].explanation == shown[i].explanation {
+            shown[i - 1].explanation = None;
+        }
+    }
+    shown
 }
