@@ -23,6 +23,9 @@ pub struct Importance {
     pub refused: usize,
 }
 
+/// Relative standard deviation of the weights below which the shape of their tail is not read.
+const NEGLIGIBLE_SPREAD: f64 = 0.01;
+
 impl Importance {
     /// The largest good `k_hat` for this number of draws: min(1 - 1/log10 S, 0.7) (Vehtari et al. 2024, section 3.2).
     #[must_use]
@@ -30,10 +33,11 @@ impl Importance {
         (1.0 - 1.0 / (self.draws as f64).log10()).min(0.7)
     }
 
-    /// True if the weights have a tail light enough for `ln_marginal` and `standard_error` to mean something.
+    /// True if the weights have a tail light enough for `ln_marginal` and `standard_error` to mean something, or hardly
+    /// differ: a tail among weights that are all within 1 % of each other has a shape, but no effect.
     #[must_use]
     pub fn good(&self) -> bool {
-        self.k_hat <= self.k_limit()
+        self.k_hat <= self.k_limit() || self.standard_error * (self.draws as f64).sqrt() < NEGLIGIBLE_SPREAD
     }
 }
 

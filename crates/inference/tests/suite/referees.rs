@@ -58,3 +58,29 @@ fn oracle_nested_sampling_of_a_curved_model() {
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     compare(&posterior, 0.15, 3.0);
 }
+
+#[test]
+fn exact_nested_sampling_states_its_own_error() {
+    // 40 runs with few live points on a linear model: the mean misses by less than its standard error allows, and the
+    // scatter is the stated error.
+    let parameters = Parameters::new((0..3).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
+    let observation = Observation::new("d", numbers("nested/y", 10))
+        .with_independent_noise(0, &(0..10).collect::<Vec<_>>());
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
+    let model = Linear(design("nested", 10, 3));
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let exact = posterior.laplace(&fit).unwrap().evidence.ln_marginal;
+    let target = LikelihoodTarget::new(&posterior, &fit).unwrap();
+    let pulls: Vec<f64> = (0..40)
+        .map(|seed| {
+            let nested = Nested::with_error(0.35, 8.0, 3, Streams::new(seed));
+            let judged = nested.judge(&target).unwrap();
+            (judged.ln_marginal - exact) / judged.standard_error
+        })
+        .collect();
+    let mean = pulls.iter().sum::<f64>() / 40.0;
+    let scatter = (pulls.iter().map(|p| p * p).sum::<f64>() / 40.0).sqrt();
+    println!("nested sampling: mean pull {mean:.3} +- 0.158, root mean square {scatter:.3}");
+    assert!(mean.abs() < 0.5 && (0.7..1.35).contains(&scatter), "{mean} {scatter} {pulls:.2?}");
+}
