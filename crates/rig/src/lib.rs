@@ -33,6 +33,7 @@ mod manifest;
 mod observation;
 mod records;
 mod table;
+mod text_record;
 mod wav;
 
 pub use campaign::{Campaign, OperatingPoint};
@@ -42,4 +43,4 @@ pub use geometry::{Heater, Microphones, Prongs, Recording, Rig, Tube};
 pub use manifest::RecordFolder;
 pub use observation::{Click, Observations, Ping, PointObservations, Rejection};
 pub use records::{Calibration, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, Stretch};
-pub use wav::{Layout, Samples24, read_wav};
+pub use wav::{Layout, Samples24, read_record, read_wav};

@@ -1,7 +1,7 @@
 //! A folder of records: `manifest.toml`, the rig, the campaign, and the WAV files it lists.
 
 use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
-use crate::wav::{Layout, read_wav};
+use crate::wav::{Layout, read_record};
 use crate::{
     Calibration, Campaign, DataKind, Day, PointRecords, Problem, Record, RecordSet, RecordSource, Rig,
     RigError, Stretch,
@@ -56,9 +56,9 @@ struct PointEntry {
 
 /// Opening words of a manifest.
 const HEADER: &str = "\
-# A set of records. Paths are relative to this file. Each WAV file holds all microphones of one record.
+# A set of records. Paths are relative to this file. Each file, WAV or CSV, holds all microphones of one record.
 # channels: for every channel of a file, the microphone it records, counted from 0 along the tube; -1 for none.
-# full_scale_pa: pressure of the largest integer of an integer WAV file (a float file is in Pa).
+# full_scale_pa: pressure of the largest integer of an integer WAV file (a float file and a CSV file are in Pa).
 # quiet_samples: samples taken before the loudspeaker acts; the trigger of a click is at that sample.
 
 ";
@@ -103,7 +103,7 @@ impl RecordFolder {
     }
 
     fn read(&self, name: &str, stretch: Stretch) -> Result<Record, RigError> {
-        read_wav(&self.folder.join(name), self.set.layout(stretch))
+        read_record(&self.folder.join(name), self.set.layout(stretch))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Multichannel WAV in and out.
 
 use crate::files::write_whole;
+use crate::text_record::read_text_record;
 use crate::{Problem, Record, RigError};
 use hound::{SampleFormat, WavReader, WavSpec, WavWriter};
 use std::io::{BufReader, Cursor, Read};
@@ -69,7 +70,19 @@ impl Samples24 {
     }
 }
 
-/// Reads one record.
+/// Reads one record: WAV, or text if the name ends in .csv, .tsv or .txt.
+///
+/// # Errors
+/// Those of [`read_wav`]; in text, a cell that is not a number.
+pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    match extension.as_str() {
+        "csv" | "tsv" | "txt" => read_text_record(path, layout),
+        _ => read_wav(path, layout),
+    }
+}
+
+/// Reads one record from a WAV file.
 ///
 /// # Errors
 /// The file is absent, not a WAV file, truncated, sampled at another rate, lacks a channel, or holds NaN. A clipped
@@ -123,7 +136,12 @@ pub fn read_wav(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
 }
 
 /// De-interleaves: `sample(k)` is the k-th value of the file in Pa.
-fn spread(layout: Layout<'_>, frames: usize, full_scale: f64, sample: impl Fn(usize) -> f64) -> Record {
+pub(crate) fn spread(
+    layout: Layout<'_>,
+    frames: usize,
+    full_scale: f64,
+    sample: impl Fn(usize) -> f64,
+) -> Record {
     let stride = layout.channels.len();
     let microphones = layout.channels.iter().flatten().max().map_or(0, |m| m + 1);
     let mut channels = vec![Vec::new(); microphones];
@@ -136,7 +154,7 @@ fn spread(layout: Layout<'_>, frames: usize, full_scale: f64, sample: impl Fn(us
 }
 
 /// The first sample that is not a number, if any.
-fn finite(record: &Record) -> Result<(), (String, Problem)> {
+pub(crate) fn finite(record: &Record) -> Result<(), (String, Problem)> {
     for (m, channel) in record.channels.iter().enumerate() {
         if let Some((sample, &value)) = channel.iter().enumerate().find(|(_, p)| !p.is_finite()) {
             return Err((format!("microphone {m}"), Problem::NotFinite { sample, value }));

@@ -5,7 +5,8 @@ use proptest::prelude::*;
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{
     Calibration, Campaign, Click, DataKind, Day, Observations, Ping, PointObservations, PointRecords,
-    RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch, read_wav,
+    RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch, read_record,
+    read_wav,
 };
 use std::path::{Path, PathBuf};
 
@@ -156,6 +157,40 @@ fn exact_message_of_a_nan_in_a_float_file() {
 }
 
 #[test]
+fn exact_text_and_wav_give_the_same_record() {
+    let scratch = Scratch::new("text");
+    let (set, samples) = (small_set(), samples(10_000));
+    let from_wav = samples.record(set.layout(set.ping));
+    let path = scratch.0.join("ping.csv");
+    // Rows in the order of the file's channels: microphone 7 first.
+    let row = |n: usize, by: &str| {
+        let cells: Vec<String> = (0..8).rev().map(|m| from_wav.channels[m][n].to_string()).collect();
+        cells.join(by)
+    };
+    for (by, header, end) in
+        [(",", "a,b,c,d,e,f,g,h\n", "\n"), (";", "", "\r\n"), ("\t", "\u{feff}p\t\t\t\t\t\t\t\n", "\n")]
+    {
+        let rows: String = (0..FRAMES).map(|n| row(n, by) + end).collect();
+        std::fs::write(&path, format!("{header}{rows}\n")).unwrap();
+        let record = read_record(&path, set.layout(set.ping)).unwrap();
+        assert_eq!((record.channels, record.full_scale), (from_wav.channels.clone(), f64::INFINITY));
+    }
+    let good: String = (0..FRAMES).map(|n| row(n, ",") + "\n").collect();
+    let lines: Vec<&str> = good.lines().collect();
+    let with = |line: &str| {
+        let mut changed = lines.clone();
+        changed[4] = line;
+        std::fs::write(&path, changed.join("\n")).unwrap();
+        read_record(&path, set.layout(set.ping)).unwrap_err()
+    };
+    refused(with("1,2,3"), "line 5: 3 channels, the manifest's `channels` lists 8", "record all channels");
+    refused(with("1,2,3,x,5,6,7,8"), "line 5, column 4: `x` is not a number", "decimal point");
+    refused(with("1,2,3,4,5,6,inf,8"), "microphone 1: sample 4 is inf", "remove the file");
+    std::fs::write(&path, "").unwrap();
+    refused(read_record(&path, set.layout(set.ping)).unwrap_err(), "0 samples", "correct the quiet length");
+}
+
+#[test]
 fn exact_messages_of_a_bad_manifest() {
     let scratch = Scratch::new("manifest");
     write_small(&scratch.0);
@@ -270,9 +305,12 @@ proptest! {
         } else {
             file = bytes;
         }
-        std::fs::write(&path, file).unwrap();
+        std::fs::write(&path, &file).unwrap();
         let set = small_set();
         let _ = read_wav(&path, set.layout(set.ping));
+        let text = scratch.0.join("x.csv");
+        std::fs::write(&text, &file).unwrap();
+        let _ = read_record(&text, set.layout(set.ping));
     }
 
     /// Nor does any text the TOML and CSV readers, and a rig that is accepted is inside its own limits.
