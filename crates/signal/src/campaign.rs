@@ -1,7 +1,7 @@
 //! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a time and
 //! in parallel; results keep the order of the set, whatever the number of threads.
 
-use crate::click::{ClickFit, ClickOptions, fit_click};
+use crate::click::{ClickFit, ClickOptions, Reflection, fit_click};
 use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
 use crate::ping::{PingFit, PingOptions, fit_ping};
 use crate::repeats::{Repeats, combine};
@@ -232,7 +232,12 @@ fn click_options(set: &RecordSet, day: usize, options: &ClickOptions) -> ClickOp
     let positions = &rig.microphones.positions;
     ClickOptions {
         dispersion: positions.iter().map(|x| x * loss).collect(),
-        reflection: positions.iter().map(|x| 2.0 * (end - x) / air.sound_speed).collect(),
+        reflection: Some(Reflection {
+            lags: positions.iter().map(|x| 2.0 * (end - x) / air.sound_speed).collect(),
+            strength: -1.0,
+            smoothing: radius / air.sound_speed,
+            tolerance: 0.1,
+        }),
         ..options.clone()
     }
 }

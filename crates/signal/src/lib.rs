@@ -22,11 +22,13 @@ mod ping;
 mod pulse;
 mod repeats;
 mod ringdown;
+mod segment;
 mod trace;
 mod verdict;
+mod waveform;
 
 pub use campaign::{PointScatter, ProcessError, ProcessOptions, Processed, process, record_count};
-pub use click::{ClickFit, ClickOptions, Weighting, fit_click};
+pub use click::{ClickFit, ClickOptions, Reflection, fit_click};
 pub use delays::{CalibrationError, ChannelDelays, KnownClick};
 pub use error::Fault;
 pub use ping::{PingFit, PingOptions, fit_ping};

@@ -150,7 +150,11 @@ fn fit_whitened(
     let to = white.rows().min(from + length.max(need));
     // The earlier start shows neighbours that had died away by the first one.
     let start = first_guess(slice(from, to), options, harmonics)?;
-    solution = solve(slice(from, to), &start)?;
+    // Two poles that stand for one leave the fit singular; the modes of the first fit are told apart.
+    solution = match solve(slice(from, to), &start) {
+        Err(Fault::Singular(_) | Fault::NotConverged { .. }) => solve(slice(from, to), &solution.components)?,
+        other => other?,
+    };
     Ok(Fitted {
         whitener: whitener.clone(),
         harmonics: harmonics.to_vec(),

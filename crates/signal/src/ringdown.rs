@@ -88,20 +88,22 @@ const MAX_STEPS: usize = 25;
 /// The iteration ends when a step is this small in standard deviations: its error is then second order.
 const SMALL_STEP: f64 = 1e-3;
 /// A neighbour near the noise may keep wandering: then it is enough that the first component has settled to this.
-const SETTLED: f64 = 0.02;
+const SETTLED: f64 = 0.05;
+/// After so many steps only half of each is taken: a weak neighbour may overshoot to and fro.
+const HALF_STEPS: usize = 8;
 
 /// Maximises the likelihood from the given first guess.
 pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, Fault> {
     let energy = white.energy();
     let mut state = State::new(white, start.to_vec(), energy)?;
     let mut last = f64::INFINITY;
-    for _ in 0..MAX_STEPS {
+    for number in 0..MAX_STEPS {
         let Step { step, length, first } = state.gauss_newton_step()?;
         last = first;
         if length < SMALL_STEP {
             return state.finish();
         }
-        let mut factor = 1.0;
+        let mut factor = if number < HALF_STEPS { 1.0 } else { 0.5 };
         loop {
             let moved = state.moved(&step, factor);
             match State::new(white, moved, energy) {

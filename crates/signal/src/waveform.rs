@@ -1,0 +1,111 @@
+//! A band-limited function of time with adjustable coefficients: the unknown waveform of an impulse.
+
+use rijke_numerics::{C64, Matrix};
+use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
+
+/// Sum of c_k phi((t - t_k)/h), with phi a windowed sinc. Away from the first and last centres a tone at 0.3/h is
+/// represented to 0.5 % of its amplitude, lower ones better; h is chosen as 0.4 over the highest frequency.
+#[derive(Clone, Debug)]
+pub(crate) struct Waveform {
+    first: f64,
+    spacing: f64,
+    pub(crate) coefficients: Vec<f64>,
+}
+
+/// Half length of phi in spacings, and points of its table per spacing (linear interpolation then errs by 1e-6).
+const REACH: usize = 6;
+const FINE: usize = 400;
+
+/// phi and its derivative on a fine grid from 0 to REACH.
+static TABLE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
+    let phi = |u: f64| {
+        let window = (0.5 * PI * u / REACH as f64).cos().powi(2);
+        if u == 0.0 { 1.0 } else { (PI * u).sin() / (PI * u) * window }
+    };
+    (0..=REACH * FINE + 1)
+        .map(|n| {
+            let u = n as f64 / FINE as f64;
+            [phi(u), (phi(u + 1e-5) - phi(u - 1e-5)) / 2e-5]
+        })
+        .collect()
+});
+
+impl Waveform {
+    /// Covers times from `-before` to `after` for spectra up to `highest_hz`.
+    pub(crate) fn new(before: f64, after: f64, highest_hz: f64) -> Self {
+        let spacing = 0.4 / highest_hz;
+        let (low, high) = ((before / spacing).ceil(), (after / spacing).ceil());
+        Self { first: -low * spacing, spacing, coefficients: vec![0.0; (low + high) as usize + 1] }
+    }
+
+    /// The value of each phi_k at time t and its derivative, 1/s, for those that are not zero there.
+    pub(crate) fn basis(&self, t: f64) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        let u = (t - self.first) / self.spacing;
+        let low = (u - REACH as f64).ceil().max(0.0) as usize;
+        let high = ((u + REACH as f64).floor() as i64 + 1).clamp(0, self.coefficients.len() as i64) as usize;
+        let table: &[[f64; 2]] = &TABLE;
+        (low..high).map(move |k| {
+            let distance = u - k as f64;
+            let fine = distance.abs() * FINE as f64;
+            let n = (fine as usize).min(table.len() - 2);
+            let part = fine - n as f64;
+            let [a, b] = [0, 1].map(|i| table[n][i] * (1.0 - part) + table[n + 1][i] * part);
+            (k, a, b * distance.signum() / self.spacing)
+        })
+    }
+
+    /// Value and derivative at time t.
+    pub(crate) fn at(&self, t: f64) -> (f64, f64) {
+        self.basis(t).fold((0.0, 0.0), |sum, (k, value, slope)| {
+            let c = self.coefficients[k];
+            (sum.0 + c * value, sum.1 + c * slope)
+        })
+    }
+
+    /// Replaces w(t) by w(t + `lag`).
+    pub(crate) fn shift(&mut self, lag: f64) {
+        let centre = |k: usize| self.first + self.spacing * k as f64;
+        self.coefficients = (0..self.coefficients.len()).map(|k| self.at(centre(k) + lag).0).collect();
+    }
+
+    /// The linear map from coefficients to real and imaginary parts of the spectrum at the given frequencies, up to a
+    /// real factor of each frequency that is the same for all waveforms.
+    pub(crate) fn spectrum_map(&self, frequencies: &[f64]) -> Matrix {
+        Matrix::from_fn(2 * frequencies.len(), self.coefficients.len(), |i, k| {
+            let t = self.first + self.spacing * k as f64;
+            let turn = C64::from_polar(1.0, -frequencies[i / 2] * t);
+            if i % 2 == 0 { turn.re } else { turn.im }
+        })
+    }
+}
+
+/// Frequencies at which waveforms are compared, rad/s: inside the band, few enough that their spectrum is determined.
+pub(crate) fn comparison_frequencies((low, high): (f64, f64)) -> Vec<f64> {
+    let count = 6;
+    let (from, to) = (1.5 * low, 0.85 * high);
+    (0..count).map(|k| TAU * (from + (to - from) * f64::from(k) / f64::from(count - 1))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn oracle_band_limited_function_is_represented_and_differentiated() {
+        for (frequency, tolerance) in [(3000.0, 5e-3), (1500.0, 1e-3)] {
+            let mut waveform = Waveform::new(2e-3, 2e-3, 4000.0);
+            let f = |t: f64| (TAU * frequency * t).cos() * (-(t / 6e-4_f64).powi(2)).exp();
+            for k in 0..waveform.coefficients.len() {
+                waveform.coefficients[k] = f(waveform.first + waveform.spacing * k as f64);
+            }
+            for n in -50..50 {
+                let t = 1.37e-5 * f64::from(n);
+                let (value, slope) = waveform.at(t);
+                assert!((value - f(t)).abs() < tolerance, "{frequency} Hz, {t}: {value} {}", f(t));
+                let exact = (f(t + 1e-8) - f(t - 1e-8)) / 2e-8;
+                assert!((slope - exact).abs() < 3.0 * tolerance * TAU * frequency, "{t}: {slope} {exact}");
+            }
+        }
+    }
+}
