@@ -4,6 +4,7 @@
 mod bad_input;
 mod help;
 mod records;
+mod same_seed;
 
 use std::{
     path::{Path, PathBuf},
