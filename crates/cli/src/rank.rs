@@ -8,7 +8,8 @@ use crate::{
 use rijke_lab::Truth;
 use rijke_rig::{DataKind, Observations};
 use rijke_studies::{
-    Check, Prongs, consistency, empty_tube, lumped_convergence, microphones, prongs, true_empty_tube,
+    Check, Prongs, cold_heater, consistency, empty_tube, lumped_convergence, microphones,
+    prongs_and_knowledge, true_empty_tube,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -28,6 +29,9 @@ pub(crate) struct Args {
     /// not used for measured data.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
+    /// Check every evidence by other starts, importance sampling and doubled priors; takes some ten times longer.
+    #[arg(long)]
+    thorough: bool,
     /// Replace OUT if it exists.
     #[arg(long)]
     force: bool,
@@ -46,11 +50,25 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let numbers = staged.path().join("numbers");
     std::fs::create_dir_all(&numbers).or_failed().map_err(|f| f.at(&numbers))?;
 
-    let progress = ui.progress("studies", 5);
+    let progress = ui.progress("studies", 6);
     let wrong = |f: Failure| f.at(folder);
     let tube = empty_tube(&observations, known).or_bad_input().map_err(wrong)?;
     progress.advance(1);
-    let prongs = prongs(&observations).or_bad_input().map_err(wrong)?;
+    let (prongs, known_of_prongs) =
+        prongs_and_knowledge(&observations, args.thorough).or_bad_input().map_err(wrong)?;
+    progress.advance(1);
+    // Only a campaign with the heater attached and cold can say anything of it.
+    let has_heater =
+        |p: &rijke_rig::PointObservations| p.point.heater && p.point.power == 0.0 && !p.point.thermocouples;
+    let heater = if observations.points.iter().any(has_heater) {
+        Some(
+            cold_heater(&observations, &prongs.winner, &known_of_prongs, args.thorough)
+                .or_bad_input()
+                .map_err(wrong)?,
+        )
+    } else {
+        None
+    };
     progress.advance(1);
     let microphones = microphones(&observations, known).or_bad_input().map_err(wrong)?;
     progress.advance(1);
@@ -61,12 +79,19 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     write(&numbers, "empty_tube", &tube)?;
     write(&numbers, "prongs", &prongs)?;
     write(&numbers, "microphones", &microphones)?;
+    if let Some(heater) = &heater {
+        write(&numbers, "heater", heater)?;
+    }
     write(&numbers, "consistency", &consistency)?;
     write(&numbers, "lumped_convergence", &lumped)?;
     drop(progress);
     staged.commit()?;
     table(ui, &prongs);
-    for check in [&tube.checks, &prongs.checks, &microphones.checks].into_iter().flatten() {
+    if let Some(heater) = &heater {
+        table(ui, heater);
+    }
+    let of_heater = heater.map(|h| h.checks).unwrap_or_default();
+    for check in [&tube.checks, &prongs.checks, &of_heater, &microphones.checks].into_iter().flatten() {
         say(ui, check);
     }
     Ok(())

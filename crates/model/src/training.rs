@@ -2,7 +2,7 @@
 
 use crate::{Assembly, ModelError, Noise, Observed, PointModel, Predictor, data_of};
 use rijke_inference::{
-    Evidence, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters, Posterior, Stop, TrustRegion,
+    AssessOptions, Evidence, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters, Posterior, Stop,
 };
 use rijke_numerics::Matrix;
 
@@ -28,6 +28,9 @@ pub struct Training {
     pub known: Vec<Knowledge>,
     /// How the most probable parameters are searched.
     pub search: MapOptions,
+    /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some hundred
+    /// calls of the model.
+    pub checks: Option<AssessOptions>,
 }
 
 /// A trained model.
@@ -47,6 +50,8 @@ pub struct Trained {
     pub laplace: Laplace,
     /// How the search ended.
     pub stop: Stop,
+    /// Reasons not to trust the evidence; empty if it passed its checks or was not checked.
+    pub warnings: Vec<String>,
 }
 
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.
@@ -74,17 +79,18 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         }
     }
     let posterior = Posterior::new(&predictor, &data, &parameters)?;
-    let mut fit = posterior.map(&training.search)?;
-    if !fit.stop.converged() {
-        // BFGS may stall within rounding of the minimum, where J no longer resolves its steps; exact Newton steps use
-        // the gradient, which does.
-        fit = posterior.map_from(&fit.working, &TrustRegion::default())?;
-    }
+    let (fit, laplace, warnings) = match &training.checks {
+        None => (posterior.map(&training.search)?, None, Vec::new()),
+        Some(options) => {
+            let assessment = posterior.assess(options)?;
+            (assessment.fit, assessment.laplace.ok(), assessment.health.warnings)
+        }
+    };
     if !fit.stop.converged() {
         let model = assembly.candidates().iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ");
         return Err(ModelError::NotConverged { model, stop: fit.stop });
     }
-    let laplace = posterior.laplace(&fit)?;
+    let laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
     Ok(Trained {
         parameters: list,
         values: fit.parameters,
@@ -93,6 +99,7 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         evidence: laplace.evidence,
         laplace,
         stop: fit.stop,
+        warnings,
     })
 }
 

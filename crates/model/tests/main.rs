@@ -157,6 +157,7 @@ fn exact_training_recovers_the_parameters_that_made_the_data() {
         noise: Noise::MEASURED,
         known: Vec::new(),
         search: MapOptions::bfgs(),
+        checks: None,
     };
     let trained = train(&assembly, &observed, &training).unwrap();
     for (k, (found, truth)) in trained.values.iter().zip(truth).enumerate() {

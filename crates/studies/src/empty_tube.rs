@@ -12,7 +12,8 @@ use rijke_rig::{Observations, OperatingPoint, Rig};
 /// |R|, angle of R and eta of the empty tube, from the reference microphone alone and from all microphones.
 ///
 /// As in section 6.1, sd 0.1 1/s for the growth rate and 1 rad/s for the frequency, wide priors centred on
-/// Levine-Schwinger and Rayleigh. The noise of the pressures, of which the paper says nothing, floats.
+/// Levine-Schwinger and Rayleigh. The noise of the pressures, of which the paper says nothing, is the measured
+/// one plus whatever the data ask for.
 /// `truth` are the values that made virtual data, if they are known.
 ///
 /// # Errors
@@ -113,10 +114,11 @@ pub(crate) fn case(
             growth_rate: fixed(EMPTY_TUBE_SD[0]),
             angular_frequency: fixed(EMPTY_TUBE_SD[1]),
             pressure,
-            measured: false,
+            measured: true,
         },
         known: Vec::new(),
         search: MapOptions::bfgs(),
+        checks: None,
     };
     let trained: Trained = train(assembly, std::slice::from_ref(empty), &training)?;
     let (n, sd) = (trained.values.len(), trained.sd());

@@ -20,6 +20,9 @@ pub enum StudyError {
     /// A candidate that no catalogue has.
     #[error("no catalogue has a candidate called `{0}`")]
     NoCandidate(String),
+    /// No competing model could be fitted, so nothing is known for the next stage.
+    #[error("none of the competing models could be fitted; look at their remarks and at the observations")]
+    NoWinner,
     /// A model could not be built or trained.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -9,9 +9,11 @@
 //! * Standard deviations are called `sd`.
 
 mod catalogue;
+mod competition;
 mod consistency;
 mod empty_tube;
 mod error;
+mod heater;
 mod lumped;
 mod microphones;
 mod prongs;
@@ -21,10 +23,12 @@ pub use catalogue::catalogue;
 pub use consistency::consistency;
 pub use empty_tube::{empty_tube, true_empty_tube};
 pub use error::StudyError;
+pub use heater::cold_heater;
 pub use lumped::{LumpedConvergence, LumpedRow, lumped_convergence};
 pub use microphones::microphones;
-pub use prongs::prongs;
+pub use prongs::{prongs, prongs_and_knowledge};
 pub use records::{
-    Case, Check, Consistency, ConsistencyRow, CurvePoint, DataKind, EmptyTube, Evidence, MeasuredPoint,
-    Microphones, ParameterName, ParameterValue, ProngModel, Prongs, Provenance, RejectedRecord,
+    Case, Check, Consistency, ConsistencyRow, CurvePoint, EmptyTube, Evidence, MeasuredPoint, Microphones,
+    ParameterName, ParameterValue, ProngModel, Prongs, Provenance, RejectedRecord,
 };
+pub use rijke_rig::DataKind;

@@ -1,18 +1,11 @@
 //! Table 2 and Fig. 4: which drag and blockage do the prongs have?
 
 use crate::catalogue::{catalogue, chosen};
-use crate::{
-    Check, CurvePoint, DataKind, Evidence, MeasuredPoint, ParameterValue, ProngModel, Prongs, Provenance,
-    RejectedRecord, StudyError,
-};
-use rayon::prelude::*;
+use crate::competition::{Competition, agreement, marginal, measured, winner};
+use crate::{Check, ProngModel, Prongs, Provenance, RejectedRecord, StudyError};
 use rijke_candidates::Candidate;
 use rijke_inference::{MapOptions, NoiseMode};
-use rijke_model::{
-    Assembly, Conditions, Knowledge, ModelError, Noise, Observed, PointModel, Trained, Training, Workspace,
-    train,
-};
-use rijke_numerics::Order;
+use rijke_model::{Assembly, Conditions, Knowledge, ModelError, Noise, Observed, Training, train};
 use rijke_rig::{Observations, OperatingPoint, Rig};
 
 /// ln BFL, ln OF and ln ML per datapoint as printed in Table 2.
@@ -29,18 +22,27 @@ const PUBLISHED: [[f64; 3]; 7] = [
 /// Standard deviations that the paper assumes for the empty tube, 1/s and rad/s (section 6.1).
 pub(crate) const EMPTY_TUBE_SD: [f64; 2] = [0.1, 1.0];
 
-/// Number of positions at which the lines of Fig. 4 are computed.
-const LINE_POINTS: usize = 121;
-
-/// Trains the seven models on the prong-only points (row C3) and ranks them.
+/// Trains the models of the prongs on the prong-only points (row C3) and ranks them.
 ///
-/// The empty tube is a stage of its own: its posterior of eta and k_LS is the joint prior of the seven fits, which
-/// therefore do not use it a second time. Noise floats, as in section 6.2.
+/// The empty tube is a stage of its own: its posterior of eta and k_LS is the joint prior of all fits, which therefore do
+/// not use it a second time. Noise floats, as in section 6.2.
 ///
 /// # Errors
 /// [`StudyError::NoPoint`] without an empty tube or prong-only points. A model that cannot be fitted is a row
 /// without evidence, not an error.
 pub fn prongs(observations: &Observations) -> Result<Prongs, StudyError> {
+    Ok(prongs_and_knowledge(observations, false)?.0)
+}
+
+/// As [`prongs()`], with the posterior of the winner (eta, k_LS and its own parameters): what the next stage knows.
+/// `thorough` checks every evidence by other starts, importance sampling and doubled priors; warnings go into the rows.
+///
+/// # Errors
+/// As [`prongs()`]; [`StudyError::NoWinner`] if no model could be fitted.
+pub fn prongs_and_knowledge(
+    observations: &Observations,
+    thorough: bool,
+) -> Result<(Prongs, Knowledge), StudyError> {
     let rig = &observations.rig;
     let all = observed(observations, |p| p.power == 0.0 && !p.heater && !p.thermocouples)?;
     let need = |need: &str| StudyError::NoPoint { need: need.to_owned() };
@@ -53,28 +55,34 @@ pub fn prongs(observations: &Observations) -> Result<Prongs, StudyError> {
     if inserted.len() < 2 {
         return Err(need("with prongs alone at two positions at least"));
     }
-    let ends = empty_tube_stage(rig, empty)?;
-    let catalogue = catalogue()?;
-    let competing: Vec<Candidate> = catalogue.competing("prongs").into_iter().cloned().collect();
-    let models = competing
-        .par_iter()
-        .enumerate()
-        .map(|(k, candidate)| model(rig, candidate, k, &ends, empty, &all, &inserted))
-        .collect::<Result<Vec<_>, StudyError>>()?;
-
-    let evidence = |m: &ProngModel| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
-    let best = models.iter().max_by(|a, b| evidence(a).total_cmp(&evidence(b)));
-    let ours: Vec<f64> = models.iter().filter(|m| m.published.is_some()).map(evidence).collect();
-    let theirs: Vec<f64> = models.iter().filter_map(|m| m.published).map(|e| e.ln_marginal).collect();
-    Ok(Prongs {
+    let competition = Competition {
+        rig,
+        base: base_of_prongs()?,
+        known: vec![empty_tube_stage(rig, empty)?],
+        competing: catalogue()?.competing("prongs").into_iter().cloned().collect(),
+        published: &PUBLISHED,
+        thorough,
+        shown: &all,
+        trained_on: &inserted,
+    };
+    let (models, mut trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
+    let (best, id) = winner(&models).map(|(k, m)| (k, m.id.clone())).ok_or(StudyError::NoWinner)?;
+    let knowledge = trained.swap_remove(best).ok_or(StudyError::NoWinner)?.knowledge();
+    let study = Prongs {
         provenance: provenance(observations, &all),
         measured: all.iter().map(measured).collect(),
-        winner: best.map(|m| m.id.clone()).unwrap_or_default(),
+        winner: id,
         published_winner: "prongs.6".to_owned(),
-        kendall_tau: kendall_tau(&ours, &theirs),
-        checks: checks(&models),
+        kendall_tau: agreement(&models),
+        checks: [checks(&models), beyond(&models)].concat(),
         models,
-    })
+    };
+    Ok((study, knowledge))
+}
+
+/// The wall and the ends that every later model shares.
+pub(crate) fn base_of_prongs() -> Result<Vec<Candidate>, StudyError> {
+    chosen(&catalogue()?, &["wall.rayleigh", "ends.calibrated"])
 }
 
 /// The measured pings of the points that `wanted` accepts, in the order of the campaign.
@@ -97,10 +105,7 @@ pub(crate) fn provenance(observations: &Observations, used: &[Observed]) -> Prov
     let ids: Vec<String> = used.iter().map(id).collect();
     let points = observations.points.iter().filter(|p| ids.contains(&p.point.id));
     Provenance {
-        data: match observations.kind {
-            rijke_rig::DataKind::Measured => DataKind::Measured,
-            rijke_rig::DataKind::Virtual => DataKind::Virtual,
-        },
+        data: observations.kind,
         rig: observations.rig.name.clone(),
         source: observations.source.clone(),
         points: used.len(),
@@ -115,7 +120,7 @@ pub(crate) fn provenance(observations: &Observations, used: &[Observed]) -> Prov
 
 /// eta and k_LS from the empty tube and all microphones.
 pub(crate) fn empty_tube_stage(rig: &Rig, empty: &Observed) -> Result<Knowledge, StudyError> {
-    let assembly = Assembly::new(rig.clone(), chosen(&catalogue()?, &["wall.rayleigh", "ends.calibrated"])?)?;
+    let assembly = Assembly::new(rig.clone(), base_of_prongs()?)?;
     let fixed = |sd| NoiseMode::Fixed { sd };
     let training = Training {
         microphones: (0..rig.microphones.positions.len()).collect(),
@@ -123,138 +128,13 @@ pub(crate) fn empty_tube_stage(rig: &Rig, empty: &Observed) -> Result<Knowledge,
             growth_rate: fixed(EMPTY_TUBE_SD[0]),
             angular_frequency: fixed(EMPTY_TUBE_SD[1]),
             pressure: NoiseMode::Floated,
-            measured: false,
+            measured: true,
         },
         known: Vec::new(),
         search: MapOptions::bfgs(),
+        checks: None,
     };
     Ok(train(&assembly, std::slice::from_ref(empty), &training)?.knowledge())
-}
-
-fn model(
-    rig: &Rig,
-    candidate: &Candidate,
-    index: usize,
-    ends: &Knowledge,
-    empty: &Observed,
-    all: &[Observed],
-    inserted: &[Observed],
-) -> Result<ProngModel, StudyError> {
-    let mut parts = chosen(&catalogue()?, &["wall.rayleigh", "ends.calibrated"])?;
-    parts.push(candidate.clone());
-    let assembly = Assembly::new(rig.clone(), parts)?;
-    let training = Training {
-        microphones: (0..rig.microphones.positions.len()).collect(),
-        noise: Noise::FLOATED,
-        known: vec![ends.clone()],
-        search: MapOptions::bfgs(),
-    };
-    let number = u32::try_from(index + 1).ok().filter(|_| index < PUBLISHED.len());
-    let laws =
-        candidate.effects.iter().map(|e| (format!("{:?} at {:?}", e.coefficient, e.place), e.law.text()));
-    let mut row = ProngModel {
-        id: candidate.id.clone(),
-        number,
-        label: candidate.name.clone(),
-        laws: laws.collect(),
-        parameters: Vec::new(),
-        growth_rate_noise_sd: 0.0,
-        angular_frequency_noise_sd: 0.0,
-        pressure_noise_sd: 0.0,
-        at_points: Vec::new(),
-        line: Vec::new(),
-        evidence: None,
-        remark: None,
-        published: number.map(|_| evidence_of(PUBLISHED[index])),
-    };
-    let trained = match train(&assembly, inserted, &training) {
-        Ok(trained) => trained,
-        Err(error) => {
-            row.remark = Some(error.to_string());
-            return Ok(row);
-        }
-    };
-    row.evidence = Some(evidence_of(trained.evidence.per_datapoint()));
-    row.parameters = parameter_values(&trained);
-    [row.growth_rate_noise_sd, row.angular_frequency_noise_sd, row.pressure_noise_sd] =
-        std::array::from_fn(|g| trained.noise[g].sd);
-    let curve = |conditions: &Conditions, start| -> Result<CurvePoint, StudyError> {
-        let point =
-            PointModel::new(&assembly, conditions, &[rig.microphones.reference])?.starting_from(start);
-        let s = point.respond(&trained.values, Order::Value, &mut Workspace::default())?.s.value();
-        let position_m = conditions.point.position.unwrap_or(0.0);
-        Ok(CurvePoint { position_m, growth_rate: s.re, angular_frequency: s.im })
-    };
-    row.at_points = all.iter().map(|o| curve(&o.conditions, o.ping.s)).collect::<Result<_, _>>()?;
-    for k in 0..LINE_POINTS {
-        #[allow(clippy::cast_precision_loss, reason = "small numbers")]
-        let x = rig.tube.length * k as f64 / (LINE_POINTS - 1) as f64;
-        let mut conditions =
-            Conditions::cold(rig, empty.conditions.point.clone(), temperature_at(all, x), 0.0)?;
-        conditions.point.position = Some(x).filter(|x| *x > 0.0 && *x < rig.tube.length);
-        let mut point = curve(&conditions, empty.ping.s)?;
-        point.position_m = x;
-        row.line.push(point);
-    }
-    Ok(row)
-}
-
-/// Ambient temperature at prong position `x`, K, between those of the neighbouring points, which may have been measured
-/// on different days.
-fn temperature_at(all: &[Observed], x: f64) -> f64 {
-    let mut known: Vec<[f64; 2]> =
-        all.iter().map(|o| [o.conditions.point.position.unwrap_or(0.0), o.conditions.ambient]).collect();
-    known.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let after = known.iter().position(|[at, _]| *at >= x);
-    match after {
-        Some(0) => known[0][1],
-        Some(k) => {
-            let ([x0, t0], [x1, t1]) = (known[k - 1], known[k]);
-            t0 + (t1 - t0) * (x - x0) / (x1 - x0)
-        }
-        None => known.last().map_or(f64::NAN, |[_, t]| *t),
-    }
-}
-
-fn measured(observed: &Observed) -> MeasuredPoint {
-    let Observed { conditions, ping } = observed;
-    MeasuredPoint {
-        id: conditions.point.id.clone(),
-        position_m: conditions.point.position.unwrap_or(0.0),
-        growth_rate: ping.s.re,
-        growth_rate_sd: ping.covariance[(0, 0)].sqrt(),
-        angular_frequency: ping.s.im,
-        angular_frequency_sd: ping.covariance[(1, 1)].sqrt(),
-        ambient_temperature: conditions.ambient,
-    }
-}
-
-pub(crate) fn parameter_values(trained: &Trained) -> Vec<ParameterValue> {
-    let numbers = trained.values.iter().zip(trained.sd());
-    let value = |(p, (&value, sd)): (&rijke_inference::Parameter, (&f64, f64))| ParameterValue {
-        name: p.name.clone(),
-        symbol: p.symbol.clone(),
-        unit: p.unit.clone(),
-        value,
-        sd,
-    };
-    trained.parameters.iter().zip(numbers).map(value).collect()
-}
-
-fn evidence_of([ln_best_fit, ln_occam, ln_marginal]: [f64; 3]) -> Evidence {
-    Evidence { ln_best_fit, ln_occam, ln_marginal }
-}
-
-/// Kendall's tau-a: pairs in the same order less pairs in opposite order, over all pairs.
-pub(crate) fn kendall_tau(a: &[f64], b: &[f64]) -> f64 {
-    let pairs = (0..a.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-    let signs: Vec<f64> = pairs
-        .map(|(i, j)| {
-            a[i].partial_cmp(&a[j]).map_or(0.0, |o| f64::from(o as i8))
-                * f64::from(b[i].total_cmp(&b[j]) as i8)
-        })
-        .collect();
-    if signs.is_empty() { 1.0 } else { signs.iter().sum::<f64>() / signs.len() as f64 }
 }
 
 /// The physical statements of section 6.2.
@@ -262,7 +142,6 @@ fn checks(models: &[ProngModel]) -> Vec<Check> {
     let Some([one, two, three, four, five, six, seven]) = models.first_chunk() else { return Vec::new() };
     let occam = |m: &ProngModel| m.evidence.map_or(f64::NAN, |e| e.ln_occam);
     let fit = |m: &ProngModel| m.evidence.map_or(f64::NAN, |e| e.ln_best_fit);
-    let marginal = |m: &ProngModel| m.evidence.map_or(f64::NAN, |e| e.ln_marginal);
     let frequency = [one, two, three, six].map(|m| m.angular_frequency_noise_sd);
     let growth = [five, six].map(|m| m.growth_rate_noise_sd);
     let good = [four, six, seven].map(fit).into_iter().fold(f64::INFINITY, f64::min);
@@ -323,4 +202,22 @@ fn checks(models: &[ProngModel]) -> Vec<Check> {
             ),
         },
     ]
+}
+
+/// Whether a candidate that the paper does not have would have won.
+fn beyond(models: &[ProngModel]) -> Vec<Check> {
+    let Some((_, best)) = winner(models) else { return Vec::new() };
+    let check = |m: &ProngModel| {
+        Check {
+        statement: format!("Beyond the paper: {} has no more evidence than the best model of the table.", m.label),
+        holds: marginal(m) <= marginal(best),
+        figure: format!("{:.4}, against {:.4} nats per datapoint for {}", marginal(m), marginal(best), best.id),
+        explanation: (marginal(m) > marginal(best)).then(|| {
+            "The virtual rig has a true area change along the prongs, which this candidate follows more closely than \
+             those of the table."
+                .to_owned()
+        }),
+    }
+    };
+    models.iter().filter(|m| m.published.is_none()).map(check).collect()
 }

@@ -1,16 +1,7 @@
 //! The numbers that studies return and reports draw.
 
+use rijke_rig::DataKind;
 use serde::{Deserialize, Serialize};
-
-/// Whether data come from a rig or from the virtual laboratory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DataKind {
-    /// From a rig.
-    Measured,
-    /// From the virtual laboratory.
-    Virtual,
-}
 
 /// Where the data of a study come from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -135,7 +126,8 @@ pub struct Microphones {
     pub positions_m: Vec<f64>,
     /// Every set that holds the reference microphone, small sets first: 1, 7, 21, 35, 35, 21, 7, 1 for eight.
     pub sets: Vec<Case>,
-    /// Standard deviation of relative pressures assumed for every set: the one that all microphones together choose.
+    /// Standard deviation of relative pressures, beyond the measured one, that is assumed for every set: the one that all
+    /// microphones together choose.
     pub pressure_noise_sd: f64,
     /// Levine-Schwinger's |R| and angle, and Rayleigh's eta = 1.
     pub predicted: Vec<f64>,
@@ -145,7 +137,7 @@ pub struct Microphones {
     pub checks: Vec<Check>,
 }
 
-/// Table 2 and Fig. 4: seven models of the prongs.
+/// Table 2 and Fig. 4: models of the prongs; or Table 3: models of the cold heater.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prongs {
     /// Where the data come from.
@@ -183,7 +175,7 @@ pub struct MeasuredPoint {
     pub ambient_temperature: f64,
 }
 
-/// One model of the prongs, trained.
+/// One model of the prongs or of the heater, trained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProngModel {
     /// Identifier of the candidate.

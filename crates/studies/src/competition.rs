@@ -1,0 +1,196 @@
+//! Candidates of one role, trained on the same points and ranked.
+
+use crate::{CurvePoint, Evidence, MeasuredPoint, ParameterValue, ProngModel, StudyError};
+use rayon::prelude::*;
+use rijke_candidates::Candidate;
+use rijke_inference::{AssessOptions, MapOptions, Parameter};
+use rijke_model::{
+    Assembly, Conditions, Knowledge, Noise, Observed, PointModel, Trained, Training, Workspace, train,
+};
+use rijke_numerics::{Order, Streams};
+use rijke_rig::Rig;
+
+/// Number of positions at which the lines of a figure are computed.
+const LINE_POINTS: usize = 121;
+
+/// Which candidates compete, on top of which others, and what is known before.
+pub(crate) struct Competition<'a> {
+    pub(crate) rig: &'a Rig,
+    /// What all models share.
+    pub(crate) base: Vec<Candidate>,
+    /// What earlier stages found.
+    pub(crate) known: Vec<Knowledge>,
+    /// The competitors, in the order of the table.
+    pub(crate) competing: Vec<Candidate>,
+    /// ln BFL, ln OF and ln ML of the published rows, which come first.
+    pub(crate) published: &'a [[f64; 3]],
+    /// Whether each evidence is checked by other starts, importance sampling and doubled priors, which costs some
+    /// hundred calls of the model.
+    pub(crate) thorough: bool,
+    /// All points of the figure.
+    pub(crate) shown: &'a [Observed],
+    /// The points that train.
+    pub(crate) trained_on: &'a [Observed],
+}
+
+impl Competition<'_> {
+    /// Trains every competitor; rows in the order of the table, each with what was trained, if it was.
+    ///
+    /// # Errors
+    /// A model that cannot be assembled. One that cannot be fitted is a row without evidence.
+    pub(crate) fn run(&self) -> Result<Vec<(ProngModel, Option<Trained>)>, StudyError> {
+        self.competing.par_iter().enumerate().map(|(k, candidate)| self.row(candidate, k)).collect()
+    }
+
+    fn row(&self, candidate: &Candidate, index: usize) -> Result<(ProngModel, Option<Trained>), StudyError> {
+        let assembly = Assembly::new(
+            self.rig.clone(),
+            [self.base.as_slice(), std::slice::from_ref(candidate)].concat(),
+        )?;
+        let search = MapOptions::bfgs();
+        let checks = AssessOptions {
+            search: search.search,
+            // One stream per candidate: a further row must not change the others.
+            streams: Streams::new(u64::from_le_bytes(*b"evidence")),
+            ..AssessOptions::default()
+        };
+        let training = Training {
+            microphones: (0..self.rig.microphones.positions.len()).collect(),
+            noise: Noise::FLOATED,
+            known: self.known.clone(),
+            search,
+            checks: self.thorough.then_some(checks),
+        };
+        let published = self.published.get(index).copied().map(evidence);
+        let laws =
+            candidate.effects.iter().map(|e| (format!("{:?} at {:?}", e.coefficient, e.place), e.law.text()));
+        let mut row = ProngModel {
+            id: candidate.id.clone(),
+            number: published.and(u32::try_from(index + 1).ok()),
+            label: candidate.name.clone(),
+            laws: laws.collect(),
+            parameters: Vec::new(),
+            growth_rate_noise_sd: 0.0,
+            angular_frequency_noise_sd: 0.0,
+            pressure_noise_sd: 0.0,
+            at_points: Vec::new(),
+            line: Vec::new(),
+            evidence: None,
+            remark: None,
+            published,
+        };
+        let trained = match train(&assembly, self.trained_on, &training) {
+            Ok(trained) => trained,
+            Err(error) => {
+                row.remark = Some(error.to_string());
+                return Ok((row, None));
+            }
+        };
+        row.evidence = Some(evidence(trained.evidence.per_datapoint()));
+        row.parameters = parameter_values(&trained);
+        row.remark = Some(trained.warnings.join("; ")).filter(|w| !w.is_empty());
+        [row.growth_rate_noise_sd, row.angular_frequency_noise_sd, row.pressure_noise_sd] =
+            std::array::from_fn(|g| trained.noise[g].sd);
+        (row.at_points, row.line) = self.curves(&assembly, &trained.values)?;
+        Ok((row, Some(trained)))
+    }
+
+    /// The prediction at every shown point, and along the line between the first and the last.
+    fn curves(
+        &self,
+        assembly: &Assembly,
+        values: &[f64],
+    ) -> Result<(Vec<CurvePoint>, Vec<CurvePoint>), StudyError> {
+        let work = &mut Workspace::default();
+        let mut at = |conditions: &Conditions, near: &Observed, x: f64| -> Result<CurvePoint, StudyError> {
+            let reference = self.rig.microphones.reference;
+            let point = PointModel::new(assembly, conditions, &[reference])?.starting_from(near.ping.s);
+            let s = point.respond(values, Order::Value, work)?.s.value();
+            Ok(CurvePoint { position_m: x, growth_rate: s.re, angular_frequency: s.im })
+        };
+        let mut ordered: Vec<&Observed> = self.shown.iter().collect();
+        ordered.sort_by(|a, b| position(a).total_cmp(&position(b)));
+        let points =
+            self.shown.iter().map(|o| at(&o.conditions, o, position(o))).collect::<Result<_, _>>()?;
+        let (Some(first), Some(last)) = (ordered.first(), ordered.last()) else {
+            return Ok((points, Vec::new()));
+        };
+        let (from, to) = (position(first), position(last));
+        let mut line = Vec::new();
+        for k in 0..LINE_POINTS {
+            let x = from + (to - from) * k as f64 / (LINE_POINTS - 1) as f64;
+            let after = ordered.iter().position(|o| position(o) >= x).unwrap_or(ordered.len() - 1);
+            let (left, right) = (ordered[after.saturating_sub(1)], ordered[after]);
+            let (x0, x1) = (position(left), position(right));
+            let share = if x1 > x0 { ((x - x0) / (x1 - x0)).clamp(0.0, 1.0) } else { 1.0 };
+            let (t0, t1) = (left.conditions.ambient, right.conditions.ambient);
+            // As the neighbour above, but here: only the empty tube has no position.
+            let mut place = right.conditions.point.clone();
+            place.position = Some(x).filter(|x| *x > 0.0);
+            let conditions = Conditions::cold(self.rig, place, t0 + (t1 - t0) * share, 0.0)?;
+            line.push(at(&conditions, right, x)?);
+        }
+        Ok((points, line))
+    }
+}
+
+/// Where the prongs end; 0 for the empty tube.
+fn position(observed: &Observed) -> f64 {
+    observed.conditions.point.position.unwrap_or(0.0)
+}
+
+pub(crate) fn measured(observed: &Observed) -> MeasuredPoint {
+    let Observed { conditions, ping } = observed;
+    MeasuredPoint {
+        id: conditions.point.id.clone(),
+        position_m: position(observed),
+        growth_rate: ping.s.re,
+        growth_rate_sd: ping.covariance[(0, 0)].sqrt(),
+        angular_frequency: ping.s.im,
+        angular_frequency_sd: ping.covariance[(1, 1)].sqrt(),
+        ambient_temperature: conditions.ambient,
+    }
+}
+
+fn parameter_values(trained: &Trained) -> Vec<ParameterValue> {
+    let numbers = trained.values.iter().zip(trained.sd());
+    let value = |(p, (&value, sd)): (&Parameter, (&f64, f64))| ParameterValue {
+        name: p.name.clone(),
+        symbol: p.symbol.clone(),
+        unit: p.unit.clone(),
+        value,
+        sd,
+    };
+    trained.parameters.iter().zip(numbers).map(value).collect()
+}
+
+fn evidence([ln_best_fit, ln_occam, ln_marginal]: [f64; 3]) -> Evidence {
+    Evidence { ln_best_fit, ln_occam, ln_marginal }
+}
+
+/// ln ML per datapoint; minus infinity without evidence.
+pub(crate) fn marginal(model: &ProngModel) -> f64 {
+    model.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal)
+}
+
+/// The published model with the highest marginal likelihood, with its place. Candidates beyond the paper are ranked
+/// beside the table, and do not change it.
+pub(crate) fn winner(models: &[ProngModel]) -> Option<(usize, &ProngModel)> {
+    models
+        .iter()
+        .enumerate()
+        .filter(|(_, m)| m.published.is_some())
+        .max_by(|a, b| marginal(a.1).total_cmp(&marginal(b.1)))
+}
+
+/// Kendall's tau between our order and the published one, over the published models.
+pub(crate) fn agreement(models: &[ProngModel]) -> f64 {
+    let both: Vec<[f64; 2]> =
+        models.iter().filter_map(|m| m.published.map(|p| [marginal(m), p.ln_marginal])).collect();
+    let order = |a: f64, b: f64| f64::from(a.total_cmp(&b) as i8);
+    let signs: Vec<f64> = (0..both.len())
+        .flat_map(|i| (0..i).map(move |j| (i, j)))
+        .map(|(i, j)| order(both[i][0], both[j][0]) * order(both[i][1], both[j][1]))
+        .collect();
+    if signs.is_empty() { 1.0 } else { signs.iter().sum::<f64>() / signs.len() as f64 }
+}

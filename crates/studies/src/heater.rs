@@ -1,0 +1,95 @@
+//! Table 3: which drag and blockage does the cold heater have?
+
+use crate::catalogue::{catalogue, chosen};
+use crate::competition::{Competition, agreement, marginal, measured, winner};
+use crate::prongs::{base_of_prongs, observed, provenance};
+use crate::{Check, ProngModel, Prongs, StudyError};
+use rijke_model::{Knowledge, Observed};
+use rijke_rig::{Observations, Rig};
+
+/// ln BFL, ln OF and ln ML per datapoint as printed in Table 3.
+const PUBLISHED: [[f64; 3]; 3] =
+    [[-3.7472, -0.0949, -3.8420], [-1.6648, -0.1947, -1.8595], [0.4209, -0.4047, 0.0162]];
+
+/// Trains the three models of the heater on the points with a cold heater and no thermocouples (rows C1 and C2), on top
+/// of the prong model `prongs` and what its training found, `known` (from [`crate::prongs_and_knowledge`]).
+///
+/// # Errors
+/// [`StudyError::NoPoint`] without such points.
+pub fn cold_heater(
+    observations: &Observations,
+    prongs: &str,
+    known: &Knowledge,
+    thorough: bool,
+) -> Result<Prongs, StudyError> {
+    let rig = &observations.rig;
+    let all: Vec<Observed> = observed(observations, |p| p.heater && p.power == 0.0 && !p.thermocouples)?;
+    if all.len() < 2 {
+        return Err(StudyError::NoPoint {
+            need: "with the heater cold and without thermocouples, at two positions".into(),
+        });
+    }
+    let catalogue = catalogue()?;
+    let mut base = base_of_prongs()?;
+    base.extend(chosen(&catalogue, &[prongs])?);
+    let competition = Competition {
+        rig,
+        base,
+        known: vec![known.clone()],
+        competing: catalogue.competing("heater").into_iter().cloned().collect(),
+        published: &PUBLISHED,
+        thorough,
+        shown: &all,
+        trained_on: &all,
+    };
+    let models: Vec<ProngModel> = competition.run()?.into_iter().map(|(row, _)| row).collect();
+    Ok(Prongs {
+        provenance: provenance(observations, &all),
+        measured: all.iter().map(measured).collect(),
+        winner: winner(&models).map(|(_, m)| m.id.clone()).unwrap_or_default(),
+        published_winner: "heater.3".to_owned(),
+        kendall_tau: agreement(&models),
+        checks: checks(&models, rig, &all),
+        models,
+    })
+}
+
+/// The physical statements of section 6.3.
+fn checks(models: &[ProngModel], rig: &Rig, all: &[Observed]) -> Vec<Check> {
+    let [one, two, three] = models else { return Vec::new() };
+    let growth = [one, two, three].map(|m| m.growth_rate_noise_sd);
+    let value = |name: &str| three.parameters.iter().find(|p| p.name == name).map_or(f64::NAN, |p| p.value);
+    let plate = rig.heater.plate_thickness
+        + 16.0 / (3.0 * std::f64::consts::PI) * (rig.heater.open_area() / std::f64::consts::PI).sqrt();
+    let omega = all.iter().map(|o| o.ping.s.im).sum::<f64>() / all.len().max(1) as f64;
+    let sound_speed = all.first().map_or(f64::NAN, |o| o.conditions.base.sound_speed(0.0));
+    let inertia =
+        value("kappa") * 2.0 * omega * plate * rig.tube.area() / rig.heater.open_area() / sound_speed;
+    let ratio = inertia / value("drag");
+    vec![
+        Check {
+            statement: "Model 1, the orifice alone, cannot match the growth rate.".into(),
+            holds: growth[0] > 3.0 * growth[2],
+            figure: format!("misfit of the growth rate {:.4} 1/s, against {:.4} 1/s for model 3", growth[0], growth[2]),
+            explanation: None,
+        },
+        Check {
+            statement: "Model 2, without thermal drag, fits the growth rate worse than model 3.".into(),
+            holds: growth[1] > growth[2],
+            figure: format!("misfit of the growth rate {:.4} 1/s, against {:.4} 1/s for model 3", growth[1], growth[2]),
+            explanation: None,
+        },
+        Check {
+            statement: "Model 3, orifice with viscous and thermal drag, has the highest marginal likelihood.".into(),
+            holds: marginal(three) > marginal(one).max(marginal(two)),
+            figure: format!("{:.4}, {:.4}, {:.4} nats per datapoint", marginal(one), marginal(two), marginal(three)),
+            explanation: None,
+        },
+        Check {
+            statement: "The imaginary part of k_mu, the orifice, is several times its real part, the drag; the paper finds six.".into(),
+            holds: ratio > 3.0,
+            figure: format!("{ratio:.1}"),
+            explanation: None,
+        },
+    ]
+}
