@@ -75,28 +75,11 @@ impl Network {
             (left - margin..=right + margin).contains(&s.re) && (low - margin..=high + margin).contains(&s.im)
         };
         let poles = poles.into_iter().filter(|p| near(p.0)).collect();
-        let mut search = Search { network: self, coefficients, poles, work, step, evaluations: 0 };
-        let corners =
-            [C64::new(left, low), C64::new(right, low), C64::new(right, high), C64::new(left, high)];
-        let border = Cell {
-            bottom: search.edge(corners[0], corners[1])?,
-            right: search.edge(corners[1], corners[2])?,
-            top: search.edge(corners[3], corners[2])?,
-            left: search.edge(corners[0], corners[3])?,
+        let f = |s: C64| {
+            let f = self.characteristic(coefficients, s, &mut work.laws);
+            [f.v, f.d]
         };
-        let counted = border.winding();
-        let mut modes: Vec<Mode> = Vec::new();
-        search.resolve(border, 0, &mut modes)?;
-        // A zero of G at a pole is a pole that does not act, not a mode.
-        let before = modes.len();
-        modes.retain(|m| !search.poles.iter().any(|p| (p.0 - m.s).norm() <= 1e-9 * m.s.norm()));
-        let cancelled = (before - modes.len()) as i64;
-        let found = modes.iter().map(|m| m.multiplicity as i64).sum::<i64>();
-        if counted < 0 || found + cancelled != counted {
-            return Err(NetworkError::Uncertified { counted, found });
-        }
-        modes.sort_by(|a, b| a.s.im.total_cmp(&b.s.im).then(a.s.re.total_cmp(&b.s.re)));
-        Ok(Modes { modes, counted: found as usize, poles: pole_count, evaluations: search.evaluations })
+        zeros(f, region, step, poles, pole_count)
     }
 
     /// Newton from `guess`, and the modes that are nearer to the guess than the root found; normally none.
@@ -189,6 +172,41 @@ impl Network {
     }
 }
 
+/// All zeros of an analytic function given with its derivative, or an error: the engine of [`Network::modes`].
+///
+/// `poles` are poles of the function near the region, with orders; `step` is the longest interval between samples, a
+/// quarter of the spacing of zeros or less.
+pub(crate) fn zeros(
+    f: impl FnMut(C64) -> [C64; 2],
+    region: &Region,
+    step: f64,
+    poles: Vec<(C64, usize)>,
+    pole_count: usize,
+) -> Result<Modes, NetworkError> {
+    let Region { sigma: [left, right], omega: [low, high] } = *region;
+    let mut search = Search { f, poles, step, evaluations: 0 };
+    let corners = [C64::new(left, low), C64::new(right, low), C64::new(right, high), C64::new(left, high)];
+    let border = Cell {
+        bottom: search.edge(corners[0], corners[1])?,
+        right: search.edge(corners[1], corners[2])?,
+        top: search.edge(corners[3], corners[2])?,
+        left: search.edge(corners[0], corners[3])?,
+    };
+    let counted = border.winding();
+    let mut modes: Vec<Mode> = Vec::new();
+    search.resolve(border, 0, &mut modes)?;
+    // A zero of G at a pole is a pole that does not act, not a mode.
+    let before = modes.len();
+    modes.retain(|m| !search.poles.iter().any(|p| (p.0 - m.s).norm() <= 1e-9 * m.s.norm()));
+    let cancelled = (before - modes.len()) as i64;
+    let found = modes.iter().map(|m| m.multiplicity as i64).sum::<i64>();
+    if counted < 0 || found + cancelled != counted {
+        return Err(NetworkError::Uncertified { counted, found });
+    }
+    modes.sort_by(|a, b| a.s.im.total_cmp(&b.s.im).then(a.s.re.total_cmp(&b.s.re)));
+    Ok(Modes { modes, counted: found as usize, poles: pole_count, evaluations: search.evaluations })
+}
+
 /// G, and its logarithmic derivative, at one point.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
@@ -243,21 +261,19 @@ impl Cell {
     }
 }
 
-struct Search<'a, K: ?Sized> {
-    network: &'a Network,
-    coefficients: &'a K,
+struct Search<F> {
+    f: F,
     poles: Vec<(C64, usize)>,
-    work: &'a mut Workspace,
     /// Longest interval between samples.
     step: f64,
     evaluations: usize,
 }
 
-impl<K: Coefficients + ?Sized> Search<'_, K> {
+impl<F: FnMut(C64) -> [C64; 2]> Search<F> {
     fn sample(&mut self, s: C64) -> Result<Sample, NetworkError> {
         self.evaluations += 1;
-        let f = self.network.characteristic(self.coefficients, s, &mut self.work.laws);
-        let (mut g, mut slope) = (f.v, f.d / f.v);
+        let [f, d] = (self.f)(s);
+        let (mut g, mut slope) = (f, d / f);
         for &(pole, order) in &self.poles {
             let d = s - pole;
             g *= (d / self.step).powi(order as i32);

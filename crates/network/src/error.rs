@@ -19,6 +19,14 @@ pub enum NetworkError {
         /// Its value.
         value: f64,
     },
+    /// A flow is too fast for the closures used.
+    #[error("duct {index}: the Mach number is {mach}, but must be below 0.3")]
+    TooFast {
+        /// Number of the duct, from 0.
+        index: usize,
+        /// Its Mach number.
+        mach: f64,
+    },
     /// A position is outside the tube.
     #[error("position {x} m is outside the network, which reaches from 0 to {length} m")]
     Outside {

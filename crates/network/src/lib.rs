@@ -25,6 +25,7 @@ mod coefficients;
 mod contour;
 mod error;
 pub mod file;
+pub mod flow_chain;
 pub mod laws;
 pub mod levine_schwinger;
 mod newton;

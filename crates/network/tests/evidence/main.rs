@@ -9,3 +9,4 @@ mod derivatives;
 mod eigenvalues;
 mod files;
 mod invariances;
+mod mean_flow;
