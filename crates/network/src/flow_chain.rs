@@ -133,7 +133,7 @@ impl FlowChain {
                 states.push(heated);
             }
             let mach = states[index].mach(gamma);
-            if !(mach < 0.3) {
+            if mach.is_nan() || mach >= 0.3 {
                 return Err(NetworkError::TooFast { index, mach });
             }
         }

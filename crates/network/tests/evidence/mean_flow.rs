@@ -4,7 +4,7 @@ use crate::common_laws::c;
 use crate::eigenvalues::eigenvalues;
 use rijke_network::flow_chain::{FlowChain, FlowDuct, FlowState, Source};
 use rijke_network::laws::Law;
-use rijke_network::{Constant, Network, NetworkError, Region, Segment, Slot, Workspace};
+use rijke_network::{Network, NetworkError, Region, Segment, Slot, Workspace};
 use rijke_numerics::C64;
 
 fn end(r: f64) -> Law {
@@ -69,7 +69,6 @@ fn order_slow_flow_tends_to_no_flow() {
     still.attach(Slot::Eu(2), 0, 1.0).unwrap();
     let region = Region { sigma: [-200.0, 200.0], omega: [300.0, 3000.0] };
     let exact = still.modes(&flame, &region, &mut Workspace::default()).unwrap();
-    let _ = Constant;
     let gap = |velocity: f64| -> Vec<f64> {
         let chain =
             FlowChain::new(1.4, inlet(speed, velocity), ducts.clone(), end(0.95), end(-0.95)).unwrap();
