@@ -9,6 +9,7 @@ use std::process::ExitCode;
 mod check;
 mod completions;
 mod failure;
+mod flow;
 mod lab;
 mod modes;
 mod process;
@@ -34,6 +35,7 @@ enum Command {
     Lab(lab::Args),
     Check(check::Args),
     Process(process::Args),
+    Flow(flow::Args),
     Rank(rank::Args),
     Modes(modes::Args),
     Report(report::Args),
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
         Command::Lab(args) => lab::run(args, &ui),
         Command::Check(args) => check::run(args, &ui),
         Command::Process(args) => process::run(args, &ui),
+        Command::Flow(args) => flow::run(args, &ui),
         Command::Rank(args) => rank::run(args, &ui),
         Command::Modes(args) => modes::run(args, &ui),
         Command::Report(args) => report::run(args, &ui),

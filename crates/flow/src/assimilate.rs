@@ -12,16 +12,20 @@
 mod ambient;
 mod batch;
 mod estimate;
+mod files;
 mod filter;
 mod record;
+mod report;
 mod smoother;
 mod twin;
 
 pub use ambient::smooth_ambient;
 pub use batch::Batch;
 pub use estimate::{Estimate, Health, Warning};
+pub use files::Records;
 pub use filter::{FilterOptions, FilterRun, Snapshot, Variant, filter};
 pub use record::{Record, Sample, Sensor, SensorKind};
+pub use report::{Method, PointReport, PowerReport, RunReport, SnapshotReport, UnknownReport, assimilate};
 pub use smoother::smooth;
 pub use twin::{Twin, TwinOptions, staircase};
 

@@ -116,4 +116,20 @@ pub enum FlowError {
     /// A covariance that is not positive definite.
     #[error(transparent)]
     Dense(#[from] rijke_numerics::DenseError),
+    /// A file that cannot be read or written.
+    #[error("{}: {problem}", file.display())]
+    File {
+        /// The file.
+        file: std::path::PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A run that cannot be used.
+    #[error("{}: {source}", file.display())]
+    InRun {
+        /// The file of its samples.
+        file: std::path::PathBuf,
+        /// Why.
+        source: Box<FlowError>,
+    },
 }

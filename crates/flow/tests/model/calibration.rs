@@ -1,4 +1,5 @@
 //! Calibration over many twins with the truth drawn from the prior. Long; the tables are in docs/records/flow.md.
+#![allow(clippy::print_stdout, reason = "the tables are what these studies are for")]
 
 use super::{AMBIENT, pipe};
 use rayon::prelude::*;

@@ -68,7 +68,7 @@ fn order_steady_remainder_falls_as_h2() {
     };
     let at = solve(&MIDDLE);
     let sensitivities = at.sensitivities(&pipe).unwrap();
-    for (k, name) in SENSITIVE_TO.iter().enumerate() {
+    for k in 0..SENSITIVE_TO.len() {
         let s = &sensitivities[k];
         let remainder = |h: f64| {
             let mut a = MIDDLE;
@@ -82,7 +82,6 @@ fn order_steady_remainder_falls_as_h2() {
             let worst = walls.map(|((m, t), d)| (m - t - step * d).abs()).fold(worst, f64::max);
             worst + (velocity - step * s.heater_velocity).abs()
         };
-        println!("{name}");
         slopes_near(&slopes_from(0.4, remainder), 2.0, 0.05);
     }
 }
