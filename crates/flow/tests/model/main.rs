@@ -6,6 +6,8 @@ mod assimilation;
 mod calibration;
 mod convergence;
 mod derivatives;
+mod files;
+mod model_error;
 mod physics;
 mod robustness;
 

@@ -1,0 +1,68 @@
+//! Speed of the steady state (Newton against integrating to it), and of a step with and without derivatives.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use rijke_flow::{Closures, Dual, Number, Parameters, Pipe, Transient, UNKNOWNS, Unknowns};
+use rijke_rig::Rig;
+use std::hint::black_box;
+
+const MIDDLE: [f64; UNKNOWNS] = [8.0, 1.0, 5.0, 0.12, 1.2, 1.0, 1.0, 0.0, 35.0, 0.05];
+
+fn minute<N: Number>(pipe: &Pipe, values: [N; UNKNOWNS]) -> f64 {
+    let unknowns = Unknowns::from_array(values);
+    let implicit = pipe.implicit(15.0);
+    let Ok(mut state) = Transient::cold(pipe, &unknowns, 293.15) else { return f64::NAN };
+    for _ in 0..4 {
+        if state.step(pipe, &implicit, &unknowns, 180.0, 293.15, 1e-6).is_err() {
+            return f64::NAN;
+        }
+    }
+    pipe.heater_velocity(&state.gas).value()
+}
+
+fn flow(c: &mut Criterion) {
+    let Ok(pipe) = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1) else { return };
+    let p = Parameters::default();
+    let mut group = c.benchmark_group("steady");
+    group.bench_function("newton, cold start", |b| b.iter(|| pipe.steady(black_box(&p), 180.0, 293.15)));
+    if let Ok(near) = pipe.steady(&p, 175.0, 293.15) {
+        group.bench_function("newton, from a neighbour", |b| {
+            b.iter(|| pipe.steady_near(black_box(&p), 180.0, 293.15, &near));
+        });
+    }
+    group.bench_function("integrating for 4000 s", |b| {
+        b.iter(|| {
+            let unknowns = Unknowns::from_array(MIDDLE);
+            let implicit = pipe.implicit(15.0);
+            let mut state = Transient::cold(&pipe, &unknowns, 293.15)?;
+            for _ in 0..267 {
+                state.step(&pipe, &implicit, &unknowns, black_box(180.0), 293.15, 1e-6)?;
+            }
+            Ok::<_, rijke_flow::FlowError>(pipe.heater_velocity(&state.gas))
+        });
+    });
+    group.finish();
+    let mut group = c.benchmark_group("one minute");
+    group.bench_function("values", |b| b.iter(|| minute(&pipe, black_box(MIDDLE))));
+    let mut seeds = [Dual::<{ UNKNOWNS + 1 }>::constant(0.0); UNKNOWNS];
+    for (i, seed) in seeds.iter_mut().enumerate() {
+        *seed = Dual::variable(MIDDLE[i], i);
+    }
+    group.bench_function("values and ten derivatives", |b| b.iter(|| minute(&pipe, black_box(seeds))));
+    group.bench_function("ten derivatives by central differences", |b| {
+        b.iter(|| {
+            let mut sum = 0.0;
+            for k in 0..UNKNOWNS {
+                for h in [-1e-4, 1e-4] {
+                    let mut moved = MIDDLE;
+                    moved[k] += h;
+                    sum += minute(&pipe, black_box(moved));
+                }
+            }
+            sum
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, flow);
+criterion_main!(benches);
