@@ -5,11 +5,11 @@ use crate::{
     ui::Ui,
 };
 use comfy_table::{Table, presets};
-use rijke_network::file::{Built, read};
+use rijke_network::file::{Built, OscilosTexts, read, read_oscilos};
 use rijke_network::{Mode, Modes, Places, Root, Sensitivities, Workspace};
 use serde::Serialize;
 use std::f64::consts::PI;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour integral, with
 /// its residual, its condition number and where its energy goes.
@@ -17,8 +17,11 @@ use std::path::PathBuf;
 #[command(after_help = "Example:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700")]
 pub(crate) struct Args {
     /// Network file (TOML).
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    #[arg(value_name = "FILE", required_unless_present = "oscilos", conflicts_with = "oscilos")]
+    file: Option<PathBuf>,
+    /// Folder of OSCILOS_lite text inputs (Geometry.txt and so on), or one that holds them in Inputs.
+    #[arg(long, value_name = "DIR")]
+    oscilos: Option<PathBuf>,
     /// Lowest frequency, Hz [default: the file's].
     #[arg(long, value_name = "F")]
     min_hz: Option<f64>,
@@ -65,10 +68,16 @@ struct Answer {
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let text = std::fs::read_to_string(&args.file).or_bad_input().map_err(|failure| {
-        failure.at(&args.file).remedy("Name a network file; fixtures/networks holds examples.")
+    if let Some(folder) = &args.oscilos {
+        return oscilos(args, folder, ui);
+    }
+    let Some(file) = &args.file else {
+        return Err(Failure::bad_input("no network file is named"));
+    };
+    let text = std::fs::read_to_string(file).or_bad_input().map_err(|failure| {
+        failure.at(file).remedy("Name a network file; fixtures/networks holds examples.")
     })?;
-    let mut built = read(&text).or_bad_input().map_err(|failure| failure.at(&args.file))?;
+    let mut built = read(&text).or_bad_input().map_err(|failure| failure.at(file))?;
     let hertz = 2.0 * PI;
     for (limit, given) in built.region.omega.iter_mut().zip([args.min_hz, args.max_hz]) {
         *limit = given.map_or(*limit, |f| hertz * f);
@@ -77,19 +86,19 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let modes =
         built.network.modes(&built.laws, &built.region, &mut work).or_bad_input().map_err(|failure| {
             failure
-                .at(&args.file)
+                .at(file)
                 .remedy("Change the region with [search], --min-hz or --max-hz, or the element named.")
         })?;
     let lines =
         modes.modes.iter().map(|mode| line(&built, mode, &mut work)).collect::<Result<Vec<_>, _>>()?;
     for warning in &built.warnings {
-        ui.note(format!("warning: {}: {warning}", args.file.display()));
+        ui.note(format!("warning: {}: {warning}", file.display()));
     }
     if let Some(growing) = lines.iter().find(|l| built.passive && l.growth_rate > 1e-9 * l.frequency_hz) {
         ui.note(format!(
             "warning: {}: the mode at {:.2} Hz grows although nothing in the file feeds energy: an end or a \
              coefficient of it is not what it should be (see the column that is positive)",
-            args.file.display(),
+            file.display(),
             growing.frequency_hz
         ));
     }
@@ -106,6 +115,54 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             };
             ui.say(serde_json::to_string_pretty(&answer).or_failed()?);
         }
+    }
+    Ok(())
+}
+
+/// The modes of a folder of OSCILOS_lite inputs: frequency, growth rate and residual.
+fn oscilos(args: &Args, folder: &Path, ui: &Ui) -> Result<(), Failure> {
+    let inputs = folder.join("Inputs");
+    let inputs = if inputs.is_dir() { inputs } else { folder.to_path_buf() };
+    let text = |name: &str| {
+        let path = inputs.join(name);
+        std::fs::read_to_string(&path).or_bad_input().map_err(|failure| {
+            failure.at(&path).remedy("Name the folder that holds the inputs of OSCILOS_lite.")
+        })
+    };
+    let texts = OscilosTexts {
+        geometry: text("Geometry.txt")?,
+        mean_flow: text("Mean_flow.txt")?,
+        flame: text("Flame.txt").ok(),
+        inlet: text("Inlet.txt")?,
+        outlet: text("Outlet.txt")?,
+        scan_range: text("Scan_range.txt")?,
+    };
+    let (chain, mut region) = read_oscilos(&texts).or_bad_input().map_err(|failure| failure.at(&inputs))?;
+    for (limit, given) in region.omega.iter_mut().zip([args.min_hz, args.max_hz]) {
+        *limit = given.map_or(*limit, |f| 2.0 * PI * f);
+    }
+    let modes = chain.modes(&region).or_bad_input().map_err(|failure| {
+        failure.at(&inputs).remedy("Change Scan_range.txt, or give --min-hz and --max-hz.")
+    })?;
+    if matches!(args.format, Format::Json) {
+        let rows: Vec<_> = modes
+            .modes
+            .iter()
+            .map(|m| {
+                let frequency_hz = m.s.im / (2.0 * PI);
+                serde_json::json!({ "frequency_hz": frequency_hz, "growth_rate": m.s.re, "residual": m.residual })
+            })
+            .collect();
+        let answer = serde_json::json!({ "counted": modes.counted, "modes": rows });
+        ui.say(serde_json::to_string_pretty(&answer).or_failed()?);
+        return Ok(());
+    }
+    ui.say("frequency_hz,growth_rate_per_s,residual");
+    for mode in &modes.modes {
+        ui.say(format!("{},{},{:e}", mode.s.im / (2.0 * PI), mode.s.re, mode.residual));
+    }
+    if matches!(args.format, Format::Table) {
+        ui.say(format!("{} of {} modes found.", modes.modes.len(), modes.counted));
     }
     Ok(())
 }

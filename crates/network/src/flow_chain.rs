@@ -75,6 +75,7 @@ pub struct FlowChain {
     /// Mean heat per mass added before each duct, J/kg.
     heat: Vec<f64>,
     ends: [crate::laws::Law; 2],
+    entropy_waves: bool,
 }
 
 impl FlowState {
@@ -137,7 +138,16 @@ impl FlowChain {
                 return Err(NetworkError::TooFast { index, mach });
             }
         }
-        Ok(Self { gamma, ducts, states, heat, ends: [upstream, downstream] })
+        Ok(Self { gamma, ducts, states, heat, ends: [upstream, downstream], entropy_waves: true })
+    }
+
+    /// The same chain with entropy waves that are lost in every duct, as shear and turbulence do to them in slow flows.
+    /// Carried without loss they grow like e^{-sigma l/u} backwards in time, which for decaying modes in slow flows
+    /// drowns the acoustics in rounding.
+    #[must_use]
+    pub fn without_entropy_waves(mut self) -> Self {
+        self.entropy_waves = false;
+        self
     }
 
     /// Mean states of the ducts.
@@ -189,8 +199,9 @@ impl FlowChain {
             }
             let [f, g, entropy] = waves;
             let u = state.velocity;
-            // An entropy wave that has nothing to meet need not be followed through a last, long, slow duct.
-            let carried = if i + 1 < self.ducts.len() { delayed(entropy, duct.length / u) } else { entropy };
+            // An entropy wave that has nothing to meet need not be followed through the last duct.
+            let met = self.entropy_waves && i + 1 < self.ducts.len();
+            let carried = if met { delayed(entropy, duct.length / u) } else { constant(0.0) };
             waves = [delayed(f, duct.length / (c + u)), delayed(g, -duct.length / (c - u)), carried];
         }
         let f = waves[1] - down * waves[0];

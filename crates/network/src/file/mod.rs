@@ -1,9 +1,11 @@
 //! Networks in a TOML file.
 
 mod build;
+mod oscilos;
 mod schema;
 
 pub use build::{Built, Warning};
+pub use oscilos::{OscilosError, OscilosTexts, read_oscilos};
 
 use crate::contour::Region;
 use std::f64::consts::PI;

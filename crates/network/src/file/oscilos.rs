@@ -1,0 +1,212 @@
+//! The text inputs of OSCILOS_lite, as they are: Geometry, Mean_flow, Flame, Inlet, Outlet, Scan_range.
+//!
+//! Sections, interfaces, mean flow and closures are those of [`crate::flow_chain`]. Where OSCILOS uses fits, the exact law is
+//! used: boundary 11 is Levine and Schwinger's integral, 12 Rayleigh's piston in a baffle. Entropy waves are left out,
+//! as in that program's own remarks (no indirect noise).
+
+use crate::contour::Region;
+use crate::flow_chain::{FlowChain, FlowDuct, FlowState, Source};
+use crate::laws::Law;
+use rijke_numerics::C64;
+use std::f64::consts::PI;
+
+/// The texts of a folder.
+#[derive(Clone, Debug, Default)]
+pub struct OscilosTexts {
+    /// Geometry.txt.
+    pub geometry: String,
+    /// Mean_flow.txt.
+    pub mean_flow: String,
+    /// Flame.txt, needed only with a fluctuating heat source (section index 11).
+    pub flame: Option<String>,
+    /// Inlet.txt.
+    pub inlet: String,
+    /// Outlet.txt.
+    pub outlet: String,
+    /// Scan_range.txt.
+    pub scan_range: String,
+}
+
+/// What is wrong with such a folder.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OscilosError {
+    /// A line does not hold the numbers it should.
+    #[error("{file}, line {line}: {expected} numbers are needed, found `{found}`")]
+    Numbers {
+        /// The file.
+        file: &'static str,
+        /// The line, from 1.
+        line: usize,
+        /// How many numbers.
+        expected: usize,
+        /// What is there.
+        found: String,
+    },
+    /// A kind of boundary, flame, interface or gas that is not read.
+    #[error("{file}: {what} {value} is not supported; supported are {known}")]
+    Unsupported {
+        /// The file.
+        file: &'static str,
+        /// What it is.
+        what: &'static str,
+        /// Its number.
+        value: f64,
+        /// The numbers that are read.
+        known: &'static str,
+    },
+    /// Positions do not increase, or there are fewer than two.
+    #[error("Geometry.txt: positions must increase and there must be at least two; see row {row}")]
+    Positions {
+        /// The row, from 1.
+        row: usize,
+    },
+    /// There is a fluctuating heat source but no flame.
+    #[error("Geometry.txt has a fluctuating heat source (section index 11) but there is no Flame.txt")]
+    NoFlame,
+    /// The chain is refused.
+    #[error(transparent)]
+    Network(#[from] crate::NetworkError),
+}
+
+/// The rows of numbers below the title; `-` is read as absent (0).
+fn rows(file: &'static str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>, OscilosError> {
+    let mut out = Vec::new();
+    for (index, line) in text.lines().enumerate().skip(1) {
+        if line.trim().is_empty() {
+            continue;
+        }
+        let number = |word: &str| if word == "-" { Some(0.0) } else { word.parse::<f64>().ok() };
+        let numbers: Option<Vec<f64>> = line.split_whitespace().map(number).collect();
+        match numbers {
+            Some(numbers) if numbers.len() >= columns => out.push(numbers),
+            _ => {
+                let found = line.trim().to_owned();
+                return Err(OscilosError::Numbers { file, line: index + 1, expected: columns, found });
+            }
+        }
+    }
+    if out.is_empty() {
+        return Err(OscilosError::Numbers { file, line: 2, expected: columns, found: String::new() });
+    }
+    Ok(out)
+}
+
+/// A flow chain and the region to search, from the texts of a folder.
+///
+/// # Errors
+/// [`OscilosError`], naming the file.
+pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), OscilosError> {
+    const GAMMA: f64 = 1.4;
+    /// Gas constant of air as that program has it, J/(kg K).
+    const AIR: f64 = 8.3145 / 28.965_12 * 1000.0;
+    let flow = &rows("Mean_flow.txt", &texts.mean_flow, 6)?[0];
+    let [pressure, temperature, choice, speed, gamma_choice, ratio] =
+        [flow[0], flow[1], flow[2], flow[3], flow[4], flow[5]];
+    if gamma_choice != 1.0 {
+        return Err(OscilosError::Unsupported {
+            file: "Mean_flow.txt",
+            what: "Choice_gamma",
+            value: gamma_choice,
+            known: "1 (constant)",
+        });
+    }
+    let sound_speed = (GAMMA * AIR * temperature).sqrt();
+    // Both ways that program raises a vanishing flow to a Mach number of 1e-6.
+    let velocity = match choice {
+        1.0 => speed.max(1e-6) * sound_speed,
+        2.0 => speed.max(1e-6 * sound_speed),
+        value => {
+            return Err(OscilosError::Unsupported {
+                file: "Mean_flow.txt",
+                what: "choice_M1_u1",
+                value,
+                known: "1 (Mach number) and 2 (velocity)",
+            });
+        }
+    };
+    let inlet = FlowState { pressure, density: pressure / (AIR * temperature), velocity };
+    let flame = match &texts.flame {
+        Some(text) => Some(rows("Flame.txt", text, 3)?.swap_remove(0)),
+        None => None,
+    };
+    let geometry = rows("Geometry.txt", &texts.geometry, 4)?;
+    if geometry.len() < 2 {
+        return Err(OscilosError::Positions { row: geometry.len() });
+    }
+    let mut ducts = Vec::new();
+    for (row, pair) in geometry.windows(2).enumerate() {
+        let ([x, r, section, tube], [x_end, r_end]) =
+            ([pair[0][0], pair[0][1], pair[0][2], pair[0][3]], [pair[1][0], pair[1][1]]);
+        if x_end <= x {
+            return Err(OscilosError::Positions { row: row + 2 });
+        }
+        let source = match section {
+            0.0 => Source::None,
+            _ if row == 0 => Source::None,
+            10.0 => Source::Steady { ratio },
+            11.0 => {
+                let flame = flame.as_ref().ok_or(OscilosError::NoFlame)?;
+                if flame[0] != 1.0 {
+                    return Err(OscilosError::Unsupported {
+                        file: "Flame.txt",
+                        what: "Type",
+                        value: flame[0],
+                        known: "1 (n-tau)",
+                    });
+                }
+                Source::Flame { ratio, gain: flame[1], delay: flame[2] * 1e-3 }
+            }
+            value => {
+                return Err(OscilosError::Unsupported {
+                    file: "Geometry.txt",
+                    what: "SectionIndex",
+                    value,
+                    known: "0, 10 and 11",
+                });
+            }
+        };
+        // A gradual change is a staircase of 49 steps, each with the radius at its upstream end.
+        let pieces = if tube >= 1.0 { 49 } else { 1 };
+        for k in 0..pieces {
+            let radius = r + (r_end - r) * f64::from(k) / 49.0;
+            let source = if k == 0 { source.clone() } else { Source::None };
+            let length = (x_end - x) / f64::from(pieces);
+            ducts.push(FlowDuct { length, area: PI * radius * radius, source });
+        }
+    }
+    let radii = [geometry[0][1], geometry[geometry.len() - 1][1]];
+    let upstream = boundary("Inlet.txt", &texts.inlet, radii[0], sound_speed)?;
+    let provisional = FlowChain::new(GAMMA, inlet, ducts.clone(), upstream.clone(), upstream.clone())?;
+    let last = provisional.states()[ducts.len() - 1];
+    let outlet_speed = (GAMMA * last.pressure / last.density).sqrt();
+    let downstream = boundary("Outlet.txt", &texts.outlet, radii[1], outlet_speed)?;
+    let chain = FlowChain::new(GAMMA, inlet, ducts, upstream, downstream)?.without_entropy_waves();
+    let scan = &rows("Scan_range.txt", &texts.scan_range, 6)?[0];
+    // Laws of s have a branch point at s = 0: the search starts at 1 Hz at least.
+    let omega = [scan[0].max(1.0), scan[1]].map(|f| 2.0 * PI * f);
+    Ok((chain, Region { sigma: [scan[3], scan[4]], omega }))
+}
+
+fn boundary(file: &'static str, text: &str, radius: f64, sound_speed: f64) -> Result<Law, OscilosError> {
+    let row = &rows(file, text, 4)?[0];
+    let [kind, one, two, three] = [row[0], row[1], row[2], row[3]];
+    let constant = |r: C64| Law::Constant(r);
+    match kind {
+        1.0 => Ok(constant(C64::new(-1.0, 0.0))),
+        2.0 => Ok(constant(C64::ONE)),
+        4.0 => {
+            let (numerator, denominator) = (vec![1.0], vec![1.0]);
+            Ok(Law::Transfer { gain: one, numerator, denominator, delay: two * 1e-3 })
+        }
+        5.0 => {
+            let phase = if three == 0.0 { two } else { two.to_radians() };
+            Ok(constant(C64::from_polar(one, -phase)))
+        }
+        11.0 => Ok(Law::Unflanged { radius, sound_speed, correction: 0.0 }),
+        12.0 => Ok(Law::Flanged { radius, sound_speed }),
+        value => {
+            let known = "1, 2, 4, 5, 11 and 12";
+            Err(OscilosError::Unsupported { file, what: "Type", value, known })
+        }
+    }
+}
