@@ -174,7 +174,12 @@ fn checks(cases: &[Case], truth: Option<&[f64; 3]>) -> Vec<Check> {
                 "|R| off by {:.2} sd, its angle by {:.2} sd, eta by {:.2} sd",
                 distance[0], distance[1], distance[2]
             ),
-            explanation: None,
+            explanation: distance.iter().any(|d| d.abs() >= 3.0).then(|| {
+                "The standard deviations hold random errors. Errors that all repeats share, above all what the click \
+                 calibration leaves of the channels' gains, and the exponent of Pr, in which the candidate differs from the \
+                 laboratory's wall, come on top."
+                    .to_owned()
+            }),
         });
     }
     checks
