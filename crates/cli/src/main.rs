@@ -7,6 +7,7 @@ use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
 mod check;
+mod check_model;
 mod completions;
 mod failure;
 mod flow;
@@ -37,6 +38,7 @@ enum Command {
     Process(process::Args),
     Flow(flow::Args),
     Rank(rank::Args),
+    CheckModel(check_model::Args),
     Modes(modes::Args),
     Report(report::Args),
     Completions(completions::Args),
@@ -51,6 +53,7 @@ fn main() -> ExitCode {
         Command::Process(args) => process::run(args, &ui),
         Command::Flow(args) => flow::run(args, &ui),
         Command::Rank(args) => rank::run(args, &ui),
+        Command::CheckModel(args) => check_model::run(args, &ui),
         Command::Modes(args) => modes::run(args, &ui),
         Command::Report(args) => report::run(args, &ui),
         Command::Completions(args) => completions::run(args, &ui),
