@@ -44,6 +44,8 @@ pub struct PingFit {
     pub ping: Ping,
     /// All modes fitted, the one of interest first, 1/s.
     pub modes: Vec<C64>,
+    /// First guess of the mode of interest, by ESPRIT; for comparison only.
+    pub subspace_guess: C64,
     /// Complex amplitude of the mode of interest in each channel at `start`, units of the record.
     pub amplitudes: Vec<C64>,
     /// First and last time used, s from the first sample of the record.
@@ -113,6 +115,7 @@ struct Fitted {
     offset: usize,
     /// Rows of `white` that were fitted.
     rows: (usize, usize),
+    guess: C64,
     solution: Solution,
 }
 
@@ -162,6 +165,7 @@ fn fit_whitened(
         step,
         offset: quiet + whitener.order(),
         rows: (from, to),
+        guess: start[0].s,
         solution,
         white: samples,
     })
@@ -262,6 +266,7 @@ impl Fitted {
         Ok(PingFit {
             ping,
             modes: self.solution.components.iter().filter(|c| c.kind == Kind::Mode).map(|c| c.s).collect(),
+            subspace_guess: self.guess,
             amplitudes,
             window: (at(from), at(to)),
             signal_to_noise,

@@ -4,7 +4,7 @@ use crate::clicking::Clicking;
 use rijke_numerics::Matrix;
 use rijke_signal::{ChannelDelays, ClickFit, ClickOptions, Fault, KnownClick, Reflection, Trace, fit_click};
 
-fn fit(clicking: &Clicking, channels: &[Vec<f64>]) -> Result<ClickFit, Fault> {
+pub(crate) fn fit(clicking: &Clicking, channels: &[Vec<f64>]) -> Result<ClickFit, Fault> {
     let trace =
         Trace { channels, rate_hz: clicking.rate_hz, quiet: clicking.quiet, full_scale: f64::INFINITY };
     let reflection = Reflection {

@@ -4,5 +4,6 @@
 mod bound;
 mod click;
 mod clicking;
+mod naive;
 mod ping;
 mod ringing;
