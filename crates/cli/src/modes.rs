@@ -255,8 +255,14 @@ fn table(built: &Built, modes: &Modes, lines: &[Line], ui: &Ui) {
         ui.say("The columns between growth and condition are its parts, in 1/s; they add up to it.");
     }
     let found: usize = modes.modes.iter().map(|m| m.multiplicity).sum();
-    let poles =
-        if modes.poles > 0 { format!(" ({} poles of laws told apart)", modes.poles) } else { String::new() };
+    let poles = if modes.poles > 0 {
+        format!(
+            ", {} of laws told apart from them",
+            if modes.poles == 1 { "1 pole".to_owned() } else { format!("{} poles", modes.poles) }
+        )
+    } else {
+        String::new()
+    };
     ui.say(format!(
         "{found} of {} modes found{poles} between {low:.1} and {high:.1} Hz, {left} and {right} 1/s.",
         modes.counted

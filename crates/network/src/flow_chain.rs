@@ -5,8 +5,9 @@
 //! entropy, a heat source keeps p + rho u^2. Entropy waves are carried without dispersion. The gas is perfect with
 //! constant gamma; ducts lose nothing (wall losses: [`crate::Network`]).
 
-use crate::contour::{Modes, Region, zeros};
+use crate::contour::{Modes, Region};
 use crate::error::NetworkError;
+use crate::search::zeros;
 use crate::sweep::Dual;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 

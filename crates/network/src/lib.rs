@@ -30,6 +30,7 @@ pub mod laws;
 pub mod levine_schwinger;
 mod newton;
 mod response;
+mod search;
 mod sensitivity;
 mod sweep;
 mod tracking;

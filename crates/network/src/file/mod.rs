@@ -1,6 +1,7 @@
 //! Networks in a TOML file.
 
 mod build;
+mod duct;
 mod oscilos;
 mod schema;
 
