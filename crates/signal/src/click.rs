@@ -96,7 +96,7 @@ const SILENT: usize = 2;
 /// Residual energy over impulse energy above which the channels do not show the same impulse.
 const MISFIT: f64 = 0.05;
 
-/// Fits one impulse by maximum likelihood. Cost: about ten milliseconds for 8 channels of 6250 samples.
+/// Fits one impulse by maximum likelihood. Cost: of the order of ten milliseconds for 8 channels of 6250 samples.
 ///
 /// The covariance is the inverse Fisher information for white noise as measured in the quiet part; if residuals exceed
 /// it significantly (a waveform that changes along the path, say), it is scaled up with them.

@@ -71,7 +71,7 @@ const DECAY_TIMES: f64 = 7.0;
 /// the end of forcing is found from the record. All channels share every complex frequency; each channel has its own
 /// complex amplitudes. Noise is whitened with its colour and correlation between channels as learnt from the quiet
 /// part (Gaussian, stationary: hum is fitted apart). The covariance is the inverse Fisher information, scaled with the
-/// residual variance. Cost: about ten milliseconds for 8 channels of 15 000 samples.
+/// residual variance. Cost: of the order of ten milliseconds for 8 channels of 15 000 samples.
 ///
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
