@@ -197,9 +197,9 @@ fn checks(models: &[ProngModel]) -> Vec<Check> {
             figure: format!("{:.4}, best of the others {runner_up:.4} nats per datapoint", marginal(six)),
             explanation: why(
                 marginal(six) > runner_up,
-                "Two things that no candidate has can tip the balance between models 6 and 7: errors of the channels' \
-                 gains, which all points share while the likelihood takes them for independent; and the true area \
-                 change, rough surfaces and Bessel wall of the virtual rig.",
+                "The virtual rig's wall has Kirchhoff's thermal layer, Pr^(-1/2), where the paper's wall has Pr^(-2/3): model 7, \
+                 which scales the two drags apart, absorbs that. With the candidate wall.kirchhoff in its place model 6 \
+                 wins (docs/records/model.md).",
             ),
         },
     ]
