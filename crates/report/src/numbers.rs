@@ -1,7 +1,7 @@
 //! The numbers of all studies that were run.
 
 use crate::{ReportError, figures, page::Item};
-use rijke_studies::{Consistency, EmptyTube, LumpedConvergence, Prongs};
+use rijke_studies::{Consistency, EmptyTube, LumpedConvergence, Microphones, Prongs};
 use serde::de::DeserializeOwned;
 use std::{fs, path::Path};
 
@@ -12,6 +12,10 @@ pub struct Numbers {
     pub empty_tube: Option<EmptyTube>,
     /// `prongs.json`: Table 2 and Fig. 4.
     pub prongs: Option<Prongs>,
+    /// `heater.json`: Table 3.
+    pub heater: Option<Prongs>,
+    /// `microphones.json`: Fig. 12.
+    pub microphones: Option<Microphones>,
     /// `consistency.json`: the check of section 6.1.
     pub consistency: Option<Consistency>,
     /// `lumped_convergence.json`: the paper's discretisation of the wall loss.
@@ -31,6 +35,8 @@ impl Numbers {
         Ok(Self {
             empty_tube: record(folder, "empty_tube.json")?,
             prongs: record(folder, "prongs.json")?,
+            heater: record(folder, "heater.json")?,
+            microphones: record(folder, "microphones.json")?,
             consistency: record(folder, "consistency.json")?,
             lumped_convergence: record(folder, "lumped_convergence.json")?,
         })
@@ -39,10 +45,12 @@ impl Numbers {
     /// What the page shows, in its order.
     pub(crate) fn items(&self) -> Vec<Item> {
         let empty_tube = self.empty_tube.as_ref().map(figures::empty_tube::item);
-        let prongs = self.prongs.as_ref().map(figures::prongs::item);
+        let prongs = self.prongs.as_ref().map(|s| figures::prongs::item(s, &figures::prongs::PRONGS));
+        let heater = self.heater.as_ref().map(|s| figures::prongs::item(s, &figures::prongs::HEATER));
+        let microphones = self.microphones.as_ref().map(figures::microphones::item);
         let consistency = self.consistency.as_ref().map(figures::consistency::item);
         let lumped = self.lumped_convergence.as_ref().map(figures::lumped::item);
-        [empty_tube, prongs, consistency, lumped].into_iter().flatten().collect()
+        [empty_tube, prongs, heater, microphones, consistency, lumped].into_iter().flatten().collect()
     }
 }
 

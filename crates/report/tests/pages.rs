@@ -28,6 +28,7 @@ fn exact_files_are_those_of_the_studies() {
             "tables/figure-4.csv",
             "tables/table-2.csv",
             "tables/table-2-parameters.csv",
+            "figures/figure-12.svg",
             "tables/consistency.csv",
             "figures/lumped.svg",
             "tables/lumped.csv",
@@ -64,6 +65,7 @@ fn exact_same_numbers_same_bytes_also_through_files() {
     let folder = folder("same-bytes");
     let save = |name: &str, text: String| fs::write(folder.join(name), text).unwrap();
     save("empty_tube.json", serde_json::to_string(&numbers.empty_tube).unwrap());
+    save("microphones.json", serde_json::to_string(&numbers.microphones).unwrap());
     save("prongs.json", serde_json::to_string(&numbers.prongs).unwrap());
     save("consistency.json", serde_json::to_string(&numbers.consistency).unwrap());
     save("lumped_convergence.json", serde_json::to_string(&numbers.lumped_convergence).unwrap());

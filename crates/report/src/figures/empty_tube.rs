@@ -9,7 +9,7 @@ use crate::{
 use rijke_studies::{Case, EmptyTube};
 
 /// The three pairs of parameters of Fig. 3, by index: (|R|, angle R), (|R|, eta), (angle R, eta).
-const PAIRS: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
+pub(super) const PAIRS: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 const SIZE: [f64; 2] = [400.0, 320.0];
 const CONTOUR: Stroke = Stroke::solid("#0072b2", 1.4);
 const PREDICTED: Stroke = Stroke::dashed("#d55e00", 1.2, "5 3");
@@ -107,7 +107,7 @@ fn panel(study: &EmptyTube, [i, j]: [usize; 2], tag: &str, [x, y]: [Axis; 2], ca
 
 /// The contour at Mahalanobis distance `sds` of the marginal distribution of two parameters: mean + sds L (cos, sin)
 /// with L the Cholesky factor of their covariance.
-fn ellipse(case: &Case, [i, j]: [usize; 2], sds: f64) -> Vec<[f64; 2]> {
+pub(super) fn ellipse(case: &Case, [i, j]: [usize; 2], sds: f64) -> Vec<[f64; 2]> {
     let covariance = &case.covariance;
     let l11 = covariance[i][i].sqrt();
     let l21 = covariance[j][i] / l11;
@@ -184,7 +184,7 @@ fn label(study: &EmptyTube, k: usize) -> String {
 }
 
 /// Roman numeral, as the paper numbers its frames by the number of microphones.
-fn roman(mut n: usize) -> String {
+pub(super) fn roman(mut n: usize) -> String {
     let mut out = String::new();
     for (value, letters) in [(10, "x"), (9, "ix"), (5, "v"), (4, "iv"), (1, "i")] {
         while n >= value {

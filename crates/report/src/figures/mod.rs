@@ -3,4 +3,5 @@
 pub(crate) mod consistency;
 pub(crate) mod empty_tube;
 pub(crate) mod lumped;
+pub(crate) mod microphones;
 pub(crate) mod prongs;

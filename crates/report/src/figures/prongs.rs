@@ -1,4 +1,4 @@
-//! Fig. 4 and Table 2: seven models of the drag and blockage of the prongs.
+//! Fig. 4 and Table 2, and Table 3: competing models of a part of the rig.
 
 use crate::{
     draw::{Axis, Figure, INK, Key, Mark, Panel, fixed, model_stroke},
@@ -12,8 +12,38 @@ const SIZE: [f64; 2] = [560.0, 380.0];
 /// Distance between the bars of neighbouring models at one measured point, pixels.
 const OFFSET: f64 = 2.6;
 
+/// Which part of the rig competing models describe, in the words of the page.
+pub(crate) struct Part {
+    id: &'static str,
+    title: &'static str,
+    what: &'static str,
+    table: &'static str,
+    files: [&'static str; 3],
+    position: &'static str,
+}
+
+/// Table 2 and Fig. 4.
+pub(crate) const PRONGS: Part = Part {
+    id: "prongs",
+    title: "Table 2 and Figure 4: drag and blockage of the prongs",
+    what: "what the prongs do to the first mode",
+    table: "Table 2",
+    files: ["figure-4", "table-2", "table-2-parameters"],
+    position: "Prong position *X*_{p} / m",
+};
+
+/// Table 3.
+pub(crate) const HEATER: Part = Part {
+    id: "heater",
+    title: "Table 3: drag and blockage of the heater, switched off",
+    what: "what the cold heater does to the first mode",
+    table: "Table 3",
+    files: ["table-3-curves", "table-3", "table-3-parameters"],
+    position: "Heater position *X*_{h} / m",
+};
+
 /// Everything the page shows of this study.
-pub(crate) fn item(study: &Prongs) -> Item {
+pub(crate) fn item(study: &Prongs, part: &Part) -> Item {
     let verdict = if study.winner == study.published_winner {
         format!("The evidence selects the same model as in the paper: {}.", name(study, &study.winner))
     } else {
@@ -24,40 +54,48 @@ pub(crate) fn item(study: &Prongs) -> Item {
         )
     };
     Item {
-        id: "prongs",
-        title: "Table 2 and Figure 4: drag and blockage of the prongs".to_owned(),
+        id: part.id,
+        title: part.title.to_owned(),
         introduction: format!(
-            "Seven models of what the prongs do to the first mode, trained on the same {} operating points and ranked by \
-             marginal likelihood. {verdict} Kendall's \u{3c4} between the two orders is {}.",
+            "{} models of {}, trained on the same {} operating points and ranked by marginal likelihood. {verdict} \
+             Kendall's \u{3c4} between the two orders is {}. Models whose number starts with + are not in the paper.",
+            study.models.len(),
+            part.what,
             study.measured.len(),
             fixed(study.kendall_tau, 2)
         ),
-        figures: vec![figure(study)],
-        tables: vec![ranking(study), parameters(study)],
-        sheets: vec![curves(study), evidence(study), values(study)],
+        figures: vec![figure(study, part)],
+        tables: vec![ranking(study, part), parameters(study, part)],
+        sheets: vec![curves(study, part), evidence(study, part), values(study, part)],
         checks: study.checks.clone(),
         provenance: Some(study.provenance.clone()),
     }
 }
 
-fn figure(study: &Prongs) -> Figure {
+/// The models that the paper has, with their places in the study.
+fn drawn(study: &Prongs) -> impl Iterator<Item = (usize, &ProngModel)> {
+    study.models.iter().enumerate().filter(|(_, m)| m.number.is_some())
+}
+
+fn figure(study: &Prongs, part: &Part) -> Figure {
     let mut legend = vec![Key { mark: Mark::Dot(INK), label: "measured, mean of the repeats".to_owned() }];
-    for (i, model) in study.models.iter().enumerate() {
+    for (i, model) in drawn(study) {
         legend.push(Key { mark: Mark::Line(model_stroke(i)), label: title(i, model) });
     }
     Figure {
-        id: "figure-4",
-        title: "Growth rate and angular frequency against prong position, seven models".to_owned(),
-        caption: "(a) Growth rate and (b) angular frequency of the first mode as the prongs reach from *x* = 0 to \
-                  *X*_{p}. Dots: measured. Lines: models of Table 2 at their most probable parameters, each point at the \
-                  temperature of its own day, hence the steps. Bars: for each \
-                  model, from the first on the left to the last on the right, two standard deviations of the measurement \
-                  noise that maximises its posterior."
-            .to_owned(),
+        id: part.files[0],
+        title: format!("Growth rate and angular frequency against position, models of {}", part.table),
+        caption: format!(
+            "(a) Growth rate and (b) angular frequency of the first mode against position. Dots: measured. Lines: models \
+             of {} at their most probable parameters, each point at the temperature of its own day, hence the steps. Bars: \
+             for each model, from the first on the left to the last on the right, two standard deviations of the \
+             measurement noise that maximises its posterior.",
+            part.table
+        ),
         columns: 2,
         panels: vec![
-            panel(study, "(a)", "Growth rate *s*_{r} / s^{-1}", &GROWTH_RATE),
-            panel(study, "(b)", "Angular frequency *s*_{i} / rad s^{-1}", &FREQUENCY),
+            panel(study, part, "(a)", "Growth rate *s*_{r} / s^{-1}", &GROWTH_RATE),
+            panel(study, part, "(b)", "Angular frequency *s*_{i} / rad s^{-1}", &FREQUENCY),
         ],
         legend,
         data: Some(study.provenance.data),
@@ -86,18 +124,18 @@ const FREQUENCY: Quantity = Quantity {
     unit: "rad/s",
 };
 
-fn panel(study: &Prongs, tag: &str, label: &str, q: &Quantity) -> Panel {
+fn panel(study: &Prongs, part: &Part, tag: &str, label: &str, q: &Quantity) -> Panel {
     let dots = study.measured.iter().map(q.measured);
-    let lines = study.models.iter().flat_map(|m| m.at_points.iter().map(q.predicted));
-    let bars = study.models.iter().flat_map(|m| {
+    let lines = drawn(study).flat_map(|(_, m)| m.at_points.iter().map(q.predicted));
+    let bars = drawn(study).flat_map(|(_, m)| {
         let bar = 2.0 * (q.noise)(m);
         study.measured.iter().flat_map(move |p| [(q.measured)(p) - bar, (q.measured)(p) + bar])
     });
     let y = Axis::covering(label, dots.chain(lines).chain(bars));
-    let x = Axis::new("Prong position *X*_{p} / m", -0.03, 1.0).with_step(0.2);
+    let x = Axis::new(part.position, -0.03, 1.0).with_step(0.2);
     let mut panel = Panel::new(tag, SIZE, x, y);
-    let middle = 0.5 * (study.models.len().max(1) - 1) as f64;
-    for (i, model) in study.models.iter().enumerate() {
+    let middle = 0.5 * (drawn(study).count().max(1) - 1) as f64;
+    for (i, model) in drawn(study) {
         let stroke = model_stroke(i);
         let line: Vec<_> = model.at_points.iter().map(|p| [p.position_m, (q.predicted)(p)]).collect();
         panel.curve(&line, &stroke);
@@ -115,7 +153,7 @@ fn panel(study: &Prongs, tag: &str, label: &str, q: &Quantity) -> Panel {
 }
 
 /// Table 2 beside the published one.
-fn ranking(study: &Prongs) -> Table {
+fn ranking(study: &Prongs, part: &Part) -> Table {
     let head = [
         "Model",
         "What it contains",
@@ -139,11 +177,13 @@ fn ranking(study: &Prongs) -> Table {
         row
     };
     Table {
-        id: "table-2",
-        caption: "Best-fit likelihood (BFL), Occam factor (OF) and marginal likelihood (ML), natural logarithms per \
-                  operating point, ours and as published in Table 2. The row of the highest marginal likelihood is \
-                  marked. The two sets of data differ, so only the order and the differences can agree."
-            .to_owned(),
+        id: part.files[1],
+        caption: format!(
+            "Best-fit likelihood (BFL), Occam factor (OF) and marginal likelihood (ML), natural logarithms per operating \
+             point, ours and as published in {}. The row of the highest marginal likelihood is marked. The two sets of data \
+             differ, so only the order and the differences can agree.",
+            part.table
+        ),
         head: head.map(String::from).to_vec(),
         rows: study.models.iter().enumerate().map(row).collect(),
         marked: study.models.iter().position(|m| m.id == study.winner),
@@ -151,7 +191,7 @@ fn ranking(study: &Prongs) -> Table {
 }
 
 /// The trained parameters and the noise each model needs.
-fn parameters(study: &Prongs) -> Table {
+fn parameters(study: &Prongs, part: &Part) -> Table {
     let head = [
         "Model",
         "Parameters, most probable \u{b1} sd",
@@ -172,11 +212,11 @@ fn parameters(study: &Prongs) -> Table {
                    measurement noise that maximises each model's posterior."
         .to_owned();
     let rows = study.models.iter().enumerate().map(row).collect();
-    Table { id: "table-2-parameters", caption, head: head.map(String::from).to_vec(), rows, marked: None }
+    Table { id: part.files[2], caption, head: head.map(String::from).to_vec(), rows, marked: None }
 }
 
 /// Fig. 4: a row per operating point.
-fn curves(study: &Prongs) -> Sheet {
+fn curves(study: &Prongs, part: &Part) -> Sheet {
     let fixed_head = [
         "point",
         "position_m",
@@ -210,11 +250,11 @@ fn curves(study: &Prongs) -> Sheet {
         }
         row
     };
-    Sheet { id: "figure-4", head, rows: study.measured.iter().enumerate().map(row).collect() }
+    Sheet { id: part.files[0], head, rows: study.measured.iter().enumerate().map(row).collect() }
 }
 
 /// Table 2: a row per model.
-fn evidence(study: &Prongs) -> Sheet {
+fn evidence(study: &Prongs, part: &Part) -> Sheet {
     let head = [
         "model",
         "contains",
@@ -248,14 +288,14 @@ fn evidence(study: &Prongs) -> Sheet {
         row
     };
     Sheet {
-        id: "table-2",
+        id: part.files[1],
         head: head.map(String::from).to_vec(),
         rows: study.models.iter().map(row).collect(),
     }
 }
 
 /// The trained parameters: a row per model and parameter.
-fn values(study: &Prongs) -> Sheet {
+fn values(study: &Prongs, part: &Part) -> Sheet {
     let head = ["model", "parameter", "unit", "most_probable", "sd"].map(String::from).to_vec();
     let rows = study.models.iter().flat_map(|model| {
         model.parameters.iter().map(|p| {
@@ -268,7 +308,7 @@ fn values(study: &Prongs) -> Sheet {
             ]
         })
     });
-    Sheet { id: "table-2-parameters", head, rows: rows.collect() }
+    Sheet { id: part.files[2], head, rows: rows.collect() }
 }
 
 /// Row of the paper's table, or the rank in ours for a candidate that the paper does not have.

@@ -7,6 +7,8 @@ pub(crate) fn numbers() -> Numbers {
     Numbers {
         empty_tube: Some(empty_tube()),
         prongs: Some(prongs()),
+        heater: None,
+        microphones: Some(microphones()),
         consistency: Some(consistency()),
         lumped_convergence: Some(lumped()),
     }
@@ -146,4 +148,19 @@ fn lumped() -> LumpedConvergence {
         order: (elements > 10).then_some(1.0),
     };
     LumpedConvergence { exact: [-9.9, 1056.0], rows: [10, 20, 40].map(row).to_vec(), checks: vec![] }
+}
+
+fn microphones() -> Microphones {
+    let tube = empty_tube();
+    Microphones {
+        provenance: tube.provenance,
+        point: tube.point,
+        parameters: tube.parameters,
+        positions_m: (0..8).map(|m| 0.25 + 0.1 * f64::from(m)).collect(),
+        sets: tube.cases,
+        pressure_noise_sd: 0.001,
+        predicted: tube.predicted,
+        truth: tube.truth,
+        checks: vec![],
+    }
 }
