@@ -123,7 +123,7 @@ fn oracle_laplace_against_nested_sampling_on_the_prong_models() {
 }
 
 #[test]
-#[ignore = "long: 500 fits of row C3"]
+#[ignore = "long: 5000 fits of row C3"]
 fn oracle_simulation_based_calibration_of_a_prong_model() {
     let observed = observed();
     let assembly = assembly("prongs.6");
@@ -135,7 +135,7 @@ fn oracle_simulation_based_calibration_of_a_prong_model() {
     let data = Data::new(exact.observations().to_vec(), groups.collect()).unwrap();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let fit = posterior.map(&MapOptions::default()).unwrap();
-    let found = posterior.calibrate(&fit, &MapOptions::default(), 500, Streams::new(1)).unwrap();
+    let found = posterior.calibrate(&fit, &MapOptions::default(), 5000, Streams::new(100)).unwrap();
     println!("{found:?}");
-    assert!(found.failed <= 5 && found.p_values.iter().all(|p| *p > 0.01), "{found:?}");
+    assert!(found.failed <= 50 && found.p_values.iter().all(|p| *p > 0.01), "{found:?}");
 }
