@@ -26,8 +26,8 @@ pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// How to assimilate: batch and smoother are calibrated; paper is the filter of Juniper & Yoko (2022), whose error
-    /// bars are too small.
+    /// How to assimilate. Batch is the one whose error bars were tested; paper is the filter of Juniper & Yoko (2022),
+    /// whose error bars are about ten times too small.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
     /// TOML file of closures [default: those of the model].
@@ -78,7 +78,8 @@ fn read_closures(path: &Path) -> Result<Closures, Failure> {
 }
 
 fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
-    let records = Records::read(dir).or_bad_input()?;
+    let remedy = "`rijke flow --twin --out DIR` writes a folder of the right form.";
+    let records = Records::read(dir).or_bad_input().map_err(|f| f.remedy(remedy))?;
     let staged = StagedFolder::new(&args.out, "flow.json", args.force)?;
     let method = match args.method {
         Choice::Batch => Method::Batch,

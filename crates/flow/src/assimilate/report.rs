@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// All clicks at once, Laplace's covariance: calibrated; the default.
+    /// All clicks at once, Laplace's covariance; the default.
     Batch,
-    /// ES-MDA: calibrated, free of derivatives.
+    /// ES-MDA, free of derivatives.
     Smoother,
     /// The filter of the paper: overconfident, for comparison.
     Paper,
