@@ -1,3 +1,5 @@
+//! Order of parameters, messages about faults, and the catalogues of the paper: numbers of parameters and laws.
+
 use super::*;
 use crate::Here;
 use crate::testing::surroundings;

@@ -1,3 +1,5 @@
+//! Values and derivatives of formulas, and texts that are refused with the place of the fault.
+
 use super::*;
 use crate::Surroundings;
 use crate::testing::surroundings;
