@@ -92,10 +92,10 @@ pub enum Problem {
         /// The symbol that brings s in.
         through: &'static str,
     },
-    /// Deeper than [`parser::DEEPEST`].
+    /// Deeper than the parser allows.
     #[error("the formula is nested more than {} deep", parser::DEEPEST)]
     TooDeep,
-    /// Longer than [`parser::LONGEST`].
+    /// Longer than the parser allows.
     #[error("the formula has more than {} words", parser::LONGEST)]
     TooLong,
 }

@@ -19,7 +19,8 @@ const MARK: &str = ".reproduce";
 pub(super) fn steps(options: &Options) -> Vec<Step> {
     let step = |text: &str, output| Step { arguments: text.split(' ').map(String::from).collect(), output };
     let repeats = if options.quick { " --repeats 4" } else { "" };
-    let lab = format!("lab --out {RECORDS} --force --row C3 --seed {}{repeats}", options.seed);
+    let lab =
+        format!("lab --out {RECORDS} --force --row C3 --row C1 --row C2 --seed {}{repeats}", options.seed);
     vec![
         step(&lab, RECORDS),
         step(&format!("process {RECORDS} --force"), "virtual-rig/observations"),
@@ -57,7 +58,7 @@ mod tests {
         let options = Options { quick: true, seed: 7, fresh: false, check: false, accept: false };
         let steps = steps(&options);
         let command = steps[0].arguments.join(" ");
-        assert_eq!(command, "lab --out virtual-rig --force --row C3 --seed 7 --repeats 4");
+        assert_eq!(command, "lab --out virtual-rig --force --row C3 --row C1 --row C2 --seed 7 --repeats 4");
         let names: Vec<_> = steps.iter().map(|s| &*s.arguments[0]).collect();
         assert_eq!(names, ["lab", "process", "rank", "report"]);
     }

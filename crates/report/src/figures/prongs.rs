@@ -137,7 +137,14 @@ fn panel(study: &Prongs, part: &Part, tag: &str, label: &str, q: &Quantity) -> P
     let middle = 0.5 * (drawn(study).count().max(1) - 1) as f64;
     for (i, model) in drawn(study) {
         let stroke = model_stroke(i);
-        let line: Vec<_> = model.at_points.iter().map(|p| [p.position_m, (q.predicted)(p)]).collect();
+        let mut line: Vec<[f64; 2]> = Vec::new();
+        for p in &model.at_points {
+            // Where the next row of the campaign starts again from below, the line is interrupted.
+            if line.last().is_some_and(|last| last[0] >= p.position_m) {
+                line.push([f64::NAN; 2]);
+            }
+            line.push([p.position_m, (q.predicted)(p)]);
+        }
         panel.curve(&line, &stroke);
         let thin = crate::draw::Stroke::solid(stroke.colour, 0.9);
         for p in &study.measured {
