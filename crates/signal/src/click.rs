@@ -75,6 +75,9 @@ pub struct ClickFit {
     pub waveform: Vec<C64>,
     /// Taps of the reflection; empty if none was fitted.
     pub reflection: Vec<f64>,
+    /// Whether the reflection begins before the impulse has peaked at each channel: its gain then leans on the model of
+    /// the reflection.
+    pub overlapped: Vec<bool>,
     /// Root of (energy over noise energy) per channel: the amplitude that a matched filter sees.
     pub signal_to_noise: Vec<f64>,
     /// Sum of squared residuals over its number of degrees of freedom.

@@ -8,7 +8,8 @@ use rijke_numerics::Matrix;
 pub struct Repeats {
     /// Mean over the accepted repeats.
     pub mean: Vec<f64>,
-    /// Covariance of the mean: (within + between) / count. Errors common to all repeats are not in it.
+    /// Covariance of the mean: (within + between t) / count, where t = (count - 1)/(count - 3) is the variance of Student's
+    /// t. Errors common to all repeats are not in it.
     pub covariance: Matrix,
     /// Mean over the repeats of the covariance stated for one of them.
     pub within: Matrix,
@@ -80,7 +81,9 @@ pub fn combine(values: &[(f64, Vec<f64>, Matrix)], names: &dyn Fn(usize) -> Stri
             if squares / freedom > limit * within[(i, i)] { excess } else { 0.0 }
         })
         .collect();
-    let covariance = within.plus(1.0, &Matrix::diagonal(&between));
+    // The variance of Student's t, which a mean follows whose scatter was learnt from these few repeats.
+    let student = if count > 3 { freedom / (freedom - 2.0) } else { 3.0 };
+    let covariance = within.plus(student, &Matrix::diagonal(&between));
     let covariance = Matrix::from_fn(size, size, |i, j| covariance[(i, j)] / n);
     let when: Vec<f64> = accepted.iter().map(|&k| values[k].0).collect();
     let middle = when.iter().sum::<f64>() / n;
@@ -123,7 +126,8 @@ mod tests {
         // Sample variance 2.5: with 1.0 explained by noise, 1.5 is left over (limit for 4 degrees of freedom: 2.37).
         let r = repeats(&[1.0, 2.0, 3.0, 4.0, 5.0], 1.0);
         assert!((r.mean[0] - 3.0).abs() < 1e-15 && (r.between[0] - 1.5).abs() < 1e-12);
-        assert!((r.covariance[(0, 0)] - 0.5).abs() < 1e-12);
+        // Student's t with 4 degrees of freedom has the variance 2: (1.0 + 1.5 * 2)/5.
+        assert!((r.covariance[(0, 0)] - 0.8).abs() < 1e-12);
         assert!((r.drift[0].0 - 1.0).abs() < 1e-12);
         // With 2.0 explained the rest is not significant.
         assert_eq!(repeats(&[1.0, 2.0, 3.0, 4.0, 5.0], 2.0).between[0], 0.0);

@@ -1,6 +1,6 @@
 //! Fig. 12: how many microphones are needed, and which?
 
-use crate::empty_tube::{Setting, case, names, predicted, setting};
+use crate::empty_tube::{PRESSURE_MODEL_ERROR, Setting, case, names, predicted, setting};
 use crate::{Case, Check, Microphones, StudyError};
 use rayon::prelude::*;
 use rijke_inference::NoiseMode;
@@ -17,7 +17,7 @@ pub fn microphones(observations: &Observations, truth: Option<[f64; 3]>) -> Resu
     let Setting { assembly, empty, provenance } = setting(observations)?;
     let rig = &observations.rig;
     let (count, reference) = (rig.microphones.positions.len(), rig.microphones.reference);
-    let (_, sd) = case(&assembly, &empty, (0..count).collect(), NoiseMode::Floated)?;
+    let (_, sd) = case(&assembly, &empty, (0..count).collect(), PRESSURE_MODEL_ERROR)?;
     let sets = subsets(count, reference)
         .into_par_iter()
         .map(|set| Ok(case(&assembly, &empty, set, NoiseMode::Fixed { sd })?.0))

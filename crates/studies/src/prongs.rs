@@ -2,6 +2,7 @@
 
 use crate::catalogue::{catalogue, chosen};
 use crate::competition::{Competition, agreement, marginal, measured, winner};
+use crate::empty_tube::PRESSURE_MODEL_ERROR;
 use crate::{Check, ProngModel, Prongs, Provenance, RejectedRecord, StudyError};
 use rijke_candidates::Candidate;
 use rijke_inference::{MapOptions, NoiseMode};
@@ -127,7 +128,7 @@ pub(crate) fn empty_tube_stage(rig: &Rig, empty: &Observed) -> Result<Knowledge,
         noise: Noise {
             growth_rate: fixed(EMPTY_TUBE_SD[0]),
             angular_frequency: fixed(EMPTY_TUBE_SD[1]),
-            pressure: NoiseMode::Floated,
+            pressure: PRESSURE_MODEL_ERROR,
             measured: true,
         },
         known: Vec::new(),

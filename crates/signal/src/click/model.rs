@@ -252,6 +252,9 @@ impl<'a> Model<'a> {
         let joint = Matrix::from_fn(joint.rows(), joint.rows(), |i, j| excess * joint[(i, j)]);
         let values = spectrum.times(&self.waveform.coefficients);
         ClickFit {
+            overlapped: (0..channels)
+                .map(|m| self.options.lag(m).is_some_and(|lag| lag < self.options.window.0))
+                .collect(),
             covariance: Matrix::from_fn(channels, channels, |i, j| joint[(i, j)]),
             times: self.times,
             gains: self.gains,
