@@ -18,7 +18,7 @@ pub(crate) const PRESSURE_MODEL_ERROR: NoiseMode = NoiseMode::Inferred { median:
 ///
 /// As in section 6.1, sd 0.1 1/s for the growth rate and 1 rad/s for the frequency, wide priors centred on
 /// Levine-Schwinger and Rayleigh. The noise of the pressures, of which the paper says nothing, is the measured
-/// one plus [`PRESSURE_MODEL_ERROR`].
+/// one plus a model error of about 1e-3, inferred with it.
 /// `truth` are the values that made virtual data, if they are known.
 ///
 /// # Errors
