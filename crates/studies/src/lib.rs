@@ -28,7 +28,8 @@ pub use lumped::{LumpedConvergence, LumpedRow, lumped_convergence};
 pub use microphones::microphones;
 pub use prongs::{prongs, prongs_and_knowledge};
 pub use records::{
-    Case, Check, Consistency, ConsistencyRow, CurvePoint, EmptyTube, Evidence, MeasuredPoint, Microphones,
-    ParameterName, ParameterValue, ProngModel, Prongs, Provenance, RejectedRecord,
+    Case, Check, Cold, ColdSeries, Consistency, ConsistencyRow, CurvePoint, EmptyTube, Evidence, Feedback,
+    FeedbackPoint, HeatRelease, HotPoint, HotPredictions, MeasuredPoint, Microphones, ParameterName,
+    ParameterValue, PredictedPoint, ProngModel, Prongs, Provenance, RejectedRecord, TruthRow, Truths,
 };
 pub use rijke_rig::DataKind;

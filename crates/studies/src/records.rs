@@ -1,5 +1,12 @@
 //! The numbers that studies return and reports draw.
 
+mod hot;
+
+pub use hot::{
+    Cold, ColdSeries, Feedback, FeedbackPoint, HeatRelease, HotPoint, HotPredictions, PredictedPoint,
+    TruthRow, Truths,
+};
+
 use rijke_rig::DataKind;
 use serde::{Deserialize, Serialize};
 
