@@ -28,6 +28,7 @@ mod arrival;
 pub mod assimilate;
 mod band;
 mod base_state;
+mod base_states;
 mod closures;
 mod draught;
 mod error;
@@ -43,6 +44,7 @@ mod wall;
 mod exact;
 
 pub use base_state::{BaseState, ErrorComponent, Stretch};
+pub use base_states::BaseStates;
 pub use closures::Closures;
 pub use draught::Draught;
 pub use error::FlowError;
