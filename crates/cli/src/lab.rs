@@ -17,15 +17,25 @@ pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Row of the campaign to record, such as C3; may be repeated. All rows if not given.
-    #[arg(long, value_name = "ROW")]
-    row: Vec<String>,
+    #[command(flatten)]
+    laboratory: Laboratory,
+    /// Replace the folder if it exists.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Which virtual rig, also for `rijke process --virtual-rig`.
+#[derive(clap::Args)]
+pub(crate) struct Laboratory {
+    /// Rows of the campaign to record, such as C3 or H7,H15; may be repeated. All rows if not given.
+    #[arg(long = "row", visible_alias = "rows", value_name = "ROW", value_delimiter = ',')]
+    rows: Vec<String>,
     /// Records of each kind per operating point, 1 to 100 [default: the campaign's own number].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: Option<u32>,
-    /// Seed of all random numbers: the same seed gives the same bytes.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    /// Seed of all random numbers: the same seed gives the same bytes [default: 1].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// Rig file [default: the rig of Juniper & Yoko 2022].
     #[arg(long, value_name = "FILE")]
     rig: Option<PathBuf>,
@@ -35,17 +45,31 @@ pub(crate) struct Args {
     /// What is true in the laboratory [default: fixtures/lab/truth.toml of the project].
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// Replace the folder if it exists.
-    #[arg(long)]
-    force: bool,
+}
+
+impl Laboratory {
+    /// Sets it up.
+    pub(crate) fn open(&self) -> Result<VirtualRig, Failure> {
+        let rig = self.rig.as_deref().map_or(Ok(Rig::juniper_yoko_2022()), Rig::read).or_bad_input()?;
+        let campaign = self.campaign.as_deref().map_or(Ok(Campaign::juniper_yoko_2022()), Campaign::read);
+        let truth = self.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
+        let seed = self.seed.unwrap_or(1);
+        VirtualRig::new(&rig, &campaign.or_bad_input()?, &truth, &self.rows, self.repeats, seed)
+            .or_bad_input()
+    }
+
+    /// Whether any of the options was given.
+    pub(crate) fn is_described(&self) -> bool {
+        let files = [&self.rig, &self.campaign, &self.truth];
+        !self.rows.is_empty()
+            || self.repeats.is_some()
+            || self.seed.is_some()
+            || files.iter().any(|f| f.is_some())
+    }
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let rig = args.rig.as_deref().map_or(Ok(Rig::juniper_yoko_2022()), Rig::read).or_bad_input()?;
-    let campaign =
-        args.campaign.as_deref().map_or(Ok(Campaign::juniper_yoko_2022()), Campaign::read).or_bad_input()?;
-    let truth = args.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
-    let lab = VirtualRig::new(&rig, &campaign, &truth, &args.row, args.repeats, args.seed).or_bad_input()?;
+    let lab = args.laboratory.open()?;
     let folder = StagedFolder::new(&args.out, "manifest.toml", args.force)?;
     let progress = ui.progress("recording", lab.record_count() as u64);
     lab.write(folder.path(), &|records| progress.advance(records as u64)).or_failed()?;

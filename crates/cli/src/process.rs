@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    lab::Laboratory,
     staging::StagedFolder,
     ui::Ui,
 };
@@ -13,11 +14,15 @@ use std::path::PathBuf;
 /// Turn raw records into observations: growth rate, frequency and mode shape of every ping, arrival times of every
 /// click, with uncertainties, corrected for the delays of the channels. Bad records are rejected with a reason.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  rijke process virtual-rig --out observations")]
+#[command(after_help = "Examples:\n  rijke process records --out observations\n  \
+    rijke process --virtual-rig --rows C3,H7 --repeats 10 --out observations")]
 pub(crate) struct Args {
     /// Folder of records, with its manifest.toml.
-    #[arg(value_name = "DIR")]
-    records: PathBuf,
+    #[arg(value_name = "DIR", required_unless_present = "virtual_rig", conflicts_with = "virtual_rig")]
+    records: Option<PathBuf>,
+    /// Process the records that `rijke lab` would write, without writing them.
+    #[arg(long, requires = "out")]
+    virtual_rig: bool,
     /// Folder to write [default: DIR/observations].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -30,19 +35,33 @@ pub(crate) struct Args {
     /// Replace the output folder if it exists.
     #[arg(long)]
     force: bool,
+    #[command(flatten, next_help_heading = "Virtual rig")]
+    laboratory: Laboratory,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let source = RecordFolder::open(&args.records).or_bad_input()?;
-    let out = args.out.clone().unwrap_or_else(|| args.records.join("observations"));
+    let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
+    let out = args.out.clone().unwrap_or_else(|| name.join("observations"));
+    let source: Box<dyn RecordSource> = if args.virtual_rig {
+        Box::new(args.laboratory.open()?)
+    } else if args.laboratory.is_described() {
+        return Err(Failure::bad_input(format!(
+            "{}: rows, repeats, seed, rig, campaign and truth describe a virtual rig, not a folder of records",
+            name.display()
+        ))
+        .remedy("Leave these options out, or give --virtual-rig instead of the folder."));
+    } else {
+        Box::new(RecordFolder::open(&name).or_bad_input()?)
+    };
     let folder = StagedFolder::new(&out, "observations.toml", args.force)?;
     let mut options = ProcessOptions::default();
     options.ping.band_hz = (args.band[0], args.band[1]);
     options.ping.mains_hz = args.mains;
-    let progress = ui.progress("processing", record_count(source.set()) as u64);
-    let processed = process(&source, &options, &|| progress.advance(1)).map_err(|error| match error {
+    let records = record_count(source.set());
+    let progress = ui.progress("processing", records as u64);
+    let processed = process(&*source, &options, &|| progress.advance(1)).map_err(|error| match error {
         ProcessError::Record(error) => Err::<(), _>(error).or_bad_input().err(),
-        other => Err::<(), _>(other).or_bad_input().err().map(|f| f.at(&args.records)),
+        other => Err::<(), _>(other).or_bad_input().err().map(|f| f.at(&name)),
     });
     drop(progress);
     let processed = match processed {
@@ -60,7 +79,6 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
     }
     let rejected = processed.observations.rejections.len();
-    let records = record_count(source.set());
     ui.note(format!("{}: {records} records, {rejected} rejected (reasons in rejections.csv)", out.display()));
     Ok(())
 }

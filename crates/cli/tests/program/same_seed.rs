@@ -3,6 +3,16 @@
 use crate::scratch;
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
+/// Runs the steps in a folder with a number of threads.
+fn run_steps(folder: &Path, threads: &str, steps: &[&[&str]]) {
+    for step in steps {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rijke"));
+        let output =
+            command.args(*step).current_dir(folder).env("RAYON_NUM_THREADS", threads).output().unwrap();
+        assert!(output.status.success(), "{step:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
 fn run(folder: &Path, threads: &str, seed: &str) -> BTreeMap<String, Vec<u8>> {
     let steps: [&[&str]; 4] = [
         &["lab", "--out", "rig", "--row", "C3", "--repeats", "2", "--seed", seed],
@@ -10,12 +20,7 @@ fn run(folder: &Path, threads: &str, seed: &str) -> BTreeMap<String, Vec<u8>> {
         &["rank", "rig", "--out", "results"],
         &["report", "results"],
     ];
-    for step in steps {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rijke"));
-        let output =
-            command.args(step).current_dir(folder).env("RAYON_NUM_THREADS", threads).output().unwrap();
-        assert!(output.status.success(), "{step:?}: {}", String::from_utf8_lossy(&output.stderr));
-    }
+    run_steps(folder, threads, &steps);
     let mut files = BTreeMap::new();
     collect(folder, folder, &mut files);
     files
@@ -49,4 +54,37 @@ fn exact_same_seed_same_bytes_for_one_and_two_threads() {
     let other = run(&scratch("other-seed"), "2", "4");
     assert!(other["rig/C3-E/ping-00.wav"] != one["rig/C3-E/ping-00.wav"]);
     assert!(other["results/figures/figure-4.svg"] != one["results/figures/figure-4.svg"]);
+}
+
+#[test]
+fn oracle_a_virtual_rig_gives_the_observations_of_its_files() {
+    let folder = scratch("without-files");
+    run_steps(
+        &folder,
+        "2",
+        &[
+            &["lab", "--out", "rig", "--rows", "C3,H7", "--repeats", "2", "--seed", "5"],
+            &["process", "rig", "--out", "files"],
+        ],
+    );
+    run_steps(
+        &folder,
+        "1",
+        &[&[
+            "process",
+            "--virtual-rig",
+            "--rows",
+            "C3,H7",
+            "--repeats",
+            "2",
+            "--seed",
+            "5",
+            "--out",
+            "memory",
+        ]],
+    );
+    let (mut files, mut memory) = (BTreeMap::new(), BTreeMap::new());
+    collect(&folder.join("files"), &folder.join("files"), &mut files);
+    collect(&folder.join("memory"), &folder.join("memory"), &mut memory);
+    assert!(files.contains_key("clicks.csv") && files == memory);
 }
