@@ -8,7 +8,7 @@ use crate::{
 use rijke_lab::Truth;
 use rijke_rig::{DataKind, Observations};
 use rijke_studies::{
-    Check, Prongs, cold_heater, consistency, empty_tube, lumped_convergence, microphones,
+    Check, Prongs, campaign, cold_heater, consistency, empty_tube, lumped_convergence, microphones,
     prongs_and_knowledge, true_empty_tube,
 };
 use serde::Serialize;
@@ -76,6 +76,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     progress.advance(1);
     let lumped = lumped_convergence(&observations.rig).or_failed()?;
     progress.advance(1);
+    write(&numbers, "campaign", &campaign(&observations))?;
     write(&numbers, "empty_tube", &tube)?;
     write(&numbers, "prongs", &prongs)?;
     write(&numbers, "microphones", &microphones)?;

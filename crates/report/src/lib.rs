@@ -17,6 +17,7 @@
 //! # Ok::<(), rijke_report::ReportError>(())
 //! ```
 
+mod comparison;
 mod draw;
 mod error;
 mod figures;

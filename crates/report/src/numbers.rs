@@ -1,13 +1,15 @@
 //! The numbers of all studies that were run.
 
 use crate::{ReportError, figures, page::Item};
-use rijke_studies::{Consistency, EmptyTube, LumpedConvergence, Microphones, Prongs};
+use rijke_studies::{CampaignRead, Consistency, EmptyTube, LumpedConvergence, Microphones, Prongs};
 use serde::de::DeserializeOwned;
 use std::{fs, path::Path};
 
 /// The records of the studies, each if it was run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Numbers {
+    /// `campaign.json`: Table 1.
+    pub campaign: Option<CampaignRead>,
     /// `empty_tube.json`: Fig. 3.
     pub empty_tube: Option<EmptyTube>,
     /// `prongs.json`: Table 2 and Fig. 4.
@@ -33,6 +35,7 @@ impl Numbers {
             return Err(ReportError::Read { path: folder.to_owned(), source });
         }
         Ok(Self {
+            campaign: record(folder, "campaign.json")?,
             empty_tube: record(folder, "empty_tube.json")?,
             prongs: record(folder, "prongs.json")?,
             heater: record(folder, "heater.json")?,
@@ -44,13 +47,14 @@ impl Numbers {
 
     /// What the page shows, in its order.
     pub(crate) fn items(&self) -> Vec<Item> {
+        let campaign = self.campaign.as_ref().map(figures::campaign::item);
         let empty_tube = self.empty_tube.as_ref().map(figures::empty_tube::item);
         let prongs = self.prongs.as_ref().map(|s| figures::prongs::item(s, &figures::prongs::PRONGS));
         let heater = self.heater.as_ref().map(|s| figures::prongs::item(s, &figures::prongs::HEATER));
         let microphones = self.microphones.as_ref().map(figures::microphones::item);
         let consistency = self.consistency.as_ref().map(figures::consistency::item);
         let lumped = self.lumped_convergence.as_ref().map(figures::lumped::item);
-        [empty_tube, prongs, heater, microphones, consistency, lumped].into_iter().flatten().collect()
+        [campaign, empty_tube, prongs, heater, microphones, consistency, lumped].into_iter().flatten().collect()
     }
 }
 

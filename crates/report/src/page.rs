@@ -2,6 +2,7 @@
 
 use crate::{
     ReportError,
+    comparison::Comparison,
     draw::{Figure, html},
     sheet::Sheet,
     table::Table,
@@ -20,6 +21,8 @@ pub(crate) struct Item {
     pub(crate) title: String,
     /// A paragraph: what was asked, what came out, and how it compares with the paper.
     pub(crate) introduction: String,
+    /// What the paper says beside what came out here.
+    pub(crate) comparisons: Vec<Comparison>,
     /// Figures.
     pub(crate) figures: Vec<Figure>,
     /// Tables.
@@ -36,8 +39,8 @@ pub(crate) struct Item {
 pub(crate) fn render(items: &[Item]) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.add_template("page.html", TEMPLATE)?;
-    // The study that used most of the records describes them.
-    let provenance = items.iter().filter_map(|i| i.provenance.as_ref()).max_by_key(|p| p.points);
+    // The study that used most of the records describes them: the campaign, where it was read as a whole.
+    let provenance = items.iter().filter_map(|i| i.provenance.as_ref()).max_by_key(|p| (p.points, p.pings));
     let page = environment.get_template("page.html")?.render(Serde(json!({
         "items": items.iter().map(values).collect::<Vec<_>>(),
         "virtual_data": provenance.is_some_and(|p| p.data == DataKind::Virtual),
@@ -53,11 +56,12 @@ fn values(item: &Item) -> Value {
         .iter()
         .map(|f| json!({ "id": f.id, "caption": html(&f.caption), "html": f.html(), "note": f.note() }));
     let tables =
-        item.tables.iter().map(|t| json!({ "id": t.id, "caption": html(&t.caption), "html": t.html() }));
+        item.tables.iter().map(|t| json!({ "id": t.id, "caption": html(&t.caption), "html": t.html(), "dense": t.dense }));
     json!({
         "id": item.id,
         "title": item.title,
         "introduction": item.introduction,
+        "comparisons": item.comparisons.iter().map(Comparison::value).collect::<Vec<_>>(),
         "figures": figures.collect::<Vec<_>>(),
         "tables": tables.collect::<Vec<_>>(),
         "sheets": item.sheets.iter().map(|s| s.id).collect::<Vec<_>>(),

@@ -14,6 +14,8 @@ pub(crate) struct Table {
     pub(crate) rows: Vec<Vec<String>>,
     /// A row to mark.
     pub(crate) marked: Option<usize>,
+    /// Many narrow columns.
+    pub(crate) dense: bool,
 }
 
 impl Table {
@@ -42,6 +44,7 @@ mod tests {
             head: vec!["*s*_{r} / s^{-1}".into(), "what".into()],
             rows: vec![vec!["\u{2212}1.5".into(), "a, b".into()]],
             marked: Some(0),
+            dense: false,
         };
         assert!(table.html().contains("<th><i>s</i><sub>r</sub> / s<sup>\u{2212}1</sup></th>"));
         assert!(table.html().contains("<tr class=\"marked\"><td>\u{2212}1.5</td>"));

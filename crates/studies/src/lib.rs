@@ -8,6 +8,7 @@
 //! * A [`Check`] is a statement of the paper's text or of an acceptance list, with the number that decides it.
 //! * Standard deviations are called `sd`.
 
+mod campaign;
 mod catalogue;
 mod competition;
 mod consistency;
@@ -19,6 +20,7 @@ mod microphones;
 mod prongs;
 mod records;
 
+pub use campaign::{CampaignRead, CampaignRow, PointRead, campaign};
 pub use catalogue::catalogue;
 pub use consistency::consistency;
 pub use empty_tube::{empty_tube, true_empty_tube};

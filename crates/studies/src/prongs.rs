@@ -7,7 +7,7 @@ use crate::{Check, ProngModel, Prongs, Provenance, RejectedRecord, StudyError};
 use rijke_candidates::Candidate;
 use rijke_inference::{MapOptions, NoiseMode};
 use rijke_model::{Assembly, Conditions, Knowledge, ModelError, Noise, Observed, Training, train};
-use rijke_rig::{Observations, OperatingPoint, Rig};
+use rijke_rig::{Observations, OperatingPoint, Rejection, Rig};
 
 /// ln BFL, ln OF and ln ML per datapoint as printed in Table 2.
 const PUBLISHED: [[f64; 3]; 7] = [
@@ -105,6 +105,8 @@ pub(crate) fn provenance(observations: &Observations, used: &[Observed]) -> Prov
     let id = |o: &Observed| o.conditions.point.id.clone();
     let ids: Vec<String> = used.iter().map(id).collect();
     let points = observations.points.iter().filter(|p| ids.contains(&p.point.id));
+    // Records are called POINT/NAME.
+    let of_these = |r: &&Rejection| r.record.split_once('/').is_some_and(|(point, _)| ids.iter().any(|id| id == point));
     Provenance {
         data: observations.kind,
         rig: observations.rig.name.clone(),
@@ -114,6 +116,7 @@ pub(crate) fn provenance(observations: &Observations, used: &[Observed]) -> Prov
         rejected: observations
             .rejections
             .iter()
+            .filter(of_these)
             .map(|r| RejectedRecord { record: r.record.clone(), reason: r.reason.clone() })
             .collect(),
     }
