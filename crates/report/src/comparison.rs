@@ -1,7 +1,6 @@
 //! What the paper prints or states beside what these records give, with one sentence on the difference.
 
 use crate::draw::html;
-use rijke_studies::Check;
 use serde_json::{Value, json};
 
 /// One thing that can be compared.
@@ -53,22 +52,6 @@ impl Verdict {
 }
 
 impl Comparison {
-    /// A statement of the paper's text that was tried as a check: it agrees where the check holds.
-    pub(crate) fn of_check(what: &str, paper: &str, check: &Check) -> Self {
-        let sentence = match (&check.explanation, check.holds) {
-            (Some(explanation), false) => explanation.clone(),
-            (None, false) => "The statement does not hold for these records.".to_owned(),
-            (_, true) => "The statement holds for these records.".to_owned(),
-        };
-        Self {
-            what: what.to_owned(),
-            paper: paper.to_owned(),
-            ours: check.figure.clone(),
-            verdict: Verdict::of(check.holds),
-            sentence,
-        }
-    }
-
     /// For the template of the page.
     pub(crate) fn value(&self) -> Value {
         json!({

@@ -1,7 +1,14 @@
 //! The numbers of all studies that were run.
 
-use crate::{ReportError, figures, page::Item};
-use rijke_studies::{CampaignRead, Consistency, EmptyTube, LumpedConvergence, Microphones, Prongs};
+use crate::{
+    ReportError,
+    figures::{self, feedback, predictions, prongs},
+    page::Item,
+};
+use rijke_studies::{
+    CampaignRead, Cold, Consistency, EmptyTube, Feedback, HeatRelease, HotPredictions, LumpedConvergence,
+    Microphones, Prongs, Truths,
+};
 use serde::de::DeserializeOwned;
 use std::{fs, path::Path};
 
@@ -16,12 +23,24 @@ pub struct Numbers {
     pub prongs: Option<Prongs>,
     /// `heater.json`: Table 3.
     pub heater: Option<Prongs>,
+    /// `cold.json`: Fig. 5.
+    pub cold: Option<Cold>,
+    /// `feedback.json`: Fig. 6.
+    pub feedback: Option<Feedback>,
+    /// `feedback_naive.json`: Fig. 7.
+    pub feedback_naive: Option<Feedback>,
+    /// `heat_release.json`: Table 4.
+    pub heat_release: Option<HeatRelease>,
+    /// `figure_8.json` to `figure_11.json`.
+    pub predictions: [Option<HotPredictions>; 4],
     /// `microphones.json`: Fig. 12.
     pub microphones: Option<Microphones>,
     /// `consistency.json`: the check of section 6.1.
     pub consistency: Option<Consistency>,
     /// `lumped_convergence.json`: the paper's discretisation of the wall loss.
     pub lumped_convergence: Option<LumpedConvergence>,
+    /// `truths.json`: virtual data only.
+    pub truths: Option<Truths>,
 }
 
 impl Numbers {
@@ -34,27 +53,47 @@ impl Numbers {
             let source = std::io::ErrorKind::NotFound.into();
             return Err(ReportError::Read { path: folder.to_owned(), source });
         }
+        let figure = |number: u32| record(folder, &format!("figure_{number}.json"));
         Ok(Self {
             campaign: record(folder, "campaign.json")?,
             empty_tube: record(folder, "empty_tube.json")?,
             prongs: record(folder, "prongs.json")?,
             heater: record(folder, "heater.json")?,
+            cold: record(folder, "cold.json")?,
+            feedback: record(folder, "feedback.json")?,
+            feedback_naive: record(folder, "feedback_naive.json")?,
+            heat_release: record(folder, "heat_release.json")?,
+            predictions: [figure(8)?, figure(9)?, figure(10)?, figure(11)?],
             microphones: record(folder, "microphones.json")?,
             consistency: record(folder, "consistency.json")?,
             lumped_convergence: record(folder, "lumped_convergence.json")?,
+            truths: record(folder, "truths.json")?,
         })
     }
 
-    /// What the page shows, in its order.
+    /// What the page shows, in the order of the paper; what is not in the paper comes last.
     pub(crate) fn items(&self) -> Vec<Item> {
-        let campaign = self.campaign.as_ref().map(figures::campaign::item);
-        let empty_tube = self.empty_tube.as_ref().map(figures::empty_tube::item);
-        let prongs = self.prongs.as_ref().map(|s| figures::prongs::item(s, &figures::prongs::PRONGS));
-        let heater = self.heater.as_ref().map(|s| figures::prongs::item(s, &figures::prongs::HEATER));
-        let microphones = self.microphones.as_ref().map(figures::microphones::item);
-        let consistency = self.consistency.as_ref().map(figures::consistency::item);
-        let lumped = self.lumped_convergence.as_ref().map(figures::lumped::item);
-        [campaign, empty_tube, prongs, heater, microphones, consistency, lumped].into_iter().flatten().collect()
+        let cold = [
+            self.campaign.as_ref().map(figures::campaign::item),
+            self.empty_tube.as_ref().map(figures::empty_tube::item),
+            self.prongs.as_ref().map(|s| prongs::item(s, &prongs::PRONGS)),
+            self.heater.as_ref().map(|s| prongs::item(s, &prongs::HEATER)),
+            self.cold.as_ref().map(figures::cold::item),
+            self.feedback.as_ref().map(|s| feedback::item(s, &feedback::FIGURE_6)),
+            self.feedback_naive.as_ref().map(|s| feedback::item(s, &feedback::FIGURE_7)),
+            self.heat_release.as_ref().map(figures::heat_release::item),
+        ];
+        let which =
+            [predictions::FIGURE_8, predictions::FIGURE_9, predictions::FIGURE_10, predictions::FIGURE_11];
+        let hot = self.predictions.iter().zip(&which);
+        let hot = hot.map(|(s, which)| s.as_ref().map(|s| predictions::item(s, which)));
+        let rest = [
+            self.microphones.as_ref().map(figures::microphones::item),
+            self.consistency.as_ref().map(figures::consistency::item),
+            self.lumped_convergence.as_ref().map(figures::lumped::item),
+            self.truths.as_ref().map(figures::truths::item),
+        ];
+        cold.into_iter().chain(hot).chain(rest).flatten().collect()
     }
 }
 

@@ -55,11 +55,14 @@ fn values(item: &Item) -> Value {
         .figures
         .iter()
         .map(|f| json!({ "id": f.id, "caption": html(&f.caption), "html": f.html(), "note": f.note() }));
-    let tables =
-        item.tables.iter().map(|t| json!({ "id": t.id, "caption": html(&t.caption), "html": t.html(), "dense": t.dense }));
+    let tables = item
+        .tables
+        .iter()
+        .map(|t| json!({ "id": t.id, "caption": html(&t.caption), "html": t.html(), "dense": t.dense }));
     json!({
         "id": item.id,
         "title": item.title,
+        "short": item.title.split(':').next(),
         "introduction": item.introduction,
         "comparisons": item.comparisons.iter().map(Comparison::value).collect::<Vec<_>>(),
         "figures": figures.collect::<Vec<_>>(),

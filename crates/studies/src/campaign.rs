@@ -79,8 +79,10 @@ pub fn campaign(observations: &Observations) -> CampaignRead {
     let sum = |count: fn(&PointObservations) -> u32| {
         observations.points.iter().map(|p| u64::from(count(p))).sum::<u64>()
     };
-    let rejected =
-        observations.rejections.iter().map(|r| RejectedRecord { record: r.record.clone(), reason: r.reason.clone() });
+    let rejected = observations
+        .rejections
+        .iter()
+        .map(|r| RejectedRecord { record: r.record.clone(), reason: r.reason.clone() });
     CampaignRead {
         provenance: Provenance {
             data: observations.kind,
@@ -124,7 +126,8 @@ fn checks(rows: &[CampaignRow]) -> Vec<Check> {
     let found = points.iter().filter(|p| p.published.is_some()).count();
     let experiments: u32 = points.iter().map(|p| p.recorded).sum();
     let whole = points.iter().all(|p| p.published == Some(p.recorded)) && found == total;
-    let highest = points.iter().filter_map(|p| p.growth_rate.map(|g| (g, *p))).max_by(|a, b| a.0.total_cmp(&b.0));
+    let highest =
+        points.iter().filter_map(|p| p.growth_rate.map(|g| (g, *p))).max_by(|a, b| a.0.total_cmp(&b.0));
     let mut checks = vec![Check {
         statement: "The campaign is that of Table 1: 7000 experiments at 175 operating points.".into(),
         holds: whole,

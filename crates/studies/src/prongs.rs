@@ -106,7 +106,8 @@ pub(crate) fn provenance(observations: &Observations, used: &[Observed]) -> Prov
     let ids: Vec<String> = used.iter().map(id).collect();
     let points = observations.points.iter().filter(|p| ids.contains(&p.point.id));
     // Records are called POINT/NAME.
-    let of_these = |r: &&Rejection| r.record.split_once('/').is_some_and(|(point, _)| ids.iter().any(|id| id == point));
+    let of_these =
+        |r: &&Rejection| r.record.split_once('/').is_some_and(|(point, _)| ids.iter().any(|id| id == point));
     Provenance {
         data: observations.kind,
         rig: observations.rig.name.clone(),

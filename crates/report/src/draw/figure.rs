@@ -1,6 +1,6 @@
 //! Figures: panels, a legend and the statement where the data come from.
 
-use super::{INK, Panel, Stroke, panel, px, text};
+use super::{INK, Panel, Stroke, Symbol, panel, px, text};
 use rijke_studies::DataKind;
 
 const FONT: &str = "'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif";
@@ -44,6 +44,10 @@ pub(crate) enum Mark {
     Line(Stroke),
     /// A dot of this colour.
     Dot(&'static str),
+    /// A symbol of this colour.
+    Symbol(Symbol, &'static str),
+    /// A patch of this colour.
+    Patch(&'static str),
     /// A diagonal cross.
     Cross(Stroke),
 }
@@ -125,6 +129,12 @@ impl Mark {
         match self {
             Self::Line(stroke) => format!("<path d=\"M1 0H25\" fill=\"none\" {}/>", stroke.attributes()),
             Self::Dot(colour) => format!("<circle cx=\"13\" cy=\"0\" r=\"3.2\" fill=\"{colour}\"/>"),
+            Self::Symbol(symbol, colour) => {
+                format!("<path d=\"{}\" fill=\"{colour}\"/>", symbol.path([13.0, 0.0], 3.8))
+            }
+            Self::Patch(colour) => {
+                format!("<path d=\"M1 -5H25V5H1Z\" fill=\"{colour}\" fill-opacity=\"0.2\"/>")
+            }
             Self::Cross(stroke) => {
                 format!("<path d=\"M8 -5L18 5M8 5L18 -5\" fill=\"none\" {}/>", stroke.attributes())
             }

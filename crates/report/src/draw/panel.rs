@@ -1,6 +1,6 @@
 //! One pair of axes and what is drawn in it, in data coordinates.
 
-use super::{Axis, INK, Stroke, px, text};
+use super::{Axis, INK, Stroke, Symbol, px, text};
 
 /// Font sizes in pixels of the panel's own coordinates.
 const LABEL: f64 = 13.5;
@@ -9,7 +9,7 @@ const NOTE: f64 = 10.5;
 
 /// Room around the frame: left, right, top, bottom.
 const LEFT: f64 = 68.0;
-const RIGHT: f64 = 12.0;
+const RIGHT: f64 = 22.0;
 const TOP: f64 = 24.0;
 const BOTTOM: f64 = 44.0;
 
@@ -55,6 +55,23 @@ impl Panel {
         self.body += &format!(
             "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{colour}\"><title>{remark}</title></circle>"
         );
+    }
+
+    /// A filled symbol with a remark, as [`Panel::dot`].
+    pub(crate) fn symbol(&mut self, point: [f64; 2], symbol: Symbol, colour: &str, remark: &str) {
+        let (path, remark) = (symbol.path(self.at(point), 3.2), text::escape(remark));
+        self.body += &format!("<path d=\"{path}\" fill=\"{colour}\"><title>{remark}</title></path>");
+    }
+
+    /// A patch between a lower and an upper line over the same places, `[x, low, high]`. A gap is a point not finite.
+    pub(crate) fn band(&mut self, points: &[[f64; 3]], colour: &str, opacity: f64) {
+        let finite = |p: &[f64; 3]| p.iter().all(|v| v.is_finite());
+        for piece in points.split(|p| !finite(p)).filter(|p| p.len() > 1) {
+            let low = piece.iter().map(|p| [p[0], p[1]]);
+            let around: Vec<_> = low.chain(piece.iter().rev().map(|p| [p[0], p[2]])).collect();
+            let (path, opacity) = (self.path(&around), px(opacity));
+            self.body += &format!("<path d=\"{path}Z\" fill=\"{colour}\" fill-opacity=\"{opacity}\"/>");
+        }
     }
 
     /// A diagonal cross.

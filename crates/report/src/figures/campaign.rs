@@ -44,7 +44,8 @@ fn comparison(study: &CampaignRead) -> Comparison {
         ours: format!("{known} and {experiments}"),
         verdict: Verdict::of(whole),
         sentence: if whole {
-            "The operating points and repeats are those of the paper; the experiments are the laboratory's.".to_owned()
+            "The operating points and repeats are those of the paper; the experiments are the laboratory's."
+                .to_owned()
         } else {
             "This is a part of the campaign, or fewer repeats of it.".to_owned()
         },
@@ -86,8 +87,8 @@ fn table(study: &CampaignRead) -> Table {
         ),
         head,
         rows: study.rows.iter().map(row).collect(),
-        marked: None,
         dense: true,
+        ..Table::default()
     }
 }
 

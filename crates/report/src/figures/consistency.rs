@@ -1,12 +1,13 @@
 //! Section 6.1 of the paper: two printed fits of the same measurements, which check the chain without any data.
 
 use crate::{
+    comparison::{Comparison, Verdict},
     draw::fixed,
     page::Item,
     sheet::{Cell, Sheet},
     table::Table,
 };
-use rijke_studies::Consistency;
+use rijke_studies::{Consistency, ConsistencyRow};
 
 /// Everything the page shows of this study.
 pub(crate) fn item(study: &Consistency) -> Item {
@@ -46,7 +47,7 @@ pub(crate) fn item(study: &Consistency) -> Item {
         ),
         head: head.map(String::from).to_vec(),
         rows: rows.collect(),
-        marked: None,
+        ..Table::default()
     };
     Item {
         id: "consistency",
@@ -54,11 +55,32 @@ pub(crate) fn item(study: &Consistency) -> Item {
         introduction: "The paper prints two descriptions of the same two measurements: R fitted with \u{3b7} = 1, and \u{3b7} \
                        fitted with R of Levine and Schwinger. Each can be computed from the other; no data of a rig enter."
             .to_owned(),
+        comparisons: study.rows.iter().map(comparison).collect(),
         figures: Vec::new(),
         tables: vec![table],
         sheets: vec![sheet(study)],
         checks: study.checks.clone(),
         provenance: None,
+    }
+}
+
+/// The printed eta beside the one that follows from the printed R.
+fn comparison(row: &ConsistencyRow) -> Comparison {
+    let [low, high] = row.eta_range;
+    let holds = (low..=high).contains(&row.published);
+    Comparison {
+        what: format!("*\u{3b7}* from the printed |*R*| = {}, {}", fixed(row.reflection[0], 4), row.scheme),
+        paper: fixed(row.published, 4),
+        ours: format!("{} ({} to {})", fixed(row.eta, 4), fixed(low, 4), fixed(high, 4)),
+        verdict: Verdict::of(holds),
+        sentence: if holds {
+            "The two printed fits follow from each other within the rounding of the print.".to_owned()
+        } else {
+            format!(
+                "The difference, {}, is more than the rounding of the print; the reason is below.",
+                fixed(row.eta - row.published, 4)
+            )
+        },
     }
 }
 

@@ -24,6 +24,7 @@ pub(crate) fn item(study: &LumpedConvergence) -> Item {
             fixed(study.exact[0], 4),
             fixed(study.exact[1], 3)
         ),
+        comparisons: Vec::new(),
         figures: vec![figure(study)],
         tables: vec![table(study)],
         sheets: vec![sheet(study)],
@@ -95,7 +96,7 @@ fn table(study: &LumpedConvergence) -> Table {
             .to_owned(),
         head: head.map(String::from).to_vec(),
         rows: study.rows.iter().map(row).collect(),
-        marked: None,
+        ..Table::default()
     }
 }
 

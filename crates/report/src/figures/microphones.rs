@@ -2,10 +2,11 @@
 
 use super::empty_tube::{PAIRS, ellipse, roman};
 use crate::{
-    draw::{Axis, Figure, Key, Mark, Panel, Stroke},
+    comparison::{Comparison, Verdict},
+    draw::{Axis, Figure, Key, Mark, Panel, Stroke, fixed},
     page::Item,
 };
-use rijke_studies::Microphones;
+use rijke_studies::{Case, Microphones};
 
 const SIZE: [f64; 2] = [330.0, 280.0];
 const CONTOUR: Stroke = Stroke::solid("#0072b2", 0.9);
@@ -22,12 +23,45 @@ pub(crate) fn item(study: &Microphones) -> Item {
              the reference microphone.",
             study.sets.len()
         ),
+        comparisons: comparisons(study),
         figures: vec![figure(study)],
         tables: Vec::new(),
         sheets: Vec::new(),
         checks: study.checks.clone(),
         provenance: Some(study.provenance.clone()),
     }
+}
+
+/// What section 6.7 says of Fig. 12.
+fn comparisons(study: &Microphones) -> Vec<Comparison> {
+    let Some(all) = study.sets.last() else { return Vec::new() };
+    // How much wider than with all microphones the worst parameter of a set is.
+    let wider = |case: &Case| {
+        let of = |k: usize| (case.covariance[k][k] / all.covariance[k][k]).sqrt();
+        (0..all.mean.len()).map(of).fold(0.0, f64::max)
+    };
+    let pairs: Vec<f64> = study.sets.iter().filter(|s| s.microphones.len() == 2).map(wider).collect();
+    if pairs.is_empty() {
+        return Vec::new();
+    }
+    let (best, worst) = pairs.iter().fold((f64::INFINITY, 0.0f64), |(b, w), v| (b.min(*v), w.max(*v)));
+    vec![
+        Comparison {
+            what: "two microphones: the choice of the pair".to_owned(),
+            paper: "\u{201c}depend strongly on which pair\u{201d}".to_owned(),
+            ours: format!("{} to {} times the sd of all", fixed(best, 1), fixed(worst, 1)),
+            verdict: Verdict::of(worst > 2.0 * best),
+            sentence: "The worst parameter of each pair, beside all microphones.".to_owned(),
+        },
+        Comparison {
+            what: "the best pair beside all microphones".to_owned(),
+            paper: "\u{201c}nearly the same uncertainty\u{201d}".to_owned(),
+            ours: format!("{} times the sd of all", fixed(best, 1)),
+            verdict: Verdict::of(best < 2.0),
+            sentence: "Within a factor of two counts as nearly the same; the noise that is assumed is the same for every set."
+                .to_owned(),
+        },
+    ]
 }
 
 fn figure(study: &Microphones) -> Figure {

@@ -1,12 +1,12 @@
 //! Fig. 4 and Table 2, and Table 3: competing models of a part of the rig.
 
+use super::ranking::{Ranking, title};
 use crate::{
     draw::{Axis, Figure, INK, Key, Mark, Panel, fixed, model_stroke},
     page::Item,
     sheet::{Cell, Sheet},
-    table::Table,
 };
-use rijke_studies::{CurvePoint, MeasuredPoint, ParameterValue, ProngModel, Prongs};
+use rijke_studies::{CurvePoint, MeasuredPoint, ProngModel, Prongs};
 
 const SIZE: [f64; 2] = [560.0, 380.0];
 /// Distance between the bars of neighbouring models at one measured point, pixels.
@@ -44,29 +44,29 @@ pub(crate) const HEATER: Part = Part {
 
 /// Everything the page shows of this study.
 pub(crate) fn item(study: &Prongs, part: &Part) -> Item {
-    let verdict = if study.winner == study.published_winner {
-        format!("The evidence selects the same model as in the paper: {}.", name(study, &study.winner))
-    } else {
-        format!(
-            "The evidence selects {}; the paper, with its own data, selects {}.",
-            name(study, &study.winner),
-            name(study, &study.published_winner)
-        )
+    let ranking = Ranking {
+        models: &study.models,
+        winner: &study.winner,
+        published_winner: &study.published_winner,
+        kendall_tau: study.kendall_tau,
+        checks: &study.checks,
+        table: part.table,
+        files: [part.files[1], part.files[2]],
     };
     Item {
         id: part.id,
         title: part.title.to_owned(),
         introduction: format!(
-            "{} models of {}, trained on the same {} operating points and ranked by marginal likelihood. {verdict} \
-             Kendall's \u{3c4} between the two orders is {}. Models whose number starts with + are not in the paper.",
+            "{} models of {}, trained on the same {} operating points and ranked by marginal likelihood. Models \
+             whose number starts with + are not in the paper.",
             study.models.len(),
             part.what,
-            study.measured.len(),
-            fixed(study.kendall_tau, 2)
+            study.measured.len()
         ),
+        comparisons: ranking.comparisons(),
         figures: vec![figure(study, part)],
-        tables: vec![ranking(study, part), parameters(study, part)],
-        sheets: vec![curves(study, part), evidence(study, part), values(study, part)],
+        tables: vec![ranking.table(), ranking.parameters()],
+        sheets: vec![curves(study, part), ranking.evidence(), ranking.values()],
         checks: study.checks.clone(),
         provenance: Some(study.provenance.clone()),
     }
@@ -159,69 +159,6 @@ fn panel(study: &Prongs, part: &Part, tag: &str, label: &str, q: &Quantity) -> P
     panel
 }
 
-/// Table 2 beside the published one.
-fn ranking(study: &Prongs, part: &Part) -> Table {
-    let head = [
-        "Model",
-        "What it contains",
-        "Parameters",
-        "ln BFL",
-        "ln OF",
-        "ln ML",
-        "paper: ln BFL",
-        "ln OF",
-        "ln ML",
-    ];
-    let signed = |v: f64| if v >= 0.0 { format!("+{}", fixed(v, 4)) } else { fixed(v, 4) };
-    let row = |(i, model): (usize, &ProngModel)| {
-        let mut row = vec![number(i, model), model.label.clone(), model.parameters.len().to_string()];
-        for evidence in [model.evidence, model.published] {
-            row.extend(match evidence {
-                Some(e) => [e.ln_best_fit, e.ln_occam, e.ln_marginal].map(signed),
-                None => ["\u{2013}"; 3].map(String::from),
-            });
-        }
-        row
-    };
-    Table {
-        id: part.files[1],
-        caption: format!(
-            "Best-fit likelihood (BFL), Occam factor (OF) and marginal likelihood (ML), natural logarithms per operating \
-             point, ours and as published in {}. The row of the highest marginal likelihood is marked. The two sets of data \
-             differ, so only the order and the differences can agree.",
-            part.table
-        ),
-        head: head.map(String::from).to_vec(),
-        rows: study.models.iter().enumerate().map(row).collect(),
-        marked: study.models.iter().position(|m| m.id == study.winner),
-    }
-}
-
-/// The trained parameters and the noise each model needs.
-fn parameters(study: &Prongs, part: &Part) -> Table {
-    let head = [
-        "Model",
-        "Parameters, most probable \u{b1} sd",
-        "noise of *s*_{r} / s^{-1}",
-        "noise of *s*_{i} / rad s^{-1}",
-        "noise of *P*",
-    ];
-    let row = |(i, model): (usize, &ProngModel)| {
-        let parameter = |p: &ParameterValue| {
-            let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
-            format!("{} = {} \u{b1} {}{unit}", p.symbol, fixed(p.value, 4), fixed(p.sd, 4))
-        };
-        let parameters = model.parameters.iter().map(parameter).collect::<Vec<_>>().join("; ");
-        let noise = [model.growth_rate_noise_sd, model.angular_frequency_noise_sd, model.pressure_noise_sd];
-        [number(i, model), parameters].into_iter().chain(noise.map(|sd| fixed(sd, 4))).collect()
-    };
-    let caption = "Trained parameters, with standard deviations by Laplace's method, and the standard deviation of the \
-                   measurement noise that maximises each model's posterior."
-        .to_owned();
-    let rows = study.models.iter().enumerate().map(row).collect();
-    Table { id: part.files[2], caption, head: head.map(String::from).to_vec(), rows, marked: None }
-}
-
 /// Fig. 4: a row per operating point.
 fn curves(study: &Prongs, part: &Part) -> Sheet {
     let fixed_head = [
@@ -258,76 +195,4 @@ fn curves(study: &Prongs, part: &Part) -> Sheet {
         row
     };
     Sheet { id: part.files[0], head, rows: study.measured.iter().enumerate().map(row).collect() }
-}
-
-/// Table 2: a row per model.
-fn evidence(study: &Prongs, part: &Part) -> Sheet {
-    let head = [
-        "model",
-        "contains",
-        "parameters",
-        "ln_best_fit",
-        "ln_occam",
-        "ln_marginal",
-        "published_ln_best_fit",
-        "published_ln_occam",
-        "published_ln_marginal",
-        "growth_rate_noise_sd_per_s",
-        "angular_frequency_noise_sd_rad_per_s",
-        "pressure_noise_sd",
-    ];
-    let row = |model: &ProngModel| {
-        let mut row = vec![
-            Cell::from(&*model.id),
-            Cell::from(&*model.label),
-            Cell::from(model.parameters.len() as f64),
-        ];
-        for evidence in [model.evidence, model.published] {
-            row.extend(match evidence {
-                Some(e) => [e.ln_best_fit, e.ln_occam, e.ln_marginal].map(Cell::from),
-                None => [Cell::Empty, Cell::Empty, Cell::Empty],
-            });
-        }
-        row.extend(
-            [model.growth_rate_noise_sd, model.angular_frequency_noise_sd, model.pressure_noise_sd]
-                .map(Cell::from),
-        );
-        row
-    };
-    Sheet {
-        id: part.files[1],
-        head: head.map(String::from).to_vec(),
-        rows: study.models.iter().map(row).collect(),
-    }
-}
-
-/// The trained parameters: a row per model and parameter.
-fn values(study: &Prongs, part: &Part) -> Sheet {
-    let head = ["model", "parameter", "unit", "most_probable", "sd"].map(String::from).to_vec();
-    let rows = study.models.iter().flat_map(|model| {
-        model.parameters.iter().map(|p| {
-            vec![
-                Cell::from(&*model.id),
-                Cell::from(&*p.name),
-                Cell::from(&*p.unit),
-                Cell::from(p.value),
-                Cell::from(p.sd),
-            ]
-        })
-    });
-    Sheet { id: part.files[2], head, rows: rows.collect() }
-}
-
-/// Row of the paper's table, or the rank in ours for a candidate that the paper does not have.
-fn number(index: usize, model: &ProngModel) -> String {
-    model.number.map_or_else(|| format!("+{}", index + 1), |n| n.to_string())
-}
-
-fn title(index: usize, model: &ProngModel) -> String {
-    format!("{}: {}", number(index, model), model.label)
-}
-
-fn name(study: &Prongs, id: &str) -> String {
-    let found = study.models.iter().enumerate().find(|(_, m)| m.id == id);
-    found.map_or_else(|| id.to_owned(), |(i, m)| format!("model {} ({})", number(i, m), m.label))
 }

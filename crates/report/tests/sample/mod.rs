@@ -1,16 +1,48 @@
 //! Hand-made numbers in the shape of the studies' records; only their shape means anything.
 
+mod hot;
+
 use rijke_report::Numbers;
 use rijke_studies::*;
 
 pub(crate) fn numbers() -> Numbers {
-    Numbers {
+    let mut numbers = Numbers {
+        campaign: Some(campaign()),
         empty_tube: Some(empty_tube()),
         prongs: Some(prongs()),
         heater: None,
         microphones: Some(microphones()),
         consistency: Some(consistency()),
         lumped_convergence: Some(lumped()),
+        ..Numbers::default()
+    };
+    hot::fill(&mut numbers);
+    numbers
+}
+
+fn campaign() -> CampaignRead {
+    let point = |id: &str, position_m, published| PointRead {
+        id: id.into(),
+        position_m,
+        recorded: 40,
+        published,
+        pings: 39,
+        clicks: 40,
+        growth_rate: Some(-9.8),
+        angular_frequency: Some(1061.0),
+    };
+    let row = CampaignRow {
+        id: "C3".into(),
+        heater: false,
+        thermocouples: false,
+        power_w: 0.0,
+        points: vec![point("C3-E", None, Some(40)), point("C3-03", Some(0.03), None)],
+    };
+    CampaignRead {
+        provenance: provenance(),
+        clicks: 80,
+        rows: vec![row],
+        checks: vec![check("All is there.", false)],
     }
 }
 
