@@ -6,27 +6,34 @@ use crate::{
     ui::Ui,
 };
 use rayon::prelude::*;
-use rijke_flow::assimilate::{Method, Records, RunReport, Twin, TwinOptions, Warning, assimilate, staircase};
-use rijke_flow::{Closures, FlowError, Pipe};
+use rijke_flow::assimilate::{
+    Method, NamedStates, Records, RunReport, Twin, TwinOptions, Warning, assimilate, staircase,
+};
+use rijke_flow::settled::{self, Settled};
+use rijke_flow::{BaseStates, Closures, FlowError, Pipe};
 use rijke_numerics::Streams;
-use rijke_rig::{DataKind, Rig};
+use rijke_rig::{DataKind, Observations, Rig};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Infer velocity, temperature and sound speed along the tube from clicks (or thermocouples) over time.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  rijke flow --twin --out clicks\n  rijke flow clicks --out base-flow\n\n\
-    Reads DIR/flow.toml and the CSV files of samples that it names. Writes OUT/flow.json (everything, with the\n\
-    covariance that acoustics carries along), OUT/unknowns.csv and OUT/velocity.csv.")]
+#[command(
+    after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
+    Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points.\n\
+    Or reads DIR/flow.toml and the CSV files of samples that it names: a record over time, warm-up included.\n\
+    Writes OUT/base-states.json (a base state per operating point with its errors, for acoustics), OUT/flow.json\n\
+    (parameters, velocities and profiles with sd, for figures), OUT/unknowns.csv and OUT/velocity.csv."
+)]
 pub(crate) struct Args {
-    /// Folder of samples over time.
+    /// Folder of observations, or of samples over time.
     #[arg(required_unless_present = "twin")]
     dir: Option<PathBuf>,
     /// Folder to write.
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// How to assimilate. Batch is the one whose error bars were tested; paper is the filter of Juniper & Yoko (2022),
+    /// How to assimilate samples over time. Batch is the one whose error bars were tested; paper is the filter of Juniper & Yoko (2022),
     /// whose error bars are about ten times too small.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
@@ -78,33 +85,19 @@ fn read_closures(path: &Path) -> Result<Closures, Failure> {
 }
 
 fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
-    let remedy = "`rijke flow --twin --out DIR` writes a folder of the right form.";
-    let records = Records::read(dir).or_bad_input().map_err(|f| f.remedy(remedy))?;
-    let staged = StagedFolder::new(&args.out, "flow.json", args.force)?;
-    let method = match args.method {
-        Choice::Batch => Method::Batch,
-        Choice::Smoother => Method::Smoother,
-        Choice::Paper => Method::Paper,
-        Choice::SquareRoot => Method::SquareRoot,
+    let below = dir.join("observations");
+    let settled = if below.is_dir() { Some(below.as_path()) } else { Some(dir) };
+    let settled = settled.filter(|folder| folder.join("observations.toml").is_file());
+    let (document, states) = match settled {
+        Some(folder) if !dir.join("flow.toml").is_file() => from_observations(args, folder, closures, ui)?,
+        _ => over_time(args, dir, closures, ui)?,
     };
-    let progress = ui.progress("heater positions", records.runs.len() as u64);
-    let runs: Result<Vec<RunReport>, FlowError> = records
-        .runs
-        .par_iter()
-        .map(|(heater, record)| {
-            let streams = Streams::new(args.seed);
-            let run = assimilate(&records.rig, closures, *heater, record, method, &streams);
-            progress.advance(1);
-            run
-        })
-        .collect();
-    let runs = runs.or_failed()?;
-    drop(progress);
-    let document = Document { kind: records.kind, rig: records.rig.name.clone(), seed: args.seed, runs };
+    let staged = StagedFolder::new(&args.out, "flow.json", args.force)?;
     let write = |name: &str, text: String| {
         let path = staged.path().join(name);
         std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))
     };
+    states.write(&staged.path().join(BaseStates::FILE)).or_failed()?;
     write("flow.json", serde_json::to_string_pretty(&document).or_failed()? + "\n")?;
     write("unknowns.csv", unknowns_table(&document.runs))?;
     write("velocity.csv", velocity_table(&document.runs))?;
@@ -113,6 +106,67 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Fa
         summary(run, ui);
     }
     Ok(())
+}
+
+/// What both kinds of input give.
+type Inferred = (Document, BaseStates);
+
+/// From the mean clicks of settled operating points.
+fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -> Result<Inferred, Failure> {
+    let observations = Observations::read(folder).or_bad_input()?;
+    let make = |heater: f64| Pipe::new(&observations.rig, closures, heater, 1);
+    let runs = settled::runs(&observations, &make).or_bad_input().map_err(|f| f.at(folder))?;
+    if runs.is_empty() {
+        let message = "no heated operating point with clicks, so there is no flow to infer";
+        let remedy =
+            "Process the clicks of a row with power (say, H30), or give a record over time with flow.toml.";
+        return Err(Failure::bad_input(message).at(folder).remedy(remedy));
+    }
+    let progress = ui.progress("heater positions", runs.len() as u64);
+    let fit = |(pipe, run): &(Pipe, settled::Run)| {
+        let report = Settled::fit(pipe, run)?.report();
+        progress.advance(1);
+        report
+    };
+    let fits: Result<Vec<_>, FlowError> = runs.par_iter().map(fit).collect();
+    let fits = fits.or_failed()?;
+    drop(progress);
+    Ok(gather(args, observations.kind, &observations.rig, observations.source, fits))
+}
+
+/// From samples over time.
+fn over_time(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Inferred, Failure> {
+    let remedy = "`rijke process` makes observations of records; `rijke flow --twin --out DIR` writes a record over time.";
+    let records = Records::read(dir).or_bad_input().map_err(|f| f.remedy(remedy))?;
+    let method = match args.method {
+        Choice::Batch => Method::Batch,
+        Choice::Smoother => Method::Smoother,
+        Choice::Paper => Method::Paper,
+        Choice::SquareRoot => Method::SquareRoot,
+    };
+    let progress = ui.progress("heater positions", records.runs.len() as u64);
+    let run = |(heater, record): &(f64, _)| {
+        let run = assimilate(&records.rig, closures, *heater, record, method, &Streams::new(args.seed));
+        progress.advance(1);
+        run
+    };
+    let fits: Result<Vec<_>, FlowError> = records.runs.par_iter().map(run).collect();
+    let fits = fits.or_failed()?;
+    drop(progress);
+    Ok(gather(args, records.kind, &records.rig, dir.display().to_string(), fits))
+}
+
+fn gather(
+    args: &Args,
+    kind: DataKind,
+    rig: &Rig,
+    source: String,
+    fits: Vec<(RunReport, NamedStates)>,
+) -> Inferred {
+    let (runs, states): (Vec<RunReport>, Vec<NamedStates>) = fits.into_iter().unzip();
+    let points = states.into_iter().flatten().collect();
+    let document = Document { kind, rig: rig.name.clone(), seed: args.seed, runs };
+    (document, BaseStates { kind, source, points })
 }
 
 fn unknowns_table(runs: &[RunReport]) -> String {
@@ -146,7 +200,8 @@ fn velocity_table(runs: &[RunReport]) -> String {
 
 fn summary(run: &RunReport, ui: &Ui) {
     ui.say(format!("heater at {} m", run.heater_m));
-    for u in &run.unknowns {
+    // The six parameters of the paper come first; unknowns.csv has the rest.
+    for u in run.unknowns.iter().take(6) {
         let note = if u.shrinkage > 0.7 { "   not identified: the prior" } else { "" };
         ui.say(format!("  {:<17} {:>9.4} [{:.4}, {:.4}] {}{note}", u.name, u.value, u.low, u.high, u.unit));
     }

@@ -26,7 +26,10 @@ pub use estimate::{Estimate, Health, Warning};
 pub use files::Records;
 pub use filter::{FilterOptions, FilterRun, Snapshot, Variant, filter};
 pub use record::{Record, Sample, Sensor, SensorKind};
-pub use report::{Method, PointReport, PowerReport, RunReport, SnapshotReport, UnknownReport, assimilate};
+pub use report::{
+    Method, NamedStates, PointReport, PowerReport, ResidualReport, RunReport, SnapshotReport, UnknownReport,
+    assimilate,
+};
 pub use smoother::smooth;
 pub use twin::{Twin, TwinOptions, staircase};
 

@@ -36,6 +36,7 @@ mod gas;
 mod number;
 mod parameters;
 mod pipe;
+pub mod settled;
 mod steady;
 mod transient;
 mod wall;

@@ -93,6 +93,27 @@ impl Pipe {
         })
     }
 
+    /// The same tube with other closures and the heater moved by `shift` (m): the grid is stretched along, so that
+    /// everything depends smoothly on the shift. Faces then lie beside the microphones by less than the shift.
+    ///
+    /// # Errors
+    /// [`FlowError::Closure`] for a closure out of range, [`FlowError::Heater`] for a heater outside the tube.
+    pub(crate) fn altered(&self, shift: f64, closures: &Closures) -> Result<Self, FlowError> {
+        check(closures)?;
+        let [low, high] = self.edges.map(|e| self.faces[e]);
+        let (half, heater) = (0.5 * (high - low), self.heater + shift);
+        if !(heater > half && heater < self.length - half) {
+            return Err(FlowError::Heater { position: heater, low: half, high: self.length - half });
+        }
+        let stretched =
+            |x: f64| x + shift * (x / low).min((self.length - x) / (self.length - high)).clamp(0.0, 1.0);
+        let faces: Vec<f64> = self.faces.iter().map(|&x| stretched(x)).collect();
+        let cells = (faces.windows(2).zip(&self.cells))
+            .map(|(f, old)| cell(f[0], f[1], self.length, heater, half, closures, old.friction))
+            .collect();
+        Ok(Self { closures: closures.clone(), heater, faces, cells, ..self.clone() })
+    }
+
     /// Places of the faces, m.
     #[must_use]
     pub fn faces(&self) -> &[f64] {

@@ -1,16 +1,16 @@
 //! One run from record to numbers: what `rijke flow` writes and figures are drawn from.
 
 use super::{
-    Batch, Estimate, FilterOptions, Health, Record, Snapshot, Variant, Warning, filter, physical, smooth,
-    smooth_ambient,
+    Batch, Estimate, FilterOptions, Health, Record, SensorKind, Snapshot, Variant, Warning, filter, physical,
+    smooth, smooth_ambient,
 };
 use crate::{BaseState, Closures, FlowError, Pipe, UNKNOWNS, unknowns};
-use rijke_inference::ensemble::Smoother;
+use rijke_inference::{Parameter, ensemble::Smoother};
 use rijke_numerics::Streams;
 use rijke_rig::Rig;
 use serde::{Deserialize, Serialize};
 
-/// How to assimilate.
+/// How to assimilate a record over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
@@ -29,9 +29,9 @@ pub enum Method {
 pub struct RunReport {
     /// Place of the heater, m.
     pub heater_m: f64,
-    /// The method.
-    pub method: Method,
-    /// What the method says of its own result; none for filters and smoother.
+    /// The method; none for the mean readings of settled states ([`crate::settled`]).
+    pub method: Option<Method>,
+    /// What the method says of its own result; none for filters and smoother. For settled states without whiteness.
     pub health: Option<Health>,
     /// Reasons not to trust it.
     pub warnings: Vec<Warning>,
@@ -54,6 +54,10 @@ pub struct UnknownReport {
     pub symbol: String,
     /// Unit.
     pub unit: String,
+    /// Two sd below the centre of the prior, through the transform.
+    pub prior_low: f64,
+    /// Two sd above.
+    pub prior_high: f64,
     /// Value at the centre of the posterior.
     pub value: f64,
     /// Two sd below, through the transform.
@@ -67,6 +71,8 @@ pub struct UnknownReport {
 /// The base state at one power.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PowerReport {
+    /// Name of the operating point, by which `base-states.json` knows its state.
+    pub point: String,
     /// Indicated power, W.
     pub power_w: f64,
     /// Smoothed ambient temperature at the end of the stage, K.
@@ -77,8 +83,65 @@ pub struct PowerReport {
     pub heater_velocity_sd: f64,
     /// Sound speed along the tube, with its sd.
     pub profile: Vec<PointReport>,
-    /// Everything acoustics needs, with all error components.
-    pub base_state: BaseState,
+    /// Readings against the fit; none for a record over time.
+    pub residuals: Vec<ResidualReport>,
+}
+
+/// One reading of a settled state.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResidualReport {
+    /// What was read.
+    pub sensor: SensorKind,
+    /// The reading, in s, K or m/s.
+    pub reading: f64,
+    /// The fitted value.
+    pub fitted: f64,
+    /// Sd of the reading, common errors included.
+    pub sd: f64,
+}
+
+impl PowerReport {
+    pub(crate) fn new(
+        point: String,
+        power_w: f64,
+        ambient_k: f64,
+        base: &BaseState,
+        residuals: Vec<ResidualReport>,
+    ) -> Self {
+        let covariance = base.sound_speed_covariance(&base.places);
+        let profile = base.places.iter().enumerate().map(|(k, &x)| PointReport {
+            x,
+            temperature: base.temperature(x),
+            sound_speed: base.sound_speed(x),
+            sound_speed_sd: covariance[(k, k)].max(0.0).sqrt(),
+        });
+        Self {
+            point,
+            power_w,
+            ambient_k,
+            heater_velocity: base.heater_velocity,
+            heater_velocity_sd: base.heater_velocity_sd(),
+            profile: profile.collect(),
+            residuals,
+        }
+    }
+}
+
+impl UnknownReport {
+    /// From a prior and the mean and sd of its normal score.
+    pub(crate) fn new(prior: &Parameter, mean: f64, sd: f64) -> Result<Self, FlowError> {
+        Ok(Self {
+            name: prior.name.clone(),
+            symbol: prior.symbol.clone(),
+            unit: prior.unit.clone(),
+            prior_low: physical(prior, -2.0)?,
+            prior_high: physical(prior, 2.0)?,
+            value: physical(prior, mean)?,
+            low: physical(prior, mean - 2.0 * sd)?,
+            high: physical(prior, mean + 2.0 * sd)?,
+            shrinkage: sd,
+        })
+    }
 }
 
 /// The gas at one place.
@@ -109,7 +172,11 @@ pub struct SnapshotReport {
     pub heater_velocity: [f64; 2],
 }
 
-/// Assimilates one run, and evaluates the base state at every power of its record.
+/// Base states by the names of their operating points.
+pub type NamedStates = Vec<(String, BaseState)>;
+
+/// Assimilates one run, and evaluates the base state at every power of its record. The operating points are named as in the
+/// campaign of the paper: `H180-25` for 180 W at 0.25 m.
 ///
 /// # Errors
 /// Those of the method.
@@ -120,7 +187,7 @@ pub fn assimilate(
     record: &Record,
     method: Method,
     streams: &Streams,
-) -> Result<RunReport, FlowError> {
+) -> Result<(RunReport, NamedStates), FlowError> {
     let pipe = Pipe::new(rig, closures, heater, 1)?;
     let mut history = Vec::new();
     let mut innovation_chi_squared = None;
@@ -135,63 +202,49 @@ pub fn assimilate(
             run.estimate
         }
     };
+    let sd = |k: usize| estimate.covariance[(k, k)].max(0.0).sqrt();
     let list = unknowns();
-    let report = |(k, p): (usize, &rijke_inference::Parameter)| {
-        Ok(UnknownReport {
-            name: p.name.clone(),
-            symbol: p.symbol.clone(),
-            unit: p.unit.clone(),
-            value: estimate.value(k, 0.0)?,
-            low: estimate.value(k, -2.0)?,
-            high: estimate.value(k, 2.0)?,
-            shrinkage: estimate.covariance[(k, k)].max(0.0).sqrt(),
-        })
-    };
+    let report = |(k, p): (usize, &Parameter)| UnknownReport::new(p, estimate.mean[k], sd(k));
     let unknowns = list.iter().enumerate().map(report).collect::<Result<_, FlowError>>()?;
     let warnings = estimate.health.as_ref().map(Health::warnings).unwrap_or_default();
-    let powers = stages(&pipe, record, &estimate)?;
+    let (powers, states) = stages(&pipe, record, &estimate)?;
     let health = estimate.health.clone();
-    Ok(RunReport {
+    let report = RunReport {
         heater_m: heater,
-        method,
+        method: Some(method),
         health,
         warnings,
         unknowns,
         powers,
         history,
         innovation_chi_squared,
-    })
+    };
+    Ok((report, states))
 }
 
 /// Samples per average: the ambient temperature and the walls hardly move in 2.5 min, and the fit has ten times fewer
 /// data.
 const BIN: usize = 10;
 
-fn stages(pipe: &Pipe, record: &Record, estimate: &Estimate) -> Result<Vec<PowerReport>, FlowError> {
+fn stages(
+    pipe: &Pipe,
+    record: &Record,
+    estimate: &Estimate,
+) -> Result<(Vec<PowerReport>, NamedStates), FlowError> {
     let (ambient, _) = smooth_ambient(record);
-    let mut powers = Vec::new();
+    let (mut powers, mut states) = (Vec::new(), Vec::new());
     for (i, sample) in record.samples.iter().enumerate() {
         if record.samples.get(i + 1).is_some_and(|next| next.power == sample.power) {
             continue;
         }
-        let base_state = estimate.base_state(pipe, sample.power, ambient[i])?;
-        let covariance = base_state.sound_speed_covariance(&base_state.places);
-        let profile = base_state.places.iter().enumerate().map(|(k, &x)| PointReport {
-            x,
-            temperature: base_state.temperature(x),
-            sound_speed: base_state.sound_speed(x),
-            sound_speed_sd: covariance[(k, k)].max(0.0).sqrt(),
-        });
-        powers.push(PowerReport {
-            power_w: sample.power,
-            ambient_k: ambient[i],
-            heater_velocity: base_state.heater_velocity,
-            heater_velocity_sd: base_state.heater_velocity_sd(),
-            profile: profile.collect(),
-            base_state,
-        });
+        let mut base = estimate.base_state(pipe, sample.power, ambient[i])?;
+        // The scores are those of this heater position only.
+        base.errors.iter_mut().for_each(|e| e.cause = format!("heater at {} m: {}", pipe.heater(), e.cause));
+        let id = format!("H{}-{:02}", sample.power, (pipe.heater() * 100.0).round());
+        powers.push(PowerReport::new(id.clone(), sample.power, ambient[i], &base, Vec::new()));
+        states.push((id, base));
     }
-    Ok(powers)
+    Ok((powers, states))
 }
 
 fn snapshot(s: &Snapshot) -> Result<SnapshotReport, FlowError> {

@@ -1,0 +1,62 @@
+//! A fitted run as numbers for figures, and its base states by name.
+
+use super::{SIX, Settled};
+use crate::FlowError;
+use crate::assimilate::{Health, NamedStates, PowerReport, ResidualReport, RunReport, UnknownReport};
+
+impl Settled<'_> {
+    /// The report of the run, states in the order of power, and the base state of every operating point.
+    ///
+    /// # Errors
+    /// Those of [`Settled::base_states`].
+    pub fn report(&self) -> Result<(RunReport, NamedStates), FlowError> {
+        let bases = self.base_states(&format!("heater at {} m", self.run.heater))?;
+        let covariance = self.run.covariance();
+        let mut first = 0;
+        let (mut powers, mut named) = (Vec::new(), Vec::new());
+        for ((state, predicted), base) in self.run.states.iter().zip(&self.predicted).zip(bases) {
+            let residual = |j: usize| ResidualReport {
+                sensor: state.sensors[j],
+                reading: state.readings[j],
+                fitted: predicted.readings[j],
+                sd: covariance[(first + j, first + j)].sqrt(),
+            };
+            let residuals = (0..state.readings.len()).map(residual).collect();
+            first += state.readings.len();
+            powers.push(PowerReport::new(
+                state.id.clone(),
+                state.power,
+                base.temperature[0],
+                &base,
+                residuals,
+            ));
+            named.push((state.id.clone(), base));
+        }
+        powers.sort_by(|a, b| a.power_w.total_cmp(&b.power_w));
+        let named_where = |test: &dyn Fn(usize) -> bool| {
+            (0..SIX).filter(|&k| test(k)).map(|k| self.priors[k].name.clone()).collect()
+        };
+        let readings = self.misfit.readings as f64;
+        let health = Health {
+            chi_squared: self.misfit.chi_squared / readings,
+            chi_squared_sd: (2.0 / readings).sqrt(),
+            whiteness: Vec::new(),
+            bins: self.run.states.len(),
+            unidentified: named_where(&|k| self.shrinkage(k) > 0.7),
+            at_bound: named_where(&|k| self.mean[k].abs() > 2.5),
+            converged: self.misfit.converged,
+        };
+        let unknown = |(k, p)| UnknownReport::new(p, self.mean[k], self.shrinkage(k));
+        let report = RunReport {
+            heater_m: self.run.heater,
+            method: None,
+            warnings: health.warnings(),
+            health: Some(health),
+            unknowns: self.priors.iter().enumerate().map(unknown).collect::<Result<_, _>>()?,
+            powers,
+            history: Vec::new(),
+            innovation_chi_squared: None,
+        };
+        Ok((report, named))
+    }
+}
