@@ -107,7 +107,10 @@ mod tests {
         let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
         let point = campaign.row("C3").next().unwrap().clone();
         let base = base_state(&rig, &Truth::standard(), &point, temperature).unwrap();
-        let duct = tube::duct(&rig, &Truth::standard(), &point, &base);
+        let duct = {
+            let truth = Truth::standard();
+            tube::duct(&rig, &truth, &point, &base, crate::mouths(&rig, &truth, &point, 1))
+        };
         (rig, duct)
     }
 

@@ -177,7 +177,7 @@ mod tests {
             pieces.push(Piece::Line { length: h, media: [last - 1, last], drift: 0.0 });
         }
         pieces.push(Piece::Microphone(0));
-        let end = OpenEnd { inner_radius: 0.0237, outer_radius: 0.0254, absorption: 0.0 };
+        let end = OpenEnd { inner_radius: 0.0237, outer_radius: 0.0254, absorption: 0.0, extension: 0.0 };
         let mouth = |t| Mouth { end, open_area: section().open_area(), gas: gas(t), entry_loss: 0.0 };
         Duct { media, pieces, top: mouth(hot), bottom: mouth(cold) }
     }

@@ -33,6 +33,7 @@ mod click;
 pub mod duct;
 mod faults;
 mod heater;
+mod mouths;
 mod noise;
 pub mod obstacle;
 mod ping;
@@ -45,6 +46,7 @@ pub mod walls;
 mod write;
 
 pub use faults::Fault;
+pub use mouths::{mouths, seed_of};
 pub use truth::{
     Ambient, Channels, Ends, Faults, Flow, HeaterTruth, LabError, Loudspeaker, Noise, ProngSurface, Recorder,
     Thermocouples, Truth, Wall,

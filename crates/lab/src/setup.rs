@@ -1,8 +1,10 @@
 //! Setting the laboratory up: days, points, channels.
 
 use crate::base::base_state;
+use crate::mouths::{mouths, source};
 use crate::noise::Colour;
 use crate::ping::Ping;
+use crate::radiation::OpenEnd;
 use crate::truth::{LabError, Truth};
 use crate::tube;
 use crate::virtual_rig::{CalibrationTruth, Channel, PointTruth, VirtualRig, normal};
@@ -62,7 +64,7 @@ impl VirtualRig {
         let set = RecordSet {
             rig: rig.clone(),
             kind: DataKind::Virtual,
-            source: format!("virtual laboratory, {}, seed {seed}", campaign.name),
+            source: source(&campaign.name, seed),
             channels: (0..rig.microphones.positions.len()).map(Some).collect(),
             full_scale: truth.recorder.full_scale_pa,
             ping,
@@ -71,12 +73,16 @@ impl VirtualRig {
             points,
             calibrations: calibrations.to_vec(),
         };
-        let truths = |entry: &PointRecords| point_truth(rig, truth, &entry.point, temperatures[entry.day]);
+        let truths = |entry: &PointRecords| {
+            let ends = mouths(rig, truth, &entry.point, seed);
+            point_truth(rig, truth, &entry.point, temperatures[entry.day], ends)
+        };
         let points = set.points.par_iter().map(truths).collect::<Result<_, _>>()?;
         let empty = empty_tube();
         let calibration = |c: &Calibration| {
             let temperature = temperatures[c.day];
-            let duct = tube::duct(rig, truth, &empty, &base_state(rig, truth, &empty, temperature)?);
+            let base = base_state(rig, truth, &empty, temperature)?;
+            let duct = tube::duct(rig, truth, &empty, &base, mouths(rig, truth, &empty, seed));
             Ok(CalibrationTruth { duct, temperature, click: OnceLock::new() })
         };
         let calibrations = set.calibrations.iter().map(calibration).collect::<Result<_, LabError>>()?;
@@ -131,9 +137,10 @@ fn point_truth(
     truth: &Truth,
     point: &OperatingPoint,
     temperature: f64,
+    ends: [OpenEnd; 2],
 ) -> Result<PointTruth, LabError> {
     let base = base_state(rig, truth, point, temperature)?;
-    let duct = tube::duct(rig, truth, point, &base);
+    let duct = tube::duct(rig, truth, point, &base, ends);
     let (speaker, reference) = (&truth.loudspeaker, rig.microphones.reference);
     let modes = tube::modes(&duct, rig, point, &base, speaker.modes)?;
     let ping = Ping::new(modes.clone(), speaker.detuning, reference, speaker.ping_pa);

@@ -43,6 +43,10 @@ pub struct Ends {
     pub absorption_bottom: f64,
     /// Fraction of the reflected amplitude lost at the top.
     pub absorption_top: f64,
+    /// Scatter of both fractions together from one setting of the rig to the next.
+    pub absorption_sd: f64,
+    /// Scatter of both end corrections together from one setting of the rig to the next, in inner radii.
+    pub extension_sd: f64,
 }
 
 /// The tube's wall.
@@ -294,6 +298,8 @@ impl Truth {
         for (key, value, low, high) in [
             ("ends.absorption_bottom", self.ends.absorption_bottom, 0.0, 0.5),
             ("ends.absorption_top", self.ends.absorption_top, 0.0, 0.5),
+            ("ends.absorption_sd", self.ends.absorption_sd, 0.0, 0.1),
+            ("ends.extension_sd", self.ends.extension_sd, 0.0, 0.5),
             ("wall.roughness", self.wall.roughness, 0.1, 10.0),
             ("prongs.rod_roughness", self.prongs.rod_roughness, 0.1, 10.0),
             ("prongs.wire_roughness", self.prongs.wire_roughness, 0.1, 10.0),

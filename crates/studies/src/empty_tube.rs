@@ -4,7 +4,7 @@ use crate::catalogue::{catalogue, chosen};
 use crate::prongs::{EMPTY_TUBE_SD, observed, provenance};
 use crate::{Case, Check, EmptyTube, ParameterName, Provenance, StudyError};
 use rijke_inference::{MapOptions, NoiseMode, Parameter};
-use rijke_lab::{Truth, radiation::OpenEnd};
+use rijke_lab::Truth;
 use rijke_model::{Assembly, Noise, Observed, PointModel, Trained, Training, train};
 use rijke_numerics::C64;
 use rijke_rig::{Observations, OperatingPoint, Rig};
@@ -81,7 +81,7 @@ pub(crate) fn predicted(rig: &Rig, empty: &Observed) -> Vec<f64> {
 }
 
 /// |R|, its angle and eta of the virtual laboratory's empty tube at the measured s: what Fig. 3 should find. None
-/// without an empty tube.
+/// without an empty tube, and for records that do not name the laboratory's seed.
 ///
 /// R is the mean of both ends. eta is the roughness of the wall: 1 means Kirchhoff's and Zwikker and Kosten's wall,
 /// which the laboratory has, as far as the candidate's thin layers and its exponent of Pr allow.
@@ -91,13 +91,8 @@ pub fn true_empty_tube(observations: &Observations, truth: &Truth) -> Option<[f6
     let point = observations.points.iter().find(|p| is_empty_tube(&p.point))?;
     let gas = rig.gas.at(point.ambient.ambient_temperature, rig.pressure);
     let s = point.ping.as_ref()?.s;
-    let end = |absorption| OpenEnd {
-        inner_radius: rig.tube.radius(),
-        outer_radius: rig.tube.radius() + rig.tube.wall_thickness,
-        absorption,
-    };
-    let ends = [truth.ends.absorption_bottom, truth.ends.absorption_top];
-    let mean = 0.5 * ends.map(|a| end(a).reflection(&gas, s)).iter().sum::<C64>();
+    let ends = rijke_lab::mouths(rig, truth, &point.point, rijke_lab::seed_of(&observations.source)?);
+    let mean = 0.5 * ends.map(|end| end.reflection(&gas, s)).iter().sum::<C64>();
     Some([mean.norm(), mean.arg(), truth.wall.roughness])
 }
 
