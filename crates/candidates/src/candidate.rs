@@ -1,7 +1,7 @@
 //! What a candidate is: parameters, and effects at places.
 
-use crate::{Formula, Here};
-use rijke_numerics::Jet;
+use crate::{Dual, Formula, Here, Surroundings, Symbol};
+use rijke_numerics::{Jet, JetSpace, Order};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -80,6 +80,36 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     /// The coefficient.
     fn evaluate(&self, here: &Here<'_>, parameters: &[Jet]) -> Jet;
 
+    /// The coefficient and its derivative with respect to s: all that a root search needs. The same as
+    /// [`Law::evaluate`] in the single seed s, which is also how it is done unless overridden.
+    fn evaluate_in_s(&self, here: &Here<'_, Dual>, parameters: &[f64]) -> Dual {
+        let space = JetSpace::new(1, Order::First);
+        let jet = |x: &Dual| Jet::from_parts(x.value, vec![x.slope], Vec::new());
+        let (s, wall) = (jet(here.s), here.wall.map(|w| w.map(jet)));
+        let reflection = here.levine_schwinger.map(jet);
+        let full = Here {
+            space,
+            surroundings: here.surroundings,
+            s: &s,
+            wall: wall.as_ref().map(|[mu, ep]| [mu, ep]),
+            levine_schwinger: reflection.as_ref(),
+        };
+        let constants: Vec<Jet> = parameters.iter().map(|&p| space.real(p)).collect();
+        let value = self.evaluate(&full, &constants);
+        Dual { value: value.value(), slope: value.gradient()[0] }
+    }
+
+    /// g such that the law is g times something that does not depend on the local gas, if that is known: laws of many
+    /// segments are then evaluated once. `wall` holds g of the viscous and of the thermal loss of the wall.
+    fn scale(&self, _surroundings: &Surroundings, _wall: [Option<f64>; 2]) -> Option<f64> {
+        None
+    }
+
+    /// Whether the law reads the loss of the wall.
+    fn uses_wall(&self) -> bool {
+        true
+    }
+
     /// The law as text, for tables.
     fn text(&self) -> String;
 }
@@ -87,6 +117,18 @@ pub trait Law: Send + Sync + std::fmt::Debug {
 impl Law for Formula {
     fn evaluate(&self, here: &Here<'_>, parameters: &[Jet]) -> Jet {
         Formula::evaluate(self, here, parameters)
+    }
+
+    fn evaluate_in_s(&self, here: &Here<'_, Dual>, parameters: &[f64]) -> Dual {
+        Formula::evaluate_in_s(self, here, parameters)
+    }
+
+    fn scale(&self, surroundings: &Surroundings, wall: [Option<f64>; 2]) -> Option<f64> {
+        Formula::scale(self, surroundings, wall)
+    }
+
+    fn uses_wall(&self) -> bool {
+        self.uses(Symbol::WallMu) || self.uses(Symbol::WallEp)
     }
 
     fn text(&self) -> String {

@@ -4,16 +4,18 @@
 //! MATLAB and Python: `^` (or `**`) binds tighter than the minus before it, so `-2^2` is -4, and `2^-1` is 0.5. A
 //! chain `a^b^c` is refused, because MATLAB reads it from the left and Python from the right.
 
+mod analytic;
 mod evaluate;
 mod lexer;
 mod parser;
+mod share;
 #[cfg(test)]
 mod tests;
 
-use crate::{Coefficient, Here, Place, Symbol};
-use evaluate::Operation;
+use crate::{Coefficient, Dual, Here, Place, Surroundings, Symbol};
+use evaluate::{Operand, Operation};
 pub(crate) use parser::is_reserved;
-use rijke_numerics::Jet;
+use rijke_numerics::{C64, Jet};
 
 /// A formula in the symbols of [`crate::SYMBOLS`] and named parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,7 +130,24 @@ impl Formula {
     /// the right scope) or a missing parameter gives NaN, never a panic.
     #[must_use]
     pub fn evaluate(&self, here: &Here<'_>, parameters: &[Jet]) -> Jet {
-        evaluate::run(&self.program, here, parameters)
+        let parameter = |index: usize| parameters.get(index).cloned().map(Operand::Full);
+        evaluate::run(&self.program, here, parameter, |z| here.space.constant(z))
+    }
+
+    /// As [`Formula::evaluate`], with the derivative with respect to s alone: without parameters as seeds it needs no
+    /// jets.
+    #[must_use]
+    pub fn evaluate_in_s(&self, here: &Here<'_, Dual>, parameters: &[f64]) -> Dual {
+        let number = |value: &f64| Operand::Number(C64::new(*value, 0.0));
+        let parameter = |index: usize| parameters.get(index).map(number);
+        evaluate::run(&self.program, here, parameter, |value| Dual { value, slope: C64::ZERO })
+    }
+
+    /// g such that the value is g times something that is the same wherever the gas differs, if the form of the formula
+    /// shows that; `wall` holds g of `wall_mu` and of `wall_ep`.
+    #[must_use]
+    pub fn scale(&self, surroundings: &Surroundings, wall: [Option<f64>; 2]) -> Option<f64> {
+        share::scale(&self.program, surroundings, wall)
     }
 
     /// Whether it contains `symbol`.

@@ -11,18 +11,20 @@ pub struct Surroundings {
 }
 
 /// Everything that a law may use: the real surroundings, s, and the quantities that depend on s.
+///
+/// `T` is a [`Jet`] where derivatives in the parameters are carried, and a [`Dual`] in a root search.
 #[derive(Clone, Copy, Debug)]
-pub struct Here<'a> {
-    /// Number and order of the derivatives carried.
+pub struct Here<'a, T = Jet> {
+    /// Number and order of the derivatives that jets carry.
     pub space: JetSpace,
     /// The real quantities.
     pub surroundings: &'a Surroundings,
     /// The complex angular frequency, a seed of `space`.
-    pub s: &'a Jet,
+    pub s: &'a T,
     /// Viscous and thermal loss per metre of the tube wall; none where the wall model itself is evaluated.
-    pub wall: Option<[&'a Jet; 2]>,
+    pub wall: Option<[&'a T; 2]>,
     /// Reflection coefficient of Levine and Schwinger; none away from the ends.
-    pub levine_schwinger: Option<&'a Jet>,
+    pub levine_schwinger: Option<&'a T>,
 }
 
 impl Surroundings {
@@ -68,16 +70,35 @@ impl Surroundings {
     }
 }
 
+/// A value and its derivative with respect to s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual {
+    /// The value.
+    pub value: C64,
+    /// d/ds.
+    pub slope: C64,
+}
+
+impl<'a, T> Here<'a, T> {
+    /// The value of a symbol that depends on s; none for the others, and where it does not exist.
+    pub(crate) fn of_s(&self, symbol: Symbol) -> Option<&'a T> {
+        match symbol {
+            Symbol::S => Some(self.s),
+            Symbol::WallMu => self.wall.map(|w| w[0]),
+            Symbol::WallEp => self.wall.map(|w| w[1]),
+            Symbol::LevineSchwinger => self.levine_schwinger,
+            _ => None,
+        }
+    }
+}
+
 impl Here<'_> {
     /// The value of any symbol as a jet; none where it does not exist ([`Symbol::WallMu`] in the wall model).
     #[must_use]
     pub fn jet(&self, symbol: Symbol) -> Option<Jet> {
-        match symbol {
-            Symbol::S => Some(self.s.clone()),
-            Symbol::WallMu => self.wall.map(|w| w[0].clone()),
-            Symbol::WallEp => self.wall.map(|w| w[1].clone()),
-            Symbol::LevineSchwinger => self.levine_schwinger.cloned(),
-            real => self.surroundings.get(real).map(|v| self.space.real(v)),
+        match self.surroundings.get(symbol) {
+            Some(real) => Some(self.space.real(real)),
+            None => self.of_s(symbol).cloned(),
         }
     }
 

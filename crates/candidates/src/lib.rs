@@ -49,5 +49,5 @@ mod testing;
 pub use candidate::{Candidate, Coefficient, Effect, Law, Place};
 pub use catalogue::{Catalogue, CatalogueError, CatalogueProblem};
 pub use formula::{Formula, FormulaError, Problem, Scope};
-pub use here::{Here, Surroundings};
+pub use here::{Dual, Here, Surroundings};
 pub use symbols::{Meaning, SYMBOLS, Symbol};

@@ -109,6 +109,24 @@ impl Symbol {
         &SYMBOLS[self as usize]
     }
 
+    /// Whether it is a property of the gas, which differs along a heated tube; all others are those of the rig and of
+    /// the operating point.
+    #[must_use]
+    pub fn is_of_the_gas(self) -> bool {
+        matches!(
+            self,
+            Self::Density
+                | Self::SoundSpeed
+                | Self::Temperature
+                | Self::Pressure
+                | Self::Viscosity
+                | Self::Conductivity
+                | Self::SpecificHeat
+                | Self::Gamma
+                | Self::Prandtl
+        )
+    }
+
     /// The symbol called `name` in formulas.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {

@@ -10,8 +10,13 @@ pub(crate) fn surroundings() -> Surroundings {
 
 /// The paper's rig at 20 C at an operating point of Table 1, with a velocity at the heater in m/s.
 pub(crate) fn at(id: &str, velocity: f64) -> Surroundings {
+    heated(id, velocity, 293.15)
+}
+
+/// The same with gas at another temperature (K).
+pub(crate) fn heated(id: &str, velocity: f64, temperature: f64) -> Surroundings {
     let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
     let point = campaign.points.iter().find(|p| p.id == id).expect("a point of Table 1");
-    let gas = rig.gas.at(293.15, rig.pressure);
+    let gas = rig.gas.at(temperature, rig.pressure);
     Surroundings::new(&rig, point, &gas, 293.15, velocity)
 }

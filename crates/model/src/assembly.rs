@@ -1,10 +1,9 @@
 //! Which candidates make the model, and which of their parameters are free.
 
 use crate::ModelError;
-use rijke_candidates::Candidate;
+use rijke_candidates::{Candidate, Place};
 use rijke_inference::Parameter;
-use rijke_network::At;
-use rijke_numerics::{C64, Jet};
+use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_rig::Rig;
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +36,9 @@ pub struct Assembly {
     /// For each candidate and each of its parameters.
     sources: Vec<Vec<Source>>,
     free: Vec<Parameter>,
+    /// For each candidate, see [`Assembly::seeds`].
+    seeds: Vec<Vec<usize>>,
+    seeds_of_tube: Vec<usize>,
 }
 
 /// Where the value of a parameter comes from.
@@ -68,7 +70,8 @@ impl Assembly {
         }
         let scheme = Scheme::Line { elements: 40 };
         let sources = candidates.iter().map(|c| vec![Source::Fixed(f64::NAN); c.parameters.len()]).collect();
-        let mut assembly = Self { rig, scheme, candidates, sources, free: Vec::new() };
+        let (free, seeds, seeds_of_tube) = (Vec::new(), Vec::new(), Vec::new());
+        let mut assembly = Self { rig, scheme, candidates, sources, free, seeds, seeds_of_tube };
         assembly.number(|_| None);
         Ok(assembly)
     }
@@ -120,13 +123,49 @@ impl Assembly {
                 }
             }
         }
+        let own = |sources: &Vec<Source>| {
+            let free = |s: &Source| if let Source::Free(i) = *s { Some(i) } else { None };
+            sources.iter().filter_map(free).collect::<Vec<usize>>()
+        };
+        let walls = self.candidates.iter().zip(&self.sources);
+        let walls = walls.filter(|(c, _)| c.effects.iter().any(|e| e.place == Place::Tube));
+        self.seeds_of_tube = walls.flat_map(|(_, s)| own(s)).collect();
+        let with_wall = |sources: &Vec<Source>| {
+            let mut all = [own(sources), self.seeds_of_tube.clone()].concat();
+            all.sort_unstable();
+            all.dedup();
+            all
+        };
+        self.seeds = self.sources.iter().map(with_wall).collect();
     }
 
-    /// The parameters of candidate `k` as jets, free ones taken from `values`.
-    pub(crate) fn jets(&self, k: usize, at: &At, values: &[f64]) -> Vec<Jet> {
+    /// The free parameters on which the laws of each candidate depend: its own and those of the wall, ascending.
+    pub(crate) fn seeds(&self) -> &[Vec<usize>] {
+        &self.seeds
+    }
+
+    /// The free parameters of the wall, ascending.
+    pub(crate) fn seeds_of_tube(&self) -> &[usize] {
+        &self.seeds_of_tube
+    }
+
+    /// The parameters of every candidate as numbers, free ones taken from `values`.
+    pub(crate) fn numbers(&self, values: &[f64]) -> Vec<Vec<f64>> {
+        let number = |source: &Source| match *source {
+            Source::Free(i) => values[i],
+            Source::Fixed(value) => value,
+        };
+        self.sources.iter().map(|sources| sources.iter().map(number).collect()).collect()
+    }
+
+    /// The parameters of candidate `k` as jets of `space`, whose seeds are the free parameters `seeds` (and s).
+    pub(crate) fn jets(&self, k: usize, seeds: &[usize], space: JetSpace, values: &[f64]) -> Vec<Jet> {
         let jet = |source: &Source| match *source {
-            Source::Free(i) => at.parameter(i, values[i]),
-            Source::Fixed(value) => at.space().constant(C64::new(value, 0.0)),
+            Source::Free(i) => {
+                let place = seeds.iter().position(|s| *s == i).unwrap_or(usize::MAX);
+                space.seed(place, C64::new(values[i], 0.0))
+            }
+            Source::Fixed(value) => space.real(value),
         };
         self.sources[k].iter().map(jet).collect()
     }

@@ -19,6 +19,7 @@ mod assembly;
 mod base;
 mod data;
 mod error;
+mod fill;
 mod point;
 mod predictor;
 mod training;

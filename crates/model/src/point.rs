@@ -1,32 +1,41 @@
 //! The model at one operating point.
 
+use crate::fill::Filled;
 use crate::{Assembly, Conditions, ModelError, Scheme};
-use rijke_candidates::{Coefficient, Here, Place, Surroundings};
+use rijke_candidates::{Coefficient, Place, Surroundings};
 use rijke_flow::Stretch;
-use rijke_network::{
-    At, Coefficients, Laws, Network, Newton, Places, Response, Segment, Slot, Workspace, levine_schwinger,
-};
-use rijke_numerics::{C64, Jet, Order};
+use rijke_network::{Network, Newton, Places, Response, Segment, Slot, Workspace, levine_schwinger};
+use rijke_numerics::{C64, Order};
 use rijke_rig::{GasState, Rig};
 
 /// A network for one operating point, and the laws that fill its coefficients.
 #[derive(Clone, Debug)]
 pub struct PointModel<'a> {
-    assembly: &'a Assembly,
+    pub(crate) assembly: &'a Assembly,
     id: String,
     network: Network,
-    laws: Vec<LawAt>,
-    surroundings: Vec<Surroundings>,
+    pub(crate) laws: Vec<LawAt>,
+    pub(crate) surroundings: Vec<Surroundings>,
     places: Places,
     guess: C64,
 }
 
 /// Effect number `effect` of candidate number `candidate`, evaluated in surroundings number `around`.
-#[derive(Clone, Copy, Debug)]
-struct LawAt {
-    candidate: usize,
-    effect: usize,
-    around: usize,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LawAt {
+    pub(crate) candidate: usize,
+    pub(crate) effect: usize,
+    pub(crate) around: usize,
+}
+
+/// The laws of one effect at many places. Where the law is a number of the local gas times something that is the same
+/// everywhere, all places share one law with a weight; elsewhere places of the same gas do.
+#[derive(Default)]
+struct Shared {
+    /// The law, and its number at the place where it is evaluated.
+    scaled: Option<(usize, f64)>,
+    /// Surroundings and law.
+    own: Vec<(usize, usize)>,
 }
 
 impl<'a> PointModel<'a> {
@@ -84,6 +93,7 @@ impl<'a> PointModel<'a> {
             guess,
         };
         model.attach(conditions, &stretches, &grid, thermocouples, *ambient).map_err(fail)?;
+        model.complete_walls();
         Ok(model)
     }
 
@@ -120,7 +130,7 @@ impl<'a> PointModel<'a> {
             return Err(ModelError::Count { expected, found: values.len() });
         }
         let fail = |source| ModelError::Network { point: self.id.clone(), source };
-        let filled = Filled { model: self, values };
+        let filled = Filled::new(self, values);
         let root = self.network.solve(&filled, self.guess, &Newton::default(), work).map_err(fail)?;
         self.network.respond(&filled, &root, &self.places, order, work).map_err(fail)
     }
@@ -163,11 +173,12 @@ impl<'a> PointModel<'a> {
                         Place::Thermocouples => thermocouples,
                         _ => &[],
                     };
+                    let mut shared = Shared::default();
                     for &x in at {
                         let here = self.note(around(base.at(x)));
-                        let law = self.law(candidate, effect, here);
+                        let (law, weight) = self.shared(candidate, effect, here, &mut shared);
                         let j = self.network.place_at(x)?;
-                        self.network.attach(at_place(coefficient, j), law, 1.0)?;
+                        self.network.attach(at_place(coefficient, j), law, weight)?;
                     }
                 }
                 Place::UpstreamEnd | Place::DownstreamEnd | Place::BothEnds => {
@@ -201,28 +212,23 @@ impl<'a> PointModel<'a> {
     ) -> Result<(), rijke_network::NetworkError> {
         let lumped = matches!(self.assembly.scheme, Scheme::Lumped { .. });
         let element = self.assembly.rig.tube.length / (grid.len() as f64 + 1.0);
-        let mut laws: Vec<(usize, usize)> = Vec::new();
+        let mut shared = Shared::default();
         for (i, s) in stretches.iter().enumerate().filter(|(_, s)| 0.5 * (s.from + s.to) < end) {
-            let law = match laws.iter().find(|(around, _)| *around == local[i]) {
-                Some((_, law)) => *law,
-                None => {
-                    let law = self.law(candidate, effect, local[i]);
-                    laws.push((local[i], law));
-                    law
-                }
-            };
+            let (law, weight) = self.shared(candidate, effect, local[i], &mut shared);
             let slot = match coefficient {
                 Coefficient::Mu if !lumped => Some(Slot::Viscous(i)),
                 Coefficient::Ep if !lumped => Some(Slot::Thermal(i)),
                 _ => None,
             };
             match slot {
-                Some(slot) => self.network.attach(slot, law, 1.0)?,
+                Some(slot) => self.network.attach(slot, law, weight)?,
                 // Couplings that a line does not have, k_mp and k_eu per metre, act at the upstream end of each segment.
-                None if !lumped => self.network.attach(at_place(coefficient, i), law, s.to - s.from)?,
+                None if !lumped => {
+                    self.network.attach(at_place(coefficient, i), law, weight * (s.to - s.from))?
+                }
                 None => {
                     if grid.iter().any(|x| (x - s.from).abs() < 1e-9) {
-                        self.network.attach(at_place(coefficient, i), law, element)?;
+                        self.network.attach(at_place(coefficient, i), law, weight * element)?;
                     }
                 }
             }
@@ -244,6 +250,64 @@ impl<'a> PointModel<'a> {
         self.laws.push(LawAt { candidate, effect, around });
         self.laws.len() - 1
     }
+
+    /// The law of an effect in surroundings number `around`, and the weight with which it acts there.
+    fn shared(
+        &mut self,
+        candidate: usize,
+        effect: usize,
+        around: usize,
+        shared: &mut Shared,
+    ) -> (usize, f64) {
+        let scale = self.scale(candidate, effect, around).filter(|g| g.is_finite() && *g != 0.0);
+        if let Some(g) = scale {
+            let (law, reference) = match shared.scaled {
+                Some(known) => known,
+                None => (self.law(candidate, effect, around), g),
+            };
+            shared.scaled = Some((law, reference));
+            return (law, g / reference);
+        }
+        if let Some((_, law)) = shared.own.iter().find(|(other, _)| *other == around) {
+            return (*law, 1.0);
+        }
+        let law = self.law(candidate, effect, around);
+        shared.own.push((around, law));
+        (law, 1.0)
+    }
+
+    /// The number of the local gas that the law of an effect is proportional to, if it is.
+    fn scale(&self, candidate: usize, effect: usize, around: usize) -> Option<f64> {
+        let (candidates, here) = (self.assembly.candidates(), &self.surroundings[around]);
+        let wall = [Coefficient::Mu, Coefficient::Ep].map(|coefficient| {
+            let mut along = candidates
+                .iter()
+                .flat_map(|c| &c.effects)
+                .filter(|e| e.place == Place::Tube && e.coefficient == coefficient);
+            // A sum of two walls has no common factor in general.
+            let only = along.next()?;
+            if along.next().is_some() { None } else { only.law.scale(here, [None; 2]) }
+        });
+        candidates[candidate].effects[effect].law.scale(here, wall)
+    }
+
+    /// Adds what the laws that read the wall's loss need of it, where no segment brings it.
+    fn complete_walls(&mut self) {
+        let candidates = self.assembly.candidates();
+        let effect = |law: &LawAt| &candidates[law.candidate].effects[law.effect];
+        let mut missing = Vec::new();
+        for law in self.laws.iter().filter(|l| effect(l).place != Place::Tube && effect(l).law.uses_wall()) {
+            for (candidate, c) in candidates.iter().enumerate() {
+                for e in (0..c.effects.len()).filter(|&e| c.effects[e].place == Place::Tube) {
+                    let wall = LawAt { candidate, effect: e, around: law.around };
+                    if !self.laws.contains(&wall) && !missing.contains(&wall) {
+                        missing.push(wall);
+                    }
+                }
+            }
+        }
+        self.laws.extend(missing);
+    }
 }
 
 fn at_place(coefficient: Coefficient, j: usize) -> Slot {
@@ -262,63 +326,4 @@ fn edges(length: f64, cuts: impl Iterator<Item = f64>) -> Vec<f64> {
     all.sort_by(f64::total_cmp);
     all.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * length);
     all
-}
-
-/// The laws at given values of the free parameters.
-struct Filled<'m> {
-    model: &'m PointModel<'m>,
-    values: &'m [f64],
-}
-
-impl Coefficients for Filled<'_> {
-    fn parameters(&self) -> usize {
-        self.values.len()
-    }
-
-    fn laws(&self) -> usize {
-        self.model.laws.len()
-    }
-
-    fn fill(&self, at: &At, laws: &mut Laws) {
-        let model = self.model;
-        let candidates = model.assembly.candidates();
-        let parameters: Vec<Vec<Jet>> =
-            (0..candidates.len()).map(|k| model.assembly.jets(k, at, self.values)).collect();
-        let (space, s) = (at.space(), at.s_jet());
-        let mut wall: Vec<[Jet; 2]> =
-            model.surroundings.iter().map(|_| [space.real(0.0), space.real(0.0)]).collect();
-        let is_wall = |law: &LawAt| candidates[law.candidate].effects[law.effect].place == Place::Tube;
-        // The wall first: what it loses is a symbol of the other laws.
-        for along_tube in [true, false] {
-            for (k, law) in model.laws.iter().enumerate().filter(|(_, law)| is_wall(law) == along_tube) {
-                let effect = &candidates[law.candidate].effects[law.effect];
-                let around = &model.surroundings[law.around];
-                let [mu, ep] = &wall[law.around];
-                let reflection = effect.place.is_end().then(|| levine_schwinger_at(around, &s));
-                let here = Here {
-                    space,
-                    surroundings: around,
-                    s: &s,
-                    wall: (!along_tube).then_some([mu, ep]),
-                    levine_schwinger: reflection.as_ref(),
-                };
-                let value = effect.law.evaluate(&here, &parameters[law.candidate]);
-                laws.set(k, &value);
-                match effect.coefficient {
-                    Coefficient::Mu if along_tube => wall[law.around][0] = &wall[law.around][0] + &value,
-                    Coefficient::Ep if along_tube => wall[law.around][1] = &wall[law.around][1] + &value,
-                    _ => {}
-                }
-            }
-        }
-    }
-}
-
-/// Levine and Schwinger's reflection coefficient at ka = s a/(i c).
-fn levine_schwinger_at(around: &Surroundings, s: &Jet) -> Jet {
-    let real = |symbol| around.get(symbol).unwrap_or(f64::NAN);
-    let radius = 0.5 * real(rijke_candidates::Symbol::Diameter);
-    let ka = s.scale(C64::new(0.0, -radius / real(rijke_candidates::Symbol::SoundSpeed)));
-    let [value, slope, curvature] = levine_schwinger::reflection(ka.value());
-    ka.compose(value, slope, curvature)
 }

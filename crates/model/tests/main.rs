@@ -10,6 +10,8 @@ use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Matrix, Order};
 use rijke_rig::{Campaign, Ping, Rig};
 
+mod shared;
+
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 fn catalogue() -> Catalogue {
@@ -17,7 +19,8 @@ fn catalogue() -> Catalogue {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/candidates/");
         Catalogue::read(std::path::Path::new(&format!("{folder}{name}"))).unwrap()
     };
-    read("tube.toml").joined(read("prongs.toml"))
+    let cold = read("tube.toml").joined(read("prongs.toml")).joined(read("heater.toml"));
+    cold.joined(read("heat-release.toml"))
 }
 
 fn assembly(ids: &[&str]) -> Assembly {

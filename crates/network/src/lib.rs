@@ -28,6 +28,7 @@ pub mod file;
 pub mod flow_chain;
 pub mod laws;
 pub mod levine_schwinger;
+mod mode;
 mod newton;
 mod response;
 mod search;

@@ -184,6 +184,9 @@ impl Network {
         if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
             return Err(NetworkError::Slot { slot: crate::Slot::Mu(place), segments: n });
         }
+        if order == Order::Value {
+            return self.mode_values(coefficients, root, places, work);
+        }
         let at = At::full(root.s, coefficients.parameters(), order);
         let Workspace { laws, tangents } = work;
         laws.reset(coefficients.laws(), &at);
@@ -237,13 +240,8 @@ impl Network {
                 relative.map(|p| eliminate(&p, &s)).ok_or(NetworkError::NotFinite { s: root.s })
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let keep = |jet: Jet| if order == Order::Value { space_value(&jet) } else { jet };
-        Ok(Response { s: keep(s), pressures: pressures.into_iter().map(keep).collect() })
+        Ok(Response { s, pressures })
     }
-}
-
-fn space_value(jet: &Jet) -> Jet {
-    Jet::from_parts(jet.value(), Vec::new(), Vec::new())
 }
 
 /// Network and laws at one s, for the derivatives of local coefficients.

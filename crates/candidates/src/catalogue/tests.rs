@@ -131,3 +131,55 @@ fn exact_wall_and_prongs_are_the_laws_of_the_paper() {
     let blockage = (2.0 * 9.0 + 2.0 * 16.0) / (47.4 * 47.4);
     assert!((values[2] - 1.1 * blockage).norm() < 1e-15, "blockage is positive: {}", values[2]);
 }
+
+#[test]
+fn exact_the_short_cuts_of_every_law_give_the_law() {
+    // evaluate_in_s is the jet in the seed s, and a law with a scale is that scale times the same thing in hot gas.
+    let space = JetSpace::new(1, Order::First);
+    let s = space.seed(0, C64::new(-12.0, 1070.0));
+    let dual = |j: &rijke_numerics::Jet| crate::Dual { value: j.value(), slope: j.gradient()[0] };
+    let wall_law = fixture("tube.toml").get("wall.rayleigh").unwrap().clone();
+    let mut scaled = Vec::new();
+    for file in ["tube.toml", "prongs.toml", "heater.toml", "heat-release.toml"] {
+        for candidate in fixture(file).candidates() {
+            let numbers: Vec<f64> = (0..candidate.parameters.len()).map(|k| 0.3 + 0.2 * k as f64).collect();
+            let jets: Vec<_> = numbers.iter().map(|&v| space.real(v)).collect();
+            for effect in &candidate.effects {
+                let at = |temperature: f64| {
+                    let around = crate::testing::heated("H130-25", 0.5, temperature);
+                    let bare =
+                        Here { space, surroundings: &around, s: &s, wall: None, levine_schwinger: Some(&s) };
+                    let wall: Vec<_> =
+                        wall_law.effects.iter().map(|e| e.law.evaluate(&bare, &[space.real(1.1)])).collect();
+                    let inside = effect.place != crate::Place::Tube;
+                    let here = Here { wall: inside.then_some([&wall[0], &wall[1]]), ..bare };
+                    let value = effect.law.evaluate(&here, &jets);
+                    let duals = [dual(&wall[0]), dual(&wall[1])];
+                    let (s, end) = (dual(&s), dual(&s));
+                    let here = Here {
+                        space,
+                        surroundings: &around,
+                        s: &s,
+                        wall: inside.then_some([&duals[0], &duals[1]]),
+                        levine_schwinger: Some(&end),
+                    };
+                    let short = effect.law.evaluate_in_s(&here, &numbers);
+                    for (a, b) in [(short.value, value.value()), (short.slope, value.gradient()[0])] {
+                        assert!((a - b).norm() <= 1e-13 * b.norm(), "{}: {a} {b}", candidate.id);
+                    }
+                    let g = [0, 1].map(|i| wall_law.effects[i].law.scale(&around, [None; 2]));
+                    (value.value(), effect.law.scale(&around, g))
+                };
+                let ((cold, g_cold), (hot, g_hot)) = (at(293.15), at(520.0));
+                assert_eq!(g_cold.is_some(), g_hot.is_some());
+                if let (Some(a), Some(b)) = (g_cold, g_hot) {
+                    assert!((hot - cold * (b / a)).norm() <= 1e-12 * hot.norm(), "{}", candidate.id);
+                    scaled.push(candidate.id.clone());
+                }
+            }
+        }
+    }
+    for id in ["wall.rayleigh", "wall.kirchhoff", "prongs.4", "prongs.6", "thermocouples.paper"] {
+        assert!(scaled.iter().filter(|s| *s == id).count() >= 2, "{id} should be evaluated once: {scaled:?}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::parser::{Binary, Function, Tree};
 use crate::{Here, Symbol};
-use rijke_numerics::{C64, Jet};
+use rijke_numerics::C64;
 
 /// One step of the stack machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,13 +15,30 @@ pub(super) enum Operation {
     Call(Function),
 }
 
-/// An operand: most of them carry no derivative, and are cheaper as plain numbers.
-enum Operand {
-    Number(C64),
-    Jet(Jet),
+/// A number that a formula can be run on: a jet, or a value with its derivative in s.
+pub(super) trait Analytic: Clone {
+    /// The value alone.
+    fn value(&self) -> C64;
+    /// f(self), given f and its first two derivatives at the value.
+    fn compose(&self, derivatives: [C64; 3]) -> Self;
+    fn plus(&self, other: &Self) -> Self;
+    fn minus(&self, other: &Self) -> Self;
+    fn times(&self, other: &Self) -> Self;
+    fn scale(&self, factor: C64) -> Self;
+    fn shift(&self, constant: C64) -> Self;
+    /// Real part, imaginary part and conjugate: for what depends on real seeds alone.
+    fn re(&self) -> Self;
+    fn im(&self) -> Self;
+    fn conj(&self) -> Self;
 }
 
-use Operand::{Jet as J, Number as N};
+/// An operand: most of them carry no derivative, and are cheaper as plain numbers.
+pub(super) enum Operand<T> {
+    Number(C64),
+    Full(T),
+}
+
+use Operand::{Full as J, Number as N};
 
 pub(super) fn compile(tree: &Tree, program: &mut Vec<Operation>) {
     match tree {
@@ -44,68 +61,74 @@ pub(super) fn compile(tree: &Tree, program: &mut Vec<Operation>) {
     }
 }
 
-pub(super) fn run(program: &[Operation], here: &Here<'_>, parameters: &[Jet]) -> Jet {
+/// Runs `program`; `parameter` gives a parameter by its number, `constant` a number as a `T`.
+pub(super) fn run<T: Analytic>(
+    program: &[Operation],
+    here: &Here<'_, T>,
+    parameter: impl Fn(usize) -> Option<Operand<T>>,
+    constant: impl Fn(C64) -> T,
+) -> T {
     let nothing = || N(C64::new(f64::NAN, f64::NAN));
-    let mut stack: Vec<Operand> = Vec::with_capacity(8);
+    let mut stack: Vec<Operand<T>> = Vec::with_capacity(8);
     for operation in program {
         let result = match *operation {
             Operation::Number(z) => N(z),
             Operation::Symbol(symbol) => match here.surroundings.get(symbol) {
                 Some(real) => N(C64::new(real, 0.0)),
-                None => here.jet(symbol).map_or_else(nothing, J),
+                None => here.of_s(symbol).map_or_else(nothing, |x| J(x.clone())),
             },
-            Operation::Parameter(index) => parameters.get(index).cloned().map_or_else(nothing, J),
+            Operation::Parameter(index) => parameter(index).unwrap_or_else(nothing),
             Operation::Negate => match stack.pop().unwrap_or_else(nothing) {
                 N(z) => N(-z),
-                J(x) => J(-&x),
+                J(x) => J(x.scale(-C64::ONE)),
             },
             Operation::Binary(operator) => {
                 let right = stack.pop().unwrap_or_else(nothing);
                 let left = stack.pop().unwrap_or_else(nothing);
                 binary(operator, left, right)
             }
-            Operation::Call(function) => {
-                // A number becomes a jet here: functions of numbers are rare, and one code path is enough.
-                let argument = stack.pop().unwrap_or_else(nothing);
-                J(call(function, &into_jet(argument, here)))
-            }
+            Operation::Call(function) => match stack.pop().unwrap_or_else(nothing) {
+                N(z) => N(number_call(function, z)),
+                J(x) => J(call(function, &x)),
+            },
         };
         stack.push(result);
     }
-    into_jet(stack.pop().unwrap_or_else(nothing), here)
-}
-
-fn into_jet(operand: Operand, here: &Here<'_>) -> Jet {
-    match operand {
-        N(z) => here.space.constant(z),
+    match stack.pop().unwrap_or_else(nothing) {
+        N(z) => constant(z),
         J(x) => x,
     }
 }
 
-fn binary(operator: Binary, left: Operand, right: Operand) -> Operand {
+fn binary<T: Analytic>(operator: Binary, left: Operand<T>, right: Operand<T>) -> Operand<T> {
     match (operator, left, right) {
         (Binary::Add, N(a), N(b)) => N(a + b),
         (Binary::Add, N(a), J(b)) | (Binary::Add, J(b), N(a)) => J(b.shift(a)),
-        (Binary::Add, J(a), J(b)) => J(&a + &b),
+        (Binary::Add, J(a), J(b)) => J(a.plus(&b)),
         (Binary::Subtract, N(a), N(b)) => N(a - b),
-        (Binary::Subtract, N(a), J(b)) => J((-&b).shift(a)),
+        (Binary::Subtract, N(a), J(b)) => J(b.scale(-C64::ONE).shift(a)),
         (Binary::Subtract, J(a), N(b)) => J(a.shift(-b)),
-        (Binary::Subtract, J(a), J(b)) => J(&a - &b),
+        (Binary::Subtract, J(a), J(b)) => J(a.minus(&b)),
         (Binary::Multiply, N(a), N(b)) => N(a * b),
         (Binary::Multiply, N(a), J(b)) | (Binary::Multiply, J(b), N(a)) => J(b.scale(a)),
-        (Binary::Multiply, J(a), J(b)) => J(&a * &b),
+        (Binary::Multiply, J(a), J(b)) => J(a.times(&b)),
         (Binary::Divide, N(a), N(b)) => N(a / b),
-        (Binary::Divide, N(a), J(b)) => J(b.recip().scale(a)),
+        (Binary::Divide, N(a), J(b)) => J(recip(&b).scale(a)),
         (Binary::Divide, J(a), N(b)) => J(a.scale(b.inv())),
-        (Binary::Divide, J(a), J(b)) => J(&a / &b),
+        (Binary::Divide, J(a), J(b)) => J(a.times(&recip(&b))),
         (Binary::Power, N(a), N(b)) => N(number_power(a, b)),
-        (Binary::Power, J(a), N(b)) => J(jet_power(&a, b)),
+        (Binary::Power, J(a), N(b)) => J(power(&a, b)),
         // 0^k with Re k > 0 is 0 with all its derivatives, where exp(k ln 0) is NaN: no power law of the heater's
         // power would survive the cold rig.
         (Binary::Power, N(a), J(b)) if a == C64::ZERO && b.value().re > 0.0 => J(b.scale(C64::ZERO)),
-        (Binary::Power, N(a), J(b)) => J(b.scale(a.ln()).exp()),
-        (Binary::Power, J(a), J(b)) => J((&b * &a.ln()).exp()),
+        (Binary::Power, N(a), J(b)) => J(call(Function::Exp, &b.scale(a.ln()))),
+        (Binary::Power, J(a), J(b)) => J(call(Function::Exp, &b.times(&call(Function::Ln, &a)))),
     }
+}
+
+fn recip<T: Analytic>(x: &T) -> T {
+    let r = x.value().inv();
+    x.compose([r, -r * r, 2.0 * r * r * r])
 }
 
 /// The integer that `z` is, if it is a small one.
@@ -115,7 +138,7 @@ fn small_integer(z: C64) -> Option<i32> {
     whole.then_some(z.re as i32)
 }
 
-fn number_power(a: C64, b: C64) -> C64 {
+pub(super) fn number_power(a: C64, b: C64) -> C64 {
     match small_integer(b) {
         Some(n) => a.powi(n),
         None if b.im == 0.0 && a.im == 0.0 && a.re >= 0.0 => C64::new(a.re.powf(b.re), 0.0),
@@ -123,30 +146,73 @@ fn number_power(a: C64, b: C64) -> C64 {
     }
 }
 
-fn jet_power(a: &Jet, b: C64) -> Jet {
+fn power<T: Analytic>(x: &T, b: C64) -> T {
+    let z = x.value();
     match small_integer(b) {
-        Some(n) => a.powi(n),
-        None if b.im == 0.0 => a.powf(b.re),
-        None => a.ln().scale(b).exp(),
+        Some(n) => {
+            let k = f64::from(n);
+            let slope = if n == 0 { C64::ZERO } else { k * z.powi(n - 1) };
+            let curvature = if n == 0 || n == 1 { C64::ZERO } else { k * (k - 1.0) * z.powi(n - 2) };
+            x.compose([z.powi(n), slope, curvature])
+        }
+        None if b.im == 0.0 => {
+            let p = b.re;
+            x.compose([z.powf(p), p * z.powf(p - 1.0), p * (p - 1.0) * z.powf(p - 2.0)])
+        }
+        None => call(Function::Exp, &call(Function::Ln, x).scale(b)),
     }
 }
 
-fn call(function: Function, x: &Jet) -> Jet {
-    let half = C64::new(0.5, 0.0);
-    match function {
-        Function::Sqrt => x.sqrt(),
-        Function::Exp => x.exp(),
-        Function::Ln => x.ln(),
-        Function::Sin => x.sin(),
-        Function::Cos => x.cos(),
-        Function::Tan => &x.sin() / &x.cos(),
-        Function::Sinh => (&x.exp() - &(-x).exp()).scale(half),
-        Function::Cosh => (&x.exp() + &(-x).exp()).scale(half),
-        Function::Tanh => x.tanh(),
-        Function::Re => x.re(),
-        Function::Im => x.im(),
-        Function::Abs => x.abs(),
-        Function::Arg => x.ln().im(),
-        Function::Conj => x.conj(),
+/// An analytic function at z with its first two derivatives; none for the four that are not analytic, and `arg`.
+fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
+    Some(match function {
+        Function::Sqrt => {
+            let root = z.sqrt();
+            let slope = 0.5 * root.inv();
+            [root, slope, -0.5 * slope / z]
+        }
+        Function::Exp => [z.exp(); 3],
+        Function::Ln => {
+            let r = z.inv();
+            [z.ln(), r, -r * r]
+        }
+        Function::Sin => [z.sin(), z.cos(), -z.sin()],
+        Function::Cos => [z.cos(), -z.sin(), -z.cos()],
+        Function::Tan => {
+            let t = z.tan();
+            let slope = 1.0 + t * t;
+            [t, slope, 2.0 * t * slope]
+        }
+        Function::Sinh => [z.sinh(), z.cosh(), z.sinh()],
+        Function::Cosh => [z.cosh(), z.sinh(), z.cosh()],
+        Function::Tanh => {
+            let t = z.tanh();
+            let slope = 1.0 - t * t;
+            [t, slope, -2.0 * t * slope]
+        }
+        Function::Re | Function::Im | Function::Abs | Function::Arg | Function::Conj => return None,
+    })
+}
+
+fn call<T: Analytic>(function: Function, x: &T) -> T {
+    match (derivatives(function, x.value()), function) {
+        (Some(all), _) => x.compose(all),
+        (None, Function::Re) => x.re(),
+        (None, Function::Im) => x.im(),
+        (None, Function::Abs) => call(Function::Sqrt, &x.times(&x.conj()).re()),
+        (None, Function::Arg) => call(Function::Ln, x).im(),
+        (None, _) => x.conj(),
+    }
+}
+
+pub(super) fn number_call(function: Function, z: C64) -> C64 {
+    let real = |x: f64| C64::new(x, 0.0);
+    match (derivatives(function, z), function) {
+        (Some([value, ..]), _) => value,
+        (None, Function::Re) => real(z.re),
+        (None, Function::Im) => real(z.im),
+        (None, Function::Abs) => real(z.norm()),
+        (None, Function::Arg) => real(z.arg()),
+        (None, _) => z.conj(),
     }
 }
