@@ -1,5 +1,7 @@
 //! How a caller hands over coefficients that depend on s and on parameters the network knows nothing about.
 
+use crate::contour::Region;
+use crate::error::NetworkError;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 
 /// Coefficients as numbered laws: complex numbers that depend on s and on real parameters a_1 .. a_p.
@@ -23,6 +25,14 @@ pub trait Coefficients {
     /// Every pole of every law, so that a count of modes can tell poles from zeros; none unless overridden.
     fn poles(&self) -> Vec<Pole> {
         Vec::new()
+    }
+    /// Every pole of every law in `region`, others may be among them; [`Coefficients::poles`] unless overridden, for laws
+    /// whose poles must be searched for.
+    ///
+    /// # Errors
+    /// As [`crate::Network::modes`], if the search fails.
+    fn poles_in(&self, _region: &Region) -> Result<Vec<Pole>, NetworkError> {
+        Ok(self.poles())
     }
 }
 

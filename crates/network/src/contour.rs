@@ -22,6 +22,31 @@ pub struct Region {
     pub omega: [f64; 2],
 }
 
+impl Region {
+    /// Refuses limits that do not increase or are not finite.
+    pub(crate) fn check(&self) -> Result<(), NetworkError> {
+        let Self { sigma: [left, right], omega: [low, high] } = *self;
+        if left < right && low < high && [left, right, low, high].iter().all(|v| v.is_finite()) {
+            Ok(())
+        } else {
+            Err(NetworkError::Region { sigma: self.sigma, omega: self.omega })
+        }
+    }
+
+    /// Whether `s` lies inside or on the border.
+    #[must_use]
+    pub fn contains(&self, s: C64) -> bool {
+        (self.sigma[0]..=self.sigma[1]).contains(&s.re) && (self.omega[0]..=self.omega[1]).contains(&s.im)
+    }
+
+    /// The region with a margin on all sides, 1/s.
+    #[must_use]
+    pub fn widened(&self, margin: f64) -> Self {
+        let wide = |[low, high]: [f64; 2]| [low - margin, high + margin];
+        Self { sigma: wide(self.sigma), omega: wide(self.omega) }
+    }
+}
+
 /// One mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mode {
@@ -61,21 +86,14 @@ impl Network {
         region: &Region,
         work: &mut Workspace,
     ) -> Result<Modes, NetworkError> {
-        let Region { sigma: [left, right], omega: [low, high] } = *region;
-        if !(left < right && low < high && [left, right, low, high].iter().all(|v| v.is_finite())) {
-            return Err(NetworkError::Region { sigma: region.sigma, omega: region.omega });
-        }
+        region.check()?;
         self.check_analytic(coefficients, region, work)?;
-        let poles = self.poles_of(coefficients)?;
-        let inside = |s: C64| (left..=right).contains(&s.re) && (low..=high).contains(&s.im);
-        let pole_count: usize = poles.iter().filter(|p| inside(p.0)).map(|p| p.1).sum();
         let step = 0.25 * PI / self.travel_time();
         // Poles far outside do not change the count and would only scale G.
-        let margin = 4.0 * step;
-        let near = |s: C64| {
-            (left - margin..=right + margin).contains(&s.re) && (low - margin..=high + margin).contains(&s.im)
-        };
-        let poles = poles.into_iter().filter(|p| near(p.0)).collect();
+        let wide = region.widened(4.0 * step);
+        let mut poles = self.poles_of(coefficients, &wide)?;
+        let pole_count = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
+        poles.retain(|p| wide.contains(p.0));
         let f = |s: C64| {
             let f = self.characteristic(coefficients, s, &mut work.laws);
             [f.v, f.d]
@@ -123,7 +141,7 @@ impl Network {
             coefficients.fill(&at, &mut work.laws);
             (0..count).map(|k| work.laws.value(k)).collect()
         };
-        let poles = coefficients.poles();
+        let poles = coefficients.poles_in(region)?;
         for k in 0..9 {
             let (a, b) = (0.17 + 0.33 * f64::from(k % 3), 0.17 + 0.33 * f64::from(k / 3));
             let s = C64::new(region.sigma[0] + a * width, region.omega[0] + b * height);
@@ -154,9 +172,10 @@ impl Network {
     fn poles_of<K: Coefficients + ?Sized>(
         &self,
         coefficients: &K,
+        region: &Region,
     ) -> Result<Vec<(C64, usize)>, NetworkError> {
         let mut poles = Vec::new();
-        for Pole { law, at, order } in coefficients.poles() {
+        for Pole { law, at, order } in coefficients.poles_in(region)? {
             let mut keys: Vec<usize> = Vec::new();
             for a in self.attachments.iter().filter(|a| a.law == law && a.weight != 0.0) {
                 if a.key % 2 == 0 && a.key > 0 && a.key < 2 + 2 * self.segments.len() {

@@ -27,6 +27,17 @@ pub enum NetworkError {
         /// Its Mach number.
         mach: f64,
     },
+    /// Heat or a law at the upstream end of the first duct, which has nothing before it.
+    #[error("duct 0: nothing may heat or act at the inlet of a chain with flow: put a duct before it")]
+    ActionAtInlet,
+    /// There is no such duct, place or end of a chain with flow.
+    #[error("duct, place or end {index} does not exist: the chain with flow has {ducts}")]
+    NoDuct {
+        /// The number asked for.
+        index: usize,
+        /// How many there are.
+        ducts: usize,
+    },
     /// A position is outside the tube.
     #[error("position {x} m is outside the network, which reaches from 0 to {length} m")]
     Outside {
@@ -80,6 +91,16 @@ pub enum NetworkError {
         sigma: [f64; 2],
         /// Limits of the angular frequency.
         omega: [f64; 2],
+    },
+    /// A region of the s-plane would hold far more modes than plane waves make sense for.
+    #[error("the region {sigma:?} 1/s by {omega:?} rad/s would hold about {modes:.1e} modes: narrow it")]
+    TooLarge {
+        /// Limits of the growth rate.
+        sigma: [f64; 2],
+        /// Limits of the angular frequency.
+        omega: [f64; 2],
+        /// Estimate of the number of modes.
+        modes: f64,
     },
     /// A law is not analytic in s, so that contour integrals and Newton's iteration mean nothing.
     #[error("{law} is not analytic in s near {s}: its slopes along sigma and omega differ by {mismatch:.1e}")]

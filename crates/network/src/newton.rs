@@ -54,6 +54,45 @@ fn inverse_cubic(s0: C64, f0: Dual, s1: C64, f1: Dual) -> (C64, f64) {
     (-m1 * f1.v + (m1 - d) * square - cubic, cubic.norm())
 }
 
+/// Newton's iteration on an analytic function whose zeros lie about `spacing` apart.
+#[inline]
+pub(crate) fn iterate(
+    guess: C64,
+    spacing: f64,
+    settings: &Newton,
+    mut f: impl FnMut(C64) -> Dual,
+) -> Result<Root, NetworkError> {
+    let longest = settings.max_step.unwrap_or(0.5 * spacing);
+    let mut s = guess;
+    let mut last: Option<(C64, Dual)> = None;
+    let mut residual = f64::INFINITY;
+    for steps in 1..=settings.max_steps {
+        let at = f(s);
+        let newton = -at.v / at.d;
+        if !newton.is_finite() {
+            return Err(NetworkError::NotFinite { s });
+        }
+        let (step, error) = match last {
+            Some((s0, f0)) if newton.norm() < QUADRATIC * (s - s0).norm() => inverse_cubic(s0, f0, s, at),
+            _ => (newton, newton.norm()),
+        };
+        let length = step.norm();
+        let limited = length > longest;
+        last = (!limited).then_some((s, at));
+        s += if limited { step * (longest / length) } else { step };
+        residual = error / s.norm();
+        if residual <= settings.tolerance {
+            let radius = settings.radius.unwrap_or(spacing);
+            return if (s - guess).norm() > radius {
+                Err(NetworkError::LostBranch { from: guess, to: s })
+            } else {
+                Ok(Root { s, steps, residual })
+            };
+        }
+    }
+    Err(NetworkError::NotConverged { steps: settings.max_steps, residual })
+}
+
 /// Memory that is reused from call to call; after the first call with a network of the same size, root searches
 /// allocate nothing.
 #[derive(Clone, Debug, Default)]
@@ -76,35 +115,7 @@ impl Network {
         work: &mut Workspace,
     ) -> Result<Root, NetworkError> {
         let spacing = std::f64::consts::PI / self.travel_time();
-        let longest = settings.max_step.unwrap_or(0.5 * spacing);
-        let mut s = guess;
-        let mut last: Option<(C64, Dual)> = None;
-        let mut residual = f64::INFINITY;
-        for steps in 1..=settings.max_steps {
-            let f = self.characteristic(coefficients, s, &mut work.laws);
-            let newton = -f.v / f.d;
-            if !newton.is_finite() {
-                return Err(NetworkError::NotFinite { s });
-            }
-            let (step, error) = match last {
-                Some((s0, f0)) if newton.norm() < QUADRATIC * (s - s0).norm() => inverse_cubic(s0, f0, s, f),
-                _ => (newton, newton.norm()),
-            };
-            let length = step.norm();
-            let limited = length > longest;
-            last = (!limited).then_some((s, f));
-            s += if limited { step * (longest / length) } else { step };
-            residual = error / s.norm();
-            if residual <= settings.tolerance {
-                let radius = settings.radius.unwrap_or(spacing);
-                return if (s - guess).norm() > radius {
-                    Err(NetworkError::LostBranch { from: guess, to: s })
-                } else {
-                    Ok(Root { s, steps, residual })
-                };
-            }
-        }
-        Err(NetworkError::NotConverged { steps: settings.max_steps, residual })
+        iterate(guess, spacing, settings, |s| self.characteristic(coefficients, s, &mut work.laws))
     }
 
     /// F(s) and dF/ds of the characteristic function whose zeros are the eigenvalues; entire in s if all laws are.

@@ -31,6 +31,32 @@ pub struct Response {
     pub pressures: Vec<Jet>,
 }
 
+impl Response {
+    /// The response of `s`, the eigenvalue as a function of the parameters, from the pressures by place, whose last seed
+    /// is still s.
+    pub(crate) fn relative(
+        s: Jet,
+        pressures: &[Option<Jet>],
+        places: &Places,
+        order: Order,
+    ) -> Result<Self, NetworkError> {
+        let loudest = pressures.iter().flatten().map(|p| p.value().norm()).fold(0.0, f64::max);
+        let reference = pressures[places.reference]
+            .as_ref()
+            .filter(|p| p.value().norm() > 1e-12 * loudest)
+            .ok_or(NetworkError::SilentReference { place: places.reference })?
+            .recip();
+        let one = |&j: &usize| {
+            let relative = pressures[j].as_ref().map(|p| p * &reference);
+            relative.map(|p| eliminate(&p, &s)).ok_or(NetworkError::NotFinite { s: s.value() })
+        };
+        let pressures = places.at.iter().map(one).collect::<Result<Vec<_>, _>>()?;
+        let value = |jet: Jet| Jet::from_parts(jet.value(), Vec::new(), Vec::new());
+        let keep = |jet: Jet| if order == Order::Value { value(jet) } else { jet };
+        Ok(Self { s: keep(s), pressures: pressures.into_iter().map(keep).collect() })
+    }
+}
+
 type Pair = [C64; 2];
 type Matrix2 = [[C64; 2]; 2];
 
@@ -225,22 +251,7 @@ impl Network {
         if !s.gradient().iter().chain(s.hessian_packed()).all(|z| z.is_finite()) {
             return Err(NetworkError::NotFinite { s: root.s });
         }
-        let silent = NetworkError::SilentReference { place: places.reference };
-        let loudest = pressures.iter().flatten().map(|p| p.value().norm()).fold(0.0, f64::max);
-        let reference = pressures[places.reference]
-            .as_ref()
-            .filter(|p| p.value().norm() > 1e-12 * loudest)
-            .ok_or(silent)?
-            .recip();
-        let pressures = places
-            .at
-            .iter()
-            .map(|&j| {
-                let relative = pressures[j].as_ref().map(|p| p * &reference);
-                relative.map(|p| eliminate(&p, &s)).ok_or(NetworkError::NotFinite { s: root.s })
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        Ok(Response { s, pressures })
+        Response::relative(s, &pressures, places, order)
     }
 }
 
@@ -349,7 +360,7 @@ impl Context<'_> {
 
 /// s(a) from F(a, s) = 0, whose last seed is s: s_a = -F_a/F_s,
 /// s_ab = -(F_ab + F_as s_b + F_bs s_a + F_ss s_a s_b)/F_s.
-fn implicit(f: &Jet, s: C64) -> Jet {
+pub(crate) fn implicit(f: &Jet, s: C64) -> Jet {
     let p = f.gradient().len() - 1;
     let slope = -f.gradient()[p].inv();
     let gradient: Vec<C64> = f.gradient()[..p].iter().map(|g| slope * g).collect();
@@ -367,7 +378,7 @@ fn implicit(f: &Jet, s: C64) -> Jet {
 }
 
 /// y(a, s(a)) from y(a, s), whose last seed is s.
-fn eliminate(y: &Jet, s: &Jet) -> Jet {
+pub(crate) fn eliminate(y: &Jet, s: &Jet) -> Jet {
     let p = s.gradient().len();
     let ys = y.gradient()[p];
     let ds = s.gradient();

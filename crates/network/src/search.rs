@@ -16,7 +16,17 @@ pub(crate) fn zeros(
     poles: Vec<(C64, usize)>,
     pole_count: usize,
 ) -> Result<Modes, NetworkError> {
+    /// A border of this many steps encloses some 1e5 modes.
+    const LONGEST: f64 = 1e6;
     let Region { sigma: [left, right], omega: [low, high] } = *region;
+    let border = ((right - left) + (high - low)) / step;
+    if !(border < LONGEST) {
+        return Err(NetworkError::TooLarge {
+            sigma: region.sigma,
+            omega: region.omega,
+            modes: 0.25 * border,
+        });
+    }
     let mut search = Search { f, poles, step, evaluations: 0 };
     let corners = [C64::new(left, low), C64::new(right, low), C64::new(right, high), C64::new(left, high)];
     let border = Cell {

@@ -7,7 +7,7 @@ use rijke_numerics::C64;
 use std::ops::{Add, Mul, Sub};
 
 /// A value and its derivative with respect to s.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Dual {
     pub(crate) v: C64,
     pub(crate) d: C64,

@@ -260,6 +260,23 @@ pub fn least_squares_sd(a: &Matrix) -> Result<Vec<f64>, DenseError> {
     }
 }
 
+/// The unit vector x for which |A x| is least: the right singular vector of the smallest singular value.
+///
+/// # Errors
+/// [`DenseError::NoEigenvalues`] if the iteration fails, as it does for a NaN; [`DenseError::Singular`] if `a` has more
+/// columns than rows, so that x is not unique.
+pub fn least_direction(a: &Matrix) -> Result<Vec<f64>, DenseError> {
+    let n = a.columns;
+    if a.rows < n || n == 0 {
+        return Err(DenseError::Singular { size: n });
+    }
+    if a.data.iter().any(|x| !x.is_finite()) {
+        return Err(DenseError::NoEigenvalues { size: n });
+    }
+    let svd = a.to_faer().thin_svd().map_err(|_| DenseError::NoEigenvalues { size: n })?;
+    Ok((0..n).map(|i| svd.V()[(i, n - 1)]).collect())
+}
+
 /// Solution of A x = b for a general square `a`, by LU with partial pivoting.
 ///
 /// # Errors
@@ -349,6 +366,19 @@ mod tests {
             assert_relative_eq!(sd, 0.5_f64.sqrt() / e, max_relative = 1e-6);
         }
         assert!(least_squares_sd(&Matrix::from_fn(3, 2, |_, _| 0.0)).is_err());
+    }
+
+    #[test]
+    fn exact_least_direction_keeps_digits_that_the_normal_matrix_loses() {
+        // Columns (1, 1, e), (1, 1, -e), (0, 1, 0): the smallest singular value, about e, belongs to (1, -1, 0).
+        let e = 1e-10;
+        let a =
+            Matrix::from_fn(4, 3, |i, j| [[1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [e, -e, 0.0], [0.0; 3]][i][j]);
+        let x = least_direction(&a).unwrap();
+        assert_relative_eq!(x[0].abs(), 0.5_f64.sqrt(), epsilon = 1e-12);
+        assert_relative_eq!(x[0], -x[1], epsilon = 1e-12);
+        assert_relative_eq!(x[2], 0.0, epsilon = 1e-12);
+        assert!(least_direction(&a.transpose()).is_err());
     }
 
     #[test]

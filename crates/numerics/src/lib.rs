@@ -29,8 +29,8 @@ mod jet;
 mod streams;
 
 pub use dense::{
-    Cholesky, DenseError, Matrix, complex_eigenvalues, complex_lu_solve, least_squares_sd, lu_solve,
-    symmetric_eigen,
+    Cholesky, DenseError, Matrix, complex_eigenvalues, complex_lu_solve, least_direction, least_squares_sd,
+    lu_solve, symmetric_eigen,
 };
 pub use jet::{Jet, JetSpace, Order};
 pub use streams::{Stream, Streams};

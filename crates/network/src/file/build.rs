@@ -1,14 +1,15 @@
 //! From the tables of a file to a network and its laws.
 
-use super::schema::{Element, End, File, Gas};
+use super::compact::Flame;
+use super::layout::{self, SAME};
+use super::schema::{File, Gas};
 use super::{FileError, Problem, REGION};
 use crate::chain::{Network, Segment, Slot};
 use crate::contour::Region;
-use crate::laws::{Law, LawSet, choked_outlet, thick_wall_correction};
-use rijke_numerics::C64;
+use crate::flow_chain::{FlowChain, FlowEnd, FlowWall};
+use crate::laws::LawSet;
 use serde::Deserialize;
 use std::f64::consts::PI;
-use toml::Spanned;
 
 /// A network with its laws, and where to look for modes.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +20,8 @@ pub struct Built {
     pub network: Network,
     /// Its laws.
     pub laws: LawSet,
+    /// The same with mean flow, if the file has `[flow]`; `network` then is the chain with the gas at rest.
+    pub flow: Option<FlowChain>,
     /// Where to look for modes.
     pub region: Region,
     /// What each place is, for tables and figures: its number and the name of the element that acts there.
@@ -45,17 +48,37 @@ pub enum Warning {
         expected: f64,
     },
     /// A reflection coefficient above one feeds energy.
-    #[error("line {line}: {place}: |R| = {modulus} is above 1: this end feeds the modes")]
+    #[error(
+        "line {line}: {place}: |R| = {modulus} at {frequency_hz} Hz is above 1: this end feeds the modes"
+    )]
     Reflection {
         /// Line in the file.
         line: usize,
         /// Which end.
         place: String,
-        /// |R|.
+        /// The largest |R| at the frequencies searched.
         modulus: f64,
+        /// Where, Hz.
+        frequency_hz: f64,
+    },
+    /// The search goes beyond a table.
+    #[error(
+        "line {line}: {place}: the table ends at {low_hz} and {high_hz} Hz, but the search does not: modes beyond rest \
+         on extrapolation"
+    )]
+    Extrapolation {
+        /// Line in the file.
+        line: usize,
+        /// Which element or end.
+        place: String,
+        /// Limits of the table, Hz.
+        low_hz: f64,
+        /// Upper limit.
+        high_hz: f64,
     },
 }
 
+#[derive(Clone)]
 pub(super) struct Item {
     pub(super) line: usize,
     pub(super) place: String,
@@ -82,7 +105,7 @@ impl Item {
         }
     }
 
-    fn polynomial(&self, key: &'static str, value: &[f64]) -> Result<Vec<f64>, FileError> {
+    pub(super) fn polynomial(&self, key: &'static str, value: &[f64]) -> Result<Vec<f64>, FileError> {
         if value.iter().any(|k| *k != 0.0) && value.iter().all(|k| k.is_finite()) {
             Ok(value.to_vec())
         } else {
@@ -90,24 +113,46 @@ impl Item {
         }
     }
 
-    fn parse<'de, T: Deserialize<'de>>(&self, table: toml::Table) -> Result<T, FileError> {
+    pub(super) fn parse<'de, T: Deserialize<'de>>(&self, table: toml::Table) -> Result<T, FileError> {
         T::deserialize(toml::Value::Table(table))
             .map_err(|error| self.fail(Problem::Keys { message: error.message().to_owned() }))
     }
 }
 
-fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.as_bytes().iter().take(offset).filter(|b| **b == b'\n').count()
+/// What an attached law is for a chain with flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Force or heat, by its slot.
+    Plain,
+    /// Mass taken by a side branch.
+    Branch,
+    /// Stands in the list of flames too, in another form.
+    Flame,
 }
 
-/// Segments so far, and what waits for the next place.
+/// A law in a slot.
+pub(super) struct Attached {
+    pub(super) slot: Slot,
+    pub(super) law: usize,
+    pub(super) weight: f64,
+    pub(super) role: Role,
+}
+
+/// Segments so far, and what acts on them.
 pub(super) struct Assembly<'a> {
     pub(super) gas: &'a Gas,
     pub(super) segments: Vec<Segment>,
     pub(super) temperatures: Vec<f64>,
+    pub(super) walls: Vec<Option<FlowWall>>,
+    /// Element of each segment, by its index in the list of elements.
+    pub(super) owners: Vec<usize>,
     pub(super) laws: LawSet,
-    pub(super) attach: Vec<(Slot, usize, f64)>,
+    pub(super) attach: Vec<Attached>,
+    pub(super) flames: Vec<Flame>,
     pub(super) places: Vec<(usize, String)>,
+    /// Place of each device, and what it is called in messages.
+    pub(super) devices: Vec<(usize, String)>,
+    pub(super) tables: Vec<(Item, [f64; 2])>,
     pub(super) passive: bool,
     pub(super) warnings: Vec<Warning>,
 }
@@ -125,55 +170,89 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     ] {
         head.positive(key, value)?;
     }
+    if gas.gamma <= 1.0 {
+        return Err(head.fail(Problem::Gamma { value: gas.gamma }));
+    }
+    let region = region(file)?;
+    let (placed, length) = layout::place(text, &file.element)?;
     let mut assembly = Assembly {
         gas,
         segments: Vec::new(),
         temperatures: Vec::new(),
+        walls: Vec::new(),
+        owners: Vec::new(),
         laws: LawSet::default(),
         attach: Vec::new(),
+        flames: Vec::new(),
         places: Vec::new(),
+        devices: Vec::new(),
+        tables: Vec::new(),
         passive: true,
         warnings: Vec::new(),
     };
-    let mut flames: Vec<(Item, usize, Element)> = Vec::new();
-    for (index, element) in file.element.iter().enumerate() {
-        let mut table: toml::Table = element.get_ref().clone();
-        let name = match table.remove("name") {
-            Some(toml::Value::String(name)) => Some(name),
-            _ => None,
-        };
-        let kind = table.get("type").and_then(toml::Value::as_str).unwrap_or("?").to_owned();
-        let called = name.as_ref().map_or(String::new(), |n| format!(" `{n}`"));
-        let item = Item {
-            line: line_of(text, element.span().start),
-            place: format!("element {}{called} ({kind})", index + 1),
-        };
-        let element: Element = item.parse(table)?;
-        let place = assembly.segments.len();
-        match element {
-            Element::Duct { .. } => assembly.duct(&item, element)?,
-            // What a flame does depends on the ducts on both sides: when all are known.
-            other => {
-                assembly.places.push((place, name.unwrap_or(kind)));
-                flames.push((item, place, other));
-            }
+    let cuts: Vec<f64> = placed.iter().filter(|p| !p.is_duct()).map(|p| p.x).collect();
+    for (owner, duct) in placed.iter().enumerate().filter(|(_, p)| p.is_duct()) {
+        assembly.duct(owner, duct, &cuts, SAME * length)?;
+    }
+    let place_of = |x: f64| {
+        let mut end = 0.0;
+        let ends = assembly.segments.iter().map(|s| {
+            end += s.length;
+            end
+        });
+        1 + ends.take_while(|end| *end < x + SAME * length).count()
+    };
+    let at: Vec<usize> =
+        placed.iter().map(|p| if p.x <= SAME * length { 0 } else { place_of(p.x) - 1 }).collect();
+    for (device, &place) in placed.iter().zip(&at).filter(|(p, _)| !p.is_duct()) {
+        assembly.places.push((place, device.called.clone()));
+        assembly.devices.push((place, device.item.place.clone()));
+    }
+    for (device, &place) in placed.iter().zip(&at).filter(|(p, _)| !p.is_duct()) {
+        assembly.compact(&device.item, place, &device.element)?;
+    }
+    let flow = file.flow.as_ref().map(|flow| assembly.flow(flow, &placed)).transpose()?;
+    let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(gas.gamma)));
+    let mut ends = Vec::new();
+    for (k, (place, table)) in
+        [("[upstream]", &file.upstream), ("[downstream]", &file.downstream)].into_iter().enumerate()
+    {
+        let item = Item { line: layout::line_of(text, table.span().start), place: place.to_owned() };
+        ends.push(assembly.end(item, table.get_ref().clone(), k, machs.map(|m| m[k]), &region)?);
+    }
+    for (item, [low, high]) in std::mem::take(&mut assembly.tables) {
+        if region.omega[0] < low * (1.0 - 1e-9) || region.omega[1] > high * (1.0 + 1e-9) {
+            let [low_hz, high_hz] = [low, high].map(|w| w / (2.0 * PI));
+            let Item { line, place } = item;
+            assembly.warnings.push(Warning::Extrapolation { line, place, low_hz, high_hz });
         }
     }
-    if assembly.segments.is_empty() {
-        return Err(FileError::NoDuct);
-    }
-    for (item, place, element) in &flames {
-        assembly.compact(item, *place, element)?;
-    }
-    let up = assembly.end(text, "[upstream]", &file.upstream, 0)?;
-    let down = assembly.end(text, "[downstream]", &file.downstream, assembly.segments.len() - 1)?;
+    let flow = flow.map(|chain| {
+        assembly.passive = false;
+        let closed = ends.iter().map(|(law, choked)| {
+            if *choked { FlowEnd::Choked } else { FlowEnd::Reflection(assembly.laws.laws[*law].1.clone()) }
+        });
+        chain.with_ends(closed.collect::<Vec<_>>().try_into().unwrap_or([FlowEnd::Choked, FlowEnd::Choked]))
+    });
     let mut network = Network::new(assembly.segments)?;
-    for (slot, law, weight) in assembly.attach {
+    for Attached { slot, law, weight, .. } in assembly.attach {
         network.attach(slot, law, weight)?;
     }
-    network.attach(Slot::Upstream, up, 1.0)?;
-    network.attach(Slot::Downstream, down, 1.0)?;
+    network.attach(Slot::Upstream, ends[0].0, 1.0)?;
+    network.attach(Slot::Downstream, ends[1].0, 1.0)?;
+    Ok(Built {
+        name: file.name.clone(),
+        network,
+        laws: assembly.laws,
+        flow,
+        region,
+        places: assembly.places,
+        passive: assembly.passive,
+        warnings: assembly.warnings,
+    })
+}
 
+fn region(file: &File) -> Result<Region, FileError> {
     let mut region = REGION;
     let increasing = |limits: [f64; 2], key| {
         if limits[0] < limits[1] && limits.iter().all(|v| v.is_finite()) {
@@ -188,189 +267,5 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     if let Some(limits) = file.search.frequency_hz {
         region.omega = increasing(limits, "frequency_hz")?.map(|f| 2.0 * PI * f);
     }
-    Ok(Built {
-        name: file.name.clone(),
-        network,
-        laws: assembly.laws,
-        region,
-        places: assembly.places,
-        passive: assembly.passive,
-        warnings: assembly.warnings,
-    })
-}
-
-impl Assembly<'_> {
-    /// The element at `place`, between the segments before and after it.
-    fn compact(&mut self, item: &Item, place: usize, element: &Element) -> Result<(), FileError> {
-        let before = place.saturating_sub(1);
-        let after = place.min(self.segments.len() - 1);
-        let here = self.segments[before.min(after)];
-        let complex = |v: [f64; 2]| C64::new(v[0], v[1]);
-        let name = |what: &str| format!("{}: {what}", item.place);
-        match element {
-            Element::Duct { .. } => {}
-            Element::Feedback { mu, mp, eu, ep } => {
-                for (slot, value) in [
-                    (Slot::Mu(place), mu),
-                    (Slot::Mp(place), mp),
-                    (Slot::Eu(place), eu),
-                    (Slot::Ep(place), ep),
-                ] {
-                    if *value != [0.0; 2] {
-                        let law = self.laws.push(name("feedback"), Law::Constant(complex(*value)));
-                        self.attach.push((slot, law, 1.0));
-                    }
-                }
-                self.passive &= mp == &[0.0; 2] && eu == &[0.0; 2] && mu[0] >= 0.0 && ep[0] >= 0.0;
-            }
-            Element::Orifice { diameter, thickness, drag } => {
-                item.positive("diameter", *diameter)?;
-                item.not_negative("thickness", *thickness)?;
-                item.not_negative("drag", *drag)?;
-                let hole = 0.25 * PI * diameter * diameter;
-                // l_eff = l + 2 (8/(3 pi)) sqrt(A_d/pi): Rienstra & Hirschberg, section 4.4.3, as in the paper.
-                let effective = thickness + 2.0 * (8.0 / (3.0 * PI)) * (hole / PI).sqrt();
-                let inertia = here.density * effective * here.area / hole;
-                let law = Law::Linear { constant: C64::new(*drag, 0.0), per_s: C64::new(inertia, 0.0) };
-                let law = self.laws.push(name("orifice"), law);
-                self.attach.push((Slot::Mu(place), law, 1.0));
-            }
-            Element::Flame { gain, n, delay, cutoff_hz, numerator, denominator, reference } => {
-                item.not_negative("delay", *delay)?;
-                item.not_negative("reference", *reference)?;
-                let gain = match (gain, n) {
-                    (Some(gain), None) => *gain,
-                    (None, Some(n)) => n * (self.temperatures[after] / self.temperatures[before] - 1.0),
-                    _ => return Err(item.fail(Problem::OneOf { one: "gain", other: "n" })),
-                };
-                let mut below = item.polynomial("denominator", denominator)?;
-                if let Some(f) = cutoff_hz {
-                    let time = 1.0 / (2.0 * PI * item.positive("cutoff_hz", *f)?);
-                    below.push(0.0);
-                    for i in (1..below.len()).rev() {
-                        below[i] += time * below[i - 1];
-                    }
-                }
-                let transfer = Law::Transfer {
-                    gain: -gain,
-                    numerator: item.polynomial("numerator", numerator)?,
-                    denominator: below,
-                    delay: *delay,
-                };
-                self.passive &= gain == 0.0;
-                if *reference > 0.0 {
-                    let duct = self.segments[before];
-                    if *reference > duct.length || place == 0 {
-                        let problem = Problem::ReferenceOutside { distance: *reference, length: duct.length };
-                        return Err(item.fail(problem));
-                    }
-                    let (c, rho) = (duct.sound_speed, duct.density);
-                    let eu = Law::VelocityUpstream(Box::new(transfer.clone()), *reference, c);
-                    let ep = Law::PressureUpstream(Box::new(transfer), *reference, c, rho);
-                    let (eu, ep) = (self.laws.push(name("flame"), eu), self.laws.push(name("flame"), ep));
-                    self.attach.push((Slot::Eu(place), eu, 1.0));
-                    self.attach.push((Slot::Ep(place), ep, 1.0));
-                } else {
-                    let law = self.laws.push(name("flame"), transfer);
-                    self.attach.push((Slot::Eu(place), law, 1.0));
-                }
-            }
-            Element::Helmholtz { volume, neck_area, neck_length, resistance } => {
-                item.positive("volume", *volume)?;
-                item.positive("neck_area", *neck_area)?;
-                item.positive("neck_length", *neck_length)?;
-                item.not_negative("resistance", *resistance)?;
-                let law = Law::Helmholtz {
-                    duct_area: self.segments[after].area,
-                    inertance: here.density * neck_length / neck_area,
-                    resistance: resistance / neck_area,
-                    stiffness: here.density * here.sound_speed * here.sound_speed / volume,
-                };
-                let law = self.laws.push(name("resonator"), law);
-                self.attach.push((Slot::Ep(place), law, 1.0));
-            }
-            Element::QuarterWave { length, area } => {
-                item.positive("length", *length)?;
-                item.positive("area", *area)?;
-                let law = Law::QuarterWave {
-                    area_ratio: area / self.segments[after].area,
-                    length: *length,
-                    sound_speed: here.sound_speed,
-                    impedance: here.impedance(),
-                };
-                let law = self.laws.push(name("side branch"), law);
-                self.attach.push((Slot::Ep(place), law, 1.0));
-            }
-        }
-        Ok(())
-    }
-
-    /// The law of an end, which touches segment `i`.
-    fn end(
-        &mut self,
-        text: &str,
-        place: &str,
-        table: &Spanned<toml::Table>,
-        i: usize,
-    ) -> Result<usize, FileError> {
-        let item = Item { line: line_of(text, table.span().start), place: place.to_owned() };
-        let segment = self.segments[i];
-        let (radius, sound_speed) = ((segment.area / PI).sqrt(), segment.sound_speed);
-        let constant = |r: f64| Law::Constant(C64::new(r, 0.0));
-        let mut fixed = None;
-        let law = match item.parse(table.get_ref().clone())? {
-            End::Open => constant(-1.0),
-            End::Closed => constant(1.0),
-            End::Anechoic => constant(0.0),
-            End::Constant { modulus, angle } => {
-                fixed = Some(item.not_negative("modulus", modulus)?);
-                Law::Constant(C64::from_polar(modulus, angle))
-            }
-            End::Delayed { factor, delay } => {
-                item.not_negative("delay", delay)?;
-                fixed = Some(factor.abs());
-                Law::Transfer { gain: factor, numerator: vec![1.0], denominator: vec![1.0], delay }
-            }
-            End::Unflanged { wall_thickness, calibration } => {
-                let thickness = item.not_negative("wall_thickness", wall_thickness)?;
-                let correction = thick_wall_correction(radius, thickness);
-                let law = Law::Unflanged { radius, sound_speed, correction };
-                if let Some([modulus, angle]) = calibration {
-                    item.positive("calibration", modulus)?;
-                    Law::Scaled(Box::new(law), C64::from_polar(modulus, angle))
-                } else {
-                    law
-                }
-            }
-            End::Flanged => Law::Flanged { radius, sound_speed },
-            End::Choked { mach } => {
-                item.not_negative("mach", mach)?;
-                if mach >= 0.3 {
-                    return Err(item.fail(Problem::TooFast { mach }));
-                }
-                constant(choked_outlet(self.gas.gamma, mach))
-            }
-            End::Impedance { numerator, denominator } => {
-                let (numerator, denominator) = (
-                    item.polynomial("numerator", &numerator)?,
-                    item.polynomial("denominator", &denominator)?,
-                );
-                Law::Impedance(Box::new(Law::Transfer { gain: 1.0, numerator, denominator, delay: 0.0 }))
-            }
-            End::Rational { numerator, denominator, delay } => {
-                item.not_negative("delay", delay)?;
-                Law::Transfer {
-                    gain: 1.0,
-                    numerator: item.polynomial("numerator", &numerator)?,
-                    denominator: item.polynomial("denominator", &denominator)?,
-                    delay,
-                }
-            }
-        };
-        if let Some(modulus) = fixed.filter(|r| *r > 1.0) {
-            self.passive = false;
-            self.warnings.push(Warning::Reflection { line: item.line, place: item.place.clone(), modulus });
-        }
-        Ok(self.laws.push(place.to_owned(), law))
-    }
+    Ok(region)
 }

@@ -1,9 +1,11 @@
 //! Ducts: straight or conical, uniform or with a temperature profile, with or without wall losses.
 
-use super::build::{Assembly, Item, Warning};
+use super::build::{Assembly, Attached, Role, Warning};
+use super::layout::Placed;
 use super::schema::{Element, Scheme, WallChoice};
 use super::{FileError, Problem};
 use crate::chain::{Segment, Slot};
+use crate::flow_chain::FlowWall;
 use crate::laws::Law;
 use crate::wall::Wall;
 use std::f64::consts::PI;
@@ -20,7 +22,16 @@ impl Assembly<'_> {
         }
     }
 
-    pub(super) fn duct(&mut self, item: &Item, element: Element) -> Result<(), FileError> {
+    /// A duct, cut into pieces and at every position of `cuts` (m from the upstream end of the tube) that lies in it,
+    /// farther than `slack` from an end of a piece.
+    pub(super) fn duct(
+        &mut self,
+        owner: usize,
+        placed: &Placed,
+        cuts: &[f64],
+        slack: f64,
+    ) -> Result<(), FileError> {
+        let item = &placed.item;
         let Element::Duct {
             length,
             diameter,
@@ -36,7 +47,7 @@ impl Assembly<'_> {
             wall,
             wall_factor,
             scheme,
-        } = element
+        } = placed.element.clone()
         else {
             return Ok(());
         };
@@ -80,8 +91,24 @@ impl Assembly<'_> {
             }
         }
         let varies = profile.len() > 1 || area_end != area;
-        let pieces =
-            pieces.unwrap_or(if varies || scheme == Scheme::Lumped { 40 } else { 1 }).clamp(1, 100_000);
+        let pieces = pieces.unwrap_or(if varies || scheme == Scheme::Lumped { 40 } else { 1 });
+        if !(1..=MOST_PIECES).contains(&pieces) {
+            return Err(item.fail(Problem::Range {
+                key: "pieces",
+                value: pieces,
+                low: 1,
+                high: MOST_PIECES,
+            }));
+        }
+        // Borders of the pieces, and whether the lumped scheme jumps there: not at cuts.
+        let mut borders: Vec<(f64, bool)> =
+            (0..=pieces).map(|k| (length * k as f64 / pieces as f64, true)).collect();
+        for x in cuts.iter().map(|x| x - placed.x).filter(|x| (slack..length - slack).contains(x)) {
+            let next = borders.partition_point(|b| b.0 < x);
+            if x - borders[next - 1].0 > slack && borders[next].0 - x > slack {
+                borders.insert(next, (x, false));
+            }
+        }
         let at = |fraction: f64| {
             let position = fraction * (profile.len() - 1) as f64;
             let k = (position as usize).min(profile.len().saturating_sub(2));
@@ -89,38 +116,45 @@ impl Assembly<'_> {
             profile[k] + (position - k as f64) * (next - profile[k])
         };
         let radius = |fraction: f64| area.sqrt() + fraction * (area_end.sqrt() - area.sqrt());
-        for k in 0..pieces {
-            let middle = (k as f64 + 0.5) / pieces as f64;
+        for (k, pair) in borders.windows(2).enumerate() {
+            let [(from, jumps), (to, _)] = [pair[0], pair[1]];
+            let middle = 0.5 * (from + to) / length;
             let t = given.map_or(at(middle), |(c, _)| c * c / (self.gas.gamma * self.gas.gas_constant));
             let (c, rho) = given.unwrap_or_else(|| {
                 let rt = self.gas.gas_constant * t;
                 ((self.gas.gamma * rt).sqrt(), self.gas.pressure / rt)
             });
-            let segment = Segment::new(length / pieces as f64, radius(middle).powi(2), c, rho);
+            let segment = Segment::new(to - from, radius(middle).powi(2), c, rho);
             let index = self.segments.len();
             self.segments.push(segment);
             self.temperatures.push(t);
-            if let WallChoice::Law(law) = wall {
-                let wall = self.wall(&segment, t);
-                if varies || k == 0 {
-                    self.laws.push(format!("{}: viscous wall loss", item.place), Law::Viscous(law, wall));
-                    self.laws.push(format!("{}: thermal wall loss", item.place), Law::Thermal(law, wall));
-                }
-                let thermal = self.laws.laws.len() - 1;
-                match scheme {
-                    Scheme::Line => {
-                        self.attach.push((Slot::Viscous(index), thermal - 1, wall_factor));
-                        self.attach.push((Slot::Thermal(index), thermal, wall_factor));
-                    }
-                    Scheme::Lumped if k > 0 => {
-                        let weight = wall_factor * length / pieces as f64;
-                        self.attach.push((Slot::Mu(index), thermal - 1, weight));
-                        self.attach.push((Slot::Ep(index), thermal, weight));
-                    }
-                    Scheme::Lumped => {}
+            self.owners.push(owner);
+            let WallChoice::Law(law) = wall else {
+                self.walls.push(None);
+                continue;
+            };
+            let gas = self.wall(&segment, t);
+            if varies || k == 0 {
+                self.laws.push(format!("{}: viscous wall loss", item.place), Law::Viscous(law, gas));
+                self.laws.push(format!("{}: thermal wall loss", item.place), Law::Thermal(law, gas));
+            }
+            let thermal = self.laws.laws.len() - 1;
+            let slots = match scheme {
+                Scheme::Line => [Slot::Viscous(index), Slot::Thermal(index)],
+                Scheme::Lumped => [Slot::Mu(index), Slot::Ep(index)],
+            };
+            let line = scheme == Scheme::Line;
+            self.walls.push(line.then_some(FlowWall { law, wall: gas, factor: wall_factor }));
+            if line || (k > 0 && jumps) {
+                let weight = if line { wall_factor } else { wall_factor * length / pieces as f64 };
+                for (slot, law) in slots.into_iter().zip([thermal - 1, thermal]) {
+                    self.attach.push(Attached { slot, law, weight, role: Role::Plain });
                 }
             }
         }
         Ok(())
     }
 }
+
+/// More pieces than any temperature profile needs.
+const MOST_PIECES: usize = 100_000;

@@ -1,12 +1,18 @@
 //! Networks in a TOML file.
 
 mod build;
+mod compact;
 mod duct;
+mod ends;
+mod flow;
+mod layout;
 mod oscilos;
+mod problem;
 mod schema;
 
 pub use build::{Built, Warning};
 pub use oscilos::{OscilosError, OscilosTexts, read_oscilos};
+pub use problem::Problem;
 
 use crate::contour::Region;
 use std::f64::consts::PI;
@@ -59,6 +65,7 @@ pub enum FileError {
         /// Which element: its index from 1, its name and its type.
         place: String,
         /// What is wrong with it, and the remedy.
+        #[source]
         problem: Problem,
     },
     /// There is no duct.
@@ -70,74 +77,16 @@ pub enum FileError {
         /// Which key.
         key: &'static str,
     },
+    /// The mean flow is no flow.
+    #[error("[flow]: {problem}")]
+    Flow {
+        /// What is wrong with it.
+        #[source]
+        problem: Problem,
+    },
     /// The network that the elements make is refused.
     #[error(transparent)]
     Network(#[from] crate::NetworkError),
-}
-
-/// What is wrong with one element.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Problem {
-    /// An unknown key or type, or a value of the wrong type.
-    #[error("{message}")]
-    Keys {
-        /// What the reader says.
-        message: String,
-    },
-    /// A number must be positive.
-    #[error("{key} is {value}, but must be positive and finite")]
-    NotPositive {
-        /// The key.
-        key: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A number must not be negative.
-    #[error("{key} is {value}, but must be zero or more, and finite")]
-    Negative {
-        /// The key.
-        key: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// Exactly one of two keys is needed.
-    #[error("give either {one} or {other}")]
-    OneOf {
-        /// A key.
-        one: &'static str,
-        /// The other.
-        other: &'static str,
-    },
-    /// Two keys belong together.
-    #[error("give {one} and {other} together")]
-    Together {
-        /// A key.
-        one: &'static str,
-        /// The other.
-        other: &'static str,
-    },
-    /// A polynomial is empty or zero.
-    #[error("{key} must hold at least one coefficient, not all zero")]
-    Polynomial {
-        /// The key.
-        key: &'static str,
-    },
-    /// A flame's reference lies outside the duct before it.
-    #[error(
-        "the velocity reference is {distance} m upstream, but the uniform duct before it is {length} m long"
-    )]
-    ReferenceOutside {
-        /// Distance asked for, m.
-        distance: f64,
-        /// Length of the duct, m.
-        length: f64,
-    },
-    /// A flow is too fast.
-    #[error("the Mach number is {mach}, but must be below 0.3")]
-    TooFast {
-        /// The Mach number.
-        mach: f64,
-    },
 }
 
 impl FileError {

@@ -5,7 +5,7 @@
 //! as in that program's own remarks (no indirect noise).
 
 use crate::contour::Region;
-use crate::flow_chain::{FlowChain, FlowDuct, FlowState, Source};
+use crate::flow_chain::{Effect, FlowChain, FlowDuct, FlowEnd, FlowState};
 use crate::laws::Law;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
@@ -140,10 +140,11 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
         if x_end <= x {
             return Err(OscilosError::Positions { row: row + 2 });
         }
-        let source = match section {
-            0.0 => Source::None,
-            _ if row == 0 => Source::None,
-            10.0 => Source::Steady { ratio },
+        // Ratio of temperatures, and the flame Q'/Q = n e^{-s tau} u'/U.
+        let (heat, flame) = match section {
+            0.0 => (1.0, None),
+            _ if row == 0 => (1.0, None),
+            10.0 => (ratio, None),
             11.0 => {
                 let flame = flame.as_ref().ok_or(OscilosError::NoFlame)?;
                 if flame[0] != 1.0 {
@@ -154,7 +155,9 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
                         known: "1 (n-tau)",
                     });
                 }
-                Source::Flame { ratio, gain: flame[1], delay: flame[2] * 1e-3 }
+                let (numerator, denominator) = (vec![1.0], vec![1.0]);
+                let (gain, delay) = (flame[1], flame[2] * 1e-3);
+                (ratio, Some(Law::Transfer { gain, numerator, denominator, delay }))
             }
             value => {
                 return Err(OscilosError::Unsupported {
@@ -169,18 +172,22 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
         let pieces = if tube >= 1.0 { 49 } else { 1 };
         for k in 0..pieces {
             let radius = r + (r_end - r) * f64::from(k) / 49.0;
-            let source = if k == 0 { source.clone() } else { Source::None };
-            let length = (x_end - x) / f64::from(pieces);
-            ducts.push(FlowDuct { length, area: PI * radius * radius, source });
+            let mut duct = FlowDuct::new((x_end - x) / f64::from(pieces), PI * radius * radius);
+            if k == 0 {
+                duct = duct.heated(heat);
+                if let Some(law) = &flame {
+                    duct = duct.with(Effect::Flame, law.clone());
+                }
+            }
+            ducts.push(duct);
         }
     }
     let radii = [geometry[0][1], geometry[geometry.len() - 1][1]];
-    let upstream = boundary("Inlet.txt", &texts.inlet, radii[0], sound_speed)?;
-    let provisional = FlowChain::new(GAMMA, inlet, ducts.clone(), upstream.clone(), upstream.clone())?;
-    let last = provisional.states()[ducts.len() - 1];
-    let outlet_speed = (GAMMA * last.pressure / last.density).sqrt();
-    let downstream = boundary("Outlet.txt", &texts.outlet, radii[1], outlet_speed)?;
-    let chain = FlowChain::new(GAMMA, inlet, ducts, upstream, downstream)?.without_entropy_waves();
+    let upstream = FlowEnd::Reflection(boundary("Inlet.txt", &texts.inlet, radii[0], sound_speed)?);
+    let chain = FlowChain::new(GAMMA, inlet, ducts, [upstream.clone(), upstream.clone()])?;
+    let outlet_speed = chain.states()[chain.states().len() - 1].sound_speed(GAMMA);
+    let downstream = FlowEnd::Reflection(boundary("Outlet.txt", &texts.outlet, radii[1], outlet_speed)?);
+    let chain = chain.with_ends([upstream, downstream]).without_entropy_waves();
     let scan = &rows("Scan_range.txt", &texts.scan_range, 6)?[0];
     // Laws of s have a branch point at s = 0: the search starts at 1 Hz at least.
     let omega = [scan[0].max(1.0), scan[1]].map(|f| 2.0 * PI * f);

@@ -14,6 +14,8 @@ pub(super) struct File {
     pub(super) gas: Gas,
     #[serde(default)]
     pub(super) search: Search,
+    /// Mean flow; without it the gas is at rest.
+    pub(super) flow: Option<Flow>,
     pub(super) upstream: Spanned<toml::Table>,
     pub(super) downstream: Spanned<toml::Table>,
     #[serde(default)]
@@ -57,6 +59,76 @@ pub(super) struct Search {
     pub(super) frequency_hz: Option<[f64; 2]>,
 }
 
+/// Mean flow, entering at the upstream end.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Flow {
+    /// Mach number in the first duct.
+    pub(super) mach: Option<f64>,
+    /// Velocity in the first duct, m/s.
+    pub(super) velocity: Option<f64>,
+    /// Whether entropy waves are carried to the next place that they meet.
+    #[serde(default = "yes")]
+    pub(super) entropy_waves: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// gain N/D e^{-s delay}, or a table.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Transfer {
+    #[serde(default = "one")]
+    pub(super) gain: f64,
+    #[serde(default)]
+    pub(super) delay: f64,
+    pub(super) cutoff_hz: Option<f64>,
+    #[serde(default = "unity")]
+    pub(super) numerator: Vec<f64>,
+    #[serde(default = "unity")]
+    pub(super) denominator: Vec<f64>,
+    /// Rows of frequency (Hz), gain, phase (rad).
+    pub(super) table: Option<Vec<[f64; 3]>>,
+    #[serde(default = "fit")]
+    pub(super) tolerance: f64,
+}
+
+/// A coefficient of feedback: [real, imaginary], or a function of s.
+#[derive(Clone, Debug)]
+pub(super) enum Coefficient {
+    Constant([f64; 2]),
+    Function(Transfer),
+}
+
+impl Default for Coefficient {
+    fn default() -> Self {
+        Self::Constant([0.0; 2])
+    }
+}
+
+impl<'de> Deserialize<'de> for Coefficient {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        // By hand, so that the messages of the alternative that was meant come through.
+        let value = toml::Value::deserialize(from)?;
+        let outcome = match value {
+            toml::Value::Table(_) => Transfer::deserialize(value).map(Self::Function),
+            value => <[f64; 2]>::deserialize(value).map(Self::Constant),
+        };
+        outcome.map_err(|error| serde::de::Error::custom(error.message()))
+    }
+}
+
+/// On which side of a source its reference lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Direction {
+    #[default]
+    Upstream,
+    Downstream,
+}
+
 /// A wall that loses nothing, or one of the laws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -81,12 +153,17 @@ fn one() -> f64 {
     1.0
 }
 
+/// Deviation from a table that is allowed, over its largest gain.
+fn fit() -> f64 {
+    1e-6
+}
+
 fn unity() -> Vec<f64> {
     vec![1.0]
 }
 
-/// The elements, from upstream to downstream; keys common to all are in [`Common`].
-#[derive(Debug, Deserialize)]
+/// The elements, from upstream to downstream. `name` and `at` are common to all and read before.
+#[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Element {
     /// A straight or conical duct, uniform or with a linear temperature, cut into `pieces`.
@@ -110,16 +187,16 @@ pub(super) enum Element {
         #[serde(default)]
         scheme: Scheme,
     },
-    /// Constant feedback coefficients, [real, imaginary].
+    /// Feedback coefficients.
     Feedback {
         #[serde(default)]
-        mu: [f64; 2],
+        mu: Coefficient,
         #[serde(default)]
-        mp: [f64; 2],
+        mp: Coefficient,
         #[serde(default)]
-        eu: [f64; 2],
+        eu: Coefficient,
         #[serde(default)]
-        ep: [f64; 2],
+        ep: Coefficient,
     },
     /// A plate with a hole: inertia rho l_eff A/A_hole s, and drag.
     Orifice {
@@ -129,10 +206,11 @@ pub(super) enum Element {
         #[serde(default)]
         drag: f64,
     },
-    /// A compact heat source, k_eu = -gain N/D e^{-s delay}; gain may come from the temperature ratio of the ducts.
+    /// A compact heat source, k_eu = -gain N/D e^{-s delay}.
     Flame {
         gain: Option<f64>,
-        /// Interaction index: gain = n (T2/T1 - 1).
+        /// Interaction index, instead of `gain`: Q'/Q = n N/D e^{-s delay} u'/U, so that
+        /// gain = n (T2 - T1)/T_ref A_ref/A2.
         n: Option<f64>,
         #[serde(default)]
         delay: f64,
@@ -141,9 +219,15 @@ pub(super) enum Element {
         numerator: Vec<f64>,
         #[serde(default = "unity")]
         denominator: Vec<f64>,
-        /// m upstream of the flame.
+        /// Rows of frequency (Hz), gain, phase (rad).
+        table: Option<Vec<[f64; 3]>>,
+        #[serde(default = "fit")]
+        tolerance: f64,
+        /// Distance from the flame of the velocity that it answers to, m.
         #[serde(default)]
         reference: f64,
+        #[serde(default)]
+        reference_side: Direction,
     },
     /// A Helmholtz resonator on the wall.
     Helmholtz {
@@ -183,13 +267,21 @@ pub(super) enum End {
         calibration: Option<[f64; 2]>,
     },
     Flanged,
+    /// A compact choked nozzle; with mean flow its Mach number follows.
     Choked {
-        mach: f64,
+        mach: Option<f64>,
     },
-    /// Normalised impedance p/(rho c u) into the end, rational in s.
+    /// Normalised impedance p/(rho c u) into the end.
     Impedance {
+        #[serde(default = "unity")]
         numerator: Vec<f64>,
+        #[serde(default = "unity")]
         denominator: Vec<f64>,
+        #[serde(default)]
+        delay: f64,
+        table: Option<Vec<[f64; 3]>>,
+        #[serde(default = "fit")]
+        tolerance: f64,
     },
     /// R itself, rational in s.
     Rational {
@@ -197,5 +289,11 @@ pub(super) enum End {
         denominator: Vec<f64>,
         #[serde(default)]
         delay: f64,
+    },
+    /// R itself, from a table.
+    Table {
+        table: Vec<[f64; 3]>,
+        #[serde(default = "fit")]
+        tolerance: f64,
     },
 }

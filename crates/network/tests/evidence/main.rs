@@ -10,3 +10,4 @@ mod eigenvalues;
 mod files;
 mod invariances;
 mod mean_flow;
+mod oscilos;

@@ -1,9 +1,23 @@
 //! Analytic laws of s alone: what the elements of a network file, and users of the library, are made of.
 
+mod ends;
+mod probe;
+mod roots;
+mod table;
+
+pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
+pub use probe::{Part, Probe, Side, Stretch};
+pub use table::{Entry, Table, TableError};
+
 use crate::coefficients::{At, Coefficients, Laws, Pole};
+use crate::contour::Region;
+use crate::error::NetworkError;
 use crate::levine_schwinger;
+use crate::search::zeros;
 use crate::wall::Wall;
-use rijke_numerics::{C64, Jet, JetSpace, Order, complex_eigenvalues};
+use ends::piston;
+use rijke_numerics::{C64, Jet, JetSpace, Order};
+use roots::polynomial_roots;
 use std::f64::consts::PI;
 
 /// A coefficient as an analytic function of s.
@@ -34,11 +48,10 @@ pub enum Law {
         /// Delay, s.
         delay: f64,
     },
-    /// Another law times cosh(s distance/c): what a velocity at `distance` upstream of a place is of the velocity there.
-    VelocityUpstream(Box<Law>, f64, f64),
-    /// Another law times sinh(s distance/c)/(rho c): what that velocity is of the pressure there. Fields: law, distance,
-    /// c, rho.
-    PressureUpstream(Box<Law>, f64, f64, f64),
+    /// A transfer function from a table.
+    Table(Table),
+    /// Feedback from the velocity at another place.
+    Probe(Box<Probe>),
     /// Admittance of a Helmholtz resonator over the duct's area: k_ep = s/(A (m s^2 + r s + k)).
     Helmholtz {
         /// Area of the duct, m^2.
@@ -78,7 +91,7 @@ pub enum Law {
         /// Speed of sound, m/s.
         sound_speed: f64,
     },
-    /// R = (z - 1)/(z + 1) of a normalised impedance z(s), another law without poles.
+    /// R = (z - 1)/(z + 1) of a normalised impedance z(s), another law.
     Impedance(Box<Law>),
     /// Another law times a constant.
     Scaled(Box<Law>, C64),
@@ -94,23 +107,6 @@ pub enum WallLaw {
     Kirchhoff,
     /// Zwikker and Kosten's.
     ZwikkerKosten,
-}
-
-/// End correction of an unflanged end of finite wall thickness beyond that of a thin wall, over the radius:
-/// Dalmont, Nederveen & Joly 2001, J. Sound Vib. 244, eq. (39), for outer radius b: delta = delta_inf
-/// + (a/b)(delta_0 - delta_inf) + 0.057 (a/b)(1 - (a/b)^5), delta_0 = 0.6133, delta_inf = 0.8216 (about 0.5 %).
-#[must_use]
-pub fn thick_wall_correction(radius: f64, thickness: f64) -> f64 {
-    let q = radius / (radius + thickness);
-    0.8216 + q * (0.6133 - 0.8216) + 0.057 * q * (1.0 - q.powi(5)) - 0.6133
-}
-
-/// R of a compact choked nozzle behind a flow of Mach number M: (1 - (gamma-1)M/2)/(1 + (gamma-1)M/2)
-/// (Marble & Candel 1977).
-#[must_use]
-pub fn choked_outlet(gamma: f64, mach: f64) -> f64 {
-    let m = 0.5 * (gamma - 1.0) * mach;
-    (1.0 - m) / (1.0 + m)
 }
 
 impl Law {
@@ -130,15 +126,8 @@ impl Law {
                 let ratio = &polynomial(numerator) / &polynomial(denominator);
                 (&ratio * &s.scale(real(-delay)).exp()).scale(real(*gain))
             }
-            Self::VelocityUpstream(law, distance, c) => {
-                let phase = s.scale(C64::new(0.0, -distance / c));
-                &law.at(s, space) * &phase.cos()
-            }
-            Self::PressureUpstream(law, distance, c, rho) => {
-                // sinh(x) = i sin(-i x).
-                let phase = s.scale(C64::new(0.0, -distance / c));
-                (&law.at(s, space) * &phase.sin()).scale(C64::new(0.0, 1.0 / (rho * c)))
-            }
+            Self::Table(table) => table.at(s, space),
+            Self::Probe(probe) => probe.at(s, space),
             Self::Helmholtz { duct_area, inertance, resistance, stiffness } => {
                 let below = &(s * s).scale(real(*inertance)) + &s.scale(real(*resistance));
                 (s / &below.shift(real(*stiffness))).scale(real(1.0 / duct_area))
@@ -164,25 +153,39 @@ impl Law {
         }
     }
 
-    /// Poles with |s| below 1e6, with their orders.
+    /// Value, first and second derivative at s.
     #[must_use]
-    pub fn poles(&self) -> Vec<(C64, usize)> {
-        match self {
+    pub fn analytic(&self, s: C64) -> [C64; 3] {
+        let space = JetSpace::new(1, Order::Second);
+        let jet = self.at(&space.seed(0, s), space);
+        [jet.value(), jet.gradient()[0], jet.hessian(0, 0)]
+    }
+
+    /// All poles in `region`, with their orders; others may be among them. Poles without a formula are searched for and
+    /// counted like modes.
+    ///
+    /// # Errors
+    /// As [`crate::Network::modes`], if that search fails.
+    pub fn poles_in(&self, region: &Region) -> Result<Vec<(C64, usize)>, NetworkError> {
+        Ok(match self {
             Self::Transfer { denominator, .. } => polynomial_roots(denominator),
-            Self::VelocityUpstream(law, ..) | Self::PressureUpstream(law, ..) | Self::Scaled(law, _) => {
-                law.poles()
+            Self::Table(table) => table.terms.iter().map(|t| (t.0, 1)).collect(),
+            Self::Scaled(law, _) => law.poles_in(region)?,
+            Self::Probe(probe) if probe.side == Side::Upstream => probe.transfer.poles_in(region)?,
+            // At a pole of the transfer function the coefficients of the closed loop are finite.
+            Self::Probe(probe) => {
+                let poles = probe.transfer.poles_in(&region.widened(1.0))?;
+                let time = probe.transfer.delay() + probe.travel_time();
+                roots_of(|s, space| probe.open_loop(s, space), region, time, &poles)?
             }
             Self::Helmholtz { inertance, resistance, stiffness, .. } => {
                 polynomial_roots(&[*stiffness, *resistance, *inertance])
             }
             Self::QuarterWave { length, sound_speed, .. } => {
-                let first = 0.5 * PI * sound_speed / length;
-                let count = (1e6 / first / 2.0) as usize;
-                let pair = |k: usize| {
-                    let omega = first * (2 * k + 1) as f64;
-                    [(C64::new(0.0, omega), 1), (C64::new(0.0, -omega), 1)]
-                };
-                (0..=count.min(10_000)).flat_map(pair).collect()
+                let spacing = PI * sound_speed / length;
+                let [low, high] = region.omega.map(|w| (w / spacing - 0.5).clamp(-1e6, 1e6));
+                let all = low.floor() as i64..=high.ceil() as i64;
+                all.map(|k| (C64::new(0.0, spacing * (k as f64 + 0.5)), 1)).collect()
             }
             // Poles of R are the zeros of z + 1.
             Self::Impedance(z) => match z.as_ref() {
@@ -192,76 +195,61 @@ impl Law {
                     let sum: Vec<f64> = (0..n).map(|i| gain * k(numerator, i) + k(denominator, i)).collect();
                     polynomial_roots(&sum)
                 }
-                Self::Linear { constant, per_s } if *per_s != C64::ZERO => {
-                    vec![(-(1.0 + constant) / per_s, 1)]
+                z => {
+                    let poles = z.poles_in(&region.widened(1.0))?;
+                    roots_of(|s, space| z.at(s, space).shift(C64::ONE), region, z.delay(), &poles)?
                 }
-                _ => Vec::new(),
             },
             _ => Vec::new(),
+        })
+    }
+
+    /// The delay in it, s.
+    fn delay(&self) -> f64 {
+        match self {
+            Self::Transfer { delay, .. } => *delay,
+            Self::Table(table) => table.delay,
+            Self::Scaled(law, _) => law.delay(),
+            _ => 0.0,
         }
     }
 }
 
+/// The zeros of an analytic function in `region`, or somewhat beyond if one lies on its border.
+fn roots_of(
+    f: impl Fn(&Jet, JetSpace) -> Jet,
+    region: &Region,
+    time: f64,
+    poles: &[(C64, usize)],
+) -> Result<Vec<(C64, usize)>, NetworkError> {
+    let size = (region.sigma[1] - region.sigma[0]).hypot(region.omega[1] - region.omega[0]);
+    let step = (0.25 * PI / time).min(size / 16.0);
+    let space = JetSpace::new(1, Order::First);
+    let mut outcome = Ok(Vec::new());
+    for widening in [0.0, 0.37, 0.81, 1.29] {
+        let region = region.widened(widening * step);
+        let inside = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
+        let at = |s: C64| {
+            let jet = f(&space.seed(0, s), space);
+            [jet.value(), jet.gradient()[0]]
+        };
+        outcome = zeros(at, &region, step, poles.to_vec(), inside)
+            .map(|found| found.modes.iter().map(|m| (m.s, m.multiplicity)).collect());
+        if !matches!(outcome, Err(NetworkError::Border { .. } | NetworkError::NotFinite { .. })) {
+            break;
+        }
+    }
+    outcome
+}
+
 impl WallLaw {
-    fn loss(self, wall: &Wall, s: C64) -> crate::wall::Loss {
+    pub(crate) fn loss(self, wall: &Wall, s: C64) -> crate::wall::Loss {
         match self {
             Self::Paper => wall.paper(s),
             Self::Kirchhoff => wall.kirchhoff(s),
             Self::ZwikkerKosten => wall.zwikker_kosten(s),
         }
     }
-}
-
-/// Roots of a polynomial with ascending coefficients, by the eigenvalues of its companion matrix; equal roots are
-/// joined if they agree to 1e-6. Leading zeros are dropped; none if the polynomial is constant.
-fn polynomial_roots(coefficients: &[f64]) -> Vec<(C64, usize)> {
-    let degree = coefficients.iter().rposition(|k| *k != 0.0).unwrap_or(0);
-    if degree == 0 {
-        return Vec::new();
-    }
-    // s = scale x balances the coefficients of a physical transfer function, whose s is large.
-    let scale = (coefficients[0].abs() / coefficients[degree].abs()).powf(1.0 / degree as f64);
-    let scale = if scale.is_finite() && scale > 0.0 { scale } else { 1.0 };
-    let k = |i: usize| coefficients[i] * scale.powi(i as i32);
-    let mut companion = vec![C64::ZERO; degree * degree];
-    for i in 0..degree {
-        companion[i * degree + degree - 1] = C64::new(-k(i) / k(degree), 0.0);
-        if i > 0 {
-            companion[i * degree + i - 1] = C64::ONE;
-        }
-    }
-    let mut roots: Vec<(C64, usize)> = Vec::new();
-    for x in complex_eigenvalues(&companion, degree).unwrap_or_default() {
-        let s = x * scale;
-        match roots.iter_mut().find(|r| (r.0 - s).norm() < 1e-6 * scale) {
-            Some(root) => root.1 += 1,
-            None => roots.push((s, 1)),
-        }
-    }
-    roots
-}
-
-/// Normalised radiation impedance of a piston in a baffle (Rayleigh, Theory of Sound, art. 302; Pierce 1981, 5-4.4):
-/// 1 - J1(x)/(x/2) + i H1(x)/(x/2) with x = 2 ka, as power series. Good to 1e-12 for |ka| < 8.
-fn piston(ka: &Jet, space: JetSpace) -> Jet {
-    let x = ka.scale(C64::new(2.0, 0.0));
-    let square = &x * &x;
-    // J1(x)/(x/2) = sum (-x^2/4)^m/(m! (m+1)!).
-    let (mut term, mut resistance) = (space.real(1.0), space.real(0.0));
-    for m in 1..40 {
-        let k = f64::from(m);
-        term = (&term * &square).scale(C64::new(-0.25 / (k * (k + 1.0)), 0.0));
-        resistance = &resistance - &term;
-    }
-    // H1(x)/(x/2) = (4 x/(3 pi)) sum (-x^2)^m / (prod of (2j+1)(2j+3) over j = 1 .. m).
-    let mut term = x.scale(C64::new(4.0 / (3.0 * PI), 0.0));
-    let mut reactance = term.clone();
-    for m in 1..40 {
-        let k = f64::from(m);
-        term = (&term * &square).scale(C64::new(-1.0 / ((2.0 * k + 1.0) * (2.0 * k + 3.0)), 0.0));
-        reactance = &reactance + &term;
-    }
-    &resistance + &reactance.scale(C64::I)
 }
 
 /// Named laws of s alone, as coefficients of a network without parameters.
@@ -287,8 +275,7 @@ impl Coefficients for LawSet {
         self.laws.len()
     }
     fn fill(&self, at: &At, laws: &mut Laws) {
-        let order = at.order().max(Order::First);
-        let space = JetSpace::new(1, order);
+        let space = JetSpace::new(1, at.order().max(Order::First));
         let s = space.seed(0, at.s());
         for (k, (_, law)) in self.laws.iter().enumerate() {
             let jet = law.at(&s, space);
@@ -298,10 +285,11 @@ impl Coefficients for LawSet {
     fn name(&self, law: usize) -> String {
         self.laws.get(law).map_or_else(|| format!("law {law}"), |l| l.0.clone())
     }
-    fn poles(&self) -> Vec<Pole> {
-        let of = |(law, (_, l)): (usize, &(String, Law))| {
-            l.poles().into_iter().map(move |(at, order)| Pole { law, at, order }).collect::<Vec<_>>()
-        };
-        self.laws.iter().enumerate().flat_map(of).collect()
+    fn poles_in(&self, region: &Region) -> Result<Vec<Pole>, NetworkError> {
+        let mut poles = Vec::new();
+        for (law, (_, l)) in self.laws.iter().enumerate() {
+            poles.extend(l.poles_in(region)?.into_iter().map(|(at, order)| Pole { law, at, order }));
+        }
+        Ok(poles)
     }
 }

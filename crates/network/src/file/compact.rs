@@ -1,0 +1,256 @@
+//! Devices between ducts: feedback, orifices, flames, resonators.
+
+use super::build::{Assembly, Attached, Item, Role};
+use super::schema::{Coefficient, Direction, Element, Transfer};
+use super::{FileError, Problem};
+use crate::chain::Slot;
+use crate::flow_chain::Effect;
+use crate::laws::{Entry, Law, Part, Probe, Side, Stretch, Table};
+use rijke_numerics::C64;
+use std::f64::consts::PI;
+
+/// A flame as a chain with flow takes it.
+pub(super) struct Flame {
+    pub(super) item: Item,
+    pub(super) place: usize,
+    /// k_eu from the velocity at the reference, or Q'/Q from it over its mean.
+    pub(super) law: Law,
+    pub(super) effect: Effect,
+    /// Distance of the reference, m, and whether it lies downstream.
+    pub(super) reference: f64,
+    pub(super) downstream: bool,
+}
+
+impl Assembly<'_> {
+    /// A function of s, times `factor`.
+    pub(super) fn function(&mut self, item: &Item, t: &Transfer, factor: f64) -> Result<Law, FileError> {
+        item.not_negative("delay", t.delay)?;
+        let gain = factor * t.gain;
+        if let Some(rows) = &t.table {
+            let plain =
+                t.cutoff_hz.is_none() && t.numerator == [1.0] && t.denominator == [1.0] && t.delay == 0.0;
+            if !plain {
+                return Err(item.fail(Problem::OneOf {
+                    one: "table",
+                    other: "delay, cutoff_hz, numerator, denominator",
+                }));
+            }
+            return Ok(Law::Scaled(Box::new(self.table(item, rows, t.tolerance)?), C64::new(gain, 0.0)));
+        }
+        let mut denominator = item.polynomial("denominator", &t.denominator)?;
+        if let Some(f) = t.cutoff_hz {
+            let time = 1.0 / (2.0 * PI * item.positive("cutoff_hz", f)?);
+            denominator.push(0.0);
+            for i in (1..denominator.len()).rev() {
+                denominator[i] += time * denominator[i - 1];
+            }
+        }
+        let numerator = item.polynomial("numerator", &t.numerator)?;
+        Ok(Law::Transfer { gain, numerator, denominator, delay: t.delay })
+    }
+
+    pub(super) fn table(&mut self, item: &Item, rows: &[[f64; 3]], tolerance: f64) -> Result<Law, FileError> {
+        item.positive("tolerance", tolerance)?;
+        let entry = |&[frequency, gain, phase]: &[f64; 3]| Entry { frequency, gain, phase };
+        let rows: Vec<Entry> = rows.iter().map(entry).collect();
+        let table = Table::fit(&rows, tolerance).map_err(|error| item.fail(error.into()))?;
+        self.tables.push((item.clone(), table.range));
+        Ok(Law::Table(table))
+    }
+
+    fn add(&mut self, slot: Slot, name: String, law: Law, role: Role) {
+        let law = self.laws.push(name, law);
+        self.attach.push(Attached { slot, law, weight: 1.0, role });
+    }
+
+    /// The element at `place`, between the segments before and after it.
+    pub(super) fn compact(&mut self, item: &Item, place: usize, element: &Element) -> Result<(), FileError> {
+        let before = place.saturating_sub(1);
+        let after = place.min(self.segments.len() - 1);
+        let here = self.segments[before.min(after)];
+        let name = |what: &str| format!("{}: {what}", item.place);
+        match element {
+            Element::Duct { .. } => {}
+            Element::Feedback { mu, mp, eu, ep } => {
+                let slots = [Slot::Mu(place), Slot::Mp(place), Slot::Eu(place), Slot::Ep(place)];
+                for (slot, coefficient) in slots.into_iter().zip([mu, mp, eu, ep]) {
+                    let law = match coefficient {
+                        Coefficient::Constant([0.0, 0.0]) => continue,
+                        Coefficient::Constant([re, im]) => Law::Constant(C64::new(*re, *im)),
+                        Coefficient::Function(t) => self.function(item, t, 1.0)?,
+                    };
+                    let takes =
+                        matches!((slot, &law), (Slot::Mu(_) | Slot::Ep(_), Law::Constant(k)) if k.re >= 0.0);
+                    self.passive &= takes;
+                    self.add(slot, name("feedback"), law, Role::Plain);
+                }
+            }
+            Element::Orifice { diameter, thickness, drag } => {
+                item.positive("diameter", *diameter)?;
+                item.not_negative("thickness", *thickness)?;
+                item.not_negative("drag", *drag)?;
+                let hole = 0.25 * PI * diameter * diameter;
+                // l_eff = l + 2 (8/(3 pi)) sqrt(A_d/pi): Rienstra & Hirschberg, section 4.4.3, as in the paper.
+                let effective = thickness + 2.0 * (8.0 / (3.0 * PI)) * (hole / PI).sqrt();
+                let inertia = here.density * effective * here.area / hole;
+                let law = Law::Linear { constant: C64::new(*drag, 0.0), per_s: C64::new(inertia, 0.0) };
+                self.add(Slot::Mu(place), name("orifice"), law, Role::Plain);
+            }
+            Element::Flame { .. } => self.flame(item, place, element)?,
+            Element::Helmholtz { volume, neck_area, neck_length, resistance } => {
+                item.positive("volume", *volume)?;
+                item.positive("neck_area", *neck_area)?;
+                item.positive("neck_length", *neck_length)?;
+                item.not_negative("resistance", *resistance)?;
+                let law = Law::Helmholtz {
+                    duct_area: self.segments[after].area,
+                    inertance: here.density * neck_length / neck_area,
+                    resistance: resistance / neck_area,
+                    stiffness: here.density * here.sound_speed * here.sound_speed / volume,
+                };
+                self.add(Slot::Ep(place), name("resonator"), law, Role::Branch);
+            }
+            Element::QuarterWave { length, area } => {
+                item.positive("length", *length)?;
+                item.positive("area", *area)?;
+                let law = Law::QuarterWave {
+                    area_ratio: area / self.segments[after].area,
+                    length: *length,
+                    sound_speed: here.sound_speed,
+                    impedance: here.impedance(),
+                };
+                self.add(Slot::Ep(place), name("side branch"), law, Role::Branch);
+            }
+        }
+        Ok(())
+    }
+
+    fn flame(&mut self, item: &Item, place: usize, element: &Element) -> Result<(), FileError> {
+        let Element::Flame {
+            gain,
+            n,
+            delay,
+            cutoff_hz,
+            numerator,
+            denominator,
+            table,
+            tolerance,
+            reference,
+            reference_side,
+        } = element
+        else {
+            return Ok(());
+        };
+        let reference = item.not_negative("reference", *reference)?;
+        let (before, after) = (place.saturating_sub(1), place.min(self.segments.len() - 1));
+        let downstream = *reference_side == Direction::Downstream;
+        let (path, side) = self.path(item, place, reference, downstream)?;
+        // What Q'/Q = n F u'/U means for k_eu: the mean flow carries as much mass through the reference.
+        let at = match path.last() {
+            Some((i, _)) => *i,
+            None => {
+                if downstream {
+                    after
+                } else {
+                    before
+                }
+            }
+        };
+        let rise = self.temperatures[after] - self.temperatures[before];
+        let mean = rise / self.temperatures[at] * self.segments[at].area / self.segments[after].area;
+        let (gain, law_of_flow) = match (gain, n) {
+            (Some(gain), None) => (*gain, -*gain),
+            (None, Some(n)) => (n * mean, *n),
+            _ => return Err(item.fail(Problem::OneOf { one: "gain", other: "n" })),
+        };
+        let effect = if n.is_some() { Effect::Flame } else { Effect::Eu };
+        if !gain.is_finite() {
+            return Err(item.fail(Problem::NotFinite { key: "gain", value: gain }));
+        }
+        let shape = Transfer {
+            gain: 1.0,
+            delay: *delay,
+            cutoff_hz: *cutoff_hz,
+            numerator: numerator.clone(),
+            denominator: denominator.clone(),
+            table: table.clone(),
+            tolerance: *tolerance,
+        };
+        self.passive &= gain == 0.0;
+        let law = self.function(item, &shape, law_of_flow)?;
+        self.flames.push(Flame { item: item.clone(), place, law, effect, reference, downstream });
+        let name = format!("{}: flame", item.place);
+        if reference == 0.0 && !downstream {
+            let law = self.function(item, &shape, -gain)?;
+            self.add(Slot::Eu(place), name, law, Role::Flame);
+            return Ok(());
+        }
+        let transfer = self.function(item, &shape, gain)?;
+        let path: Vec<Stretch> = path.into_iter().map(|(_, stretch)| stretch).collect();
+        for (slot, of) in [(Slot::Eu(place), Part::Velocity), (Slot::Ep(place), Part::Pressure)] {
+            let probe = Probe { transfer: transfer.clone(), path: path.clone(), of, side };
+            self.add(slot, name.clone(), Law::Probe(Box::new(probe)), Role::Flame);
+        }
+        Ok(())
+    }
+
+    /// The segments from a place over `distance` upstream or downstream.
+    fn path(
+        &self,
+        item: &Item,
+        place: usize,
+        distance: f64,
+        downstream: bool,
+    ) -> Result<(Vec<(usize, Stretch)>, Side), FileError> {
+        let n = self.segments.len();
+        let side = if downstream {
+            if let Some((_, other)) =
+                self.devices.iter().find(|(j, other)| *j == place && *other != item.place)
+            {
+                return Err(item.fail(Problem::NotAlone { other: other.clone() }));
+            }
+            let inside = place > 0 && place < n;
+            let ratio = if inside { self.segments[place - 1].area / self.segments[place].area } else { 1.0 };
+            Side::Downstream { ratio }
+        } else {
+            Side::Upstream
+        };
+        let mut segments: Vec<usize> =
+            if downstream { (place..n).collect() } else { (0..place).rev().collect() };
+        let available: f64 = segments.iter().map(|&i| self.segments[i].length).sum();
+        if distance > available * (1.0 + 1e-9) {
+            return Err(item.fail(Problem::ReferenceOutside { distance, length: available }));
+        }
+        let (mut path, mut left, mut area) = (Vec::new(), distance, None);
+        for i in segments.drain(..) {
+            if left <= 1e-9 * available {
+                break;
+            }
+            if let Some(area) = area {
+                let between = if downstream { i } else { i + 1 };
+                if let Some((_, other)) = self.devices.iter().find(|(j, _)| *j == between) {
+                    return Err(item.fail(Problem::ReferenceBlocked { other: other.clone() }));
+                }
+                path.push((i, area / self.segments[i].area));
+            } else {
+                path.push((i, 1.0));
+            }
+            area = Some(self.segments[i].area);
+            left -= self.segments[i].length;
+        }
+        let (last, mut rest) = (path.len().saturating_sub(1), distance);
+        let stretch = |(k, &(i, ratio)): (usize, &(usize, f64))| {
+            let mut segment = self.segments[i];
+            if k == last {
+                segment.length = rest;
+            }
+            rest -= segment.length;
+            let losses = self.walls[i].as_ref().map(|w| {
+                let scaled = |law: Law| Law::Scaled(Box::new(law), C64::new(w.factor, 0.0));
+                [scaled(Law::Viscous(w.law, w.wall)), scaled(Law::Thermal(w.law, w.wall))]
+            });
+            (i, Stretch { segment, ratio, losses })
+        };
+        Ok((path.iter().enumerate().map(stretch).collect(), side))
+    }
+}

@@ -1,0 +1,105 @@
+//! Ends of the tube.
+
+use super::build::{Assembly, Item, Warning};
+use super::schema::{End, Transfer};
+use super::{FileError, Problem};
+use crate::contour::Region;
+use crate::laws::{Law, choked_inlet, choked_outlet, thick_wall_correction};
+use rijke_numerics::C64;
+use std::f64::consts::PI;
+
+impl Assembly<'_> {
+    /// The law of the upstream (0) or downstream (1) end, and whether it is choked. `mach` is that of a mean flow.
+    pub(super) fn end(
+        &mut self,
+        item: Item,
+        table: toml::Table,
+        end: usize,
+        mach: Option<f64>,
+        region: &Region,
+    ) -> Result<(usize, bool), FileError> {
+        let segment = self.segments[if end == 0 { 0 } else { self.segments.len() - 1 }];
+        let (radius, sound_speed) = ((segment.area / PI).sqrt(), segment.sound_speed);
+        let constant = |r: f64| Law::Constant(C64::new(r, 0.0));
+        let function = |delay, numerator: &[f64], denominator: &[f64]| Transfer {
+            gain: 1.0,
+            delay,
+            cutoff_hz: None,
+            numerator: numerator.to_vec(),
+            denominator: denominator.to_vec(),
+            table: None,
+            tolerance: 1e-6,
+        };
+        let mut choked = false;
+        let law = match item.parse(table)? {
+            End::Open => constant(-1.0),
+            End::Closed => constant(1.0),
+            End::Anechoic => constant(0.0),
+            End::Constant { modulus, angle } => {
+                item.not_negative("modulus", modulus)?;
+                if !angle.is_finite() {
+                    return Err(item.fail(Problem::NotFinite { key: "angle", value: angle }));
+                }
+                Law::Constant(C64::from_polar(modulus, angle))
+            }
+            End::Delayed { factor, delay } => {
+                let shape = Transfer { gain: factor, ..function(delay, &[1.0], &[1.0]) };
+                self.function(&item, &shape, 1.0)?
+            }
+            End::Unflanged { wall_thickness, calibration } => {
+                let thickness = item.not_negative("wall_thickness", wall_thickness)?;
+                let correction = thick_wall_correction(radius, thickness);
+                let law = Law::Unflanged { radius, sound_speed, correction };
+                match calibration {
+                    Some([modulus, angle]) => {
+                        item.positive("calibration", modulus)?;
+                        Law::Scaled(Box::new(law), C64::from_polar(modulus, angle))
+                    }
+                    None => law,
+                }
+            }
+            End::Flanged => Law::Flanged { radius, sound_speed },
+            End::Choked { mach: given } => {
+                choked = true;
+                let mach = match (given, mach) {
+                    (Some(mach), None) => item.positive("mach", mach)?,
+                    (None, Some(mach)) => mach,
+                    (None, None) => return Err(item.fail(Problem::OneOf { one: "mach", other: "[flow]" })),
+                    (Some(_), Some(_)) => {
+                        return Err(item.fail(Problem::OneOf { one: "mach", other: "[flow]" }));
+                    }
+                };
+                if mach >= 0.3 {
+                    return Err(item.fail(Problem::TooFast { mach }));
+                }
+                let closure = if end == 0 { choked_inlet } else { choked_outlet };
+                constant(closure(self.gas.gamma, mach))
+            }
+            End::Impedance { numerator, denominator, delay, table, tolerance } => {
+                let shape = Transfer { table, tolerance, ..function(delay, &numerator, &denominator) };
+                Law::Impedance(Box::new(self.function(&item, &shape, 1.0)?))
+            }
+            End::Rational { numerator, denominator, delay } => {
+                self.function(&item, &function(delay, &numerator, &denominator), 1.0)?
+            }
+            End::Table { table, tolerance } => self.table(&item, &table, tolerance)?,
+        };
+        self.check_modulus(&item, &law, region);
+        Ok((self.laws.push(item.place, law), choked))
+    }
+
+    /// Warns of an end whose |R| exceeds 1 at a frequency of the search.
+    fn check_modulus(&mut self, item: &Item, law: &Law, region: &Region) {
+        const SAMPLES: usize = 201;
+        let [low, high] = region.omega.map(|w| w.max(1e-3));
+        let omega = |k: usize| low + (high - low) * k as f64 / (SAMPLES - 1) as f64;
+        let modulus = |k: usize| (law.analytic(C64::new(0.0, omega(k)))[0].norm(), omega(k));
+        let largest = (0..SAMPLES).map(modulus).fold((0.0, low), |a, b| if b.0 > a.0 { b } else { a });
+        if largest.0 > 1.0 + 1e-9 {
+            self.passive = false;
+            let frequency_hz = largest.1 / (2.0 * PI);
+            let (line, place) = (item.line, item.place.clone());
+            self.warnings.push(Warning::Reflection { line, place, modulus: largest.0, frequency_hz });
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! The chain with mean flow of a file.
+
+use super::build::{Assembly, Attached, Role};
+use super::layout::Placed;
+use super::schema::Flow;
+use super::{FileError, Problem};
+use crate::chain::Slot;
+use crate::error::NetworkError;
+use crate::flow_chain::{Action, Effect, FlowChain, FlowDuct, FlowEnd, FlowState};
+use crate::laws::Law;
+use rijke_numerics::C64;
+
+impl Assembly<'_> {
+    /// The chain of everything read so far, with choked ends for the time being.
+    pub(super) fn flow(&self, flow: &Flow, placed: &[Placed]) -> Result<FlowChain, FileError> {
+        let first = self.segments[0];
+        let velocity = match (flow.mach, flow.velocity) {
+            (Some(mach), None) => mach * first.sound_speed,
+            (None, Some(velocity)) => velocity,
+            _ => return Err(FileError::Flow { problem: Problem::OneOf { one: "mach", other: "velocity" } }),
+        };
+        let mach = velocity / first.sound_speed;
+        if !(mach > 0.0 && mach < 0.3) {
+            return Err(FileError::Flow { problem: Problem::TooFast { mach } });
+        }
+        let n = self.segments.len();
+        let mut ducts: Vec<FlowDuct> = (0..n)
+            .map(|i| FlowDuct {
+                wall: self.walls[i].clone(),
+                ratio: if i == 0 { 1.0 } else { self.temperatures[i] / self.temperatures[i - 1] },
+                ..FlowDuct::new(self.segments[i].length, self.segments[i].area)
+            })
+            .collect();
+        if let Some((_, name)) = self.devices.iter().find(|(place, _)| *place == 0 || *place == n) {
+            let device = placed.iter().find(|p| p.item.place == *name);
+            return Err(device.map_or(FileError::NoDuct, |d| d.item.fail(Problem::AtEnd)));
+        }
+        for Attached { slot, law, weight, role } in &self.attach {
+            let (place, effect) = match (slot, role) {
+                (_, Role::Flame) => continue,
+                (Slot::Ep(j), Role::Branch) => (*j, Effect::Branch),
+                (Slot::Mu(j), _) => (*j, Effect::Mu),
+                (Slot::Mp(j), _) => (*j, Effect::Mp),
+                (Slot::Eu(j), _) => (*j, Effect::Eu),
+                (Slot::Ep(j), _) => (*j, Effect::Ep),
+                // Wall losses in the propagation are in the walls.
+                _ => continue,
+            };
+            let law = self.laws.laws[*law].1.clone();
+            let law = if *weight == 1.0 { law } else { Law::Scaled(Box::new(law), C64::new(*weight, 0.0)) };
+            ducts[place].actions.push(Action { effect, law, reference: 0.0 });
+        }
+        for flame in &self.flames {
+            let before = self.segments[flame.place - 1].length;
+            if flame.downstream || flame.reference > before {
+                return Err(flame.item.fail(Problem::FlowReference { length: before }));
+            }
+            let (law, effect, reference) = (flame.law.clone(), flame.effect, flame.reference);
+            ducts[flame.place].actions.push(Action { effect, law, reference });
+        }
+        let inlet = FlowState { pressure: self.gas.pressure, density: first.density, velocity };
+        let chain = FlowChain::new(self.gas.gamma, inlet, ducts, [FlowEnd::Choked, FlowEnd::Choked]);
+        let chain = chain.map_err(|error| match error {
+            NetworkError::TooFast { index, mach } => {
+                placed[self.owners[index]].item.fail(Problem::TooFast { mach })
+            }
+            error => error.into(),
+        })?;
+        Ok(if flow.entropy_waves { chain } else { chain.without_entropy_waves() })
+    }
+}

@@ -1,0 +1,144 @@
+//! What can be wrong with one element of a network file.
+
+/// What is wrong with one element.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Problem {
+    /// An unknown key or type, or a value of the wrong type.
+    #[error("{message}")]
+    Keys {
+        /// What the reader says.
+        message: String,
+    },
+    /// A number must be positive.
+    #[error("{key} is {value}, but must be positive and finite")]
+    NotPositive {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A number must not be negative.
+    #[error("{key} is {value}, but must be zero or more, and finite")]
+    Negative {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A number must be finite.
+    #[error("{key} is {value}, but must be finite")]
+    NotFinite {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Exactly one of two keys is needed.
+    #[error("give either {one} or {other}")]
+    OneOf {
+        /// A key.
+        one: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+    /// The ratio of specific heats of no gas.
+    #[error("gamma is {value}, but must be above 1")]
+    Gamma {
+        /// Its value.
+        value: f64,
+    },
+    /// Two keys belong together.
+    #[error("give {one} and {other} together")]
+    Together {
+        /// A key.
+        one: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+    /// A polynomial is empty or zero.
+    #[error("{key} must hold at least one coefficient, not all zero")]
+    Polynomial {
+        /// The key.
+        key: &'static str,
+    },
+    /// A whole number is out of range.
+    #[error("{key} is {value}, but must be from {low} to {high}")]
+    Range {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: usize,
+        /// Least value.
+        low: usize,
+        /// Largest value.
+        high: usize,
+    },
+    /// A duct begins where another one still is.
+    #[error("it begins at {at} m and overlaps {other} by {by} m: move it, or shorten the other one")]
+    Overlap {
+        /// Where it begins, m.
+        at: f64,
+        /// The other element.
+        other: String,
+        /// By how much, m.
+        by: f64,
+    },
+    /// A duct begins beyond the end of the one before.
+    #[error("it begins at {at} m, {by} m beyond the end of what lies before it: put a duct between")]
+    Gap {
+        /// Where it begins, m.
+        at: f64,
+        /// By how much, m.
+        by: f64,
+    },
+    /// A device is not in the tube.
+    #[error("it lies at {at} m, but the tube reaches from 0 to {length} m")]
+    OutsideTube {
+        /// Where, m.
+        at: f64,
+        /// Length of the tube, m.
+        length: f64,
+    },
+    /// A flame's reference lies outside the tube.
+    #[error("the velocity reference is {distance} m away, but the tube reaches {length} m on that side")]
+    ReferenceOutside {
+        /// Distance asked for, m.
+        distance: f64,
+        /// What there is, m.
+        length: f64,
+    },
+    /// Something lies between a flame and its reference.
+    #[error("{other} lies between the flame and its velocity reference: only ducts may")]
+    ReferenceBlocked {
+        /// What.
+        other: String,
+    },
+    /// A flame that refers downstream shares its place.
+    #[error(
+        "{other} is at the same place: a flame whose velocity reference lies downstream must stand alone"
+    )]
+    NotAlone {
+        /// With what.
+        other: String,
+    },
+    /// A reference that a chain with flow does not offer.
+    #[error(
+        "with [flow] a velocity reference must lie upstream and within {length} m, the piece of duct before the flame"
+    )]
+    FlowReference {
+        /// Length of that piece, m.
+        length: f64,
+    },
+    /// With flow nothing may act at the ends.
+    #[error("with [flow] nothing may act at an end of the tube: put a duct on its other side")]
+    AtEnd,
+    /// A table cannot be fitted.
+    #[error(transparent)]
+    Table(#[from] crate::laws::TableError),
+    /// A flow is too fast, or not a flow.
+    #[error("the Mach number is {mach}, but must be above 0 and below 0.3")]
+    TooFast {
+        /// The Mach number.
+        mach: f64,
+    },
+}

@@ -1,0 +1,131 @@
+//! Where the energy of a mode with flow comes from and where it goes.
+//!
+//! The acoustic energy of a uniform flow (Cantrell & Hart 1964) is w = rho |u|^2/4 + |p|^2/(4 rho c^2)
+//! + U Re(u* p)/(2 c^2) and its flux I = Re(J m*)/2 with J = p + rho U u, m = u + U p/(rho c^2). The equations of a duct
+//! give exactly d(A I)/dx = -A [2 sigma w + Re(kappa_mu u m*)/2 + Re(kappa_ep p J*)/2].
+
+use super::passage::State;
+use super::{FlowChain, FlowState};
+use crate::newton::Root;
+use crate::sweep::Dual;
+use gauss_quad::GaussLegendre;
+use rijke_numerics::C64;
+use std::num::NonZeroUsize;
+
+/// Mean power over the energy of the mode, 1/s; positive feeds the mode. Half of each is its share of the growth rate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FlowBudget {
+    /// 2 sigma, what the others must add up to.
+    pub growth: f64,
+    /// Through the upstream end, convection included.
+    pub upstream: f64,
+    /// Through the downstream end.
+    pub downstream: f64,
+    /// Viscous losses.
+    pub viscous: f64,
+    /// Thermal losses.
+    pub thermal: f64,
+    /// At places between ducts where something acts or is heated: place and power.
+    pub places: Vec<(usize, f64)>,
+    /// At all other places: what the mean flow takes at changes of area, by vortices and entropy waves.
+    pub mean_flow: f64,
+}
+
+impl FlowBudget {
+    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding.
+    #[must_use]
+    pub fn mismatch(&self) -> f64 {
+        let parts = [self.upstream, self.downstream, self.viscous, self.thermal, self.mean_flow];
+        let all = parts.into_iter().chain(self.places.iter().map(|p| p.1));
+        let (sum, size) = all.fold((0.0, 0.0), |(sum, size), x| (sum + x, size + f64::abs(x)));
+        let scale = size.max(self.growth.abs());
+        if scale > 0.0 { (sum - self.growth).abs() / scale } else { 0.0 }
+    }
+}
+
+fn flux(gamma: f64, mean: &FlowState, [p, u, _]: &State<Dual>) -> f64 {
+    let compliance = 1.0 / (gamma * mean.pressure);
+    let (j, m) = flux_factors(mean, compliance, [p.v, u.v]);
+    0.5 * (j * m.conj()).re
+}
+
+fn flux_factors(mean: &FlowState, compliance: f64, [p, u]: [C64; 2]) -> (C64, C64) {
+    (p + mean.density * mean.velocity * u, u + mean.velocity * compliance * p)
+}
+
+impl FlowChain {
+    /// The energy budget of the mode at `root`, which must be an eigenvalue.
+    #[must_use]
+    pub fn budget(&self, root: &Root) -> FlowBudget {
+        let s = Dual { v: root.s, d: C64::ONE };
+        let mut budget = FlowBudget { growth: 2.0 * root.s.re, ..FlowBudget::default() };
+        let (mut energy, n) = (0.0, self.ducts.len());
+        self.sweep(&self.basis, &s, |j, before, behind| {
+            let incoming = if j > 0 {
+                self.ducts[j - 1].area * flux(self.gamma, &self.states[j - 1], before)
+            } else {
+                0.0
+            };
+            if j == n {
+                budget.downstream = -incoming;
+                return;
+            }
+            let outgoing = self.ducts[j].area * flux(self.gamma, &self.states[j], behind);
+            if j == 0 {
+                budget.upstream = outgoing;
+            } else if self.ducts[j].actions.is_empty() && self.ducts[j].ratio == 1.0 {
+                budget.mean_flow += outgoing - incoming;
+            } else {
+                budget.places.push((j, outgoing - incoming));
+            }
+            let [stored, viscous, thermal] = self.integrals(j, behind, &s);
+            energy += stored;
+            budget.viscous -= viscous;
+            budget.thermal -= thermal;
+        });
+        let parts = [
+            &mut budget.upstream,
+            &mut budget.downstream,
+            &mut budget.viscous,
+            &mut budget.thermal,
+            &mut budget.mean_flow,
+        ];
+        for part in parts.into_iter().chain(budget.places.iter_mut().map(|p| &mut p.1)) {
+            *part /= energy;
+        }
+        budget
+    }
+
+    /// Energy in duct `i` and what viscosity and conduction at its wall take, from the state at its upstream end, by
+    /// Gauss's rule on pieces over which the phase turns by less than one radian.
+    fn integrals(&self, i: usize, [p, u, _]: &State<Dual>, s: &Dual) -> [f64; 3] {
+        const POINTS: NonZeroUsize = NonZeroUsize::new(8).unwrap();
+        let (duct, mean) = (&self.ducts[i], &self.states[i]);
+        let compliance = 1.0 / (self.gamma * mean.pressure);
+        let slow = mean.sound_speed(self.gamma) - mean.velocity;
+        let pieces = (s.v.norm() * duct.length / slow).ceil().clamp(1.0, 1e4);
+        let (viscous, thermal) = duct.wall.as_ref().map_or((C64::ZERO, C64::ZERO), |wall| {
+            let loss = wall.law.loss(&wall.wall, s.v);
+            (loss.viscous[0] * wall.factor, loss.thermal[0] * wall.factor)
+        });
+        let rule = GaussLegendre::new(POINTS);
+        let step = duct.length / pieces;
+        let mut sums = [0.0; 3];
+        for k in 0..pieces as usize {
+            for (node, weight) in rule.iter() {
+                let x = step * (k as f64 + 0.5 * (node + 1.0));
+                let x = Dual::constant(C64::new(x, 0.0));
+                let [p, u] = self.carry(&self.basis, i, [p, u], s, &x).map(|v| v.v);
+                let (j, m) = flux_factors(mean, compliance, [p, u]);
+                let convected = 2.0 * mean.density * mean.velocity * compliance * (u * p.conj()).re;
+                let density = mean.density * u.norm_sqr() + compliance * p.norm_sqr() + convected;
+                let here =
+                    [0.25 * density, 0.5 * (viscous * u * m.conj()).re, 0.5 * (thermal * p * j.conj()).re];
+                for (sum, v) in sums.iter_mut().zip(here) {
+                    *sum += 0.5 * step * weight * duct.area * v;
+                }
+            }
+        }
+        sums
+    }
+}

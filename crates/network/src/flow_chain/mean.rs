@@ -1,0 +1,95 @@
+//! Mean states behind changes of area and behind heat.
+
+use super::number::Number;
+
+/// Mean pressure, density and velocity.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Mean<T> {
+    pub(super) pressure: T,
+    pub(super) density: T,
+    pub(super) velocity: T,
+}
+
+impl<T: Number> Mean<T> {
+    /// c^2.
+    pub(super) fn speed_squared(&self, gamma: f64) -> T {
+        self.pressure.over(&self.density).times(gamma)
+    }
+
+    /// Stagnation enthalpy, J/kg.
+    pub(super) fn enthalpy(&self, gamma: f64) -> T {
+        self.pressure.over(&self.density).times(gamma / (gamma - 1.0))
+            + (self.velocity.clone() * self.velocity.clone()).times(0.5)
+    }
+
+    /// p + rho u^2.
+    fn thrust(&self) -> T {
+        self.pressure.clone() + self.density.clone() * self.velocity.clone() * self.velocity.clone()
+    }
+}
+
+/// The state behind a step from area `a1` to `a2`: mass and stagnation enthalpy are kept; an expansion keeps
+/// p A_2 + rho u^2 A, a contraction p/rho^gamma. By Newton in the density; two more steps than the value needs carry
+/// first and second derivatives over.
+pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, a1: &T, a2: &T) -> Mean<T> {
+    if a1 == a2 {
+        return before.clone();
+    }
+    let (ratio, stagnation) = (a1.over(a2), before.enthalpy(gamma));
+    let flux = before.density.clone() * before.velocity.clone() * ratio.clone();
+    let k = gamma / (gamma - 1.0);
+    let state = |density: &T| {
+        let velocity = flux.over(density);
+        let kinetic = (velocity.clone() * velocity.clone()).times(0.5);
+        let pressure = (stagnation.clone() - kinetic) * density.times(1.0 / k);
+        Mean { pressure, density: density.clone(), velocity }
+    };
+    let expands = a2.value().re >= a1.value().re;
+    let defect = |density: &T| {
+        let s = state(density);
+        if expands {
+            let kept = before.pressure.clone()
+                + before.density.clone() * before.velocity.clone() * before.velocity.clone() * ratio.clone();
+            s.thrust() - kept
+        } else {
+            s.pressure.over(&before.pressure).ln() - s.density.over(&before.density).ln().times(gamma)
+        }
+    };
+    // At fixed flux and enthalpy H: dp/drho = (gamma-1)/gamma (H + u^2/2), d(rho u^2)/drho = -u^2.
+    let slope = |density: &T| {
+        let s = state(density);
+        let square = s.velocity.clone() * s.velocity.clone();
+        let pressure = (stagnation.clone() + square.times(0.5)).times(1.0 / k);
+        if expands { pressure - square } else { pressure.over(&s.pressure) - density.recip().times(gamma) }
+    };
+    let mut density = before.density.clone();
+    let mut extra = 0;
+    for _ in 0..50 {
+        let step = defect(&density).over(&slope(&density));
+        let small = step.value().norm() < 1e-14 * density.value().norm();
+        density = density - step;
+        if small {
+            extra += 1;
+            if extra == 3 {
+                break;
+            }
+        }
+    }
+    state(&density)
+}
+
+/// The state behind heat that raises the temperature by `ratio`: mass and p + rho u^2 are kept.
+pub(super) fn heat_step<T: Number>(before: &Mean<T>, ratio: &T) -> Mean<T> {
+    if *ratio == ratio.real(1.0) {
+        return before.clone();
+    }
+    // With m = rho u: x + m^2 (R T2)/x = p + m u for the pressure x, R T2 = ratio p/rho.
+    let flux = before.density.clone() * before.velocity.clone();
+    let total = before.thrust();
+    let hot = ratio.clone() * before.pressure.over(&before.density);
+    let product = flux.clone() * flux.clone() * hot.clone();
+    let root = (total.clone() * total.clone() - product.times(4.0)).sqrt();
+    let pressure = (total + root).times(0.5);
+    let density = pressure.over(&hot);
+    Mean { velocity: flux.over(&density), pressure, density }
+}

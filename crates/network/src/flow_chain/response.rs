@@ -1,0 +1,108 @@
+//! Derivatives of an eigenvalue and mode with flow with respect to what the chain is made of, by jets through the whole
+//! chain, mean states included.
+
+use super::FlowChain;
+use super::mean::Mean;
+use super::number::{Number, Seeded};
+use super::passage::Basis;
+use crate::error::NetworkError;
+use crate::newton::Root;
+use crate::response::{Places, Response, implicit};
+use rijke_numerics::{C64, JetSpace, Order};
+
+/// A real quantity of a flow chain to differentiate by. Ducts are numbered from 0; "at" a duct means at its upstream end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlowParameter {
+    /// Velocity of the inlet state, m/s; pressure and density stay.
+    Velocity,
+    /// Density of the inlet state, kg/m^3; pressure and velocity stay.
+    Density,
+    /// Length of a duct, m.
+    Length(usize),
+    /// Area of a duct, m^2; both places beside it follow. Where there is no step its second derivative is that of an
+    /// expansion: the closures of expansions and contractions agree to first order only.
+    Area(usize),
+    /// Temperature ratio at a duct.
+    Ratio(usize),
+    /// Factor (1) on the wall loss of a duct.
+    Wall(usize),
+    /// Factor (1) on everything that acts at a duct.
+    Gain(usize),
+    /// Delay (0) added to everything that acts at a duct, s.
+    Delay(usize),
+    /// ln |R| of the upstream (0) or downstream (1) reflection coefficient.
+    LogModulus(usize),
+    /// Angle of it, rad.
+    Angle(usize),
+}
+
+impl FlowChain {
+    /// The eigenvalue at `root` and the pressures of its mode with derivatives up to `order` with respect to
+    /// `parameters`. Places are numbered as in [`crate::Network`]: place j lies before duct j, upstream side.
+    ///
+    /// Cost: a sweep in jets, some 100 products of jets per duct. For many parameters of a chain without flow
+    /// [`crate::Network::respond`] is much faster.
+    ///
+    /// # Errors
+    /// [`NetworkError::NoDuct`] for a duct or end that does not exist, [`NetworkError::SilentReference`],
+    /// [`NetworkError::NotFinite`].
+    pub fn respond(
+        &self,
+        root: &Root,
+        parameters: &[FlowParameter],
+        places: &Places,
+        order: Order,
+    ) -> Result<Response, NetworkError> {
+        let (n, p) = (self.ducts.len(), parameters.len());
+        if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
+            return Err(NetworkError::NoDuct { index: place, ducts: n });
+        }
+        let space = JetSpace::new(p + 1, order.max(Order::First));
+        let one = Seeded(space.real(1.0));
+        let mut basis = Basis::plain(&one, self.gamma, self.inlet, &self.ducts);
+        let inlet = self.inlet;
+        let mut mean = Mean {
+            pressure: one.real(inlet.pressure),
+            density: one.real(inlet.density),
+            velocity: one.real(inlet.velocity),
+        };
+        let mut ratios: Vec<Seeded> = self.ducts.iter().map(|d| one.real(d.ratio)).collect();
+        for (k, &parameter) in parameters.iter().enumerate() {
+            use FlowParameter as P;
+            let (index, count) = match parameter {
+                P::Velocity | P::Density => (0, 1),
+                P::LogModulus(i) | P::Angle(i) => (i, 2),
+                P::Length(i) | P::Area(i) | P::Ratio(i) | P::Wall(i) | P::Gain(i) | P::Delay(i) => (i, n),
+            };
+            if index >= count {
+                return Err(NetworkError::NoDuct { index, ducts: count });
+            }
+            let target = match parameter {
+                P::Velocity => &mut mean.velocity,
+                P::Density => &mut mean.density,
+                P::Length(i) => &mut basis.length[i],
+                P::Area(i) => &mut basis.area[i],
+                P::Ratio(i) => &mut ratios[i],
+                P::Wall(i) => &mut basis.wall[i],
+                P::Gain(i) => &mut basis.gain[i],
+                P::Delay(i) => &mut basis.delay[i],
+                P::LogModulus(i) | P::Angle(i) => &mut basis.ends[i],
+            };
+            let factor = if matches!(parameter, P::Angle(_)) { C64::I } else { C64::ONE };
+            *target = target.clone() + Seeded(space.seed(k, C64::ZERO).scale(factor));
+        }
+        basis.settle(self.gamma, mean, &ratios);
+        let mut pressures = vec![None; n + 1];
+        let s = Seeded(space.seed(p, root.s));
+        let f = self.sweep(&basis, &s, |j, x, _| {
+            if j == places.reference || places.at.contains(&j) {
+                pressures[j] = Some(x[0].0.clone());
+            }
+        });
+        let s = implicit(&f.0, root.s);
+        if !s.gradient().iter().chain(s.hessian_packed()).all(|z| z.is_finite()) {
+            return Err(NetworkError::NotFinite { s: root.s });
+        }
+        Response::relative(s, &pressures, places, order)
+    }
+}

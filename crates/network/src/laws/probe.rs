@@ -1,0 +1,111 @@
+//! Feedback from the velocity at another place: what it is of the pressure and velocity where the source is.
+
+use super::Law;
+use crate::chain::Segment;
+use crate::transfer::{curvature, line};
+use rijke_numerics::{C64, Jet, JetSpace};
+
+/// One of the two coefficients k_eu and k_ep of a source u2 - r u1 = T(s) u_ref whose reference velocity u_ref lies
+/// upstream or downstream of it, with nothing but ducts between.
+///
+/// Upstream of the source u_ref = alpha u1 + beta p1 follows from the state before it, so k_eu = -T alpha and
+/// k_ep = -T beta. Downstream it follows from the state behind it, u_ref = alpha u2 + beta p2 with p2 = p1, so that
+/// k_eu = -r T alpha/(1 - T alpha) and k_ep = -T beta/(1 - T alpha): a loop, with poles where T alpha = 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    /// T.
+    pub transfer: Law,
+    /// The ducts from the source to the reference, in that order.
+    pub path: Vec<Stretch>,
+    /// The coefficient wanted.
+    pub of: Part,
+    /// Where the reference lies; downstream with r, the area before over the area behind the source.
+    pub side: Side,
+}
+
+/// Which coefficient.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// k_eu.
+    Velocity,
+    /// k_ep.
+    Pressure,
+}
+
+/// On which side of the source the reference lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Side {
+    /// Before it.
+    Upstream,
+    /// Behind it.
+    Downstream {
+        /// Area before over area behind the source.
+        ratio: f64,
+    },
+}
+
+/// A uniform duct on the way from the source to the reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stretch {
+    /// The duct, of the length that is passed.
+    pub segment: Segment,
+    /// Velocity on entering over velocity on leaving the stretch before: the inverse ratio of areas. 1 for the first.
+    pub ratio: f64,
+    /// Viscous and thermal loss per metre.
+    pub losses: Option<[Law; 2]>,
+}
+
+impl Probe {
+    pub(super) fn at(&self, s: &Jet, space: JetSpace) -> Jet {
+        let [beta, alpha] = self.row(s, space);
+        let t = self.transfer.at(s, space);
+        match (self.side, self.of) {
+            (Side::Upstream, Part::Velocity) => -&(&t * &alpha),
+            (Side::Upstream, Part::Pressure) => -&(&t * &beta),
+            (Side::Downstream { ratio }, part) => {
+                let loop_gain = &t * &alpha;
+                let open = (-&loop_gain).shift(C64::ONE);
+                match part {
+                    Part::Velocity => (&loop_gain / &open).scale(C64::new(-ratio, 0.0)),
+                    Part::Pressure => -&(&(&t * &beta) / &open),
+                }
+            }
+        }
+    }
+
+    /// 1 - T alpha, whose zeros are poles of the coefficients if the reference lies downstream.
+    pub(super) fn open_loop(&self, s: &Jet, space: JetSpace) -> Jet {
+        let [_, alpha] = self.row(s, space);
+        (-&(&self.transfer.at(s, space) * &alpha)).shift(C64::ONE)
+    }
+
+    /// Time that sound needs to the reference.
+    pub(super) fn travel_time(&self) -> f64 {
+        self.path.iter().map(|p| p.segment.length / p.segment.sound_speed).sum()
+    }
+
+    /// beta and alpha: the velocity at the reference as a row on (p, u) at the source.
+    fn row(&self, s: &Jet, space: JetSpace) -> [Jet; 2] {
+        let [mut on_p, mut on_u] = [space.real(0.0), space.real(1.0)];
+        let sign = if self.side == Side::Upstream { 1.0 } else { -1.0 };
+        for stretch in self.path.iter().rev() {
+            let Segment { length, sound_speed, density, .. } = stretch.segment;
+            let real = |v: f64| C64::new(v, 0.0);
+            let mut z = s.scale(real(density));
+            let mut y = s.scale(real(1.0 / (density * sound_speed * sound_speed)));
+            if let Some([viscous, thermal]) = &stretch.losses {
+                z = &z + &viscous.at(s, space);
+                y = &y + &thermal.at(s, space);
+            }
+            let (p, q) = (z.scale(real(length)), y.scale(real(length)));
+            let square = &p * &q;
+            let at = line(square.value());
+            let c = square.compose(at.c, 0.5 * at.s, 0.5 * at.s1);
+            let sh = square.compose(at.s, at.s1, curvature(square.value(), &at)).scale(real(sign));
+            let before = &(&on_p * &c) + &(&on_u * &(&q * &sh));
+            on_u = (&(&on_p * &(&p * &sh)) + &(&on_u * &c)).scale(real(stretch.ratio));
+            on_p = before;
+        }
+        [on_p, on_u]
+    }
+}

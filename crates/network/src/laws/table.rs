@@ -1,0 +1,227 @@
+//! Measured transfer functions: a rational function through a table of gain and phase, by the AAA algorithm
+//! (Nakatsukasa, Sete & Trefethen 2018), kept as partial fractions.
+
+use rijke_numerics::{C64, DenseError, Jet, JetSpace, Matrix, complex_eigenvalues, least_direction};
+use std::f64::consts::PI;
+
+/// e^{-s delay} (constant + sum of residue/(s - pole)), fitted to values on the imaginary axis; real for real s.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Delay taken out before the fit, s.
+    pub delay: f64,
+    /// Value at infinity, without the delay.
+    pub constant: f64,
+    /// Poles and residues; with every pole its conjugate.
+    pub terms: Vec<(C64, C64)>,
+    /// Largest deviation from the table over its largest value.
+    pub deviation: f64,
+    /// Limits of the table, rad/s: outside, the fit extrapolates.
+    pub range: [f64; 2],
+}
+
+/// A row of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entry {
+    /// Hz.
+    pub frequency: f64,
+    /// Modulus.
+    pub gain: f64,
+    /// rad; e^{-i omega tau} has the phase -omega tau.
+    pub phase: f64,
+}
+
+/// Why a table cannot be fitted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TableError {
+    /// Too few rows.
+    #[error("a table needs at least 3 rows, but has {rows}")]
+    Short {
+        /// How many there are.
+        rows: usize,
+    },
+    /// Frequencies do not increase, or a number is not finite or negative.
+    #[error("row {row} of the table: frequencies must be positive and increase, gains must not be negative")]
+    Row {
+        /// The row, from 1.
+        row: usize,
+    },
+    /// The tolerance is not reached.
+    #[error(
+        "no rational function of order {order} or less fits the table to {tolerance:.1e} of its largest gain, the best \
+         one to {reached:.1e}: raise the tolerance to the error of the measurement"
+    )]
+    NoFit {
+        /// Largest order tried.
+        order: usize,
+        /// Tolerance asked for.
+        tolerance: f64,
+        /// What was reached.
+        reached: f64,
+    },
+    /// The fit grows without end: a pole with positive growth rate.
+    #[error(
+        "the fit has a pole at {at} with positive growth rate, so it is no response to the past: raise the tolerance to \
+         the error of the measurement"
+    )]
+    Unstable {
+        /// The pole.
+        at: C64,
+    },
+    /// The algebra failed.
+    #[error(transparent)]
+    Dense(#[from] DenseError),
+}
+
+impl Table {
+    /// The rational function of lowest order that meets every row to `tolerance` of the largest gain. The mean delay,
+    /// the slope of the phase by least squares, is taken out first if it is positive.
+    ///
+    /// # Errors
+    /// [`TableError`].
+    pub fn fit(rows: &[Entry], tolerance: f64) -> Result<Self, TableError> {
+        if rows.len() < 3 {
+            return Err(TableError::Short { rows: rows.len() });
+        }
+        let mut last = 0.0;
+        for (index, e) in rows.iter().enumerate() {
+            let sound = e.frequency > last && e.frequency.is_finite() && e.phase.is_finite();
+            if !(sound && e.gain >= 0.0 && e.gain.is_finite()) {
+                return Err(TableError::Row { row: index + 1 });
+            }
+            last = e.frequency;
+        }
+        let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
+        let delay = mean_delay(&omega, rows);
+        let value = |(e, w): (&Entry, &f64)| C64::from_polar(e.gain, e.phase + w * delay);
+        let values: Vec<C64> = rows.iter().zip(&omega).map(value).collect();
+        let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let range = [omega[0], omega[omega.len() - 1]];
+        if scale == 0.0 {
+            return Ok(Self { delay: 0.0, constant: 0.0, terms: Vec::new(), deviation: 0.0, range });
+        }
+        let mean = values.iter().sum::<C64>().re / values.len() as f64;
+        let mut best = Self { delay, constant: mean, terms: Vec::new(), deviation: f64::INFINITY, range };
+        best.deviation = best.worst(&omega, &values).1 / scale;
+        let mut supports: Vec<usize> = Vec::new();
+        // A pair of conjugate supports at a time; no more unknowns than equations.
+        let most = (rows.len() - 1) / 2;
+        let mut fit = best.clone();
+        while best.deviation > tolerance && supports.len() < most {
+            let worst = (0..rows.len())
+                .filter(|k| !supports.contains(k))
+                .max_by(|&a, &b| {
+                    let gap = |k: usize| (fit.rational(C64::new(0.0, omega[k])) - values[k]).norm();
+                    gap(a).total_cmp(&gap(b))
+                })
+                .unwrap_or(0);
+            supports.push(worst);
+            fit = fractions(&omega, &values, &supports, delay, range)?;
+            fit.deviation = fit.worst(&omega, &values).1 / scale;
+            if fit.deviation < best.deviation {
+                best = fit.clone();
+            }
+        }
+        if best.deviation > tolerance {
+            let order = 2 * most;
+            return Err(TableError::NoFit { order, tolerance, reached: best.deviation });
+        }
+        if let Some(&(at, _)) = best.terms.iter().find(|(pole, _)| pole.re > 0.0) {
+            return Err(TableError::Unstable { at });
+        }
+        Ok(best)
+    }
+
+    /// Without the delay.
+    fn rational(&self, s: C64) -> C64 {
+        self.terms.iter().map(|(pole, residue)| residue / (s - pole)).sum::<C64>() + self.constant
+    }
+
+    fn worst(&self, omega: &[f64], values: &[C64]) -> (usize, f64) {
+        let gap = |(w, v): (&f64, &C64)| (self.rational(C64::new(0.0, *w)) - v).norm();
+        let gaps = omega.iter().zip(values).map(gap).enumerate();
+        gaps.fold((0, 0.0), |worst, here| if here.1 > worst.1 || here.1.is_nan() { here } else { worst })
+    }
+
+    pub(super) fn at(&self, s: &Jet, space: JetSpace) -> Jet {
+        let mut sum = space.real(self.constant);
+        for (pole, residue) in &self.terms {
+            sum = &sum + &s.shift(-pole).recip().scale(*residue);
+        }
+        &sum * &s.scale(C64::new(-self.delay, 0.0)).exp()
+    }
+}
+
+/// Minus the slope of the unwrapped phase, by least squares weighted with the gain; 0 if it leads.
+fn mean_delay(omega: &[f64], rows: &[Entry]) -> f64 {
+    let mut phase = rows[0].phase;
+    let mut unwrapped = vec![phase];
+    for pair in rows.windows(2) {
+        let turn = (pair[1].phase - pair[0].phase) / (2.0 * PI);
+        phase += 2.0 * PI * (turn - turn.round());
+        unwrapped.push(phase);
+    }
+    let total: f64 = rows.iter().map(|e| e.gain).sum();
+    let mean = |values: &[f64]| values.iter().zip(rows).map(|(v, e)| v * e.gain).sum::<f64>() / total;
+    let (w, p) = (mean(omega), mean(&unwrapped));
+    let of = |f: fn(f64, f64) -> f64| -> f64 {
+        (0..rows.len()).map(|k| rows[k].gain * f(omega[k] - w, unwrapped[k] - p)).sum()
+    };
+    let slope = -of(|w, p| w * p) / of(|w, _| w * w);
+    if slope.is_finite() { slope.max(0.0) } else { 0.0 }
+}
+
+/// The AAA approximant with these support points and their conjugates, as partial fractions.
+fn fractions(
+    omega: &[f64],
+    values: &[C64],
+    supports: &[usize],
+    delay: f64,
+    range: [f64; 2],
+) -> Result<Table, TableError> {
+    let m = supports.len();
+    let rest: Vec<usize> = (0..omega.len()).filter(|k| !supports.contains(k)).collect();
+    // Weights a +- i b of each pair; real and imaginary part of each remaining row of Loewner's matrix.
+    let mut loewner = Matrix::zeros(2 * rest.len(), 2 * m);
+    for (row, &k) in rest.iter().enumerate() {
+        let (z, f) = (C64::new(0.0, omega[k]), values[k]);
+        for (column, &j) in supports.iter().enumerate() {
+            let (zj, fj) = (C64::new(0.0, omega[j]), values[j]);
+            let (one, two) = ((f - fj) / (z - zj), (f - fj.conj()) / (z - zj.conj()));
+            let (even, odd) = (one + two, C64::I * (one - two));
+            loewner[(2 * row, 2 * column)] = even.re;
+            loewner[(2 * row + 1, 2 * column)] = even.im;
+            loewner[(2 * row, 2 * column + 1)] = odd.re;
+            loewner[(2 * row + 1, 2 * column + 1)] = odd.im;
+        }
+    }
+    let unknowns = least_direction(&loewner)?;
+    let points: Vec<(C64, C64, C64)> = supports
+        .iter()
+        .enumerate()
+        .flat_map(|(column, &j)| {
+            let (z, w) = (C64::new(0.0, omega[j]), C64::new(unknowns[2 * column], unknowns[2 * column + 1]));
+            [(z, values[j], w), (z.conj(), values[j].conj(), w.conj())]
+        })
+        .collect();
+    // Zeros of sum w/(s - z): eigenvalues of Z (1 - e w'/sum w), whose one extra eigenvalue is 0.
+    let total: C64 = points.iter().map(|p| p.2).sum();
+    let n = points.len();
+    let scale = range[1];
+    let pencil: Vec<C64> = (0..n * n)
+        .map(|k| {
+            let (i, j) = (k / n, k % n);
+            let unit = if i == j { points[i].0 } else { C64::ZERO };
+            (unit - points[j].0 * points[j].2 / total) / scale
+        })
+        .collect();
+    let mut poles = complex_eigenvalues(&pencil, n)?;
+    poles.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let residue = |pole: C64| {
+        let above: C64 = points.iter().map(|(z, f, w)| w * f / (pole - z)).sum();
+        let below: C64 = points.iter().map(|(z, _, w)| -w / ((pole - z) * (pole - z))).sum();
+        above / below
+    };
+    let terms: Vec<(C64, C64)> = poles.iter().skip(1).map(|x| (x * scale, residue(x * scale))).collect();
+    let constant = (points.iter().map(|(_, f, w)| f * w).sum::<C64>() / total).re;
+    Ok(Table { delay, constant, terms, deviation: f64::INFINITY, range })
+}

@@ -1,0 +1,45 @@
+//! Folders of OSCILOS_lite inputs.
+
+use crate::common_laws::c;
+use rijke_network::file::{OscilosError, OscilosTexts, read_oscilos};
+
+fn texts() -> OscilosTexts {
+    OscilosTexts {
+        geometry: "x[m] r[m] SectionIndex TubeIndex\n0 0.01 0 0\n1 0.01 0 0\n2 0.01 0 0\n".to_owned(),
+        mean_flow: "P1 T1 choice M1 gamma dT\n101325.0 293.0 1 0.001 1 1\n".to_owned(),
+        flame: None,
+        inlet: "Type Param_1 Param_2 Param_3\n2 - - -\n".to_owned(),
+        outlet: "Type Param_1 Param_2 Param_3\n1 - - -\n".to_owned(),
+        scan_range: "f f n g g n\n0 1000 50 -200 200 50\n".to_owned(),
+    }
+}
+
+#[test]
+fn exact_oscilos_inputs() {
+    // A closed-open duct of 2 m at M = 0.001: f = c (1 - M^2)/(4 L) (2k + 1).
+    let (chain, region) = read_oscilos(&texts()).unwrap();
+    let found = chain.modes(&region).unwrap();
+    let speed = (1.4 * 8.3145 / 28.96512 * 1000.0 * 293.0_f64).sqrt();
+    let first = 0.5 * std::f64::consts::PI * speed * (1.0 - 1e-6) / 2.0;
+    assert_eq!(found.counted, 12);
+    for (k, mode) in found.modes.iter().enumerate() {
+        let exact = c(0.0, first * (2 * k + 1) as f64);
+        assert!((mode.s - exact).norm() < 1e-12 * exact.norm(), "{} against {exact}", mode.s);
+    }
+    // A cone is a staircase; a flame needs its file; what is not read is named.
+    let cone =
+        OscilosTexts { geometry: "x r s t\n0 0.01 0 1\n1 0.03 0 0\n2 0.03 0 0\n".to_owned(), ..texts() };
+    assert_eq!(read_oscilos(&cone).unwrap().0.states().len(), 50);
+    let flame =
+        OscilosTexts { geometry: "x r s t\n0 0.01 0 0\n1 0.01 11 0\n2 0.01 0 0\n".to_owned(), ..texts() };
+    assert_eq!(read_oscilos(&flame).unwrap_err(), OscilosError::NoFlame);
+    let lit = OscilosTexts { flame: Some("t a b\n1 0.3 2.1".to_owned()), ..flame };
+    let modes = read_oscilos(&lit).map(|(chain, region)| chain.modes(&region).unwrap()).unwrap();
+    assert!(modes.counted >= 8);
+    let choked = OscilosTexts { outlet: "t a b c\n3 - - -\n".to_owned(), ..texts() };
+    let said = read_oscilos(&choked).unwrap_err().to_string();
+    assert_eq!(said, "Outlet.txt: Type 3 is not supported; supported are 1, 2, 4, 5, 11 and 12");
+    let broken = OscilosTexts { scan_range: "f f n g g n\n0 many 50\n".to_owned(), ..texts() };
+    let said = read_oscilos(&broken).unwrap_err().to_string();
+    assert_eq!(said, "Scan_range.txt, line 2: 6 numbers are needed, found `0 many 50`");
+}
