@@ -20,7 +20,7 @@ pub(crate) fn zeros(
     const LONGEST: f64 = 1e6;
     let Region { sigma: [left, right], omega: [low, high] } = *region;
     let border = ((right - left) + (high - low)) / step;
-    if !(border < LONGEST) {
+    if border.is_nan() || border > LONGEST {
         return Err(NetworkError::TooLarge {
             sigma: region.sigma,
             omega: region.omega,

@@ -1,7 +1,7 @@
 //! Devices between ducts: feedback, orifices, flames, resonators.
 
 use super::build::{Assembly, Attached, Item, Role};
-use super::schema::{Coefficient, Direction, Element, Transfer};
+use super::schema::{self, Coefficient, Direction, Element, Transfer};
 use super::{FileError, Problem};
 use crate::chain::Slot;
 use crate::flow_chain::Effect;
@@ -70,7 +70,7 @@ impl Assembly<'_> {
         let here = self.segments[before.min(after)];
         let name = |what: &str| format!("{}: {what}", item.place);
         match element {
-            Element::Duct { .. } => {}
+            Element::Duct(_) => {}
             Element::Feedback { mu, mp, eu, ep } => {
                 let slots = [Slot::Mu(place), Slot::Mp(place), Slot::Eu(place), Slot::Ep(place)];
                 for (slot, coefficient) in slots.into_iter().zip([mu, mp, eu, ep]) {
@@ -96,7 +96,7 @@ impl Assembly<'_> {
                 let law = Law::Linear { constant: C64::new(*drag, 0.0), per_s: C64::new(inertia, 0.0) };
                 self.add(Slot::Mu(place), name("orifice"), law, Role::Plain);
             }
-            Element::Flame { .. } => self.flame(item, place, element)?,
+            Element::Flame(flame) => self.flame(item, place, flame)?,
             Element::Helmholtz { volume, neck_area, neck_length, resistance } => {
                 item.positive("volume", *volume)?;
                 item.positive("neck_area", *neck_area)?;
@@ -125,8 +125,8 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    fn flame(&mut self, item: &Item, place: usize, element: &Element) -> Result<(), FileError> {
-        let Element::Flame {
+    fn flame(&mut self, item: &Item, place: usize, flame: &schema::Flame) -> Result<(), FileError> {
+        let schema::Flame {
             gain,
             n,
             delay,
@@ -137,10 +137,7 @@ impl Assembly<'_> {
             tolerance,
             reference,
             reference_side,
-        } = element
-        else {
-            return Ok(());
-        };
+        } = flame;
         let reference = item.not_negative("reference", *reference)?;
         let (before, after) = (place.saturating_sub(1), place.min(self.segments.len() - 1));
         let downstream = *reference_side == Direction::Downstream;

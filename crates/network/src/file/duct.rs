@@ -2,7 +2,7 @@
 
 use super::build::{Assembly, Attached, Role, Warning};
 use super::layout::Placed;
-use super::schema::{Element, Scheme, WallChoice};
+use super::schema::{Duct, Element, Scheme, WallChoice};
 use super::{FileError, Problem};
 use crate::chain::{Segment, Slot};
 use crate::flow_chain::FlowWall;
@@ -32,7 +32,10 @@ impl Assembly<'_> {
         slack: f64,
     ) -> Result<(), FileError> {
         let item = &placed.item;
-        let Element::Duct {
+        let Element::Duct(duct) = &placed.element else {
+            return Ok(());
+        };
+        let Duct {
             length,
             diameter,
             diameter_end,
@@ -47,10 +50,7 @@ impl Assembly<'_> {
             wall,
             wall_factor,
             scheme,
-        } = placed.element.clone()
-        else {
-            return Ok(());
-        };
+        } = *duct.clone();
         item.positive("length", length)?;
         item.not_negative("wall_factor", wall_factor)?;
         let disc = |d: f64| 0.25 * PI * d * d;

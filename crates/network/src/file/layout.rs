@@ -18,7 +18,7 @@ pub(super) struct Placed {
 
 impl Placed {
     pub(super) fn is_duct(&self) -> bool {
-        matches!(self.element, Element::Duct { .. })
+        matches!(self.element, Element::Duct(_))
     }
 }
 
@@ -31,8 +31,8 @@ pub(super) fn place(text: &str, tables: &[Spanned<toml::Table>]) -> Result<(Vec<
     let mut last = String::new();
     for (index, table) in tables.iter().enumerate() {
         let (item, called, at, element) = parse(text, index, table)?;
-        let x = if let Element::Duct { length, .. } = &element {
-            let length = item.positive("length", *length)?;
+        let x = if let Element::Duct(duct) = &element {
+            let length = item.positive("length", duct.length)?;
             if let Some(at) = at {
                 let by = end - at;
                 let slack = SAME * (end + length);

@@ -99,7 +99,7 @@ pub(super) struct Transfer {
 #[derive(Clone, Debug)]
 pub(super) enum Coefficient {
     Constant([f64; 2]),
-    Function(Transfer),
+    Function(Box<Transfer>),
 }
 
 impl Default for Coefficient {
@@ -113,7 +113,7 @@ impl<'de> Deserialize<'de> for Coefficient {
         // By hand, so that the messages of the alternative that was meant come through.
         let value = toml::Value::deserialize(from)?;
         let outcome = match value {
-            toml::Value::Table(_) => Transfer::deserialize(value).map(Self::Function),
+            toml::Value::Table(_) => <Box<Transfer>>::deserialize(value).map(Self::Function),
             value => <[f64; 2]>::deserialize(value).map(Self::Constant),
         };
         outcome.map_err(|error| serde::de::Error::custom(error.message()))
@@ -162,31 +162,62 @@ fn unity() -> Vec<f64> {
     vec![1.0]
 }
 
+/// A straight or conical duct, uniform or with a temperature that varies along it, cut into `pieces`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Duct {
+    pub(super) length: f64,
+    pub(super) diameter: Option<f64>,
+    pub(super) diameter_end: Option<f64>,
+    pub(super) area: Option<f64>,
+    pub(super) area_end: Option<f64>,
+    pub(super) temperature: Option<f64>,
+    pub(super) temperature_end: Option<f64>,
+    /// Temperatures at equally spaced points from start to end.
+    pub(super) temperatures: Option<Vec<f64>>,
+    pub(super) sound_speed: Option<f64>,
+    pub(super) density: Option<f64>,
+    pub(super) pieces: Option<usize>,
+    #[serde(default)]
+    pub(super) wall: WallChoice,
+    #[serde(default = "one")]
+    pub(super) wall_factor: f64,
+    #[serde(default)]
+    pub(super) scheme: Scheme,
+}
+
+/// A compact heat source, k_eu = -gain N/D e^{-s delay}.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Flame {
+    pub(super) gain: Option<f64>,
+    /// Interaction index, instead of `gain`: Q'/Q = n N/D e^{-s delay} u'/U, so that
+    /// gain = n (T2 - T1)/T_ref A_ref/A2.
+    pub(super) n: Option<f64>,
+    #[serde(default)]
+    pub(super) delay: f64,
+    pub(super) cutoff_hz: Option<f64>,
+    #[serde(default = "unity")]
+    pub(super) numerator: Vec<f64>,
+    #[serde(default = "unity")]
+    pub(super) denominator: Vec<f64>,
+    /// Rows of frequency (Hz), gain, phase (rad).
+    pub(super) table: Option<Vec<[f64; 3]>>,
+    #[serde(default = "fit")]
+    pub(super) tolerance: f64,
+    /// Distance from the flame of the velocity that it answers to, m.
+    #[serde(default)]
+    pub(super) reference: f64,
+    #[serde(default)]
+    pub(super) reference_side: Direction,
+}
+
 /// The elements, from upstream to downstream. `name` and `at` are common to all and read before.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Element {
-    /// A straight or conical duct, uniform or with a linear temperature, cut into `pieces`.
-    Duct {
-        length: f64,
-        diameter: Option<f64>,
-        diameter_end: Option<f64>,
-        area: Option<f64>,
-        area_end: Option<f64>,
-        temperature: Option<f64>,
-        temperature_end: Option<f64>,
-        /// Temperatures at equally spaced points from start to end.
-        temperatures: Option<Vec<f64>>,
-        sound_speed: Option<f64>,
-        density: Option<f64>,
-        pieces: Option<usize>,
-        #[serde(default)]
-        wall: WallChoice,
-        #[serde(default = "one")]
-        wall_factor: f64,
-        #[serde(default)]
-        scheme: Scheme,
-    },
+    /// A straight or conical duct.
+    Duct(Box<Duct>),
     /// Feedback coefficients.
     Feedback {
         #[serde(default)]
@@ -206,29 +237,8 @@ pub(super) enum Element {
         #[serde(default)]
         drag: f64,
     },
-    /// A compact heat source, k_eu = -gain N/D e^{-s delay}.
-    Flame {
-        gain: Option<f64>,
-        /// Interaction index, instead of `gain`: Q'/Q = n N/D e^{-s delay} u'/U, so that
-        /// gain = n (T2 - T1)/T_ref A_ref/A2.
-        n: Option<f64>,
-        #[serde(default)]
-        delay: f64,
-        cutoff_hz: Option<f64>,
-        #[serde(default = "unity")]
-        numerator: Vec<f64>,
-        #[serde(default = "unity")]
-        denominator: Vec<f64>,
-        /// Rows of frequency (Hz), gain, phase (rad).
-        table: Option<Vec<[f64; 3]>>,
-        #[serde(default = "fit")]
-        tolerance: f64,
-        /// Distance from the flame of the velocity that it answers to, m.
-        #[serde(default)]
-        reference: f64,
-        #[serde(default)]
-        reference_side: Direction,
-    },
+    /// A compact heat source.
+    Flame(Box<Flame>),
     /// A Helmholtz resonator on the wall.
     Helmholtz {
         volume: f64,

@@ -1,7 +1,7 @@
 //! Where the energy of a mode with flow comes from and where it goes.
 //!
-//! The acoustic energy of a uniform flow (Cantrell & Hart 1964) is w = rho |u|^2/4 + |p|^2/(4 rho c^2)
-//! + U Re(u* p)/(2 c^2) and its flux I = Re(J m*)/2 with J = p + rho U u, m = u + U p/(rho c^2). The equations of a duct
+//! The acoustic energy of a uniform flow (Cantrell & Hart 1964) is
+//! w = rho |u|^2/4 + |p|^2/(4 rho c^2) + U Re(u* p)/(2 c^2) and its flux I = Re(J m*)/2 with J = p + rho U u, m = u + U p/(rho c^2). The equations of a duct
 //! give exactly d(A I)/dx = -A [2 sigma w + Re(kappa_mu u m*)/2 + Re(kappa_ep p J*)/2].
 
 use super::passage::State;

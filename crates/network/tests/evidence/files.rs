@@ -285,7 +285,9 @@ fn exact_mistakes_in_files_are_named() {
     );
     let built = read(&odd).unwrap();
     assert!(matches!(built.warnings[0], Warning::Pressure { line: 7, .. }));
-    assert!(matches!(built.warnings[1], Warning::Reflection { modulus, .. } if (modulus - 1.2).abs() < 1e-12));
+    assert!(
+        matches!(built.warnings[1], Warning::Reflection { modulus, .. } if (modulus - 1.2).abs() < 1e-12)
+    );
     assert!(!built.passive);
     // A law with an undeclared essential singularity cannot be built from a file; an empty region is refused.
     let empty = format!("[search]\nfrequency_hz = [5, 1]\n{ENDS}{duct}");
