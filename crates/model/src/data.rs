@@ -1,8 +1,8 @@
 //! Observations as the data of an inference.
 
-use crate::{Conditions, ModelError};
+use crate::{BaseErrors, Conditions, ModelError};
 use rijke_inference::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
-use rijke_numerics::Matrix;
+use rijke_numerics::{C64, Matrix};
 use rijke_rig::Ping;
 
 /// A measured ping and the conditions under which it was measured.
@@ -68,17 +68,6 @@ pub fn selected(ping: &Ping, chosen: &[usize]) -> (Vec<f64>, Matrix) {
 /// # Errors
 /// [`ModelError::Inference`] for numbers that are not finite or covariances that are not positive definite.
 pub fn data_of(observed: &[Observed], microphones: &[usize], noise: &Noise) -> Result<Data, ModelError> {
-    let group = |name: &str, unit: &str, mode| NoiseGroup { name: name.into(), unit: unit.into(), mode };
-    let mut groups = vec![
-        group("growth rate", "1/s", noise.growth_rate),
-        group("angular frequency", "rad/s", noise.angular_frequency),
-    ];
-    let others = |ping: &Ping| -> Vec<_> {
-        microphones.iter().filter(|m| **m != ping.reference).map(|&m| ping.pressures[m]).collect()
-    };
-    if microphones.len() > 1 {
-        groups.push(group("relative pressure", "1", noise.pressure));
-    }
     let block = |observed: &Observed| {
         let (values, covariance) = selected(&observed.ping, microphones);
         let size = values.len();
@@ -89,10 +78,76 @@ pub fn data_of(observed: &[Observed], microphones: &[usize], noise: &Noise) -> R
         if size == 2 {
             return block;
         }
-        let shared = relative_noise(&others(&observed.ping));
+        let shared = relative_noise(&others(&observed.ping, microphones));
         let padded =
             Matrix::from_fn(size, size, |i, j| if i > 1 && j > 1 { shared[(i - 2, j - 2)] } else { 0.0 });
         block.with_noise(2, padded)
     };
-    Ok(Data::new(observed.iter().map(block).collect(), groups)?)
+    Ok(Data::new(observed.iter().map(block).collect(), groups(microphones, noise))?)
+}
+
+/// As [`data_of`], with the errors of the base states as a covariance that does not float; and for each number of the data
+/// its place in the prediction.
+///
+/// Growth rates and frequencies of all points that share a cause of error are one block, so that what moves them together
+/// is known to. The pressures of each point are a block of their own: what the errors do to pressures and eigenvalue
+/// together is left out, because blocks of a hundred numbers would make the inference a hundred times slower.
+///
+/// # Errors
+/// As [`data_of`].
+pub fn data_with_base_errors(
+    observed: &[Observed],
+    microphones: &[usize],
+    noise: &Noise,
+    errors: &BaseErrors,
+) -> Result<(Data, Vec<usize>), ModelError> {
+    let measured: Vec<(Vec<f64>, Matrix)> = observed.iter().map(|o| selected(&o.ping, microphones)).collect();
+    let size = 2 * microphones.len();
+    let (mut blocks, mut order) = (Vec::new(), Vec::new());
+    for group in errors.together() {
+        let values = group.iter().flat_map(|&p| measured[p].0[..2].iter().copied()).collect();
+        let own = Matrix::from_fn(2 * group.len(), 2 * group.len(), |i, j| {
+            if i / 2 == j / 2 { measured[group[i / 2]].1[(i % 2, j % 2)] } else { 0.0 }
+        });
+        let names: Vec<&str> = group.iter().map(|&p| observed[p].conditions.point.id.as_str()).collect();
+        let even: Vec<usize> = (0..group.len()).map(|k| 2 * k).collect();
+        let odd: Vec<usize> = (0..group.len()).map(|k| 2 * k + 1).collect();
+        let floor = errors.covariance(&group, &[0, 1]).plus(if noise.measured { 1.0 } else { 0.0 }, &own);
+        blocks.push(
+            Observation::new(names.join(" "), values)
+                .with_floor(floor)
+                .with_independent_noise(0, &even)
+                .with_independent_noise(1, &odd),
+        );
+        order.extend(group.iter().flat_map(|&p| [p * size, p * size + 1]));
+    }
+    let rows: Vec<usize> = (2..size).collect();
+    for (p, observed) in observed.iter().enumerate().filter(|_| size > 2) {
+        let floor = errors.covariance(&[p], &rows);
+        let own = measured[p].1.select(&rows);
+        blocks.push(
+            Observation::new(observed.conditions.point.id.clone(), measured[p].0[2..].to_vec())
+                .with_floor(floor.plus(if noise.measured { 1.0 } else { 0.0 }, &own))
+                .with_noise(2, relative_noise(&others(&observed.ping, microphones))),
+        );
+        order.extend(rows.iter().map(|r| p * size + r));
+    }
+    Ok((Data::new(blocks, groups(microphones, noise))?, order))
+}
+
+/// The relative pressures of `microphones` but the reference.
+fn others(ping: &Ping, microphones: &[usize]) -> Vec<C64> {
+    microphones.iter().filter(|m| **m != ping.reference).map(|&m| ping.pressures[m]).collect()
+}
+
+fn groups(microphones: &[usize], noise: &Noise) -> Vec<NoiseGroup> {
+    let group = |name: &str, unit: &str, mode| NoiseGroup { name: name.into(), unit: unit.into(), mode };
+    let mut groups = vec![
+        group("growth rate", "1/s", noise.growth_rate),
+        group("angular frequency", "rad/s", noise.angular_frequency),
+    ];
+    if microphones.len() > 1 {
+        groups.push(group("relative pressure", "1", noise.pressure));
+    }
+    groups
 }

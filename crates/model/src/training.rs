@@ -1,8 +1,12 @@
 //! From observations to the most probable parameters and the evidence.
 
-use crate::{Assembly, ModelError, Noise, Observed, PointModel, Predictor, data_of};
+use crate::systematic::Reordered;
+use crate::{
+    Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor, data_of, data_with_base_errors,
+};
 use rijke_inference::{
-    AssessOptions, Evidence, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters, Posterior, Stop,
+    AssessOptions, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters,
+    Posterior, Stop,
 };
 use rijke_numerics::Matrix;
 
@@ -28,6 +32,9 @@ pub struct Training {
     pub known: Vec<Knowledge>,
     /// How the most probable parameters are searched.
     pub search: MapOptions,
+    /// Whether the errors of the base states enter, as a systematic covariance that points share ([`BaseErrors`]). Costs a
+    /// second fit: their effect is taken at the result of a first one that ignores them.
+    pub base_errors: bool,
     /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some hundred
     /// calls of the model.
     pub checks: Option<AssessOptions>,
@@ -63,12 +70,12 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         .iter()
         .map(|o| Ok(PointModel::new(assembly, &o.conditions, &training.microphones)?.starting_from(o.ping.s)))
         .collect::<Result<Vec<_>, ModelError>>()?;
-    let list = assembly.parameters().to_vec();
+    let list = assembly.parameters();
     let reference = assembly.rig.microphones.reference;
     let reference = training.microphones.iter().position(|m| *m == reference).unwrap_or(0);
     let predictor = Predictor::new(points, list.len(), reference);
     let data = data_of(observed, &training.microphones, &training.noise)?;
-    let mut parameters = Parameters::new(list.clone())?;
+    let mut parameters = Parameters::new(list.to_vec())?;
     for known in &training.known {
         let keep: Vec<usize> =
             (0..known.names.len()).filter(|&k| parameters.index(&known.names[k]).is_some()).collect();
@@ -78,21 +85,44 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
             parameters = parameters.with_joint(&names, &mean, &known.covariance.select(&keep))?;
         }
     }
-    let posterior = Posterior::new(&predictor, &data, &parameters)?;
+    let first = MapOptions { start: training.search.start.clone(), ..training.search.clone() };
+    if !training.base_errors {
+        return finish(assembly, observed.len(), &predictor, &data, &parameters, training, first);
+    }
+    let rough = Posterior::new(&predictor, &data, &parameters)?.map(&first)?;
+    converged(assembly, &rough)?;
+    let errors = BaseErrors::new(assembly, observed, &training.microphones, &rough.parameters)?;
+    let (data, order) = data_with_base_errors(observed, &training.microphones, &training.noise, &errors)?;
+    let model = Reordered { inner: &predictor, order };
+    let from = training.search.clone().from(&rough.parameters);
+    finish(assembly, observed.len(), &model, &data, &parameters, training, from)
+}
+
+/// The fit that counts, and what follows from it.
+fn finish(
+    assembly: &Assembly,
+    points: usize,
+    model: &dyn Forward,
+    data: &Data,
+    parameters: &Parameters,
+    training: &Training,
+    search: MapOptions,
+) -> Result<Trained, ModelError> {
+    let posterior = Posterior::new(model, data, parameters)?;
     let (fit, laplace, warnings) = match &training.checks {
-        None => (posterior.map(&training.search)?, None, Vec::new()),
+        None => (posterior.map(&search)?, None, Vec::new()),
         Some(options) => {
-            let assessment = posterior.assess(options)?;
+            let starts = search.start.into_iter().chain(options.starts.iter().cloned()).collect();
+            let assessment = posterior.assess(&AssessOptions { starts, ..options.clone() })?;
             (assessment.fit, assessment.laplace.ok(), assessment.health.warnings)
         }
     };
-    if !fit.stop.converged() {
-        let model = assembly.candidates().iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ");
-        return Err(ModelError::NotConverged { model, stop: fit.stop });
-    }
-    let laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
+    converged(assembly, &fit)?;
+    let mut laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
+    // Blocks of data may hold several operating points or parts of one.
+    laplace.evidence.datapoints = points;
     Ok(Trained {
-        parameters: list,
+        parameters: parameters.list().to_vec(),
         values: fit.parameters,
         covariance: laplace.physical_covariance.clone(),
         noise: fit.noise,
@@ -101,6 +131,14 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         stop: fit.stop,
         warnings,
     })
+}
+
+fn converged(assembly: &Assembly, fit: &Fit) -> Result<(), ModelError> {
+    if fit.stop.converged() {
+        return Ok(());
+    }
+    let model = assembly.candidates().iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ");
+    Err(ModelError::NotConverged { model, stop: fit.stop.clone() })
 }
 
 impl Trained {

@@ -160,6 +160,7 @@ fn exact_training_recovers_the_parameters_that_made_the_data() {
         noise: Noise::MEASURED,
         known: Vec::new(),
         search: MapOptions::bfgs(),
+        base_errors: false,
         checks: None,
     };
     let trained = train(&assembly, &observed, &training).unwrap();

@@ -13,20 +13,44 @@ use rijke_rig::Rig;
 /// Number of positions at which the lines of a figure are computed.
 const LINE_POINTS: usize = 121;
 
-/// Which candidates compete, on top of which others, and what is known before.
-pub(crate) struct Competition<'a> {
-    pub(crate) rig: &'a Rig,
-    /// What all models share.
+/// One row of a table: the model with some candidates of its own.
+pub(crate) struct Competitor {
+    pub(crate) id: String,
+    pub(crate) label: String,
+    /// The candidates in question, whose laws the row shows.
+    pub(crate) own: Vec<Candidate>,
+    /// All others of the model.
     pub(crate) base: Vec<Candidate>,
     /// What earlier stages found.
     pub(crate) known: Vec<Knowledge>,
+}
+
+impl Competitor {
+    /// One candidate on top of others.
+    pub(crate) fn new(own: &Candidate, base: &[Candidate], known: &Knowledge) -> Self {
+        let (id, label) = (own.id.clone(), own.name.clone());
+        Self { id, label, own: vec![own.clone()], base: base.to_vec(), known: vec![known.clone()] }
+    }
+
+    pub(crate) fn assembly(&self, rig: &Rig) -> Result<Assembly, StudyError> {
+        Ok(Assembly::new(rig.clone(), [self.base.as_slice(), &self.own].concat())?)
+    }
+}
+
+/// Which models compete, on which points.
+pub(crate) struct Competition<'a> {
+    pub(crate) rig: &'a Rig,
     /// The competitors, in the order of the table.
-    pub(crate) competing: Vec<Candidate>,
+    pub(crate) competing: Vec<Competitor>,
     /// ln BFL, ln OF and ln ML of the published rows, which come first.
     pub(crate) published: &'a [[f64; 3]],
     /// Whether each evidence is checked by other starts, importance sampling and doubled priors, which costs some
     /// hundred calls of the model.
     pub(crate) thorough: bool,
+    /// Whether the errors of the base states enter.
+    pub(crate) base_errors: bool,
+    /// Whether predictions are wanted between the shown points, which must then be cold.
+    pub(crate) line: bool,
     /// All points of the figure.
     pub(crate) shown: &'a [Observed],
     /// The points that train.
@@ -39,14 +63,15 @@ impl Competition<'_> {
     /// # Errors
     /// A model that cannot be assembled. One that cannot be fitted is a row without evidence.
     pub(crate) fn run(&self) -> Result<Vec<(ProngModel, Option<Trained>)>, StudyError> {
-        self.competing.par_iter().enumerate().map(|(k, candidate)| self.row(candidate, k)).collect()
+        self.competing.par_iter().enumerate().map(|(k, competitor)| self.row(competitor, k)).collect()
     }
 
-    fn row(&self, candidate: &Candidate, index: usize) -> Result<(ProngModel, Option<Trained>), StudyError> {
-        let assembly = Assembly::new(
-            self.rig.clone(),
-            [self.base.as_slice(), std::slice::from_ref(candidate)].concat(),
-        )?;
+    fn row(
+        &self,
+        competitor: &Competitor,
+        index: usize,
+    ) -> Result<(ProngModel, Option<Trained>), StudyError> {
+        let assembly = competitor.assembly(self.rig)?;
         let search = MapOptions::bfgs();
         let checks = AssessOptions {
             search: search.search,
@@ -57,17 +82,18 @@ impl Competition<'_> {
         let training = Training {
             microphones: (0..self.rig.microphones.positions.len()).collect(),
             noise: Noise::FLOATED,
-            known: self.known.clone(),
+            known: competitor.known.clone(),
             search,
+            base_errors: self.base_errors,
             checks: self.thorough.then_some(checks),
         };
         let published = self.published.get(index).copied().map(evidence);
-        let laws =
-            candidate.effects.iter().map(|e| (format!("{:?} at {:?}", e.coefficient, e.place), e.law.text()));
+        let effects = competitor.own.iter().flat_map(|c| &c.effects);
+        let laws = effects.map(|e| (format!("{:?} at {:?}", e.coefficient, e.place), e.law.text()));
         let mut row = ProngModel {
-            id: candidate.id.clone(),
+            id: competitor.id.clone(),
             number: published.and(u32::try_from(index + 1).ok()),
-            label: candidate.name.clone(),
+            label: competitor.label.clone(),
             laws: laws.collect(),
             parameters: Vec::new(),
             growth_rate_noise_sd: 0.0,
@@ -112,7 +138,7 @@ impl Competition<'_> {
         ordered.sort_by(|a, b| position(a).total_cmp(&position(b)));
         let points =
             self.shown.iter().map(|o| at(&o.conditions, o, position(o))).collect::<Result<_, _>>()?;
-        let (Some(first), Some(last)) = (ordered.first(), ordered.last()) else {
+        let (true, Some(first), Some(last)) = (self.line, ordered.first(), ordered.last()) else {
             return Ok((points, Vec::new()));
         };
         let (from, to) = (position(first), position(last));
@@ -135,7 +161,7 @@ impl Competition<'_> {
 }
 
 /// Where the prongs end; 0 for the empty tube.
-fn position(observed: &Observed) -> f64 {
+pub(crate) fn position(observed: &Observed) -> f64 {
     observed.conditions.point.position.unwrap_or(0.0)
 }
 
@@ -152,7 +178,7 @@ pub(crate) fn measured(observed: &Observed) -> MeasuredPoint {
     }
 }
 
-fn parameter_values(trained: &Trained) -> Vec<ParameterValue> {
+pub(crate) fn parameter_values(trained: &Trained) -> Vec<ParameterValue> {
     let numbers = trained.values.iter().zip(trained.sd());
     let value = |(p, (&value, sd)): (&Parameter, (&f64, f64))| ParameterValue {
         name: p.name.clone(),

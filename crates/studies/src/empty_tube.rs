@@ -118,6 +118,7 @@ pub(crate) fn case(
         },
         known: Vec::new(),
         search: MapOptions::bfgs(),
+        base_errors: false,
         checks: None,
     };
     let trained: Trained = train(assembly, std::slice::from_ref(empty), &training)?;

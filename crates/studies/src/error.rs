@@ -23,6 +23,14 @@ pub enum StudyError {
     /// No competing model could be fitted, so nothing is known for the next stage.
     #[error("none of the competing models could be fitted; look at their remarks and at the observations")]
     NoWinner,
+    /// A hot point of which the base flow is not known.
+    #[error(
+        "the base flow of operating point {point} is not known; run `rijke flow` on the same observations"
+    )]
+    NoBaseState {
+        /// The point.
+        point: String,
+    },
     /// A model could not be built or trained.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -1,7 +1,7 @@
 //! Table 3: which drag and blockage does the cold heater have?
 
 use crate::catalogue::{catalogue, chosen};
-use crate::competition::{Competition, agreement, marginal, measured, winner};
+use crate::competition::{Competition, Competitor, agreement, marginal, measured, winner};
 use crate::prongs::{base_of_prongs, observed, provenance};
 use crate::{Check, ProngModel, Prongs, StudyError};
 use rijke_model::{Knowledge, Observed};
@@ -12,16 +12,17 @@ const PUBLISHED: [[f64; 3]; 3] =
     [[-3.7472, -0.0949, -3.8420], [-1.6648, -0.1947, -1.8595], [0.4209, -0.4047, 0.0162]];
 
 /// Trains the three models of the heater on the points with a cold heater and no thermocouples (rows C1 and C2), on top
-/// of the prong model `prongs` and what its training found, `known` (from [`crate::prongs_and_knowledge`]).
+/// of the prong model `prongs` and what its training found, `known` (from [`crate::prongs_and_knowledge`]). Returns the
+/// posterior of the winner as well: what the next stage knows.
 ///
 /// # Errors
-/// [`StudyError::NoPoint`] without such points.
+/// [`StudyError::NoPoint`] without such points; [`StudyError::NoWinner`] if no model could be fitted.
 pub fn cold_heater(
     observations: &Observations,
     prongs: &str,
     known: &Knowledge,
     thorough: bool,
-) -> Result<Prongs, StudyError> {
+) -> Result<(Prongs, Knowledge), StudyError> {
     let rig = &observations.rig;
     let all: Vec<Observed> = observed(observations, |p| p.heater && p.power == 0.0 && !p.thermocouples)?;
     if all.len() < 2 {
@@ -32,26 +33,31 @@ pub fn cold_heater(
     let catalogue = catalogue()?;
     let mut base = base_of_prongs()?;
     base.extend(chosen(&catalogue, &[prongs])?);
+    let competing =
+        catalogue.competing("heater").into_iter().map(|c| Competitor::new(c, &base, known)).collect();
     let competition = Competition {
         rig,
-        base,
-        known: vec![known.clone()],
-        competing: catalogue.competing("heater").into_iter().cloned().collect(),
+        competing,
         published: &PUBLISHED,
         thorough,
+        base_errors: false,
+        line: true,
         shown: &all,
         trained_on: &all,
     };
-    let models: Vec<ProngModel> = competition.run()?.into_iter().map(|(row, _)| row).collect();
-    Ok(Prongs {
+    let (models, mut trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
+    let (best, id) = winner(&models).map(|(k, m)| (k, m.id.clone())).ok_or(StudyError::NoWinner)?;
+    let knowledge = trained.swap_remove(best).ok_or(StudyError::NoWinner)?.knowledge();
+    let study = Prongs {
         provenance: provenance(observations, &all),
         measured: all.iter().map(measured).collect(),
-        winner: winner(&models).map(|(_, m)| m.id.clone()).unwrap_or_default(),
+        winner: id,
         published_winner: "heater.3".to_owned(),
         kendall_tau: agreement(&models),
         checks: checks(&models, rig, &all),
         models,
-    })
+    };
+    Ok((study, knowledge))
 }
 
 /// The physical statements of section 6.3.

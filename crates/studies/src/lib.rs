@@ -10,11 +10,16 @@
 
 mod campaign;
 mod catalogue;
+mod cold;
 mod competition;
 mod consistency;
 mod empty_tube;
 mod error;
+mod feedback;
+mod heat_release;
 mod heater;
+mod hot;
+mod hot_predictions;
 mod lumped;
 mod microphones;
 mod prongs;
@@ -22,10 +27,15 @@ mod records;
 
 pub use campaign::{CampaignRead, CampaignRow, PointRead, campaign};
 pub use catalogue::catalogue;
+pub use cold::{ColdStage, cold};
 pub use consistency::consistency;
 pub use empty_tube::{empty_tube, true_empty_tube};
 pub use error::StudyError;
+pub use feedback::{feedback, feedback_naive};
+pub use heat_release::{Chosen, heat_release};
 pub use heater::cold_heater;
+pub use hot::Hot;
+pub use hot_predictions::{figure_8, figure_9, figure_10, figure_11};
 pub use lumped::{LumpedConvergence, LumpedRow, lumped_convergence};
 pub use microphones::microphones;
 pub use prongs::{prongs, prongs_and_knowledge};

@@ -1,7 +1,7 @@
 //! Table 2 and Fig. 4: which drag and blockage do the prongs have?
 
 use crate::catalogue::{catalogue, chosen};
-use crate::competition::{Competition, agreement, marginal, measured, winner};
+use crate::competition::{Competition, Competitor, agreement, marginal, measured, winner};
 use crate::empty_tube::PRESSURE_MODEL_ERROR;
 use crate::{Check, ProngModel, Prongs, Provenance, RejectedRecord, StudyError};
 use rijke_candidates::Candidate;
@@ -56,13 +56,16 @@ pub fn prongs_and_knowledge(
     if inserted.len() < 2 {
         return Err(need("with prongs alone at two positions at least"));
     }
+    let (base, known) = (base_of_prongs()?, empty_tube_stage(rig, empty)?);
+    let competing =
+        catalogue()?.competing("prongs").into_iter().map(|c| Competitor::new(c, &base, &known)).collect();
     let competition = Competition {
         rig,
-        base: base_of_prongs()?,
-        known: vec![empty_tube_stage(rig, empty)?],
-        competing: catalogue()?.competing("prongs").into_iter().cloned().collect(),
+        competing,
         published: &PUBLISHED,
         thorough,
+        base_errors: false,
+        line: true,
         shown: &all,
         trained_on: &inserted,
     };
@@ -137,6 +140,7 @@ pub(crate) fn empty_tube_stage(rig: &Rig, empty: &Observed) -> Result<Knowledge,
         },
         known: Vec::new(),
         search: MapOptions::bfgs(),
+        base_errors: false,
         checks: None,
     };
     Ok(train(&assembly, std::slice::from_ref(empty), &training)?.knowledge())

@@ -159,7 +159,7 @@ fn exact_the_heater_that_made_the_data_wins_table_3() {
     let heater = made_by(&ids, &values, "heater", SD, |id| id.starts_with("C1") || id.starts_with("C2"));
     observations.points.extend(heater.points);
     let (prongs, known) = prongs_and_knowledge(&observations, false).unwrap();
-    let found = cold_heater(&observations, &prongs.winner, &known, false).unwrap();
+    let (found, _) = cold_heater(&observations, &prongs.winner, &known, false).unwrap();
     assert_eq!((found.winner.as_str(), found.measured.len()), ("heater.3", 34));
     assert!(found.checks.iter().all(|c| c.holds), "{:?}", found.checks);
     for (name, truth) in [("kappa", 0.9), ("drag", 0.06), ("heat_r", 0.02), ("heat_i", 0.01)] {
@@ -172,7 +172,7 @@ fn exact_the_heater_that_made_the_data_wins_table_3() {
 fn lab_the_cold_heater_is_more_than_an_orifice() {
     let observations = laboratory(1, &["C3", "C1", "C2"]);
     let (prongs, known) = prongs_and_knowledge(&observations, false).unwrap();
-    let found = cold_heater(&observations, &prongs.winner, &known, false).unwrap();
+    let (found, _) = cold_heater(&observations, &prongs.winner, &known, false).unwrap();
     // The physical statements of section 6.3; they hold without having been tuned to.
     assert!(found.checks.iter().all(|c| c.holds), "{:?}", found.checks);
     assert_ne!(found.winner, "heater.1", "{:?}", found.checks);
@@ -199,6 +199,7 @@ fn exact_two_sd_of_eta_and_r_hold_over_200_seeds() {
         noise: Noise::MEASURED,
         known: Vec::new(),
         search: MapOptions::bfgs(),
+        base_errors: false,
         checks: None,
     };
     let truth = [0.9975, 3.0550, 1.0];

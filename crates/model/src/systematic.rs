@@ -1,0 +1,133 @@
+//! What errors of the base states do to predictions: a systematic covariance that operating points share.
+
+use crate::{Assembly, Conditions, ModelError, Observed, PointModel, Workspace};
+use rayon::prelude::*;
+use rijke_inference::{Forward, ForwardError, Prediction};
+use rijke_numerics::{C64, Matrix, Order};
+
+/// For each operating point, the change of its prediction per standard deviation of each cause of error.
+///
+/// Points that name the same cause share it: it is one random number (see `rijke_flow::BaseStates`).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BaseErrors {
+    points: Vec<Vec<(String, Vec<f64>)>>,
+}
+
+impl BaseErrors {
+    /// The changes at the parameter values `values`, in the order of `rijke_rig::Ping::vector` for `microphones`: half the
+    /// difference between the base state displaced by +1 and by -1 standard deviation. The mean slope over the error's own
+    /// range serves a covariance better than the derivative at its middle, from which it differs by the third order.
+    ///
+    /// Cost: two values of the model per point and cause, in parallel over points.
+    ///
+    /// # Errors
+    /// Those of the model at a displaced state.
+    pub fn new(
+        assembly: &Assembly,
+        observed: &[Observed],
+        microphones: &[usize],
+        values: &[f64],
+    ) -> Result<Self, ModelError> {
+        let at = |o: &Observed| changes(assembly, &o.conditions, o.ping.s, microphones, values);
+        Ok(Self { points: observed.par_iter().map(at).collect::<Result<_, _>>()? })
+    }
+
+    /// Points that share a cause, directly or through others: each list ascends, and every point is in exactly one.
+    #[must_use]
+    pub fn together(&self) -> Vec<Vec<usize>> {
+        let shares = |a: usize, b: usize| {
+            self.points[a].iter().any(|(cause, _)| self.points[b].iter().any(|(other, _)| other == cause))
+        };
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for point in 0..self.points.len() {
+            let (mut with, without): (Vec<_>, Vec<_>) =
+                groups.into_iter().partition(|g| g.iter().any(|&other| shares(point, other)));
+            with.push(vec![point]);
+            groups = without;
+            let mut merged = with.concat();
+            merged.sort_unstable();
+            groups.push(merged);
+        }
+        groups.sort();
+        groups
+    }
+
+    /// Covariance of the numbers `rows` of each of the points `group`, point after point: the sum over causes of j j'.
+    #[must_use]
+    pub fn covariance(&self, group: &[usize], rows: &[usize]) -> Matrix {
+        let size = group.len() * rows.len();
+        let mut causes: Vec<&str> =
+            group.iter().flat_map(|&p| &self.points[p]).map(|(c, _)| c.as_str()).collect();
+        causes.sort_unstable();
+        causes.dedup();
+        causes.iter().fold(Matrix::zeros(size, size), |sum, cause| {
+            let mut j = vec![0.0; size];
+            for (k, &point) in group.iter().enumerate() {
+                if let Some((_, change)) = self.points[point].iter().find(|(c, _)| c == cause) {
+                    for (l, &row) in rows.iter().enumerate() {
+                        j[k * rows.len() + l] = change[row];
+                    }
+                }
+            }
+            sum.plus(1.0, &Matrix::from_fn(size, size, |r, c| j[r] * j[c]))
+        })
+    }
+}
+
+/// The change of the prediction of one point per standard deviation of each cause of error of its base state.
+pub(crate) fn changes(
+    assembly: &Assembly,
+    conditions: &Conditions,
+    near: C64,
+    microphones: &[usize],
+    values: &[f64],
+) -> Result<Vec<(String, Vec<f64>)>, ModelError> {
+    let work = &mut Workspace::default();
+    let mut predicted = |cause: &str, sds: f64| -> Result<Vec<f64>, ModelError> {
+        let base = conditions.base.displaced_along(cause, sds);
+        let moved = Conditions { base, ..conditions.clone() };
+        let model = PointModel::new(assembly, &moved, microphones)?.starting_from(near);
+        let response = model.respond(values, Order::Value, work)?;
+        let reference = assembly.rig.microphones.reference;
+        let others = microphones.iter().zip(&response.pressures).filter(|(m, _)| **m != reference);
+        let complex = std::iter::once(&response.s).chain(others.map(|(_, p)| p));
+        Ok(complex.flat_map(|z| [z.value().re, z.value().im]).collect())
+    };
+    let mut causes: Vec<&str> = conditions.base.errors.iter().map(|e| e.cause.as_str()).collect();
+    causes.dedup();
+    let change = |cause: &str| -> Result<(String, Vec<f64>), ModelError> {
+        let (up, down) = (predicted(cause, 1.0)?, predicted(cause, -1.0)?);
+        Ok((cause.to_owned(), up.iter().zip(&down).map(|(u, d)| 0.5 * (u - d)).collect()))
+    };
+    causes.into_iter().map(change).collect()
+}
+
+/// A forward model whose numbers come in another order.
+pub(crate) struct Reordered<'a> {
+    pub(crate) inner: &'a dyn Forward,
+    /// For each number, its place in the inner model's prediction.
+    pub(crate) order: Vec<usize>,
+}
+
+impl Forward for Reordered<'_> {
+    fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+        let Prediction { values, jacobian, curvature } = self.inner.predict(parameters, order)?;
+        let p = parameters.len();
+        let moved = if order >= Order::First {
+            Matrix::from_fn(values.len(), p, |row, i| jacobian[(self.order[row], i)])
+        } else {
+            jacobian
+        };
+        let triangle = if curvature.is_empty() { 0 } else { p * (p + 1) / 2 };
+        let row = |&r: &usize| curvature[r * triangle..(r + 1) * triangle].iter().copied();
+        Ok(Prediction {
+            values: self.order.iter().map(|&r| values[r]).collect(),
+            jacobian: moved,
+            curvature: self.order.iter().flat_map(row).collect(),
+        })
+    }
+
+    fn highest_order(&self) -> Order {
+        self.inner.highest_order()
+    }
+}

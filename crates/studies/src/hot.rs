@@ -1,0 +1,64 @@
+//! The hot operating points, ready for inference: pings, base flow, and what the cold stages know.
+
+use crate::competition::measured;
+use crate::prongs::provenance;
+use crate::{ColdStage, HotPoint, Provenance, StudyError};
+use rijke_model::{BaseStates, Conditions, ModelError, Observed};
+use rijke_rig::{Observations, PointObservations, Rig};
+
+/// The hot points of a campaign with their base flow, and the cold model.
+#[derive(Clone, Debug)]
+pub struct Hot {
+    pub(crate) rig: Rig,
+    pub(crate) provenance: Provenance,
+    /// Ascending power, then ascending position.
+    pub(crate) points: Vec<Observed>,
+    pub(crate) measured: Vec<HotPoint>,
+    pub(crate) cold: ColdStage,
+}
+
+impl Hot {
+    /// All points with power of `observations`, with the base flow that `states` has of them.
+    ///
+    /// # Errors
+    /// [`StudyError::NoPoint`] without hot points; [`StudyError::NoBaseState`]; [`ModelError::NoPing`].
+    pub fn new(
+        observations: &Observations,
+        states: &BaseStates,
+        cold: ColdStage,
+    ) -> Result<Self, StudyError> {
+        let mut hot: Vec<&PointObservations> =
+            observations.points.iter().filter(|p| p.point.power > 0.0).collect();
+        if hot.len() < 2 {
+            return Err(StudyError::NoPoint { need: "with the heater switched on, at two points".into() });
+        }
+        let place = |p: &PointObservations| p.point.position.unwrap_or(0.0);
+        hot.sort_by(|a, b| a.point.power.total_cmp(&b.point.power).then(place(a).total_cmp(&place(b))));
+        let points = hot.into_iter().map(|p| of_point(p, states)).collect::<Result<Vec<_>, _>>()?;
+        let hot_point = |o: &Observed| HotPoint {
+            measured: measured(o),
+            power_w: o.conditions.point.power,
+            heater_velocity: o.conditions.base.heater_velocity,
+            heater_velocity_sd: o.conditions.base.heater_velocity_sd(),
+        };
+        Ok(Self {
+            rig: observations.rig.clone(),
+            provenance: provenance(observations, &points),
+            measured: points.iter().map(hot_point).collect(),
+            points,
+            cold,
+        })
+    }
+
+    pub(crate) fn microphones(&self) -> Vec<usize> {
+        (0..self.rig.microphones.positions.len()).collect()
+    }
+}
+
+fn of_point(point: &PointObservations, states: &BaseStates) -> Result<Observed, StudyError> {
+    let id = &point.point.id;
+    let ping = point.ping.clone().ok_or_else(|| ModelError::NoPing { point: id.clone() })?;
+    let base = states.points.get(id).ok_or_else(|| StudyError::NoBaseState { point: id.clone() })?.clone();
+    let ambient = base.temperature[0];
+    Ok(Observed { conditions: Conditions { point: point.point.clone(), base, ambient }, ping })
+}
