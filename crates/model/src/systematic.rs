@@ -102,11 +102,13 @@ pub(crate) fn changes(
     causes.into_iter().map(change).collect()
 }
 
-/// A forward model whose numbers come in another order.
+/// A forward model whose numbers come in another order, or with fewer derivatives.
 pub(crate) struct Reordered<'a> {
     pub(crate) inner: &'a dyn Forward,
     /// For each number, its place in the inner model's prediction.
     pub(crate) order: Vec<usize>,
+    /// The highest derivative that it admits to have: [`Order::First`] makes a Newton search a Gauss-Newton one.
+    pub(crate) highest: Order,
 }
 
 impl Forward for Reordered<'_> {
@@ -128,6 +130,6 @@ impl Forward for Reordered<'_> {
     }
 
     fn highest_order(&self) -> Order {
-        self.inner.highest_order()
+        self.highest.min(self.inner.highest_order())
     }
 }

@@ -5,10 +5,10 @@ use crate::{
     Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor, data_of, data_with_base_errors,
 };
 use rijke_inference::{
-    AssessOptions, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters,
-    Posterior, Stop,
+    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter,
+    Parameters, Posterior, Stop,
 };
-use rijke_numerics::Matrix;
+use rijke_numerics::{Matrix, Order};
 
 /// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of the next.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +57,8 @@ pub struct Trained {
     pub laplace: Laplace,
     /// How the search ended.
     pub stop: Stop,
+    /// Calls of the model that the last search made.
+    pub calls: Calls,
     /// Reasons not to trust the evidence; empty if it passed its checks or was not checked.
     pub warnings: Vec<String>,
 }
@@ -74,7 +76,6 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
     let reference = assembly.rig.microphones.reference;
     let reference = training.microphones.iter().position(|m| *m == reference).unwrap_or(0);
     let predictor = Predictor::new(points, list.len(), reference);
-    let data = data_of(observed, &training.microphones, &training.noise)?;
     let mut parameters = Parameters::new(list.to_vec())?;
     for known in &training.known {
         let keep: Vec<usize> =
@@ -85,60 +86,72 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
             parameters = parameters.with_joint(&names, &mean, &known.covariance.select(&keep))?;
         }
     }
-    let first = MapOptions { start: training.search.start.clone(), ..training.search.clone() };
+    let fit = Fitting { assembly, training, model: &predictor, parameters: &parameters };
+    let data = data_of(observed, &training.microphones, &training.noise)?;
+    let order: Vec<usize> = (0..data.size()).collect();
     if !training.base_errors {
-        return finish(assembly, observed.len(), &predictor, &data, &parameters, training, first);
+        return fit.finish(&data, order, training.search.clone(), observed.len());
     }
-    let rough = Posterior::new(&predictor, &data, &parameters)?.map(&first)?;
-    converged(assembly, &rough)?;
+    let rough = fit.search(&data, order, &training.search)?;
     let errors = BaseErrors::new(assembly, observed, &training.microphones, &rough.parameters)?;
     let (data, order) = data_with_base_errors(observed, &training.microphones, &training.noise, &errors)?;
-    let model = Reordered { inner: &predictor, order };
-    let from = training.search.clone().from(&rough.parameters);
-    finish(assembly, observed.len(), &model, &data, &parameters, training, from)
+    fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len())
 }
 
-/// The fit that counts, and what follows from it.
-fn finish(
-    assembly: &Assembly,
-    points: usize,
-    model: &dyn Forward,
-    data: &Data,
-    parameters: &Parameters,
-    training: &Training,
-    search: MapOptions,
-) -> Result<Trained, ModelError> {
-    let posterior = Posterior::new(model, data, parameters)?;
-    let (fit, laplace, warnings) = match &training.checks {
-        None => (posterior.map(&search)?, None, Vec::new()),
-        Some(options) => {
-            let starts = search.start.into_iter().chain(options.starts.iter().cloned()).collect();
-            let assessment = posterior.assess(&AssessOptions { starts, ..options.clone() })?;
-            (assessment.fit, assessment.laplace.ok(), assessment.health.warnings)
+/// What the fits of one training share.
+struct Fitting<'a> {
+    assembly: &'a Assembly,
+    training: &'a Training,
+    model: &'a dyn Forward,
+    parameters: &'a Parameters,
+}
+
+impl Fitting<'_> {
+    /// The most probable parameters. Second derivatives of the model cost several times the first and change the path of the
+    /// search, not its end: a Newton search is done without them.
+    fn search(&self, data: &Data, order: Vec<usize>, options: &MapOptions) -> Result<Fit, ModelError> {
+        let quick = Reordered { inner: self.model, order, highest: Order::First };
+        let fit = Posterior::new(&quick, data, self.parameters)?.map(options)?;
+        if fit.stop.converged() {
+            return Ok(fit);
         }
-    };
-    converged(assembly, &fit)?;
-    let mut laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
-    // Blocks of data may hold several operating points or parts of one.
-    laplace.evidence.datapoints = points;
-    Ok(Trained {
-        parameters: parameters.list().to_vec(),
-        values: fit.parameters,
-        covariance: laplace.physical_covariance.clone(),
-        noise: fit.noise,
-        evidence: laplace.evidence,
-        laplace,
-        stop: fit.stop,
-        warnings,
-    })
-}
-
-fn converged(assembly: &Assembly, fit: &Fit) -> Result<(), ModelError> {
-    if fit.stop.converged() {
-        return Ok(());
+        let ids = self.assembly.candidates().iter().map(|c| c.id.as_str());
+        Err(ModelError::NotConverged { model: ids.collect::<Vec<_>>().join(" + "), stop: fit.stop })
     }
-    let model = assembly.candidates().iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ");
-    Err(ModelError::NotConverged { model, stop: fit.stop.clone() })
+
+    /// The fit that counts, and what follows from it; the evidence is per operating point, of which there are `points`.
+    fn finish(
+        &self,
+        data: &Data,
+        order: Vec<usize>,
+        options: MapOptions,
+        points: usize,
+    ) -> Result<Trained, ModelError> {
+        let exact = Reordered { inner: self.model, order: order.clone(), highest: Order::Second };
+        let posterior = Posterior::new(&exact, data, self.parameters)?;
+        let (fit, laplace, warnings) = match &self.training.checks {
+            None => (self.search(data, order, &options)?, None, Vec::new()),
+            Some(checks) => {
+                let starts = options.start.into_iter().chain(checks.starts.iter().cloned()).collect();
+                let found = posterior.assess(&AssessOptions { starts, ..checks.clone() })?;
+                (found.fit, found.laplace.ok(), found.health.warnings)
+            }
+        };
+        let mut laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
+        // Blocks of data may hold several operating points or parts of one.
+        laplace.evidence.datapoints = points;
+        Ok(Trained {
+            parameters: self.parameters.list().to_vec(),
+            values: fit.parameters,
+            covariance: laplace.physical_covariance.clone(),
+            noise: fit.noise,
+            evidence: laplace.evidence,
+            laplace,
+            stop: fit.stop,
+            warnings,
+            calls: fit.calls,
+        })
+    }
 }
 
 impl Trained {

@@ -1,12 +1,11 @@
 //! Fig. 5: thermocouples, the last cold component; and all cold experiments against the model of them all.
 
 use crate::catalogue::{catalogue, chosen};
-use crate::competition::{measured, parameter_values, position};
+use crate::competition::{gauss_newton, measured, parameter_values, position};
 use crate::prongs::{base_of_prongs, observed, provenance};
 use crate::{Check, Cold, ColdSeries, PredictedPoint, StudyError};
 use rayon::prelude::*;
 use rijke_candidates::Candidate;
-use rijke_inference::MapOptions;
 use rijke_model::{Assembly, Knowledge, Noise, Observed, PointPrediction, Training, train};
 use rijke_rig::{Observations, OperatingPoint, Rig};
 
@@ -44,7 +43,7 @@ pub fn cold(
         microphones: (0..rig.microphones.positions.len()).collect(),
         noise: Noise::FLOATED,
         known: vec![known.clone()],
-        search: MapOptions::bfgs(),
+        search: gauss_newton(),
         base_errors: false,
         checks: None,
     };

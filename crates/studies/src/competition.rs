@@ -3,7 +3,7 @@
 use crate::{CurvePoint, Evidence, MeasuredPoint, ParameterValue, ProngModel, StudyError};
 use rayon::prelude::*;
 use rijke_candidates::Candidate;
-use rijke_inference::{AssessOptions, MapOptions, Parameter};
+use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_model::{
     Assembly, Conditions, Knowledge, Noise, Observed, PointModel, Trained, Training, Workspace, train,
 };
@@ -72,7 +72,7 @@ impl Competition<'_> {
         index: usize,
     ) -> Result<(ProngModel, Option<Trained>), StudyError> {
         let assembly = competitor.assembly(self.rig)?;
-        let search = MapOptions::bfgs();
+        let search = gauss_newton();
         let checks = AssessOptions {
             search: search.search,
             // One stream per candidate: a further row must not change the others.
@@ -158,6 +158,12 @@ impl Competition<'_> {
         }
         Ok((points, line))
     }
+}
+
+/// Newton's search, which `rijke_model` does with Gauss and Newton's matrix, to 1e-5 posterior standard deviations.
+pub(crate) fn gauss_newton() -> MapOptions {
+    let options = MapOptions::default();
+    MapOptions { search: TrustRegion { tolerance: 1e-10, ..options.search }, ..options }
 }
 
 /// Where the prongs end; 0 for the empty tube.

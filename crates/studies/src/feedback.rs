@@ -1,9 +1,10 @@
 //! Figs. 6 and 7: the feedback from velocity to heat release, inferred at each hot point by itself.
 
 use crate::catalogue::{catalogue, chosen};
+use crate::competition::gauss_newton;
 use crate::{Check, Feedback, FeedbackPoint, Hot, StudyError};
 use rayon::prelude::*;
-use rijke_inference::{MapOptions, NoiseMode};
+use rijke_inference::NoiseMode;
 use rijke_model::{Assembly, Knowledge, Noise, Observed, Training, train};
 
 /// Fig. 6: k_eu at each point, with the calibrated model of all other components.
@@ -56,7 +57,7 @@ fn inferred(hot: &Hot, assembly: &Assembly) -> Result<Vec<FeedbackPoint>, StudyE
             measured: false,
         },
         known: vec![hot.cold.knowledge.clone()],
-        search: MapOptions::default(),
+        search: gauss_newton(),
         base_errors: true,
         checks: None,
     };

@@ -2,9 +2,8 @@
 
 use crate::catalogue::{catalogue, chosen};
 use crate::cold::predicted_points;
-use crate::competition::parameter_values;
+use crate::competition::{gauss_newton, parameter_values};
 use crate::{Check, Chosen, Hot, HotPredictions, ParameterValue, PredictedPoint, StudyError};
-use rijke_inference::MapOptions;
 use rijke_model::{Assembly, Noise, Observed, Trained, Training, train};
 
 /// The eight operating points of Fig. 11: W and m. The paper does not say which; these are the corners of the range, the best
@@ -185,7 +184,7 @@ fn training(hot: &Hot, from_cold: bool) -> Training {
         microphones: hot.microphones(),
         noise: Noise::FLOATED,
         known: if from_cold { vec![hot.cold.knowledge.clone()] } else { Vec::new() },
-        search: MapOptions::bfgs(),
+        search: gauss_newton(),
         base_errors: true,
         checks: None,
     }

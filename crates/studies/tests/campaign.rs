@@ -98,10 +98,17 @@ fn lab_the_whole_chain() {
         let e = m.evidence.map_or([f64::NAN; 3], |e| [e.ln_best_fit, e.ln_occam, e.ln_marginal]);
         println!(
             "{:90} {:8.4} {:8.4} {:8.4}  noise {:.3} {:.3} {:.2e} {}",
-            m.id, e[0], e[1], e[2], m.growth_rate_noise_sd, m.angular_frequency_noise_sd, m.pressure_noise_sd,
+            m.id,
+            e[0],
+            e[1],
+            e[2],
+            m.growth_rate_noise_sd,
+            m.angular_frequency_noise_sd,
+            m.pressure_noise_sd,
             m.remark.clone().unwrap_or_default()
         );
-        let p: Vec<String> = m.parameters.iter().map(|p| format!("{}={:.3e}+-{:.0e}", p.name, p.value, p.sd)).collect();
+        let p: Vec<String> =
+            m.parameters.iter().map(|p| format!("{}={:.3e}+-{:.0e}", p.name, p.value, p.sd)).collect();
         println!("      {}", p.join(" "));
     }
     println!("winner {} chosen {} tau {:.3}", table.winner, table.chosen, table.kendall_tau);
@@ -111,9 +118,25 @@ fn lab_the_whole_chain() {
     let f11 = figure_11(&hot, &best, &f10).unwrap();
     lap("figures 10, 11");
     for f in [&f8, &f9, &f10, &f11] {
-        println!("figure {}: noise {:.3} {:.3}, coverage {:?} {:?}", f.figure, f.growth_rate_noise_sd, f.angular_frequency_noise_sd, f.coverage, f.coverage_elsewhere);
+        println!(
+            "figure {}: noise {:.3} {:.3}, coverage {:?} {:?}",
+            f.figure, f.growth_rate_noise_sd, f.angular_frequency_noise_sd, f.coverage, f.coverage_elsewhere
+        );
     }
-    for c in [&heater.checks, &figure_5.checks, &six.checks, &seven.checks, &table.checks, &f8.checks, &f9.checks, &f10.checks, &f11.checks].into_iter().flatten() {
+    for c in [
+        &heater.checks,
+        &figure_5.checks,
+        &six.checks,
+        &seven.checks,
+        &table.checks,
+        &f8.checks,
+        &f9.checks,
+        &f10.checks,
+        &f11.checks,
+    ]
+    .into_iter()
+    .flatten()
+    {
         println!("{} {} ({})", if c.holds { "holds" } else { "FAILS" }, c.statement, c.figure);
     }
 }
