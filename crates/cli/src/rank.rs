@@ -1,15 +1,17 @@
 //! `rijke rank`: train the candidates on observations and rank them.
 
+mod hot;
+
 use crate::{
     failure::{Classify, Failure},
     staging::StagedFolder,
     ui::Ui,
 };
 use rijke_lab::Truth;
-use rijke_rig::{DataKind, Observations};
+use rijke_rig::{DataKind, Observations, PointObservations};
 use rijke_studies::{
-    Check, Prongs, campaign, cold_heater, consistency, empty_tube, lumped_convergence, microphones,
-    prongs_and_knowledge, true_empty_tube,
+    Check, ProngModel, Prongs, campaign, cold, cold_heater, consistency, empty_tube, lumped_convergence,
+    microphones, prongs_and_knowledge, true_empty_tube,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -25,6 +27,10 @@ pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
+    /// Folder that `rijke flow` wrote for the same observations: the base flow of the hot points. Without it only the
+    /// cold experiments are ranked.
+    #[arg(long, value_name = "FLOWDIR")]
+    flow: Option<PathBuf>,
     /// Truth file of the virtual laboratory, to mark true values [default: fixtures/lab/truth.toml of the project];
     /// not used for measured data.
     #[arg(long, value_name = "FILE")]
@@ -50,24 +56,29 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let numbers = staged.path().join("numbers");
     std::fs::create_dir_all(&numbers).or_failed().map_err(|f| f.at(&numbers))?;
 
-    let progress = ui.progress("studies", 6);
+    let progress = ui.progress("studies", 7 + args.flow.as_ref().map_or(0, |_| hot::STEPS));
     let wrong = |f: Failure| f.at(folder);
     let tube = empty_tube(&observations, known).or_bad_input().map_err(wrong)?;
     progress.advance(1);
     let (prongs, known_of_prongs) =
         prongs_and_knowledge(&observations, args.thorough).or_bad_input().map_err(wrong)?;
     progress.advance(1);
-    // Only a campaign with the heater attached and cold can say anything of it.
-    let has_heater =
-        |p: &rijke_rig::PointObservations| p.point.heater && p.point.power == 0.0 && !p.point.thermocouples;
-    let heater = if observations.points.iter().any(has_heater) {
-        Some(
-            cold_heater(&observations, &prongs.winner, &known_of_prongs, args.thorough)
-                .or_bad_input()
-                .map_err(wrong)?,
-        )
-    } else {
-        None
+    // Only a campaign with the heater attached and cold can say anything of it, and so on.
+    let has = |thermocouples: bool| {
+        let cold = |p: &PointObservations| p.point.heater && p.point.power == 0.0;
+        observations.points.iter().any(|p| cold(p) && p.point.thermocouples == thermocouples)
+    };
+    let heater = has(false)
+        .then(|| cold_heater(&observations, &prongs.winner, &known_of_prongs, args.thorough))
+        .transpose()
+        .or_bad_input()
+        .map_err(wrong)?;
+    progress.advance(1);
+    let cold = match &heater {
+        Some((heater, known)) if has(true) => {
+            Some(cold(&observations, &prongs.winner, &heater.winner, known).or_bad_input().map_err(wrong)?)
+        }
+        _ => None,
     };
     progress.advance(1);
     let microphones = microphones(&observations, known).or_bad_input().map_err(wrong)?;
@@ -80,20 +91,42 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     write(&numbers, "empty_tube", &tube)?;
     write(&numbers, "prongs", &prongs)?;
     write(&numbers, "microphones", &microphones)?;
-    if let Some(heater) = &heater {
-        write(&numbers, "heater", heater)?;
-    }
     write(&numbers, "consistency", &consistency)?;
     write(&numbers, "lumped_convergence", &lumped)?;
+    if let Some((heater, _)) = &heater {
+        write(&numbers, "heater", heater)?;
+    }
+    let (figure_5, stage) = cold.unzip();
+    if let Some(figure_5) = &figure_5 {
+        write(&numbers, "cold", figure_5)?;
+    }
+    let found = match (&args.flow, stage) {
+        (Some(flow), Some(stage)) => {
+            Some(hot::hot(&observations, flow, stage, args.thorough, staged.path(), &progress)?)
+        }
+        (Some(_), None) => {
+            let message = "the observations lack what the hot stages build on: a cold heater without and with thermocouples";
+            return Err(Failure::bad_input(message)
+                .at(folder)
+                .remedy("Leave out --flow to rank the cold experiments."));
+        }
+        (None, _) => None,
+    };
     drop(progress);
     staged.commit()?;
     table(ui, &prongs);
-    if let Some(heater) = &heater {
+    if let Some((heater, _)) = &heater {
         table(ui, heater);
     }
-    let of_heater = heater.map(|h| h.checks).unwrap_or_default();
-    for check in [&tube.checks, &prongs.checks, &of_heater, &microphones.checks].into_iter().flatten() {
+    let of_heater = heater.map(|(h, _)| h.checks).unwrap_or_default();
+    let of_cold = figure_5.map(|f| f.checks).unwrap_or_default();
+    for check in
+        [&tube.checks, &prongs.checks, &of_heater, &of_cold, &microphones.checks].into_iter().flatten()
+    {
         say(ui, check);
+    }
+    if let Some(found) = found {
+        found.show(ui);
     }
     Ok(())
 }
@@ -104,19 +137,27 @@ fn write(folder: &Path, name: &str, numbers: &impl Serialize) -> Result<(), Fail
     std::fs::write(&path, text + "\n").or_failed().map_err(|f| f.at(&path))
 }
 
-fn table(ui: &Ui, prongs: &Prongs) {
-    ui.say(format!("{:<10} {:>10} {:>10} {:>10}   {}", "model", "ln BFL", "ln OF", "ln ML", "what it is"));
-    for model in &prongs.models {
-        let winner = if model.id == prongs.winner { " (highest evidence)" } else { "" };
-        match &model.evidence {
-            Some(e) => ui.say(format!(
-                "{:<10} {:>10.4} {:>10.4} {:>10.4}   {}{winner}",
-                model.id, e.ln_best_fit, e.ln_occam, e.ln_marginal, model.label
-            )),
-            None => {
-                ui.say(format!("{:<10} no evidence: {}", model.id, model.remark.as_deref().unwrap_or("")))
-            }
-        }
+fn table(ui: &Ui, study: &Prongs) {
+    table_head(ui);
+    for model in &study.models {
+        table_row(ui, model, &study.winner);
+    }
+}
+
+fn table_head(ui: &Ui) {
+    ui.say(format!("{:<14} {:>10} {:>10} {:>10}   {}", "model", "ln BFL", "ln OF", "ln ML", "what it is"));
+}
+
+fn table_row(ui: &Ui, model: &ProngModel, best: &str) {
+    // Candidates beyond the paper have long names; their label says the same.
+    let name = if model.id.contains(" + ") { "combination" } else { &model.id };
+    let mark = if model.id == best { " (highest evidence)" } else { "" };
+    match &model.evidence {
+        Some(e) => ui.say(format!(
+            "{name:<14} {:>10.4} {:>10.4} {:>10.4}   {}{mark}",
+            e.ln_best_fit, e.ln_occam, e.ln_marginal, model.label
+        )),
+        None => ui.say(format!("{name:<14} no evidence: {}", model.remark.as_deref().unwrap_or(""))),
     }
 }
 

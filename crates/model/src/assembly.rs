@@ -108,6 +108,18 @@ impl Assembly {
         &self.candidates
     }
 
+    /// Names and values of the parameters that are held.
+    #[must_use]
+    pub fn held(&self) -> Vec<(String, f64)> {
+        let both = self.candidates.iter().zip(&self.sources);
+        let all = both.flat_map(|(c, sources)| c.parameters.iter().zip(sources));
+        let held = |(p, source): (&Parameter, &Source)| match *source {
+            Source::Fixed(value) => Some((p.name.clone(), value)),
+            Source::Free(_) => None,
+        };
+        all.filter_map(held).collect()
+    }
+
     /// Numbers the free parameters again, holding those for which `fix` has a value.
     fn number(&mut self, fix: impl Fn(&str) -> Option<f64>) {
         self.free.clear();

@@ -73,6 +73,22 @@ pub enum ModelError {
         /// Why.
         source: FlowError,
     },
+    /// A file of a saved model that cannot be read or written.
+    #[error("{}: {problem}", file.display())]
+    File {
+        /// The file.
+        file: std::path::PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A law of a saved model that is no formula.
+    #[error("candidate `{candidate}`: {source}")]
+    Formula {
+        /// The candidate.
+        candidate: String,
+        /// What is wrong.
+        source: Box<rijke_candidates::FormulaError>,
+    },
     /// The inference failed.
     #[error(transparent)]
     Inference(#[from] InferenceError),

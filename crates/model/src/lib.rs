@@ -6,6 +6,8 @@
 //! * [`Predictor`]: many points as one forward model for `rijke_inference`, with exact derivatives, in parallel.
 //! * [`Noise`] and [`data_of`]: observations as data of an inference.
 //! * [`train`]: the most probable parameters, their covariance and the evidence.
+//! * [`BaseErrors`]: what the base flow's uncertainty does to the predictions, shared between operating points.
+//! * [`Knowledge::predict`], [`SavedModel`]: predictions with uncertainty at any operating point; a trained model on disk.
 //!
 //! # Conventions
 //!
@@ -23,6 +25,7 @@ mod fill;
 mod point;
 mod prediction;
 mod predictor;
+mod saved;
 mod systematic;
 mod training;
 
@@ -35,5 +38,6 @@ pub use prediction::PointPrediction;
 pub use predictor::Predictor;
 pub use rijke_flow::{BaseState, BaseStates};
 pub use rijke_network::{Response, Workspace};
+pub use saved::{SavedCandidate, SavedModel};
 pub use systematic::BaseErrors;
 pub use training::{Knowledge, Trained, Training, train};
