@@ -1,0 +1,170 @@
+//! The stages of a run, and the marks by which a later run knows that one was finished.
+
+use super::{Done, Options, RESULTS, WORK, hashes};
+use crate::root;
+use std::{fs, path::PathBuf};
+
+/// One call of `rijke`.
+pub(super) struct Stage {
+    /// Subcommand and options.
+    pub(super) arguments: Vec<String>,
+    /// Folders that it reads.
+    inputs: Vec<String>,
+    /// The folder that it makes. Made anew, it has no mark, whoever made it.
+    output: String,
+    /// Its part of the time of a full run (docs/performance.md), to tell the time left.
+    share: f64,
+}
+
+/// What a stage took.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Made {
+    /// Duration, s.
+    pub(super) seconds: f64,
+    /// The most memory that it held, MiB; 0 where the system does not tell.
+    pub(super) peak_mib: u64,
+}
+
+/// File in the output of a finished stage: fingerprint, hash of the output, duration, memory.
+const MARK: &str = ".reproduce";
+
+/// All stages in order.
+pub(super) fn stages(options: &Options) -> Vec<Stage> {
+    let stage = |text: String, inputs: &[&str], output: &str, share| Stage {
+        arguments: text.split(' ').map(String::from).collect(),
+        inputs: inputs.iter().map(|i| (*i).to_owned()).collect(),
+        output: output.to_owned(),
+        share,
+    };
+    let only = options.only;
+    // Runs of different size do not replace each other's observations.
+    let size = if options.quick { "quick" } else { "full" };
+    let work = only.map_or_else(|| format!("{WORK}/{size}"), |item| format!("{WORK}/{size}-{}", item.name));
+    let (observations, flow) = (format!("{work}/observations"), format!("{work}/base-flow"));
+    let numbers = format!("{RESULTS}/numbers");
+
+    let rows = only.map(|item| item.rows.join(",")).filter(|rows| !rows.is_empty());
+    let rows = rows.map_or_else(String::new, |rows| format!(" --rows {rows}"));
+    let repeats = if options.quick { " --repeats 4" } else { "" };
+    let seed = options.seed;
+    let process = format!("process --virtual-rig --seed {seed}{repeats}{rows} --out {observations} --force");
+    let mut stages = vec![stage(process, &[], &observations, 0.4)];
+    let mut rank = format!("rank {work} --out {RESULTS} --force");
+    let mut ranked = vec![&*observations];
+    if only.is_none_or(|item| item.flow) {
+        let infer = format!("flow {work} --out {flow} --force");
+        stages.push(stage(infer, &[&observations], &flow, 0.3));
+        rank += &format!(" --flow {flow}");
+        ranked.push(&flow);
+    }
+    stages.push(stage(rank, &ranked, &numbers, 0.3));
+    stages.push(stage(format!("report {RESULTS}"), &[&numbers], &format!("{RESULTS}/figures"), 0.005));
+    stages
+}
+
+/// Seconds that the coming stages will take, judged by those that were run; none before the first.
+pub(super) fn time_left(before: &[Stage], done: &[Done], coming: &[Stage]) -> Option<f64> {
+    let took: f64 = done.iter().map(|(made, ..)| made.seconds).sum();
+    let share = |stages: &[Stage]| stages.iter().map(|s| s.share).sum::<f64>();
+    (share(before) > 0.0).then(|| took * share(coming) / share(before))
+}
+
+impl Stage {
+    /// What the stage makes depends on the program, its arguments and the content of what it reads.
+    pub(super) fn fingerprint(&self, program: &str, inputs: &[(String, String)]) -> String {
+        let inputs: String = inputs.iter().map(|(path, hash)| format!("\n{path} {hash}")).collect();
+        hashes::text(&format!("{program}\n{}{inputs}", self.arguments.join("\n")))
+    }
+
+    /// Hash of the content of each folder that is read.
+    pub(super) fn input_hashes(&self) -> Result<Vec<(String, String)>, String> {
+        self.inputs.iter().map(|folder| Ok((folder.clone(), content(&root().join(folder))?))).collect()
+    }
+
+    /// What the stage took, if it was finished with this fingerprint and its output is as it left it.
+    pub(super) fn finished(&self, fingerprint: &str) -> Result<Option<Made>, String> {
+        let Ok(text) = fs::read_to_string(self.mark_file()) else { return Ok(None) };
+        let words: Vec<_> = text.split_whitespace().collect();
+        let [found, output, seconds, peak_mib] = words[..] else { return Ok(None) };
+        if found != fingerprint || output != content(&root().join(&self.output))? {
+            return Ok(None);
+        }
+        let made = |(seconds, peak_mib)| Made { seconds, peak_mib };
+        Ok(seconds.parse().ok().zip(peak_mib.parse().ok()).map(made))
+    }
+
+    /// Marks the stage as finished.
+    pub(super) fn mark(&self, fingerprint: &str, made: &Made) -> Result<(), String> {
+        let (place, output) = (self.mark_file(), content(&root().join(&self.output))?);
+        let text = format!("{fingerprint} {output} {:.2} {}\n", made.seconds, made.peak_mib);
+        fs::write(&place, text).map_err(|e| format!("{}: {e}", place.display()))
+    }
+
+    fn mark_file(&self) -> PathBuf {
+        root().join(&self.output).join(MARK)
+    }
+}
+
+/// One hash of all files of a folder.
+fn content(folder: &std::path::Path) -> Result<String, String> {
+    let files = hashes::folder(folder, folder)?;
+    Ok(hashes::text(&files.iter().map(|(name, hash)| format!("{name} {hash}\n")).collect::<String>()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::items;
+    use super::*;
+
+    fn options(only: Option<&str>) -> Options {
+        let only = only.map(|name| items::parse(name).unwrap());
+        Options { only, quick: true, seed: 7, fresh: false, check: false, accept: false }
+    }
+
+    fn commands(only: Option<&str>) -> Vec<String> {
+        stages(&options(only)).iter().map(|s| s.arguments.join(" ")).collect()
+    }
+
+    #[test]
+    fn exact_options_reach_the_stages() {
+        let all = commands(None);
+        assert_eq!(
+            all[0],
+            "process --virtual-rig --seed 7 --repeats 4 --out virtual-rig/quick/observations --force"
+        );
+        assert_eq!(all[1], "flow virtual-rig/quick --out virtual-rig/quick/base-flow --force");
+        assert!(all[2].ends_with("--flow virtual-rig/quick/base-flow"), "{}", all[2]);
+        let cold = commands(Some("table-3"));
+        assert!(
+            cold[0].contains("--rows C1,C2,C3") && cold.len() == 3 && !cold[1].contains("--flow"),
+            "{cold:?}"
+        );
+    }
+
+    #[test]
+    fn exact_a_stage_is_kept_only_with_its_fingerprint_and_untouched_output() {
+        let folder = std::env::temp_dir().join(format!("rijke-stages-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        // An absolute path replaces the root.
+        let output = folder.display().to_string();
+        let stage = Stage { arguments: vec![], inputs: vec![], output, share: 1.0 };
+        fs::write(folder.join("a.csv"), "1").unwrap();
+        assert_eq!(stage.finished("aa").unwrap(), None);
+        let made = Made { seconds: 1.5, peak_mib: 70 };
+        stage.mark("aa", &made).unwrap();
+        assert_eq!(stage.finished("aa").unwrap(), Some(made));
+        assert_eq!(stage.finished("ab").unwrap(), None);
+        fs::write(folder.join("a.csv"), "2").unwrap();
+        assert_eq!(stage.finished("aa").unwrap(), None, "the output was changed by hand");
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn exact_time_left_follows_the_stages_that_were_run() {
+        let stages = stages(&options(None));
+        assert_eq!(time_left(&[], &[], &stages), None);
+        let done: Vec<Done> = vec![(Made { seconds: 20.0, peak_mib: 0 }, false, vec![])];
+        let left = time_left(&stages[..1], &done, &stages[1..]).unwrap();
+        assert!((left - 20.0 * 0.605 / 0.4).abs() < 1e-9, "{left}");
+    }
+}
