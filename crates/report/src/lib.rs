@@ -3,8 +3,8 @@
 //!
 //! # Conventions
 //!
-//! * A study's numbers are one JSON file of its record: `empty_tube.json`, `prongs.json`,
-//!   `consistency.json`, `lumped_convergence.json`.
+//! * A study's numbers are one JSON file of its record, `empty_tube.json`, `prongs.json` and so on; the fields of
+//!   [`Numbers`] say which.
 //! * Every panel of every figure says whether its data were measured or virtual.
 //! * Labels are written once, as `*italic*`, `_{below}` and `^{above}`, and become SVG, HTML or plain text.
 //! * Coordinates are rounded to a hundredth of a pixel.
@@ -17,6 +17,7 @@
 //! # Ok::<(), rijke_report::ReportError>(())
 //! ```
 
+mod base_flow;
 mod comparison;
 mod draw;
 mod error;
@@ -26,6 +27,7 @@ mod page;
 mod sheet;
 mod table;
 
+pub use base_flow::{BaseFlow, FlowAt, FlowAtPower, FlowRun, FlowUnknown};
 pub use error::ReportError;
 pub use numbers::Numbers;
 

@@ -1,7 +1,7 @@
 //! The numbers of all studies that were run.
 
 use crate::{
-    ReportError,
+    BaseFlow, ReportError,
     figures::{self, feedback, predictions, prongs},
     page::Item,
 };
@@ -17,6 +17,8 @@ use std::{fs, path::Path};
 pub struct Numbers {
     /// `campaign.json`: Table 1.
     pub campaign: Option<CampaignRead>,
+    /// `flow.json`: Fig. 2.
+    pub flow: Option<BaseFlow>,
     /// `empty_tube.json`: Fig. 3.
     pub empty_tube: Option<EmptyTube>,
     /// `prongs.json`: Table 2 and Fig. 4.
@@ -56,6 +58,7 @@ impl Numbers {
         let figure = |number: u32| record(folder, &format!("figure_{number}.json"));
         Ok(Self {
             campaign: record(folder, "campaign.json")?,
+            flow: record(folder, "flow.json")?,
             empty_tube: record(folder, "empty_tube.json")?,
             prongs: record(folder, "prongs.json")?,
             heater: record(folder, "heater.json")?,
@@ -75,6 +78,7 @@ impl Numbers {
     pub(crate) fn items(&self) -> Vec<Item> {
         let cold = [
             self.campaign.as_ref().map(figures::campaign::item),
+            self.flow.as_ref().map(figures::base_flow::item),
             self.empty_tube.as_ref().map(figures::empty_tube::item),
             self.prongs.as_ref().map(|s| prongs::item(s, &prongs::PRONGS)),
             self.heater.as_ref().map(|s| prongs::item(s, &prongs::HEATER)),

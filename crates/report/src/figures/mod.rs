@@ -1,5 +1,6 @@
 //! One module per study: its figures, its tables, and what the page says about it.
 
+pub(crate) mod base_flow;
 pub(crate) mod campaign;
 pub(crate) mod cold;
 pub(crate) mod consistency;

@@ -1,10 +1,11 @@
 //! Hand-made numbers in the shape of the records of the hot campaign; only their shape means anything.
 
 use super::{check, provenance};
-use rijke_report::Numbers;
+use rijke_report::{BaseFlow, FlowAt, FlowAtPower, FlowRun, FlowUnknown, Numbers};
 use rijke_studies::*;
 
 pub(super) fn fill(numbers: &mut Numbers) {
+    numbers.flow = Some(flow());
     numbers.cold = Some(cold());
     numbers.feedback = Some(feedback(0.0));
     numbers.feedback_naive = Some(feedback(0.6));
@@ -173,4 +174,45 @@ fn predictions(figure: u32) -> HotPredictions {
 fn truths() -> Truths {
     let row = TruthRow { quantity: "\u{3b7}".into(), value: 1.01, sd: 0.02, truth: 1.0 };
     Truths { rows: vec![row], checks: vec![check("\u{3b7} lies within three sd.", true)] }
+}
+
+fn flow() -> BaseFlow {
+    let run = |i: u32| {
+        let heater_m = 0.05 * f64::from(i);
+        let at = |power_w: f64| FlowAtPower {
+            power_w,
+            heater_velocity: 0.1 * power_w.powf(0.33) * (1.2 - heater_m),
+            heater_velocity_sd: 0.02 + 0.05 * heater_m,
+            profile: (0..=20)
+                .map(|k| {
+                    let x = 0.05 * f64::from(k);
+                    let rise = if x < heater_m {
+                        0.0
+                    } else {
+                        power_w * (0.4 + 0.3 * heater_m) * (heater_m - x).exp()
+                    };
+                    FlowAt {
+                        x,
+                        temperature: 293.0 + 1.8 * rise,
+                        sound_speed: 343.0 + rise,
+                        sound_speed_sd: 1.0 + x,
+                    }
+                })
+                .collect(),
+        };
+        let unknown = |k: u32| FlowUnknown {
+            name: format!("parameter_{k}"),
+            unit: "1".into(),
+            value: f64::from(k),
+            low: f64::from(k) - 0.2,
+            high: f64::from(k) + 0.2,
+            shrinkage: 0.1 * f64::from(k),
+        };
+        FlowRun {
+            heater_m,
+            unknowns: (1..=8).map(unknown).collect(),
+            powers: [0.0].into_iter().chain(POWERS).map(at).collect(),
+        }
+    };
+    BaseFlow { kind: DataKind::Virtual, rig: "Hand-made rig".into(), runs: (3..18).map(run).collect() }
 }
