@@ -1,6 +1,7 @@
 //! Tasks of the workspace, run as `cargo xtask TASK`. Knows no crate of the project: it starts programs and reads files.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
+mod page;
 mod reproduce;
 mod tidy;
 
@@ -22,6 +23,8 @@ struct Program {
 enum Task {
     /// Regenerate the tables and figures of the paper from raw records of the virtual laboratory, into results/.
     Reproduce(reproduce::Options),
+    /// Open the page of results in headless Chromium, wide, narrow and on paper, and fail if anything is wrong with it.
+    Page,
     /// Run the tests.
     Test {
         /// Include the long studies (tests marked as ignored).
@@ -35,6 +38,7 @@ enum Task {
 fn main() -> ExitCode {
     let outcome = match Program::parse().task {
         Task::Reproduce(options) => reproduce::run(&options),
+        Task::Page => page::run(),
         Task::Test { all } => test(all),
         Task::Tidy => tidy::run(&root()),
     };

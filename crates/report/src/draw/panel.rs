@@ -5,7 +5,7 @@ use super::{Axis, INK, Stroke, Symbol, px, text};
 /// Font sizes in pixels of the panel's own coordinates.
 const LABEL: f64 = 13.5;
 const TICK: f64 = 12.0;
-const NOTE: f64 = 10.5;
+const NOTE: f64 = 11.5;
 
 /// Room around the frame: left, right, top, bottom.
 const LEFT: f64 = 68.0;

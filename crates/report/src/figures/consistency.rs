@@ -55,7 +55,8 @@ pub(crate) fn item(study: &Consistency) -> Item {
         introduction: "The paper prints two descriptions of the same two measurements: R fitted with \u{3b7} = 1, and \u{3b7} \
                        fitted with R of Levine and Schwinger. Each can be computed from the other; no data of a rig enter."
             .to_owned(),
-        comparisons: study.rows.iter().map(comparison).collect(),
+        // The first scheme is the paper's.
+        comparisons: study.rows.iter().filter(|r| r.scheme == study.rows[0].scheme).map(comparison).collect(),
         figures: Vec::new(),
         tables: vec![table],
         sheets: vec![sheet(study)],
