@@ -24,6 +24,8 @@ pub(crate) enum Verdict {
     Agrees,
     /// Not the same.
     Differs,
+    /// The evidence here is too weak to say.
+    Undecided,
     /// The records do not allow a comparison.
     CannotCompare,
 }
@@ -38,6 +40,7 @@ impl Verdict {
         match self {
             Self::Agrees => "agrees",
             Self::Differs => "differs",
+            Self::Undecided => "not decided",
             Self::CannotCompare => "cannot be compared",
         }
     }
@@ -46,7 +49,7 @@ impl Verdict {
         match self {
             Self::Agrees => "agrees",
             Self::Differs => "differs",
-            Self::CannotCompare => "cannot",
+            Self::Undecided | Self::CannotCompare => "cannot",
         }
     }
 }

@@ -5,6 +5,7 @@
 mod sample;
 
 use rijke_report::{Numbers, Report, ReportError};
+use rijke_studies::Evidence;
 use std::{fs, path::PathBuf};
 
 fn folder(name: &str) -> PathBuf {
@@ -62,6 +63,18 @@ fn exact_the_overview_says_how_each_item_compares() {
     assert!(overview(&page, "wall-loss factor that makes up").contains(">agrees<"));
     assert!(
         overview(&page, "Table 4").contains("model 9 (") && overview(&page, "Table 4").contains(">differs<")
+    );
+    // Two models within a nat of each other.
+    let lead = page.split("<li>").find(|li| li.contains("It leads the paper's by")).unwrap();
+    assert!(lead.contains("by 105.0 nats in all."), "{lead}");
+    let mut close = sample::numbers();
+    let models = &mut close.heat_release.as_mut().unwrap().models;
+    models[7].evidence = models[8].evidence.map(|e| Evidence { ln_marginal: e.ln_marginal - 0.02, ..e });
+    let report = Report::new(&close).unwrap();
+    let close = String::from_utf8_lossy(&report.files()[0].1).into_owned();
+    assert!(
+        overview(&close, "Table 4").contains(">not decided<")
+            && close.contains("by 2.1 nats in all, so these data")
     );
     assert!(overview(&page, "ln ML of that model").contains(">cannot be compared<"));
     // The jump of the angle is in the naive figure only.

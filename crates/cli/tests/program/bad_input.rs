@@ -11,6 +11,10 @@ struct Case {
     says: [&'static str; 3],
 }
 
+const fn case(name: &'static str, spoil: fn(&Path), says: [&'static str; 3]) -> Case {
+    Case { name, spoil, says }
+}
+
 /// Replaces text in a file.
 fn edit(folder: &Path, file: &str, from: &str, to: &str) {
     let path = folder.join(file);
@@ -44,90 +48,90 @@ fn write_float(path: &Path, rate_hz: u32, channels: u16, change: Option<(usize, 
 }
 
 const RECORDS: [Case; 16] = [
-    Case {
-        name: "missing channel",
-        spoil: |d| write_float(&d.join(records::PING), 10_000, 7, None),
-        says: [records::PING, "7 channels", "record all channels"],
-    },
-    Case {
-        name: "truncated WAV",
-        spoil: |d| {
+    case(
+        "missing channel",
+        |d| write_float(&d.join(records::PING), 10_000, 7, None),
+        [records::PING, "7 channels", "record all channels"],
+    ),
+    case(
+        "truncated WAV",
+        |d| {
             let path = d.join(records::PING);
             let bytes = fs::read(&path).unwrap();
             fs::write(path, &bytes[..bytes.len() / 2]).unwrap();
         },
-        says: [records::PING, "truncated", "copy or record it again"],
-    },
-    Case {
-        name: "empty WAV",
-        spoil: |d| fs::write(d.join(records::PING), b"").unwrap(),
-        says: [records::PING, "not a WAV file", "use 16, 24 or 32 bit"],
-    },
-    Case {
-        name: "text instead of WAV",
-        spoil: |d| fs::write(d.join(records::PING), b"time,pressure\n0,1\n").unwrap(),
-        says: [records::PING, "not a WAV file", "use 16, 24 or 32 bit"],
-    },
-    Case {
-        name: "wrong sampling rate",
-        spoil: |d| write_float(&d.join(records::PING), 44_100, 8, None),
-        says: [records::PING, "sampled at 44100 Hz, expected 10000 Hz", "correct the rate"],
-    },
-    Case {
-        name: "NaN",
-        spoil: |d| write_float(&d.join(records::PING), 10_000, 8, Some((8 * 50 + 3, f32::NAN))),
-        says: [records::PING, "sample 50 is NaN", "export it again"],
-    },
-    Case {
-        name: "infinite sample",
-        spoil: |d| write_float(&d.join(records::PING), 10_000, 8, Some((8 * 7, f32::INFINITY))),
-        says: [records::PING, "sample 7 is inf", "export it again"],
-    },
-    Case {
-        name: "absent file",
-        spoil: |d| fs::remove_file(d.join("C3-E/click-1.wav")).unwrap(),
-        says: ["manifest.toml", "`C3-E/click-1.wav`", "copy it there"],
-    },
-    Case {
-        name: "no manifest",
-        spoil: |d| fs::remove_file(d.join("manifest.toml")).unwrap(),
-        says: ["manifest.toml", "not a record set", "rijke lab"],
-    },
-    Case {
-        name: "unknown key",
-        spoil: |d| edit(d, "manifest.toml", "\nfull_scale_pa", "\nful_scale_pa"),
-        says: ["manifest.toml:", "ful_scale_pa", "full_scale_pa"],
-    },
-    Case {
-        name: "broken TOML",
-        spoil: |d| edit(d, "manifest.toml", "kind = ", "kind == "),
-        says: ["manifest.toml:8:7:", "extra `=`", "expected"],
-    },
-    Case {
-        name: "microphone outside the tube",
-        spoil: |d| edit(d, "rig.toml", "0.95]", "1.95]"),
-        says: ["rig.toml", "microphones.positions", "positions are metres"],
-    },
-    Case {
-        name: "reference microphone that does not exist",
-        spoil: |d| edit(d, "rig.toml", "reference = 5", "reference = 8"),
-        says: ["rig.toml", "microphones.reference", "counted from 0"],
-    },
-    Case {
-        name: "empty campaign",
-        spoil: |d| fs::write(d.join("campaign.toml"), "name = \"none\"\nrow = []\n").unwrap(),
-        says: ["campaign.toml", "is empty", "give at least one [[row]]"],
-    },
-    Case {
-        name: "unknown operating point",
-        spoil: |d| edit(d, "manifest.toml", "id = \"C3-E\"", "id = \"C9-E\""),
-        says: ["manifest.toml", "C9-E", "known: C3-E"],
-    },
-    Case {
-        name: "day that is not declared",
-        spoil: |d| edit(d, "manifest.toml", "day = \"one\"", "day = \"two\""),
-        says: ["manifest.toml", "`two` is not known", "known: one"],
-    },
+        [records::PING, "truncated", "copy or record it again"],
+    ),
+    case(
+        "empty WAV",
+        |d| fs::write(d.join(records::PING), b"").unwrap(),
+        [records::PING, "not a WAV file", "use 16, 24 or 32 bit"],
+    ),
+    case(
+        "text instead of WAV",
+        |d| fs::write(d.join(records::PING), b"time,pressure\n0,1\n").unwrap(),
+        [records::PING, "not a WAV file", "use 16, 24 or 32 bit"],
+    ),
+    case(
+        "wrong sampling rate",
+        |d| write_float(&d.join(records::PING), 44_100, 8, None),
+        [records::PING, "sampled at 44100 Hz, expected 10000 Hz", "correct the rate"],
+    ),
+    case(
+        "NaN",
+        |d| write_float(&d.join(records::PING), 10_000, 8, Some((8 * 50 + 3, f32::NAN))),
+        [records::PING, "sample 50 is NaN", "export it again"],
+    ),
+    case(
+        "infinite sample",
+        |d| write_float(&d.join(records::PING), 10_000, 8, Some((8 * 7, f32::INFINITY))),
+        [records::PING, "sample 7 is inf", "export it again"],
+    ),
+    case(
+        "absent file",
+        |d| fs::remove_file(d.join("C3-E/click-1.wav")).unwrap(),
+        ["manifest.toml", "`C3-E/click-1.wav`", "copy it there"],
+    ),
+    case(
+        "no manifest",
+        |d| fs::remove_file(d.join("manifest.toml")).unwrap(),
+        ["manifest.toml", "not a record set", "rijke lab"],
+    ),
+    case(
+        "unknown key",
+        |d| edit(d, "manifest.toml", "\nfull_scale_pa", "\nful_scale_pa"),
+        ["manifest.toml:", "ful_scale_pa", "full_scale_pa"],
+    ),
+    case(
+        "broken TOML",
+        |d| edit(d, "manifest.toml", "kind = ", "kind == "),
+        ["manifest.toml:8:7:", "extra `=`", "expected"],
+    ),
+    case(
+        "microphone outside the tube",
+        |d| edit(d, "rig.toml", "0.95]", "1.95]"),
+        ["rig.toml", "microphones.positions", "positions are metres"],
+    ),
+    case(
+        "reference microphone that does not exist",
+        |d| edit(d, "rig.toml", "reference = 5", "reference = 8"),
+        ["rig.toml", "microphones.reference", "counted from 0"],
+    ),
+    case(
+        "empty campaign",
+        |d| fs::write(d.join("campaign.toml"), "name = \"none\"\nrow = []\n").unwrap(),
+        ["campaign.toml", "is empty", "give at least one [[row]]"],
+    ),
+    case(
+        "unknown operating point",
+        |d| edit(d, "manifest.toml", "id = \"C3-E\"", "id = \"C9-E\""),
+        ["manifest.toml", "C9-E", "known: C3-E"],
+    ),
+    case(
+        "day that is not declared",
+        |d| edit(d, "manifest.toml", "day = \"one\"", "day = \"two\""),
+        ["manifest.toml", "`two` is not known", "known: one"],
+    ),
 ];
 
 #[test]

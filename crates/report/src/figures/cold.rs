@@ -1,11 +1,12 @@
 //! Fig. 5: the model of all cold components against every cold experiment.
 
+use super::measured::{MEASURED, PREDICTED, measured, predicted};
 use super::ranking::valued;
 use crate::{
     comparison::{Comparison, Verdict},
     draw::{Axis, Figure, Key, Mark, Panel, Stroke, Symbol, fixed},
     page::Item,
-    sheet::{Cell, Sheet},
+    sheet::Sheet,
     table::Table,
 };
 use rijke_studies::{Cold, ColdSeries, MeasuredPoint, PredictedPoint};
@@ -136,34 +137,7 @@ fn parameters(study: &Cold) -> Table {
 }
 
 fn sheet(study: &Cold) -> Sheet {
-    let head = [
-        "point",
-        "position_m",
-        "ambient_temperature_k",
-        "growth_rate_per_s",
-        "growth_rate_sd_per_s",
-        "angular_frequency_rad_per_s",
-        "angular_frequency_sd_rad_per_s",
-        "predicted_growth_rate_per_s",
-        "predicted_growth_rate_sd_per_s",
-        "predicted_angular_frequency_rad_per_s",
-        "predicted_angular_frequency_sd_rad_per_s",
-    ];
-    let row = |(_, m, p): (&ColdSeries, &MeasuredPoint, &PredictedPoint)| {
-        let measured = [
-            m.position_m,
-            m.ambient_temperature,
-            m.growth_rate,
-            m.growth_rate_sd,
-            m.angular_frequency,
-            m.angular_frequency_sd,
-        ];
-        let predicted = [p.growth_rate, p.growth_rate_sd, p.angular_frequency, p.angular_frequency_sd];
-        [Cell::from(&*m.id)]
-            .into_iter()
-            .chain(measured.map(Cell::from))
-            .chain(predicted.map(Cell::from))
-            .collect()
-    };
-    Sheet { id: "figure-5", head: head.map(String::from).to_vec(), rows: pairs(study).map(row).collect() }
+    let head = MEASURED.into_iter().chain(PREDICTED).map(String::from).collect();
+    let rows = pairs(study).map(|(_, m, p)| measured(m).into_iter().chain(predicted(p)).collect());
+    Sheet { id: "figure-5", head, rows: rows.collect() }
 }

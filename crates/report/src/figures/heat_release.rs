@@ -12,6 +12,7 @@ pub(crate) fn item(study: &HeatRelease) -> Item {
         published_winner: &study.published_winner,
         kendall_tau: study.kendall_tau,
         checks: &study.checks,
+        points: study.measured.len(),
         table: "Table 4",
         files: ["table-4", "table-4-parameters"],
     };

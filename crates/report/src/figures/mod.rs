@@ -8,6 +8,7 @@ pub(crate) mod empty_tube;
 pub(crate) mod feedback;
 pub(crate) mod heat_release;
 pub(crate) mod lumped;
+mod measured;
 pub(crate) mod microphones;
 mod powers;
 pub(crate) mod predictions;

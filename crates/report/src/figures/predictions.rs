@@ -1,5 +1,6 @@
 //! Figs. 8 to 11: one trained model against all hot operating points.
 
+use super::measured::{MEASURED, PREDICTED, measured, predicted};
 use super::powers::{colours, legend, position_axis, powers};
 use super::ranking::valued;
 use crate::{
@@ -287,40 +288,15 @@ fn parameters(study: &HotPredictions, which: &Which) -> Table {
 }
 
 fn sheet(study: &HotPredictions, which: &Which) -> Sheet {
-    let head = [
-        "point",
-        "trained_on",
-        "position_m",
-        "power_w",
-        "heater_velocity_m_per_s",
-        "heater_velocity_sd_m_per_s",
-        "growth_rate_per_s",
-        "growth_rate_sd_per_s",
-        "angular_frequency_rad_per_s",
-        "angular_frequency_sd_rad_per_s",
-        "predicted_growth_rate_per_s",
-        "predicted_growth_rate_sd_per_s",
-        "predicted_angular_frequency_rad_per_s",
-        "predicted_angular_frequency_sd_rad_per_s",
-    ];
+    let own = ["trained_on", "power_w", "heater_velocity_m_per_s", "heater_velocity_sd_m_per_s"];
     let row = |(m, p): (&HotPoint, &PredictedPoint)| {
-        let used = study.trained_on.contains(&m.measured.id);
-        let numbers = [
-            f64::from(u8::from(used)),
-            m.measured.position_m,
-            m.power_w,
-            m.heater_velocity,
-            m.heater_velocity_sd,
-            m.measured.growth_rate,
-            m.measured.growth_rate_sd,
-            m.measured.angular_frequency,
-            m.measured.angular_frequency_sd,
-            p.growth_rate,
-            p.growth_rate_sd,
-            p.angular_frequency,
-            p.angular_frequency_sd,
-        ];
-        [Cell::from(&*m.measured.id)].into_iter().chain(numbers.map(Cell::from)).collect()
+        let used = f64::from(u8::from(study.trained_on.contains(&m.measured.id)));
+        let own = [used, m.power_w, m.heater_velocity, m.heater_velocity_sd].map(Cell::from);
+        measured(&m.measured).into_iter().chain(own).chain(predicted(p)).collect()
     };
-    Sheet { id: which.files[0], head: head.map(String::from).to_vec(), rows: pairs(study).map(row).collect() }
+    Sheet {
+        id: which.files[0],
+        head: MEASURED.into_iter().chain(own).chain(PREDICTED).map(String::from).collect(),
+        rows: pairs(study).map(row).collect(),
+    }
 }

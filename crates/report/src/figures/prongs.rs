@@ -1,5 +1,6 @@
 //! Fig. 4 and Table 2, and Table 3: competing models of a part of the rig.
 
+use super::measured::{MEASURED, measured};
 use super::ranking::{Ranking, title};
 use crate::{
     draw::{Axis, Figure, INK, Key, Mark, Panel, fixed, model_stroke},
@@ -50,6 +51,7 @@ pub(crate) fn item(study: &Prongs, part: &Part) -> Item {
         published_winner: &study.published_winner,
         kendall_tau: study.kendall_tau,
         checks: &study.checks,
+        points: study.measured.len(),
         table: part.table,
         files: [part.files[1], part.files[2]],
     };
@@ -161,31 +163,13 @@ fn panel(study: &Prongs, part: &Part, tag: &str, label: &str, q: &Quantity) -> P
 
 /// Fig. 4: a row per operating point.
 fn curves(study: &Prongs, part: &Part) -> Sheet {
-    let fixed_head = [
-        "point",
-        "position_m",
-        "ambient_temperature_k",
-        "growth_rate_per_s",
-        "growth_rate_sd_per_s",
-        "angular_frequency_rad_per_s",
-        "angular_frequency_sd_rad_per_s",
-    ];
-    let mut head = fixed_head.map(String::from).to_vec();
+    let mut head = MEASURED.map(String::from).to_vec();
     for model in &study.models {
         head.push(format!("{}_growth_rate_per_s", model.id));
         head.push(format!("{}_angular_frequency_rad_per_s", model.id));
     }
     let row = |(k, p): (usize, &MeasuredPoint)| {
-        let measured = [
-            p.position_m,
-            p.ambient_temperature,
-            p.growth_rate,
-            p.growth_rate_sd,
-            p.angular_frequency,
-            p.angular_frequency_sd,
-        ];
-        let mut row = vec![Cell::from(&*p.id)];
-        row.extend(measured.map(Cell::from));
+        let mut row = measured(p);
         for model in &study.models {
             row.extend(match model.at_points.get(k) {
                 Some(point) => [point.growth_rate, point.angular_frequency].map(Cell::from),

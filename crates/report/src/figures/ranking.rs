@@ -8,6 +8,9 @@ use crate::{
 };
 use rijke_studies::{Check, ParameterValue, ProngModel};
 
+/// A lead in evidence below which data do not decide, nats: odds of 20 to 1, "strong" in Kass and Raftery (1995).
+const DECISIVE: f64 = 3.0;
+
 /// A ranking, in the words of the page.
 pub(crate) struct Ranking<'a> {
     /// The models in the order of the table, those beyond the paper last.
@@ -20,6 +23,8 @@ pub(crate) struct Ranking<'a> {
     pub(crate) kendall_tau: f64,
     /// What was tried; explains a winner that is not the paper's.
     pub(crate) checks: &'a [Check],
+    /// Number of operating points, by which the evidence of a table is divided.
+    pub(crate) points: usize,
     /// `Table 2`.
     pub(crate) table: &'static str,
     /// Names of the files of evidence and of parameters.
@@ -33,21 +38,15 @@ impl Ranking<'_> {
             let value = self.models.iter().find(|m| m.id == id).and_then(evidence);
             value.map_or_else(|| "none".to_owned(), signed)
         };
-        let same = self.winner == self.published_winner;
-        // The check that fails because of the winner says which physics of these data makes it so.
-        let why = self.checks.iter().filter(|c| !c.holds).find_map(|c| c.explanation.clone());
+        let (verdict, sentence) = self.lead();
         let tau = fixed(self.kendall_tau, 2);
         vec![
             Comparison {
                 what: "model with the most evidence".to_owned(),
                 paper: self.name(self.published_winner),
                 ours: self.name(self.winner),
-                verdict: Verdict::of(same),
-                sentence: match (same, why) {
-                    (true, _) => "The two sets of data select the same model.".to_owned(),
-                    (false, Some(why)) => why,
-                    (false, None) => "The two sets of data select different models.".to_owned(),
-                },
+                verdict,
+                sentence,
             },
             Comparison {
                 what: "order of the models, most evidence first".to_owned(),
@@ -66,6 +65,31 @@ impl Ranking<'_> {
                 sentence: "A likelihood belongs to its own data, their noise and their number.".to_owned(),
             },
         ]
+    }
+
+    /// How the winner compares with the paper's, and by how much it leads.
+    fn lead(&self) -> (Verdict, String) {
+        let evidence = |id: &str| self.models.iter().find(|m| m.id == id)?.evidence.map(|e| e.ln_marginal);
+        let nats = |id: &str| Some(self.points as f64 * (evidence(self.winner)? - evidence(id)?));
+        let others = self.models.iter().filter(|m| m.id != self.winner && m.published.is_some());
+        let second = others.filter_map(|m| Some((nats(&m.id)?, m))).min_by(|a, b| a.0.total_cmp(&b.0));
+        if self.winner == self.published_winner {
+            let lead = second.map_or_else(String::new, |(lead, m)| {
+                let weak = if lead < DECISIVE { ", too little to decide between the two" } else { "" };
+                format!(" It leads {} by {} nats in all{weak}.", self.name(&m.id), fixed(lead, 1))
+            });
+            return (Verdict::Agrees, format!("The two sets of data select the same model.{lead}"));
+        }
+        let Some(lead) = nats(self.published_winner) else {
+            return (Verdict::Differs, "The paper's model could not be trained on these data.".to_owned());
+        };
+        let ahead = format!("It leads the paper's by {} nats in all", fixed(lead, 1));
+        if lead < DECISIVE {
+            return (Verdict::Undecided, format!("{ahead}, so these data do not decide between the two."));
+        }
+        // The check that fails because of the winner says which physics of these data makes it so.
+        let why = self.checks.iter().filter(|c| !c.holds).find_map(|c| c.explanation.as_deref());
+        (Verdict::Differs, format!("{ahead}. {}", why.unwrap_or("")))
     }
 
     /// Numbers of the models by falling evidence.
