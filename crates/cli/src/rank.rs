@@ -102,6 +102,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let found = match (&args.flow, stage) {
         (Some(flow), Some(stage)) => {
+            keep_flow(flow, &numbers)?;
             Some(hot::hot(&observations, flow, stage, args.thorough, staged.path(), &progress)?)
         }
         (Some(_), None) => {
@@ -127,6 +128,15 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     if let Some(found) = found {
         found.show(ui);
+    }
+    Ok(())
+}
+
+/// The record of the base flow belongs to the numbers from which the report draws (Fig. 2).
+fn keep_flow(flow: &Path, numbers: &Path) -> Result<(), Failure> {
+    let record = flow.join("flow.json");
+    if record.is_file() {
+        std::fs::copy(&record, numbers.join("flow.json")).or_failed().map_err(|f| f.at(&record))?;
     }
     Ok(())
 }

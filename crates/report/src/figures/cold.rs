@@ -12,6 +12,8 @@ use crate::{
 use rijke_studies::{Cold, ColdSeries, MeasuredPoint, PredictedPoint};
 
 const SIZE: [f64; 2] = [560.0, 400.0];
+/// Neighbours farther apart are not joined by a line, m.
+const GAP: f64 = 0.11;
 
 /// Everything the page shows of this study.
 pub(crate) fn item(study: &Cold) -> Item {
@@ -114,7 +116,14 @@ fn panel(study: &Cold, tag: &str, label: &str, (measured, predicted, unit): Quan
     for series in &study.series {
         let (symbol, colour) = look(series);
         let places = series.measured.iter().zip(&series.predicted);
-        let line: Vec<_> = places.map(|(m, p)| [m.position_m, predicted(p)]).collect();
+        let mut line: Vec<[f64; 2]> = Vec::new();
+        for (m, p) in places {
+            // The empty tube and a heater far inside are not two points of one curve.
+            if line.last().is_some_and(|last| m.position_m - last[0] > GAP) {
+                line.push([f64::NAN; 2]);
+            }
+            line.push([m.position_m, predicted(p)]);
+        }
         panel.curve(&line, &Stroke::solid(colour, 1.3));
         for m in &series.measured {
             let value = measured(m);

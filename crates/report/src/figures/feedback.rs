@@ -49,9 +49,12 @@ pub(crate) fn item(study: &Feedback, which: &Which) -> Item {
     }
 }
 
-/// Points of which the paper speaks: away from the middle of the tube and above 15 W.
+/// Points of which the paper speaks: away from the middle of the tube, below its upper end, and above 15 W.
 fn clear(study: &Feedback) -> impl Iterator<Item = &FeedbackPoint> {
-    study.points.iter().filter(|p| (p.position_m - 0.5).abs() > 0.12 && p.power_w > 15.0)
+    study
+        .points
+        .iter()
+        .filter(|p| (p.position_m - 0.5).abs() > 0.12 && p.position_m < 0.78 && p.power_w > 15.0)
 }
 
 /// Mean and standard deviation.
@@ -86,7 +89,7 @@ fn comparisons(study: &Feedback, which: &Which) -> Vec<Comparison> {
     let relative = gain[1] / gain[0].abs();
     vec![
         Comparison {
-            what: "|*k*_{eu}|/*Q*_{h} above 15 W, away from *X*_{h} = 0.5".to_owned(),
+            what: "|*k*_{eu}|/*Q*_{h} above 15 W, away from *X*_{h} = 0.5 and below 0.8".to_owned(),
             paper: "\u{201c}independent of the heater position and heater power\u{201d}".to_owned(),
             ours: format!("varies by {} % (1 sd)", fixed(100.0 * relative, 1)),
             verdict: Verdict::of(relative < 0.15),

@@ -89,6 +89,7 @@ fn sentence(text: &str) -> String {
 struct Quantity {
     measured: fn(&MeasuredPoint) -> f64,
     predicted: fn(&PredictedPoint) -> f64,
+    predicted_sd: fn(&PredictedPoint) -> f64,
     noise: fn(&HotPredictions) -> f64,
     unit: &'static str,
 }
@@ -96,6 +97,7 @@ struct Quantity {
 const GROWTH_RATE: Quantity = Quantity {
     measured: |p| p.growth_rate,
     predicted: |p| p.growth_rate,
+    predicted_sd: |p| p.growth_rate_sd,
     noise: |s| s.growth_rate_noise_sd,
     unit: "1/s",
 };
@@ -103,6 +105,7 @@ const GROWTH_RATE: Quantity = Quantity {
 const FREQUENCY: Quantity = Quantity {
     measured: |p| p.angular_frequency,
     predicted: |p| p.angular_frequency,
+    predicted_sd: |p| p.angular_frequency_sd,
     noise: |s| s.angular_frequency_noise_sd,
     unit: "rad/s",
 };
@@ -212,6 +215,7 @@ fn extrapolates(study: &HotPredictions) -> Vec<Comparison> {
 fn figure(study: &HotPredictions, which: &Which) -> Figure {
     let powers = powers(study.measured.iter().map(|m| m.power_w));
     let mut legend = legend(&powers);
+    legend.push(Key { mark: Mark::Patch("#3c7bb0"), label: "predicted, \u{b1}2 sd".to_owned() });
     legend.push(Key {
         mark: Mark::Dot("#444"),
         label: "measured, \u{b1}2 sd of the noise that the model needs".to_owned(),
@@ -226,7 +230,8 @@ fn figure(study: &HotPredictions, which: &Which) -> Figure {
         id: which.files[0],
         title: "Growth rate and angular frequency of the hot operating points, measured and predicted".to_owned(),
         caption: "(a) Growth rate and (b) angular frequency of the first mode against the position of the heater, one colour per \
-                  power: measured (dots) and predicted (lines). Bars: two standard deviations of the measurement noise that \
+                  power: measured (dots) and predicted (lines). Patches: two standard deviations of the prediction for a new measurement, \
+                  from parameters, base flow and noise. Bars: two standard deviations of the measurement noise that \
                   maximises the posterior of this model."
             .to_owned(),
         columns: 2,
@@ -251,6 +256,11 @@ fn panel(study: &HotPredictions, powers: &[f64], tag: &str, label: &str, q: Quan
     }
     for (power, colour) in colours(powers) {
         let points: Vec<_> = pairs(study).filter(|(m, _)| m.power_w == power).collect();
+        let band = |(m, p): &(&HotPoint, &PredictedPoint)| {
+            let (value, half) = ((q.predicted)(p), 2.0 * (q.predicted_sd)(p));
+            [m.measured.position_m, value - half, value + half]
+        };
+        panel.band(&points.iter().map(band).collect::<Vec<_>>(), colour, 0.1);
         let line: Vec<_> = points.iter().map(|(m, p)| [m.measured.position_m, (q.predicted)(p)]).collect();
         panel.curve(&line, &Stroke::solid(colour, 1.5));
         for (m, p) in points {
