@@ -1,6 +1,7 @@
 //! Can this evidence be trusted? Laplace's method with the checks that say so.
 
 use crate::held::Held;
+use crate::map::Approach;
 use crate::{
     Calls, Coordinates, Fit, Gaussian, Importance, InferenceError, Laplace, Objective, Posterior, Prior,
     TrustRegion, importance,
@@ -100,18 +101,31 @@ impl Posterior<'_> {
     /// that was fitted but cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
         let starts = self.starts(options);
-        let ends: Vec<Result<Fit, InferenceError>> = starts
+        let mut health = Health { starts: starts.len(), ..Health::default() };
+        // Every start is brought near a maximum; only the best, and those that are near none seen so far, go all the way.
+        let ends: Vec<Result<Approach, InferenceError>> = starts
             .par_iter()
-            .map(|start| self.map(&crate::MapOptions { search: options.search, start: start.clone() }))
+            .map(|start| self.approach(self.start(start.as_deref())?, &options.search))
             .collect();
-        let mut health = Health { starts: ends.len(), ..Health::default() };
-        let (mut fits, mut first_error) = (Vec::new(), None);
+        let (mut near, mut first_error) = (Vec::new(), None);
         for end in ends {
             match end {
+                Ok(approach) => near.push(approach),
+                Err(error) => {
+                    health.failed_starts += 1;
+                    first_error.get_or_insert(error);
+                }
+            }
+        }
+        // Settled ends first, then by cost; the sort is stable, so ties keep the order of the starts.
+        near.sort_by(|a, b| b.settled.cmp(&a.settled).then(a.cost.total_cmp(&b.cost)));
+        let mut rest = near.into_iter();
+        let mut fits = Vec::new();
+        for best in rest.by_ref() {
+            match self.finish(best, &options.search) {
                 Ok(fit) => {
-                    health.calls = health.calls.plus(fit.calls);
-                    health.failed_starts += usize::from(!fit.stop.converged());
                     fits.push(fit);
+                    break;
                 }
                 Err(error) => {
                     health.failed_starts += 1;
@@ -119,11 +133,25 @@ impl Posterior<'_> {
                 }
             }
         }
-        // Converged ends first, then by cost; the sort is stable, so ties keep the order of the starts.
-        fits.sort_by(|a, b| b.stop.converged().cmp(&a.stop.converged()).then(a.cost.total_cmp(&b.cost)));
         if fits.is_empty() {
             return Err(first_error.unwrap_or(InferenceError::StartSize { found: 0, expected: 1 }));
         }
+        let known = self.laplace_of_likelihood(&fits[0]).ok();
+        let known = known.and_then(|l| Gaussian::from_hessian(&l.mean, 0.0, &l.hessian).ok());
+        let (same, other): (Vec<Approach>, Vec<Approach>) =
+            rest.partition(|a| a.settled && known.as_ref().is_some_and(|g| self.is_at(&a.z, g)));
+        for approach in &same {
+            health.calls = health.calls.plus(approach.calls);
+        }
+        let others: Vec<Result<Fit, InferenceError>> =
+            other.into_par_iter().map(|approach| self.finish(approach, &options.search)).collect();
+        health.failed_starts += others.iter().filter(|end| end.is_err()).count();
+        fits.extend(others.into_iter().flatten());
+        for fit in &fits {
+            health.calls = health.calls.plus(fit.calls);
+            health.failed_starts += usize::from(!fit.stop.converged());
+        }
+        fits.sort_by(|a, b| b.stop.converged().cmp(&a.stop.converged()).then(a.cost.total_cmp(&b.cost)));
         let fit = fits.remove(0);
         let laplace = self.laplace(&fit);
         if let Ok(laplace) = &laplace {
@@ -131,6 +159,12 @@ impl Posterior<'_> {
         }
         self.warn_of_fit(&fit, &mut health);
         Ok(Assessment { fit, laplace: laplace.map_err(|e| e.to_string()), health })
+    }
+
+    /// Whether the end of a rough search belongs to the maximum that `gaussian` touches.
+    fn is_at(&self, z: &[f64], gaussian: &Gaussian) -> bool {
+        let inner: Vec<f64> = self.integrated().iter().map(|&i| z[i]).collect();
+        gaussian.distance(&inner) < SAME_MODE
     }
 
     fn starts(&self, options: &AssessOptions) -> Vec<Option<Vec<f64>>> {

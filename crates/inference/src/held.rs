@@ -1,7 +1,7 @@
 //! A posterior as a function of some of its coordinates.
 
 use crate::{Energy, Fit, InferenceError, NoiseMode, Objective, Posterior};
-use rijke_numerics::Order;
+use rijke_numerics::{Cholesky, Order};
 
 /// The posterior with all coordinates held but those that are `free`.
 pub(crate) struct Held<'a> {
@@ -9,9 +9,18 @@ pub(crate) struct Held<'a> {
     /// A value for every coordinate; those of the free ones are not read.
     pub(crate) whole: Vec<f64>,
     pub(crate) free: Vec<usize>,
+    /// Factors of all covariances, if no noise is free.
+    factors: Option<Vec<Cholesky>>,
 }
 
-impl Held<'_> {
+impl<'a> Held<'a> {
+    pub(crate) fn new(posterior: &'a Posterior<'a>, whole: Vec<f64>, free: Vec<usize>) -> Self {
+        let floats = free.iter().any(|i| *i >= posterior.parameters().len());
+        // A covariance that cannot be factored says so at every evaluation.
+        let factors = if floats { None } else { posterior.factors(&whole).ok() };
+        Self { posterior, whole, free, factors }
+    }
+
     /// All coordinates, with `z` in the free ones.
     pub(crate) fn filled(&self, z: &[f64]) -> Vec<f64> {
         let mut whole = self.whole.clone();
@@ -28,14 +37,14 @@ impl Objective for Held<'_> {
     }
 
     fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
-        let mut energy = self.posterior.evaluate(&self.filled(z), order)?;
+        let mut energy = self.posterior.energy(&self.filled(z), order, self.factors.as_deref())?;
         if order >= Order::First {
             energy.gradient = self.free.iter().map(|&i| energy.gradient[i]).collect();
         }
         if order == Order::Second {
             energy.hessian = energy.hessian.select(&self.free);
-            energy.gauss_newton = energy.gauss_newton.map(|g| g.select(&self.free));
         }
+        energy.gauss_newton = energy.gauss_newton.map(|g| g.select(&self.free));
         Ok(energy)
     }
 
@@ -60,7 +69,7 @@ impl Posterior<'_> {
 
     /// The density whose integral is the evidence: the posterior with floated noise held at its value in `fit`.
     pub(crate) fn target(&self, fit: &Fit) -> Held<'_> {
-        Held { posterior: self, whole: fit.working.clone(), free: self.integrated() }
+        Held::new(self, fit.working.clone(), self.integrated())
     }
 
     /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what referees integrate.

@@ -53,6 +53,7 @@
 //! # Ok::<(), InferenceError>(())
 //! ```
 
+mod block;
 mod data;
 pub mod ensemble;
 mod error;

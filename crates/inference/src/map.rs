@@ -11,6 +11,20 @@ const STAGES: usize = 40;
 /// Drop in J, nats, at which a search with the noise held ends: a tenth of a standard deviation from its minimum.
 const ROUGH: f64 = 5e-3;
 
+/// Gauss-Newton evaluations per stage before exact Hessians take over.
+const QUICK: usize = 20;
+
+/// Where a rough search has come: within about a tenth of a standard deviation of a maximum, if it has settled.
+pub(crate) struct Approach {
+    pub(crate) z: Vec<f64>,
+    /// The noises that the floor may explain.
+    small: Vec<Settled>,
+    pub(crate) calls: Calls,
+    /// J at `z`, nats.
+    pub(crate) cost: f64,
+    pub(crate) settled: bool,
+}
+
 /// Settings of [`Posterior::map`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapOptions {
@@ -93,17 +107,22 @@ impl Posterior<'_> {
         if self.floating().is_empty() {
             return self.map_from(&start, &options.search);
         }
-        let (near, small, mut calls) = self.approach(start, &options.search)?;
+        self.finish(self.approach(start, &options.search)?, &options.search)
+    }
+
+    /// The maximum next to where a rough search has come.
+    pub(crate) fn finish(&self, near: Approach, search: &TrustRegion) -> Result<Fit, InferenceError> {
+        let Approach { z, small, mut calls, .. } = near;
         let left = |calls: Calls| TrustRegion {
-            max_evaluations: options.search.max_evaluations.saturating_sub(calls.total()).max(1),
-            ..options.search
+            max_evaluations: search.max_evaluations.saturating_sub(calls.total()).max(1),
+            ..*search
         };
         if !small.is_empty()
-            && let Some(fit) = self.without(&small, &near, &left(calls), &mut calls)?
+            && let Some(fit) = self.without(&small, &z, &left(calls), &mut calls)?
         {
             return Ok(fit);
         }
-        let mut fit = self.map_from(&near, &left(calls))?;
+        let mut fit = self.map_from(&z, &left(calls))?;
         fit.calls = fit.calls.plus(calls);
         Ok(fit)
     }
@@ -125,7 +144,7 @@ impl Posterior<'_> {
         let free: Vec<usize> =
             (0..self.size()).filter(|i| small.iter().all(|s| s.coordinate != *i)).collect();
         let from: Vec<f64> = free.iter().map(|&i| near[i]).collect();
-        let held = Held { posterior: self, whole, free };
+        let held = Held::new(self, whole, free);
         // One call is for the slopes below.
         let budget = search.max_evaluations.saturating_sub(1).max(1);
         let minimum = minimise(&held, &from, &TrustRegion { max_evaluations: budget, ..*search })?;
@@ -152,36 +171,59 @@ impl Posterior<'_> {
     ///
     /// Freed at once, the noise shrinks the trust region as the fit improves: J is then the logarithm of a sum of
     /// squares, concave far from the minimum. Held, it is the sum of squares itself.
-    fn approach(
-        &self,
-        mut z: Vec<f64>,
-        search: &TrustRegion,
-    ) -> Result<(Vec<f64>, Vec<Settled>, Calls), InferenceError> {
-        let mut small = Vec::new();
+    pub(crate) fn approach(&self, mut z: Vec<f64>, search: &TrustRegion) -> Result<Approach, InferenceError> {
+        let floats = !self.floating().is_empty();
         // One call was spent on the noise at the start.
-        let (p, mut calls) = (self.parameters().len(), Calls { value: 1, ..Calls::default() });
+        let mut calls = Calls { value: usize::from(floats), ..Calls::default() };
+        let (p, mut small, mut settled, mut cost) =
+            (self.parameters().len(), Vec::new(), false, f64::INFINITY);
         for _ in 0..STAGES {
             // Leave one call for the noise and one for the search that follows.
             let budget = search.max_evaluations.saturating_sub(calls.total() + 2);
             if budget == 0 {
                 break;
             }
-            let held = Held { posterior: self, whole: z.clone(), free: (0..p).collect() };
-            let rough =
-                TrustRegion { tolerance: search.tolerance.max(ROUGH), max_evaluations: budget, ..*search };
-            let minimum = minimise(&held, &z[..p], &rough)?;
+            let minimum = self.stage(&z, search, budget)?;
             calls = calls.plus(minimum.calls);
             z[..p].copy_from_slice(&minimum.z);
+            (settled, cost) = (minimum.stop.converged(), minimum.energy.value);
+            if !floats {
+                break;
+            }
             let before = z[p..].to_vec();
             let prediction = self.predict(&self.parameters().physical(&z[..p]), Order::Value)?;
             calls.count(Order::Value);
             small = self.settle_noise(&mut z, &prediction.values);
+            let parts = self.parts_of(&z, prediction, Order::Value, None)?;
+            cost = -(parts.ln_likelihood + parts.ln_prior);
             let change = before.iter().zip(&z[p..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            if change < 0.1 || !minimum.stop.converged() {
+            if change < 0.1 || !settled {
                 break;
             }
         }
-        Ok((z, small, calls))
+        Ok(Approach { z, small, calls, cost, settled })
+    }
+
+    /// A rough search over the parameters with the noise held. Newton's exact Hessians are dear: Gauss-Newton steps go
+    /// first, and mostly suffice.
+    fn stage(&self, z: &[f64], search: &TrustRegion, budget: usize) -> Result<Minimum, InferenceError> {
+        let p = self.parameters().len();
+        let held = Held::new(self, z.to_vec(), (0..p).collect());
+        let rough =
+            TrustRegion { tolerance: search.tolerance.max(ROUGH), max_evaluations: budget, ..*search };
+        let mut spent = Calls::default();
+        if search.method == Method::Newton && budget > QUICK {
+            let quick = TrustRegion { method: Method::GaussNewton, max_evaluations: QUICK, ..rough };
+            let minimum = minimise(&held, &z[..p], &quick)?;
+            if minimum.stop.converged() {
+                return Ok(minimum);
+            }
+            spent = minimum.calls;
+        }
+        let budget = budget - spent.total();
+        let mut minimum = minimise(&held, &z[..p], &TrustRegion { max_evaluations: budget, ..rough })?;
+        minimum.calls = minimum.calls.plus(spent);
+        Ok(minimum)
     }
 
     /// As [`Posterior::map`], from working coordinates.

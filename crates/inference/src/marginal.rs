@@ -71,7 +71,7 @@ impl NoiseEvidence<'_> {
         for (&i, &u) in self.outer.iter().zip(noise) {
             whole[i] = u;
         }
-        Held { posterior: self.posterior, whole, free: self.inner.clone() }
+        Held::new(self.posterior, whole, self.inner.clone())
     }
 
     /// All coordinates at the maximum over the parameters with the noise held.

@@ -11,6 +11,9 @@ use serde::{Deserialize, Serialize};
 pub enum Method {
     /// The exact Hessian, which may be indefinite on the way.
     Newton,
+    /// First derivatives alone: [`Energy::gauss_newton`] in place of the Hessian. Cheap and quick where residuals are
+    /// small or the model is nearly linear; an objective that offers none is searched by BFGS.
+    GaussNewton,
     /// The matrix of Broyden, Fletcher, Goldfarb and Shanno, built from gradients; the paper's choice.
     Bfgs,
 }
@@ -168,9 +171,9 @@ pub fn minimise(
         let rounding = ROUNDING * (1.0 + search.energy.value.abs());
         // So near the minimum J may drown in rounding: take Newton's step whole, and let the gradient judge it. A BFGS
         // matrix is not to be trusted that far before J does drown.
-        let polishing = decrement <= if settings.method == Method::Newton { POLISH } else { rounding };
+        let polishing = decrement <= if search.method == Method::Newton { POLISH } else { rounding };
         let simpler = match &search.energy.gauss_newton {
-            Some(matrix) if search.far && !polishing => {
+            Some(matrix) if search.method == Method::Newton && search.far && !polishing => {
                 Some(Quadratic::new(matrix, &search.energy.gradient, &search.stretch)?)
             }
             _ => None,
@@ -210,7 +213,7 @@ pub fn minimise(
         } else if ratio > 0.75 && length > 0.8 * search.radius {
             search.radius *= 2.0;
         }
-        if settings.method == Method::Bfgs {
+        if search.method == Method::Bfgs {
             // A refused point still tells the curvature along the step.
             search.update_bfgs(&trial, &energy.gradient);
         }
@@ -270,7 +273,10 @@ impl Search {
             far: true,
             untaught: true,
         };
-        if settings.method == Method::Bfgs {
+        if energy.gauss_newton.is_none() && search.method == Method::GaussNewton {
+            search.method = Method::Bfgs;
+        }
+        if search.method == Method::Bfgs {
             search.stretch = scales.iter().map(|s| 1.0 / s).collect();
         }
         search.accept(start.to_vec(), energy);
@@ -282,7 +288,7 @@ impl Search {
 
     fn accept(&mut self, z: Vec<f64>, energy: Energy) {
         self.z = z;
-        if self.method == Method::Newton {
+        if self.method != Method::Bfgs {
             let shape = energy.gauss_newton.as_ref().unwrap_or(&energy.hessian);
             for (i, d) in self.stretch.iter_mut().enumerate() {
                 *d = d.max(shape[(i, i)].abs().sqrt());
@@ -290,7 +296,8 @@ impl Search {
                     *d = 1.0;
                 }
             }
-            self.hessian = energy.hessian.clone();
+            let second = if self.method == Method::Newton { &energy.hessian } else { shape };
+            self.hessian = second.clone();
         }
         self.energy = energy;
         self.steps += 1;

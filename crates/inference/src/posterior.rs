@@ -1,6 +1,8 @@
 //! The cost J of a model with data: minus ln P(D|a) P(a), with exact derivatives.
 
+use crate::block::{Block, Problem};
 use crate::{Data, Energy, Forward, InferenceError, NoiseMode, Objective, Parameters, Prediction};
+use rayon::prelude::*;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
 
@@ -17,6 +19,8 @@ pub struct Posterior<'a> {
     floating: Vec<usize>,
     /// Factors of the covariance, if nothing floats.
     fixed: Option<Vec<Cholesky>>,
+    /// Place of the first datum of each block.
+    firsts: Vec<usize>,
 }
 
 /// The cost in its parts, at one point.
@@ -45,14 +49,16 @@ impl<'a> Posterior<'a> {
         parameters: &'a Parameters,
     ) -> Result<Self, InferenceError> {
         let floating: Vec<usize> = (0..data.groups().len()).filter(|&g| data.groups()[g].floats()).collect();
-        let mut posterior = Self { forward, data, parameters, floating, fixed: None };
+        let mut next = 0;
+        let firsts = data.observations().iter().map(|o| {
+            let first = next;
+            next += o.values.len();
+            first
+        });
+        let mut posterior =
+            Self { forward, data, parameters, floating, fixed: None, firsts: firsts.collect() };
         if posterior.floating.is_empty() {
-            let sds = posterior.noise_sd(&posterior.parameters.centre());
-            posterior.fixed = Some(
-                (0..data.observations().len())
-                    .map(|k| posterior.factor(k, &sds))
-                    .collect::<Result<_, _>>()?,
-            );
+            posterior.fixed = Some(posterior.factors(&posterior.parameters.centre())?);
         }
         Ok(posterior)
     }
@@ -137,12 +143,36 @@ impl<'a> Posterior<'a> {
 
     /// J in its parts.
     pub(crate) fn parts(&self, z: &[f64], order: Order) -> Result<Parts, InferenceError> {
-        let (p, n) = (self.parameters.len(), self.size());
-        let prior = self.parameters.ln_density(&z[..p])?;
+        self.parts_with(z, order, None)
+    }
+
+    /// As [`Posterior::parts`]; with `held`, the factors of every covariance, the noise is held and has no derivatives.
+    pub(crate) fn parts_with(
+        &self,
+        z: &[f64],
+        order: Order,
+        held: Option<&[Cholesky]>,
+    ) -> Result<Parts, InferenceError> {
+        let p = self.parameters.len();
+        // Before the model is called: a point beyond a bound must not reach it.
+        self.parameters.ln_density(&z[..p])?;
         let maps: Vec<[f64; 3]> = self.parameters.list().iter().zip(z).map(|(q, &z)| q.physical(z)).collect();
         let values: Vec<f64> = maps.iter().map(|m| m[0]).collect();
         let mut prediction = self.predict(&values, order)?;
         to_working(&mut prediction, &maps, order.min(self.forward.highest_order()));
+        self.parts_of(z, prediction, order, held)
+    }
+
+    /// J in its parts for a prediction, with derivatives in working coordinates, that was made at `z`.
+    pub(crate) fn parts_of(
+        &self,
+        z: &[f64],
+        prediction: Prediction,
+        order: Order,
+        held: Option<&[Cholesky]>,
+    ) -> Result<Parts, InferenceError> {
+        let (p, n) = (self.parameters.len(), self.size());
+        let prior = self.parameters.ln_density(&z[..p])?;
         let sds = self.noise_sd(z);
         let mut parts = Parts {
             ln_likelihood: 0.0,
@@ -167,104 +197,74 @@ impl<'a> Posterior<'a> {
                 parts.prior[(p + k, p + k)] = 1.0 / (ln_sd * ln_sd);
             }
         }
-        let mut first = 0;
-        for k in 0..self.data.observations().len() {
+        let known = held.or(self.fixed.as_deref());
+        let block = |k: usize| {
             let fresh;
-            let factor = match &self.fixed {
+            let factor = match known {
                 Some(factors) => &factors[k],
                 None => {
                     fresh = self.factor(k, &sds)?;
                     &fresh
                 }
             };
-            self.add_block(&mut parts, k, first, factor, &sds, order);
-            first += self.data.observations()[k].values.len();
+            let problem = Problem {
+                observation: &self.data.observations()[k],
+                first: self.firsts[k],
+                prediction: &parts.prediction,
+                parameters: p,
+                floating: if known.is_some() { &[] } else { &self.floating },
+                sds: &sds,
+            };
+            Ok(problem.block(factor, order))
+        };
+        // In parallel, and added up in order.
+        let count = self.data.observations().len();
+        let blocks: Vec<Block> = if order == Order::Value {
+            (0..count).map(block).collect::<Result<_, InferenceError>>()?
+        } else {
+            (0..count).into_par_iter().with_min_len(4).map(block).collect::<Result<_, InferenceError>>()?
+        };
+        for block in &blocks {
+            block.add_to(&mut parts);
         }
         Ok(parts)
     }
 
-    /// Adds -ln of the likelihood of block `k`, whose data start at `first`, and its derivatives.
-    ///
-    /// With r the residual, C the covariance, a = C^-1 r and t = sd^2:
-    /// J = r'a/2 + ln det(2 pi C)/2, dJ/dz = f_z' a, dJ/dt = (-a'Sa + tr C^-1 S)/2,
-    /// d2J/dz2 = f_z' C^-1 f_z + a f_zz, d2J/dz dt = -f_z' C^-1 S a, d2J/dt du = a'S C^-1 U a - tr(C^-1 S C^-1 U)/2.
-    fn add_block(
+    /// The factors of all covariances with the noise at `z`.
+    pub(crate) fn factors(&self, z: &[f64]) -> Result<Vec<Cholesky>, InferenceError> {
+        let sds = self.noise_sd(z);
+        (0..self.data.observations().len()).map(|k| self.factor(k, &sds)).collect()
+    }
+
+    /// J with derivatives; see [`Posterior::parts_with`].
+    pub(crate) fn energy(
         &self,
-        parts: &mut Parts,
-        k: usize,
-        first: usize,
-        factor: &Cholesky,
-        sds: &[f64],
+        z: &[f64],
         order: Order,
-    ) {
-        let (observation, p) = (&self.data.observations()[k], self.parameters.len());
-        let n = observation.values.len();
-        let residual: Vec<f64> =
-            (0..n).map(|i| parts.prediction.values[first + i] - observation.values[i]).collect();
-        let white = factor.whiten(&residual);
-        parts.ln_likelihood -=
-            0.5 * (white.iter().map(|w| w * w).sum::<f64>() + factor.ln_det() + n as f64 * (2.0 * PI).ln());
+        held: Option<&[Cholesky]>,
+    ) -> Result<Energy, InferenceError> {
+        let parts = self.parts_with(z, order, held)?;
+        let value = -(parts.ln_likelihood + parts.ln_prior);
+        if !value.is_finite() || parts.gradient.iter().any(|g| !g.is_finite()) {
+            return Err(InferenceError::NotFinite { value, at: z.to_vec() });
+        }
+        let mut energy = Energy { value, ..Energy::default() };
         if order == Order::Value {
-            return;
+            return Ok(energy);
         }
-        let alpha = factor.solve(&residual);
-        let jacobian = &parts.prediction.jacobian;
-        let columns: Vec<Vec<f64>> =
-            (0..p).map(|i| (0..n).map(|r| jacobian[(first + r, i)]).collect()).collect();
-        let whitened: Vec<Vec<f64>> = columns.iter().map(|c| factor.whiten(c)).collect();
-        for i in 0..p {
-            parts.gradient[i] += dot(&columns[i], &alpha);
-            for j in 0..=i {
-                let product = dot(&whitened[i], &whitened[j]);
-                add_symmetric(&mut parts.gauss_newton, i, j, product);
+        energy.gradient = parts.gradient;
+        let gauss_newton = parts.gauss_newton.plus(1.0, &parts.prior);
+        if order == Order::Second {
+            energy.hessian = gauss_newton.plus(1.0, &parts.curvature);
+            if energy.hessian.as_slice().iter().any(|h| !h.is_finite()) {
+                return Err(InferenceError::NotFinite { value, at: z.to_vec() });
             }
         }
-        let triangle = p * (p + 1) / 2;
-        if order == Order::Second && !parts.prediction.curvature.is_empty() {
-            for r in 0..n {
-                let row = &parts.prediction.curvature[(first + r) * triangle..(first + r + 1) * triangle];
-                let mut place = 0;
-                for i in 0..p {
-                    for j in 0..=i {
-                        add_symmetric(&mut parts.curvature, i, j, alpha[r] * row[place]);
-                        place += 1;
-                    }
-                }
-            }
+        // The noise's own second derivatives are formed to second order only.
+        if order == Order::Second || held.is_some() || self.floating.is_empty() {
+            energy.gauss_newton = Some(gauss_newton);
         }
-        if self.floating.is_empty() {
-            return;
-        }
-        let inverse = factor.inverse();
-        // For each floating noise that acts here: its coordinate, t, S a, and C^-1 S.
-        let acting: Vec<(usize, f64, Vec<f64>, Matrix)> = self
-            .floating
-            .iter()
-            .enumerate()
-            .flat_map(|(c, &g)| {
-                observation.noise.iter().filter(move |(h, _)| *h == g).map(move |(_, s)| (c, g, s))
-            })
-            .map(|(c, g, s)| (p + c, sds[g] * sds[g], s.times(&alpha), inverse.product(s)))
-            .collect();
-        for (c, t, pull, relative) in &acting {
-            let slope = 0.5 * ((0..n).map(|i| relative[(i, i)]).sum::<f64>() - dot(pull, &alpha));
-            // d/d ln sd = 2 t d/dt, and once more for the second derivative.
-            parts.gradient[*c] += 2.0 * t * slope;
-            if order < Order::Second {
-                continue;
-            }
-            parts.gauss_newton[(*c, *c)] += 4.0 * t * slope;
-            let pull_white = factor.solve(pull);
-            for i in 0..p {
-                add_symmetric(&mut parts.gauss_newton, *c, i, -2.0 * t * dot(&columns[i], &pull_white));
-            }
-            for (d, u, other, other_relative) in &acting {
-                let trace: f64 = (0..n)
-                    .map(|i| (0..n).map(|j| relative[(i, j)] * other_relative[(j, i)]).sum::<f64>())
-                    .sum();
-                parts.gauss_newton[(*c, *d)] += 4.0 * t * u * (dot(&pull_white, other) - 0.5 * trace);
-            }
-        }
+        Ok(energy)
     }
 }
 
@@ -274,21 +274,7 @@ impl Objective for Posterior<'_> {
     }
 
     fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
-        let parts = self.parts(z, order)?;
-        let value = -(parts.ln_likelihood + parts.ln_prior);
-        if !value.is_finite() || parts.gradient.iter().any(|g| !g.is_finite()) {
-            return Err(InferenceError::NotFinite { value, at: z.to_vec() });
-        }
-        let mut energy = Energy { value, ..Energy::default() };
-        if order >= Order::First {
-            energy.gradient = parts.gradient;
-        }
-        if order == Order::Second {
-            let gauss_newton = parts.gauss_newton.plus(1.0, &parts.prior);
-            energy.hessian = gauss_newton.plus(1.0, &parts.curvature);
-            energy.gauss_newton = Some(gauss_newton);
-        }
-        Ok(energy)
+        self.energy(z, order, None)
     }
 
     fn scales(&self) -> Vec<f64> {
@@ -321,15 +307,4 @@ fn to_working(prediction: &mut Prediction, maps: &[[f64; 3]], order: Order) {
             prediction.jacobian[(row, i)] *= maps[i][1];
         }
     }
-}
-
-fn add_symmetric(matrix: &mut Matrix, i: usize, j: usize, value: f64) {
-    matrix[(i, j)] += value;
-    if i != j {
-        matrix[(j, i)] += value;
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

@@ -1,7 +1,7 @@
 //! Referees: slow ways to the evidence and the posterior that do not rest on Laplace's approximation.
 
 use crate::{Calls, Fit, InferenceError, NoiseMode, Posterior};
-use rijke_numerics::Order;
+use rijke_numerics::{Cholesky, Order};
 
 /// A way to the evidence that needs no Gaussian approximation. Object safe.
 pub trait Referee: Sync {
@@ -54,6 +54,8 @@ pub struct LikelihoodTarget<'a> {
     whole: Vec<f64>,
     /// Coordinate, ln median and sd of each inferred ln sd.
     inferred: Vec<(usize, f64, f64)>,
+    /// Factors of all covariances, unless a noise is inferred.
+    factors: Option<Vec<Cholesky>>,
 }
 
 impl<'a> LikelihoodTarget<'a> {
@@ -66,7 +68,7 @@ impl<'a> LikelihoodTarget<'a> {
             return Err(InferenceError::Improper { parameter: parameter.name.clone() });
         }
         let p = posterior.parameters().len();
-        let inferred = posterior
+        let inferred: Vec<_> = posterior
             .floating()
             .iter()
             .enumerate()
@@ -75,7 +77,8 @@ impl<'a> LikelihoodTarget<'a> {
                 _ => None,
             })
             .collect();
-        Ok(Self { posterior, whole: fit.working.clone(), inferred })
+        let factors = if inferred.is_empty() { Some(posterior.factors(&fit.working)?) } else { None };
+        Ok(Self { posterior, whole: fit.working.clone(), inferred, factors })
     }
 
     fn filled(&self, xi: &[f64]) -> Vec<f64> {
@@ -94,7 +97,7 @@ impl Target for LikelihoodTarget<'_> {
     }
 
     fn ln_likelihood(&self, xi: &[f64]) -> Result<f64, InferenceError> {
-        Ok(self.posterior.parts(&self.filled(xi), Order::Value)?.ln_likelihood)
+        Ok(self.posterior.parts_with(&self.filled(xi), Order::Value, self.factors.as_deref())?.ln_likelihood)
     }
 
     fn working(&self, xi: &[f64]) -> Vec<f64> {

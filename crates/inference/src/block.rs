@@ -1,0 +1,185 @@
+//! What one block of data adds to -ln likelihood, with its derivatives.
+
+use crate::Observation;
+use crate::Prediction;
+use crate::posterior::Parts;
+use crate::quadratic::dot;
+use rijke_numerics::{Cholesky, Matrix, Order};
+use std::f64::consts::PI;
+
+/// A block with everything that its likelihood depends on.
+pub(crate) struct Problem<'a> {
+    pub(crate) observation: &'a Observation,
+    /// Place of its first datum in the prediction.
+    pub(crate) first: usize,
+    /// Prediction of all data, with derivatives in working coordinates.
+    pub(crate) prediction: &'a Prediction,
+    /// Number of parameters; the coordinates after them are ln sd of the floating groups.
+    pub(crate) parameters: usize,
+    /// The groups that float; none if the noise is held.
+    pub(crate) floating: &'a [usize],
+    pub(crate) sds: &'a [f64],
+}
+
+/// What one block adds. The lists are empty below the order that they belong to.
+#[derive(Default)]
+pub(crate) struct Block {
+    ln_likelihood: f64,
+    gradient: Vec<f64>,
+    gauss_newton: Matrix,
+    curvature: Matrix,
+}
+
+impl Block {
+    pub(crate) fn add_to(&self, parts: &mut Parts) {
+        parts.ln_likelihood += self.ln_likelihood;
+        for (to, from) in parts.gradient.iter_mut().zip(&self.gradient) {
+            *to += from;
+        }
+        for (to, from) in
+            [(&mut parts.gauss_newton, &self.gauss_newton), (&mut parts.curvature, &self.curvature)]
+        {
+            for i in 0..from.rows() {
+                for j in 0..from.columns() {
+                    to[(i, j)] += from[(i, j)];
+                }
+            }
+        }
+    }
+}
+
+/// A floating noise on this block: its coordinate, t = sd^2, S a, and C^-1 S.
+struct Acting {
+    coordinate: usize,
+    variance: f64,
+    pull: Vec<f64>,
+    relative: Matrix,
+}
+
+impl Problem<'_> {
+    /// With r the residual, C the covariance, a = C^-1 r and t = sd^2:
+    /// J = r'a/2 + ln det(2 pi C)/2, dJ/dz = f_z' a, dJ/dt = (-a'Sa + tr C^-1 S)/2,
+    /// d2J/dz2 = f_z' C^-1 f_z + a f_zz, d2J/dz dt = -f_z' C^-1 S a, d2J/dt du = a'S C^-1 U a - tr(C^-1 S C^-1 U)/2.
+    pub(crate) fn block(&self, factor: &Cholesky, order: Order) -> Block {
+        let (n, p) = (self.observation.values.len(), self.parameters);
+        let residual: Vec<f64> =
+            (0..n).map(|i| self.prediction.values[self.first + i] - self.observation.values[i]).collect();
+        let white = factor.whiten(&residual);
+        let square = white.iter().map(|w| w * w).sum::<f64>();
+        let ln_likelihood = -0.5 * (square + factor.ln_det() + n as f64 * (2.0 * PI).ln());
+        if order == Order::Value {
+            return Block { ln_likelihood, ..Block::default() };
+        }
+        let alpha = factor.solve(&residual);
+        let size = p + self.floating.len();
+        let mut block = Block {
+            ln_likelihood,
+            gradient: vec![0.0; size],
+            gauss_newton: Matrix::zeros(size, size),
+            curvature: Matrix::default(),
+        };
+        let jacobian = &self.prediction.jacobian;
+        let columns: Vec<Vec<f64>> =
+            (0..p).map(|i| (0..n).map(|r| jacobian[(self.first + r, i)]).collect()).collect();
+        for i in 0..p {
+            block.gradient[i] = dot(&columns[i], &alpha);
+        }
+        // To first order with floating noise only the gradient is asked for.
+        if order == Order::Second || self.floating.is_empty() {
+            let whitened: Vec<Vec<f64>> = columns.iter().map(|c| factor.whiten(c)).collect();
+            for i in 0..p {
+                for j in 0..=i {
+                    add_symmetric(&mut block.gauss_newton, i, j, dot(&whitened[i], &whitened[j]));
+                }
+            }
+        }
+        if order == Order::Second && !self.prediction.curvature.is_empty() {
+            block.curvature = self.bend(&alpha);
+        }
+        if !self.floating.is_empty() {
+            self.add_noise(&mut block, factor, &alpha, &columns, order);
+        }
+        block
+    }
+
+    /// The sum of residual force times second derivatives of the prediction.
+    fn bend(&self, alpha: &[f64]) -> Matrix {
+        let p = self.parameters;
+        let triangle = p * (p + 1) / 2;
+        let mut sum = vec![0.0; triangle];
+        for (r, a) in alpha.iter().enumerate() {
+            let start = (self.first + r) * triangle;
+            let row = &self.prediction.curvature[start..start + triangle];
+            for (s, c) in sum.iter_mut().zip(row) {
+                *s += a * c;
+            }
+        }
+        Matrix::from_fn(p, p, |i, j| sum[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)])
+    }
+
+    fn add_noise(
+        &self,
+        block: &mut Block,
+        factor: &Cholesky,
+        alpha: &[f64],
+        columns: &[Vec<f64>],
+        order: Order,
+    ) {
+        let (n, p) = (alpha.len(), self.parameters);
+        let inverse = factor.inverse();
+        let mut acting = Vec::new();
+        for (c, &g) in self.floating.iter().enumerate() {
+            for (_, s) in self.observation.noise.iter().filter(|(h, _)| *h == g) {
+                acting.push(Acting {
+                    coordinate: p + c,
+                    variance: self.sds[g] * self.sds[g],
+                    pull: s.times(alpha),
+                    relative: sparse_product(&inverse, s),
+                });
+            }
+        }
+        for a in &acting {
+            let (c, t) = (a.coordinate, a.variance);
+            let trace: f64 = (0..n).map(|i| a.relative[(i, i)]).sum();
+            let slope = 0.5 * (trace - dot(&a.pull, alpha));
+            // d/d ln sd = 2 t d/dt, and once more for the second derivative.
+            block.gradient[c] += 2.0 * t * slope;
+            if order < Order::Second {
+                continue;
+            }
+            block.gauss_newton[(c, c)] += 4.0 * t * slope;
+            let pull_white = factor.solve(&a.pull);
+            for (i, column) in columns.iter().enumerate() {
+                add_symmetric(&mut block.gauss_newton, c, i, -2.0 * t * dot(column, &pull_white));
+            }
+            for b in &acting {
+                let other = &b.relative;
+                let trace: f64 =
+                    (0..n).map(|i| (0..n).map(|j| a.relative[(i, j)] * other[(j, i)]).sum::<f64>()).sum();
+                let bend = dot(&pull_white, &b.pull) - 0.5 * trace;
+                block.gauss_newton[(c, b.coordinate)] += 4.0 * t * b.variance * bend;
+            }
+        }
+    }
+}
+
+/// `left` times `right`, where most of `right` is zero: the structure of a noise.
+fn sparse_product(left: &Matrix, right: &Matrix) -> Matrix {
+    let n = right.rows();
+    let mut product = Matrix::zeros(n, n);
+    for k in 0..n {
+        for (j, &s) in right.row(k).iter().enumerate().filter(|(_, s)| **s != 0.0) {
+            for i in 0..n {
+                product[(i, j)] += left[(i, k)] * s;
+            }
+        }
+    }
+    product
+}
+
+fn add_symmetric(matrix: &mut Matrix, i: usize, j: usize, value: f64) {
+    matrix[(i, j)] += value;
+    if i != j {
+        matrix[(j, i)] += value;
+    }
+}
