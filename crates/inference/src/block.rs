@@ -79,6 +79,7 @@ impl Problem<'_> {
             curvature: Matrix::default(),
         };
         let jacobian = &self.prediction.jacobian;
+        // None for a prediction without derivatives, whose noise alone is sought.
         let columns: Vec<Vec<f64>> =
             (0..p).map(|i| (0..n).map(|r| jacobian[(self.first + r, i)]).collect()).collect();
         for i in 0..p {
@@ -93,7 +94,7 @@ impl Problem<'_> {
                 }
             }
         }
-        if order == Order::Second && !self.prediction.curvature.is_empty() {
+        if order == Order::Second && p > 0 && !self.prediction.curvature.is_empty() {
             block.curvature = self.bend(&alpha);
         }
         if !self.floating.is_empty() {

@@ -1,14 +1,10 @@
 //! Can this evidence be trusted? Laplace's method with the checks that say so.
 
 use crate::held::Held;
-use crate::map::Approach;
 use crate::{
     Calls, Coordinates, Fit, Gaussian, Importance, InferenceError, Laplace, Objective, Posterior, Prior,
     TrustRegion, importance,
 };
-use rand::RngExt;
-use rand_distr::StandardNormal;
-use rayon::prelude::*;
 use rijke_numerics::{Matrix, Order, Streams, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 
@@ -67,14 +63,15 @@ pub struct Health {
 pub struct Mode {
     /// Physical parameters.
     pub parameters: Vec<f64>,
-    /// Its Laplace evidence, nats; nothing if its Hessian is not positive definite.
+    /// Its Laplace evidence, nats; nothing if its Hessian is not positive definite, or if its likelihood is too low for
+    /// its evidence to matter.
     pub ln_marginal: Option<f64>,
 }
 
 /// A second maximum counts if it holds more than this fraction of the evidence of the first, as a logarithm: 5 %.
-const MODE_LIMIT: f64 = -3.0;
+pub(crate) const MODE_LIMIT: f64 = -3.0;
 /// Two ends of a search are the same maximum if they are closer than this many posterior standard deviations.
-const SAME_MODE: f64 = 0.5;
+pub(crate) const SAME_MODE: f64 = 0.5;
 /// Difference between Laplace's and the corrected evidence, nats, above which the row says so.
 const GAP: f64 = 0.5;
 
@@ -100,58 +97,8 @@ impl Posterior<'_> {
     /// Errors that are not recoverable, and the failure of the first start if the model fails at all of them. A model
     /// that was fitted but cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
-        let starts = self.starts(options);
-        let mut health = Health { starts: starts.len(), ..Health::default() };
-        // Every start is brought near a maximum; only the best, and those that are near none seen so far, go all the way.
-        let ends: Vec<Result<Approach, InferenceError>> = starts
-            .par_iter()
-            .map(|start| self.approach(self.start(start.as_deref())?, &options.search))
-            .collect();
-        let (mut near, mut first_error) = (Vec::new(), None);
-        for end in ends {
-            match end {
-                Ok(approach) => near.push(approach),
-                Err(error) => {
-                    health.failed_starts += 1;
-                    first_error.get_or_insert(error);
-                }
-            }
-        }
-        // Settled ends first, then by cost; the sort is stable, so ties keep the order of the starts.
-        near.sort_by(|a, b| b.settled.cmp(&a.settled).then(a.cost.total_cmp(&b.cost)));
-        let mut rest = near.into_iter();
-        let mut fits = Vec::new();
-        for best in rest.by_ref() {
-            match self.finish(best, &options.search) {
-                Ok(fit) => {
-                    fits.push(fit);
-                    break;
-                }
-                Err(error) => {
-                    health.failed_starts += 1;
-                    first_error.get_or_insert(error);
-                }
-            }
-        }
-        if fits.is_empty() {
-            return Err(first_error.unwrap_or(InferenceError::StartSize { found: 0, expected: 1 }));
-        }
-        let known = self.laplace_of_likelihood(&fits[0]).ok();
-        let known = known.and_then(|l| Gaussian::from_hessian(&l.mean, 0.0, &l.hessian).ok());
-        let (same, other): (Vec<Approach>, Vec<Approach>) =
-            rest.partition(|a| a.settled && known.as_ref().is_some_and(|g| self.is_at(&a.z, g)));
-        for approach in &same {
-            health.calls = health.calls.plus(approach.calls);
-        }
-        let others: Vec<Result<Fit, InferenceError>> =
-            other.into_par_iter().map(|approach| self.finish(approach, &options.search)).collect();
-        health.failed_starts += others.iter().filter(|end| end.is_err()).count();
-        fits.extend(others.into_iter().flatten());
-        for fit in &fits {
-            health.calls = health.calls.plus(fit.calls);
-            health.failed_starts += usize::from(!fit.stop.converged());
-        }
-        fits.sort_by(|a, b| b.stop.converged().cmp(&a.stop.converged()).then(a.cost.total_cmp(&b.cost)));
+        let mut health = Health::default();
+        let mut fits = self.maxima(options, &mut health)?;
         let fit = fits.remove(0);
         let laplace = self.laplace(&fit);
         if let Ok(laplace) = &laplace {
@@ -159,26 +106,6 @@ impl Posterior<'_> {
         }
         self.warn_of_fit(&fit, &mut health);
         Ok(Assessment { fit, laplace: laplace.map_err(|e| e.to_string()), health })
-    }
-
-    /// Whether the end of a rough search belongs to the maximum that `gaussian` touches.
-    fn is_at(&self, z: &[f64], gaussian: &Gaussian) -> bool {
-        let inner: Vec<f64> = self.integrated().iter().map(|&i| z[i]).collect();
-        gaussian.distance(&inner) < SAME_MODE
-    }
-
-    fn starts(&self, options: &AssessOptions) -> Vec<Option<Vec<f64>>> {
-        let mut starts = vec![None];
-        starts.extend(options.starts.iter().cloned().map(Some));
-        if self.parameters().improper().is_none() && !self.parameters().is_empty() {
-            starts.extend((0..options.random_starts).map(|k| {
-                let mut stream = options.streams.stream(&format!("inference/start/{k}"));
-                let xi: Vec<f64> =
-                    (0..self.parameters().len()).map(|_| stream.sample(StandardNormal)).collect();
-                Some(self.parameters().physical(&self.parameters().from_standard_normal(&xi)))
-            }));
-        }
-        starts
     }
 
     fn examine(

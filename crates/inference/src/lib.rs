@@ -78,6 +78,7 @@ mod record;
 mod referee;
 mod settle;
 mod simulate;
+mod starts;
 
 pub use data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
 pub use error::InferenceError;

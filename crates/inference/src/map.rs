@@ -11,6 +11,8 @@ const STAGES: usize = 40;
 /// Drop in J, nats, at which a search with the noise held ends: a tenth of a standard deviation from its minimum.
 const ROUGH: f64 = 5e-3;
 
+/// Change of ln sd at which the alternation ends: a share of its own standard deviation, which is 1/sqrt(2 n) for n data.
+const SETTLED: f64 = 0.02;
 /// Gauss-Newton evaluations per stage before exact Hessians take over.
 const QUICK: usize = 20;
 
@@ -22,6 +24,8 @@ pub(crate) struct Approach {
     pub(crate) calls: Calls,
     /// J at `z`, nats.
     pub(crate) cost: f64,
+    /// ln P(D | a) at `z`.
+    pub(crate) ln_likelihood: f64,
     pub(crate) settled: bool,
 }
 
@@ -175,8 +179,8 @@ impl Posterior<'_> {
         let floats = !self.floating().is_empty();
         // One call was spent on the noise at the start.
         let mut calls = Calls { value: usize::from(floats), ..Calls::default() };
-        let (p, mut small, mut settled, mut cost) =
-            (self.parameters().len(), Vec::new(), false, f64::INFINITY);
+        let (p, mut small, mut settled) = (self.parameters().len(), Vec::new(), false);
+        let (mut cost, mut ln_likelihood) = (f64::INFINITY, f64::NEG_INFINITY);
         for _ in 0..STAGES {
             // Leave one call for the noise and one for the search that follows.
             let budget = search.max_evaluations.saturating_sub(calls.total() + 2);
@@ -186,22 +190,25 @@ impl Posterior<'_> {
             let minimum = self.stage(&z, search, budget)?;
             calls = calls.plus(minimum.calls);
             z[..p].copy_from_slice(&minimum.z);
-            (settled, cost) = (minimum.stop.converged(), minimum.energy.value);
+            settled = minimum.stop.converged();
             if !floats {
+                cost = minimum.energy.value;
+                ln_likelihood = -cost - self.parameters().ln_density(&z[..p])?.value;
                 break;
             }
             let before = z[p..].to_vec();
             let prediction = self.predict(&self.parameters().physical(&z[..p]), Order::Value)?;
             calls.count(Order::Value);
             small = self.settle_noise(&mut z, &prediction.values);
+            self.refine_noise(&mut z, &prediction)?;
             let parts = self.parts_of(&z, prediction, Order::Value, None)?;
-            cost = -(parts.ln_likelihood + parts.ln_prior);
+            (cost, ln_likelihood) = (-(parts.ln_likelihood + parts.ln_prior), parts.ln_likelihood);
             let change = before.iter().zip(&z[p..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            if change < 0.1 || !settled {
+            if change < SETTLED || !settled {
                 break;
             }
         }
-        Ok(Approach { z, small, calls, cost, settled })
+        Ok(Approach { z, small, calls, cost, ln_likelihood, settled })
     }
 
     /// A rough search over the parameters with the noise held. Newton's exact Hessians are dear: Gauss-Newton steps go

@@ -174,60 +174,86 @@ impl<'a> Posterior<'a> {
         let (p, n) = (self.parameters.len(), self.size());
         let prior = self.parameters.ln_density(&z[..p])?;
         let sds = self.noise_sd(z);
-        let mut parts = Parts {
-            ln_likelihood: 0.0,
-            ln_prior: prior.value,
-            gradient: vec![0.0; n],
-            gauss_newton: Matrix::zeros(n, n),
-            curvature: Matrix::zeros(n, n),
-            prior: Matrix::zeros(n, n),
-            prediction,
-        };
+        let mut parts = Parts::new(n, prediction);
+        parts.ln_prior = prior.value;
         for i in 0..p {
             parts.gradient[i] = -prior.gradient[i];
             for j in 0..p {
                 parts.prior[(i, j)] = -prior.hessian[(i, j)];
             }
         }
-        for (k, &g) in self.floating.iter().enumerate() {
-            if let NoiseMode::Inferred { median, ln_sd } = self.data.groups()[g].mode {
-                let t = (z[p + k] - median.ln()) / ln_sd;
-                parts.ln_prior -= 0.5 * t * t + ln_sd.ln() + 0.5 * (2.0 * PI).ln();
-                parts.gradient[p + k] += t / ln_sd;
-                parts.prior[(p + k, p + k)] = 1.0 / (ln_sd * ln_sd);
-            }
+        self.add_prior_of_noise(&z[p..], p, &mut parts);
+        let blocks = self.blocks(&parts.prediction, p, &sds, order, held)?;
+        for block in &blocks {
+            block.add_to(&mut parts);
         }
+        Ok(parts)
+    }
+
+    /// What every block adds, with derivatives in the first `p` parameters (all or none) and the noise, unless it is held.
+    fn blocks(
+        &self,
+        prediction: &Prediction,
+        p: usize,
+        sds: &[f64],
+        order: Order,
+        held: Option<&[Cholesky]>,
+    ) -> Result<Vec<Block>, InferenceError> {
         let known = held.or(self.fixed.as_deref());
         let block = |k: usize| {
             let fresh;
             let factor = match known {
                 Some(factors) => &factors[k],
                 None => {
-                    fresh = self.factor(k, &sds)?;
+                    fresh = self.factor(k, sds)?;
                     &fresh
                 }
             };
             let problem = Problem {
                 observation: &self.data.observations()[k],
                 first: self.firsts[k],
-                prediction: &parts.prediction,
+                prediction,
                 parameters: p,
                 floating: if known.is_some() { &[] } else { &self.floating },
-                sds: &sds,
+                sds,
             };
             Ok(problem.block(factor, order))
         };
-        // In parallel, and added up in order.
+        // In parallel, and later added up in order.
         let count = self.data.observations().len();
-        let blocks: Vec<Block> = if order == Order::Value {
-            (0..count).map(block).collect::<Result<_, InferenceError>>()?
+        if order == Order::Value {
+            (0..count).map(block).collect()
         } else {
-            (0..count).into_par_iter().with_min_len(4).map(block).collect::<Result<_, InferenceError>>()?
-        };
-        for block in &blocks {
+            (0..count).into_par_iter().with_min_len(4).map(block).collect()
+        }
+    }
+
+    /// J as a function of the floating noise at `z`, for a prediction without derivatives.
+    pub(crate) fn noise_energy(
+        &self,
+        z: &[f64],
+        prediction: &Prediction,
+        order: Order,
+    ) -> Result<Energy, InferenceError> {
+        let (p, n) = (self.parameters.len(), self.floating.len());
+        let mut parts = Parts::new(n, Prediction::default());
+        self.add_prior_of_noise(&z[p..], 0, &mut parts);
+        for block in self.blocks(prediction, 0, &self.noise_sd(z), order, None)? {
             block.add_to(&mut parts);
         }
-        Ok(parts)
+        parts.energy(z, order, true)
+    }
+
+    /// Adds the priors of inferred noise, whose coordinates start at `first`.
+    fn add_prior_of_noise(&self, noise: &[f64], first: usize, parts: &mut Parts) {
+        for (k, &g) in self.floating.iter().enumerate() {
+            if let NoiseMode::Inferred { median, ln_sd } = self.data.groups()[g].mode {
+                let t = (noise[k] - median.ln()) / ln_sd;
+                parts.ln_prior -= 0.5 * t * t + ln_sd.ln() + 0.5 * (2.0 * PI).ln();
+                parts.gradient[first + k] += t / ln_sd;
+                parts.prior[(first + k, first + k)] = 1.0 / (ln_sd * ln_sd);
+            }
+        }
     }
 
     /// The factors of all covariances with the noise at `z`.
@@ -243,27 +269,45 @@ impl<'a> Posterior<'a> {
         order: Order,
         held: Option<&[Cholesky]>,
     ) -> Result<Energy, InferenceError> {
-        let parts = self.parts_with(z, order, held)?;
-        let value = -(parts.ln_likelihood + parts.ln_prior);
-        if !value.is_finite() || parts.gradient.iter().any(|g| !g.is_finite()) {
-            return Err(InferenceError::NotFinite { value, at: z.to_vec() });
+        // The noise's own second derivatives are formed to second order only.
+        let whole = order == Order::Second || held.is_some() || self.floating.is_empty();
+        self.parts_with(z, order, held)?.energy(z, order, whole)
+    }
+}
+
+impl Parts {
+    fn new(n: usize, prediction: Prediction) -> Self {
+        Self {
+            ln_likelihood: 0.0,
+            ln_prior: 0.0,
+            gradient: vec![0.0; n],
+            gauss_newton: Matrix::zeros(n, n),
+            curvature: Matrix::zeros(n, n),
+            prior: Matrix::zeros(n, n),
+            prediction,
+        }
+    }
+
+    /// J at `z`; with `whole`, the Gauss-Newton matrix has been formed for all coordinates.
+    fn energy(self, z: &[f64], order: Order, whole: bool) -> Result<Energy, InferenceError> {
+        let value = -(self.ln_likelihood + self.ln_prior);
+        let bad = || InferenceError::NotFinite { value, at: z.to_vec() };
+        if !value.is_finite() || self.gradient.iter().any(|g| !g.is_finite()) {
+            return Err(bad());
         }
         let mut energy = Energy { value, ..Energy::default() };
         if order == Order::Value {
             return Ok(energy);
         }
-        energy.gradient = parts.gradient;
-        let gauss_newton = parts.gauss_newton.plus(1.0, &parts.prior);
+        energy.gradient = self.gradient;
+        let gauss_newton = self.gauss_newton.plus(1.0, &self.prior);
         if order == Order::Second {
-            energy.hessian = gauss_newton.plus(1.0, &parts.curvature);
+            energy.hessian = gauss_newton.plus(1.0, &self.curvature);
             if energy.hessian.as_slice().iter().any(|h| !h.is_finite()) {
-                return Err(InferenceError::NotFinite { value, at: z.to_vec() });
+                return Err(bad());
             }
         }
-        // The noise's own second derivatives are formed to second order only.
-        if order == Order::Second || held.is_some() || self.floating.is_empty() {
-            energy.gauss_newton = Some(gauss_newton);
-        }
+        energy.gauss_newton = whole.then_some(gauss_newton);
         Ok(energy)
     }
 }

@@ -1,6 +1,6 @@
 //! Where a fit starts, and what the residuals of a fit say of floating noise.
 
-use crate::{InferenceError, NoiseMode, Posterior};
+use crate::{Energy, InferenceError, NoiseMode, Objective, Posterior, Prediction, TrustRegion, minimise};
 use rijke_numerics::Order;
 
 /// A floated noise that the floor may explain without it.
@@ -72,5 +72,40 @@ impl Posterior<'_> {
             }
         }
         found
+    }
+
+    /// Brings the floating noise from the root mean square of the residuals to the maximum of the posterior with this
+    /// prediction, which differs from it where data share noise; calls no model. A noise that has none (its residuals
+    /// vanish, or its floor explains them) stays where it is.
+    pub(crate) fn refine_noise(&self, z: &mut [f64], prediction: &Prediction) -> Result<(), InferenceError> {
+        let p = self.parameters().len();
+        let noise = NoiseAlone { posterior: self, prediction, z: z.to_vec() };
+        let search = TrustRegion { tolerance: 1e-6, max_evaluations: 10, ..TrustRegion::default() };
+        match minimise(&noise, &z[p..], &search) {
+            Ok(minimum) if minimum.stop.converged() => z[p..].copy_from_slice(&minimum.z),
+            Ok(_) => {}
+            Err(error) if error.is_recoverable() || matches!(error, InferenceError::NoStart { .. }) => {}
+            Err(error) => return Err(error),
+        }
+        Ok(())
+    }
+}
+
+/// J as a function of the noise alone, for one prediction.
+struct NoiseAlone<'a> {
+    posterior: &'a Posterior<'a>,
+    prediction: &'a Prediction,
+    z: Vec<f64>,
+}
+
+impl Objective for NoiseAlone<'_> {
+    fn size(&self) -> usize {
+        self.posterior.floating().len()
+    }
+
+    fn evaluate(&self, noise: &[f64], order: Order) -> Result<Energy, InferenceError> {
+        let mut z = self.z.clone();
+        z[self.posterior.parameters().len()..].copy_from_slice(noise);
+        self.posterior.noise_energy(&z, self.prediction, order)
     }
 }

@@ -23,14 +23,9 @@ impl<'m> Filled<'m> {
         &self.model.assembly.candidates()[law.candidate].effects[law.effect]
     }
 
-    /// Laws with their numbers: the wall first, because what it loses is a symbol of the others.
+    /// Laws with their numbers, the wall first.
     fn in_order(&self) -> impl Iterator<Item = (usize, &LawAt, &Effect)> {
-        let all = move |along_tube: bool| {
-            let laws = self.model.laws.iter().enumerate();
-            laws.map(|(k, law)| (k, law, self.effect(law)))
-                .filter(move |(_, _, effect)| (effect.place == Place::Tube) == along_tube)
-        };
-        all(true).chain(all(false))
+        self.model.order.iter().map(|&k| (k, &self.model.laws[k], self.effect(&self.model.laws[k])))
     }
 
     /// Values and derivatives in s: for root searches and modes.

@@ -16,6 +16,8 @@ pub struct PointModel<'a> {
     network: Network,
     pub(crate) laws: Vec<LawAt>,
     pub(crate) surroundings: Vec<Surroundings>,
+    /// Numbers of the laws, those of the wall first, because what it loses is a symbol of the others.
+    pub(crate) order: Vec<usize>,
     places: Places,
     guess: C64,
 }
@@ -27,6 +29,10 @@ pub(crate) struct LawAt {
     pub(crate) effect: usize,
     pub(crate) around: usize,
 }
+
+/// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of the last term
+/// taken, so the error itself is smaller by the distance of the guess over that of the modes: near rounding.
+const EIGENVALUE_TOLERANCE: f64 = 1e-11;
 
 /// The laws of one effect at many places. Where the law is a number of the local gas times something that is the same
 /// everywhere, all places share one law with a weight; elsewhere places of the same gas do.
@@ -89,11 +95,13 @@ impl<'a> PointModel<'a> {
             network,
             laws: Vec::new(),
             surroundings: Vec::new(),
+            order: Vec::new(),
             places,
             guess,
         };
         model.attach(conditions, &stretches, &grid, thermocouples, *ambient).map_err(fail)?;
         model.complete_walls();
+        model.forget_unused();
         Ok(model)
     }
 
@@ -131,7 +139,8 @@ impl<'a> PointModel<'a> {
         }
         let fail = |source| ModelError::Network { point: self.id.clone(), source };
         let filled = Filled::new(self, values);
-        let root = self.network.solve(&filled, self.guess, &Newton::default(), work).map_err(fail)?;
+        let settings = Newton { tolerance: EIGENVALUE_TOLERANCE, ..Newton::default() };
+        let root = self.network.solve(&filled, self.guess, &settings, work).map_err(fail)?;
         self.network.respond(&filled, &root, &self.places, order, work).map_err(fail)
     }
 
@@ -289,6 +298,23 @@ impl<'a> PointModel<'a> {
             if along.next().is_some() { None } else { only.law.scale(here, [None; 2]) }
         });
         candidates[candidate].effects[effect].law.scale(here, wall)
+    }
+
+    /// Keeps the surroundings in which a law is evaluated, and notes the laws of the wall first.
+    fn forget_unused(&mut self) {
+        let mut used: Vec<usize> = self.laws.iter().map(|law| law.around).collect();
+        used.sort_unstable();
+        used.dedup();
+        for law in &mut self.laws {
+            law.around = used.partition_point(|u| *u < law.around);
+        }
+        self.surroundings = used.iter().map(|&u| self.surroundings[u].clone()).collect();
+        let is_wall = |k: &usize| {
+            let law = &self.laws[*k];
+            self.assembly.candidates()[law.candidate].effects[law.effect].place == Place::Tube
+        };
+        let (walls, others): (Vec<usize>, Vec<usize>) = (0..self.laws.len()).partition(is_wall);
+        self.order = [walls, others].concat();
     }
 
     /// Adds what the laws that read the wall's loss need of it, where no segment brings it.

@@ -84,10 +84,12 @@ struct Element<const M: usize> {
     second: Option<[Matrix2; 3]>,
 }
 
+#[inline(always)]
 fn apply(m: &Matrix2, v: &Pair) -> Pair {
     [m[0][0] * v[0] + m[0][1] * v[1], m[1][0] * v[0] + m[1][1] * v[1]]
 }
 
+#[inline(always)]
 fn add(to: &mut Pair, factor: C64, v: &Pair) {
     to[0] += factor * v[0];
     to[1] += factor * v[1];

@@ -58,6 +58,7 @@ pub(crate) enum Step<'a> {
 }
 
 /// Splits off the attachments of `key` from the front of a sorted list.
+#[inline]
 pub(crate) fn take<'a>(rest: &mut &'a [Attachment], key: usize) -> &'a [Attachment] {
     let count = rest.iter().take_while(|a| a.key == key).count();
     let (here, later) = rest.split_at(count);
@@ -65,6 +66,7 @@ pub(crate) fn take<'a>(rest: &mut &'a [Attachment], key: usize) -> &'a [Attachme
     here
 }
 
+#[inline]
 fn sum(base: C64, here: &[Attachment], kind: usize, laws: &Laws) -> Dual {
     let mut total = Dual::constant(base);
     for a in here.iter().filter(|a| a.kind == kind) {
@@ -137,6 +139,7 @@ impl Network {
     }
 
     /// Whether the state jumps at place `j` by constants alone.
+    #[inline]
     pub(crate) fn jumps(&self, j: usize) -> bool {
         let n = self.segments.len();
         self.feedback[j].iter().any(|k| *k != C64::ZERO)

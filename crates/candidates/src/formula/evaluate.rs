@@ -1,10 +1,10 @@
-//! A tree as a list of operations on a stack, run on jets.
+//! A tree as a list of operations in postfix order, run on jets.
 
 use super::parser::{Binary, Function, Tree};
 use crate::{Here, Symbol};
 use rijke_numerics::C64;
 
-/// One step of the stack machine.
+/// One step; its operands come before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Operation {
     Number(C64),
@@ -68,35 +68,44 @@ pub(super) fn run<T: Analytic>(
     parameter: impl Fn(usize) -> Option<Operand<T>>,
     constant: impl Fn(C64) -> T,
 ) -> T {
-    let nothing = || N(C64::new(f64::NAN, f64::NAN));
-    let mut stack: Vec<Operand<T>> = Vec::with_capacity(8);
-    for operation in program {
-        let result = match *operation {
-            Operation::Number(z) => N(z),
-            Operation::Symbol(symbol) => match here.surroundings.get(symbol) {
-                Some(real) => N(C64::new(real, 0.0)),
-                None => here.of_s(symbol).map_or_else(nothing, |x| J(x.clone())),
-            },
-            Operation::Parameter(index) => parameter(index).unwrap_or_else(nothing),
-            Operation::Negate => match stack.pop().unwrap_or_else(nothing) {
-                N(z) => N(-z),
-                J(x) => J(x.scale(-C64::ONE)),
-            },
-            Operation::Binary(operator) => {
-                let right = stack.pop().unwrap_or_else(nothing);
-                let left = stack.pop().unwrap_or_else(nothing);
-                binary(operator, left, right)
-            }
-            Operation::Call(function) => match stack.pop().unwrap_or_else(nothing) {
-                N(z) => N(number_call(function, z)),
-                J(x) => J(call(function, &x)),
-            },
-        };
-        stack.push(result);
-    }
-    match stack.pop().unwrap_or_else(nothing) {
+    let mut end = program.len();
+    match operand(program, &mut end, here, &parameter) {
         N(z) => constant(z),
         J(x) => x,
+    }
+}
+
+/// The operand whose last operation is just before `end`, which moves to its first: the program read backwards needs no
+/// stack, and its depth is that of the tree, which the parser limits.
+fn operand<T: Analytic>(
+    program: &[Operation],
+    end: &mut usize,
+    here: &Here<'_, T>,
+    parameter: &impl Fn(usize) -> Option<Operand<T>>,
+) -> Operand<T> {
+    let nothing = || N(C64::new(f64::NAN, f64::NAN));
+    let Some(operation) = end.checked_sub(1).and_then(|k| program.get(k)) else { return nothing() };
+    *end -= 1;
+    match *operation {
+        Operation::Number(z) => N(z),
+        Operation::Symbol(symbol) => match here.surroundings.get(symbol) {
+            Some(real) => N(C64::new(real, 0.0)),
+            None => here.of_s(symbol).map_or_else(nothing, |x| J(x.clone())),
+        },
+        Operation::Parameter(index) => parameter(index).unwrap_or_else(nothing),
+        Operation::Negate => match operand(program, end, here, parameter) {
+            N(z) => N(-z),
+            J(x) => J(x.scale(-C64::ONE)),
+        },
+        Operation::Binary(operator) => {
+            let right = operand(program, end, here, parameter);
+            let left = operand(program, end, here, parameter);
+            binary(operator, left, right)
+        }
+        Operation::Call(function) => match operand(program, end, here, parameter) {
+            N(z) => N(number_call(function, z)),
+            J(x) => J(call(function, &x)),
+        },
     }
 }
 
