@@ -28,9 +28,10 @@ pub struct Here<'a, T = Jet> {
 }
 
 impl Surroundings {
-    /// The state at a place with gas `gas`. `ambient` in K; `velocity` at the heater in m/s, 0 without flow.
+    /// The state at a place with gas `gas`. `ambient` in K; `flow` is the mean velocity at the heater in m/s and the mass
+    /// flux in kg/(m^2 s), both 0 without flow.
     #[must_use]
-    pub fn new(rig: &Rig, point: &OperatingPoint, gas: &GasState, ambient: f64, velocity: f64) -> Self {
+    pub fn new(rig: &Rig, point: &OperatingPoint, gas: &GasState, ambient: f64, flow: [f64; 2]) -> Self {
         let (tube, heater) = (&rig.tube, &rig.heater);
         let mut all = Self { values: [0.0; Symbol::WallMu as usize] };
         for (symbol, value) in [
@@ -56,7 +57,8 @@ impl Surroundings {
             (Symbol::PlateGap, heater.plate_gap),
             (Symbol::WireDiameter, heater.wire_diameter),
             (Symbol::Power, point.power),
-            (Symbol::Velocity, velocity),
+            (Symbol::Velocity, flow[0]),
+            (Symbol::MassFlux, flow[1]),
         ] {
             all.values[symbol as usize] = value;
         }

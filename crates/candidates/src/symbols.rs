@@ -28,6 +28,7 @@ pub enum Symbol {
     WireDiameter,
     Power,
     Velocity,
+    MassFlux,
     WallMu,
     WallEp,
     LevineSchwinger,
@@ -57,7 +58,7 @@ const fn of_s(symbol: Symbol, name: &'static str, unit: &'static str, text: &'st
 }
 
 /// Every symbol, in the order of [`Symbol`]. Gas properties are those at the place where the effect acts.
-pub const SYMBOLS: [Meaning; 27] = [
+pub const SYMBOLS: [Meaning; 28] = [
     of_s(Symbol::S, "s", "1/s", "complex angular frequency, sigma + i omega"),
     real(Symbol::Density, "rho", "kg/m^3", "density"),
     real(Symbol::SoundSpeed, "c", "m/s", "speed of sound"),
@@ -82,6 +83,7 @@ pub const SYMBOLS: [Meaning; 27] = [
     real(Symbol::WireDiameter, "d_w", "m", "diameter of the heating wire"),
     real(Symbol::Power, "Q_h", "W", "electrical power of the heater"),
     real(Symbol::Velocity, "U_h", "m/s", "mean velocity at the heater"),
+    real(Symbol::MassFlux, "G", "kg/(m^2 s)", "mass flux of the mean flow, the same all along the tube"),
     of_s(
         Symbol::WallMu,
         "wall_mu",

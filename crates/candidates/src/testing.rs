@@ -18,5 +18,5 @@ pub(crate) fn heated(id: &str, velocity: f64, temperature: f64) -> Surroundings 
     let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
     let point = campaign.points.iter().find(|p| p.id == id).expect("a point of Table 1");
     let gas = rig.gas.at(temperature, rig.pressure);
-    Surroundings::new(&rig, point, &gas, 293.15, velocity)
+    Surroundings::new(&rig, point, &gas, 293.15, [velocity, 1.2 * velocity])
 }

@@ -3,7 +3,7 @@
 use crate::{BaseErrors, Conditions, ModelError};
 use rijke_inference::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::Ping;
+use rijke_rig::{Ping, Rig};
 
 /// A measured ping and the conditions under which it was measured.
 #[derive(Clone, Debug)]
@@ -68,23 +68,64 @@ pub fn selected(ping: &Ping, chosen: &[usize]) -> (Vec<f64>, Matrix) {
 /// # Errors
 /// [`ModelError::Inference`] for numbers that are not finite or covariances that are not positive definite.
 pub fn data_of(observed: &[Observed], microphones: &[usize], noise: &Noise) -> Result<Data, ModelError> {
-    let block = |observed: &Observed| {
+    data_apart_from(observed, microphones, noise, &vec![None; observed.len()])
+}
+
+/// As [`data_of`], with a covariance of the relative pressures on top where one is given.
+pub(crate) fn data_apart_from(
+    observed: &[Observed],
+    microphones: &[usize],
+    noise: &Noise,
+    doubtful: &[Option<Matrix>],
+) -> Result<Data, ModelError> {
+    let block = |(observed, doubtful): (&Observed, &Option<Matrix>)| {
         let (values, covariance) = selected(&observed.ping, microphones);
         let size = values.len();
+        let padded = |m: &Matrix| {
+            Matrix::from_fn(size, size, |i, j| if i > 1 && j > 1 { m[(i - 2, j - 2)] } else { 0.0 })
+        };
         let block = Observation::new(observed.conditions.point.id.clone(), values)
             .with_independent_noise(0, &[0])
             .with_independent_noise(1, &[1]);
-        let block = if noise.measured { block.with_floor(covariance) } else { block };
+        let floors = [noise.measured.then_some(covariance), doubtful.as_ref().map(padded)];
+        let floor = floors.into_iter().flatten().reduce(|a, b| a.plus(1.0, &b));
+        let block = floor.map_or_else(|| block.clone(), |floor| block.clone().with_floor(floor));
         if size == 2 {
             return block;
         }
-        let shared = relative_noise(&others(&observed.ping, microphones));
-        let padded =
-            Matrix::from_fn(size, size, |i, j| if i > 1 && j > 1 { shared[(i - 2, j - 2)] } else { 0.0 });
-        block.with_noise(2, padded)
+        block.with_noise(2, padded(&relative_noise(&others(&observed.ping, microphones))))
     };
-    Ok(Data::new(observed.iter().map(block).collect(), groups(microphones, noise))?)
+    Ok(Data::new(observed.iter().zip(doubtful).map(block).collect(), groups(microphones, noise))?)
 }
+
+/// What is added to the covariance of the relative pressures where microphones stand in the near field of the heater, closer
+/// to it than the radius of the tube; nothing where none does.
+///
+/// There the pressure is that of the flow through and round the plates, and no plane wave's. Such a microphone gets a standard
+/// deviation of a tenth, which is as good as leaving it out; the reference microphone's is one that all others share.
+pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) -> Option<Matrix> {
+    let point = &observed.conditions.point;
+    let heater = point.position.filter(|_| point.heater)?;
+    let near = |m: usize| (rig.microphones.positions[m] - heater).abs() < rig.tube.radius();
+    let ping = &observed.ping;
+    let kept: Vec<usize> = microphones.iter().copied().filter(|m| *m != ping.reference).collect();
+    if !microphones.iter().any(|&m| near(m)) {
+        return None;
+    }
+    let size = 2 * kept.len();
+    let shared = relative_noise(&others(ping, microphones));
+    let (own, common) =
+        (NEAR_FIELD_SD.powi(2), if near(ping.reference) { NEAR_FIELD_SD.powi(2) } else { 0.0 });
+    Some(Matrix::from_fn(size, size, |i, j| {
+        let diagonal = f64::from(u8::from(i == j));
+        // `relative_noise` is the identity, each microphone's own noise, and the reference's, which they share.
+        common * (shared[(i, j)] - diagonal) + if near(kept[i / 2]) { own * diagonal } else { 0.0 }
+    }))
+}
+
+/// Standard deviation of a relative pressure in the near field of the heater. Two plates change the pressure there by a few
+/// per cent; a judgement, generous on purpose.
+const NEAR_FIELD_SD: f64 = 0.1;
 
 /// As [`data_of`], with the errors of the base states as a covariance that does not float; and for each number of the data
 /// its place in the prediction.
@@ -95,11 +136,12 @@ pub fn data_of(observed: &[Observed], microphones: &[usize], noise: &Noise) -> R
 ///
 /// # Errors
 /// As [`data_of`].
-pub fn data_with_base_errors(
+pub(crate) fn data_with_base_errors(
     observed: &[Observed],
     microphones: &[usize],
     noise: &Noise,
     errors: &BaseErrors,
+    doubtful: &[Option<Matrix>],
 ) -> Result<(Data, Vec<usize>), ModelError> {
     let measured: Vec<(Vec<f64>, Matrix)> = observed.iter().map(|o| selected(&o.ping, microphones)).collect();
     let size = 2 * microphones.len();
@@ -124,6 +166,7 @@ pub fn data_with_base_errors(
     let rows: Vec<usize> = (2..size).collect();
     for (p, observed) in observed.iter().enumerate().filter(|_| size > 2) {
         let floor = errors.covariance(&[p], &rows);
+        let floor = doubtful[p].iter().fold(floor, |floor, more| floor.plus(1.0, more));
         let own = measured[p].1.select(&rows);
         blocks.push(
             Observation::new(observed.conditions.point.id.clone(), measured[p].0[2..].to_vec())

@@ -31,7 +31,7 @@ mod training;
 
 pub use assembly::{Assembly, Scheme};
 pub use base::Conditions;
-pub use data::{Noise, Observed, data_of, data_with_base_errors, selected};
+pub use data::{Noise, Observed, data_of, selected};
 pub use error::ModelError;
 pub use point::PointModel;
 pub use prediction::PointPrediction;

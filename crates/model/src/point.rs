@@ -6,7 +6,7 @@ use rijke_candidates::{Coefficient, Place, Surroundings};
 use rijke_flow::Stretch;
 use rijke_network::{Network, Newton, Places, Response, Segment, Slot, Workspace, levine_schwinger};
 use rijke_numerics::{C64, Order};
-use rijke_rig::{GasState, Rig};
+use rijke_rig::{GasState, OperatingPoint, Rig};
 
 /// A network for one operating point, and the laws that fill its coefficients.
 #[derive(Clone, Debug)]
@@ -68,6 +68,7 @@ impl<'a> PointModel<'a> {
         let positions: Vec<f64> = microphones.iter().map(|&m| rig.microphones.positions[m]).collect();
 
         let thermocouples: &[f64] = if point.thermocouples { &rig.thermocouples } else { &[] };
+        let plates = plates(rig, point);
         let uniform = base.temperature.iter().all(|t| *t == base.temperature[0]);
         let elements = match assembly.scheme {
             Scheme::Lumped { elements } => elements,
@@ -76,8 +77,10 @@ impl<'a> PointModel<'a> {
         };
         #[allow(clippy::cast_precision_loss, reason = "element numbers are small")]
         let grid: Vec<f64> = (1..elements).map(|k| length * k as f64 / elements as f64).collect();
-        let edges =
-            edges(length, positions.iter().chain(thermocouples).chain(&grid).copied().chain(point.position));
+        let edges = edges(
+            length,
+            positions.iter().chain(thermocouples).chain(&grid).chain(&plates).copied().chain(point.position),
+        );
         let stretches = base.stretches(&edges);
         let segment = |s: &Stretch| Segment::new(s.to - s.from, rig.tube.area(), s.sound_speed, s.density);
         let network = Network::new(stretches.iter().map(segment).collect()).map_err(fail)?;
@@ -161,9 +164,10 @@ impl<'a> PointModel<'a> {
     ) -> Result<(), rijke_network::NetworkError> {
         let Conditions { point, base, .. } = conditions;
         let rig = &self.assembly.rig;
-        let velocity = base.heater_velocity;
-        let around = |gas: GasState| Surroundings::new(rig, point, &gas, ambient, velocity);
+        let flow = [base.heater_velocity, base.mass_flux];
+        let around = |gas: GasState| Surroundings::new(rig, point, &gas, ambient, flow);
         let inserted = point.position.unwrap_or(0.0);
+        let plates = plates(rig, point);
         // One set of surroundings per distinct gas: in a cold tube every segment shares it.
         let local: Vec<usize> = stretches.iter().map(|s| self.note(around(s.gas))).collect();
         let candidates = self.assembly.candidates();
@@ -178,16 +182,19 @@ impl<'a> PointModel<'a> {
                 Place::ProngEnd | Place::Heater | Place::Thermocouples => {
                     let at: &[f64] = match place {
                         Place::ProngEnd => point.position.as_slice(),
-                        Place::Heater if point.heater => point.position.as_slice(),
+                        Place::Heater => &plates,
                         Place::Thermocouples => thermocouples,
                         _ => &[],
                     };
+                    let part = if place == Place::Heater { 1.0 / plates.len() as f64 } else { 1.0 };
                     let mut shared = Shared::default();
                     for &x in at {
-                        let here = self.note(around(base.at(x)));
+                        // Both plates see the gas at the heater's middle: the law is one law.
+                        let gas = base.at(if place == Place::Heater { inserted } else { x });
+                        let here = self.note(around(gas));
                         let (law, weight) = self.shared(candidate, effect, here, &mut shared);
                         let j = self.network.place_at(x)?;
-                        self.network.attach(at_place(coefficient, j), law, weight)?;
+                        self.network.attach(at_place(coefficient, j), law, part * weight)?;
                     }
                 }
                 Place::UpstreamEnd | Place::DownstreamEnd | Place::BothEnds => {
@@ -343,6 +350,16 @@ fn at_place(coefficient: Coefficient, j: usize) -> Slot {
         Coefficient::Ep => Slot::Ep(j),
         Coefficient::Mu | Coefficient::Reflection => Slot::Mu(j),
     }
+}
+
+/// Middles of the heater's two plates, which act alike; empty without a heater.
+///
+/// The paper has one jump at X_h. A microphone at X_h, and there is one at every second position, would then read the pressure
+/// on one side of the whole jump, where on the rig it sits between the plates.
+fn plates(rig: &Rig, point: &OperatingPoint) -> Vec<f64> {
+    let half = 0.5 * (rig.heater.plate_thickness + rig.heater.plate_gap);
+    let at = point.position.filter(|_| point.heater);
+    at.map_or_else(Vec::new, |x| vec![x - half, x + half])
 }
 
 /// Ends of the tube and every cut between, ascending, without doubles.

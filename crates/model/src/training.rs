@@ -1,9 +1,8 @@
 //! From observations to the most probable parameters and the evidence.
 
+use crate::data::{data_apart_from, data_with_base_errors, near_field};
 use crate::systematic::Reordered;
-use crate::{
-    Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor, data_of, data_with_base_errors,
-};
+use crate::{Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor};
 use rijke_inference::{
     AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter,
     Parameters, Posterior, Stop,
@@ -87,14 +86,16 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         }
     }
     let fit = Fitting { assembly, training, model: &predictor, parameters: &parameters };
-    let data = data_of(observed, &training.microphones, &training.noise)?;
+    let (microphones, noise) = (&training.microphones, &training.noise);
+    let doubtful: Vec<_> = observed.iter().map(|o| near_field(&assembly.rig, o, microphones)).collect();
+    let data = data_apart_from(observed, microphones, noise, &doubtful)?;
     let order: Vec<usize> = (0..data.size()).collect();
     if !training.base_errors {
         return fit.finish(&data, order, training.search.clone(), observed.len());
     }
     let rough = fit.search(&data, order, &training.search)?;
-    let errors = BaseErrors::new(assembly, observed, &training.microphones, &rough.parameters)?;
-    let (data, order) = data_with_base_errors(observed, &training.microphones, &training.noise, &errors)?;
+    let errors = BaseErrors::new(assembly, observed, microphones, &rough.parameters)?;
+    let (data, order) = data_with_base_errors(observed, microphones, noise, &errors, &doubtful)?;
     fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len())
 }
 

@@ -10,9 +10,13 @@ use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Matrix, Order};
 use rijke_rig::{Campaign, Ping, Rig};
 
+mod hot;
 mod shared;
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+/// Standard deviations of growth rate, frequency and pressures in artificial pings.
+const SD: [f64; 3] = [0.1, 0.2, 1e-3];
 
 fn catalogue() -> Catalogue {
     let read = |name: &str| {
@@ -20,7 +24,7 @@ fn catalogue() -> Catalogue {
         Catalogue::read(std::path::Path::new(&format!("{folder}{name}"))).unwrap()
     };
     let cold = read("tube.toml").joined(read("prongs.toml")).joined(read("heater.toml"));
-    cold.joined(read("heat-release.toml"))
+    cold.joined(read("heat-release.toml")).joined(read("beyond.toml"))
 }
 
 fn assembly(ids: &[&str]) -> Assembly {

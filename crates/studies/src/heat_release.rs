@@ -22,18 +22,19 @@ const PUBLISHED: [[f64; 3]; 9] = [
 ];
 
 /// Combinations beyond the paper: what is added to the cold model. `heater.film` takes the place of the cold heater.
-const BEYOND: [&[&str]; 11] = [
+const BEYOND: [&[&str]; 12] = [
     &["heat-release.cylinder"],
     &["heat-release.2", "steady-drag.quasi-steady"],
     &["heat-release.2", "heater.film"],
-    &["heat-release.2", "mean-flow.momentum"],
+    &["heat-release.2", "mean-flow.convection"],
+    &["heat-release.8", "mean-flow.convection"],
+    &["heat-release.6", "mean-flow.convection", "steady-drag.quasi-steady"],
     &["heat-release.cylinder", "mean-flow.momentum"],
-    &["heat-release.cylinder", "mean-flow.energy"],
-    &["heat-release.cylinder", "mean-flow.momentum", "steady-drag.quasi-steady"],
-    &["heat-release.cylinder", "mean-flow.momentum", "heater.film"],
-    &["heat-release.cylinder", "mean-flow.momentum", "steady-drag.quasi-steady", "heater.film"],
-    &["heat-release.8", "mean-flow.momentum"],
-    &["heat-release.8", "mean-flow.momentum", "steady-drag.quasi-steady"],
+    &["heat-release.cylinder", "mean-flow.convection"],
+    &["heat-release.cylinder", "mean-flow.convection", "steady-drag.quasi-steady"],
+    &["heat-release.cylinder", "mean-flow.convection", "heater.film"],
+    &["heat-release.cylinder", "mean-flow.convection", "steady-drag.quasi-steady", "heater.film"],
+    &["heat-release.cylinder", "mean-flow.energy", "steady-drag.quasi-steady", "heater.film"],
 ];
 
 /// The model with the most evidence, trained.

@@ -77,7 +77,7 @@ fn drift(models: &[ProngModel], two: &ProngModel, eight: &ProngModel) -> Vec<Che
         ),
         explanation: None,
     }];
-    if let Some(both) = find("heat-release.8 + mean-flow.momentum") {
+    if let Some(both) = find("heat-release.8 + mean-flow.convection") {
         let drift = |m: &ProngModel| {
             let k3 = m.parameters.iter().find(|p| p.name == "k3");
             k3.map_or([f64::NAN; 2], |p| [p.value, p.sd])
