@@ -1,7 +1,7 @@
 //! The program `rijke`: each step from records to report, alone or in order, on a folder of records.
 //!
 //! A subcommand is one file with an `Args` (its options, help and example) and a `run`. To add one: a `mod` line
-//! and a line in [`Command`], and a line in the `match` of [`main`].
+//! and a line in [`Command`] and in its `run`.
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -11,11 +11,16 @@ mod check_model;
 mod completions;
 mod failure;
 mod flow;
+mod inspect;
 mod lab;
+mod man;
 mod modes;
+mod new;
+mod predict;
 mod process;
 mod rank;
 mod report;
+mod run;
 mod staging;
 mod ui;
 
@@ -33,32 +38,47 @@ struct Program {
 /// The steps, in the order in which data pass through them.
 #[derive(Subcommand)]
 enum Command {
+    New(new::Args),
     Lab(lab::Args),
+    Inspect(inspect::Args),
     Check(check::Args),
+    Run(run::Args),
     Process(process::Args),
     Flow(flow::Args),
     Rank(rank::Args),
     CheckModel(check_model::Args),
     Modes(modes::Args),
     Report(report::Args),
+    Predict(predict::Args),
     Completions(completions::Args),
+    Man(man::Args),
+}
+
+impl Command {
+    fn run(&self, ui: &ui::Ui) -> Result<(), failure::Failure> {
+        match self {
+            Self::New(args) => new::run(args, ui),
+            Self::Lab(args) => lab::run(args, ui),
+            Self::Inspect(args) => inspect::run(args, ui),
+            Self::Check(args) => check::run(args, ui),
+            Self::Run(args) => run::run(args, ui),
+            Self::Process(args) => process::run(args, ui),
+            Self::Flow(args) => flow::run(args, ui),
+            Self::Rank(args) => rank::run(args, ui),
+            Self::CheckModel(args) => check_model::run(args, ui),
+            Self::Modes(args) => modes::run(args, ui),
+            Self::Report(args) => report::run(args, ui),
+            Self::Predict(args) => predict::run(args, ui),
+            Self::Completions(args) => completions::run(args, ui),
+            Self::Man(args) => man::run(args, ui),
+        }
+    }
 }
 
 fn main() -> ExitCode {
     let program = Program::parse();
     let ui = ui::Ui::new(&program.output);
-    let outcome: Result<(), failure::Failure> = match &program.command {
-        Command::Lab(args) => lab::run(args, &ui),
-        Command::Check(args) => check::run(args, &ui),
-        Command::Process(args) => process::run(args, &ui),
-        Command::Flow(args) => flow::run(args, &ui),
-        Command::Rank(args) => rank::run(args, &ui),
-        Command::CheckModel(args) => check_model::run(args, &ui),
-        Command::Modes(args) => modes::run(args, &ui),
-        Command::Report(args) => report::run(args, &ui),
-        Command::Completions(args) => completions::run(args, &ui),
-    };
-    match outcome {
+    match program.command.run(&ui) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => ui.fail(&failure),
     }

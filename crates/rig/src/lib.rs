@@ -25,6 +25,7 @@
 //! ```
 
 mod campaign;
+mod contents;
 mod error;
 mod files;
 mod gas;
@@ -37,6 +38,7 @@ mod text_record;
 mod wav;
 
 pub use campaign::{Campaign, OperatingPoint};
+pub use contents::{ChannelContents, FileContents, inspect};
 pub use error::{Problem, RigError};
 pub use gas::{Gas, GasState};
 pub use geometry::{Heater, Microphones, Prongs, Recording, Rig, Tube};

@@ -14,10 +14,7 @@ pub(crate) fn read_text_record(path: &Path, layout: Layout<'_>) -> Result<Record
     let bytes = std::fs::read(path).map_err(RigError::read(path))?;
     let text = String::from_utf8_lossy(&bytes);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let first = text.lines().next().unwrap_or("");
-    let separator = [';', '\t', ','].into_iter().find(|c| first.contains(*c)).unwrap_or(',');
-    // A line of names has no number in it; one with some numbers is data, and its bad cells are reported.
-    let named = first.split(separator).all(|cell| cell.trim().parse::<f64>().is_err());
+    let (separator, named) = shape(text);
     let (need, mut samples, mut frames) = (layout.channels.len(), Vec::new(), 0);
     for (k, line) in
         text.lines().enumerate().skip(usize::from(named)).filter(|(_, line)| !line.trim().is_empty())
@@ -41,4 +38,22 @@ pub(crate) fn read_text_record(path: &Path, layout: Layout<'_>) -> Result<Record
     let record = spread(layout, frames, f64::INFINITY, |k| samples[k]);
     finite(&record).map_err(|(place, problem)| wrong(place, problem))?;
     Ok(record)
+}
+
+/// The character between columns, and whether the first line holds names. A line of names has no number in it; one with
+/// some numbers is data, and its bad cells are reported.
+fn shape(text: &str) -> (char, bool) {
+    let first = text.lines().next().unwrap_or("");
+    let separator = [';', '\t', ','].into_iter().find(|c| first.contains(*c)).unwrap_or(',');
+    (separator, first.split(separator).all(|cell| cell.trim().parse::<f64>().is_err()))
+}
+
+/// The columns of a text record, with their names if it has any.
+pub(crate) fn columns(path: &Path) -> Result<Vec<Option<String>>, RigError> {
+    let bytes = std::fs::read(path).map_err(RigError::read(path))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let (separator, named) = shape(text);
+    let first = text.lines().next().unwrap_or("");
+    Ok(first.split(separator).map(|cell| named.then(|| cell.trim().to_owned())).collect())
 }

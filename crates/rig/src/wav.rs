@@ -4,6 +4,7 @@ use crate::files::write_whole;
 use crate::text_record::read_text_record;
 use crate::{Problem, Record, RigError};
 use hound::{SampleFormat, WavReader, WavSpec, WavWriter};
+use std::fs::File;
 use std::io::{BufReader, Cursor, Read};
 use std::path::Path;
 
@@ -89,14 +90,8 @@ pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> 
 /// record is not an error: that is for signal processing to judge.
 pub fn read_wav(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
     let wrong = |place: &str, problem| RigError::invalid(path, place, problem);
-    let file = std::fs::File::open(path).map_err(RigError::read(path))?;
-    let reader = WavReader::new(BufReader::new(file)).map_err(|error| match error {
-        hound::Error::IoError(cause) if cause.raw_os_error().is_some() => {
-            RigError::Read { path: path.to_owned(), cause }
-        }
-        other => wrong("header", Problem::BadWav { reason: other.to_string() }),
-    })?;
-    let (spec, frames) = (reader.spec(), reader.duration() as usize);
+    let (spec, reader) = header(path)?;
+    let frames = reader.duration() as usize;
     let (have, need) = (usize::from(spec.channels), layout.channels.len());
     if have < need {
         return Err(wrong("header", Problem::MissingChannel { have, need }));
@@ -133,6 +128,18 @@ pub fn read_wav(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
         finite(&record).map_err(|(place, problem)| wrong(&place, problem))?;
     }
     Ok(record)
+}
+
+/// The header of a WAV file, and the rest of it to read.
+pub(crate) fn header(path: &Path) -> Result<(WavSpec, WavReader<BufReader<File>>), RigError> {
+    let file = File::open(path).map_err(RigError::read(path))?;
+    let reader = WavReader::new(BufReader::new(file)).map_err(|error| match error {
+        hound::Error::IoError(cause) if cause.raw_os_error().is_some() => {
+            RigError::Read { path: path.to_owned(), cause }
+        }
+        other => RigError::invalid(path, "header", Problem::BadWav { reason: other.to_string() }),
+    })?;
+    Ok((reader.spec(), reader))
 }
 
 /// De-interleaves: `sample(k)` is the k-th value of the file in Pa.

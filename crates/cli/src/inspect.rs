@@ -1,0 +1,46 @@
+//! `rijke inspect`: what is in a file of records.
+
+use crate::{
+    failure::{Classify, Failure},
+    ui::Ui,
+};
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use rijke_rig::{FileContents, inspect};
+use std::path::PathBuf;
+
+/// List what a file holds, channel by channel: to see which microphone is which before a manifest is written.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  rijke inspect C3-35/ping-00.wav\n\nReads WAV, and text with one column per channel."
+)]
+pub(crate) struct Args {
+    /// The file.
+    file: PathBuf,
+}
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let FileContents { format, rate_hz, channels } = inspect(&args.file).or_bad_input()?;
+    let frames = channels.first().map_or(0, |c| c.samples);
+    let duration =
+        rate_hz.map_or_else(String::new, |rate| format!(" at {rate} Hz: {:.4} s", frames as f64 / rate));
+    ui.say(format!("{format}, {} channels of {frames} samples{duration}", channels.len()));
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.set_header([
+        "channel",
+        "name",
+        "mean",
+        "root mean square",
+        "smallest",
+        "largest",
+        "at full scale",
+        "not a number",
+    ]);
+    for (k, c) in channels.iter().enumerate() {
+        let numbers = [c.mean, c.rms, c.smallest, c.largest].map(|v| format!("{v:.6}"));
+        let row = [k.to_string(), c.name.clone().unwrap_or_default()].into_iter().chain(numbers);
+        table.add_row(row.chain([c.at_full_scale.to_string(), c.not_finite.to_string()]));
+    }
+    ui.say(table.to_string());
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! `rijke run`: all steps from records to a page.
+
+use crate::{
+    Program,
+    failure::{Classify, Failure},
+    ui::Ui,
+};
+use clap::Parser;
+use rijke_rig::{Observations, PointObservations};
+use std::path::{Path, PathBuf};
+
+/// Take a folder from records to ranked models: check, process, flow, rank, report.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  rijke run my-rig\n\n\
+    Writes DIR/observations, DIR/base-flow and DIR/results with its page index.html. Steps that were finished before are kept,\n\
+    so an interrupted run goes on where it was. A folder with observations and no records starts from there.")]
+pub(crate) struct Args {
+    /// Folder of records with its manifest.toml, or with observations prepared by hand in DIR/observations.
+    dir: PathBuf,
+    /// Take every step again, and replace what they wrote.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let dir = &args.dir;
+    let (observations, flow, results) =
+        (dir.join("observations"), dir.join("base-flow"), dir.join("results"));
+    if results.exists() && !args.force {
+        return Err(Failure::bad_input(format!("{}: exists already", results.display()))
+            .remedy("Move it away, or take every step again with --force."));
+    }
+    let has_records = dir.join("manifest.toml").exists() || !observations.is_dir();
+    if has_records && (args.force || !observations.is_dir()) {
+        step(&["check", &text(dir)], false, ui)?;
+        step(&["process", &text(dir)], args.force, ui)?;
+    } else {
+        ui.note(format!("{}: kept", observations.display()));
+    }
+
+    let read = Observations::read(&observations).or_bad_input()?;
+    let hot = hot_points(&read, ui);
+    if hot && (args.force || !flow.is_dir()) {
+        step(&["flow", &text(dir), "--out", &text(&flow)], args.force, ui)?;
+    } else if hot {
+        ui.note(format!("{}: kept", flow.display()));
+    }
+    let (dir, flow, results) = (text(dir), text(&flow), text(&results));
+    let mut rank = vec!["rank", &*dir, "--out", &*results];
+    if hot {
+        rank.extend(["--flow", &*flow]);
+    }
+    step(&rank, args.force, ui)?;
+    step(&["report", &results], false, ui)
+}
+
+/// Whether there are hot points that can be trained on: with clicks, and on top of what a cold heater teaches.
+fn hot_points(observations: &Observations, ui: &Ui) -> bool {
+    let any = |wanted: &dyn Fn(&PointObservations) -> bool| observations.points.iter().any(wanted);
+    if !any(&|p| p.point.power > 0.0) {
+        return false;
+    }
+    let cold = |thermocouples: bool| {
+        any(&|p| p.point.heater && p.point.power == 0.0 && p.point.thermocouples == thermocouples)
+    };
+    let missing = [
+        (any(&|p| p.point.power > 0.0 && p.click.is_some()), "clicks at hot points"),
+        (cold(false), "points with a cold heater and no thermocouples"),
+        (cold(true), "points with a cold heater and thermocouples"),
+    ];
+    let missing: Vec<_> = missing.iter().filter(|(there, _)| !there).map(|(_, what)| *what).collect();
+    if !missing.is_empty() {
+        ui.note(format!("the hot points are not used, because these are missing: {}", missing.join("; ")));
+    }
+    missing.is_empty()
+}
+
+/// Takes one step as if it had been called by itself.
+fn step(words: &[&str], force: bool, ui: &Ui) -> Result<(), Failure> {
+    let words: Vec<&str> = ["rijke"].iter().chain(words).copied().chain(force.then_some("--force")).collect();
+    ui.note(words.join(" "));
+    let program = Program::try_parse_from(&words).or_failed()?;
+    // What a step makes is replaced only if it is there: --force without it is the same as without --force.
+    program.command.run(ui)
+}
+
+fn text(path: &Path) -> String {
+    path.display().to_string()
+}
