@@ -6,6 +6,7 @@
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
+mod candidate;
 mod check;
 mod check_model;
 mod completions;
@@ -45,6 +46,7 @@ enum Command {
     Run(run::Args),
     Process(process::Args),
     Flow(flow::Args),
+    Candidate(candidate::Args),
     Rank(rank::Args),
     CheckModel(check_model::Args),
     Modes(modes::Args),
@@ -64,6 +66,7 @@ impl Command {
             Self::Run(args) => run::run(args, ui),
             Self::Process(args) => process::run(args, ui),
             Self::Flow(args) => flow::run(args, ui),
+            Self::Candidate(args) => candidate::run(args, ui),
             Self::Rank(args) => rank::run(args, ui),
             Self::CheckModel(args) => check_model::run(args, ui),
             Self::Modes(args) => modes::run(args, ui),

@@ -14,7 +14,7 @@ use std::{fmt::Write as _, path::PathBuf};
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  rijke predict my-rig/results/model.json --flow my-rig/base-flow --campaign my-rig/campaign.toml\n\n\
-    Prints CSV: one row per operating point of the campaign whose base flow is known. Standard deviations are those of a\n\
+    Prints CSV: one row per hot operating point of the campaign whose base flow is known. Standard deviations are those of a\n\
     new measurement: parameters, base flow, noise and model error. The growth rate is taken as normal."
 )]
 pub(crate) struct Args {
@@ -43,11 +43,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         .map_err(|f| f.remedy("Give the folder that `rijke flow` writes."))?;
     let campaign =
         args.campaign.as_deref().map_or(Ok(Campaign::juniper_yoko_2022()), Campaign::read).or_bad_input()?;
-    let points: Vec<&OperatingPoint> =
-        campaign.points.iter().filter(|p| states.points.contains_key(&p.id)).collect();
+    let wanted = |p: &&OperatingPoint| p.power > 0.0 && states.points.contains_key(&p.id);
+    let points: Vec<&OperatingPoint> = campaign.points.iter().filter(wanted).collect();
     if points.is_empty() {
         return Err(Failure::bad_input(format!(
-            "{}: has no operating point of the campaign",
+            "{}: has no hot operating point of the campaign",
             args.flow.display()
         ))
         .remedy("Give the campaign whose points the base flow was inferred for, with --campaign."));

@@ -18,17 +18,17 @@ pub struct Hot {
 }
 
 impl Hot {
-    /// All points with power of `observations`, with the base flow that `states` has of them.
+    /// All points with power of `observations` that have an accepted ping, with the base flow that `states` has of them.
     ///
     /// # Errors
-    /// [`StudyError::NoPoint`] without hot points; [`StudyError::NoBaseState`]; [`ModelError::NoPing`].
+    /// [`StudyError::NoPoint`] without hot points; [`StudyError::NoBaseState`].
     pub fn new(
         observations: &Observations,
         states: &BaseStates,
         cold: ColdStage,
     ) -> Result<Self, StudyError> {
         let mut hot: Vec<&PointObservations> =
-            observations.points.iter().filter(|p| p.point.power > 0.0).collect();
+            observations.points.iter().filter(|p| p.point.power > 0.0 && p.ping.is_some()).collect();
         if hot.len() < 2 {
             return Err(StudyError::NoPoint { need: "with the heater switched on, at two points".into() });
         }

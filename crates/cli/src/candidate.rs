@@ -1,0 +1,230 @@
+//! `rijke candidate`: checks a file of candidate models before anybody trains one.
+
+use crate::{
+    failure::{Classify, Failure},
+    ui::Ui,
+};
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use rijke_candidates::{Candidate, Catalogue, Effect, Here, Place, SYMBOLS, Surroundings};
+use rijke_numerics::{C64, Jet, JetSpace, Order};
+use rijke_rig::{Campaign, OperatingPoint, Rig};
+use std::path::PathBuf;
+
+/// Check candidate models: formulas, derivatives, finiteness over the campaign, and analyticity in s.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  rijke candidate my-rig/candidates.toml\n  rijke candidate --symbols\n\n\
+    Derivatives are compared with differences of the formula. Units of formulas are not checked."
+)]
+pub(crate) struct Args {
+    /// The file of candidates.
+    #[arg(required_unless_present = "symbols")]
+    file: Option<PathBuf>,
+    /// List what a formula may name, with units, instead.
+    #[arg(long, conflicts_with = "file")]
+    symbols: bool,
+    /// Rig file [default: the rig of Juniper & Yoko 2022].
+    #[arg(long, value_name = "FILE")]
+    rig: Option<PathBuf>,
+    /// Campaign file [default: Table 1 of Juniper & Yoko 2022].
+    #[arg(long, value_name = "FILE")]
+    campaign: Option<PathBuf>,
+}
+
+/// The state at which laws are tried: a mode of the paper's tube, gas of a heated tube, its flow.
+const S: C64 = C64::new(-12.0, 1070.0);
+const AMBIENT_K: f64 = 293.15;
+const HOT_K: f64 = 420.0;
+const VELOCITY: f64 = 0.3;
+
+/// Largest relative difference between a derivative and a difference quotient of step 1e-5: the quotient's own error is
+/// some 1e-10 by curvature and 1e-11 by rounding, more only where a law is nearly singular.
+const TOLERANCE: f64 = 1e-6;
+
+/// Step of the difference quotients, relative to the parameter or to s.
+const STEP: f64 = 1e-5;
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let Some(file) = args.file.as_deref().filter(|_| !args.symbols) else {
+        symbols(ui);
+        return Ok(());
+    };
+    let catalogue = Catalogue::read(file)
+        .or_bad_input()
+        .map_err(|f| f.remedy("`rijke candidate --symbols` lists what a formula may name."))?;
+    let rig = args.rig.as_deref().map_or(Ok(Rig::juniper_yoko_2022()), Rig::read).or_bad_input()?;
+    let campaign = args.campaign.as_deref().map_or(Ok(Campaign::juniper_yoko_2022()), Campaign::read);
+    let campaign = campaign.or_bad_input()?;
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.set_header(["candidate", "parameters", "points", "first derivatives", "second", "analytic in s"]);
+    let mut faults = Vec::new();
+    for candidate in catalogue.candidates() {
+        let found = examine(candidate, &rig, &campaign);
+        let [first, second, analytic] = found.errors.map(|e| format!("{e:.0e}"));
+        let (id, count) = (candidate.id.clone(), candidate.parameters.len().to_string());
+        table.add_row([id, count, found.points.to_string(), first, second, analytic]);
+        faults.extend(found.faults.iter().map(|fault| format!("{}: {fault}", candidate.id)));
+    }
+    ui.say(table.to_string());
+    if faults.is_empty() {
+        ui.say(
+            "all in order; the columns are the largest relative differences from quotients of differences",
+        );
+        return Ok(());
+    }
+    Err(Failure::bad_input(format!("{} faults\n{}", faults.len(), faults.join("\n")))
+        .at(file)
+        .remedy("Correct the formulas; where a law is not defined, choose another form or a prior that excludes the place."))
+}
+
+fn symbols(ui: &Ui) {
+    for meaning in &SYMBOLS {
+        ui.say(format!("{:<10} {:<12} {}", meaning.name, meaning.unit, meaning.text));
+    }
+}
+
+/// What was found of a candidate.
+#[derive(Default)]
+struct Found {
+    /// Number of operating points at which it was tried.
+    points: usize,
+    /// Largest relative error of gradient and Hessian, and the largest breach of the Cauchy-Riemann equations.
+    errors: [f64; 3],
+    faults: Vec<String>,
+}
+
+fn examine(candidate: &Candidate, rig: &Rig, campaign: &Campaign) -> Found {
+    let mut found = Found::default();
+    let quantiles = |p: f64| candidate.parameters.iter().map(|a| a.prior.quantile(p)).collect::<Vec<_>>();
+    let (centre, low, high) = (quantiles(0.5), quantiles(0.025), quantiles(0.975));
+    let mut used = vec![false; centre.len()];
+    let (mut undefined, mut defined_hot) = (Vec::new(), false);
+    for point in &campaign.points {
+        let effects: Vec<&Effect> = candidate.effects.iter().filter(|e| acts(e.place, point)).collect();
+        if effects.is_empty() {
+            continue;
+        }
+        found.points += 1;
+        let temperature = if point.power > 0.0 { HOT_K } else { AMBIENT_K };
+        let velocity = if point.power > 0.0 { VELOCITY } else { 0.0 };
+        let gas = rig.gas.at(temperature, rig.pressure);
+        let around = Surroundings::new(rig, point, &gas, AMBIENT_K, velocity);
+        for effect in effects {
+            let at = |values: &[f64], s: C64| evaluate(effect, &around, values, s);
+            // One parameter at a time at the ends of what its prior holds likely.
+            let corners = (0..centre.len()).flat_map(|k| {
+                [low[k], high[k]].map(|value| {
+                    let mut values = centre.clone();
+                    values[k] = value;
+                    values
+                })
+            });
+            let finite = |values: &[f64]| is_finite(&at(values, S));
+            if !finite(&centre) || corners.into_iter().any(|values| !finite(&values)) {
+                undefined.push((point, effect));
+                continue;
+            }
+            defined_hot |= point.power > 0.0;
+            let jet = at(&centre, S);
+            for (k, used) in used.iter_mut().enumerate() {
+                *used |= jet.gradient()[k] != C64::ZERO;
+            }
+            let errors = derivative_errors(&jet, &centre, &at);
+            found.errors = std::array::from_fn(|i| found.errors[i].max(errors[i]));
+        }
+    }
+    // A law of the hot heater may be undefined without power or flow, where it is not used.
+    undefined.retain(|(point, _)| !(defined_hot && point.power == 0.0));
+    if let Some((point, effect)) = undefined.first() {
+        found.faults.push(format!(
+            "`{}` is not finite at {} points, first at {}, at the centre or the ends of the priors",
+            effect.law.text(),
+            undefined.len(),
+            point.id
+        ));
+    }
+    let names = ["first derivatives", "second derivatives", "the derivatives along and across the axis of s"];
+    for (error, name) in found.errors.iter().zip(names).filter(|(e, _)| **e > TOLERANCE) {
+        found.faults.push(format!("{name} differ by {error:.1e} (relative) from those of the formula"));
+    }
+    let idle = candidate.parameters.iter().zip(&used).filter(|(_, used)| !**used);
+    for (parameter, _) in idle.filter(|_| found.points > 0 && undefined.is_empty()) {
+        found.faults.push(format!("the parameter {} has no effect at any operating point", parameter.name));
+    }
+    found
+}
+
+/// Whether an effect acts at an operating point.
+fn acts(place: Place, point: &OperatingPoint) -> bool {
+    match place {
+        Place::Heater => point.heater,
+        Place::Thermocouples => point.thermocouples,
+        Place::Prongs | Place::ProngEnd => point.position.is_some(),
+        Place::Tube | Place::UpstreamEnd | Place::DownstreamEnd | Place::BothEnds => true,
+    }
+}
+
+/// The law with all its derivatives; s is the last seed. Wall and ends, which other candidates give, are those of
+/// simple laws with the same dependence on s.
+fn evaluate(effect: &Effect, around: &Surroundings, values: &[f64], s: C64) -> Jet {
+    let space = JetSpace::new(values.len() + 1, Order::Second);
+    let seeds: Vec<Jet> = values.iter().enumerate().map(|(k, v)| space.seed(k, C64::new(*v, 0.0))).collect();
+    let s = space.seed(values.len(), s);
+    let (mu, ep) = (s.sqrt().scale(C64::new(0.4, 0.0)), s.sqrt().scale(C64::new(1e-6, 0.0)));
+    let reflection = s.scale(C64::new(1e-6, 0.0)).shift(C64::new(-0.997, 0.08));
+    let wall = (effect.place != Place::Tube).then_some([&mu, &ep]);
+    let here = Here { space, surroundings: around, s: &s, wall, levine_schwinger: Some(&reflection) };
+    effect.law.evaluate(&here, &seeds)
+}
+
+fn is_finite(jet: &Jet) -> bool {
+    let finite = |v: &C64| v.re.is_finite() && v.im.is_finite();
+    finite(&jet.value()) && jet.gradient().iter().all(finite) && jet.hessian_packed().iter().all(finite)
+}
+
+/// The slope of a quantity that changes by itself over a step of relative size one: derivatives are judged against it where
+/// they are smaller, because rounding of the quantity limits its quotients.
+fn natural(value: C64, step: f64) -> f64 {
+    STEP * value.norm() / step + f64::MIN_POSITIVE
+}
+
+/// Relative errors of gradient and Hessian, and how far the law is from analytic in s.
+fn derivative_errors(jet: &Jet, values: &[f64], at: &impl Fn(&[f64], C64) -> Jet) -> [f64; 3] {
+    let n = values.len();
+    // Central difference along one seed; s is the last, along the real axis or the imaginary.
+    let sides = |k: usize, across: bool| {
+        let h = STEP * if k < n { values[k].abs().max(1e-12) } else { S.norm() };
+        let side = |sign: f64| {
+            let mut moved = values.to_vec();
+            let mut s = S;
+            match (k < n, across) {
+                (true, _) => moved[k] += sign * h,
+                (false, false) => s += sign * h,
+                (false, true) => s += C64::new(0.0, sign * h),
+            }
+            at(&moved, s)
+        };
+        let direction = if across { C64::I } else { C64::ONE };
+        (side(1.0), side(-1.0), direction * (2.0 * h), h)
+    };
+    let mut errors = [0.0f64; 3];
+    for k in 0..=n {
+        let (up, down, twice, h) = sides(k, false);
+        let quotient = (up.value() - down.value()) / twice;
+        let floor = natural(jet.value(), h);
+        let size = |v: C64| v.norm().max(floor);
+        errors[0] = errors[0].max((quotient - jet.gradient()[k]).norm() / size(jet.gradient()[k]));
+        for j in 0..=n {
+            let quotient = (up.gradient()[j] - down.gradient()[j]) / twice;
+            let floor = natural(jet.gradient()[j], h);
+            let exact = jet.hessian(j.min(k), j.max(k));
+            errors[1] = errors[1].max((quotient - exact).norm() / exact.norm().max(floor));
+        }
+    }
+    let (up, down, twice, h) = sides(n, true);
+    let across = (up.value() - down.value()) / twice;
+    let floor = natural(jet.value(), h);
+    errors[2] = (across - jet.gradient()[n]).norm() / jet.gradient()[n].norm().max(floor);
+    errors
+}
