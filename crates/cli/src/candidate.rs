@@ -97,7 +97,8 @@ struct Found {
 fn examine(candidate: &Candidate, rig: &Rig, campaign: &Campaign) -> Found {
     let mut found = Found::default();
     let quantiles = |p: f64| candidate.parameters.iter().map(|a| a.prior.quantile(p)).collect::<Vec<_>>();
-    let (centre, low, high) = (quantiles(0.5), quantiles(0.025), quantiles(0.975));
+    // Off the middle of the priors, where a parameter of mean zero would hide those that it multiplies.
+    let (centre, low, high) = (quantiles(0.7), quantiles(0.025), quantiles(0.975));
     let mut used = vec![false; centre.len()];
     let (mut undefined, mut defined_hot) = (Vec::new(), false);
     for point in &campaign.points {
@@ -138,7 +139,7 @@ fn examine(candidate: &Candidate, rig: &Rig, campaign: &Campaign) -> Found {
     undefined.retain(|(point, _)| !(defined_hot && point.power == 0.0));
     if let Some((point, effect)) = undefined.first() {
         found.faults.push(format!(
-            "`{}` is not finite at {} points, first at {}, at the centre or the ends of the priors",
+            "`{}` is not finite at {} points, first at {}, within two standard deviations of the priors",
             effect.law.text(),
             undefined.len(),
             point.id
