@@ -110,7 +110,7 @@ fn examine(candidate: &Candidate, rig: &Rig, campaign: &Campaign) -> Found {
         let temperature = if point.power > 0.0 { HOT_K } else { AMBIENT_K };
         let velocity = if point.power > 0.0 { VELOCITY } else { 0.0 };
         let gas = rig.gas.at(temperature, rig.pressure);
-        let around = Surroundings::new(rig, point, &gas, AMBIENT_K, velocity);
+        let around = Surroundings::new(rig, point, &gas, AMBIENT_K, [velocity, velocity * gas.density]);
         for effect in effects {
             let at = |values: &[f64], s: C64| evaluate(effect, &around, values, s);
             // One parameter at a time at the ends of what its prior holds likely.
