@@ -15,7 +15,7 @@ mod model;
 use crate::pulse::Located;
 use crate::segment::Segment;
 use crate::waveform::comparison_frequencies;
-use crate::{Fault, Trace};
+use crate::{Fault, Trace, verdict};
 use model::Model;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
@@ -25,6 +25,8 @@ pub struct ClickOptions {
     /// Frequencies that the impulse holds, Hz. For a tube the upper one stays below the cut-on of its first transverse
     /// mode.
     pub band_hz: (f64, f64),
+    /// Nominal frequency of the mains, Hz: a record in which its hum is as loud as the impulse is refused.
+    pub mains_hz: f64,
     /// How long before and after its peak the record is used, s. The impulse itself is zero in the last eighth at each
     /// end.
     pub window: (f64, f64),
@@ -53,7 +55,13 @@ pub struct Reflection {
 impl Default for ClickOptions {
     /// For a tube of 5 cm: 300 Hz to 4 kHz, an impulse that is over within 0.7 ms of its peak.
     fn default() -> Self {
-        Self { band_hz: (300.0, 4000.0), window: (0.8e-3, 0.8e-3), dispersion: Vec::new(), reflection: None }
+        Self {
+            band_hz: (300.0, 4000.0),
+            mains_hz: 50.0,
+            window: (0.8e-3, 0.8e-3),
+            dispersion: Vec::new(),
+            reflection: None,
+        }
     }
 }
 
@@ -94,7 +102,7 @@ const MOVING_STEPS: usize = 3;
 /// Residual energy over impulse energy above which the channels do not show the same impulse.
 const MISFIT: f64 = 0.05;
 
-/// Fits one impulse by maximum likelihood. Cost: of the order of ten milliseconds for 8 channels of 6250 samples.
+/// Fits one impulse by maximum likelihood. Cost: see `benches/records.rs`.
 ///
 /// The covariance is the inverse Fisher information for white noise as measured in the quiet part; if residuals exceed
 /// it significantly (a waveform that changes along the path, say), it is scaled up with them.
@@ -102,6 +110,8 @@ const MISFIT: f64 = 0.05;
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
 pub fn fit_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickFit, Fault> {
+    trace.screen(2)?;
+    verdict::loud_hum(trace, options.mains_hz)?;
     let located = Located::find(trace, options)?;
     let segment = Segment::new(trace, &located.times, options)?;
     let mut fit = Model::start(&located, &segment, options);

@@ -62,6 +62,16 @@ pub enum Fault {
         /// Median of the same ratio over the channels.
         median: f64,
     },
+    /// A channel of a click holds no impulse.
+    #[error(
+        "channel {channel} holds no impulse: its largest sample is {ratio:.1} times the rms of its quiet part"
+    )]
+    NoImpulse {
+        /// The channel.
+        channel: usize,
+        /// Largest sample over the rms of the quiet part, both high-passed.
+        ratio: f64,
+    },
     /// A channel holds its value for a stretch of time.
     #[error("channel {channel} drops out at {at:.4} s: {samples} equal samples in a row")]
     Dropout {
@@ -94,6 +104,18 @@ pub enum Fault {
         /// Multiple of the mains frequency, Hz.
         frequency_hz: f64,
         /// Amplitude of the burst over the noise.
+        ratio: f64,
+    },
+    /// Mains hum is as loud as the impulse.
+    #[error(
+        "hum burst at {at:.3} s: energy near {frequency_hz:.0} Hz has {ratio:.2} times the amplitude of the impulse"
+    )]
+    LoudHum {
+        /// Middle of the stretch, s.
+        at: f64,
+        /// Multiple of the mains frequency, Hz.
+        frequency_hz: f64,
+        /// Amplitude over the largest sample.
         ratio: f64,
     },
     /// The fit leaves more than noise.

@@ -19,6 +19,17 @@ pub(crate) struct Envelope {
     energy: Vec<f64>,
 }
 
+/// An amplitude that grows where it should decay.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Regrowth {
+    /// Block of least energy before.
+    pub(crate) least: usize,
+    /// Block of largest energy after it.
+    pub(crate) grown: usize,
+    /// Ratio of the amplitudes.
+    pub(crate) factor: f64,
+}
+
 impl Envelope {
     /// Demodulates at the strongest tone between the two frequencies, Hz.
     pub(crate) fn new(white: White<'_>, band_hz: (f64, f64)) -> Result<Self, Fault> {
@@ -26,14 +37,19 @@ impl Envelope {
         let strongest = strongest_channel(white);
         let mut series: Vec<f64> =
             white.samples.iter().skip(strongest).step_by(white.channels).copied().collect();
-        let mut planner = realfft::RealFftPlanner::<f64>::new();
-        let transform = planner.plan_fft_forward(rows);
-        let mut spectrum = transform.make_output_vec();
         let too_short = Fault::TooShort { what: "record", have: rows, need: 64 };
-        if rows < 64 || transform.process(&mut series, &mut spectrum).is_err() {
+        if rows < 64 {
             return Err(too_short);
         }
-        let resolution = 1.0 / (rows as f64 * white.step);
+        // The loudest part comes first: what a power of two leaves out is the end of the decay.
+        let span = 1 << rows.ilog2();
+        series.truncate(span);
+        let transform = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(span);
+        let mut spectrum = transform.make_output_vec();
+        if transform.process(&mut series, &mut spectrum).is_err() {
+            return Err(too_short);
+        }
+        let resolution = 1.0 / (span as f64 * white.step);
         let range = spectrum.iter().enumerate().filter(|&(k, _)| {
             let f = k as f64 * resolution;
             f >= band_hz.0 && f <= band_hz.1
@@ -75,19 +91,25 @@ impl Envelope {
         (self.plateau().1 + 2) * self.block
     }
 
-    /// A block after the first fall in which the amplitude has grown again by more than half, if there is one, with
-    /// the factor. The threshold is far above noise and beats: a tenth of the largest amplitude.
-    pub(crate) fn regrowth(&self) -> Option<(usize, f64)> {
+    /// Whether the amplitude grows again after it has begun to fall: the block of least energy, one in which it has
+    /// grown by then, and the factor of the amplitude. What beats with neighbouring modes and noise can do stays
+    /// below a fifth of the energy plus a fiftieth of the largest.
+    pub(crate) fn regrowth(&self) -> Option<Regrowth> {
         let top = self.top();
-        let risen = self.energy.iter().position(|&e| e >= 0.5 * top)?;
-        let mut lowest = top;
+        let risen = self.energy.iter().position(|&e| e >= 0.85 * top)?;
+        let (mut least, mut found): (usize, Option<usize>) = (risen, None);
         for (j, &e) in self.energy.iter().enumerate().skip(risen) {
-            lowest = lowest.min(e);
-            if lowest < 0.5 * top && e > 2.25 * lowest + 0.01 * top {
-                return Some((j, (e / lowest).sqrt()));
+            let lowest = self.energy[least];
+            if e < lowest && found.is_none() {
+                least = j;
+            }
+            if lowest < 0.85 * top && e > 1.2 * lowest + 0.02 * top {
+                // The block of largest energy says best what has grown.
+                found = found.filter(|&k| self.energy[k] >= e).or(Some(j));
             }
         }
-        None
+        let grown = found?;
+        Some(Regrowth { least, grown, factor: (self.energy[grown] / self.energy[least]).sqrt() })
     }
 
     /// First sample of the free decay: the change point of highest likelihood between a steady tone and the decay

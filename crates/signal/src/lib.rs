@@ -48,6 +48,7 @@ mod ping;
 mod pulse;
 mod repeats;
 mod ringdown;
+mod search;
 mod segment;
 mod trace;
 mod verdict;

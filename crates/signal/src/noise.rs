@@ -193,7 +193,7 @@ pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64) ->
             })
             .sum();
         let freedom = 2.0 * noise.len() as f64;
-        if strength > freedom + 5.0 * (2.0 * freedom).sqrt() {
+        if strength > freedom + 2.5 * (2.0 * freedom).sqrt() {
             present.push(harmonic);
             for (y, a) in noise.iter_mut().zip(amplitudes) {
                 let (turn, mut phasor) = (C64::from_polar(1.0, omega), a);

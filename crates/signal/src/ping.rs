@@ -2,8 +2,8 @@
 
 use crate::forcing::Envelope;
 use crate::noise::{Whitener, remove_hum};
-use crate::pencil::{self, Decimated};
-use crate::ringdown::{Component, Kind, Solution, White, solve};
+use crate::ringdown::{Kind, Solution, White};
+use crate::search::Search;
 use crate::verdict::{self, Residue};
 use crate::{Fault, Trace};
 use rijke_numerics::{C64, Matrix};
@@ -56,12 +56,16 @@ pub struct PingFit {
     pub mains: (Vec<u32>, f64),
     /// Variance of the residuals over that of the quiet part: 1 if the model holds.
     pub residual_variance: f64,
-    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal deviate.
+    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal deviate; the
+    /// colour of the noise is known only as well as the quiet part shows it, which is allowed for.
     pub whiteness: f64,
 }
 
 /// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
 const MIN_QUIET: usize = 256;
+/// The first part of the decay in which neighbours are sought, s: they die away sooner than the mode of interest, and
+/// a longer stretch would bury them in noise.
+const EARLY: f64 = 0.25;
 /// Decay times kept: beyond them lies 0.03 % of the information on the growth rate.
 const DECAY_TIMES: f64 = 7.0;
 
@@ -71,7 +75,7 @@ const DECAY_TIMES: f64 = 7.0;
 /// the end of forcing is found from the record. All channels share every complex frequency; each channel has its own
 /// complex amplitudes. Noise is whitened with its colour and correlation between channels as learnt from the quiet
 /// part (Gaussian, stationary: hum is fitted apart). The covariance is the inverse Fisher information, scaled with the
-/// residual variance. Cost: of the order of ten milliseconds for 8 channels of 15 000 samples.
+/// residual variance. Cost: see `benches/records.rs`.
 ///
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
@@ -111,6 +115,8 @@ struct Fitted {
     white: Vec<f64>,
     channels: usize,
     step: f64,
+    /// Samples from which the colour of the noise was learnt.
+    learnt_from: usize,
     /// First sample of the record that `white` stands for.
     offset: usize,
     /// Rows of `white` that were fitted.
@@ -130,10 +136,10 @@ fn fit_whitened(
     let samples = whitener.apply(trace.channels, quiet, trace.len());
     let white = White { samples: &samples, channels, step };
     let envelope = Envelope::new(white, options.band_hz)?;
-    if let Some((block, factor)) = envelope.regrowth() {
-        let row = block * envelope.block;
-        let at = (quiet + whitener.order() + row) as f64 * step;
-        return Err(verdict::regrowth(white, row, at, factor, options.mains_hz));
+    if let Some(growth) = envelope.regrowth() {
+        let row = |block: usize| block * envelope.block;
+        let at = (quiet + whitener.order() + row(growth.least)) as f64 * step;
+        return Err(verdict::regrowth(white, row(growth.grown), at, growth.factor, options.mains_hz));
     }
     let first = envelope.safe_start();
     let need = 10 * envelope.block;
@@ -142,86 +148,32 @@ fn fit_whitened(
         return Err(Fault::TooShort { what: "decay", have, need });
     }
     let slice = |from: usize, to: usize| White { samples: &samples[from * channels..to * channels], ..white };
-    let start = first_guess(slice(first, white.rows()), options, harmonics)?;
-    let mut solution = solve(slice(first, white.rows()), &start)?;
-    let growth_rate = solution.components[0].s.re;
+    let early = |from: usize| slice(from, white.rows().min(from + (EARLY / step) as usize));
+    let search = Search { options, harmonics };
+    let (components, subspace) = search.first_guess(early(first))?;
+    let rough = search.solve(early(first), early(first), components)?;
+    let from = envelope.decay_start(white, &rough, first, whitener.order()).unwrap_or(first);
+    // The earlier start shows neighbours that had died away by the first one.
+    let components = search.more_modes(early(from), &rough.components)?;
+    let growth_rate = components[0].s.re;
     if growth_rate >= 0.0 {
         return Err(Fault::NotDecaying { growth_rate });
     }
-    let from = envelope.decay_start(white, &solution, first, whitener.order()).unwrap_or(first);
     let length = (DECAY_TIMES / (-growth_rate * step)).ceil() as usize;
     let to = white.rows().min(from + length.max(need));
-    // The earlier start shows neighbours that had died away by the first one.
-    let start = first_guess(slice(from, to), options, harmonics)?;
-    // Two poles that stand for one leave the fit singular; the modes of the first fit are told apart.
-    solution = match solve(slice(from, to), &start) {
-        Err(Fault::Singular(_) | Fault::NotConverged { .. }) => solve(slice(from, to), &solution.components)?,
-        other => other?,
-    };
+    let solution = search.solve(slice(from, to), early(from), components)?;
     Ok(Fitted {
         whitener: whitener.clone(),
         harmonics: harmonics.to_vec(),
+        learnt_from: if quiet >= MIN_QUIET { quiet } else { white.rows() },
         channels,
         step,
         offset: quiet + whitener.order(),
         rows: (from, to),
-        guess: start[0].s,
+        guess: subspace,
         solution,
         white: samples,
     })
-}
-
-/// Neighbours are looked for in this first part of the decay, s: they die away sooner than the mode of interest, and a
-/// longer stretch would bury them in noise.
-const NEIGHBOURS: f64 = 0.2;
-
-/// Poles by ESPRIT, those kept that explain the record, the strongest in the band first.
-fn first_guess(decay: White<'_>, options: &PingOptions, harmonics: &[u32]) -> Result<Vec<Component>, Fault> {
-    let factor = ((0.42 / (decay.step * options.highest_hz)).floor() as usize).max(1);
-    let rows = decay.rows().min((NEIGHBOURS / decay.step) as usize);
-    let early = White { samples: &decay.samples[..rows * decay.channels], ..decay };
-    let decimated = Decimated::new(early, factor);
-    let mains = std::f64::consts::TAU * options.mains_hz;
-    let is_mode = |s: &C64| {
-        let hum = harmonics.iter().any(|&h| (s.im - mains * f64::from(h)).abs() < 8.0 && s.re.abs() < 8.0);
-        let high = s.im > std::f64::consts::TAU * options.highest_hz;
-        !hum && !high && s.re < 2.0 && s.re > -0.5 * s.im
-    };
-    let mut modes: Vec<Component> = pencil::poles(&decimated)?
-        .into_iter()
-        .filter(is_mode)
-        .map(|s| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode })
-        .collect();
-    let steady =
-        harmonics.iter().map(|&h| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) });
-    let steady: Vec<Component> = steady.collect();
-    // A spurious pole adapts to noise: its energy is chi-squared with two degrees of freedom per channel and two more.
-    let freedom = 2.0 * decay.channels as f64;
-    let floor = freedom + 8.0 * (2.0 * freedom).sqrt();
-    let in_band = |s: C64| {
-        let f = s.im / std::f64::consts::TAU;
-        f >= options.band_hz.0 && f <= options.band_hz.1
-    };
-    loop {
-        let all: Vec<Component> = modes.iter().chain(&steady).copied().collect();
-        let energies = crate::ringdown::energies(decimated.white(), &all)?;
-        let strength: Vec<f64> = energies[..modes.len()].iter().map(|e| e / decimated.variance).collect();
-        let weakest = (0..modes.len()).min_by(|&a, &b| strength[a].total_cmp(&strength[b]));
-        match weakest {
-            Some(k) if strength[k] < floor => {
-                modes.remove(k);
-            }
-            _ => {
-                let main = (0..modes.len())
-                    .filter(|&k| in_band(modes[k].s))
-                    .max_by(|&a, &b| strength[a].total_cmp(&strength[b]))
-                    .ok_or(Fault::Weak { ratio: 0.0 })?;
-                modes.swap(0, main);
-                modes.extend(steady);
-                return Ok(modes);
-            }
-        }
-    }
 }
 
 impl Fitted {
@@ -272,7 +224,7 @@ impl Fitted {
             signal_to_noise,
             mains: (self.harmonics, fundamental.unwrap_or(options.mains_hz)),
             residual_variance: variance,
-            whiteness: residue.whiteness(),
+            whiteness: residue.whiteness(self.learnt_from),
         })
     }
 }

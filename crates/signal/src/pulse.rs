@@ -22,7 +22,9 @@ pub(crate) struct Located {
 impl Located {
     pub(crate) fn find(trace: &Trace<'_>, options: &ClickOptions) -> Result<Self, Fault> {
         let half = ((SMOOTHING * trace.rate_hz).ceil() as usize).max(2);
-        trace.screen(8 * half)?;
+        if trace.len() < 8 * half {
+            return Err(Fault::TooShort { what: "record", have: trace.len(), need: 8 * half });
+        }
         let quiet = trace.quiet.min(trace.len());
         let begin = 2 * (half - 1);
         let channels: Vec<Vec<f64>> = trace.channels.iter().map(|y| high_pass(y, half)).collect();
@@ -62,7 +64,7 @@ fn no_impulse(channel: usize, z: &[f64], silence: usize) -> Fault {
     let rms = |y: &[f64]| (y.iter().map(|v| v * v).sum::<f64>() / y.len().max(1) as f64).sqrt();
     let peak = z[silence..].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     let ratio = peak / rms(&z[..silence.max(1)]);
-    Fault::NoSignal { channel, ratio, median: f64::INFINITY }
+    Fault::NoImpulse { channel, ratio }
 }
 
 /// Twice over, y less its mean under a triangle of half length `half`: a linear-phase high-pass filter of finite

@@ -4,13 +4,13 @@
 //! linear and are eliminated (Golub & Pereyra 1973); the frequencies follow from Gauss-Newton steps with Kaufman's
 //! Jacobian. Every quantity needed is a sum over samples of products of exponentials, powers of time and data: those
 //! without data have a closed form, so one pass over the record per step is all the cost, 8 flops per sample, channel
-//! and component.
+//! and component that still sounds.
 
 mod sums;
 
 use crate::Fault;
 use rijke_numerics::{C64, Cholesky, Matrix};
-use sums::{gram, project};
+use sums::{grams, lengths, powers, project};
 
 /// What is known about a component beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +99,7 @@ const HALF_STEPS: usize = 8;
 pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, Fault> {
     let energy = white.energy();
     let mut state = State::new(white, start.to_vec(), energy)?;
-    let mut last = f64::INFINITY;
+    let (mut last, mut previous) = (f64::INFINITY, 0.0);
     for number in 0..MAX_STEPS {
         let Step { step, length, first } = state.gauss_newton_step()?;
         last = first;
@@ -121,10 +121,12 @@ pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, F
                 _ => return Err(Fault::NotConverged { steps: MAX_STEPS, step: first }),
             }
         }
-        if factor == 1.0 && length < 0.03 {
-            // Gauss-Newton contracts by the ratio of residual to signal: the next step would be far below 1e-3.
+        // Gauss-Newton contracts by the ratio of residual to signal, or near the end as it did in this step: what is
+        // left is far below a hundredth of a standard deviation.
+        if factor == 1.0 && (length < 0.03 || length * length < 0.003 * previous) {
             return state.finish();
         }
+        previous = length;
     }
     if last < SETTLED { state.finish() } else { Err(Fault::NotConverged { steps: MAX_STEPS, step: last }) }
 }
@@ -175,14 +177,14 @@ impl State {
     fn new(white: White<'_>, components: Vec<Component>, energy: f64) -> Result<Self, Fault> {
         let (rows, count) = (white.rows(), components.len());
         let size = 2 * count;
-        let gram = |power: usize| gram(&components, rows, white.step, power);
-        let (flat, mixed, curved) = (gram(0), gram(1), gram(2));
+        let lengths = lengths(&components, rows, white.step);
+        let [flat, mixed, curved] = grams(&components, &lengths, white.step);
         let linear = Cholesky::new(&flat)?.inverse();
         let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));
         let mut data = Matrix::zeros(white.channels, size);
         let mut slopes = Matrix::zeros(white.channels, size);
-        for (k, component) in components.iter().enumerate() {
-            project(white, component.s, k, &mut data, &mut slopes);
+        for (k, (component, length)) in components.iter().zip(lengths).enumerate() {
+            project(white, component.s, length, k, &mut data, &mut slopes);
         }
         let coefficients = data.product(&linear);
         let explained: f64 = data.as_slice().iter().zip(coefficients.as_slice()).map(|(a, b)| a * b).sum();
@@ -193,17 +195,17 @@ impl State {
         Ok(Self { components, free, coefficients, slopes, linear, mixed, projected, residual, freedom })
     }
 
-    /// Derivative of the model of channel `m` in the derivative columns, one column per free frequency.
-    fn directions(&self, m: usize) -> Matrix {
+    /// Derivative of the model of channel `m` in the derivative columns: `(free frequency, column, value)` where it is
+    /// not zero.
+    fn directions(&self, m: usize) -> Vec<(usize, usize, f64)> {
         let c = self.coefficients.row(m);
-        let mut directions = Matrix::zeros(c.len(), self.free.len());
+        let mut entries = Vec::with_capacity(2 * c.len());
         for (j, &(k, direction)) in self.free.iter().enumerate() {
             let mut set = |k: usize, factor: f64| {
                 // d/d sigma multiplies the amplitude by t, d/d omega by i t.
                 let (re, im) = (c[2 * k], c[2 * k + 1]);
                 let (a, b) = if direction == 0 { (re, im) } else { (-im, re) };
-                directions[(2 * k, j)] = factor * a;
-                directions[(2 * k + 1, j)] = factor * b;
+                entries.extend([(j, 2 * k, factor * a), (j, 2 * k + 1, factor * b)]);
             };
             if let Kind::Mains(_) = self.components[k].kind {
                 for (l, component) in self.components.iter().enumerate() {
@@ -215,7 +217,7 @@ impl State {
                 set(k, 1.0);
             }
         }
-        directions
+        entries
     }
 
     /// Information about the free frequencies (for unit noise) and gradient.
@@ -224,11 +226,13 @@ impl State {
         let mut information = Matrix::zeros(n, n);
         let mut gradient = vec![0.0; n];
         for m in 0..self.coefficients.rows() {
-            let directions = self.directions(m);
-            let weighted = directions.transpose().product(&self.projected);
-            information = information.plus(1.0, &weighted.product(&directions));
-            for (g, v) in gradient.iter_mut().zip(directions.transpose().times(self.slopes.row(m))) {
-                *g += v;
+            let (entries, slopes) = (self.directions(m), self.slopes.row(m));
+            for &(i, row, a) in &entries {
+                gradient[i] += a * slopes[row];
+                let weights = self.projected.row(row);
+                for &(j, column, b) in &entries {
+                    information[(i, j)] += a * weights[column] * b;
+                }
             }
         }
         (information, gradient)
@@ -269,9 +273,17 @@ impl State {
         let covariance = scaled_cholesky(&self.information().0)?;
         let lift = self.linear.product(&self.mixed);
         let channels = self.coefficients.rows();
-        let zero = Matrix::zeros(lift.rows(), self.free.len());
-        let sensitivity =
-            (0..channels).map(|m| zero.plus(-1.0, &lift.product(&self.directions(m)))).collect();
+        let sensitivity = (0..channels)
+            .map(|m| {
+                let mut sensitivity = Matrix::zeros(lift.rows(), self.free.len());
+                for (j, column, value) in self.directions(m) {
+                    for i in 0..lift.rows() {
+                        sensitivity[(i, j)] -= lift[(i, column)] * value;
+                    }
+                }
+                sensitivity
+            })
+            .collect();
         let amplitudes = (0..self.components.len())
             .map(|k| {
                 let at =
@@ -319,14 +331,16 @@ impl Solution {
     /// Residuals of the samples of `white`, whose first row is sample `first` of the fit.
     pub(crate) fn residuals(&self, white: White<'_>, first: f64) -> Vec<f64> {
         let mut left = white.samples.to_vec();
-        for (component, amplitudes) in self.components.iter().zip(&self.amplitudes) {
-            let turn = (component.s * white.step).exp();
-            let mut phasor = (component.s * (first * white.step)).exp();
-            for row in left.chunks_exact_mut(white.channels) {
-                for (value, amplitude) in row.iter_mut().zip(amplitudes) {
+        let lengths = lengths(&self.components, usize::MAX, white.step);
+        for ((component, amplitudes), length) in self.components.iter().zip(&self.amplitudes).zip(lengths) {
+            let rows = white.rows().min((length as f64 - first).max(0.0) as usize);
+            let start = (component.s * (first * white.step)).exp();
+            let amplitudes: Vec<C64> = amplitudes.iter().map(|a| a * start).collect();
+            let phasors = powers((component.s * white.step).exp(), rows);
+            for (row, phasor) in left.chunks_exact_mut(white.channels).zip(&phasors) {
+                for (value, amplitude) in row.iter_mut().zip(&amplitudes) {
                     *value -= amplitude.re * phasor.re - amplitude.im * phasor.im;
                 }
-                phasor *= turn;
             }
         }
         left

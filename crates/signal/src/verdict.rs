@@ -1,7 +1,7 @@
 //! Whether a fitted ring-down may be used, from what the fit leaves over.
 
-use crate::Fault;
 use crate::ringdown::White;
+use crate::{Fault, Trace};
 use rijke_numerics::C64;
 
 /// Length of the stretches in which residuals are compared with noise, s.
@@ -12,6 +12,8 @@ const CHANNEL_LIMIT: f64 = 2.3;
 const TOTAL_LIMIT: f64 = 1.35;
 /// Lags of the whiteness statistic.
 const LAGS: usize = 20;
+/// It looks at no more samples of a channel than these: the colour of the noise is not known better.
+const WHITENESS_ROWS: usize = 4096;
 
 /// White residuals of a fit, one row of channels per sample.
 pub(crate) struct Residue<'a> {
@@ -60,24 +62,26 @@ impl Residue<'_> {
         Err(Fault::Residual { at, channel, ratio, frequency_hz })
     }
 
-    /// Ljung & Box 1978, summed over channels, as a standard normal deviate.
-    pub(crate) fn whiteness(&self) -> f64 {
-        let rows = self.samples.len() / self.channels;
+    /// Ljung & Box 1978, summed over channels, as a standard normal deviate, for noise whose colour was learnt from
+    /// `learnt_from` other samples: an autocorrelation then has the variance 1/n + 1/learnt_from.
+    pub(crate) fn whiteness(&self, learnt_from: usize) -> f64 {
+        let rows = (self.samples.len() / self.channels).min(WHITENESS_ROWS);
+        let samples = &self.samples[..rows * self.channels];
         if rows <= LAGS {
             return 0.0;
         }
         let n = rows as f64;
         let mut statistic = 0.0;
         let mut zero = vec![0.0; self.channels];
-        for row in self.samples.chunks_exact(self.channels) {
+        for row in samples.chunks_exact(self.channels) {
             for (z, v) in zero.iter_mut().zip(row) {
                 *z += v * v;
             }
         }
         for lag in 1..=LAGS {
             let mut sums = vec![0.0; self.channels];
-            let later = self.samples[lag * self.channels..].chunks_exact(self.channels);
-            for (row, next) in self.samples.chunks_exact(self.channels).zip(later) {
+            let later = samples[lag * self.channels..].chunks_exact(self.channels);
+            for (row, next) in samples.chunks_exact(self.channels).zip(later) {
                 for ((sum, a), b) in sums.iter_mut().zip(row).zip(next) {
                     *sum += a * b;
                 }
@@ -85,6 +89,7 @@ impl Residue<'_> {
             let squares: f64 = sums.iter().zip(&zero).map(|(s, z)| (s / z).powi(2)).sum();
             statistic += n * (n + 2.0) / (n - lag as f64) * squares;
         }
+        statistic *= learnt_from as f64 / (learnt_from as f64 + n);
         let freedom = (LAGS * self.channels) as f64;
         (statistic - freedom) / (2.0 * freedom).sqrt()
     }
@@ -108,12 +113,11 @@ pub(crate) fn signal(ratios: &[f64], silent_channels: bool) -> Result<(), Fault>
     }
 }
 
-/// Names what made the envelope grow again: mains hum if the energy at its harmonics has grown most, a second
-/// excitation otherwise.
+/// Names what made the envelope grow again by `row`: mains hum if it is stronger there than at the start of the
+/// record, a second excitation otherwise.
 pub(crate) fn regrowth(white: White<'_>, row: usize, at: f64, factor: f64, mains_hz: f64) -> Fault {
     let span = ((0.06 / white.step) as usize).min(white.rows() / 2);
     let after = row.min(white.rows() - span);
-    let before = row.saturating_sub(2 * span);
     // Under a Hann window the mode, 20 Hz or more away, leaves hum alone.
     let hum = |from: usize, harmonic: u32| -> f64 {
         (0..white.channels)
@@ -122,7 +126,7 @@ pub(crate) fn regrowth(white: White<'_>, row: usize, at: f64, factor: f64, mains
             .sqrt()
     };
     // The third harmonic of the mains is too near the fundamental of a metre of tube.
-    let strongest = (1..=2).map(|h| (h, hum(after, h), hum(before, h))).max_by(|a, b| a.1.total_cmp(&b.1));
+    let strongest = (1..=2).map(|h| (h, hum(after, h), hum(0, h))).max_by(|a, b| a.1.total_cmp(&b.1));
     match strongest {
         Some((harmonic, now, then)) if now > 4.0 * then => {
             Fault::HumBurst { at, frequency_hz: mains_hz * f64::from(harmonic), ratio: now }
@@ -131,15 +135,39 @@ pub(crate) fn regrowth(white: White<'_>, row: usize, at: f64, factor: f64, mains
     }
 }
 
+/// Refuses a click in which hum at the first two harmonics of the mains is as loud as a fifth of its largest sample: no
+/// impulse below the noise of the mains has that much there.
+pub(crate) fn loud_hum(trace: &Trace<'_>, mains_hz: f64) -> Result<(), Fault> {
+    let (quiet, step) = (trace.quiet.min(trace.len()), 1.0 / trace.rate_hz);
+    let span = trace.len() - quiet;
+    if (span as f64) * step * mains_hz < 3.0 {
+        return Ok(());
+    }
+    for samples in trace.channels {
+        let white = White { samples, channels: 1, step };
+        let largest = samples.iter().fold(0.0_f64, |a, y| a.max(y.abs()));
+        for harmonic in 1..=2 {
+            let frequency_hz = mains_hz * f64::from(harmonic);
+            let ratio = tone(white, quiet, span, 0, frequency_hz) / largest;
+            if ratio > 0.2 {
+                let at = (quiet + span / 2) as f64 * step;
+                return Err(Fault::LoudHum { at, frequency_hz, ratio });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Amplitude of a tone in one channel under a Hann window.
 fn tone(white: White<'_>, from: usize, span: usize, channel: usize, frequency_hz: f64) -> f64 {
-    let turn = std::f64::consts::TAU * frequency_hz * white.step;
-    let sum: C64 = (0..span)
-        .map(|n| {
-            let window = 1.0 - (std::f64::consts::TAU * (n as f64 + 0.5) / span as f64).cos();
-            C64::from_polar(window * white.samples[(from + n) * white.channels + channel], -turn * n as f64)
-        })
-        .sum();
+    let turn = C64::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * white.step);
+    let around = C64::from_polar(1.0, std::f64::consts::TAU / span.max(1) as f64);
+    let (mut phasor, mut window, mut sum) = (C64::ONE, around.sqrt(), C64::ZERO);
+    for row in white.samples.chunks_exact(white.channels).skip(from).take(span) {
+        sum += phasor * ((1.0 - window.re) * row[channel]);
+        phasor *= turn;
+        window *= around;
+    }
     2.0 * sum.norm() / span.max(1) as f64
 }
 

@@ -115,22 +115,27 @@ impl<'a> Model<'a> {
             let mut design = vec![vec![0.0; to - from]; width + 1];
             for n in from..to {
                 let t = segment.time(n) - self.times[m];
-                let (value, slope) = self.shape(m, t);
-                design[0][n - from] = -gain * slope;
-                design[1][n - from] = value;
-                design[width][n - from] = segment.at(m, n) - gain * value;
-                for (k, phi, _) in self.waveform.basis(t) {
-                    design[2 + taps + k][n - from] += gain * phi;
+                let (mut value, mut slope) = (0.0, 0.0);
+                for (k, phi, derivative) in self.waveform.basis(t) {
+                    let c = self.waveform.coefficients[k];
+                    (value, slope) = (value + c * phi, slope + c * derivative);
+                    design[2 + taps + k][n - from] = gain * phi;
                 }
                 if reflected {
                     for (j, rho) in self.taps.iter().enumerate() {
-                        let late = t - self.lag(m, j);
-                        design[2 + j][n - from] = gain * self.waveform.at(late).0;
-                        for (k, phi, _) in self.waveform.basis(late) {
+                        let mut late = (0.0, 0.0);
+                        for (k, phi, derivative) in self.waveform.basis(t - self.lag(m, j)) {
+                            let c = self.waveform.coefficients[k];
+                            late = (late.0 + c * phi, late.1 + c * derivative);
                             design[2 + taps + k][n - from] += gain * rho * phi;
                         }
+                        design[2 + j][n - from] = gain * late.0;
+                        (value, slope) = (value + rho * late.0, slope + rho * late.1);
                     }
                 }
+                design[0][n - from] = -gain * slope;
+                design[1][n - from] = value;
+                design[width][n - from] = segment.at(m, n) - gain * value;
             }
             let weight = segment.noise[m].recip();
             for column in &mut design {
@@ -192,15 +197,14 @@ impl<'a> Model<'a> {
 
     /// Moves the origin of the waveform to its peak, so that all clicks sit alike in their windows.
     pub(super) fn centre(&mut self) {
-        let grid = (-400..=400).map(|k| 1e-6 * f64::from(k));
-        let mut peak = grid
-            .max_by(|a, b| self.waveform.at(*a).0.abs().total_cmp(&self.waveform.at(*b).0.abs()))
-            .unwrap_or(0.0);
-        // Newton's method on the slope, which the grid has brought within its reach.
-        for _ in 0..4 {
+        // The impulse is band-limited: within 5 us of its peak its slope is a straight line.
+        let sizes: Vec<f64> = (-40..=40).map(|k| self.waveform.at(1e-5 * f64::from(k)).0.abs()).collect();
+        let largest = (0..sizes.len()).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(40);
+        let mut peak = 1e-5 * (largest as f64 - 40.0);
+        for _ in 0..6 {
             let slope = |t: f64| self.waveform.at(t).1;
             let curvature = (slope(peak + 1e-7) - slope(peak - 1e-7)) / 2e-7;
-            peak -= (slope(peak) / curvature).clamp(-1e-6, 1e-6);
+            peak -= (slope(peak) / curvature).clamp(-5e-6, 5e-6);
         }
         self.waveform.shift(peak);
         self.times.iter_mut().for_each(|t| *t += peak);
@@ -281,6 +285,15 @@ impl Reflection {
     }
 }
 
+/// Inner product in eight independent sums, which the processor makes side by side.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    let mut sums = [0.0; 8];
+    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = left.remainder().iter().zip(right.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in left.zip(right) {
+        for i in 0..8 {
+            sums[i] += x[i] * y[i];
+        }
+    }
+    rest + sums.iter().sum::<f64>()
 }

@@ -3,59 +3,137 @@
 use super::{Component, White};
 use rijke_numerics::{C64, Matrix};
 
-/// Sums of y e^{st} and of t y e^{st} over the samples, written to the two columns of component `k`.
-pub(super) fn project(white: White<'_>, s: C64, k: usize, data: &mut Matrix, slopes: &mut Matrix) {
-    let turn = (s * white.step).exp();
-    let mut phasor = C64::ONE;
-    let mut sums = vec![[0.0_f64; 4]; white.channels];
-    for (n, row) in white.samples.chunks_exact(white.channels).enumerate() {
-        let t = n as f64;
-        let (re, im) = (phasor.re, -phasor.im);
-        let (tre, tim) = (t * re, t * im);
-        for (sum, &y) in sums.iter_mut().zip(row) {
-            sum[0] += y * re;
-            sum[1] += y * im;
-            sum[2] += y * tre;
-            sum[3] += y * tim;
-        }
-        phasor *= turn;
-    }
-    for (m, sum) in sums.iter().enumerate() {
+/// Decay times after which a component counts as silent: what is left out of it is 1e-7 of its amplitude.
+const SILENT: f64 = 16.0;
+
+/// Number of samples over which each component sounds.
+pub(super) fn lengths(components: &[Component], rows: usize, step: f64) -> Vec<usize> {
+    let length = |c: &Component| {
+        let decay = -c.s.re * step;
+        if decay * rows as f64 > SILENT { (SILENT / decay).ceil() as usize } else { rows }
+    };
+    components.iter().map(length).collect()
+}
+
+/// Channels whose sums are made together: as many as the registers hold.
+const GROUP: usize = 4;
+
+/// Sums of y e^{st} and of t y e^{st} over the first `length` samples, written to the two columns of component `k`.
+pub(super) fn project(
+    white: White<'_>,
+    s: C64,
+    length: usize,
+    k: usize,
+    data: &mut Matrix,
+    slopes: &mut Matrix,
+) {
+    let phasors = powers((s * white.step).exp(), length);
+    let mut m = 0;
+    let mut write = |m: usize, sums: [f64; 4]| {
         for i in 0..2 {
-            data[(m, 2 * k + i)] = sum[i];
-            slopes[(m, 2 * k + i)] = sum[2 + i] * white.step;
+            data[(m, 2 * k + i)] = sums[i];
+            slopes[(m, 2 * k + i)] = sums[2 + i] * white.step;
         }
+    };
+    while m + GROUP <= white.channels {
+        for (i, sums) in transposed(sums::<GROUP>(white, m, &phasors)).into_iter().enumerate() {
+            write(m + i, sums);
+        }
+        m += GROUP;
+    }
+    for m in m..white.channels {
+        write(m, transposed(sums::<1>(white, m, &phasors))[0]);
     }
 }
 
-/// Gram matrix of the columns Re(e^{s_k t}), Re(i e^{s_k t}), weighted with t^power.
-pub(super) fn gram(components: &[Component], rows: usize, step: f64, power: usize) -> Matrix {
+/// Sums of y Re z^n, -y Im z^n, n y Re z^n and -n y Im z^n for `N` channels from number `from` on. The sums with n
+/// follow from the sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which spares their
+/// multiplications.
+fn sums<const N: usize>(white: White<'_>, from: usize, phasors: &[C64]) -> [[f64; N]; 4] {
+    let [mut a, mut b, mut ta, mut tb] = [[0.0; N]; 4];
+    for (row, z) in white.samples.chunks_exact(white.channels).zip(phasors) {
+        let Some(y) = row.get(from..).and_then(|y| y.first_chunk::<N>()) else { continue };
+        for i in 0..N {
+            ta[i] += a[i];
+            tb[i] += b[i];
+            a[i] += y[i] * z.re;
+            b[i] -= y[i] * z.im;
+        }
+    }
+    let last = phasors.len().saturating_sub(1) as f64;
+    for i in 0..N {
+        ta[i] = last * a[i] - ta[i];
+        tb[i] = last * b[i] - tb[i];
+    }
+    [a, b, ta, tb]
+}
+
+fn transposed<const N: usize>(sums: [[f64; N]; 4]) -> [[f64; 4]; N] {
+    std::array::from_fn(|i| std::array::from_fn(|j| sums[j][i]))
+}
+
+/// z^n for n from 0 to `count` - 1, in four chains, which do not wait for each other.
+pub(super) fn powers(z: C64, count: usize) -> Vec<C64> {
+    let mut chains = [C64::ONE, z, z * z, z * z * z];
+    let turn = chains[2] * chains[2];
+    let mut powers = Vec::with_capacity(count + chains.len());
+    while powers.len() < count {
+        powers.extend_from_slice(&chains);
+        chains.iter_mut().for_each(|c| *c *= turn);
+    }
+    powers.truncate(count);
+    powers
+}
+
+/// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound, weighted
+/// with 1, t and t^2.
+pub(super) fn grams(components: &[Component], lengths: &[usize], step: f64) -> [Matrix; 3] {
     let size = 2 * components.len();
-    let scale = 0.5 * step.powi(power as i32);
-    let mut gram = Matrix::zeros(size, size);
+    let mut grams: [Matrix; 3] = std::array::from_fn(|_| Matrix::zeros(size, size));
     for (i, a) in components.iter().enumerate() {
         for (j, b) in components.iter().enumerate().take(i + 1) {
-            let sum = power_sums(((a.s + b.s) * step).exp(), rows)[power];
-            let difference = power_sums(((a.s + b.s.conj()) * step).exp(), rows)[power];
-            // Re(u) Re(v) = (Re(u v) + Re(u conj v)) / 2, with u and v the exponentials or i times them.
-            let entries = [
-                [sum.re + difference.re, -sum.im + difference.im],
-                [-sum.im - difference.im, difference.re - sum.re],
-            ];
-            for (p, row) in entries.iter().enumerate() {
-                for (q, value) in row.iter().enumerate() {
-                    gram[(2 * i + p, 2 * j + q)] = scale * value;
-                    gram[(2 * j + q, 2 * i + p)] = scale * value;
+            let rows = lengths[i].min(lengths[j]);
+            let sums = power_sums((a.s + b.s) * step, rows);
+            let differences = power_sums((a.s + b.s.conj()) * step, rows);
+            let mut scale = 0.5;
+            for ((gram, sum), difference) in grams.iter_mut().zip(sums).zip(differences) {
+                // Re(u) Re(v) = (Re(u v) + Re(u conj v)) / 2, with u and v the exponentials or i times them.
+                let entries = [
+                    [sum.re + difference.re, -sum.im + difference.im],
+                    [-sum.im - difference.im, difference.re - sum.re],
+                ];
+                for (p, row) in entries.iter().enumerate() {
+                    for (q, value) in row.iter().enumerate() {
+                        gram[(2 * i + p, 2 * j + q)] = scale * value;
+                        gram[(2 * j + q, 2 * i + p)] = scale * value;
+                    }
                 }
+                scale *= step;
             }
         }
     }
-    gram
+    grams
 }
 
-/// Sums of n^p z^n for n from 0 to `count` - 1 and p = 0, 1, 2, by doubling: unlike the closed form, it loses no
-/// digits when z is near 1.
-fn power_sums(z: C64, count: usize) -> [C64; 3] {
+/// Sums of n^p z^n for n from 0 to `count` - 1 and p = 0, 1, 2, where z is the exponential of `exponent`: in closed
+/// form, or by doubling where z^n hardly turns or decays, and the closed form would lose digits.
+fn power_sums(exponent: C64, count: usize) -> [C64; 3] {
+    let half = (0.5 * exponent.im).sin();
+    let growth = exponent.re.exp();
+    // 1 - z without cancellation.
+    let d = -C64::new(exponent.re.exp_m1() - 2.0 * growth * half * half, growth * exponent.im.sin());
+    let n = count as f64;
+    if d.norm_sqr() * n * n < 100.0 {
+        return doubled_sums(exponent.exp(), count);
+    }
+    let (z, reciprocal, end) = (C64::ONE - d, d.inv(), (n * exponent).exp());
+    let flat = (C64::ONE - end) * reciprocal;
+    let linear = (z * flat - n * end) * reciprocal;
+    [flat, linear, (z * (flat + 2.0 * linear) - n * n * end) * reciprocal]
+}
+
+/// The same by doubling: loses no digits for any z.
+fn doubled_sums(z: C64, count: usize) -> [C64; 3] {
     let (mut s, mut done, mut factor) = ([C64::ZERO; 3], 0.0_f64, C64::ONE);
     for bit in (0..usize::BITS - count.leading_zeros()).rev() {
         let [a, b, c] = s;
@@ -75,4 +153,56 @@ fn power_sums(z: C64, count: usize) -> [C64; 3] {
         }
     }
     s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn oracle_closed_form_and_doubling_agree_with_the_sums_written_out() {
+        for exponent in
+            [C64::new(-1e-3, 0.2), C64::new(-2e-3, 0.0), C64::new(0.0, 0.01), C64::new(-1e-5, 1e-5)]
+        {
+            let count = 9000;
+            let mut exact = [C64::ZERO; 3];
+            for n in 0..count {
+                let (t, term) = (n as f64, (exponent * n as f64).exp());
+                for (p, sum) in exact.iter_mut().enumerate() {
+                    *sum += t.powi(p as i32) * term;
+                }
+            }
+            let (closed, doubled) = (power_sums(exponent, count), doubled_sums(exponent.exp(), count));
+            for p in 0..3 {
+                assert!(
+                    (closed[p] / exact[p] - 1.0).norm() < 1e-10,
+                    "{exponent} {p}: {}",
+                    closed[p] / exact[p]
+                );
+                assert!((doubled[p] / exact[p] - 1.0).norm() < 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn oracle_projection_of_any_number_of_channels_is_the_sum_written_out() {
+        let (channels, rows, s, step) = (7, 100, C64::new(-20.0, 900.0), 1e-3);
+        let samples: Vec<f64> = (0..rows * channels).map(|i| ((i * 7919) % 101) as f64 - 50.0).collect();
+        let white = White { samples: &samples, channels, step };
+        let (mut data, mut slopes) = (Matrix::zeros(channels, 2), Matrix::zeros(channels, 2));
+        project(white, s, rows, 0, &mut data, &mut slopes);
+        for m in 0..channels {
+            let (mut flat, mut linear) = (C64::ZERO, C64::ZERO);
+            for n in 0..rows {
+                let t = n as f64 * step;
+                let term = samples[n * channels + m] * (s * t).exp();
+                flat += term;
+                linear += t * term;
+            }
+            let have = [data[(m, 0)], -data[(m, 1)], slopes[(m, 0)], -slopes[(m, 1)]];
+            for (a, b) in have.into_iter().zip([flat.re, flat.im, linear.re, linear.im]) {
+                assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "channel {m}: {a} {b}");
+            }
+        }
+    }
 }

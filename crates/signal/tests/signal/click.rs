@@ -90,6 +90,18 @@ fn exact_inverted_channel_has_negative_gain() {
 }
 
 #[test]
+fn exact_clicks_in_loud_hum_or_without_impulse_are_refused_with_the_right_reason() {
+    let loud = Clicking { hum: 60.0, ..Clicking::tube(100.0) };
+    let fault = fit(&loud, &loud.record(1, "hum")).unwrap_err();
+    assert!(matches!(fault, Fault::LoudHum { frequency_hz: 50.0, .. }), "{fault}");
+    let clicking = Clicking::tube(100.0);
+    let mut record = clicking.record(1, "unplugged");
+    record[3] = (0..record[0].len()).map(|n| ((n * 7919) % 1009) as f64 / 1009.0).collect();
+    let fault = fit(&clicking, &record).unwrap_err();
+    assert!(matches!(fault, Fault::NoImpulse { channel: 3, .. }), "{fault}");
+}
+
+#[test]
 fn oracle_calibration_returns_delays_and_gains_at_both_rates() {
     let delays: Vec<f64> = (0..8).map(|m| 1e-5 * f64::from((m * 5) % 7)).collect();
     let gains: Vec<f64> = (0..8).map(|m| 1.0 + 0.03 * f64::from((m * 3) % 5 - 2)).collect();

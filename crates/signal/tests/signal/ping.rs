@@ -154,6 +154,17 @@ fn exact_bad_records_are_refused_with_the_right_reason() {
         }
     });
     assert!(matches!(double, Fault::SecondExcitation { .. }), "{double}");
+    // Forced again 20 ms after the stop, until the end: the amplitude has fallen by a fifth only.
+    let early = verdict(|r| {
+        for y in r.iter_mut() {
+            let again: Vec<f64> = y[2000..4000].to_vec();
+            for (n, v) in y[4200..].iter_mut().enumerate() {
+                let grown = 1.0 - (-10.0 * n as f64 / 1e4).exp();
+                *v = *v * (1.0 - grown) + grown * again[(n + 200) % 1776];
+            }
+        }
+    });
+    assert!(matches!(early, Fault::SecondExcitation { at, .. } if (0.41..0.5).contains(&at)), "{early}");
     let burst = verdict(|r| {
         for y in r.iter_mut() {
             for (n, v) in y[6000..8000].iter_mut().enumerate() {

@@ -1,0 +1,178 @@
+//! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part, then whatever
+//! tone still stands out of what is left over, one at a time.
+
+use crate::pencil::{self, Decimated};
+use crate::ringdown::{Component, Kind, Solution, White, energies, solve};
+use crate::{Fault, PingOptions};
+use rijke_numerics::C64;
+use std::f64::consts::TAU;
+
+/// What to look for.
+pub(crate) struct Search<'a> {
+    pub(crate) options: &'a PingOptions,
+    /// Harmonics of the mains that the record holds.
+    pub(crate) harmonics: &'a [u32],
+}
+
+/// Most modes added after the first guess.
+const MOST_ADDED: usize = 6;
+/// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first guess
+/// is for.
+const APART_HZ: f64 = 12.0;
+
+impl Search<'_> {
+    /// The modes that ESPRIT sees, the strongest in the band first, then the mains; and the first of them as ESPRIT has it.
+    pub(crate) fn first_guess(&self, early: White<'_>) -> Result<(Vec<Component>, C64), Fault> {
+        let decimated = self.decimated(early);
+        let mains = TAU * self.options.mains_hz;
+        let mode = |s: C64| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode };
+        let tone = |&h: &u32| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) };
+        let modes = pencil::poles(&decimated)?.into_iter().filter(|&s| self.may_be_mode(s)).map(mode);
+        let components =
+            self.significant(&decimated, modes.chain(self.harmonics.iter().map(tone)).collect())?;
+        let guess = components[0].s;
+        Ok((self.settled(&decimated, &components).map_or(components, |solution| solution.components), guess))
+    }
+
+    /// The given components and the modes that stand out of what they leave.
+    pub(crate) fn more_modes(&self, early: White<'_>, known: &[Component]) -> Result<Vec<Component>, Fault> {
+        let decimated = self.decimated(early);
+        let Some(mut solution) = self.settled(&decimated, known) else { return Ok(known.to_vec()) };
+        for _ in 0..MOST_ADDED {
+            let left = solution.residuals(decimated.white(), 0.0);
+            let left = White { samples: &left, ..decimated.white() };
+            let Some(found) = self.strongest(left, decimated.variance, &solution.components) else { break };
+            let mut more = solution.components.clone();
+            more.insert(modes(&more), found);
+            match self.settled(&decimated, &more) {
+                Some(next) => solution = next,
+                None => break,
+            }
+        }
+        self.significant(&decimated, solution.components)
+    }
+
+    /// Fits `white` by the given components, without the weakest neighbours of the first one if the record cannot tell
+    /// them apart, and without those that do not decay.
+    pub(crate) fn solve(
+        &self,
+        white: White<'_>,
+        early: White<'_>,
+        mut components: Vec<Component>,
+    ) -> Result<Solution, Fault> {
+        loop {
+            let count = modes(&components);
+            match solve(white, &components) {
+                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
+                    let energies = energies(self.decimated(early).white(), &components);
+                    // Poles so close that not even their energies can be told apart: the last found goes.
+                    let weakest = energies.map_or(count - 1, |e| {
+                        (1..count).min_by(|&a, &b| e[a].total_cmp(&e[b])).unwrap_or(1)
+                    });
+                    components.remove(weakest);
+                }
+                Ok(solution) => match (1..count).find(|&k| solution.components[k].s.re >= 0.0) {
+                    Some(k) => drop(components.remove(k)),
+                    None => return Ok(solution),
+                },
+                Err(fault) => return Err(fault),
+            }
+        }
+    }
+
+    fn decimated(&self, early: White<'_>) -> Decimated {
+        let factor = ((0.42 / (early.step * self.options.highest_hz)).floor() as usize).max(1);
+        Decimated::new(early, factor)
+    }
+
+    fn may_be_mode(&self, s: C64) -> bool {
+        let mains = TAU * self.options.mains_hz;
+        let hum = |&h: &u32| (s.im - mains * f64::from(h)).abs() < 8.0 && s.re.abs() < 8.0;
+        let high = s.im > TAU * self.options.highest_hz;
+        !self.harmonics.iter().any(hum) && !high && s.re < 2.0 && s.re > -0.5 * s.im
+    }
+
+    /// The maximum of the likelihood; none if the components cannot be told apart or are no modes.
+    fn settled(&self, decimated: &Decimated, components: &[Component]) -> Option<Solution> {
+        let solution = solve(decimated.white(), components).ok()?;
+        let modes = &solution.components[..modes(components)];
+        modes.iter().all(|c| self.may_be_mode(c.s)).then_some(solution)
+    }
+
+    /// Without the modes that noise alone could feign, the strongest in the band first.
+    fn significant(
+        &self,
+        decimated: &Decimated,
+        mut components: Vec<Component>,
+    ) -> Result<Vec<Component>, Fault> {
+        let floor = floor(decimated.white().channels);
+        let in_band = |s: C64| (self.options.band_hz.0..=self.options.band_hz.1).contains(&(s.im / TAU));
+        loop {
+            let count = modes(&components);
+            let energies = energies(decimated.white(), &components)?;
+            let strength: Vec<f64> = energies[..count].iter().map(|e| e / decimated.variance).collect();
+            match (0..count).min_by(|&a, &b| strength[a].total_cmp(&strength[b])) {
+                Some(k) if strength[k] < floor => {
+                    components.remove(k);
+                }
+                _ => {
+                    let main = (0..count)
+                        .filter(|&k| in_band(components[k].s))
+                        .max_by(|&a, &b| strength[a].total_cmp(&strength[b]))
+                        .ok_or(Fault::Weak { ratio: 0.0 })?;
+                    components.swap(0, main);
+                    return Ok(components);
+                }
+            }
+        }
+    }
+
+    /// The strongest damped tone in residuals of the given variance, away from the known components; none if it could
+    /// be noise. A matched filter: the transform under e^{-alpha t} with the decay of the modes found.
+    fn strongest(&self, left: White<'_>, variance: f64, known: &[Component]) -> Option<Component> {
+        let decays: Vec<f64> = known.iter().filter(|c| c.kind == Kind::Mode).map(|c| -c.s.re).collect();
+        let alpha = 1.5 * decays.iter().sum::<f64>() / decays.len().max(1) as f64;
+        let alpha = alpha.max(2.0 / (left.rows() as f64 * left.step));
+        let length = (2 * left.rows()).next_power_of_two();
+        let transform = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let (mut series, mut spectrum) = (transform.make_input_vec(), transform.make_output_vec());
+        let mut energy = vec![0.0; spectrum.len()];
+        let weight = |n: usize| (-alpha * n as f64 * left.step).exp();
+        let weights: f64 = (0..left.rows()).map(|n| weight(n).powi(2)).sum();
+        for m in 0..left.channels {
+            series.fill(0.0);
+            let channel = left.samples.iter().skip(m).step_by(left.channels);
+            for (n, (out, y)) in series.iter_mut().zip(channel).enumerate() {
+                *out = y * weight(n);
+            }
+            transform.process(&mut series, &mut spectrum).ok()?;
+            for (sum, z) in energy.iter_mut().zip(&spectrum) {
+                *sum += 2.0 * z.norm_sqr() / (weights * variance);
+            }
+        }
+        let resolution = 1.0 / (length as f64 * left.step);
+        let allowed = |f: f64| {
+            f > self.options.band_hz.0.min(60.0)
+                && f < self.options.highest_hz
+                && known.iter().all(|c| (f - c.s.im / TAU).abs() > APART_HZ)
+        };
+        let (bin, &largest) = energy
+            .iter()
+            .enumerate()
+            .filter(|&(k, _)| allowed(k as f64 * resolution))
+            .max_by(|a, b| a.1.total_cmp(b.1))?;
+        let s = C64::new(-alpha, TAU * resolution * bin as f64);
+        (largest > floor(left.channels)).then_some(Component { s, kind: Kind::Mode })
+    }
+}
+
+/// Number of modes; they come before the harmonics of the mains.
+fn modes(components: &[Component]) -> usize {
+    components.iter().take_while(|c| c.kind == Kind::Mode).count()
+}
+
+/// A spurious pole adapts to noise: its energy is chi-squared with two degrees of freedom per channel and two more.
+fn floor(channels: usize) -> f64 {
+    let freedom = 2.0 * channels as f64;
+    freedom + 8.0 * (2.0 * freedom).sqrt()
+}
