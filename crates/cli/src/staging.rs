@@ -6,6 +6,19 @@ use std::{
     path::{Path, PathBuf},
 };
 
+/// Writes a file that appears under its name only when it is complete.
+pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    if path.file_name().is_none() || path.is_dir() {
+        return Err(Failure::bad_input(format!("{}: not the name of a file", path.display()))
+            .remedy("Name a file to be written."));
+    }
+    let partial = beside(path, "partial");
+    fs::write(&partial, content)
+        .and_then(|()| fs::rename(&partial, path))
+        .or_bad_input()
+        .map_err(|f| f.at(path).remedy("Give a place in which you may write."))
+}
+
 /// A folder that appears under its name only when it is complete. Until then it is written beside its place as
 /// `NAME.partial`, which is removed when the command fails, and by the next run if the command was killed.
 pub(crate) struct StagedFolder {

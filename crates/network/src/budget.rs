@@ -29,12 +29,15 @@ pub struct Budget {
 }
 
 /// Mean power over energy at one place, 1/s, by feedback coefficient.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Exchange {
     /// The place.
     pub place: usize,
     /// By k_mu, k_mp, k_eu (an area change, which carries no power, excluded) and k_ep.
     pub power: [f64; 4],
+    /// The same by law that acts there: number of the law, power. Constant feedback of the network itself is not among
+    /// them.
+    pub laws: Vec<(usize, f64)>,
 }
 
 impl Budget {
@@ -67,6 +70,7 @@ impl Network {
         let mut state = [C64::ZERO; 2];
         // Only ratios of areas matter: that of the first segment is 1.
         let mut area = 1.0;
+        let mut joints: Vec<([C64; 3], [f64; 2])> = Vec::new();
         self.sweep(coefficients, s, &mut work.laws, |step| match step {
             Step::Joint { j, p, u, jump } => {
                 let (p1, u1) = (p.v, u.v);
@@ -88,7 +92,8 @@ impl Network {
                         -0.5 * after * (p2 * (ep * p1).conj()).re,
                     ];
                     if power.iter().any(|w| *w != 0.0) {
-                        budget.places.push(Exchange { place: j, power });
+                        budget.places.push(Exchange { place: j, power, laws: Vec::new() });
+                        joints.push(([p1, u1, p2], [before, after]));
                     }
                 }
             }
@@ -110,8 +115,18 @@ impl Network {
         {
             *entry *= per_energy;
         }
-        for exchange in &mut budget.places {
+        for (exchange, ([p1, u1, p2], [before, after])) in budget.places.iter_mut().zip(joints) {
             exchange.power = exchange.power.map(|w| w * per_energy);
+            for a in self.attached(1 + 2 * exchange.place) {
+                let k = a.weight * work.laws.value(a.law);
+                let power = match a.kind {
+                    0 => before * (k * u1 * u1.conj()).re,
+                    1 => before * (k * p1 * u1.conj()).re,
+                    2 => after * (p2 * (k * u1).conj()).re,
+                    _ => after * (p2 * (k * p1).conj()).re,
+                };
+                exchange.laws.push((a.law, -0.5 * per_energy * power));
+            }
         }
         budget
     }

@@ -91,7 +91,7 @@ impl Network {
         let step = 0.25 * PI / self.travel_time();
         // Poles far outside do not change the count and would only scale G.
         let wide = region.widened(4.0 * step);
-        let mut poles = self.poles_of(coefficients, &wide)?;
+        let mut poles = self.poles(coefficients, &wide)?;
         let pole_count = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
         poles.retain(|p| wide.contains(p.0));
         let f = |s: C64| {
@@ -168,8 +168,12 @@ impl Network {
         Ok(())
     }
 
-    /// Poles of F: every declared pole, as often as its law acts at a place or an end.
-    fn poles_of<K: Coefficients + ?Sized>(
+    /// Poles of F with their orders: those of every law that acts at a place or an end. All that lie in `region`; others may
+    /// be among them.
+    ///
+    /// # Errors
+    /// [`NetworkError::PoleInSegment`]; as [`Coefficients::poles_in`].
+    pub fn poles<K: Coefficients + ?Sized>(
         &self,
         coefficients: &K,
         region: &Region,

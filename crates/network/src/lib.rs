@@ -19,6 +19,7 @@
 //!
 //! See [`Network`] for a first example.
 
+mod along;
 mod budget;
 mod chain;
 mod coefficients;
@@ -38,6 +39,7 @@ mod tracking;
 mod transfer;
 pub mod wall;
 
+pub use along::{Device, Station};
 pub use budget::{Budget, Exchange};
 pub use chain::{Network, Segment, Slot};
 pub use coefficients::{At, Coefficients, Constant, Laws, Pole};

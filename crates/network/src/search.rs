@@ -16,8 +16,8 @@ pub(crate) fn zeros(
     poles: Vec<(C64, usize)>,
     pole_count: usize,
 ) -> Result<Modes, NetworkError> {
-    /// A border of this many steps encloses some 1e5 modes.
-    const LONGEST: f64 = 1e6;
+    /// A border of this many steps encloses some 1e4 modes.
+    const LONGEST: f64 = 4e4;
     let Region { sigma: [left, right], omega: [low, high] } = *region;
     let border = ((right - left) + (high - low)) / step;
     if border.is_nan() || border > LONGEST {

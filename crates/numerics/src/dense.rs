@@ -263,14 +263,12 @@ pub fn least_squares_sd(a: &Matrix) -> Result<Vec<f64>, DenseError> {
 /// The unit vector x for which |A x| is least: the right singular vector of the smallest singular value.
 ///
 /// # Errors
-/// [`DenseError::NoEigenvalues`] if the iteration fails, as it does for a NaN; [`DenseError::Singular`] if `a` has more
-/// columns than rows, so that x is not unique.
+/// [`DenseError::NoEigenvalues`] as for a NaN; [`DenseError::Singular`] if x is not unique, having too few rows.
 pub fn least_direction(a: &Matrix) -> Result<Vec<f64>, DenseError> {
     let n = a.columns;
     if a.rows < n || n == 0 {
         return Err(DenseError::Singular { size: n });
-    }
-    if a.data.iter().any(|x| !x.is_finite()) {
+    } else if a.data.iter().any(|x| !x.is_finite()) {
         return Err(DenseError::NoEigenvalues { size: n });
     }
     let svd = a.to_faer().thin_svd().map_err(|_| DenseError::NoEigenvalues { size: n })?;

@@ -22,6 +22,7 @@ mod comparison;
 mod draw;
 mod error;
 mod figures;
+mod modes;
 mod numbers;
 mod page;
 mod sheet;
@@ -29,6 +30,7 @@ mod table;
 
 pub use base_flow::{BaseFlow, FlowAt, FlowAtPower, FlowRun, FlowUnknown};
 pub use error::ReportError;
+pub use modes::{ModeCurves, ModesFigure};
 pub use numbers::Numbers;
 
 use std::{fs, path::Path};

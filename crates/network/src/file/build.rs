@@ -26,6 +26,8 @@ pub struct Built {
     pub region: Region,
     /// What each place is, for tables and figures: its number and the name of the element that acts there.
     pub places: Vec<(usize, String)>,
+    /// By law: the name of the element whose it is, or what it is.
+    pub actors: Vec<String>,
     /// Whether nothing in it can feed energy to a mode.
     pub passive: bool,
     /// What is doubtful but possible.
@@ -234,6 +236,12 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         });
         chain.with_ends(closed.collect::<Vec<_>>().try_into().unwrap_or([FlowEnd::Choked, FlowEnd::Choked]))
     });
+    let actor = |(name, _): &(String, _)| {
+        let device =
+            assembly.devices.iter().position(|d| name.strip_prefix(&d.1).is_some_and(|r| r.starts_with(':')));
+        device.map_or_else(|| "lumped wall losses".to_owned(), |k| assembly.places[k].1.clone())
+    };
+    let actors = assembly.laws.laws.iter().map(actor).collect();
     let mut network = Network::new(assembly.segments)?;
     for Attached { slot, law, weight, .. } in assembly.attach {
         network.attach(slot, law, weight)?;
@@ -247,6 +255,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         flow,
         region,
         places: assembly.places,
+        actors,
         passive: assembly.passive,
         warnings: assembly.warnings,
     })

@@ -63,6 +63,7 @@ pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, a1: &T, a2: &T)
         if expands { pressure - square } else { pressure.over(&s.pressure) - density.recip().times(gamma) }
     };
     let mut density = before.density.clone();
+    // Two steps after convergence; a flow that the contraction would choke has no state, and the steps never settle.
     let mut extra = 0;
     for _ in 0..50 {
         let step = defect(&density).over(&slope(&density));
@@ -71,14 +72,15 @@ pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, a1: &T, a2: &T)
         if small {
             extra += 1;
             if extra == 3 {
-                break;
+                return state(&density);
             }
         }
     }
-    state(&density)
+    state(&density.real(f64::NAN))
 }
 
-/// The state behind heat that raises the temperature by `ratio`: mass and p + rho u^2 are kept.
+/// The state behind heat that raises the temperature by `ratio`: mass and p + rho u^2 are kept. Complex if the heat would
+/// choke the flow.
 pub(super) fn heat_step<T: Number>(before: &Mean<T>, ratio: &T) -> Mean<T> {
     if *ratio == ratio.real(1.0) {
         return before.clone();

@@ -175,7 +175,7 @@ impl FlowChain {
     ///
     /// # Errors
     /// [`NetworkError::Empty`]; [`NetworkError::Segment`] for a length, area, temperature ratio or inlet quantity that is
-    /// not positive; [`NetworkError::TooFast`] for M >= 0.3; [`NetworkError::ActionAtInlet`];
+    /// not positive; [`NetworkError::TooFast`] for M >= 0.3, 1 or more where the flow would choke; [`NetworkError::ActionAtInlet`];
     /// [`NetworkError::Outside`] for a reference beyond the duct before.
     pub fn new(
         gamma: f64,
@@ -210,7 +210,12 @@ impl FlowChain {
         let basis = Basis::plain(&one, gamma, inlet, &ducts);
         let states: Vec<FlowState> = basis.after.iter().map(state_of).collect();
         for (index, state) in states.iter().enumerate() {
-            let mach = state.mach(gamma);
+            let mut mach = state.mach(gamma);
+            if mach.is_nan() || basis.after[index].pressure.v.im != 0.0 {
+                // The flow would choke. What it would be at constant density says how far it is from possible.
+                mach = inlet.mach(gamma) * ducts[0].area / ducts[index].area * ducts[index].ratio.max(1.0);
+                mach = mach.max(1.0);
+            }
             if !(0.0..0.3).contains(&mach) {
                 return Err(NetworkError::TooFast { index, mach });
             }
@@ -262,17 +267,25 @@ impl FlowChain {
     pub fn modes(&self, region: &Region) -> Result<Modes, NetworkError> {
         region.check()?;
         let step = 0.25 * std::f64::consts::PI / self.travel_time();
-        let wide = region.widened(4.0 * step);
+        let poles = self.poles(&region.widened(4.0 * step))?;
+        let inside = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
+        zeros(|s| self.characteristic(s), region, step, poles, inside)
+    }
+
+    /// Poles of the laws that act, with their orders: all that lie in `region`, others may be among them.
+    ///
+    /// # Errors
+    /// As [`Law::poles_in`].
+    pub fn poles(&self, region: &Region) -> Result<Vec<(C64, usize)>, NetworkError> {
         let reflections = self.ends.iter().filter_map(|end| match end {
             FlowEnd::Reflection(law) => Some(law),
             FlowEnd::Choked => None,
         });
         let mut poles = Vec::new();
         for law in self.ducts.iter().flat_map(|d| d.actions.iter().map(|a| &a.law)).chain(reflections) {
-            poles.extend(law.poles_in(&wide)?);
+            poles.extend(law.poles_in(region)?);
         }
-        let inside = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
-        zeros(|s| self.characteristic(s), region, step, poles, inside)
+        Ok(poles)
     }
 
     /// The eigenvalue to which Newton's iteration from `guess` leads.

@@ -20,6 +20,19 @@ pub(super) struct Basis<T> {
     /// Mean state between the change of area and the heat before a duct, and in the duct.
     pub(super) between: Vec<Mean<T>>,
     pub(super) after: Vec<Mean<T>>,
+    /// How disturbances pass the places before the ducts; the first is empty.
+    gates: Vec<Gate<T>>,
+}
+
+/// A place: matrices on (p, u, e) that need computing once.
+#[derive(Clone, Debug, PartialEq)]
+enum Gate<T> {
+    /// Nothing changes.
+    Open,
+    /// Steps and heat alone.
+    Passive(Rows<T>),
+    /// With actions: the step of area, fluxes before the heat, and from fluxes to the state behind it.
+    Active { step: Option<Rows<T>>, before: Rows<T>, behind: Rows<T> },
 }
 
 impl<T: Number> Basis<T> {
@@ -35,24 +48,57 @@ impl<T: Number> Basis<T> {
             ends: [one.real(0.0), one.real(0.0)],
             between: Vec::new(),
             after: Vec::new(),
+            gates: Vec::new(),
         };
         let inlet = Mean {
             pressure: one.real(inlet.pressure),
             density: one.real(inlet.density),
             velocity: one.real(inlet.velocity),
         };
-        basis.settle(gamma, inlet, &ratios);
+        basis.settle(gamma, inlet, &ratios, ducts);
         basis
     }
 
     /// Mean states from the inlet state, the areas and the temperature ratios.
-    pub(super) fn settle(&mut self, gamma: f64, inlet: Mean<T>, ratios: &[T]) {
+    pub(super) fn settle(&mut self, gamma: f64, inlet: Mean<T>, ratios: &[T], ducts: &[FlowDuct]) {
         self.between = vec![inlet.clone()];
         self.after = vec![inlet];
+        self.gates = vec![Gate::Open];
         for i in 1..self.area.len() {
             let between = area_step(gamma, &self.after[i - 1], &self.area[i - 1], &self.area[i]);
             self.after.push(heat_step(&between, &ratios[i]));
             self.between.push(between);
+            let gate = self.gate(gamma, i, ducts[i].actions.is_empty());
+            self.gates.push(gate);
+        }
+    }
+
+    fn gate(&self, gamma: f64, i: usize, passive: bool) -> Gate<T> {
+        let (before, between, after) = (&self.after[i - 1], &self.between[i], &self.after[i]);
+        let (a1, a2) = (&self.area[i - 1], &self.area[i]);
+        let step = (a1 != a2).then(|| {
+            let expands = a2.value().re >= a1.value().re;
+            let ratio = a1.over(a2);
+            let [mass, force, energy] = fluxes(gamma, before, expands);
+            let scale = |row: [T; 3]| row.map(|v| v * ratio.clone());
+            let force = if expands {
+                // p A_2 + rho u^2 A: the face carries the upstream pressure.
+                let [p, u, e] = scale(force);
+                [p + ratio.real(1.0) - ratio.clone(), u, e]
+            } else {
+                force
+            };
+            product(&inverse(&fluxes(gamma, between, expands)), &[scale(mass), force, scale(energy)])
+        });
+        if passive && between == after {
+            return step.map_or(Gate::Open, Gate::Passive);
+        }
+        let (before, behind) = (fluxes(gamma, between, true), inverse(&fluxes(gamma, after, true)));
+        if passive {
+            let heat = product(&behind, &before);
+            Gate::Passive(step.map_or(heat.clone(), |step| product(&heat, &step)))
+        } else {
+            Gate::Active { step, before, behind }
         }
     }
 }
@@ -167,26 +213,14 @@ impl FlowChain {
     fn cross<T: Number>(&self, basis: &Basis<T>, i: usize, x: &State<T>, s: &T) -> State<T> {
         let gamma = self.gamma;
         let (before, between, after) = (&basis.after[i - 1], &basis.between[i], &basis.after[i]);
-        let (a1, a2) = (&basis.area[i - 1], &basis.area[i]);
-        let mut stepped = x.clone();
-        if a1 != a2 {
-            let expands = a2.value().re >= a1.value().re;
-            let rows = fluxes(gamma, before, expands);
-            let ratio = a1.over(a2);
-            let [mass, force, energy] = apply(&rows, x);
-            let kept = if expands {
-                // p A_2 + rho u^2 A: the face carries the upstream pressure.
-                x[0].clone() + (force - x[0].clone()) * ratio.clone()
-            } else {
-                force
-            };
-            stepped = solve(&fluxes(gamma, between, expands), [mass * ratio.clone(), kept, energy * ratio]);
-        }
+        let (step, into, behind) = match &basis.gates[i] {
+            Gate::Open => return x.clone(),
+            Gate::Passive(matrix) => return apply(matrix, x),
+            Gate::Active { step, before, behind } => (step, before, behind),
+        };
+        let stepped = step.as_ref().map_or_else(|| x.clone(), |step| apply(step, x));
         let duct = &self.ducts[i];
-        if duct.actions.is_empty() && between == after {
-            return stepped;
-        }
-        let [mut mass, mut force, mut energy] = apply(&fluxes(gamma, between, true), &stepped);
+        let [mut mass, mut force, mut energy] = apply(into, &stepped);
         let heat = between.pressure.times(gamma / (gamma - 1.0));
         for action in &duct.actions {
             let k =
@@ -216,7 +250,7 @@ impl FlowChain {
                 }
             }
         }
-        solve(&fluxes(gamma, after, true), [mass, force, energy])
+        apply(behind, &[mass, force, energy])
     }
 }
 
@@ -261,22 +295,25 @@ fn apply<T: Number>(m: &Rows<T>, x: &State<T>) -> State<T> {
     [row(&m[0]), row(&m[1]), row(&m[2])]
 }
 
-/// x from M x = b, by Cramer's rule: the matrices are 3 x 3 and well scaled by rows.
-fn solve<T: Number>(m: &Rows<T>, b: State<T>) -> State<T> {
+/// a b.
+fn product<T: Number>(a: &Rows<T>, b: &Rows<T>) -> Rows<T> {
+    let column = |k: usize| apply(a, &[b[0][k].clone(), b[1][k].clone(), b[2][k].clone()]);
+    let [[a0, b0, c0], [a1, b1, c1], [a2, b2, c2]] = [column(0), column(1), column(2)];
+    [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2]]
+}
+
+/// The inverse by cofactors: the matrices are 3 x 3 and well scaled by rows.
+fn inverse<T: Number>(m: &Rows<T>) -> Rows<T> {
     let cofactor = |r: usize, k: usize| {
         let (i, j) = ((r + 1) % 3, (r + 2) % 3);
         let (v, w) = ((k + 1) % 3, (k + 2) % 3);
         m[i][v].clone() * m[j][w].clone() - m[i][w].clone() * m[j][v].clone()
     };
-    let inverse = (m[0][0].clone() * cofactor(0, 0)
+    let determinant = m[0][0].clone() * cofactor(0, 0)
         + m[0][1].clone() * cofactor(0, 1)
-        + m[0][2].clone() * cofactor(0, 2))
-    .recip();
-    let [b0, b1, b2] = b;
-    [0, 1, 2].map(|k| {
-        let sum = b0.clone() * cofactor(0, k) + b1.clone() * cofactor(1, k) + b2.clone() * cofactor(2, k);
-        sum * inverse.clone()
-    })
+        + m[0][2].clone() * cofactor(0, 2);
+    let over = determinant.recip();
+    [0, 1, 2].map(|k| [0, 1, 2].map(|r| cofactor(r, k) * over.clone()))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::passage::Basis;
 use crate::error::NetworkError;
 use crate::newton::Root;
 use crate::response::{Places, Response, implicit};
-use rijke_numerics::{C64, JetSpace, Order};
+use rijke_numerics::{C64, Jet, JetSpace, Order};
 
 /// A real quantity of a flow chain to differentiate by. Ducts are numbered from 0; "at" a duct means at its upstream end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,10 +53,22 @@ impl FlowChain {
         places: &Places,
         order: Order,
     ) -> Result<Response, NetworkError> {
-        let (n, p) = (self.ducts.len(), parameters.len());
+        let n = self.ducts.len();
         if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
             return Err(NetworkError::NoDuct { index: place, ducts: n });
         }
+        let (s, pressures) = self.eigenvalue(root, parameters, order)?;
+        Response::relative(s, &pressures, places, order)
+    }
+
+    /// s as a function of the parameters, and the pressure at every place as one of parameters and s.
+    fn eigenvalue(
+        &self,
+        root: &Root,
+        parameters: &[FlowParameter],
+        order: Order,
+    ) -> Result<(Jet, Vec<Option<Jet>>), NetworkError> {
+        let (n, p) = (self.ducts.len(), parameters.len());
         let space = JetSpace::new(p + 1, order.max(Order::First));
         let one = Seeded(space.real(1.0));
         let mut basis = Basis::plain(&one, self.gamma, self.inlet, &self.ducts);
@@ -91,18 +103,50 @@ impl FlowChain {
             let factor = if matches!(parameter, P::Angle(_)) { C64::I } else { C64::ONE };
             *target = target.clone() + Seeded(space.seed(k, C64::ZERO).scale(factor));
         }
-        basis.settle(self.gamma, mean, &ratios);
+        basis.settle(self.gamma, mean, &ratios, &self.ducts);
         let mut pressures = vec![None; n + 1];
         let s = Seeded(space.seed(p, root.s));
         let f = self.sweep(&basis, &s, |j, x, _| {
-            if j == places.reference || places.at.contains(&j) {
-                pressures[j] = Some(x[0].0.clone());
-            }
+            pressures[j] = Some(x[0].0.clone());
         });
         let s = implicit(&f.0, root.s);
-        if !s.gradient().iter().chain(s.hessian_packed()).all(|z| z.is_finite()) {
-            return Err(NetworkError::NotFinite { s: root.s });
+        if s.gradient().iter().chain(s.hessian_packed()).all(|z| z.is_finite()) {
+            Ok((s, pressures))
+        } else {
+            Err(NetworkError::NotFinite { s: root.s })
         }
-        Response::relative(s, &pressures, places, order)
+    }
+
+    /// Condition of the eigenvalue: sum of |theta ds/dtheta|/|s| over lengths, areas, the inlet's density and velocity,
+    /// everything that acts, walls and the moduli of the ends, as [`crate::Sensitivities::condition`]; an end of a small |R|
+    /// counts as one of |R| near 1.
+    ///
+    /// # Errors
+    /// [`NetworkError::NotFinite`].
+    pub fn condition(&self, root: &Root) -> Result<f64, NetworkError> {
+        use FlowParameter as P;
+        let mut parameters = vec![
+            (P::Velocity, self.inlet.velocity),
+            (P::Density, self.inlet.density),
+            (P::LogModulus(0), 1.0),
+        ];
+        parameters.push((P::LogModulus(1), 1.0));
+        for (i, duct) in self.ducts.iter().enumerate() {
+            parameters.extend([(P::Length(i), duct.length), (P::Area(i), duct.area)]);
+            if duct.wall.is_some() {
+                parameters.push((P::Wall(i), 1.0));
+            }
+            if !duct.actions.is_empty() {
+                parameters.push((P::Gain(i), 1.0));
+            }
+        }
+        let mut total = 0.0;
+        // A few seeds at a time: the cost of a jet grows with their number.
+        for some in parameters.chunks(16) {
+            let seeds: Vec<P> = some.iter().map(|p| p.0).collect();
+            let s = self.eigenvalue(root, &seeds, Order::First)?.0;
+            total += some.iter().zip(s.gradient()).map(|((_, v), d)| v * d.norm()).sum::<f64>();
+        }
+        Ok(total / root.s.norm())
     }
 }

@@ -172,7 +172,9 @@ impl Law {
             Self::Table(table) => table.terms.iter().map(|t| (t.0, 1)).collect(),
             Self::Scaled(law, _) => law.poles_in(region)?,
             Self::Probe(probe) if probe.side == Side::Upstream => probe.transfer.poles_in(region)?,
-            // At a pole of the transfer function the coefficients of the closed loop are finite.
+            // Both coefficients of a closed loop have its poles, but the network only once: k_eu declares them. At a pole of
+            // the transfer function the coefficients are finite.
+            Self::Probe(probe) if probe.of == Part::Pressure => Vec::new(),
             Self::Probe(probe) => {
                 let poles = probe.transfer.poles_in(&region.widened(1.0))?;
                 let time = probe.transfer.delay() + probe.travel_time();

@@ -58,7 +58,7 @@ pub enum TableError {
         /// What was reached.
         reached: f64,
     },
-    /// The fit grows without end: a pole with positive growth rate.
+    /// The fit grows without end: a pole with positive growth rate at frequencies of the table.
     #[error(
         "the fit has a pole at {at} with positive growth rate, so it is no response to the past: raise the tolerance to \
          the error of the measurement"
@@ -73,8 +73,8 @@ pub enum TableError {
 }
 
 impl Table {
-    /// The rational function of lowest order that meets every row to `tolerance` of the largest gain. The mean delay,
-    /// the slope of the phase by least squares, is taken out first if it is positive.
+    /// The rational function of lowest order that meets every row to `tolerance` of the largest gain, with the mean delay
+    /// (the slope of the phase, by least squares) taken out before or not, whichever takes fewer poles.
     ///
     /// # Errors
     /// [`TableError`].
@@ -92,43 +92,52 @@ impl Table {
         }
         let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
         let delay = mean_delay(&omega, rows);
+        let plain = Self::with_delay(rows, &omega, 0.0, tolerance);
+        if delay == 0.0 {
+            return plain;
+        }
+        match (plain, Self::with_delay(rows, &omega, delay, tolerance)) {
+            (Ok(plain), Ok(delayed)) => {
+                Ok(if plain.terms.len() <= delayed.terms.len() { plain } else { delayed })
+            }
+            (Ok(fit), _) | (_, Ok(fit)) => Ok(fit),
+            (_, Err(error)) => Err(error),
+        }
+    }
+
+    fn with_delay(rows: &[Entry], omega: &[f64], delay: f64, tolerance: f64) -> Result<Self, TableError> {
         let value = |(e, w): (&Entry, &f64)| C64::from_polar(e.gain, e.phase + w * delay);
-        let values: Vec<C64> = rows.iter().zip(&omega).map(value).collect();
+        let values: Vec<C64> = rows.iter().zip(omega).map(value).collect();
         let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
         let range = [omega[0], omega[omega.len() - 1]];
         if scale == 0.0 {
             return Ok(Self { delay: 0.0, constant: 0.0, terms: Vec::new(), deviation: 0.0, range });
         }
         let mean = values.iter().sum::<C64>().re / values.len() as f64;
-        let mut best = Self { delay, constant: mean, terms: Vec::new(), deviation: f64::INFINITY, range };
-        best.deviation = best.worst(&omega, &values).1 / scale;
+        let mut fit = Self { delay, constant: mean, terms: Vec::new(), deviation: f64::INFINITY, range };
+        fit.deviation = fit.worst(omega, &values) / scale;
         let mut supports: Vec<usize> = Vec::new();
         // A pair of conjugate supports at a time; no more unknowns than equations.
         let most = (rows.len() - 1) / 2;
-        let mut fit = best.clone();
-        while best.deviation > tolerance && supports.len() < most {
-            let worst = (0..rows.len())
-                .filter(|k| !supports.contains(k))
-                .max_by(|&a, &b| {
-                    let gap = |k: usize| (fit.rational(C64::new(0.0, omega[k])) - values[k]).norm();
-                    gap(a).total_cmp(&gap(b))
-                })
-                .unwrap_or(0);
-            supports.push(worst);
-            fit = fractions(&omega, &values, &supports, delay, range)?;
-            fit.deviation = fit.worst(&omega, &values).1 / scale;
-            if fit.deviation < best.deviation {
-                best = fit.clone();
+        let mut reached = fit.deviation;
+        while fit.deviation > tolerance {
+            if supports.len() == most {
+                return Err(TableError::NoFit { order: 2 * most, tolerance, reached });
             }
+            let gap = |k: usize| (fit.rational(C64::new(0.0, omega[k])) - values[k]).norm();
+            let free = (0..rows.len()).filter(|k| !supports.contains(k));
+            let Some(worst) = free.max_by(|&a, &b| gap(a).total_cmp(&gap(b))) else { break };
+            supports.push(worst);
+            fit = fractions(omega, &values, &supports, delay, range)?;
+            fit.deviation = fit.worst(omega, &values) / scale;
+            reached = reached.min(fit.deviation);
         }
-        if best.deviation > tolerance {
-            let order = 2 * most;
-            return Err(TableError::NoFit { order, tolerance, reached: best.deviation });
+        // Growing poles far beyond the table are harmless: no search comes near them.
+        let near = |pole: C64| pole.re > 0.0 && pole.re < range[1] && pole.im.abs() < 1.5 * range[1];
+        match fit.terms.iter().find(|(pole, _)| near(*pole)) {
+            Some(&(at, _)) => Err(TableError::Unstable { at }),
+            None => Ok(fit),
         }
-        if let Some(&(at, _)) = best.terms.iter().find(|(pole, _)| pole.re > 0.0) {
-            return Err(TableError::Unstable { at });
-        }
-        Ok(best)
     }
 
     /// Without the delay.
@@ -136,10 +145,11 @@ impl Table {
         self.terms.iter().map(|(pole, residue)| residue / (s - pole)).sum::<C64>() + self.constant
     }
 
-    fn worst(&self, omega: &[f64], values: &[C64]) -> (usize, f64) {
+    /// The largest deviation; NaN counts as infinite.
+    fn worst(&self, omega: &[f64], values: &[C64]) -> f64 {
         let gap = |(w, v): (&f64, &C64)| (self.rational(C64::new(0.0, *w)) - v).norm();
-        let gaps = omega.iter().zip(values).map(gap).enumerate();
-        gaps.fold((0, 0.0), |worst, here| if here.1 > worst.1 || here.1.is_nan() { here } else { worst })
+        let gaps = omega.iter().zip(values).map(gap);
+        gaps.fold(0.0, |worst, gap| if gap.is_nan() { f64::INFINITY } else { gap.max(worst) })
     }
 
     pub(super) fn at(&self, s: &Jet, space: JetSpace) -> Jet {

@@ -2,7 +2,6 @@
 
 use crate::common_laws::c;
 use crate::eigenvalues::eigenvalues;
-use proptest::prelude::*;
 use rijke_network::file::{FileError, Problem, Warning, read};
 use rijke_network::laws::{Law, LawSet};
 use rijke_network::{At, Coefficients, Laws, NetworkError, Workspace, levine_schwinger};
@@ -294,23 +293,4 @@ fn exact_mistakes_in_files_are_named() {
     assert!(matches!(read(&empty), Err(FileError::Search { key: "frequency_hz" })));
     let none = NetworkError::Empty;
     assert!(!none.is_recoverable());
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
-    #[test]
-    fn exact_no_text_makes_the_reader_panic(text in "\\PC*") {
-        let _ = read(&text);
-    }
-
-    #[test]
-    fn exact_no_broken_file_makes_the_reader_panic(cut in 0_usize..1200, insert in "[\\[\\]=\"a-z0-9.\\-\n ]{0,12}") {
-        let whole = include_str!("../../../../fixtures/networks/combustor.toml");
-        let mut at = cut.min(whole.len());
-        while !whole.is_char_boundary(at) {
-            at -= 1;
-        }
-        let _ = read(&format!("{}{insert}{}", &whole[..at], &whole[at..]));
-    }
 }

@@ -3,11 +3,14 @@
 #![allow(clippy::print_stdout, reason = "long studies print what the records keep")]
 
 mod adjoint;
+mod along;
 mod certificate;
 mod common_laws;
 mod derivatives;
 mod eigenvalues;
+mod elements;
 mod files;
+mod fuzz;
 mod invariances;
 mod mean_flow;
 mod oscilos;

@@ -1,0 +1,226 @@
+//! A network of either kind, at rest or with mean flow, and what is asked of each of its modes.
+
+use crate::failure::{Classify, Failure};
+use rijke_network::file::{Built, OscilosTexts, read, read_oscilos};
+use rijke_network::flow_chain::FlowChain;
+use rijke_network::{Device, Mode, Modes, NetworkError, Places, Region, Root, Sensitivities, Workspace};
+use rijke_report::ModeCurves;
+use serde::Serialize;
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+
+/// What a file or folder describes.
+pub(super) struct Case {
+    pub(super) path: PathBuf,
+    pub(super) title: Option<String>,
+    pub(super) region: Region,
+    pub(super) passive: bool,
+    pub(super) warnings: Vec<String>,
+    /// Where devices lie, m.
+    pub(super) devices: Vec<f64>,
+    chain: Chain,
+    remedy: &'static str,
+}
+
+enum Chain {
+    Rest(Box<Built>),
+    /// With the names of what acts at places.
+    Flow(Box<FlowChain>, Vec<(usize, String)>),
+}
+
+/// One mode as printed. Shares of the growth rate are half the power over the energy of the mode; they add up to it.
+#[derive(Serialize)]
+pub(super) struct Line {
+    pub(super) frequency_hz: f64,
+    pub(super) growth_rate: f64,
+    pub(super) residual: f64,
+    pub(super) condition: f64,
+    pub(super) multiplicity: usize,
+    pub(super) by_upstream_end: f64,
+    pub(super) by_downstream_end: f64,
+    pub(super) by_viscous_loss: f64,
+    pub(super) by_thermal_loss: f64,
+    pub(super) by_elements: Vec<(String, f64)>,
+}
+
+impl Line {
+    fn add(&mut self, name: &str, share: f64) {
+        match self.by_elements.iter_mut().find(|(known, _)| known == name) {
+            Some((_, sum)) => *sum += share,
+            None => self.by_elements.push((name.to_owned(), share)),
+        }
+    }
+}
+
+impl Case {
+    pub(super) fn file(path: &Path) -> Result<Self, Failure> {
+        let text = std::fs::read_to_string(path).or_bad_input().map_err(|failure| {
+            failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
+        })?;
+        let mut built = read(&text).or_bad_input().map_err(|failure| failure.at(path))?;
+        let network = &built.network;
+        let mut devices: Vec<f64> = built.places.iter().map(|(place, _)| network.position(*place)).collect();
+        devices.dedup();
+        let warnings = built.warnings.iter().map(ToString::to_string).collect();
+        let (title, region, passive) = (built.name.take(), built.region, built.passive);
+        let chain = match built.flow.take() {
+            Some(flow) => Chain::Flow(Box::new(flow), built.places),
+            None => Chain::Rest(Box::new(built)),
+        };
+        let remedy = "Change the region with [search], --min-hz or --max-hz, or the element named.";
+        Ok(Self { path: path.to_owned(), title, region, passive, warnings, devices, chain, remedy })
+    }
+
+    pub(super) fn oscilos(folder: &Path) -> Result<Self, Failure> {
+        let inputs = folder.join("Inputs");
+        let path = if inputs.is_dir() { inputs } else { folder.to_path_buf() };
+        let text = |name: &str| {
+            let file = path.join(name);
+            std::fs::read_to_string(&file).or_bad_input().map_err(|failure| {
+                failure.at(&file).remedy("Name the folder that holds the inputs of OSCILOS_lite.")
+            })
+        };
+        let texts = OscilosTexts {
+            geometry: text("Geometry.txt")?,
+            mean_flow: text("Mean_flow.txt")?,
+            flame: text("Flame.txt").ok(),
+            inlet: text("Inlet.txt")?,
+            outlet: text("Outlet.txt")?,
+            scan_range: text("Scan_range.txt")?,
+        };
+        let (chain, region) = read_oscilos(&texts).or_bad_input().map_err(|failure| failure.at(&path))?;
+        let (mut x, mut names, mut devices) = (0.0, Vec::new(), Vec::new());
+        for (place, duct) in chain.ducts().iter().enumerate() {
+            if !duct.actions.is_empty() || duct.ratio != 1.0 {
+                names.push((place, "flame".to_owned()));
+                devices.push(x);
+            }
+            x += duct.length;
+        }
+        let chain = Chain::Flow(Box::new(chain), names);
+        let remedy = "Change Scan_range.txt, or give --min-hz and --max-hz.";
+        Ok(Self { path, title: None, region, passive: false, warnings: Vec::new(), devices, chain, remedy })
+    }
+
+    fn bad<T>(&self, outcome: Result<T, NetworkError>) -> Result<T, Failure> {
+        outcome.or_bad_input().map_err(|failure| failure.at(&self.path).remedy(self.remedy))
+    }
+
+    pub(super) fn modes(&self) -> Result<Modes, Failure> {
+        self.bad(match &self.chain {
+            Chain::Rest(built) => built.network.modes(&built.laws, &self.region, &mut Workspace::default()),
+            Chain::Flow(chain, _) => chain.modes(&self.region),
+        })
+    }
+
+    /// Poles of laws within the region: growth rate and frequency.
+    pub(super) fn poles(&self) -> Result<Vec<[f64; 2]>, Failure> {
+        let poles = self.bad(match &self.chain {
+            Chain::Rest(built) => built.network.poles(&built.laws, &self.region),
+            Chain::Flow(chain, _) => chain.poles(&self.region),
+        })?;
+        let inside = poles.into_iter().map(|p| p.0).filter(|s| self.region.contains(*s));
+        Ok(inside.map(|s| [s.re, s.im / (2.0 * PI)]).collect())
+    }
+
+    /// Everything about one mode that a line of the table holds.
+    pub(super) fn line(&self, mode: &Mode) -> Result<Line, Failure> {
+        let root = Root { s: mode.s, steps: 0, residual: mode.residual };
+        let mut line = Line {
+            frequency_hz: mode.s.im / (2.0 * PI),
+            growth_rate: mode.s.re,
+            residual: mode.residual,
+            condition: 0.0,
+            multiplicity: mode.multiplicity,
+            by_upstream_end: 0.0,
+            by_downstream_end: 0.0,
+            by_viscous_loss: 0.0,
+            by_thermal_loss: 0.0,
+            by_elements: Vec::new(),
+        };
+        match &self.chain {
+            Chain::Rest(built) => {
+                let mut work = Workspace::default();
+                let budget = built.network.budget(&built.laws, &root, &mut work);
+                let mut all = Sensitivities::default();
+                // No pressure is asked for, so that a silent reference does not matter.
+                let none = Places { at: Vec::new(), reference: 0 };
+                built.network.sensitivities(&built.laws, &root, &none, &mut all, &mut work).or_failed()?;
+                line.condition = all.condition(&built.network, mode.s);
+                let parts = [budget.upstream, budget.downstream, budget.viscous, budget.thermal];
+                line.set(parts);
+                for (law, power) in budget.places.iter().flat_map(|exchange| &exchange.laws) {
+                    line.add(&built.actors[*law], 0.5 * power);
+                }
+            }
+            Chain::Flow(chain, names) => {
+                let budget = chain.budget(&root);
+                line.condition = chain.condition(&root).or_failed()?;
+                line.set([budget.upstream, budget.downstream, budget.viscous, budget.thermal]);
+                for (place, power) in &budget.places {
+                    let here = names.iter().filter(|(p, _)| p == place).map(|(_, name)| name.as_str());
+                    let name = here.collect::<Vec<_>>().join(" + ");
+                    line.add(if name.is_empty() { "heat and lumped losses" } else { &name }, 0.5 * power);
+                }
+                line.add("mean flow", 0.5 * budget.mean_flow);
+            }
+        }
+        Ok(line)
+    }
+
+    /// Shape of a mode and, with the gas at rest, sensitivities of its growth rate along x.
+    pub(super) fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failure> {
+        /// Points along the whole tube, about.
+        const POINTS: usize = 240;
+        let root = Root { s: mode.s, steps: 0, residual: mode.residual };
+        let (growth_rate, frequency_hz) = (mode.s.re, mode.s.im / (2.0 * PI));
+        Ok(match &self.chain {
+            Chain::Rest(built) => {
+                let samples = (POINTS / built.network.segments().len()).max(2) + 1;
+                let stations = built
+                    .network
+                    .along(&built.laws, &root, samples, &mut Workspace::default())
+                    .or_failed()?;
+                let of = |f: &dyn Fn(&rijke_network::Station) -> f64| stations.iter().map(f).collect();
+                let device = |d: Device| move |s: &rijke_network::Station| s.device(d).re;
+                let changes = super::advice::CHANGES.iter().map(|change| {
+                    use super::advice::Change as C;
+                    let curve = match change {
+                        C::Drag => of(&device(Device::Drag)),
+                        C::Heat => of(&device(Device::Heat)),
+                        C::Leak => of(&device(Device::Leak)),
+                        C::Area => of(&|s| s.area.re),
+                        C::Temperature => of(&|s| s.temperature.re),
+                    };
+                    (change.label().to_owned(), curve)
+                });
+                let changes = changes.collect();
+                let (pressure, velocity) = (of(&|s| s.pressure.norm()), of(&|s| s.velocity.norm()));
+                ModeCurves { growth_rate, frequency_hz, x: of(&|s| s.x), pressure, velocity, changes }
+            }
+            Chain::Flow(chain, _) => {
+                let samples = (POINTS / chain.ducts().len()).max(2) + 1;
+                let shape = chain.shape(&root, samples);
+                let of = |k: usize| shape.iter().map(|p| p.1[k].norm()).collect();
+                let x = shape.iter().map(|p| p.0).collect();
+                let (pressure, velocity) = (of(0), of(1));
+                ModeCurves { growth_rate, frequency_hz, x, pressure, velocity, changes: Vec::new() }
+            }
+        })
+    }
+
+    /// Whether sensitivities along x can be told.
+    pub(super) fn at_rest(&self) -> bool {
+        matches!(self.chain, Chain::Rest(_))
+    }
+}
+
+impl Line {
+    /// Sets the shares of ends and walls from twice their values.
+    fn set(&mut self, [upstream, downstream, viscous, thermal]: [f64; 4]) {
+        self.by_upstream_end = 0.5 * upstream;
+        self.by_downstream_end = 0.5 * downstream;
+        self.by_viscous_loss = 0.5 * viscous;
+        self.by_thermal_loss = 0.5 * thermal;
+    }
+}

@@ -1,0 +1,108 @@
+//! `rijke modes`: every acoustic mode of a network file.
+
+mod advice;
+mod chain;
+mod print;
+
+use crate::{failure::Failure, staging::write_whole, ui::Ui};
+use chain::Case;
+use rijke_report::ModesFigure;
+use std::f64::consts::PI;
+use std::path::PathBuf;
+
+/// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour integral, with
+/// its residual, its condition number and where its energy goes.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700\n  \
+                  rijke modes fixtures/networks/rijke-tube.toml --sensitivity --plot modes.svg --along along.csv")]
+pub(crate) struct Args {
+    /// Network file (TOML).
+    #[arg(value_name = "FILE", required_unless_present = "oscilos", conflicts_with = "oscilos")]
+    file: Option<PathBuf>,
+    /// Folder of OSCILOS_lite text inputs (Geometry.txt and so on), or one that holds them in Inputs.
+    #[arg(long, value_name = "DIR")]
+    oscilos: Option<PathBuf>,
+    /// Lowest frequency, Hz [default: the file's].
+    #[arg(long, value_name = "F")]
+    min_hz: Option<f64>,
+    /// Highest frequency, Hz [default: the file's].
+    #[arg(long, value_name = "F")]
+    max_hz: Option<f64>,
+    /// What to print.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+    /// Say where a small device or change would stabilise each mode most, and by how much.
+    #[arg(long)]
+    sensitivity: bool,
+    /// Draw the s-plane, the mode shapes and the sensitivities along x into this SVG file.
+    #[arg(long, value_name = "SVG")]
+    plot: Option<PathBuf>,
+    /// Write the mode shapes and the sensitivities along x into this CSV file.
+    #[arg(long, value_name = "CSV")]
+    along: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// A table for reading.
+    Table,
+    /// Comma-separated values with units in the header.
+    Csv,
+    /// JSON.
+    Json,
+}
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let mut case = match (&args.oscilos, &args.file) {
+        (Some(folder), _) => Case::oscilos(folder)?,
+        (None, Some(file)) => Case::file(file)?,
+        (None, None) => return Err(Failure::bad_input("no network file is named")),
+    };
+    for (limit, given) in case.region.omega.iter_mut().zip([args.min_hz, args.max_hz]) {
+        *limit = given.map_or(*limit, |f| 2.0 * PI * f);
+    }
+    let modes = case.modes()?;
+    let lines = modes.modes.iter().map(|mode| case.line(mode)).collect::<Result<Vec<_>, _>>()?;
+    for warning in &case.warnings {
+        ui.note(format!("warning: {}: {warning}", case.path.display()));
+    }
+    if let Some(growing) = lines.iter().find(|l| case.passive && l.growth_rate > 1e-9 * l.frequency_hz) {
+        ui.note(format!(
+            "warning: {}: the mode at {:.2} Hz grows although nothing in the file feeds energy: an end or a \
+             coefficient of it is not what it should be (see the column that is positive)",
+            case.path.display(),
+            growing.frequency_hz
+        ));
+    }
+    let stations = if args.sensitivity || args.plot.is_some() || args.along.is_some() {
+        modes.modes.iter().map(|mode| case.curves(mode)).collect::<Result<Vec<_>, _>>()?
+    } else {
+        Vec::new()
+    };
+    let advice = if args.sensitivity { advice::of(&case, &stations)? } else { Vec::new() };
+    match args.format {
+        Format::Table => {
+            print::table(&case, &modes, &lines, ui);
+            advice::print(&stations, &advice, ui);
+        }
+        Format::Csv => print::csv(&lines, ui),
+        Format::Json => print::json(&case, &modes, lines, &advice, ui)?,
+    }
+    if let Some(path) = &args.along {
+        write_whole(path, print::along(&stations).as_bytes())?;
+        ui.note(format!("wrote {}", path.display()));
+    }
+    if let Some(path) = &args.plot {
+        let figure = ModesFigure {
+            title: case.title.clone().unwrap_or_else(|| "Acoustic modes".to_owned()),
+            growth_rate: case.region.sigma,
+            frequency_hz: case.region.omega.map(|w| w / (2.0 * PI)),
+            modes: stations,
+            poles: case.poles()?,
+            devices: case.devices.clone(),
+        };
+        write_whole(path, figure.svg().as_bytes())?;
+        ui.note(format!("wrote {}", path.display()));
+    }
+    Ok(())
+}

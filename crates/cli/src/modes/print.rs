@@ -1,0 +1,149 @@
+//! Modes as a table, as CSV and as JSON.
+
+use super::advice::{Advice, CHANGES};
+use super::chain::{Case, Line};
+use crate::{
+    failure::{Classify, Failure},
+    ui::Ui,
+};
+use comfy_table::{Table, presets};
+use rijke_network::Modes;
+use rijke_report::ModeCurves;
+use serde::Serialize;
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    name: &'a Option<String>,
+    counted: usize,
+    found: usize,
+    poles: usize,
+    modes: Vec<Line>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    sensitivity: &'a [Advice],
+}
+
+fn found(modes: &Modes) -> usize {
+    modes.modes.iter().map(|m| m.multiplicity).sum()
+}
+
+pub(super) fn json(
+    case: &Case,
+    modes: &Modes,
+    lines: Vec<Line>,
+    advice: &[Advice],
+    ui: &Ui,
+) -> Result<(), Failure> {
+    let answer = Answer {
+        name: &case.title,
+        counted: modes.counted,
+        found: found(modes),
+        poles: modes.poles,
+        modes: lines,
+        sensitivity: advice,
+    };
+    ui.say(serde_json::to_string_pretty(&answer).or_failed()?);
+    Ok(())
+}
+
+pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
+    let [low, high] = case.region.omega.map(|w| w / (2.0 * PI));
+    let [left, right] = case.region.sigma;
+    if let Some(name) = &case.title {
+        ui.say(name);
+    }
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in lines.iter().flat_map(|l| &l.by_elements) {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let mut header = vec![
+        "frequency\nHz",
+        "growth\n1/s",
+        "upstream\nend",
+        "downstream\nend",
+        "viscous\nwall",
+        "thermal\nwall",
+    ];
+    header.extend(names.iter());
+    header.extend(["condition", "residual"]);
+    table.set_header(header);
+    for l in lines {
+        let number = |v: f64| if v.abs() < 1e-9 { "0".to_owned() } else { format!("{v:.4}") };
+        let mut row = vec![format!("{:.4}", l.frequency_hz), format!("{:.4}", l.growth_rate)];
+        row.extend(
+            [l.by_upstream_end, l.by_downstream_end, l.by_viscous_loss, l.by_thermal_loss].map(number),
+        );
+        for name in &names {
+            let share = l.by_elements.iter().find(|(n, _)| n == name);
+            row.push(share.map_or_else(|| "0".to_owned(), |(_, v)| number(*v)));
+        }
+        row.extend([format!("{:.1}", l.condition), format!("{:.0e}", l.residual)]);
+        table.add_row(row);
+    }
+    if !lines.is_empty() {
+        ui.say(table.to_string());
+        ui.say("The columns between growth and condition are its parts, in 1/s; they add up to it.");
+    }
+    let poles = if modes.poles > 0 {
+        format!(
+            ", {} of laws told apart from them",
+            if modes.poles == 1 { "1 pole".to_owned() } else { format!("{} poles", modes.poles) }
+        )
+    } else {
+        String::new()
+    };
+    ui.say(format!(
+        "{} of {} modes found{poles} between {low:.1} and {high:.1} Hz, {left} and {right} 1/s.",
+        found(modes),
+        modes.counted
+    ));
+}
+
+pub(super) fn csv(lines: &[Line], ui: &Ui) {
+    ui.say(
+        "frequency_hz,growth_rate_per_s,residual,condition,multiplicity,upstream_end_per_s,downstream_end_per_s,\
+         viscous_wall_per_s,thermal_wall_per_s,elements_per_s",
+    );
+    for l in lines {
+        let elements: f64 = l.by_elements.iter().map(|(_, v)| v).sum();
+        ui.say(format!(
+            "{},{},{:e},{},{},{},{},{},{},{}",
+            l.frequency_hz,
+            l.growth_rate,
+            l.residual,
+            l.condition,
+            l.multiplicity,
+            l.by_upstream_end,
+            l.by_downstream_end,
+            l.by_viscous_loss,
+            l.by_thermal_loss,
+            elements
+        ));
+    }
+}
+
+/// Shapes and sensitivities along x as CSV.
+pub(super) fn along(modes: &[ModeCurves]) -> String {
+    let mut text = "frequency_hz,growth_rate_per_s,x_m,pressure,velocity_times_rho_c".to_owned();
+    if modes.iter().any(|m| !m.changes.is_empty()) {
+        for change in CHANGES {
+            text = text + "," + change.column();
+        }
+    }
+    text.push('\n');
+    for m in modes {
+        for (k, x) in m.x.iter().enumerate() {
+            let row = [m.frequency_hz, m.growth_rate, *x, m.pressure[k], m.velocity[k]];
+            let row: Vec<String> =
+                row.into_iter().chain(m.changes.iter().map(|c| c.1[k])).map(|v| v.to_string()).collect();
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{}", row.join(","));
+        }
+    }
+    text
+}
