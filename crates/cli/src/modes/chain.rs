@@ -170,13 +170,13 @@ impl Case {
 
     /// Shape of a mode and, with the gas at rest, sensitivities of its growth rate along x.
     pub(super) fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failure> {
-        /// Points along the whole tube, about.
-        const POINTS: usize = 240;
+        /// Points along the whole tube, about; at most a twentieth of them in one segment.
+        const POINTS: usize = 1200;
         let root = Root { s: mode.s, steps: 0, residual: mode.residual };
         let (growth_rate, frequency_hz) = (mode.s.re, mode.s.im / (2.0 * PI));
         Ok(match &self.chain {
             Chain::Rest(built) => {
-                let samples = (POINTS / built.network.segments().len()).max(2) + 1;
+                let samples = (POINTS / built.network.segments().len()).clamp(2, POINTS / 20) + 1;
                 let stations = built
                     .network
                     .along(&built.laws, &root, samples, &mut Workspace::default())
@@ -199,7 +199,7 @@ impl Case {
                 ModeCurves { growth_rate, frequency_hz, x: of(&|s| s.x), pressure, velocity, changes }
             }
             Chain::Flow(chain, _) => {
-                let samples = (POINTS / chain.ducts().len()).max(2) + 1;
+                let samples = (POINTS / chain.ducts().len()).clamp(2, POINTS / 20) + 1;
                 let shape = chain.shape(&root, samples);
                 let of = |k: usize| shape.iter().map(|p| p.1[k].norm()).collect();
                 let x = shape.iter().map(|p| p.0).collect();
