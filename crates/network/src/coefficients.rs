@@ -11,6 +11,32 @@ use rijke_numerics::{C64, Jet, JetSpace, Order};
 ///
 /// Every law must be **analytic in s** (no Re s, |s| or conjugates): Newton, the derivatives and the contour count
 /// are exact only then. It may depend on the parameters in any smooth way, because they are real.
+///
+/// ```
+/// use rijke_network::{At, Coefficients, Laws, Network, Newton, Places, Segment, Slot, Workspace};
+/// use rijke_numerics::{C64, Order};
+/// /// A heater k_eu = -K e^{-s tau}; parameters K and tau.
+/// struct Heater([f64; 2]);
+/// impl Coefficients for Heater {
+///     fn parameters(&self) -> usize { 2 }
+///     fn laws(&self) -> usize { 1 }
+///     fn fill(&self, at: &At, laws: &mut Laws) {
+///         let (k, tau) = (at.parameter(0, self.0[0]), at.parameter(1, self.0[1]));
+///         laws.set(0, &-&(&k * &(-&(&at.s_jet() * &tau)).exp()));
+///     }
+/// }
+/// let mut tube = Network::cut_tube(Segment::new(1.0, 1.8e-3, 343.2, 1.2041), &[0.25])?;
+/// tube.set(Slot::Upstream, C64::new(-0.99, 0.0))?;
+/// tube.set(Slot::Downstream, C64::new(-0.99, 0.0))?;
+/// tube.attach(Slot::Eu(1), 0, 1.0)?; // law 0 at the place between the two segments
+/// let (heater, mut work) = (Heater([0.05, 1.5e-3]), Workspace::default());
+/// let root = tube.solve(&heater, C64::new(0.0, 1080.0), &Newton::default(), &mut work)?;
+/// let places = Places { at: vec![1], reference: 1 };
+/// let s = tube.respond(&heater, &root, &places, Order::Second, &mut work)?.s;
+/// assert!(s.gradient()[0].re > 0.0); // more heat drives this mode
+/// assert!(s.hessian(0, 1).norm() > 0.0);
+/// # Ok::<(), rijke_network::NetworkError>(())
+/// ```
 pub trait Coefficients {
     /// Number of real parameters p.
     fn parameters(&self) -> usize;

@@ -17,7 +17,8 @@
 //! * Everything is analytic in s; a law that is not makes Newton, derivatives and contour counts wrong.
 //! * Mode shapes are relative to the pressure at a reference place.
 //!
-//! See [`Network`] for a first example.
+//! See [`Network`] for a first example, [`file::read`] for a network as a file, [`Coefficients`] for laws with parameters,
+//! [`flow_chain`] for mean flow.
 
 mod along;
 mod budget;
@@ -49,3 +50,8 @@ pub use newton::{Newton, Root, Workspace};
 pub use response::{Places, Response};
 pub use sensitivity::{Derivatives, Sensitivities};
 pub use tracking::follow;
+
+/// The example of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
