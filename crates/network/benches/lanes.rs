@@ -118,7 +118,8 @@ fn wide_sweep(segments: &[Segment], s: [C64; LANES]) -> [[C64; 2]; LANES] {
     let (mut dp, mut du) = (zero, zero);
     for g in segments {
         let compliance = 1.0 / (g.density * g.sound_speed * g.sound_speed);
-        let (bp, bq) = ((at.times(g.density) + mu).times(g.length), (at.times(compliance) + ep).times(g.length));
+        let (bp, bq) =
+            ((at.times(g.density) + mu).times(g.length), (at.times(compliance) + ep).times(g.length));
         let (bpd, bqd) = (dmu.plus(g.density).times(g.length), dep.plus(compliance).times(g.length));
         let q = bp * bq;
         let q2 = q * q;
@@ -143,7 +144,8 @@ fn wide_sweep(segments: &[Segment], s: [C64; LANES]) -> [[C64; 2]; LANES] {
 fn bench(c: &mut Criterion) {
     let (net, mut work) = (tube(), Workspace::default());
     let points: [C64; LANES] = std::array::from_fn(|k| C64::new(-5.0 + k as f64, 1100.0 + 3.0 * k as f64));
-    let mut scalar = |points: &[C64; LANES]| points.map(|s| net.characteristic_function(&Losses, s, &mut work));
+    let mut scalar =
+        |points: &[C64; LANES]| points.map(|s| net.characteristic_function(&Losses, s, &mut work));
     for (one, two) in scalar(&points).iter().zip(wide_sweep(net.segments(), points)) {
         for k in 0..2 {
             assert!((one[k] - two[k]).norm() < 1e-11 * one[1].norm(), "{one:?} {two:?}");

@@ -189,9 +189,19 @@ fn compare(_: &mut Criterion) {
     let hessian = least(|| drop(net.respond(&Rig, black_box(&root), &places, Order::Second, &mut work)));
     let region = Region { sigma: [-150.0, 150.0], omega: [200.0, 4000.0 * std::f64::consts::PI] };
     let modes = least(|| drop(black_box(net.modes(&Rig, &region, &mut work))));
-    let dense = least(|| drop(black_box(dense::newton(&net, black_box(root.s + WARM)))));
-    println!("least times: eigenvalue {:.2} us, and first derivatives {:.2} us", 1e6 * one, 1e6 * derivatives);
-    println!("least times: Hessian p = 8 {:.1} us, all modes below 2 kHz {:.2} ms", 1e6 * hessian, 1e3 * modes);
+    let dense = least(|| {
+        black_box(dense::newton(&net, black_box(root.s + WARM)));
+    });
+    println!(
+        "least times: eigenvalue {:.2} us, and first derivatives {:.2} us",
+        1e6 * one,
+        1e6 * derivatives
+    );
+    println!(
+        "least times: Hessian p = 8 {:.1} us, all modes below 2 kHz {:.2} ms",
+        1e6 * hessian,
+        1e3 * modes
+    );
     println!("least times: dense Newton {:.0} us, {:.0} times the sweep's", 1e6 * dense, dense / one);
     for n in [500, 5000] {
         let (net, _) = rig(n);
