@@ -204,7 +204,8 @@ fn solve_scaled(a: &Matrix, b: &[f64]) -> Result<Vec<f64>, Fault> {
     Ok(factor.solve(&scaled).iter().zip(&scale).map(|(v, s)| v * s).collect())
 }
 
-/// Inverse of a positive definite matrix whose rows differ in scale (seconds, gains, pressures).
+/// Inverse of a positive definite matrix whose rows differ in scale: seconds, gains and pressures here, growth rates and
+/// frequencies of strong and weak modes in a ring-down.
 pub(crate) fn inverse_scaled(a: &Matrix) -> Result<Matrix, Fault> {
     let n = a.rows();
     let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().recip()).collect();

@@ -9,6 +9,7 @@
 mod sums;
 
 use crate::Fault;
+use crate::click::inverse_scaled;
 use rijke_numerics::{C64, Cholesky, Matrix};
 use sums::{grams, lengths, powers, project};
 
@@ -240,7 +241,7 @@ impl State {
 
     fn gauss_newton_step(&self) -> Result<Step, Fault> {
         let (information, gradient) = self.information();
-        let covariance = scaled_cholesky(&information)?;
+        let covariance = inverse_scaled(&information)?;
         let step = covariance.times(&gradient);
         let scale = self.freedom / self.residual.max(f64::MIN_POSITIVE);
         let decrement: f64 = step.iter().zip(&gradient).map(|(a, b)| a * b).sum();
@@ -270,7 +271,7 @@ impl State {
     }
 
     fn finish(self) -> Result<Solution, Fault> {
-        let covariance = scaled_cholesky(&self.information().0)?;
+        let covariance = inverse_scaled(&self.information().0)?;
         let lift = self.linear.product(&self.mixed);
         let channels = self.coefficients.rows();
         let sensitivity = (0..channels)
@@ -345,13 +346,4 @@ impl Solution {
         }
         left
     }
-}
-
-/// Inverse of a symmetric positive definite matrix, scaled to unit diagonal first because growth rates and frequencies
-/// of strong and weak modes differ by many orders.
-fn scaled_cholesky(a: &Matrix) -> Result<Matrix, Fault> {
-    let n = a.rows();
-    let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().recip()).collect();
-    let inverse = Cholesky::new(&Matrix::from_fn(n, n, |i, j| a[(i, j)] * scale[i] * scale[j]))?.inverse();
-    Ok(Matrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]))
 }
