@@ -11,7 +11,7 @@ use rijke_lab::Truth;
 use rijke_rig::{DataKind, Observations, PointObservations};
 use rijke_studies::{
     Check, ProngModel, Prongs, campaign, cold, cold_heater, consistency, empty_tube, lumped_convergence,
-    microphones, prongs_and_knowledge, true_empty_tube,
+    microphones, prongs_stage, true_empty_tube,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -60,8 +60,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let wrong = |f: Failure| f.at(folder);
     let tube = empty_tube(&observations, known).or_bad_input().map_err(wrong)?;
     progress.advance(1);
-    let (prongs, known_of_prongs) =
-        prongs_and_knowledge(&observations, args.thorough).or_bad_input().map_err(wrong)?;
+    let (prongs, after_prongs) = prongs_stage(&observations, args.thorough).or_bad_input().map_err(wrong)?;
     progress.advance(1);
     // Only a campaign with the heater attached and cold can say anything of it, and so on.
     let has = |thermocouples: bool| {
@@ -69,14 +68,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         observations.points.iter().any(|p| cold(p) && p.point.thermocouples == thermocouples)
     };
     let heater = has(false)
-        .then(|| cold_heater(&observations, &prongs.winner, &known_of_prongs, args.thorough))
+        .then(|| cold_heater(&observations, &after_prongs, args.thorough))
         .transpose()
         .or_bad_input()
         .map_err(wrong)?;
     progress.advance(1);
     let cold = match &heater {
-        Some((heater, known)) if has(true) => {
-            Some(cold(&observations, &prongs.winner, &heater.winner, known).or_bad_input().map_err(wrong)?)
+        Some((_, after_heater)) if has(true) => {
+            Some(cold(&observations, after_heater).or_bad_input().map_err(wrong)?)
         }
         _ => None,
     };
@@ -103,7 +102,15 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let found = match (&args.flow, stage) {
         (Some(flow), Some(stage)) => {
             keep_flow(flow, &numbers)?;
-            Some(hot::hot(&observations, flow, stage, args.thorough, staged.path(), &progress)?)
+            Some(hot::hot(
+                &observations,
+                flow,
+                stage,
+                args.thorough,
+                virtual_data.then_some(&truth),
+                staged.path(),
+                &progress,
+            )?)
         }
         (Some(_), None) => {
             let message = "the observations lack what the hot stages build on: a cold heater without and with thermocouples";

@@ -90,8 +90,9 @@ fn mean_profile(z: C64) -> [C64; 3] {
     [k, k1, k2]
 }
 
-/// I1(z)/I0(z) for Re z >= 0.
-fn bessel_ratio(z: C64) -> C64 {
+/// r(z) = I1(z)/I0(z) for Re z >= 0, to rounding; r' = 1 - r/z - r^2.
+#[must_use]
+pub fn bessel_ratio(z: C64) -> C64 {
     /// Beyond this modulus the asymptotic series reaches 1e-15 before it diverges.
     const FAR: f64 = 40.0;
     if z.norm() > FAR {

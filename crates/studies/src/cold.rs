@@ -1,11 +1,10 @@
 //! Fig. 5: thermocouples, the last cold component; and all cold experiments against the model of them all.
 
 use crate::catalogue::{catalogue, chosen};
-use crate::competition::{gauss_newton, measured, parameter_values, position};
-use crate::prongs::{base_of_prongs, observed, provenance};
+use crate::competition::{Stage, gauss_newton, measured, parameter_values, position};
+use crate::prongs::{observed, provenance};
 use crate::{Check, Cold, ColdSeries, PredictedPoint, StudyError};
 use rayon::prelude::*;
-use rijke_candidates::Candidate;
 use rijke_model::{Assembly, Knowledge, Noise, Observed, PointPrediction, Training, train};
 use rijke_rig::{Observations, OperatingPoint, Rig};
 
@@ -13,46 +12,39 @@ use rijke_rig::{Observations, OperatingPoint, Rig};
 #[derive(Clone, Debug)]
 pub struct ColdStage {
     /// Wall, ends, prongs, heater, thermocouples.
-    pub candidates: Vec<Candidate>,
-    /// Their parameters.
-    pub knowledge: Knowledge,
+    pub stage: Stage,
     /// Misfit of growth rate (1/s), angular frequency (rad/s) and relative pressures that row H0 chose.
     pub noise: [f64; 3],
 }
 
-/// Trains the thermocouples on the cold points that have them (row H0), on top of the models `prongs` and `heater` and what
-/// is `known` of their parameters (from [`crate::cold_heater`]); then predicts every cold experiment.
+/// Trains the thermocouples on the cold points that have them (row H0), on top of the stage `before` (from
+/// [`crate::cold_heater`]); then predicts every cold experiment.
 ///
 /// # Errors
 /// [`StudyError::NoPoint`] without such points, and those of the model.
-pub fn cold(
-    observations: &Observations,
-    prongs: &str,
-    heater: &str,
-    known: &Knowledge,
-) -> Result<(Cold, ColdStage), StudyError> {
+pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdStage), StudyError> {
     let rig = &observations.rig;
     let trained_on = observed(observations, |p| p.thermocouples && p.power == 0.0)?;
     if trained_on.len() < 2 {
         return Err(StudyError::NoPoint { need: "with thermocouples and cold, at two positions".into() });
     }
-    let mut candidates = base_of_prongs()?;
-    candidates.extend(chosen(&catalogue()?, &[prongs, heater, "thermocouples.paper"])?);
+    let mut candidates = before.candidates.clone();
+    candidates.extend(chosen(&catalogue()?, &["thermocouples.paper"])?);
     let assembly = Assembly::new(rig.clone(), candidates.clone())?;
     let training = Training {
         microphones: (0..rig.microphones.positions.len()).collect(),
         noise: Noise::FLOATED,
-        known: vec![known.clone()],
+        known: vec![before.knowledge.clone()],
         search: gauss_newton(),
         base_errors: false,
         checks: None,
     };
     let trained = train(&assembly, &trained_on, &training)?;
     let noise = std::array::from_fn(|g| trained.noise[g].sd);
-    let stage = ColdStage { candidates, knowledge: trained.knowledge(), noise };
+    let stage = ColdStage { stage: Stage { candidates, knowledge: trained.knowledge() }, noise };
 
     let all = observed(observations, |p| p.power == 0.0)?;
-    let predicted = predicted_points(&assembly, &stage.knowledge, noise, &all)?;
+    let predicted = predicted_points(&assembly, &stage.stage.knowledge, noise, &all)?;
     let series: Vec<ColdSeries> = [
         ("C3", "prongs alone"),
         ("C1", "heater"),
@@ -64,7 +56,7 @@ pub fn cold(
     .collect();
     let study = Cold {
         provenance: provenance(observations, &all),
-        candidates: stage.candidates.iter().map(|c| c.id.clone()).collect(),
+        candidates: stage.stage.candidates.iter().map(|c| c.id.clone()).collect(),
         parameters: parameter_values(&trained),
         checks: checks(&series),
         series,

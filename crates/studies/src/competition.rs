@@ -13,6 +13,15 @@ use rijke_rig::Rig;
 /// Number of positions at which the lines of a figure are computed.
 const LINE_POINTS: usize = 121;
 
+/// What a stage hands to the next: the candidates in use and what is known of their parameters.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// One candidate per role.
+    pub candidates: Vec<Candidate>,
+    /// Their parameters.
+    pub knowledge: Knowledge,
+}
+
 /// One row of a table: the model with some candidates of its own.
 pub(crate) struct Competitor {
     pub(crate) id: String,
@@ -26,10 +35,17 @@ pub(crate) struct Competitor {
 }
 
 impl Competitor {
-    /// One candidate on top of others.
-    pub(crate) fn new(own: &Candidate, base: &[Candidate], known: &Knowledge) -> Self {
+    /// One candidate on top of an earlier stage.
+    pub(crate) fn new(own: &Candidate, stage: &Stage) -> Self {
         let (id, label) = (own.id.clone(), own.name.clone());
-        Self { id, label, own: vec![own.clone()], base: base.to_vec(), known: vec![known.clone()] }
+        let (base, known) = (stage.candidates.clone(), vec![stage.knowledge.clone()]);
+        Self { id, label, own: vec![own.clone()], base, known }
+    }
+
+    /// What the next stage starts from if this row is chosen.
+    pub(crate) fn stage(&self, trained: &Trained) -> Stage {
+        let candidates = [self.base.as_slice(), &self.own].concat();
+        Stage { candidates, knowledge: trained.knowledge() }
     }
 
     pub(crate) fn assembly(&self, rig: &Rig) -> Result<Assembly, StudyError> {
@@ -213,6 +229,17 @@ pub(crate) fn winner(models: &[ProngModel]) -> Option<(usize, &ProngModel)> {
         .enumerate()
         .filter(|(_, m)| m.published.is_some())
         .max_by(|a, b| marginal(a.1).total_cmp(&marginal(b.1)))
+}
+
+/// Evidence in nats below which a lead does not decide.
+pub(crate) const DECIDES: f64 = 3.0;
+
+/// The first row of all, candidates beyond the paper included, that is within [`DECIDES`] of the best on `points` points:
+/// where the evidence does not decide, what comes first in the table goes on.
+pub(crate) fn first_of_the_best(models: &[ProngModel], points: usize) -> Option<usize> {
+    let total = |m: &ProngModel| marginal(m) * points as f64;
+    let best = models.iter().map(total).fold(f64::NEG_INFINITY, f64::max);
+    models.iter().position(|m| m.evidence.is_some() && total(m) > best - DECIDES)
 }
 
 /// Kendall's tau between our order and the published one, over the published models.

@@ -16,11 +16,11 @@ use rijke_model::{Assembly, Knowledge, Noise, Observed, Training, train};
 /// # Errors
 /// Those of the model.
 pub fn feedback(hot: &Hot) -> Result<Feedback, StudyError> {
-    let mut candidates = hot.cold.candidates.clone();
+    let mut candidates = hot.cold.stage.candidates.clone();
     candidates.extend(chosen(&catalogue()?, &["feedback.free"])?);
     let assembly = Assembly::new(hot.rig.clone(), candidates)?;
     let points = inferred(hot, &assembly)?;
-    let ids: Vec<&str> = hot.cold.candidates.iter().map(|c| c.id.as_str()).collect();
+    let ids: Vec<&str> = hot.cold.stage.candidates.iter().map(|c| c.id.as_str()).collect();
     Ok(Feedback {
         provenance: hot.provenance.clone(),
         model: format!("calibrated: {}", ids.join(", ")),
@@ -56,7 +56,7 @@ fn inferred(hot: &Hot, assembly: &Assembly) -> Result<Vec<FeedbackPoint>, StudyE
             pressure: fixed(2),
             measured: false,
         },
-        known: vec![hot.cold.knowledge.clone()],
+        known: vec![hot.cold.stage.knowledge.clone()],
         search: gauss_newton(),
         base_errors: true,
         checks: None,
@@ -159,7 +159,8 @@ fn calibrated_checks(points: &[FeedbackPoint]) -> Vec<Check> {
             statement: "At the same points the angle of k_eu is flat: it scatters by less than 0.2 rad.".into(),
             holds: lag_spread < 0.2,
             figure: format!("{lag:.3} rad, sd {lag_spread:.3} rad"),
-            explanation: None,
+            explanation: (lag_spread >= 0.2)
+                .then(|| "The virtual rig's wire lags by a time that falls as 1/U_h, as Lighthill's does.".to_owned()),
         },
     ]
 }

@@ -93,11 +93,11 @@ pub fn heat_release(hot: &Hot, thorough: bool) -> Result<(HeatRelease, Chosen), 
 }
 
 fn competitors(hot: &Hot, catalogue: &Catalogue) -> Result<Vec<Competitor>, StudyError> {
-    let cold = &hot.cold;
+    let cold = &hot.cold.stage;
     let mut rows = Vec::new();
     for number in 1..=PUBLISHED.len() {
         let own = chosen(catalogue, &[&format!("heat-release.{number}")])?;
-        rows.push(Competitor::new(&own[0], &cold.candidates, &cold.knowledge));
+        rows.push(Competitor::new(&own[0], cold));
     }
     for ids in BEYOND {
         let own = chosen(catalogue, ids)?;

@@ -1,10 +1,10 @@
 //! Table 3: which drag and blockage does the cold heater have?
 
-use crate::catalogue::{catalogue, chosen};
-use crate::competition::{Competition, Competitor, agreement, marginal, measured, winner};
-use crate::prongs::{base_of_prongs, observed, provenance};
+use crate::catalogue::catalogue;
+use crate::competition::{Competition, Competitor, Stage, agreement, marginal, measured, winner};
+use crate::prongs::{observed, provenance};
 use crate::{Check, ProngModel, Prongs, StudyError};
-use rijke_model::{Knowledge, Observed};
+use rijke_model::Observed;
 use rijke_rig::{Observations, Rig};
 
 /// ln BFL, ln OF and ln ML per datapoint as printed in Table 3.
@@ -12,17 +12,15 @@ const PUBLISHED: [[f64; 3]; 3] =
     [[-3.7472, -0.0949, -3.8420], [-1.6648, -0.1947, -1.8595], [0.4209, -0.4047, 0.0162]];
 
 /// Trains the three models of the heater on the points with a cold heater and no thermocouples (rows C1 and C2), on top
-/// of the prong model `prongs` and what its training found, `known` (from [`crate::prongs_and_knowledge`]). Returns the
-/// posterior of the winner as well: what the next stage knows.
+/// of the stage `before` (from [`crate::prongs_stage`]). Returns what the next stage starts from as well.
 ///
 /// # Errors
 /// [`StudyError::NoPoint`] without such points; [`StudyError::NoWinner`] if no model could be fitted.
 pub fn cold_heater(
     observations: &Observations,
-    prongs: &str,
-    known: &Knowledge,
+    before: &Stage,
     thorough: bool,
-) -> Result<(Prongs, Knowledge), StudyError> {
+) -> Result<(Prongs, Stage), StudyError> {
     let rig = &observations.rig;
     let all: Vec<Observed> = observed(observations, |p| p.heater && p.power == 0.0 && !p.thermocouples)?;
     if all.len() < 2 {
@@ -31,10 +29,7 @@ pub fn cold_heater(
         });
     }
     let catalogue = catalogue()?;
-    let mut base = base_of_prongs()?;
-    base.extend(chosen(&catalogue, &[prongs])?);
-    let competing =
-        catalogue.competing("heater").into_iter().map(|c| Competitor::new(c, &base, known)).collect();
+    let competing = catalogue.competing("heater").into_iter().map(|c| Competitor::new(c, before)).collect();
     let competition = Competition {
         rig,
         competing,
@@ -45,9 +40,10 @@ pub fn cold_heater(
         shown: &all,
         trained_on: &all,
     };
-    let (models, mut trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
+    let (models, trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
     let (best, id) = winner(&models).map(|(k, m)| (k, m.id.clone())).ok_or(StudyError::NoWinner)?;
-    let knowledge = trained.swap_remove(best).ok_or(StudyError::NoWinner)?.knowledge();
+    let stage =
+        trained[best].as_ref().map(|t| competition.competing[best].stage(t)).ok_or(StudyError::NoWinner)?;
     let study = Prongs {
         provenance: provenance(observations, &all),
         measured: all.iter().map(measured).collect(),
@@ -57,7 +53,7 @@ pub fn cold_heater(
         checks: checks(&models, rig, &all),
         models,
     };
-    Ok((study, knowledge))
+    Ok((study, stage))
 }
 
 /// The physical statements of section 6.3.

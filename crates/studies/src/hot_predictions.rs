@@ -183,7 +183,7 @@ fn training(hot: &Hot, from_cold: bool) -> Training {
     Training {
         microphones: hot.microphones(),
         noise: Noise::FLOATED,
-        known: if from_cold { vec![hot.cold.knowledge.clone()] } else { Vec::new() },
+        known: if from_cold { vec![hot.cold.stage.knowledge.clone()] } else { Vec::new() },
         search: gauss_newton(),
         base_errors: true,
         checks: None,

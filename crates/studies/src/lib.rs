@@ -24,10 +24,12 @@ mod lumped;
 mod microphones;
 mod prongs;
 mod records;
+mod truths;
 
 pub use campaign::{CampaignRead, CampaignRow, PointRead, campaign};
 pub use catalogue::catalogue;
 pub use cold::{ColdStage, cold};
+pub use competition::Stage;
 pub use consistency::consistency;
 pub use empty_tube::{empty_tube, true_empty_tube};
 pub use error::StudyError;
@@ -38,10 +40,11 @@ pub use hot::Hot;
 pub use hot_predictions::{figure_8, figure_9, figure_10, figure_11};
 pub use lumped::{LumpedConvergence, LumpedRow, lumped_convergence};
 pub use microphones::microphones;
-pub use prongs::{prongs, prongs_and_knowledge};
+pub use prongs::{prongs, prongs_stage};
 pub use records::{
     Case, Check, Cold, ColdSeries, Consistency, ConsistencyRow, CurvePoint, EmptyTube, Evidence, Feedback,
     FeedbackPoint, HeatRelease, HotPoint, HotPredictions, MeasuredPoint, Microphones, ParameterName,
     ParameterValue, PredictedPoint, ProngModel, Prongs, Provenance, RejectedRecord, TruthRow, Truths,
 };
 pub use rijke_rig::DataKind;
+pub use truths::truths;

@@ -8,9 +8,7 @@ use rijke_lab::{Truth, VirtualRig};
 use rijke_model::{Assembly, Conditions, Noise, Observed, PointModel, Training, Workspace, train};
 use rijke_numerics::{C64, Cholesky, Matrix, Order, Stream, Streams};
 use rijke_rig::{Campaign, DataKind, Day, Observations, Ping, PointObservations, RecordSource, Rig};
-use rijke_studies::{
-    catalogue, cold_heater, empty_tube, microphones, prongs, prongs_and_knowledge, true_empty_tube,
-};
+use rijke_studies::{catalogue, cold_heater, empty_tube, microphones, prongs, prongs_stage, true_empty_tube};
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
@@ -158,8 +156,8 @@ fn exact_the_heater_that_made_the_data_wins_table_3() {
     let mut observations = made_by(&ids[..3], &values[..5], "before", SD, |id| id.starts_with("C3"));
     let heater = made_by(&ids, &values, "heater", SD, |id| id.starts_with("C1") || id.starts_with("C2"));
     observations.points.extend(heater.points);
-    let (prongs, known) = prongs_and_knowledge(&observations, false).unwrap();
-    let (found, _) = cold_heater(&observations, &prongs.winner, &known, false).unwrap();
+    let (_, stage) = prongs_stage(&observations, false).unwrap();
+    let (found, _) = cold_heater(&observations, &stage, false).unwrap();
     assert_eq!((found.winner.as_str(), found.measured.len()), ("heater.3", 34));
     assert!(found.checks.iter().all(|c| c.holds), "{:?}", found.checks);
     for (name, truth) in [("kappa", 0.9), ("drag", 0.06), ("heat_r", 0.02), ("heat_i", 0.01)] {
@@ -171,8 +169,8 @@ fn exact_the_heater_that_made_the_data_wins_table_3() {
 #[test]
 fn lab_the_cold_heater_is_more_than_an_orifice() {
     let observations = laboratory(1, &["C3", "C1", "C2"]);
-    let (prongs, known) = prongs_and_knowledge(&observations, false).unwrap();
-    let (found, _) = cold_heater(&observations, &prongs.winner, &known, false).unwrap();
+    let (_, stage) = prongs_stage(&observations, false).unwrap();
+    let (found, _) = cold_heater(&observations, &stage, false).unwrap();
     // The physical statements of section 6.3; they hold without having been tuned to.
     assert!(found.checks.iter().all(|c| c.holds), "{:?}", found.checks);
     assert_ne!(found.winner, "heater.1", "{:?}", found.checks);

@@ -199,6 +199,11 @@ fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
             let slope = 1.0 - t * t;
             [t, slope, -2.0 * t * slope]
         }
+        Function::BesselRatio => {
+            let r = rijke_network::wall::bessel_ratio(z);
+            let slope = 1.0 - r / z - r * r;
+            [r, slope, -slope / z + r / (z * z) - 2.0 * r * slope]
+        }
         Function::Re | Function::Im | Function::Abs | Function::Arg | Function::Conj => return None,
     })
 }

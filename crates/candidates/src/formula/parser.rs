@@ -41,6 +41,7 @@ pub(super) enum Function {
     Sinh,
     Cosh,
     Tanh,
+    BesselRatio,
     Re,
     Im,
     Abs,
@@ -48,8 +49,8 @@ pub(super) enum Function {
     Conj,
 }
 
-/// Names of the functions; `log` is the natural logarithm, as in MATLAB and Python.
-const FUNCTIONS: [(&str, Function); 15] = [
+/// Names of the functions; `log` is the natural logarithm, as in MATLAB and Python; `bessel_ratio` is I1/I0 for Re z >= 0.
+const FUNCTIONS: [(&str, Function); 16] = [
     ("sqrt", Function::Sqrt),
     ("exp", Function::Exp),
     ("ln", Function::Ln),
@@ -60,6 +61,7 @@ const FUNCTIONS: [(&str, Function); 15] = [
     ("sinh", Function::Sinh),
     ("cosh", Function::Cosh),
     ("tanh", Function::Tanh),
+    ("bessel_ratio", Function::BesselRatio),
     ("re", Function::Re),
     ("im", Function::Im),
     ("abs", Function::Abs),

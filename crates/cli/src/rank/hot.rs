@@ -5,11 +5,12 @@ use crate::{
     failure::{Classify, Failure},
     ui::{Progress, Ui},
 };
+use rijke_lab::Truth;
 use rijke_model::{BaseStates, SavedModel};
 use rijke_rig::Observations;
 use rijke_studies::{
     Check, ColdStage, HeatRelease, Hot, HotPredictions, feedback, feedback_naive, figure_8, figure_9,
-    figure_10, figure_11, heat_release,
+    figure_10, figure_11, heat_release, truths,
 };
 use std::path::Path;
 
@@ -28,6 +29,7 @@ pub(super) fn hot(
     flow: &Path,
     cold: ColdStage,
     thorough: bool,
+    truth: Option<&Truth>,
     out: &Path,
     progress: &Progress,
 ) -> Result<Found, Failure> {
@@ -55,6 +57,10 @@ pub(super) fn hot(
     for figure in &figures {
         write(&numbers, &format!("figure_{}", figure.figure), figure)?;
     }
+    let truths = truth.map(|t| truths(observations, t, &hot, &best)).transpose().or_failed()?;
+    if let Some(truths) = &truths {
+        write(&numbers, "truths", truths)?;
+    }
     let trained_on = table.measured.iter().map(|m| m.measured.id.clone()).collect();
     let saved = SavedModel::new(
         &best.assembly,
@@ -67,6 +73,7 @@ pub(super) fn hot(
     let checks = [&calibrated.checks, &naive.checks, &table.checks]
         .into_iter()
         .chain(figures.iter().map(|f| &f.checks))
+        .chain(truths.iter().map(|t| &t.checks))
         .flatten()
         .cloned()
         .collect();

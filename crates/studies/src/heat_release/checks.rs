@@ -30,7 +30,7 @@ pub(super) fn checks(models: &[ProngModel]) -> Vec<Check> {
             figure: constant.map(ml).join(", "),
             explanation: (marginal(two) < best_constant).then(|| king.to_owned()),
         },
-        compare("The power law of model 3 brings nothing over model 1... model 2 is more probable than model 3.", two, three, king),
+        compare("The extra freedom of model 3, a power law of Q_h, is not beneficial: model 3 is less probable than model 2.", two, three, king),
         compare("King's law with a constant delay (5) is less probable than Q_h with a constant delay (2).", two, five, king),
         compare("A constant delay is more probable than a constant angle: model 2 against 1.", two, one, king),
         compare("A constant delay is more probable than a constant angle: model 8 against 9.", eight, nine, king),
