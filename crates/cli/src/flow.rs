@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use rijke_flow::assimilate::{
     Method, NamedStates, Records, RunReport, Twin, TwinOptions, Warning, assimilate, staircase,
 };
-use rijke_flow::settled::{self, Settled};
+use rijke_flow::settled;
 use rijke_flow::{BaseStates, Closures, FlowError, Pipe};
 use rijke_numerics::Streams;
 use rijke_rig::{DataKind, Observations, Rig};
@@ -37,6 +37,9 @@ pub(crate) struct Args {
     /// whose error bars are about ten times too small.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
+    /// Fit each place of the heater by itself, as the paper does, instead of all together as one rig.
+    #[arg(long)]
+    separate: bool,
     /// TOML file of closures [default: those of the model].
     #[arg(long, value_name = "FILE")]
     closures: Option<PathBuf>,
@@ -122,16 +125,28 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
             "Process the clicks of a row with power (say, H30), or give a record over time with flow.toml.";
         return Err(Failure::bad_input(message).at(folder).remedy(remedy));
     }
+    // Each place by itself is a fit of one run.
+    let groups: Vec<&[(Pipe, settled::Run)]> =
+        if args.separate { runs.chunks(1).collect() } else { vec![runs.as_slice()] };
     let progress = ui.progress("heater positions", runs.len() as u64);
-    let fit = |(pipe, run): &(Pipe, settled::Run)| {
-        let report = Settled::fit(pipe, run)?.report();
-        progress.advance(1);
+    let fit = |group: &&[(Pipe, settled::Run)]| {
+        let report = settled::Fit::new(group)?.report();
+        progress.advance(group.len() as u64);
         report
     };
-    let fits: Result<Vec<_>, FlowError> = runs.par_iter().map(fit).collect();
-    let fits = fits.or_failed()?;
+    let fits: Result<Vec<_>, FlowError> = groups.par_iter().map(fit).collect();
     drop(progress);
-    Ok(gather(args, observations.kind, &observations.rig, observations.source, fits))
+    let (mut reports, mut states) = (Vec::new(), NamedStates::new());
+    for (n, (run, mut named)) in fits.or_failed()?.into_iter().enumerate() {
+        if args.separate {
+            // Causes are shared by name; places that were fitted apart share none.
+            let errors = named.iter_mut().flat_map(|(_, state)| &mut state.errors);
+            errors.for_each(|e| e.cause = format!("place {}: {}", n + 1, e.cause));
+        }
+        reports.extend(run);
+        states.extend(named);
+    }
+    Ok(gather(args, observations.kind, &observations.rig, observations.source, reports, states))
 }
 
 /// From samples over time.
@@ -151,9 +166,10 @@ fn over_time(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<In
         run
     };
     let fits: Result<Vec<_>, FlowError> = records.runs.par_iter().map(run).collect();
-    let fits = fits.or_failed()?;
+    let (reports, states): (Vec<RunReport>, Vec<NamedStates>) = fits.or_failed()?.into_iter().unzip();
     drop(progress);
-    Ok(gather(args, records.kind, &records.rig, dir.display().to_string(), fits))
+    let states = states.into_iter().flatten().collect();
+    Ok(gather(args, records.kind, &records.rig, dir.display().to_string(), reports, states))
 }
 
 fn gather(
@@ -161,10 +177,10 @@ fn gather(
     kind: DataKind,
     rig: &Rig,
     source: String,
-    fits: Vec<(RunReport, NamedStates)>,
+    runs: Vec<RunReport>,
+    states: NamedStates,
 ) -> Inferred {
-    let (runs, states): (Vec<RunReport>, Vec<NamedStates>) = fits.into_iter().unzip();
-    let points = states.into_iter().flatten().collect();
+    let points = states.into_iter().collect();
     let document = Document { kind, rig: rig.name.clone(), seed: args.seed, runs };
     (document, BaseStates { kind, source, points })
 }

@@ -12,6 +12,7 @@
 
 mod ambient;
 mod batch;
+mod bounded;
 mod estimate;
 mod files;
 mod filter;
@@ -19,8 +20,9 @@ mod record;
 mod report;
 mod smoother;
 mod twin;
+mod whitening;
 
-pub use ambient::smooth_ambient;
+pub use ambient::{Ambient, smooth_ambient};
 pub use batch::Batch;
 pub use estimate::{Estimate, Health, Warning};
 pub use files::Records;

@@ -11,13 +11,16 @@
 //! All readings of all states together are one Gaussian vector, with noise per state ([`State::noise`]) and an error of the
 //! arrival times that is common to all states ([`Run::common`]).
 
+mod errors;
 mod fit;
 mod observed;
 mod prediction;
 mod report;
+#[cfg(test)]
+mod tests;
 mod unknowns;
 
-pub use fit::{Misfit, Settled};
+pub use fit::{Fit, Misfit, Settled};
 pub use observed::runs;
 pub use unknowns::unknowns;
 

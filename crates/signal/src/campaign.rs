@@ -123,7 +123,12 @@ pub fn process(
                 Fitted::Ping(fit_ping(&trace(&record), &options.ping).map(Box::new))
             } else {
                 let record = source.click(point, repeat)?;
-                let click = click_options(set, set.points[point].day, &options.click);
+                let click = click_options(
+                    set,
+                    set.points[point].day,
+                    set.points[point].point.power > 0.0,
+                    &options.click,
+                );
                 Fitted::Click(fit_click(&trace(&record), &click).map(Box::new))
             };
             advance();
@@ -221,8 +226,9 @@ fn rejection(record: &str, fault: &Fault) -> Rejection {
     Rejection { record: record.to_owned(), reason: fault.to_string() }
 }
 
-/// Known propagation in the tube on one day: Kirchhoff's boundary layers and the reflection at the open end.
-fn click_options(set: &RecordSet, day: usize, options: &ClickOptions) -> ClickOptions {
+/// Known propagation in the tube on one day: Kirchhoff's boundary layers and the reflection at the open end, which comes
+/// earlier by an unknown factor if the gas is `hot`.
+fn click_options(set: &RecordSet, day: usize, hot: bool, options: &ClickOptions) -> ClickOptions {
     let (rig, radius) = (&set.rig, set.rig.tube.radius());
     let air = rig.gas.at(set.days[day].ambient_temperature, rig.pressure);
     let loss = (0.5 * air.viscosity / air.density).sqrt() * (1.0 + (air.gamma - 1.0) / air.prandtl.sqrt())
@@ -237,6 +243,7 @@ fn click_options(set: &RecordSet, day: usize, options: &ClickOptions) -> ClickOp
             strength: -1.0,
             smoothing: radius / air.sound_speed,
             tolerance: 0.1,
+            pace_sd: if hot { 0.2 } else { 0.0 },
         }),
         ..options.clone()
     }
@@ -264,7 +271,7 @@ fn calibrate(
         .par_iter()
         .map(|&(which, repeat)| -> Result<_, RigError> {
             let record = source.calibration(which, repeat)?;
-            let click = click_options(set, set.calibrations[which].day, &options.click);
+            let click = click_options(set, set.calibrations[which].day, false, &options.click);
             let fit = fit_click(&trace(&record), &click);
             advance();
             Ok(fit)

@@ -50,6 +50,9 @@ pub struct Reflection {
     pub smoothing: f64,
     /// Standard deviation of each tap about that expectation, relative to `strength`.
     pub tolerance: f64,
+    /// Relative standard deviation of the lags, which have one factor in common: 0 if the speed of sound between
+    /// channels and end is known, some 0.2 if the gas there is hot.
+    pub pace_sd: f64,
 }
 
 impl Default for ClickOptions {
@@ -99,6 +102,9 @@ const MAX_STEPS: usize = 20;
 const SMALL_STEP: f64 = 1e-2;
 /// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is smooth.
 const MOVING_STEPS: usize = 3;
+/// Fits with new lags at most, and the relative change of a lag that needs none: 20 us of 1 ms.
+const PACES: usize = 2;
+const SAME_PACE: f64 = 0.02;
 /// Residual energy over impulse energy above which the channels do not show the same impulse.
 const MISFIT: f64 = 0.05;
 
@@ -112,6 +118,23 @@ const MISFIT: f64 = 0.05;
 pub fn fit_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickFit, Fault> {
     trace.screen(2)?;
     verdict::loud_hum(trace, options.mains_hz)?;
+    let (mut fit, mut pace) = fit_at_pace(trace, options)?;
+    let mut placed = options.clone();
+    // Windows depend on when the reflection comes: fit again until it comes when it is expected.
+    for _ in 0..PACES {
+        if (pace - 1.0).abs() < SAME_PACE {
+            break;
+        }
+        if let Some(reflection) = &mut placed.reflection {
+            reflection.lags.iter_mut().for_each(|lag| *lag *= pace);
+        }
+        (fit, pace) = fit_at_pace(trace, &placed)?;
+    }
+    Ok(fit)
+}
+
+/// Fits with windows for the stated lags; returns what the fit makes of them.
+fn fit_at_pace(trace: &Trace<'_>, options: &ClickOptions) -> Result<(ClickFit, f64), Fault> {
     let located = Located::find(trace, options)?;
     let segment = Segment::new(trace, &located.times, options)?;
     let mut fit = Model::start(&located, &segment, options);
@@ -151,7 +174,8 @@ pub fn fit_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickFit, 
     let significant = chi_squared > 1.0 + 3.0 * (2.0 / freedom).sqrt();
     let excess = if significant || !segment.noise_known { chi_squared } else { 1.0 };
     let frequencies = comparison_frequencies(options.band_hz);
-    Ok(fit.report(&inverse_scaled(&normal)?, excess, chi_squared, signal_to_noise, frequencies))
+    let pace = fit.pace;
+    Ok((fit.report(&inverse_scaled(&normal)?, excess, chi_squared, signal_to_noise, frequencies), pace))
 }
 
 impl ClickOptions {

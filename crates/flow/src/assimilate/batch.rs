@@ -1,14 +1,16 @@
-//! All clicks at once: the most probable unknowns, with Laplace's covariance.
+//! All clicks at once: the most probable unknowns, and the posterior around them.
 
+use super::bounded::moments;
 use super::estimate::{Estimate, Health};
 use super::record::observe;
+use super::whitening::Whitening;
 use super::{Record, smooth_ambient, unknowns_from};
 use crate::number::{Dual, Number};
 use crate::{FlowError, Pipe, Transient, UNKNOWNS, unknowns};
 use rijke_inference::{
     Data, Forward, ForwardError, MapOptions, Observation, Parameter, Parameters, Posterior, Prediction, Prior,
 };
-use rijke_numerics::{Matrix, Order};
+use rijke_numerics::{Matrix, Order, Streams};
 
 /// A record with a pipe, ready to be fitted.
 ///
@@ -21,32 +23,24 @@ pub struct Batch<'a> {
     pub(crate) priors: [Parameter; UNKNOWNS],
     pub(crate) ambient: Vec<f64>,
     pub(crate) bin: usize,
-    /// Mean reading of every sensor in every bin.
-    pub(crate) means: Vec<Vec<f64>>,
-    /// Covariance of those means.
-    pub(crate) covariances: Vec<Matrix>,
+    /// Mean reading of every sensor in every bin, one bin after the other.
+    pub(crate) means: Vec<f64>,
+    pub(crate) whitening: Whitening,
 }
 
 impl<'a> Batch<'a> {
     /// Averages over `bin` samples (10 is a good choice); `record` must have been [`Record::checked`].
     #[must_use]
     pub fn new(pipe: &'a Pipe, record: &'a Record, bin: usize) -> Self {
-        let (ambient, variance) = smooth_ambient(record);
         let bin = bin.max(1);
-        let (mut means, mut covariances) = (Vec::new(), Vec::new());
-        for (k, samples) in record.samples.chunks(bin).enumerate() {
-            let count = samples.len() as f64;
-            let mean = |j: usize| samples.iter().map(|s| s.readings[j]).sum::<f64>() / count;
-            means.push((0..record.sensors.len()).map(mean).collect());
-            // The error of the smoothed ambient temperature moves all sensors together.
-            let (t, var) = (ambient[k * bin], variance[k * bin]);
-            let by: Vec<f64> = record.sensors.iter().map(|s| s.by_ambient(pipe, t)).collect();
-            covariances.push(Matrix::from_fn(by.len(), by.len(), |i, j| {
-                let own = if i == j { record.sensors[i].sd.powi(2) / count } else { 0.0 };
-                own + by[i] * by[j] * var
-            }));
+        let ambient = smooth_ambient(record);
+        let mut means = Vec::new();
+        for samples in record.samples.chunks(bin) {
+            let mean = |j: usize| samples.iter().map(|s| s.readings[j]).sum::<f64>() / samples.len() as f64;
+            means.extend((0..record.sensors.len()).map(mean));
         }
-        Self { pipe, record, priors: unknowns(), ambient, bin, means, covariances }
+        let whitening = Whitening::new(pipe, record, &ambient, bin);
+        Self { pipe, record, priors: unknowns(), ambient: ambient.temperature, bin, means, whitening }
     }
 
     /// The same with other priors on the ten unknowns.
@@ -68,7 +62,7 @@ impl<'a> Batch<'a> {
         let implicit = self.pipe.implicit(record.interval);
         let mut state = Transient::cold(self.pipe, &unknowns, self.ambient[0])?;
         let (mut times, mut seen) = (Vec::new(), Vec::new());
-        let mut out = Vec::with_capacity(self.means.len() * record.sensors.len());
+        let mut out = Vec::with_capacity(self.means.len());
         let indexed: Vec<_> = record.samples.iter().zip(&self.ambient).collect();
         for samples in indexed.chunks(self.bin) {
             let mut sums = vec![N::constant(0.0); record.sensors.len()];
@@ -85,7 +79,8 @@ impl<'a> Batch<'a> {
         Ok(out)
     }
 
-    /// The most probable scores and their covariance.
+    /// The mean scores and their covariance: the most probable scores first, then the posterior of the model linearised
+    /// there, with the bounds of the priors kept exactly. The draws that this takes are the same in every run.
     ///
     /// # Errors
     /// [`FlowError::Inference`] with the words of the minimiser.
@@ -96,17 +91,30 @@ impl<'a> Batch<'a> {
         let mut names: Vec<String> = self.priors.iter().map(|p| p.name.clone()).collect();
         names.extend(self.record.biased().map(|(i, _)| format!("bias_{i}")));
         let parameters = Parameters::new(names.iter().cloned().map(score).collect()).map_err(words)?;
-        let observations =
-            self.means.iter().zip(&self.covariances).enumerate().map(|(k, (mean, c))| {
-                Observation::new(format!("bin {k}"), mean.clone()).with_floor(c.clone())
-            });
+        let sensors = self.record.sensors.len();
+        let unit = Matrix::identity(sensors);
+        let white = self.whitening.apply(self.means.clone());
+        let observations = white.chunks(sensors).enumerate().map(|(k, values)| {
+            Observation::new(format!("bin {k}"), values.to_vec()).with_floor(unit.clone())
+        });
         let data = Data::new(observations.collect(), Vec::new()).map_err(words)?;
         let posterior = Posterior::new(self, &data, &parameters).map_err(words)?;
         let fit = posterior.map(&MapOptions::default()).map_err(words)?;
         let laplace = posterior.laplace(&fit).map_err(words)?;
         let predicted = self.run(&fit.working)?;
         let health = Health::new(self, &fit.working, &laplace.covariance, &predicted, fit.stop.converged())?;
-        Estimate::new(&self.priors, names, fit.working, laplace.covariance, Some(health))
+        let slopes = Forward::predict(self, &fit.working, Order::First)
+            .map_err(|e| FlowError::Inference(e.to_string()))?
+            .jacobian;
+        let residual = self.means.iter().zip(&predicted).map(|(m, p)| m - p).collect();
+        let moments = moments(
+            &self.priors,
+            &fit.working,
+            &self.whitening.apply(residual),
+            &slopes,
+            &mut Streams::new(0).stream("flow/batch/bounded"),
+        )?;
+        Ok(Estimate::of_moments(&self.priors, names, moments, Some(health)))
     }
 }
 
@@ -116,7 +124,7 @@ const TOLERANCE: f64 = 1e-10;
 impl Forward for Batch<'_> {
     fn predict(&self, scores: &[f64], order: Order) -> Result<Prediction, ForwardError> {
         if order == Order::Value {
-            let values = self.run(scores).map_err(ForwardError::recoverable)?;
+            let values = self.whitening.apply(self.run(scores).map_err(ForwardError::recoverable)?);
             return Ok(Prediction { values, jacobian: Matrix::zeros(0, 0), curvature: Vec::new() });
         }
         // The constant errors act linearly; their columns need no derivatives.
@@ -129,15 +137,17 @@ impl Forward for Batch<'_> {
         let predicted = self.run(&seeds).map_err(ForwardError::recoverable)?;
         let biased: Vec<(usize, f64)> = self.record.biased().collect();
         let sensors = self.record.sensors.len();
-        let jacobian = Matrix::from_fn(predicted.len(), scores.len(), |k, i| {
-            if i < UNKNOWNS {
-                predicted[k].slopes[i]
-            } else {
-                let (sensor, sd) = biased[i - UNKNOWNS];
-                if k % sensors == sensor { sd } else { 0.0 }
-            }
-        });
-        let values = predicted.iter().map(|p| p.value).collect();
+        let column = |i: usize| -> Vec<f64> {
+            let slope = |k: usize| match i.checked_sub(UNKNOWNS) {
+                None => predicted[k].slopes[i],
+                Some(bias) if k % sensors == biased[bias].0 => biased[bias].1,
+                Some(_) => 0.0,
+            };
+            self.whitening.apply((0..predicted.len()).map(slope).collect())
+        };
+        let columns: Vec<Vec<f64>> = (0..scores.len()).map(column).collect();
+        let jacobian = Matrix::from_fn(predicted.len(), scores.len(), |k, i| columns[i][k]);
+        let values = self.whitening.apply(predicted.iter().map(|p| p.value).collect());
         Ok(Prediction { values, jacobian, curvature: Vec::new() })
     }
 

@@ -231,7 +231,7 @@ fn stages(
     record: &Record,
     estimate: &Estimate,
 ) -> Result<(Vec<PowerReport>, NamedStates), FlowError> {
-    let (ambient, _) = smooth_ambient(record);
+    let ambient = smooth_ambient(record).temperature;
     let (mut powers, mut states) = (Vec::new(), Vec::new());
     for (i, sample) in record.samples.iter().enumerate() {
         if record.samples.get(i + 1).is_some_and(|next| next.power == sample.power) {

@@ -3,11 +3,11 @@
 use super::{Batch, Estimate};
 use crate::FlowError;
 use rijke_inference::ensemble::{Ensemble, Noise, Smoother, smooth as smooth_ensemble};
-use rijke_numerics::{Cholesky, Matrix, Streams};
+use rijke_numerics::{Matrix, Streams};
 
 /// The estimate from `members` members (100 by default in the paper) and the passes of `smoother`.
 ///
-/// Data are whitened bin by bin first, so that their noise is independent.
+/// Data are whitened first, so that their noise is independent.
 ///
 /// # Errors
 /// [`FlowError::Ensemble`].
@@ -17,17 +17,12 @@ pub fn smooth(
     smoother: &Smoother,
     streams: &Streams,
 ) -> Result<Estimate, FlowError> {
-    let factors: Vec<Cholesky> = batch.covariances.iter().map(Cholesky::new).collect::<Result<_, _>>()?;
-    let sensors = batch.record.sensors.len();
-    let white = |values: &[f64]| -> Vec<f64> {
-        values.chunks(sensors).zip(&factors).flat_map(|(v, f)| f.whiten(v)).collect()
-    };
-    let measured = white(&batch.means.concat());
+    let measured = batch.whitening.apply(batch.means.clone());
     let noise = Noise::Independent(vec![1.0; measured.len()]);
     let prior =
         Ensemble::standard_normal(members, batch.scores(), &mut streams.stream("flow/smoother/prior"))?;
     let smoothed = smooth_ensemble(prior, &measured, &noise, smoother, streams, |scores| {
-        batch.run(scores).map(|predicted| white(&predicted))
+        batch.run(scores).map(|predicted| batch.whitening.apply(predicted))
     })?;
     let names = batch.priors.iter().map(|p| p.name.clone());
     let names = names.chain(batch.record.biased().map(|(i, _)| format!("bias_{i}"))).collect();

@@ -12,8 +12,10 @@ const WINDOW: f64 = 0.8e-3;
 /// elsewhere: an orifice plate reflects a third to a half of a click, which shifts its phase by a tenth of its 0.6 ms.
 const NEAR_SD: f64 = 30e-6;
 const FAR_SD: f64 = 2e-6;
-/// Part of the excess delay near the heater that changes when its gas gets hot.
-const NEAR_CHANGE: f64 = 0.1;
+/// The same where the open end is heard, which reflects twice as much and is modelled by signal processing: a quarter is left.
+const END_SD: f64 = 15e-6;
+/// Part of these shifts that changes when the gas gets hot.
+const CHANGE: f64 = 0.1;
 /// What is left in any arrival time when the pulse changes its shape along hot gas, s.
 const SHAPE_SD: f64 = 0.5e-6;
 
@@ -25,8 +27,8 @@ const SHAPE_SD: f64 = 0.5e-6;
 ///   say how much of it is calibration;
 /// * the heater reflects: up to a window's length below it, and within it, the direct click is shifted by about 30 us in all states
 ///   alike, of which a tenth may change with temperature;
-/// * the open end reflects: signal processing places that reflection with the cold speed of sound. In hot gas it comes earlier
-///   by dl; where it overlaps the window by a share o the time may be off by o dl.
+/// * the open end reflects, up to 60 us where its reflection overlaps the window wholly: signal processing models it, and may miss
+///   a quarter in all states alike, and a tenth that changes with temperature.
 ///
 /// # Errors
 /// Those of [`Run::checked`], with the heater's place, and of the model.
@@ -58,7 +60,10 @@ pub fn runs(
         let local: Vec<f64> = pipe
             .microphones
             .iter()
-            .map(|&(x, _)| if near(&pipe, x) { NEAR_SD.powi(2) } else { FAR_SD.powi(2) })
+            .map(|&(x, _)| {
+                let heater = if near(&pipe, x) { NEAR_SD } else { FAR_SD };
+                heater.powi(2) + (END_SD * overlap(&pipe, x, 343.0)).powi(2)
+            })
             .collect();
         let run =
             Run { heater, states, common: stated.plus(1.0, &Matrix::diagonal(&local)) }.checked(&pipe)?;
@@ -74,6 +79,13 @@ fn near(pipe: &Pipe, x: f64) -> bool {
     x < high && x > low - 0.5 * WINDOW * 343.0
 }
 
+/// Share of a click's window at `x` in which the reflection at the open end is heard, at speed of sound `c`. The end reflects
+/// from 0.61 radii beyond it (Levine & Schwinger 1948).
+fn overlap(pipe: &Pipe, x: f64, c: f64) -> f64 {
+    let lag = 2.0 * (pipe.length + 0.305 * pipe.diameter - x) / c;
+    (1.0 - lag / WINDOW).max(0.0)
+}
+
 fn state(p: &PointObservations, pipe: &Pipe) -> Result<Option<State>, FlowError> {
     let Some(click) = &p.click else { return Ok(None) };
     let power = p.point.power;
@@ -82,15 +94,11 @@ fn state(p: &PointObservations, pipe: &Pipe) -> Result<Option<State>, FlowError>
     if power > 0.0 {
         let guess = pipe.steady(&Parameters::default(), power, ambient)?;
         let top = guess.gas.march.face.last().copied().unwrap_or(ambient);
-        let (cold, hot) = (pipe.air.sound_speed(ambient), pipe.air.sound_speed(top));
-        // Levine & Schwinger 1948: the end reflects from 0.61 radii beyond it.
-        let end = pipe.length + 0.305 * pipe.diameter;
+        let hot = pipe.air.sound_speed(top);
         for (m, &(x, _)) in pipe.microphones.iter().enumerate() {
-            let lag = |c: f64| 2.0 * (end - x) / c;
-            let overlap = (1.0 - lag(hot) / WINDOW).max(0.0);
-            let reflection = overlap * (lag(cold) - lag(hot));
-            let heater = if near(pipe, x) { NEAR_CHANGE * NEAR_SD } else { 0.0 };
-            noise[(m, m)] += SHAPE_SD.powi(2) + reflection.powi(2) + heater.powi(2);
+            let end = 2.0 * NEAR_SD * CHANGE * overlap(pipe, x, hot);
+            let heater = if near(pipe, x) { CHANGE * NEAR_SD } else { 0.0 };
+            noise[(m, m)] += SHAPE_SD.powi(2) + end.powi(2) + heater.powi(2);
         }
     }
     Ok(Some(State {

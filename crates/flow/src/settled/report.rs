@@ -1,20 +1,34 @@
 //! A fitted run as numbers for figures, and its base states by name.
 
-use super::{SIX, Settled};
-use crate::FlowError;
+use super::{Fit, SIX, Settled};
 use crate::assimilate::{Health, NamedStates, PowerReport, ResidualReport, RunReport, UnknownReport};
+use crate::{BaseState, FlowError};
 
-impl Settled<'_> {
-    /// The report of the run, states in the order of power, and the base state of every operating point.
+impl Fit<'_> {
+    /// One report per run, and the base state of every operating point.
     ///
     /// # Errors
-    /// Those of [`Settled::base_states`].
-    pub fn report(&self) -> Result<(RunReport, NamedStates), FlowError> {
-        let bases = self.base_states(&format!("heater at {} m", self.run.heater))?;
+    /// Those of [`Fit::base_states`].
+    pub fn report(&self) -> Result<(Vec<RunReport>, NamedStates), FlowError> {
+        let states = self.base_states()?;
+        let mut rest = states.as_slice();
+        let mut reports = Vec::with_capacity(self.runs.len());
+        for run in &self.runs {
+            let (mine, others) = rest.split_at(run.run.states.len());
+            rest = others;
+            reports.push(run.report(mine)?);
+        }
+        Ok((reports, states))
+    }
+}
+
+impl Settled<'_> {
+    /// The run as numbers, states in the order of power.
+    fn report(&self, bases: &[(String, BaseState)]) -> Result<RunReport, FlowError> {
         let covariance = self.run.covariance();
         let mut first = 0;
-        let (mut powers, mut named) = (Vec::new(), Vec::new());
-        for ((state, predicted), base) in self.run.states.iter().zip(&self.predicted).zip(bases) {
+        let mut powers = Vec::new();
+        for ((state, predicted), (_, base)) in self.run.states.iter().zip(&self.predicted).zip(bases) {
             let residual = |j: usize| ResidualReport {
                 sensor: state.sensors[j],
                 reading: state.readings[j],
@@ -27,10 +41,9 @@ impl Settled<'_> {
                 state.id.clone(),
                 state.power,
                 base.temperature[0],
-                &base,
+                base,
                 residuals,
             ));
-            named.push((state.id.clone(), base));
         }
         powers.sort_by(|a, b| a.power_w.total_cmp(&b.power_w));
         let named_where = |test: &dyn Fn(usize) -> bool| {
@@ -47,7 +60,7 @@ impl Settled<'_> {
             converged: self.misfit.converged,
         };
         let unknown = |(k, p)| UnknownReport::new(p, self.mean[k], self.shrinkage(k));
-        let report = RunReport {
+        Ok(RunReport {
             heater_m: self.run.heater,
             method: None,
             warnings: health.warnings(),
@@ -56,7 +69,6 @@ impl Settled<'_> {
             powers,
             history: Vec::new(),
             innovation_chi_squared: None,
-        };
-        Ok((report, named))
+        })
     }
 }

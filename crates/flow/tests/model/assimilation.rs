@@ -38,28 +38,6 @@ fn lab_batch_finds_the_truth_of_a_short_twin() {
 }
 
 #[test]
-fn oracle_base_state_errors_are_differences_along_the_scores() {
-    let pipe = pipe(0.25, 1);
-    let record = short(&pipe, 4).record.checked(&pipe).unwrap();
-    let mut estimate = Batch::new(&pipe, &record, 10).fit().unwrap();
-    let base = estimate.base_state(&pipe, 180.0, AMBIENT).unwrap();
-    // var(U) = g' C g with g by central differences in the first eight scores.
-    let step = 1e-4;
-    let slope = |k: usize, estimate: &mut rijke_flow::assimilate::Estimate| {
-        let mut at = |h: f64| {
-            estimate.mean[k] += h;
-            let u = estimate.base_state(&pipe, 180.0, AMBIENT).unwrap().heater_velocity;
-            estimate.mean[k] -= h;
-            u
-        };
-        (at(step) - at(-step)) / (2.0 * step)
-    };
-    let g: Vec<f64> = (0..8).map(|k| slope(k, &mut estimate)).collect();
-    let variance = estimate.covariance.select(&[0, 1, 2, 3, 4, 5, 6, 7]).quadratic(&g);
-    assert!((base.heater_velocity_sd() / variance.sqrt() - 1.0).abs() < 1e-5);
-}
-
-#[test]
 fn lab_thermocouples_or_sound_speeds_serve_a_user_without_clicks() {
     let pipe = pipe(0.25, 1);
     let twin = short(&pipe, 5);

@@ -24,6 +24,9 @@ pub(super) struct Model<'a> {
     taps: Vec<f64>,
     /// The taps expected beforehand.
     expected: Vec<f64>,
+    /// Lag of the reflection over the lag stated, and its sd beforehand; none if the lag is known.
+    pub(super) pace: f64,
+    pace_sd: Option<f64>,
     waveform: Waveform,
 }
 
@@ -42,6 +45,8 @@ impl<'a> Model<'a> {
             times: located.times.clone(),
             gains: located.gains.clone(),
             expected: taps.clone(),
+            pace: 1.0,
+            pace_sd: options.reflection.as_ref().map(|r| r.pace_sd).filter(|sd| needed && *sd > 0.0),
             taps,
             waveform,
         };
@@ -70,7 +75,12 @@ impl<'a> Model<'a> {
     /// Lag of tap `j` behind the direct impulse at channel `m`.
     fn lag(&self, m: usize, j: usize) -> f64 {
         let lag = self.options.reflection.as_ref().map_or(0.0, |r| r.lags[m]);
-        lag + TAP_SPACING * (j as f64 - (TAPS / 2) as f64)
+        self.pace * lag + TAP_SPACING * (j as f64 - (TAPS / 2) as f64)
+    }
+
+    /// Number of unknowns of the reflection: its taps, and its pace if that is free.
+    fn reflected(&self) -> usize {
+        self.taps.len() + usize::from(self.pace_sd.is_some())
     }
 
     /// Where the time of channel `m` sits among the unknowns; its gain follows `channels - 1` later.
@@ -96,7 +106,7 @@ impl<'a> Model<'a> {
 
     /// Normal matrix, gradient and sum of squares of the residuals in units of the noise, backgrounds eliminated.
     pub(super) fn linearise(&self, segment: &Segment, rows: &Rows) -> (Matrix, Vec<f64>, f64) {
-        let (others, taps, size) = (self.times.len() - 1, self.taps.len(), self.waveform.coefficients.len());
+        let (others, taps, size) = (self.times.len() - 1, self.reflected(), self.waveform.coefficients.len());
         let total = 2 * others + taps + size;
         let mut normal = Matrix::zeros(total, total);
         let mut gradient = vec![0.0; total];
@@ -130,6 +140,10 @@ impl<'a> Model<'a> {
                             design[2 + taps + k][n - from] += gain * rho * phi;
                         }
                         design[2 + j][n - from] = gain * late.0;
+                        if self.pace_sd.is_some() {
+                            let lag = self.options.reflection.as_ref().map_or(0.0, |r| r.lags[m]);
+                            design[1 + taps][n - from] -= gain * rho * late.1 * lag;
+                        }
                         (value, slope) = (value + rho * late.0, slope + rho * late.1);
                     }
                 }
@@ -162,7 +176,12 @@ impl<'a> Model<'a> {
     /// Adds to the normal equations what is known about taps and waveform without the record. The unknown parabola of
     /// each background would leave that of the waveform open, were it not that the impulse begins and ends with zero.
     fn add_prior(&self, first: usize, normal: &mut Matrix, gradient: &mut [f64]) {
-        let taps = self.taps.len();
+        let taps = self.reflected();
+        if let Some(sd) = self.pace_sd {
+            let place = first + taps - 1;
+            normal[(place, place)] += sd.powi(-2);
+            gradient[place] -= (self.pace - 1.0) * sd.powi(-2);
+        }
         if let Some(reflection) = &self.options.reflection {
             let weight = (reflection.tolerance * reflection.strength).powi(-2);
             for (j, (tap, expected)) in self.taps.iter().zip(&self.expected).enumerate() {
@@ -189,7 +208,8 @@ impl<'a> Model<'a> {
                 self.gains[m] += step[others + i];
             }
         }
-        let unknowns = self.taps.iter_mut().chain(&mut self.waveform.coefficients);
+        let pace = self.pace_sd.is_some().then_some(&mut self.pace);
+        let unknowns = self.taps.iter_mut().chain(pace).chain(&mut self.waveform.coefficients);
         for (value, d) in unknowns.zip(&step[2 * others..]) {
             *value += d;
         }
@@ -239,7 +259,7 @@ impl<'a> Model<'a> {
         frequencies: Vec<f64>,
     ) -> ClickFit {
         let channels = self.times.len();
-        let first = 2 * (channels - 1) + self.taps.len();
+        let first = 2 * (channels - 1) + self.reflected();
         let spectrum = self.waveform.spectrum_map(&frequencies);
         let mut map = Matrix::zeros(channels + spectrum.rows(), inverse.rows());
         for m in 0..channels {
