@@ -33,7 +33,7 @@ pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// How to assimilate samples over time. Batch is the one whose error bars were tested; paper is the filter of Juniper & Yoko (2022),
+    /// How to assimilate samples over time. Batch is the one with the best error bars; paper is the filter of Juniper & Yoko (2022),
     /// whose error bars are about ten times too small.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,

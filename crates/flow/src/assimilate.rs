@@ -1,8 +1,8 @@
 //! From click arrival times to the base state: assimilation with honest certainty.
 //!
-//! * [`Batch`]: the most probable unknowns given all clicks of all powers, transients included, with Laplace's
-//!   covariance. The default, and the cheapest: over 200 twins its 2 sd intervals cover the sound speed in 93 to 97 %,
-//!   U_h in 90 % and the six parameters in 86 to 96 % of cases (docs/records/flow.md).
+//! * [`Batch`]: the most probable unknowns given all clicks of all powers, transients included, and the posterior around
+//!   them with the bounds of the priors. The default, and the cheapest: over 200 twins its 2 sd intervals cover the sound
+//!   speed in 92 to 97 %, U_h in 85 % and the six parameters in 84 to 97 % of cases (docs/records/flow.md).
 //! * [`smooth`]: ES-MDA, an ensemble smoother, free of derivatives; its coverage is not yet measured.
 //! * [`filter`]: the ensemble Kalman filter that the paper describes, and variants that repair parts of it. Its error
 //!   bars are too small; it is here to be compared.
