@@ -123,6 +123,14 @@ pub enum InferenceError {
         /// Name of the parameter.
         parameter: String,
     },
+    /// A referee that could not go on, or is not part of this build.
+    #[error("{referee} stopped: {problem}")]
+    Referee {
+        /// Which.
+        referee: &'static str,
+        /// Why.
+        problem: String,
+    },
     /// Dense algebra failed.
     #[error(transparent)]
     Dense(#[from] DenseError),

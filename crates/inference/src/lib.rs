@@ -54,6 +54,8 @@
 //! ```
 
 mod block;
+#[cfg(feature = "nuts")]
+mod bridge;
 mod data;
 pub mod ensemble;
 mod error;
@@ -67,6 +69,8 @@ mod marginal;
 mod minimise;
 mod nested;
 mod normal;
+#[cfg(feature = "nuts")]
+mod nuts;
 mod objective;
 mod parameters;
 mod posterior;
@@ -91,6 +95,8 @@ pub use marginal::MarginalFit;
 pub use minimise::{Calls, Method, Minimum, Stop, TrustRegion, minimise};
 pub use nested::Nested;
 pub use normal::{normal_cdf, normal_quantile};
+#[cfg(feature = "nuts")]
+pub use nuts::Nuts;
 pub use objective::{Energy, Objective};
 pub use parameters::Parameters;
 pub use posterior::Posterior;
@@ -98,5 +104,5 @@ pub use predictive::{Predicted, Residual};
 pub use prior::{Coordinates, Parameter, Prior};
 pub use rank::{Entry, RankedModel, Ranking, rank};
 pub use record::{Draws, ParameterRecord, Record, evidence_csv};
-pub use referee::{Judged, LikelihoodTarget, Referee, Target};
+pub use referee::{Judged, LikelihoodTarget, Referee, RefereeKind, Target};
 pub use simulate::{Calibration, ModelCheck, ParameterCheck};

@@ -190,6 +190,30 @@ impl Parameters {
         z
     }
 
+    /// Slopes with respect to the standard normal numbers `xi`, from slopes with respect to the working coordinates `z` that
+    /// belong to them.
+    ///
+    /// Both densities are one: dz/dxi = phi(xi)/p(z) for a parameter with a prior of its own.
+    pub(crate) fn along_standard_normal(
+        &self,
+        xi: &[f64],
+        z: &[f64],
+        slopes: &[f64],
+    ) -> Result<Vec<f64>, InferenceError> {
+        let mut out = vec![0.0; self.len()];
+        for i in (0..self.len()).filter(|&i| !self.tied[i]) {
+            let ln_phi = -0.5 * (xi[i] * xi[i] + (2.0 * PI).ln());
+            out[i] = slopes[i] * (ln_phi - self.list[i].ln_density(z[i])?[0]).exp();
+        }
+        for joint in &self.joint {
+            for (l, &j) in joint.members.iter().enumerate() {
+                let lower = joint.factor.lower();
+                out[j] = joint.members.iter().enumerate().map(|(k, &i)| slopes[i] * lower[(k, l)]).sum();
+            }
+        }
+        Ok(out)
+    }
+
     /// The first parameter whose prior is improper.
     #[must_use]
     pub fn improper(&self) -> Option<&Parameter> {

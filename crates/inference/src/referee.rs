@@ -1,7 +1,7 @@
 //! Referees: slow ways to the evidence and the posterior that do not rest on Laplace's approximation.
 
-use crate::{Calls, Fit, InferenceError, NoiseMode, Posterior};
-use rijke_numerics::{Cholesky, Order};
+use crate::{Calls, Fit, InferenceError, Nested, NoiseMode, Posterior};
+use rijke_numerics::{Cholesky, Order, Streams};
 
 /// A way to the evidence that needs no Gaussian approximation. Object safe.
 pub trait Referee: Sync {
@@ -25,6 +25,12 @@ pub trait Target: Sync {
     /// # Errors
     /// Recoverable where the model has no answer.
     fn ln_likelihood(&self, xi: &[f64]) -> Result<f64, InferenceError>;
+
+    /// ln of the likelihood at `xi` and its gradient there.
+    ///
+    /// # Errors
+    /// As [`Target::ln_likelihood`].
+    fn gradient(&self, xi: &[f64]) -> Result<(f64, Vec<f64>), InferenceError>;
 
     /// The working coordinates that belong to `xi`.
     fn working(&self, xi: &[f64]) -> Vec<f64>;
@@ -100,8 +106,60 @@ impl Target for LikelihoodTarget<'_> {
         Ok(self.posterior.parts_with(&self.filled(xi), Order::Value, self.factors.as_deref())?.ln_likelihood)
     }
 
+    fn gradient(&self, xi: &[f64]) -> Result<(f64, Vec<f64>), InferenceError> {
+        let (parameters, z) = (self.posterior.parameters(), self.filled(xi));
+        let p = parameters.len();
+        let parts = self.posterior.parts_with(&z, Order::First, self.factors.as_deref())?;
+        // What the parts hold is the slope of -ln likelihood - ln prior.
+        let prior = parameters.ln_density(&z[..p])?.gradient;
+        let slopes: Vec<f64> = (0..p).map(|i| -parts.gradient[i] - prior[i]).collect();
+        let mut gradient = parameters.along_standard_normal(&xi[..p], &z, &slopes)?;
+        for (coordinate, mean, sd) in &self.inferred {
+            let t = (z[*coordinate] - mean) / sd;
+            gradient.push(sd * (t / sd - parts.gradient[*coordinate]));
+        }
+        if !parts.ln_likelihood.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
+            return Err(InferenceError::NotFinite { value: parts.ln_likelihood, at: z });
+        }
+        Ok((parts.ln_likelihood, gradient))
+    }
+
     fn working(&self, xi: &[f64]) -> Vec<f64> {
         let (p, z) = (self.posterior.parameters().len(), self.filled(xi));
         (0..p).chain(self.inferred.iter().map(|i| i.0)).map(|i| z[i]).collect()
+    }
+}
+
+/// The referees by name, for those who choose one at run time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RefereeKind {
+    /// Nested sampling.
+    Nested,
+    /// NUTS with bridge sampling; needs the feature `nuts`.
+    Nuts,
+}
+
+impl RefereeKind {
+    /// The referee for a statistical error of about `error` nats, for a fit whose Occam factor is `ln_occam`.
+    ///
+    /// # Errors
+    /// [`InferenceError::Referee`] if it is not part of this build.
+    pub fn build(
+        self,
+        error: f64,
+        ln_occam: f64,
+        parameters: usize,
+        streams: Streams,
+    ) -> Result<Box<dyn Referee>, InferenceError> {
+        match self {
+            Self::Nested => Ok(Box::new(Nested::with_error(error, -ln_occam, parameters, streams))),
+            #[cfg(feature = "nuts")]
+            Self::Nuts => Ok(Box::new(crate::Nuts::with_error(error, streams))),
+            #[cfg(not(feature = "nuts"))]
+            Self::Nuts => Err(InferenceError::Referee {
+                referee: "the gradient sampler",
+                problem: "this program was built without it; build with `--features nuts`".to_owned(),
+            }),
+        }
     }
 }

@@ -84,3 +84,82 @@ fn exact_nested_sampling_states_its_own_error() {
     println!("nested sampling: mean pull {mean:.3} +- 0.158, root mean square {scatter:.3}");
     assert!(mean.abs() < 0.5 && (0.7..1.35).contains(&scatter), "{mean} {scatter} {pulls:.2?}");
 }
+
+/// Slopes of the target against central differences, with every kind of prior and an inferred noise.
+#[test]
+fn oracle_gradient_of_the_target() {
+    let (model, data, parameters) = ringing();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let target = LikelihoodTarget::new(&posterior, &fit).unwrap();
+    let xi = vec![0.3, -0.5, 0.2, 0.4];
+    let (value, gradient) = target.gradient(&xi).unwrap();
+    assert_eq!(value, target.ln_likelihood(&xi).unwrap());
+    for i in 0..4 {
+        let at = |h: f64| {
+            let mut moved = xi.clone();
+            moved[i] += h;
+            target.ln_likelihood(&moved).unwrap()
+        };
+        let slope = (8.0 * (at(1e-3) - at(-1e-3)) - (at(2e-3) - at(-2e-3))) / 12e-3;
+        assert!((gradient[i] - slope).abs() < 1e-7 * (1.0 + slope.abs()), "{i}: {} {slope}", gradient[i]);
+    }
+    let tied = parameters.with_joint(
+        &["frequency", "amplitude"],
+        &[2.0, 0.1],
+        &rijke_numerics::Matrix::from_fn(2, 2, |i, j| if i == j { 0.2 } else { 0.1 }),
+    );
+    let tied = tied.unwrap();
+    let posterior = Posterior::new(&model, &data, &tied).unwrap();
+    let target = LikelihoodTarget::new(&posterior, &fit).unwrap();
+    let direction = [0.2, -0.3, 0.5, 0.1];
+    let along = |h: f64| {
+        let moved: Vec<f64> = xi.iter().zip(direction).map(|(x, d)| x + h * d).collect();
+        target.ln_likelihood(&moved).unwrap()
+    };
+    let slope = (8.0 * (along(1e-3) - along(-1e-3)) - (along(2e-3) - along(-2e-3))) / 12e-3;
+    let found: f64 = target.gradient(&xi).unwrap().1.iter().zip(direction).map(|(g, d)| g * d).sum();
+    assert!((found - slope).abs() < 1e-7 * (1.0 + slope.abs()), "{found} {slope}");
+}
+
+#[cfg(feature = "nuts")]
+#[test]
+fn oracle_nuts_states_its_own_error() {
+    let parameters = Parameters::new((0..3).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
+    let observation = Observation::new("d", numbers("nested/y", 10))
+        .with_independent_noise(0, &(0..10).collect::<Vec<_>>());
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
+    let model = Linear(design("nested", 10, 3));
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let laplace = posterior.laplace(&fit).unwrap();
+    let target = LikelihoodTarget::new(&posterior, &fit).unwrap();
+    let pulls: Vec<f64> = (0..20)
+        .map(|seed| {
+            let judged = Nuts::with_error(0.1, Streams::new(seed)).judge(&target).unwrap();
+            assert!(judged.finished && judged.standard_error <= 0.1);
+            (judged.ln_marginal - laplace.evidence.ln_marginal) / judged.standard_error
+        })
+        .collect();
+    let scatter = (pulls.iter().map(|p| p * p).sum::<f64>() / 20.0).sqrt();
+    println!("NUTS and bridge sampling: root mean square pull {scatter:.2}: {pulls:.2?}");
+    // Half of the draws fit the bridge, whose own scatter the stated error leaves out.
+    assert!((0.5..1.8).contains(&scatter), "{scatter} {pulls:.2?}");
+}
+
+#[cfg(feature = "nuts")]
+#[test]
+fn oracle_nuts_on_a_curved_model() {
+    let (model, data, parameters) = ringing();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let found = posterior.assess(&AssessOptions { draws: 4000, ..AssessOptions::default() }).unwrap();
+    let exact = found.health.importance.unwrap();
+    let target = LikelihoodTarget::new(&posterior, &found.fit).unwrap();
+    let judged = Nuts::with_error(0.05, Streams::new(3)).judge(&target).unwrap();
+    let error = judged.standard_error.hypot(exact.standard_error);
+    println!(
+        "NUTS {} +- {}, {:?}; importance {exact:?}",
+        judged.ln_marginal, judged.standard_error, judged.calls
+    );
+    assert!((judged.ln_marginal - exact.ln_marginal).abs() < 4.0 * error);
+}
