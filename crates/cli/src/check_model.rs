@@ -5,12 +5,13 @@ use crate::{
     ui::Ui,
 };
 use rijke_inference::{
-    AssessOptions, Assessment, LikelihoodTarget, MapOptions, Nested, Parameters, Posterior, Referee, Target,
+    AssessOptions, Assessment, Draws, MapOptions, Parameters, Posterior, Record, RefereeKind,
 };
 use rijke_model::{Assembly, Conditions, Noise, Observed, PointModel, Predictor, data_of};
 use rijke_numerics::Streams;
 use rijke_rig::{Observations, Rig};
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 /// Check one model on observations: its evidence by other methods, and its estimates on data that it simulates itself.
 #[derive(clap::Args)]
@@ -19,7 +20,7 @@ use std::path::PathBuf;
     after_help = "Example:\n  rijke check-model virtual-rig --model wall.rayleigh,ends.calibrated,prongs.6\n  \
     rijke check-model virtual-rig --referee nested --referee-error 0.3\n\n\
     Fits the cold points without heater and thermocouples, all parameters at once, with floating noise. Then: starts\n\
-    elsewhere, importance sampling, doubled priors; on demand nested sampling; and refits of simulated data, for bias\n\
+    elsewhere, importance sampling, doubled priors; on demand nested sampling or NUTS; and refits of simulated data, for bias\n\
     and for the share of stated intervals that hold the truth."
 )]
 pub(crate) struct Args {
@@ -37,6 +38,12 @@ pub(crate) struct Args {
     /// Statistical error of the referee, nats; its cost grows with the inverse square.
     #[arg(long, value_name = "NATS", default_value_t = 0.3)]
     referee_error: f64,
+    /// Write all results of the checks as JSON to this file.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Write 1000 draws of the posterior (Laplace's Gaussian) to this file, for `arviz.from_json` in Python.
+    #[arg(long, value_name = "FILE")]
+    draws: Option<PathBuf>,
     /// Seed of every random number.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -44,9 +51,23 @@ pub(crate) struct Args {
 
 /// The slow methods on offer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Judge {
+pub(crate) enum Judge {
     /// Nested sampling.
     Nested,
+    /// The gradient sampler NUTS with bridge sampling; only if the program was built with the feature `nuts`.
+    Nuts,
+}
+
+impl Judge {
+    /// The referee, or what to do to get it.
+    pub(crate) fn kind(self) -> Result<RefereeKind, Failure> {
+        match self {
+            Self::Nested => Ok(RefereeKind::Nested),
+            Self::Nuts if cfg!(feature = "nuts") => Ok(RefereeKind::Nuts),
+            Self::Nuts => Err(Failure::bad_input("--referee nuts: this program was built without NUTS")
+                .remedy("Build it with `cargo build --release -p rijke-cli --features nuts`, or use --referee nested.")),
+        }
+    }
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
@@ -56,6 +77,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             args.referee_error
         )));
     }
+    let referee = args.referee.map(|judge| Ok((judge.kind()?, args.referee_error))).transpose()?;
     let below = args.dir.join("observations");
     let folder = if below.is_dir() { &below } else { &args.dir };
     let observations = Observations::read(folder)
@@ -76,13 +98,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let posterior = Posterior::new(&predictor, &data, &parameters).or_failed()?;
     let streams = Streams::new(args.seed);
 
-    let progress = ui.progress("checks", 3);
-    let found = posterior.assess(&AssessOptions { streams, ..AssessOptions::default() }).or_failed()?;
-    progress.advance(1);
-    let judged = match args.referee {
-        None => None,
-        Some(Judge::Nested) => Some(nested(&posterior, &found, args.referee_error, streams)?),
-    };
+    let progress = ui.progress("checks", 2);
+    let options = AssessOptions { streams, referee, ..AssessOptions::default() };
+    let found = posterior.assess(&options).or_failed()?;
     progress.advance(1);
     let check = match args.sets {
         0 => None,
@@ -90,11 +108,15 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     drop(progress);
 
-    ui.say(format!("{} on {} operating points", args.model.join(" + "), observed.len()));
-    say_evidence(ui, &found);
-    if let Some((value, error, calls)) = judged {
-        ui.say(format!("nested sampling: ln ML {value:.3} +- {error:.3} nats, {calls} model calls"));
+    let model = args.model.join(" + ");
+    if let Some(file) = &args.record {
+        write(file, &Record::new(&model, &parameters, &found))?;
     }
+    if let (Some(file), Ok(laplace)) = (&args.draws, &found.laplace) {
+        write(file, &Draws::new(&parameters, laplace, 1000, streams).or_failed()?)?;
+    }
+    ui.say(format!("{model} on {} operating points", observed.len()));
+    say_evidence(ui, &found);
     if let Some(check) = check {
         ui.say(format!("{} simulated data sets, {} without a fit", check.sets, check.failed));
         ui.say(format!(
@@ -142,19 +164,15 @@ fn assembly(rig: &Rig, ids: &[String]) -> Result<Assembly, Failure> {
     Assembly::new(rig.clone(), chosen).or_bad_input()
 }
 
-fn nested(
-    posterior: &Posterior<'_>,
-    found: &Assessment,
-    error: f64,
-    streams: Streams,
-) -> Result<(f64, f64, usize), Failure> {
-    let laplace = found.laplace.as_ref().map_err(|reason| {
-        Failure::failed(format!("the referee needs a maximum to hold the noise at: {reason}"))
-    })?;
-    let target = LikelihoodTarget::new(posterior, &found.fit).or_failed()?;
-    let nested = Nested::with_error(error, -laplace.evidence.ln_occam, target.size(), streams);
-    let judged = nested.judge(&target).or_failed()?;
-    Ok((judged.ln_marginal, judged.standard_error, judged.calls.total()))
+/// Writes a file in one piece: first beside it, then in its place.
+fn write(file: &Path, what: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(what).or_failed()?;
+    let mut beside = file.as_os_str().to_owned();
+    beside.push(".part");
+    std::fs::write(&beside, text + "\n")
+        .and_then(|()| std::fs::rename(&beside, file))
+        .or_failed()
+        .map_err(|f| f.at(file))
 }
 
 fn say_evidence(ui: &Ui, found: &Assessment) {
@@ -170,6 +188,9 @@ fn say_evidence(ui: &Ui, found: &Assessment) {
             ));
         }
         Err(reason) => ui.say(format!("no evidence: {reason}")),
+    }
+    if let Some(verdict) = &found.health.referee {
+        ui.say(verdict.to_string());
     }
     if let Some(i) = found.health.importance {
         ui.say(format!(

@@ -10,7 +10,7 @@ use crate::{
 use rijke_lab::Truth;
 use rijke_rig::{DataKind, Observations, PointObservations};
 use rijke_studies::{
-    Check, ProngModel, Prongs, campaign, cold, cold_heater, consistency, empty_tube, lumped_convergence,
+    Check, Depth, ProngModel, Prongs, campaign, cold, cold_heater, consistency, empty_tube, lumped_convergence,
     microphones, prongs_stage, true_empty_tube,
 };
 use serde::Serialize;
@@ -38,12 +38,19 @@ pub(crate) struct Args {
     /// Check every evidence by other starts, importance sampling and doubled priors; takes some ten times longer.
     #[arg(long)]
     thorough: bool,
+    /// Compare the evidences of Tables 2 and 3 with a slow method that needs no Gaussian approximation; implies --thorough.
+    #[arg(long)]
+    referee: Option<crate::check_model::Judge>,
+    /// Statistical error of the referee, nats; its cost grows with the inverse square.
+    #[arg(long, value_name = "NATS", default_value_t = 0.3)]
+    referee_error: f64,
     /// Replace OUT if it exists.
     #[arg(long)]
     force: bool,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let depth = depth(args)?;
     let below = args.dir.join("observations");
     let folder = if below.is_dir() { &below } else { &args.dir };
     let observations = Observations::read(folder)
@@ -60,7 +67,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let wrong = |f: Failure| f.at(folder);
     let tube = empty_tube(&observations, known).or_bad_input().map_err(wrong)?;
     progress.advance(1);
-    let (prongs, after_prongs) = prongs_stage(&observations, args.thorough).or_bad_input().map_err(wrong)?;
+    let (prongs, after_prongs) = prongs_stage(&observations, depth).or_bad_input().map_err(wrong)?;
     progress.advance(1);
     // Only a campaign with the heater attached and cold can say anything of it, and so on.
     let has = |thermocouples: bool| {
@@ -68,7 +75,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         observations.points.iter().any(|p| cold(p) && p.point.thermocouples == thermocouples)
     };
     let heater = has(false)
-        .then(|| cold_heater(&observations, &after_prongs, args.thorough))
+        .then(|| cold_heater(&observations, &after_prongs, depth))
         .transpose()
         .or_bad_input()
         .map_err(wrong)?;
@@ -106,7 +113,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
                 &observations,
                 flow,
                 stage,
-                args.thorough,
+                args.thorough || args.referee.is_some(),
                 virtual_data.then_some(&truth),
                 staged.path(),
                 &progress,
@@ -154,6 +161,18 @@ fn write(folder: &Path, name: &str, numbers: &impl Serialize) -> Result<(), Fail
     std::fs::write(&path, text + "\n").or_failed().map_err(|f| f.at(&path))
 }
 
+/// How far the evidences of Tables 2 and 3 are checked.
+fn depth(args: &Args) -> Result<Depth, Failure> {
+    if !(args.referee_error > 0.0 && args.referee_error.is_finite()) {
+        let problem = format!("--referee-error {} must be positive and finite", args.referee_error);
+        return Err(Failure::bad_input(problem));
+    }
+    match args.referee {
+        Some(judge) => Ok(Depth::Refereed(judge.kind()?, args.referee_error)),
+        None => Ok(args.thorough.into()),
+    }
+}
+
 fn table(ui: &Ui, study: &Prongs) {
     table_head(ui);
     for model in &study.models {
@@ -174,7 +193,12 @@ fn table_row(ui: &Ui, model: &ProngModel, best: &str) {
             "{name:<14} {:>10.4} {:>10.4} {:>10.4}   {}{mark}",
             e.ln_best_fit, e.ln_occam, e.ln_marginal, model.label
         )),
-        None => ui.say(format!("{name:<14} no evidence: {}", model.remark.as_deref().unwrap_or(""))),
+        None => {
+            return ui.say(format!("{name:<14} no evidence: {}", model.remark.as_deref().unwrap_or("")));
+        }
+    }
+    if let Some(remark) = &model.remark {
+        ui.say(format!("{:<14} {remark}", ""));
     }
 }
 

@@ -19,6 +19,8 @@ mod localise;
 mod smoother;
 
 #[cfg(test)]
+mod batch;
+#[cfg(test)]
 mod lorenz;
 #[cfg(test)]
 mod tests;

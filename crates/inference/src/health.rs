@@ -2,8 +2,8 @@
 
 use crate::held::Held;
 use crate::{
-    Calls, Coordinates, Fit, Gaussian, Importance, InferenceError, Laplace, Objective, Posterior, Prior,
-    TrustRegion, importance,
+    Calls, Coordinates, Fit, Gaussian, Importance, InferenceError, Laplace, LikelihoodTarget, Objective,
+    Posterior, Prior, RefereeKind, Target, TrustRegion, Verdict, importance,
 };
 use rijke_numerics::{Matrix, Order, Streams, symmetric_eigen};
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,8 @@ pub struct AssessOptions {
     pub random_starts: usize,
     /// Model calls spent on the importance-sampled evidence; zero leaves it out, and says so in the row.
     pub draws: usize,
+    /// A slow method to compare the evidence with, and its statistical error, nats.
+    pub referee: Option<(RefereeKind, f64)>,
     /// Random streams of starts and draws.
     pub streams: Streams,
 }
@@ -39,6 +41,9 @@ pub struct Assessment {
 pub struct Health {
     /// Evidence by importance sampling, if it was asked for.
     pub importance: Option<Importance>,
+    /// What the referee said, if one was asked.
+    #[serde(default)]
+    pub referee: Option<Verdict>,
     /// Other maxima of the posterior, most probable first.
     pub other_modes: Vec<Mode>,
     /// Starts that ended without converging, or at which the model failed.
@@ -83,6 +88,7 @@ impl Default for AssessOptions {
             starts: Vec::new(),
             random_starts: 4,
             draws: 256,
+            referee: None,
             streams: Streams::new(1),
         }
     }
@@ -136,6 +142,9 @@ impl Posterior<'_> {
         } else if !laplace.mean.is_empty() {
             health.warnings.push("the evidence was not checked by importance sampling".to_owned());
         }
+        if let (Some((kind, error)), false) = (options.referee, laplace.mean.is_empty()) {
+            health.referee = Some(self.ask(kind, error, fit, laplace, options, &mut health.warnings)?);
+        }
         if laplace.gauss_newton_only {
             health.warnings.push("the model has no second derivatives: Gauss-Newton Hessian".to_owned());
         }
@@ -149,6 +158,39 @@ impl Posterior<'_> {
             health.warnings.push(format!("at a bound: {}", health.at_bound.join(", ")));
         }
         Ok(())
+    }
+
+    /// The referee's verdict, and a warning if it contradicts Laplace's by more than three of its errors.
+    fn ask(
+        &self,
+        kind: RefereeKind,
+        error: f64,
+        fit: &Fit,
+        laplace: &Laplace,
+        options: &AssessOptions,
+        warnings: &mut Vec<String>,
+    ) -> Result<Verdict, InferenceError> {
+        let target = LikelihoodTarget::new(self, fit)?;
+        let evidence = laplace.evidence;
+        let referee = kind.build(error, evidence.ln_occam, target.size(), options.streams)?;
+        let judged = referee.judge(&target)?;
+        let gap = judged.ln_marginal - evidence.ln_marginal;
+        if !judged.finished {
+            warnings.push(format!("{} reached its cap on evaluations", referee.name()));
+        } else if gap.abs() > 3.0 * judged.standard_error {
+            warnings.push(format!(
+                "{} differs by {gap:+.2} nats, of an error of {:.2}",
+                referee.name(),
+                judged.standard_error
+            ));
+        }
+        Ok(Verdict {
+            referee: referee.name().to_owned(),
+            ln_marginal: judged.ln_marginal,
+            standard_error: judged.standard_error,
+            calls: judged.calls.total(),
+            finished: judged.finished,
+        })
     }
 
     fn find_modes(

@@ -104,5 +104,5 @@ pub use predictive::{Predicted, Residual};
 pub use prior::{Coordinates, Parameter, Prior};
 pub use rank::{Entry, RankedModel, Ranking, rank};
 pub use record::{Draws, ParameterRecord, Record, evidence_csv};
-pub use referee::{Judged, LikelihoodTarget, Referee, RefereeKind, Target};
+pub use referee::{Judged, LikelihoodTarget, Referee, RefereeKind, Target, Verdict};
 pub use simulate::{Calibration, ModelCheck, ParameterCheck};

@@ -2,6 +2,7 @@
 
 use crate::{Calls, Fit, InferenceError, Nested, NoiseMode, Posterior};
 use rijke_numerics::{Cholesky, Order, Streams};
+use serde::{Deserialize, Serialize};
 
 /// A way to the evidence that needs no Gaussian approximation. Object safe.
 pub trait Referee: Sync {
@@ -127,6 +128,29 @@ impl Target for LikelihoodTarget<'_> {
     fn working(&self, xi: &[f64]) -> Vec<f64> {
         let (p, z) = (self.posterior.parameters().len(), self.filled(xi));
         (0..p).chain(self.inferred.iter().map(|i| i.0)).map(|i| z[i]).collect()
+    }
+}
+
+/// What a referee said of one evidence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Which referee.
+    pub referee: String,
+    /// ln of the evidence, nats.
+    pub ln_marginal: f64,
+    /// Its statistical error as the referee states it, nats.
+    pub standard_error: f64,
+    /// Calls of the model.
+    pub calls: usize,
+    /// False if the cap on evaluations came first.
+    pub finished: bool,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { referee, ln_marginal, standard_error, calls, finished } = self;
+        let end = if *finished { "" } else { ", not finished" };
+        write!(f, "{referee}: ln ML {ln_marginal:.3} +- {standard_error:.3} nats, {calls} model calls{end}")
     }
 }
 

@@ -5,7 +5,7 @@ use crate::systematic::Reordered;
 use crate::{Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor};
 use rijke_inference::{
     AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter,
-    Parameters, Posterior, Stop,
+    Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
 
@@ -60,6 +60,8 @@ pub struct Trained {
     pub calls: Calls,
     /// Reasons not to trust the evidence; empty if it passed its checks or was not checked.
     pub warnings: Vec<String>,
+    /// What a referee said of the evidence, if one was asked.
+    pub referee: Option<Verdict>,
 }
 
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.
@@ -130,12 +132,12 @@ impl Fitting<'_> {
     ) -> Result<Trained, ModelError> {
         let exact = Reordered { inner: self.model, order: order.clone(), highest: Order::Second };
         let posterior = Posterior::new(&exact, data, self.parameters)?;
-        let (fit, laplace, warnings) = match &self.training.checks {
-            None => (self.search(data, order, &options)?, None, Vec::new()),
+        let (fit, laplace, warnings, referee) = match &self.training.checks {
+            None => (self.search(data, order, &options)?, None, Vec::new(), None),
             Some(checks) => {
                 let starts = options.start.into_iter().chain(checks.starts.iter().cloned()).collect();
                 let found = posterior.assess(&AssessOptions { starts, ..checks.clone() })?;
-                (found.fit, found.laplace.ok(), found.health.warnings)
+                (found.fit, found.laplace.ok(), found.health.warnings, found.health.referee)
             }
         };
         let mut laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
@@ -150,6 +152,7 @@ impl Fitting<'_> {
             laplace,
             stop: fit.stop,
             warnings,
+            referee,
             calls: fit.calls,
         })
     }

@@ -3,7 +3,7 @@
 use crate::{CurvePoint, Evidence, MeasuredPoint, ParameterValue, ProngModel, StudyError};
 use rayon::prelude::*;
 use rijke_candidates::Candidate;
-use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
+use rijke_inference::{AssessOptions, MapOptions, Parameter, RefereeKind, TrustRegion};
 use rijke_model::{
     Assembly, Conditions, Knowledge, Noise, Observed, PointModel, Trained, Training, Workspace, train,
 };
@@ -62,7 +62,7 @@ pub(crate) struct Competition<'a> {
     pub(crate) published: &'a [[f64; 3]],
     /// Whether each evidence is checked by other starts, importance sampling and doubled priors, which costs some
     /// hundred calls of the model.
-    pub(crate) thorough: bool,
+    pub(crate) depth: Depth,
     /// Whether the errors of the base states enter.
     pub(crate) base_errors: bool,
     /// Whether predictions are wanted between the shown points, which must then be cold.
@@ -71,6 +71,30 @@ pub(crate) struct Competition<'a> {
     pub(crate) shown: &'a [Observed],
     /// The points that train.
     pub(crate) trained_on: &'a [Observed],
+}
+
+/// How far an evidence is checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Depth {
+    /// Laplace's method alone.
+    #[default]
+    Evidence,
+    /// Other starts, importance sampling and doubled priors as well: some hundred calls of the model.
+    Thorough,
+    /// A referee too, to a statistical error in nats.
+    Refereed(RefereeKind, f64),
+}
+
+impl From<bool> for Depth {
+    fn from(thorough: bool) -> Self {
+        if thorough { Self::Thorough } else { Self::Evidence }
+    }
+}
+
+impl Depth {
+    fn referee(self) -> Option<(RefereeKind, f64)> {
+        if let Self::Refereed(kind, error) = self { Some((kind, error)) } else { None }
+    }
 }
 
 impl Competition<'_> {
@@ -93,6 +117,7 @@ impl Competition<'_> {
             search: search.search,
             // One stream per candidate: a further row must not change the others.
             streams: Streams::new(u64::from_le_bytes(*b"evidence")),
+            referee: self.depth.referee(),
             ..AssessOptions::default()
         };
         let training = Training {
@@ -101,7 +126,7 @@ impl Competition<'_> {
             known: competitor.known.clone(),
             search,
             base_errors: self.base_errors,
-            checks: self.thorough.then_some(checks),
+            checks: (self.depth != Depth::Evidence).then_some(checks),
         };
         let published = self.published.get(index).copied().map(evidence);
         let effects = competitor.own.iter().flat_map(|c| &c.effects);
@@ -130,7 +155,9 @@ impl Competition<'_> {
         };
         row.evidence = Some(evidence(trained.evidence.per_datapoint()));
         row.parameters = parameter_values(&trained);
-        row.remark = Some(trained.warnings.join("; ")).filter(|w| !w.is_empty());
+        let said = trained.referee.iter().map(ToString::to_string);
+        let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).collect();
+        row.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
         [row.growth_rate_noise_sd, row.angular_frequency_noise_sd, row.pressure_noise_sd] =
             std::array::from_fn(|g| trained.noise[g].sd);
         (row.at_points, row.line) = self.curves(&assembly, &trained.values)?;

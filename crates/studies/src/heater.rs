@@ -1,7 +1,7 @@
 //! Table 3: which drag and blockage does the cold heater have?
 
 use crate::catalogue::catalogue;
-use crate::competition::{Competition, Competitor, Stage, agreement, marginal, measured, winner};
+use crate::competition::{Competition, Competitor, Depth, Stage, agreement, marginal, measured, winner};
 use crate::prongs::{observed, provenance};
 use crate::{Check, ProngModel, Prongs, StudyError};
 use rijke_model::Observed;
@@ -19,7 +19,7 @@ const PUBLISHED: [[f64; 3]; 3] =
 pub fn cold_heater(
     observations: &Observations,
     before: &Stage,
-    thorough: bool,
+    depth: impl Into<Depth>,
 ) -> Result<(Prongs, Stage), StudyError> {
     let rig = &observations.rig;
     let all: Vec<Observed> = observed(observations, |p| p.heater && p.power == 0.0 && !p.thermocouples)?;
@@ -34,7 +34,7 @@ pub fn cold_heater(
         rig,
         competing,
         published: &PUBLISHED,
-        thorough,
+        depth: depth.into(),
         base_errors: false,
         line: true,
         shown: &all,

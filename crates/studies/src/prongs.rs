@@ -2,7 +2,7 @@
 
 use crate::catalogue::{catalogue, chosen};
 use crate::competition::{
-    Competition, Competitor, DECIDES, Stage, agreement, first_of_the_best, marginal, measured, winner,
+    Competition, Competitor, DECIDES, Depth, Stage, agreement, first_of_the_best, marginal, measured, winner,
 };
 use crate::empty_tube::PRESSURE_MODEL_ERROR;
 use crate::{Check, ProngModel, Prongs, Provenance, RejectedRecord, StudyError};
@@ -38,11 +38,11 @@ pub fn prongs(observations: &Observations) -> Result<Prongs, StudyError> {
 
 /// As [`prongs()`], with what the next stage starts from: the first model of the table and the candidates below it that no
 /// other beats by more than 3 nats, and the posterior of its parameters.
-/// `thorough` checks every evidence by other starts, importance sampling and doubled priors; warnings go into the rows.
+/// `depth` says how far every evidence is checked; warnings go into the rows.
 ///
 /// # Errors
 /// As [`prongs()`]; [`StudyError::NoWinner`] if no model could be fitted.
-pub fn prongs_stage(observations: &Observations, thorough: bool) -> Result<(Prongs, Stage), StudyError> {
+pub fn prongs_stage(observations: &Observations, depth: impl Into<Depth>) -> Result<(Prongs, Stage), StudyError> {
     let rig = &observations.rig;
     let all = observed(observations, |p| p.power == 0.0 && !p.heater && !p.thermocouples)?;
     let need = |need: &str| StudyError::NoPoint { need: need.to_owned() };
@@ -59,7 +59,7 @@ pub fn prongs_stage(observations: &Observations, thorough: bool) -> Result<(Pron
         rig,
         competing: competitors(rig, empty)?,
         published: &PUBLISHED,
-        thorough,
+        depth: depth.into(),
         base_errors: false,
         line: true,
         shown: &all,

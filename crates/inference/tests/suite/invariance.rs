@@ -257,3 +257,54 @@ fn exact_choice_of_reference_microphone() {
         }
     }
 }
+
+#[test]
+fn order_choice_of_reference_microphone_with_noise_in_the_data() {
+    // The covariance of relative pressures is that of the noise to first order: the posterior and the Bayes factor
+    // depend on the reference by terms of the noise squared, measured in posterior sd and in nats.
+    let a = [0.9, 0.4, -0.3];
+    let change = |sd: f64| {
+        let noise = numbers("reference", 8);
+        let p: Vec<C64> = Relative::pressures(&a)
+            .into_iter()
+            .enumerate()
+            .map(|(m, p)| p + sd * C64::new(noise[2 * m], noise[2 * m + 1]))
+            .collect();
+        let fits: Vec<(Vec<f64>, Vec<f64>, f64)> = (0..4)
+            .map(|reference| {
+                let others: Vec<C64> =
+                    (0..4).filter(|&m| m != reference).map(|m| p[m] / p[reference]).collect();
+                let values = others.iter().flat_map(|z| [z.re, z.im]).collect();
+                let scale = 1.0 / p[reference].norm_sqr();
+                let structure = Matrix::zeros(6, 6).plus(scale, &relative_noise(&others));
+                let observation = Observation::new("ping", values).with_noise(0, structure);
+                let data =
+                    Data::new(vec![observation], vec![NoiseGroup::fixed("pressure", "Pa", sd)]).unwrap();
+                let model = Relative { reference };
+                let fitted = |prior_sd: f64| {
+                    let list = (0..3).map(|i| normal(&format!("a{i}"), 1.1 * a[i], prior_sd));
+                    let parameters = Parameters::new(list.collect()).unwrap();
+                    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+                    let laplace = posterior.laplace(&posterior.map(&MapOptions::default()).unwrap()).unwrap();
+                    (laplace.parameters.clone(), laplace.sd(), laplace.evidence.ln_marginal)
+                };
+                let (narrow, wide) = (fitted(0.3), fitted(1.0));
+                (narrow.0, narrow.1, narrow.2 - wide.2)
+            })
+            .collect();
+        let mut largest = 0.0_f64;
+        for (values, _, factor) in &fits {
+            for i in 0..3 {
+                largest = largest.max((values[i] - fits[0].0[i]).abs() / fits[0].1[i]);
+            }
+            largest = largest.max((factor - fits[0].2).abs());
+        }
+        largest
+    };
+    let changes = [change(1e-2), change(1e-3), change(1e-4)];
+    assert!(changes[0] < 1e-3, "{changes:?}");
+    for pair in changes.windows(2) {
+        let order = (pair[0] / pair[1]).log10();
+        assert!((order - 2.0).abs() < 0.1, "{changes:?}");
+    }
+}

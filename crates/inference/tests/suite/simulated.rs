@@ -62,6 +62,50 @@ fn oracle_model_check_finds_no_bias_and_honest_sds() {
 }
 
 #[test]
+fn oracle_leave_one_out_against_refits() {
+    let (model, data, parameters) = clean();
+    let mut stream = Streams::new(5).stream("left out");
+    let noisy = Posterior::new(&model, &data, &parameters).unwrap();
+    let truth = parameters.working(&[1.3, 0.4, 2.1]);
+    let data = noisy.simulate(&truth, &mut stream).unwrap();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let laplace = posterior.laplace(&fit).unwrap();
+    for (b, residual) in posterior.residuals(&fit, &laplace).unwrap().iter().enumerate() {
+        // ln p(block | rest) = ln p(all) - ln p(rest), by a fit of the rest.
+        let others = data.observations().iter().enumerate().filter(|(k, _)| *k != b).map(|(_, o)| o.clone());
+        let rest = Data::new(others.collect(), data.groups().to_vec()).unwrap();
+        let times = model.times.iter().enumerate().filter(|(k, _)| k / 2 != b).map(|(_, t)| *t).collect();
+        let model = Ringing { times };
+        let posterior = Posterior::new(&model, &rest, &parameters).unwrap();
+        let without = posterior.laplace(&posterior.map(&MapOptions::default()).unwrap()).unwrap();
+        let exact = laplace.evidence.ln_marginal - without.evidence.ln_marginal;
+        assert!((residual.ln_left_out - exact).abs() < 0.05, "{b}: {} {exact}", residual.ln_left_out);
+    }
+}
+
+#[test]
+fn exact_draws_have_the_layout_that_arviz_reads() {
+    let (model, data, parameters) = ringing();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let laplace = posterior.laplace(&posterior.map(&MapOptions::default()).unwrap()).unwrap();
+    let draws = Draws::new(&parameters, &laplace, 40, Streams::new(2)).unwrap();
+    // from_json wants group -> variable -> chains -> draws, and attributes as group_attrs.
+    let json: serde_json::Value = serde_json::to_value(&draws).unwrap();
+    let groups: Vec<&String> = json.as_object().unwrap().keys().collect();
+    assert_eq!(groups, ["posterior", "posterior_attrs"]);
+    let variables = json["posterior"].as_object().unwrap();
+    assert_eq!(variables.len(), 3);
+    for values in variables.values() {
+        let chains = values.as_array().unwrap();
+        assert_eq!(chains.len(), 1);
+        assert_eq!(chains[0].as_array().unwrap().len(), 40);
+        assert!(chains[0].as_array().unwrap().iter().all(serde_json::Value::is_f64));
+    }
+    assert!(json["posterior_attrs"].as_object().unwrap().values().all(serde_json::Value::is_string));
+}
+
+#[test]
 fn exact_records_survive_json_and_csv() {
     let (model, data, parameters) = ringing();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
