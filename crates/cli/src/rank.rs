@@ -10,8 +10,8 @@ use crate::{
 use rijke_lab::Truth;
 use rijke_rig::{DataKind, Observations, PointObservations};
 use rijke_studies::{
-    Check, Depth, ProngModel, Prongs, campaign, cold, cold_heater, consistency, empty_tube, lumped_convergence,
-    microphones, prongs_stage, true_empty_tube,
+    Check, Depth, ProngModel, Prongs, campaign, cold, cold_heater, consistency, empty_tube,
+    lumped_convergence, microphones, prongs_stage, true_empty_tube,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};

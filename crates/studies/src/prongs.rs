@@ -42,7 +42,10 @@ pub fn prongs(observations: &Observations) -> Result<Prongs, StudyError> {
 ///
 /// # Errors
 /// As [`prongs()`]; [`StudyError::NoWinner`] if no model could be fitted.
-pub fn prongs_stage(observations: &Observations, depth: impl Into<Depth>) -> Result<(Prongs, Stage), StudyError> {
+pub fn prongs_stage(
+    observations: &Observations,
+    depth: impl Into<Depth>,
+) -> Result<(Prongs, Stage), StudyError> {
     let rig = &observations.rig;
     let all = observed(observations, |p| p.power == 0.0 && !p.heater && !p.thermocouples)?;
     let need = |need: &str| StudyError::NoPoint { need: need.to_owned() };
