@@ -151,7 +151,14 @@ impl Posterior<'_> {
         let held = Held::new(self, whole, free);
         // One call is for the slopes below.
         let budget = search.max_evaluations.saturating_sub(1).max(1);
-        let minimum = minimise(&held, &from, &TrustRegion { max_evaluations: budget, ..*search })?;
+        let search_without = TrustRegion { max_evaluations: budget, ..*search };
+        // A floor of low rank cannot stand alone: the noise is needed, however small.
+        let minimum = match minimise(&held, &from, &search_without) {
+            Err(InferenceError::NoStart { .. } | InferenceError::SingularCovariance { .. }) => {
+                return Ok(None);
+            }
+            other => other?,
+        };
         let z = held.filled(&minimum.z);
         *calls = calls.plus(minimum.calls);
         calls.count(Order::First);

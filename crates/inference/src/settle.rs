@@ -3,6 +3,9 @@
 use crate::{Energy, InferenceError, NoiseMode, Objective, Posterior, Prediction, TrustRegion, minimise};
 use rijke_numerics::Order;
 
+/// How far, in ln sd, a noise may be from the root mean square of its residuals before all coordinates are free.
+const REACH: f64 = 1.5;
+
 /// A floated noise that the floor may explain without it.
 pub(crate) struct Settled {
     pub(crate) coordinate: usize,
@@ -82,7 +85,14 @@ impl Posterior<'_> {
         let noise = NoiseAlone { posterior: self, prediction, z: z.to_vec() };
         let search = TrustRegion { tolerance: 1e-6, max_evaluations: 10, ..TrustRegion::default() };
         match minimise(&noise, &z[p..], &search) {
-            Ok(minimum) if minimum.stop.converged() => z[p..].copy_from_slice(&minimum.z),
+            Ok(minimum) if minimum.stop.converged() => {
+                // Far below its residuals a noise leaves C to the floor, which may be singular: the search over
+                // everything decides that, not this one.
+                let near = minimum.z.iter().zip(&z[p..]).all(|(new, old)| (new - old).abs() < REACH);
+                if near {
+                    z[p..].copy_from_slice(&minimum.z);
+                }
+            }
             Ok(_) => {}
             Err(error) if error.is_recoverable() || matches!(error, InferenceError::NoStart { .. }) => {}
             Err(error) => return Err(error),

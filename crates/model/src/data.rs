@@ -71,7 +71,7 @@ pub fn data_of(observed: &[Observed], microphones: &[usize], noise: &Noise) -> R
     data_apart_from(observed, microphones, noise, &vec![None; observed.len()])
 }
 
-/// As [`data_of`], with a covariance of the relative pressures on top where one is given.
+/// As [`data_of`], with the noise of the near field where a structure is given.
 pub(crate) fn data_apart_from(
     observed: &[Observed],
     microphones: &[usize],
@@ -87,19 +87,21 @@ pub(crate) fn data_apart_from(
         let block = Observation::new(observed.conditions.point.id.clone(), values)
             .with_independent_noise(0, &[0])
             .with_independent_noise(1, &[1]);
-        let floors = [noise.measured.then_some(covariance), doubtful.as_ref().map(padded)];
-        let floor = floors.into_iter().flatten().reduce(|a, b| a.plus(1.0, &b));
-        let block = floor.map_or_else(|| block.clone(), |floor| block.clone().with_floor(floor));
+        let block = if noise.measured { block.with_floor(covariance) } else { block };
         if size == 2 {
             return block;
         }
+        let block = match doubtful {
+            Some(near) => block.with_noise(NEAR_FIELD, padded(near)),
+            None => block,
+        };
         block.with_noise(2, padded(&relative_noise(&others(&observed.ping, microphones))))
     };
     Ok(Data::new(observed.iter().zip(doubtful).map(block).collect(), groups(microphones, noise))?)
 }
 
-/// What is added to the covariance of the relative pressures where microphones stand in the near field of the heater, closer
-/// to it than the radius of the tube; nothing where none does.
+/// Structure of the noise of the relative pressures where microphones stand in the near field of the heater, closer to it
+/// than the radius of the tube; nothing where none does.
 ///
 /// There the pressure is that of the flow through and round the plates, and no plane wave's. Such a microphone gets a standard
 /// deviation of a tenth, which is as good as leaving it out; the reference microphone's is one that all others share.
@@ -114,18 +116,20 @@ pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) 
     }
     let size = 2 * kept.len();
     let shared = relative_noise(&others(ping, microphones));
-    let (own, common) =
-        (NEAR_FIELD_SD.powi(2), if near(ping.reference) { NEAR_FIELD_SD.powi(2) } else { 0.0 });
+    let common = if near(ping.reference) { 1.0 } else { 0.0 };
     Some(Matrix::from_fn(size, size, |i, j| {
         let diagonal = f64::from(u8::from(i == j));
         // `relative_noise` is the identity, each microphone's own noise, and the reference's, which they share.
-        common * (shared[(i, j)] - diagonal) + if near(kept[i / 2]) { own * diagonal } else { 0.0 }
+        common * (shared[(i, j)] - diagonal) + if near(kept[i / 2]) { diagonal } else { 0.0 }
     }))
 }
 
 /// Standard deviation of a relative pressure in the near field of the heater. Two plates change the pressure there by a few
 /// per cent; a judgement, generous on purpose.
 const NEAR_FIELD_SD: f64 = 0.1;
+
+/// Its group of noise. Not part of the floor: from the floor the inference judges whether a floating noise is needed at all.
+const NEAR_FIELD: usize = 3;
 
 /// As [`data_of`], with the errors of the base states as a covariance that does not float; and for each number of the data
 /// its place in the prediction.
@@ -166,13 +170,14 @@ pub(crate) fn data_with_base_errors(
     let rows: Vec<usize> = (2..size).collect();
     for (p, observed) in observed.iter().enumerate().filter(|_| size > 2) {
         let floor = errors.covariance(&[p], &rows);
-        let floor = doubtful[p].iter().fold(floor, |floor, more| floor.plus(1.0, more));
         let own = measured[p].1.select(&rows);
-        blocks.push(
-            Observation::new(observed.conditions.point.id.clone(), measured[p].0[2..].to_vec())
-                .with_floor(floor.plus(if noise.measured { 1.0 } else { 0.0 }, &own))
-                .with_noise(2, relative_noise(&others(&observed.ping, microphones))),
-        );
+        let block = Observation::new(observed.conditions.point.id.clone(), measured[p].0[2..].to_vec())
+            .with_floor(floor.plus(if noise.measured { 1.0 } else { 0.0 }, &own))
+            .with_noise(2, relative_noise(&others(&observed.ping, microphones)));
+        blocks.push(match &doubtful[p] {
+            Some(near) => block.with_noise(NEAR_FIELD, near.clone()),
+            None => block,
+        });
         order.extend(rows.iter().map(|r| p * size + r));
     }
     Ok((Data::new(blocks, groups(microphones, noise))?, order))
@@ -191,6 +196,7 @@ fn groups(microphones: &[usize], noise: &Noise) -> Vec<NoiseGroup> {
     ];
     if microphones.len() > 1 {
         groups.push(group("relative pressure", "1", noise.pressure));
+        groups.push(NoiseGroup::fixed("near field of the heater", "1", NEAR_FIELD_SD));
     }
     groups
 }

@@ -214,6 +214,11 @@ pub(crate) fn position(observed: &Observed) -> f64 {
     observed.conditions.point.position.unwrap_or(0.0)
 }
 
+/// The error of a table in which nothing could be fitted.
+pub(crate) fn no_winner(models: &[ProngModel]) -> StudyError {
+    StudyError::NoWinner { remark: models.iter().find_map(|m| m.remark.clone()).unwrap_or_default() }
+}
+
 pub(crate) fn measured(observed: &Observed) -> MeasuredPoint {
     let Observed { conditions, ping } = observed;
     MeasuredPoint {

@@ -21,8 +21,11 @@ pub enum StudyError {
     #[error("no catalogue has a candidate called `{0}`")]
     NoCandidate(String),
     /// No competing model could be fitted, so nothing is known for the next stage.
-    #[error("none of the competing models could be fitted; look at their remarks and at the observations")]
-    NoWinner,
+    #[error("none of the competing models could be fitted; of the first: {remark}")]
+    NoWinner {
+        /// Why the first could not.
+        remark: String,
+    },
     /// A hot point of which the base flow is not known.
     #[error(
         "the base flow of operating point {point} is not known; run `rijke flow` on the same observations"

@@ -3,7 +3,7 @@
 mod checks;
 
 use crate::catalogue::{catalogue, chosen};
-use crate::competition::{Competition, Competitor, agreement, marginal, winner};
+use crate::competition::{Competition, Competitor, agreement, marginal, no_winner, winner};
 use crate::{HeatRelease, Hot, ProngModel, StudyError};
 use rijke_candidates::{Candidate, Catalogue};
 use rijke_model::{Assembly, Trained};
@@ -69,16 +69,16 @@ pub fn heat_release(hot: &Hot, thorough: bool) -> Result<(HeatRelease, Chosen), 
         trained_on: &hot.points,
     };
     let (models, trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
-    let (_, published_best) = winner(&models).ok_or(StudyError::NoWinner)?;
+    let (_, published_best) = winner(&models).ok_or_else(|| no_winner(&models))?;
     let best = (0..models.len())
         .max_by(|&a, &b| marginal(&models[a]).total_cmp(&marginal(&models[b])))
-        .ok_or(StudyError::NoWinner)?;
+        .ok_or_else(|| no_winner(&models))?;
     let (assembly, trained) = assemblies
         .into_iter()
         .zip(trained)
         .nth(best)
         .and_then(|(a, t)| Some((a, t?)))
-        .ok_or(StudyError::NoWinner)?;
+        .ok_or_else(|| no_winner(&models))?;
     let study = HeatRelease {
         provenance: hot.provenance.clone(),
         measured: hot.measured.clone(),

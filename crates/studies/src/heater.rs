@@ -1,7 +1,9 @@
 //! Table 3: which drag and blockage does the cold heater have?
 
 use crate::catalogue::catalogue;
-use crate::competition::{Competition, Competitor, Depth, Stage, agreement, marginal, measured, winner};
+use crate::competition::{
+    Competition, Competitor, Depth, Stage, agreement, marginal, measured, no_winner, winner,
+};
 use crate::prongs::{observed, provenance};
 use crate::{Check, ProngModel, Prongs, StudyError};
 use rijke_model::Observed;
@@ -41,9 +43,11 @@ pub fn cold_heater(
         trained_on: &all,
     };
     let (models, trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
-    let (best, id) = winner(&models).map(|(k, m)| (k, m.id.clone())).ok_or(StudyError::NoWinner)?;
-    let stage =
-        trained[best].as_ref().map(|t| competition.competing[best].stage(t)).ok_or(StudyError::NoWinner)?;
+    let (best, id) = winner(&models).map(|(k, m)| (k, m.id.clone())).ok_or_else(|| no_winner(&models))?;
+    let stage = trained[best]
+        .as_ref()
+        .map(|t| competition.competing[best].stage(t))
+        .ok_or_else(|| no_winner(&models))?;
     let study = Prongs {
         provenance: provenance(observations, &all),
         measured: all.iter().map(measured).collect(),

@@ -2,7 +2,8 @@
 
 use crate::catalogue::{catalogue, chosen};
 use crate::competition::{
-    Competition, Competitor, DECIDES, Depth, Stage, agreement, first_of_the_best, marginal, measured, winner,
+    Competition, Competitor, DECIDES, Depth, Stage, agreement, first_of_the_best, marginal, measured,
+    no_winner, winner,
 };
 use crate::empty_tube::PRESSURE_MODEL_ERROR;
 use crate::{Check, ProngModel, Prongs, Provenance, RejectedRecord, StudyError};
@@ -69,10 +70,12 @@ pub fn prongs_stage(
         trained_on: &inserted,
     };
     let (models, trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
-    let (_, best) = winner(&models).ok_or(StudyError::NoWinner)?;
-    let next = first_of_the_best(&models, inserted.len()).ok_or(StudyError::NoWinner)?;
-    let stage =
-        trained[next].as_ref().map(|t| competition.competing[next].stage(t)).ok_or(StudyError::NoWinner)?;
+    let (_, best) = winner(&models).ok_or_else(|| no_winner(&models))?;
+    let next = first_of_the_best(&models, inserted.len()).ok_or_else(|| no_winner(&models))?;
+    let stage = trained[next]
+        .as_ref()
+        .map(|t| competition.competing[next].stage(t))
+        .ok_or_else(|| no_winner(&models))?;
     let study = Prongs {
         provenance: provenance(observations, &all),
         measured: all.iter().map(measured).collect(),

@@ -1,12 +1,14 @@
 //! Hot gas: mean flow, errors of the base state, microphones near the heater, models on disk.
 
 use super::{ALL, SD, catalogue};
+use rand::RngExt;
+use rand_distr::StandardNormal;
 use rijke_inference::{Evidence, MapOptions};
 use rijke_model::{
     Assembly, BaseErrors, BaseState, Conditions, Noise, Observed, PointModel, SavedModel, Training,
     Workspace, train,
 };
-use rijke_numerics::{C64, Matrix, Order};
+use rijke_numerics::{C64, Matrix, Order, Streams};
 use rijke_rig::{Campaign, DataKind, Ping, Rig};
 
 fn assembly(ids: &[&str]) -> Assembly {
@@ -135,6 +137,35 @@ fn exact_errors_of_the_base_state_widen_the_posterior_and_are_not_fitted() {
     let (without, with) = (sd(false), sd(true));
     // 4 K of 420 K move the frequency by 3 rad/s, against an sd of 0.2; mode shapes still tell what they told.
     assert!((0..2).all(|i| with[i] > 1.5 * without[i]), "{without:?} {with:?}");
+}
+
+/// Two causes of error make a covariance of rank two, which may explain the whole misfit and yet cannot stand alone.
+#[test]
+fn exact_floating_noise_stays_where_the_errors_of_the_base_state_are_of_low_rank() {
+    let ids = ["wall.rayleigh", "ends.levine-schwinger", "heat-release.2"];
+    let assembly = assembly(&ids).fixed("eta", 1.0).unwrap();
+    let truth = [8e-4, 4e-4];
+    let sd = 1e-4;
+    let points: Vec<Observed> = ["H50-25", "H180-25", "H180-60", "H180-75"]
+        .iter()
+        .map(|id| {
+            let mut point = observed(&assembly, conditions(id), &truth);
+            let mut draws = Streams::new(1).stream(id);
+            let mut draw = |scale: f64| scale * draws.sample::<f64, _>(StandardNormal);
+            point.ping.s += C64::new(draw(0.2), draw(0.2));
+            for pressure in &mut point.ping.pressures {
+                *pressure += C64::new(draw(sd), draw(sd));
+            }
+            point
+        })
+        .collect();
+    let floated = Training { noise: Noise::FLOATED, ..training(true) };
+    let trained = train(&assembly, &points, &floated).unwrap();
+    let found = trained.noise.iter().find(|n| n.name == "relative pressure").unwrap();
+    assert!(found.floats && (0.5 * sd..2.0 * sd).contains(&found.sd), "{found:?}");
+    for (value, (truth, sd)) in trained.values.iter().zip(truth.iter().zip(trained.sd())) {
+        assert!((value - truth).abs() < 4.0 * sd, "{value} {truth} {sd}");
+    }
 }
 
 #[test]
