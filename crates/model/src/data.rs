@@ -1,7 +1,7 @@
 //! Observations as the data of an inference.
 
 use crate::{BaseErrors, Conditions, ModelError};
-use rijke_inference::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
+use rijke_inference::{Data, NoiseEstimate, NoiseGroup, NoiseMode, Observation, relative_noise};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{Ping, Rig};
 
@@ -23,6 +23,11 @@ pub struct Noise {
     pub angular_frequency: NoiseMode,
     /// Standard deviation of each part of a microphone's pressure, relative to the reference microphone's pressure.
     pub pressure: NoiseMode,
+    /// Standard deviations of what all hot points at one position of the heater share, in the growth rate (1/s) and the
+    /// angular frequency (rad/s): the rig is set once for all powers, and its ends, say, come out a little different each time.
+    /// Enters with the errors of the base states only ([`crate::Training::base_errors`]); where every point is a setting of its
+    /// own, it cannot be told from the noise of the point.
+    pub setting: [NoiseMode; 2],
     /// Whether the measured covariance is added to these. Not where they float: noise that is below the measured one
     /// would then have no best value.
     pub measured: bool,
@@ -34,6 +39,7 @@ impl Noise {
         growth_rate: NoiseMode::Floated,
         angular_frequency: NoiseMode::Floated,
         pressure: NoiseMode::Floated,
+        setting: [NoiseMode::Fixed { sd: 0.0 }; 2],
         measured: false,
     };
 
@@ -42,6 +48,7 @@ impl Noise {
         growth_rate: NoiseMode::Fixed { sd: 0.0 },
         angular_frequency: NoiseMode::Fixed { sd: 0.0 },
         pressure: NoiseMode::Fixed { sd: 0.0 },
+        setting: [NoiseMode::Fixed { sd: 0.0 }; 2],
         measured: true,
     };
 }
@@ -78,6 +85,7 @@ pub(crate) fn data_apart_from(
     noise: &Noise,
     doubtful: &[Option<Matrix>],
 ) -> Result<Data, ModelError> {
+    let groups = Groups::new(microphones, noise).near_field(doubtful);
     let block = |(observed, doubtful): (&Observed, &Option<Matrix>)| {
         let (values, covariance) = selected(&observed.ping, microphones);
         let size = values.len();
@@ -92,19 +100,20 @@ pub(crate) fn data_apart_from(
             return block;
         }
         let block = match doubtful {
-            Some(near) => block.with_noise(NEAR_FIELD, padded(near)),
+            Some(near) => block.with_noise(groups.near_field, padded(near)),
             None => block,
         };
         block.with_noise(2, padded(&relative_noise(&others(&observed.ping, microphones))))
     };
-    Ok(Data::new(observed.iter().zip(doubtful).map(block).collect(), groups(microphones, noise))?)
+    Ok(Data::new(observed.iter().zip(doubtful).map(block).collect(), groups.list)?)
 }
 
 /// Structure of the noise of the relative pressures where microphones stand in the near field of the heater, closer to it
 /// than the radius of the tube; nothing where none does.
 ///
 /// There the pressure is that of the flow through and round the plates, and no plane wave's. Such a microphone gets a standard
-/// deviation of a tenth, which is as good as leaving it out; the reference microphone's is one that all others share.
+/// deviation of a tenth, which is as good as leaving it out; the reference microphone's is one that all others share. It is no
+/// part of the floor, from which the inference judges whether a floating noise is needed at all.
 pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) -> Option<Matrix> {
     let point = &observed.conditions.point;
     let heater = point.position.filter(|_| point.heater)?;
@@ -128,9 +137,6 @@ pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) 
 /// per cent; a judgement, generous on purpose.
 const NEAR_FIELD_SD: f64 = 0.1;
 
-/// Its group of noise. Not part of the floor: from the floor the inference judges whether a floating noise is needed at all.
-const NEAR_FIELD: usize = 3;
-
 /// As [`data_of`], with the errors of the base states as a covariance that does not float; and for each number of the data
 /// its place in the prediction.
 ///
@@ -150,7 +156,9 @@ pub(crate) fn data_with_base_errors(
     let measured: Vec<(Vec<f64>, Matrix)> = observed.iter().map(|o| selected(&o.ping, microphones)).collect();
     let size = 2 * microphones.len();
     let (mut blocks, mut order) = (Vec::new(), Vec::new());
-    for group in errors.together() {
+    let same = |a: usize, b: usize| same_setting(&observed[a].conditions, &observed[b].conditions);
+    let groups = Groups::new(microphones, noise).near_field(doubtful).setting(noise);
+    for group in errors.together(same) {
         let values = group.iter().flat_map(|&p| measured[p].0[..2].iter().copied()).collect();
         let own = Matrix::from_fn(2 * group.len(), 2 * group.len(), |i, j| {
             if i / 2 == j / 2 { measured[group[i / 2]].1[(i % 2, j % 2)] } else { 0.0 }
@@ -159,12 +167,20 @@ pub(crate) fn data_with_base_errors(
         let even: Vec<usize> = (0..group.len()).map(|k| 2 * k).collect();
         let odd: Vec<usize> = (0..group.len()).map(|k| 2 * k + 1).collect();
         let floor = errors.covariance(&group, &[0, 1]).plus(if noise.measured { 1.0 } else { 0.0 }, &own);
-        blocks.push(
-            Observation::new(names.join(" "), values)
-                .with_floor(floor)
-                .with_independent_noise(0, &even)
-                .with_independent_noise(1, &odd),
-        );
+        let shared = |part: usize| {
+            Matrix::from_fn(2 * group.len(), 2 * group.len(), |i, j| {
+                let (a, b) = (group[i / 2], group[j / 2]);
+                f64::from(u8::from(i % 2 == part && j % 2 == part && (a == b || same(a, b))))
+            })
+        };
+        let block = Observation::new(names.join(" "), values)
+            .with_floor(floor)
+            .with_independent_noise(0, &even)
+            .with_independent_noise(1, &odd);
+        blocks.push(match groups.setting {
+            Some([growth, frequency]) => block.with_noise(growth, shared(0)).with_noise(frequency, shared(1)),
+            None => block,
+        });
         order.extend(group.iter().flat_map(|&p| [p * size, p * size + 1]));
     }
     let rows: Vec<usize> = (2..size).collect();
@@ -175,12 +191,12 @@ pub(crate) fn data_with_base_errors(
             .with_floor(floor.plus(if noise.measured { 1.0 } else { 0.0 }, &own))
             .with_noise(2, relative_noise(&others(&observed.ping, microphones)));
         blocks.push(match &doubtful[p] {
-            Some(near) => block.with_noise(NEAR_FIELD, near.clone()),
+            Some(near) => block.with_noise(groups.near_field, near.clone()),
             None => block,
         });
         order.extend(rows.iter().map(|r| p * size + r));
     }
-    Ok((Data::new(blocks, groups(microphones, noise))?, order))
+    Ok((Data::new(blocks, groups.list)?, order))
 }
 
 /// The relative pressures of `microphones` but the reference.
@@ -188,15 +204,64 @@ fn others(ping: &Ping, microphones: &[usize]) -> Vec<C64> {
     microphones.iter().filter(|m| **m != ping.reference).map(|&m| ping.pressures[m]).collect()
 }
 
-fn groups(microphones: &[usize], noise: &Noise) -> Vec<NoiseGroup> {
-    let group = |name: &str, unit: &str, mode| NoiseGroup { name: name.into(), unit: unit.into(), mode };
-    let mut groups = vec![
-        group("growth rate", "1/s", noise.growth_rate),
-        group("angular frequency", "rad/s", noise.angular_frequency),
-    ];
-    if microphones.len() > 1 {
-        groups.push(group("relative pressure", "1", noise.pressure));
-        groups.push(NoiseGroup::fixed("near field of the heater", "1", NEAR_FIELD_SD));
+/// The groups of noise that act on any block, and where the optional ones stand.
+struct Groups {
+    list: Vec<NoiseGroup>,
+    near_field: usize,
+    setting: Option<[usize; 2]>,
+}
+
+impl Groups {
+    /// Those of the measured numbers.
+    fn new(microphones: &[usize], noise: &Noise) -> Self {
+        let modes = [noise.growth_rate, noise.angular_frequency, noise.pressure];
+        let measured = if microphones.len() > 1 { 3 } else { 2 };
+        let group = |k: usize| NoiseGroup { name: MEASURED[k].into(), unit: UNITS[k].into(), mode: modes[k] };
+        Self { list: (0..measured).map(group).collect(), near_field: 0, setting: None }
     }
-    groups
+
+    /// And that of microphones near the heater, where there are any.
+    fn near_field(mut self, doubtful: &[Option<Matrix>]) -> Self {
+        if doubtful.iter().any(Option::is_some) {
+            self.near_field = self.list.len();
+            self.list.push(NoiseGroup::fixed("near field of the heater", "1", NEAR_FIELD_SD));
+        }
+        self
+    }
+
+    /// And those that the points of one setting share.
+    fn setting(mut self, noise: &Noise) -> Self {
+        if noise.setting != Noise::MEASURED.setting {
+            let first = self.list.len();
+            self.list.extend((0..2).map(|k| NoiseGroup {
+                name: format!("{}{BETWEEN}", MEASURED[k]),
+                unit: UNITS[k].into(),
+                mode: noise.setting[k],
+            }));
+            self.setting = Some([first, first + 1]);
+        }
+        self
+    }
+}
+
+/// Whether the rig was not touched between two hot points: the heater stood at the same position, at any power.
+fn same_setting(a: &Conditions, b: &Conditions) -> bool {
+    let hot = |c: &Conditions| c.point.position.filter(|_| c.point.power > 0.0);
+    matches!((hot(a), hot(b)), (Some(x), Some(y)) if (x - y).abs() < 1e-9)
+}
+
+const MEASURED: [&str; 3] = ["growth rate", "angular frequency", "relative pressure"];
+
+const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
+
+const BETWEEN: &str = ", between settings";
+
+/// Standard deviation of growth rate (1/s), angular frequency (rad/s) and relative pressure of a new measurement in a new setting,
+/// about a model that is known exactly: noise of the point and of the setting together.
+#[must_use]
+pub fn measurement_sd(noise: &[NoiseEstimate]) -> [f64; 3] {
+    MEASURED.map(|name| {
+        let both = noise.iter().filter(|n| n.name.strip_suffix(BETWEEN).unwrap_or(&n.name) == name);
+        both.map(|n| n.sd * n.sd).sum::<f64>().sqrt()
+    })
 }

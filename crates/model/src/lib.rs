@@ -31,7 +31,7 @@ mod training;
 
 pub use assembly::{Assembly, Scheme};
 pub use base::Conditions;
-pub use data::{Noise, Observed, data_of, selected};
+pub use data::{Noise, Observed, data_of, measurement_sd, selected};
 pub use error::ModelError;
 pub use point::PointModel;
 pub use prediction::PointPrediction;

@@ -36,7 +36,8 @@ pub struct SavedModel {
     pub mean: Vec<f64>,
     /// Their covariance, row by row.
     pub covariance: Vec<Vec<f64>>,
-    /// Noise and model error of growth rate, angular frequency and relative pressures.
+    /// Noise and model error of growth rate, angular frequency and relative pressures, and what the points of one setting of the
+    /// rig share ([`crate::measurement_sd`] joins them).
     pub noise: Vec<NoiseEstimate>,
     /// Evidence of the last stage, nats.
     pub evidence: Evidence,

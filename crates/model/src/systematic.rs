@@ -32,11 +32,14 @@ impl BaseErrors {
         Ok(Self { points: observed.par_iter().map(at).collect::<Result<_, _>>()? })
     }
 
-    /// Points that share a cause, directly or through others: each list ascends, and every point is in exactly one.
+    /// Points that share a cause, or are `linked`, directly or through others: each list ascends, and every point is in exactly one.
     #[must_use]
-    pub fn together(&self) -> Vec<Vec<usize>> {
+    pub fn together(&self, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
         let shares = |a: usize, b: usize| {
-            self.points[a].iter().any(|(cause, _)| self.points[b].iter().any(|(other, _)| other == cause))
+            linked(a, b)
+                || self.points[a]
+                    .iter()
+                    .any(|(cause, _)| self.points[b].iter().any(|(other, _)| other == cause))
         };
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for point in 0..self.points.len() {

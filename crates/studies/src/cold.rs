@@ -5,7 +5,7 @@ use crate::competition::{Stage, gauss_newton, measured, parameter_values, positi
 use crate::prongs::{observed, provenance};
 use crate::{Check, Cold, ColdSeries, PredictedPoint, StudyError};
 use rayon::prelude::*;
-use rijke_model::{Assembly, Knowledge, Noise, Observed, PointPrediction, Training, train};
+use rijke_model::{Assembly, Knowledge, Noise, Observed, PointPrediction, Training, measurement_sd, train};
 use rijke_rig::{Observations, OperatingPoint, Rig};
 
 /// What all cold stages together hand to the hot ones.
@@ -40,7 +40,7 @@ pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdSt
         checks: None,
     };
     let trained = train(&assembly, &trained_on, &training)?;
-    let noise = std::array::from_fn(|g| trained.noise[g].sd);
+    let noise = measurement_sd(&trained.noise);
     let stage = ColdStage { stage: Stage { candidates, knowledge: trained.knowledge() }, noise };
 
     let all = observed(observations, |p| p.power == 0.0)?;

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use rijke_candidates::Candidate;
 use rijke_inference::{AssessOptions, MapOptions, Parameter, RefereeKind, TrustRegion};
 use rijke_model::{
-    Assembly, Conditions, Knowledge, Noise, Observed, PointModel, Trained, Training, Workspace, train,
+    Assembly, Conditions, Knowledge, Noise, Observed, PointModel, Trained, Training, Workspace,
+    measurement_sd, train,
 };
 use rijke_numerics::{Order, Streams};
 use rijke_rig::Rig;
@@ -63,6 +64,8 @@ pub(crate) struct Competition<'a> {
     /// Whether each evidence is checked by other starts, importance sampling and doubled priors, which costs some
     /// hundred calls of the model.
     pub(crate) depth: Depth,
+    /// What is assumed of the misfit.
+    pub(crate) noise: Noise,
     /// Whether the errors of the base states enter.
     pub(crate) base_errors: bool,
     /// Whether predictions are wanted between the shown points, which must then be cold.
@@ -122,7 +125,7 @@ impl Competition<'_> {
         };
         let training = Training {
             microphones: (0..self.rig.microphones.positions.len()).collect(),
-            noise: Noise::FLOATED,
+            noise: self.noise,
             known: competitor.known.clone(),
             search,
             base_errors: self.base_errors,
@@ -159,7 +162,7 @@ impl Competition<'_> {
         let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).collect();
         row.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
         [row.growth_rate_noise_sd, row.angular_frequency_noise_sd, row.pressure_noise_sd] =
-            std::array::from_fn(|g| trained.noise[g].sd);
+            measurement_sd(&trained.noise);
         (row.at_points, row.line) = self.curves(&assembly, &trained.values)?;
         Ok((row, Some(trained)))
     }

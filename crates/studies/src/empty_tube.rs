@@ -114,7 +114,7 @@ pub(crate) fn case(
             growth_rate: fixed(EMPTY_TUBE_SD[0]),
             angular_frequency: fixed(EMPTY_TUBE_SD[1]),
             pressure,
-            measured: true,
+            ..Noise::MEASURED
         },
         known: Vec::new(),
         search: MapOptions::bfgs(),

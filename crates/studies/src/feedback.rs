@@ -54,7 +54,8 @@ fn inferred(hot: &Hot, assembly: &Assembly) -> Result<Vec<FeedbackPoint>, StudyE
             growth_rate: fixed(0),
             angular_frequency: fixed(1),
             pressure: fixed(2),
-            measured: false,
+            // A point alone: what its setting adds is in the misfit of the cold points, each a setting of its own.
+            ..Noise::FLOATED
         },
         known: vec![hot.cold.stage.knowledge.clone()],
         search: gauss_newton(),

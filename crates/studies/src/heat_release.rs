@@ -49,7 +49,10 @@ pub struct Chosen {
 /// Trains the nine models of Table 4 on all hot points, on top of the cold model whose posterior is their prior, and the
 /// candidates beyond the paper; ranks them, and returns the best of all.
 ///
-/// Noise floats, as in the paper; the errors of the base flow enter as a covariance that points share.
+/// Noise floats, as in the paper, and with it what the points of one setting share ([`Noise::setting`]); the errors of the base
+/// flow enter as a covariance that points share.
+///
+/// [`Noise::setting`]: rijke_model::Noise::setting
 ///
 /// # Errors
 /// [`StudyError::NoWinner`] if no model could be fitted. One model that cannot be fitted is a row without evidence.
@@ -63,6 +66,7 @@ pub fn heat_release(hot: &Hot, thorough: bool) -> Result<(HeatRelease, Chosen), 
         competing,
         published: &PUBLISHED,
         depth: thorough.into(),
+        noise: hot.noise(),
         base_errors: true,
         line: false,
         shown: &hot.points,

@@ -6,7 +6,7 @@ use crate::competition::{
 };
 use crate::prongs::{observed, provenance};
 use crate::{Check, ProngModel, Prongs, StudyError};
-use rijke_model::Observed;
+use rijke_model::{Noise, Observed};
 use rijke_rig::{Observations, Rig};
 
 /// ln BFL, ln OF and ln ML per datapoint as printed in Table 3.
@@ -37,6 +37,7 @@ pub fn cold_heater(
         competing,
         published: &PUBLISHED,
         depth: depth.into(),
+        noise: Noise::FLOATED,
         base_errors: false,
         line: true,
         shown: &all,

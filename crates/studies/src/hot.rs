@@ -3,7 +3,8 @@
 use crate::competition::measured;
 use crate::prongs::provenance;
 use crate::{ColdStage, HotPoint, Provenance, StudyError};
-use rijke_model::{BaseStates, Conditions, ModelError, Observed};
+use rijke_inference::NoiseMode;
+use rijke_model::{BaseStates, Conditions, ModelError, Noise, Observed};
 use rijke_rig::{Observations, PointObservations, Rig};
 
 /// The hot points of a campaign with their base flow, and the cold model.
@@ -48,6 +49,13 @@ impl Hot {
             points,
             cold,
         })
+    }
+
+    /// Noise floats, as in the paper. So does what all powers at one position share, about the misfit of the cold points: each of those
+    /// was a setting of its own, so that their misfit is what settings differ by, and what else there is.
+    pub(crate) fn noise(&self) -> Noise {
+        let setting = [0, 1].map(|k| NoiseMode::Inferred { median: self.cold.noise[k], ln_sd: 1.0 });
+        Noise { setting, ..Noise::FLOATED }
     }
 
     pub(crate) fn microphones(&self) -> Vec<usize> {

@@ -4,7 +4,7 @@ use crate::catalogue::{catalogue, chosen};
 use crate::cold::predicted_points;
 use crate::competition::{gauss_newton, parameter_values};
 use crate::{Check, Chosen, Hot, HotPredictions, ParameterValue, PredictedPoint, StudyError};
-use rijke_model::{Assembly, Noise, Observed, Trained, Training, train};
+use rijke_model::{Assembly, Observed, Trained, Training, measurement_sd, train};
 
 /// The eight operating points of Fig. 11: W and m. The paper does not say which; these are the corners of the range, the best
 /// two positions and the middle at the highest and a middle power.
@@ -182,7 +182,7 @@ fn words(best: &Chosen) -> String {
 fn training(hot: &Hot, from_cold: bool) -> Training {
     Training {
         microphones: hot.microphones(),
-        noise: Noise::FLOATED,
+        noise: hot.noise(),
         known: if from_cold { vec![hot.cold.stage.knowledge.clone()] } else { Vec::new() },
         search: gauss_newton(),
         base_errors: true,
@@ -209,7 +209,7 @@ fn record(
     trained: &Trained,
     trained_on: &[Observed],
 ) -> Result<HotPredictions, StudyError> {
-    let noise = std::array::from_fn(|g| trained.noise[g].sd);
+    let noise = measurement_sd(&trained.noise);
     let mut record = HotPredictions {
         provenance: hot.provenance.clone(),
         figure,

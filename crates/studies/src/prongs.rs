@@ -64,6 +64,7 @@ pub fn prongs_stage(
         competing: competitors(rig, empty)?,
         published: &PUBLISHED,
         depth: depth.into(),
+        noise: Noise::FLOATED,
         base_errors: false,
         line: true,
         shown: &all,
@@ -158,7 +159,7 @@ pub(crate) fn empty_tube_stage(rig: &Rig, empty: &Observed, wall: &str) -> Resul
             growth_rate: fixed(EMPTY_TUBE_SD[0]),
             angular_frequency: fixed(EMPTY_TUBE_SD[1]),
             pressure: PRESSURE_MODEL_ERROR,
-            measured: true,
+            ..Noise::MEASURED
         },
         known: Vec::new(),
         search: MapOptions::bfgs(),

@@ -32,7 +32,11 @@ pub fn truths(
     };
     add("η of the wall", cold, "eta", 1.0, truth.wall.roughness);
     let empty = observed(observations, |p| p.power == 0.0 && p.position.is_none() && !p.thermocouples)?;
-    if let (Some([modulus, angle, _]), Some(empty)) = (true_empty_tube(observations, truth), empty.first()) {
+    // Every cold point is a setting of its own, so that the stages find the ends as they are on average.
+    let mut average = truth.clone();
+    (average.ends.absorption_sd, average.ends.extension_sd) = (0.0, 0.0);
+    let ends = true_empty_tube(observations, &average);
+    if let (Some([modulus, angle, _]), Some(empty)) = (ends, empty.first()) {
         let ideal = PointModel::levine_schwinger(&observations.rig, &empty.conditions, empty.ping.s);
         let k = C64::from_polar(modulus, angle) / ideal;
         add("Re k_LS of the ends", cold, "k_r", 1.0, k.re);

@@ -3,10 +3,10 @@
 use super::{ALL, SD, catalogue};
 use rand::RngExt;
 use rand_distr::StandardNormal;
-use rijke_inference::{Evidence, MapOptions};
+use rijke_inference::{Evidence, MapOptions, NoiseMode};
 use rijke_model::{
     Assembly, BaseErrors, BaseState, Conditions, Noise, Observed, PointModel, SavedModel, Training,
-    Workspace, train,
+    Workspace, measurement_sd, train,
 };
 use rijke_numerics::{C64, Matrix, Order, Streams};
 use rijke_rig::{Campaign, DataKind, Ping, Rig};
@@ -94,7 +94,7 @@ fn oracle_base_errors_are_slopes_and_points_that_share_a_cause_stay_together() {
         .map(|id| observed(&assembly, conditions(id), &values))
         .collect();
     let errors = BaseErrors::new(&assembly, &points, &ALL, &values).unwrap();
-    assert_eq!(errors.together(), [vec![0, 1, 2]], "all share the ambient temperature");
+    assert_eq!(errors.together(|_, _| false), [vec![0, 1, 2]], "all share the ambient temperature");
     // A fiftieth of the displacement gives the same slopes: the errors act linearly.
     let whole = errors.covariance(&[0, 1], &[0, 1]);
     for point in &mut points {
@@ -105,7 +105,11 @@ fn oracle_base_errors_are_slopes_and_points_that_share_a_cause_stay_together() {
         point.conditions.base.errors.remove(0);
     }
     let small = BaseErrors::new(&assembly, &points, &ALL, &values).unwrap();
-    assert_eq!(small.together(), [vec![0, 1], vec![2]], "only those of one position share the wall");
+    assert_eq!(
+        small.together(|_, _| false),
+        [vec![0, 1], vec![2]],
+        "only those of one position share the wall"
+    );
     let wall = small.covariance(&[0, 1], &[0, 1]);
     for i in 0..4 {
         for j in 0..4 {
@@ -165,6 +169,49 @@ fn exact_floating_noise_stays_where_the_errors_of_the_base_state_are_of_low_rank
     assert!(found.floats && (0.5 * sd..2.0 * sd).contains(&found.sd), "{found:?}");
     for (value, (truth, sd)) in trained.values.iter().zip(truth.iter().zip(trained.sd())) {
         assert!((value - truth).abs() < 4.0 * sd, "{value} {truth} {sd}");
+    }
+}
+
+/// The rig is set once for all powers at a position: what the points share is found as such, and not taken for noise of each.
+#[test]
+fn exact_what_the_points_of_one_setting_share_is_told_from_their_own_noise() {
+    let ids = ["wall.rayleigh", "ends.levine-schwinger", "heat-release.2"];
+    let assembly = assembly(&ids).fixed("eta", 1.0).unwrap();
+    let truth = [8e-4, 4e-4];
+    let (own, setting) = (0.05, 1.0);
+    let mut points = Vec::new();
+    for x in [15, 20, 25, 30, 35, 40, 60, 65, 70, 75, 80, 85] {
+        let mut offset = Streams::new(2).stream(&format!("{x}"));
+        let shared = C64::new(offset.sample(StandardNormal), offset.sample(StandardNormal)) * setting;
+        for power in [30, 80, 180] {
+            let mut point = observed(&assembly, conditions(&format!("H{power}-{x}")), &truth);
+            let mut draw = |sd: f64| {
+                C64::new(offset.sample(StandardNormal), offset.sample::<f64, _>(StandardNormal)) * sd
+            };
+            point.ping.s += shared + draw(own);
+            for pressure in &mut point.ping.pressures {
+                *pressure += draw(1e-4);
+            }
+            points.push(point);
+        }
+    }
+    let inferred = NoiseMode::Inferred { median: 1.0, ln_sd: 1.0 };
+    let noise = Noise { setting: [inferred; 2], ..Noise::FLOATED };
+    let with = train(&assembly, &points, &Training { noise, ..training(true) }).unwrap();
+    let without = train(&assembly, &points, &Training { noise: Noise::FLOATED, ..training(true) }).unwrap();
+    let sd = |name: &str| with.noise.iter().find(|n| n.name == name).unwrap().sd;
+    for quantity in ["growth rate", "angular frequency"] {
+        let found = [sd(quantity), sd(&format!("{quantity}, between settings"))];
+        // Twelve settings know their scatter to a fifth, 24 differences within them their noise to a seventh.
+        assert!((0.4 * setting..2.5 * setting).contains(&found[1]), "{quantity}: {found:?}");
+        assert!((0.4 * own..2.5 * own).contains(&found[0]), "{quantity}: {found:?}");
+    }
+    let whole = measurement_sd(&with.noise);
+    assert!((whole[0] - sd("growth rate").hypot(sd("growth rate, between settings"))).abs() < 1e-12);
+    let gain = with.evidence.ln_marginal - without.evidence.ln_marginal;
+    assert!(gain > 30.0, "{gain}");
+    for (value, (truth, sd)) in with.values.iter().zip(truth.iter().zip(with.sd())) {
+        assert!((value - truth).abs() < 3.0 * sd, "{value} {truth} {sd}");
     }
 }
 
