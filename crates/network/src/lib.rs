@@ -21,6 +21,7 @@
 //! [`flow_chain`] for mean flow.
 
 mod along;
+mod block;
 mod budget;
 mod chain;
 mod coefficients;

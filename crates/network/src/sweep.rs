@@ -1,8 +1,9 @@
 //! One sweep of the state (p, u) through the chain: the characteristic function F(s) and its derivative.
 
+use crate::block::{LANES, Lines, Passages};
 use crate::chain::{AREA, Attachment, DENSITY, LENGTH, Network, SOUND_SPEED, THERMAL, VISCOUS};
 use crate::coefficients::{At, Coefficients, Laws};
-use crate::transfer::{Line, line};
+use crate::transfer::Line;
 use rijke_numerics::C64;
 use std::ops::{Add, Mul, Sub};
 
@@ -28,6 +29,7 @@ impl Dual {
 
 impl Add for Dual {
     type Output = Self;
+    #[inline(always)]
     fn add(self, o: Self) -> Self {
         Self { v: self.v + o.v, d: self.d + o.d }
     }
@@ -35,6 +37,7 @@ impl Add for Dual {
 
 impl Sub for Dual {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, o: Self) -> Self {
         Self { v: self.v - o.v, d: self.d - o.d }
     }
@@ -42,6 +45,7 @@ impl Sub for Dual {
 
 impl Mul for Dual {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, o: Self) -> Self {
         Self { v: self.v * o.v, d: self.v * o.d + self.d * o.v }
     }
@@ -100,7 +104,7 @@ impl Network {
     }
 
     /// P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep) of segment `i`, and l, rho, 1/(rho c^2).
-    #[inline]
+    #[inline(always)]
     fn line_coefficients(&self, i: usize, s: C64, here: &[Attachment], laws: &Laws) -> ([Dual; 2], [C64; 3]) {
         let segment = &self.segments[i];
         let mut loss = self.losses[i].map(Dual::constant);
@@ -122,6 +126,7 @@ impl Network {
     }
 
     /// The same where laws act on length, speed or density.
+    #[cold]
     fn varied_coefficients(
         &self,
         i: usize,
@@ -139,7 +144,7 @@ impl Network {
     }
 
     /// Whether the state jumps at place `j` by constants alone.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn jumps(&self, j: usize) -> bool {
         let n = self.segments.len();
         self.feedback[j].iter().any(|k| *k != C64::ZERO)
@@ -161,59 +166,119 @@ impl Network {
         k: &K,
         s: C64,
         laws: &mut Laws,
-        mut visit: impl FnMut(Step<'_>),
+        visit: impl FnMut(Step<'_>),
     ) -> Dual {
         let at = At::search(s);
         laws.reset(k.laws(), &at);
         k.fill(&at, laws);
-        let laws = &*laws;
-        let n = self.segments.len();
-        let one = Dual::real(1.0);
-        let area_laws = self.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
+        pulp::Arch::new().dispatch(Sweep { network: self, s, laws, visit })
+    }
 
-        let mut rest = self.attachments.as_slice();
-        let upstream = sum(self.ends[0], take(&mut rest, 0), 0, laws);
-        let z_upstream = self.property(0, DENSITY, laws) * self.property(0, SOUND_SPEED, laws);
+    /// k_mu, k_mp, k_eu, k_ep and the ratio of areas at place `j`.
+    #[cold]
+    fn jump(&self, j: usize, here: &[Attachment], area_laws: bool, laws: &Laws) -> ([Dual; 4], Dual) {
+        let [mu, mp, eu, ep] = self.feedback[j];
+        let inside = j > 0 && j < self.segments.len();
+        let ratio = if area_laws && inside {
+            self.property(j - 1, AREA, laws) * self.property(j, AREA, laws).recip()
+        } else if inside {
+            Dual::real(self.segments[j - 1].area / self.segments[j].area)
+        } else {
+            Dual::real(1.0)
+        };
+        let (mu, mp) = (sum(mu, here, 0, laws), sum(mp, here, 1, laws));
+        let (eu, ep) = (sum(eu, here, 2, laws), sum(ep, here, 3, laws));
+        ([mu, mp, eu, ep], ratio)
+    }
+}
+
+struct Sweep<'a, V> {
+    network: &'a Network,
+    s: C64,
+    laws: &'a Laws,
+    visit: V,
+}
+
+impl<V: FnMut(Step<'_>)> pulp::WithSimd for Sweep<'_, V> {
+    type Output = Dual;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Dual {
+        if S::IS_SCALAR { self.run::<false>() } else { self.run::<true>() }
+    }
+}
+
+impl<V: FnMut(Step<'_>)> Sweep<'_, V> {
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Dual {
+        let Self { network, s, laws, mut visit } = self;
+        let n = network.segments.len();
+        let one = Dual::real(1.0);
+        let area_laws = network.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
+        let mut rest = network.attachments.as_slice();
+        let upstream = sum(network.ends[0], take(&mut rest, 0), 0, laws);
+        let impedance =
+            |i: usize| network.property(i, DENSITY, laws) * network.property(i, SOUND_SPEED, laws);
+        let z_upstream = impedance(0);
+        let joints = Joints { network, laws, area_laws };
         let (mut p, mut u) = (one + upstream, (upstream - one) * z_upstream.recip());
-        for j in 0..=n {
-            let here = take(&mut rest, 1 + 2 * j);
-            if !here.is_empty() || area_laws || self.jumps(j) {
-                let [mu, mp, eu, ep] = self.feedback[j];
-                let ratio = if area_laws && j > 0 && j < n {
-                    self.property(j - 1, AREA, laws) * self.property(j, AREA, laws).recip()
-                } else if j > 0 && j < n {
-                    Dual::real(self.segments[j - 1].area / self.segments[j].area)
-                } else {
-                    one
-                };
-                let (mu, mp) = (sum(mu, here, 0, laws), sum(mp, here, 1, laws));
-                let (eu, ep) = (sum(eu, here, 2, laws), sum(ep, here, 3, laws));
-                visit(Step::Joint { j, p, u, jump: Some(&([mu, mp, eu, ep], ratio)) });
-                (p, u) = (p - mu * u - mp * p, ratio * u - eu * u - ep * p);
-            } else {
-                visit(Step::Joint { j, p, u, jump: None });
-            }
-            if j < n {
+        let (mut lines, mut passages) = (Lines::ZERO, Passages::ZERO);
+        for first in (0..n).step_by(LANES) {
+            let count = LANES.min(n - first);
+            let mut attached: [&[Attachment]; LANES] = [&[]; LANES];
+            let mut bare = [[C64::ZERO; 3]; LANES];
+            for i in 0..count {
+                let j = first + i;
+                attached[i] = take(&mut rest, 1 + 2 * j);
                 let here = take(&mut rest, 2 + 2 * j);
-                let ([big_p, big_q], bare) = self.line_coefficients(j, s, here, laws);
-                let line = line(big_p.v * big_q.v);
-                visit(Step::Segment { line: &line, coefficients: [big_p, big_q], bare });
-                // M = [[C, -P S], [-Q S, C]] and dM/ds, before they meet the state.
-                let dq = big_p.d * big_q.v + big_p.v * big_q.d;
-                let ds = line.s1 * dq;
-                let (c, dc) = (line.c, 0.5 * line.s * dq);
-                let (b, db) = (big_p.v * line.s, big_p.d * line.s + big_p.v * ds);
-                let (e, de) = (big_q.v * line.s, big_q.d * line.s + big_q.v * ds);
-                (p, u) = (
-                    Dual { v: c * p.v - b * u.v, d: c * p.d - b * u.d + dc * p.v - db * u.v },
-                    Dual { v: c * u.v - e * p.v, d: c * u.d - e * p.d + dc * u.v - de * p.v },
-                );
+                let (coefficients, properties) = network.line_coefficients(j, s, here, laws);
+                lines.set(i, coefficients);
+                bare[i] = properties;
+            }
+            passages.compute(&lines, count);
+            for i in 0..count {
+                if let Some(jumped) = joints.enter(first + i, attached[i], [p, u], &mut visit) {
+                    [p, u] = jumped;
+                }
+                visit(Step::Segment { line: &passages.line(i), coefficients: lines.get(i), bare: bare[i] });
+                [p, u] = passages.get(i).apply::<FUSED>([p, u]);
             }
         }
-        let downstream = sum(self.ends[1], take(&mut rest, 2 + 2 * n), 0, laws);
-        let z = self.property(n - 1, DENSITY, laws) * self.property(n - 1, SOUND_SPEED, laws);
+        if let Some(jumped) = joints.enter(n, take(&mut rest, 1 + 2 * n), [p, u], &mut visit) {
+            [p, u] = jumped;
+        }
+        let downstream = sum(network.ends[1], take(&mut rest, 2 + 2 * n), 0, laws);
+        let z = impedance(n - 1);
         visit(Step::End { p, u, impedances: [z_upstream, z], reflections: [upstream, downstream] });
         let f = (one - downstream) * p - (one + downstream) * z * u;
         Dual { v: 0.5 * f.v, d: 0.5 * f.d }
+    }
+}
+
+/// The places between segments, as a sweep meets them.
+struct Joints<'a> {
+    network: &'a Network,
+    laws: &'a Laws,
+    area_laws: bool,
+}
+
+impl Joints<'_> {
+    /// The state behind place `j`, if it jumps there.
+    #[inline(always)]
+    fn enter(
+        &self,
+        j: usize,
+        here: &[Attachment],
+        [p, u]: [Dual; 2],
+        visit: &mut impl FnMut(Step<'_>),
+    ) -> Option<[Dual; 2]> {
+        if here.is_empty() && !self.area_laws && !self.network.jumps(j) {
+            visit(Step::Joint { j, p, u, jump: None });
+            return None;
+        }
+        let jump = self.network.jump(j, here, self.area_laws, self.laws);
+        visit(Step::Joint { j, p, u, jump: Some(&jump) });
+        let ([mu, mp, eu, ep], ratio) = jump;
+        Some([p - mu * u - mp * p, ratio * u - eu * u - ep * p])
     }
 }

@@ -15,23 +15,24 @@ pub(crate) struct Line {
 }
 
 /// Below this |q| five terms suffice: the sixth is under 1e-16 of the first. Segments of a tube cut in fifty are here.
-const SHORT: f64 = 0.01;
+pub(crate) const SHORT: f64 = 0.01;
 /// Below this |q| the long series is used, because S' and S'' lose digits in the closed form.
 const MEDIUM: f64 = 2.0;
 
 /// C, S and S' at q.
 #[inline]
 pub(crate) fn line(q: C64) -> Line {
-    let size = q.re.abs() + q.im.abs();
-    if size < SHORT {
-        // Pairs of terms first: the products then do not wait for each other.
-        let q2 = q * q;
-        let pair = |k: &[f64; TERMS], i: usize| C64::new(k[i] + k[i + 1] * q.re, k[i + 1] * q.im);
-        let five = |k: &[f64; TERMS]| pair(k, 0) + q2 * (pair(k, 2) + q2 * k[4]);
-        Line { c: five(&COSH), s: five(&SINH), s1: pair(&SINH1, 0) + q2 * pair(&SINH1, 2) }
-    } else {
-        long_line(q)
-    }
+    if q.re.abs() + q.im.abs() < SHORT { short_line(q) } else { long_line(q) }
+}
+
+/// C, S and S' at a q below [`SHORT`].
+#[inline(always)]
+pub(crate) fn short_line(q: C64) -> Line {
+    // Pairs of terms first: the products then do not wait for each other.
+    let q2 = q * q;
+    let pair = |k: &[f64; TERMS], i: usize| C64::new(k[i] + k[i + 1] * q.re, k[i + 1] * q.im);
+    let five = |k: &[f64; TERMS]| pair(k, 0) + q2 * (pair(k, 2) + q2 * k[4]);
+    Line { c: five(&COSH), s: five(&SINH), s1: pair(&SINH1, 0) + q2 * pair(&SINH1, 2) }
 }
 
 fn long_line(q: C64) -> Line {
