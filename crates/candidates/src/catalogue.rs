@@ -17,6 +17,8 @@ use toml::Spanned;
 #[derive(Clone, Debug, Default)]
 pub struct Catalogue {
     candidates: Vec<Candidate>,
+    /// File and line of each candidate's id.
+    places: Vec<(String, usize)>,
 }
 
 /// Why a file is not a catalogue: which file, which line, what.
@@ -150,24 +152,26 @@ impl Catalogue {
     /// # Errors
     /// [`CatalogueError`], with file and line.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, CatalogueError> {
+        let line = |at: usize| text[..at.min(text.len())].matches('\n').count() + 1;
         let fail = |at: usize, problem| CatalogueError {
             file: file.to_owned(),
-            line: Some(text[..at.min(text.len())].matches('\n').count() + 1),
+            line: Some(line(at)),
             problem: Box::new(problem),
         };
         let specs: File = toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
             fail(at, CatalogueProblem::Toml(error.message().to_owned()))
         })?;
-        let mut candidates: Vec<Candidate> = Vec::new();
+        let (mut candidates, mut places) = (Vec::<Candidate>::new(), Vec::new());
         for spec in specs.candidate {
             let id_at = spec.id.span().start;
             if candidates.iter().any(|c| c.id == *spec.id.get_ref()) {
                 return Err(fail(id_at, CatalogueProblem::Duplicate(spec.id.into_inner())));
             }
             candidates.push(candidate(spec).map_err(|(at, problem)| fail(at.start, problem))?);
+            places.push((file.to_owned(), line(id_at)));
         }
-        Ok(Self { candidates })
+        Ok(Self { candidates, places })
     }
 
     /// All candidates, in the order of the file.
@@ -188,10 +192,18 @@ impl Catalogue {
         self.candidates.iter().find(|c| c.id == id)
     }
 
+    /// The file and the line, from 1, in which the candidate called `id` stands.
+    #[must_use]
+    pub fn place(&self, id: &str) -> Option<(&str, usize)> {
+        let k = self.candidates.iter().position(|c| c.id == id)?;
+        self.places.get(k).map(|(file, line)| (file.as_str(), *line))
+    }
+
     /// Both lists, one after the other.
     #[must_use]
     pub fn joined(mut self, other: Self) -> Self {
         self.candidates.extend(other.candidates);
+        self.places.extend(other.places);
         self
     }
 }

@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     table.set_header(["candidate", "parameters", "points", "first derivatives", "second", "analytic in s"]);
     let mut faults = Vec::new();
     for candidate in catalogue.candidates() {
-        let found = examine(candidate, &rig, &campaign);
+        let found = examine(candidate, &rig, &campaign.points);
         let [first, second, analytic] = found.errors.map(|e| format!("{e:.0e}"));
         let (id, count) = (candidate.id.clone(), candidate.parameters.len().to_string());
         table.add_row([id, count, found.points.to_string(), first, second, analytic]);
@@ -86,22 +86,23 @@ fn symbols(ui: &Ui) {
 
 /// What was found of a candidate.
 #[derive(Default)]
-struct Found {
+pub(crate) struct Found {
     /// Number of operating points at which it was tried.
     points: usize,
     /// Largest relative error of gradient and Hessian, and the largest breach of the Cauchy-Riemann equations.
     errors: [f64; 3],
-    faults: Vec<String>,
+    pub(crate) faults: Vec<String>,
 }
 
-fn examine(candidate: &Candidate, rig: &Rig, campaign: &Campaign) -> Found {
+/// Tries a candidate at every operating point where it acts.
+pub(crate) fn examine(candidate: &Candidate, rig: &Rig, points: &[OperatingPoint]) -> Found {
     let mut found = Found::default();
     let quantiles = |p: f64| candidate.parameters.iter().map(|a| a.prior.quantile(p)).collect::<Vec<_>>();
     // Off the middle of the priors, where a parameter of mean zero would hide those that it multiplies.
     let (centre, low, high) = (quantiles(0.7), quantiles(0.025), quantiles(0.975));
     let mut used = vec![false; centre.len()];
     let (mut undefined, mut defined_hot) = (Vec::new(), false);
-    for point in &campaign.points {
+    for point in points {
         let effects: Vec<&Effect> = candidate.effects.iter().filter(|e| acts(e.place, point)).collect();
         if effects.is_empty() {
             continue;

@@ -1,6 +1,7 @@
 //! `rijke rank`: train the candidates on observations and rank them.
 
 mod hot;
+mod own;
 
 use crate::{
     failure::{Classify, Failure},
@@ -10,7 +11,7 @@ use crate::{
 use rijke_lab::Truth;
 use rijke_rig::{DataKind, Observations, PointObservations};
 use rijke_studies::{
-    Check, Depth, ProngModel, Prongs, campaign, cold, cold_heater, consistency, empty_tube,
+    Check, Depth, ProngModel, Prongs, Terms, campaign, cold, cold_heater, consistency, empty_tube,
     lumped_convergence, microphones, prongs_stage, true_empty_tube,
 };
 use serde::Serialize;
@@ -18,9 +19,10 @@ use std::path::{Path, PathBuf};
 
 /// Train the candidate models on observations, rank them by evidence, and answer the questions of the studies.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  rijke rank virtual-rig --out results\n\n\
+#[command(after_help = "Examples:\n  rijke rank virtual-rig --out results\n  \
+    rijke rank virtual-rig --flow base-flow --candidates candidates.toml --out results\n\n\
     Reads DIR/observations (or DIR itself) as `rijke process` writes them. Writes OUT/numbers/*.json, from which\n\
-    `rijke report OUT` draws.")]
+    `rijke report OUT` draws, and with --flow the chosen model OUT/model.json.")]
 pub(crate) struct Args {
     /// Folder of records with their observations, or of observations.
     dir: PathBuf,
@@ -31,6 +33,9 @@ pub(crate) struct Args {
     /// cold experiments are ranked.
     #[arg(long, value_name = "FLOWDIR")]
     flow: Option<PathBuf>,
+    /// Files of candidates of your own, which compete with those of the project: prongs, heater, heat release.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    candidates: Vec<PathBuf>,
     /// Truth file of the virtual laboratory, to mark true values [default: fixtures/lab/truth.toml of the project];
     /// not used for measured data.
     #[arg(long, value_name = "FILE")]
@@ -56,6 +61,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let observations = Observations::read(folder)
         .or_bad_input()
         .map_err(|f| f.remedy(format!("Run `rijke process {}` first.", args.dir.display())))?;
+    let terms = Terms { depth, own: own::candidates(&args.candidates, &observations)? };
     let truth = args.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
     let virtual_data = observations.kind == DataKind::Virtual;
     let known = virtual_data.then(|| true_empty_tube(&observations, &truth)).flatten();
@@ -67,7 +73,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let wrong = |f: Failure| f.at(folder);
     let tube = empty_tube(&observations, known).or_bad_input().map_err(wrong)?;
     progress.advance(1);
-    let (prongs, after_prongs) = prongs_stage(&observations, depth).or_bad_input().map_err(wrong)?;
+    let (prongs, after_prongs) = prongs_stage(&observations, terms.clone()).or_bad_input().map_err(wrong)?;
     progress.advance(1);
     // Only a campaign with the heater attached and cold can say anything of it, and so on.
     let has = |thermocouples: bool| {
@@ -75,7 +81,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         observations.points.iter().any(|p| cold(p) && p.point.thermocouples == thermocouples)
     };
     let heater = has(false)
-        .then(|| cold_heater(&observations, &after_prongs, depth))
+        .then(|| cold_heater(&observations, &after_prongs, terms.clone()))
         .transpose()
         .or_bad_input()
         .map_err(wrong)?;
@@ -113,7 +119,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
                 &observations,
                 flow,
                 stage,
-                args.thorough || args.referee.is_some(),
+                Terms { depth: (args.thorough || args.referee.is_some()).into(), ..terms.clone() },
                 virtual_data.then_some(&truth),
                 staged.path(),
                 &progress,
@@ -129,10 +135,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     drop(progress);
     staged.commit()?;
-    table(ui, &prongs);
+    table(ui, &prongs, &terms);
     if let Some((heater, _)) = &heater {
-        table(ui, heater);
+        table(ui, heater, &terms);
     }
+    let ranked = [Some("prongs"), heater.as_ref().map(|_| "heater"), found.as_ref().map(|_| "heat-release")];
+    own::left_out(ui, &terms.own, &ranked.into_iter().flatten().collect::<Vec<_>>());
     let of_heater = heater.map(|(h, _)| h.checks).unwrap_or_default();
     let of_cold = figure_5.map(|f| f.checks).unwrap_or_default();
     for check in
@@ -141,7 +149,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         say(ui, check);
     }
     if let Some(found) = found {
-        found.show(ui);
+        found.show(ui, &terms);
     }
     Ok(())
 }
@@ -173,11 +181,14 @@ fn depth(args: &Args) -> Result<Depth, Failure> {
     }
 }
 
-fn table(ui: &Ui, study: &Prongs) {
+fn table(ui: &Ui, study: &Prongs, terms: &Terms) {
     table_head(ui);
     for model in &study.models {
         table_row(ui, model, &study.winner);
     }
+    // The empty tube, at 0, trains no row.
+    let points = study.measured.iter().filter(|m| m.position_m > 0.0).count();
+    own::standing(ui, &study.models, points, &terms.own);
 }
 
 fn table_head(ui: &Ui) {

@@ -17,6 +17,9 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Args {
     /// Folder of records with its manifest.toml, or with observations prepared by hand in DIR/observations.
     dir: PathBuf,
+    /// Files of candidates of your own, which compete with those of the project [default: DIR/candidates.toml if it exists].
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    candidates: Vec<PathBuf>,
     /// Take every step again, and replace what they wrote.
     #[arg(long)]
     force: bool,
@@ -24,6 +27,14 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
+    let mut candidates = args.candidates.clone();
+    if candidates.is_empty() && dir.join("candidates.toml").is_file() {
+        candidates.push(dir.join("candidates.toml"));
+    }
+    for file in &candidates {
+        // Known now rather than after an hour.
+        rijke_candidates::Catalogue::read(file).or_bad_input()?;
+    }
     let (observations, flow, results) =
         (dir.join("observations"), dir.join("base-flow"), dir.join("results"));
     if results.exists() && !args.force {
@@ -49,6 +60,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let mut rank = vec!["rank", &*dir, "--out", &*results];
     if hot {
         rank.extend(["--flow", &*flow]);
+    }
+    let candidates: Vec<String> = candidates.iter().map(|file| text(file)).collect();
+    if !candidates.is_empty() {
+        rank.push("--candidates");
+        rank.extend(candidates.iter().map(String::as_str));
     }
     step(&rank, args.force, ui)?;
     step(&["report", &results], false, ui)

@@ -94,6 +94,37 @@ impl From<bool> for Depth {
     }
 }
 
+/// On what terms models compete: how far each evidence is checked, and which candidates of the user's own take part.
+#[derive(Clone, Debug, Default)]
+pub struct Terms {
+    /// How far each evidence is checked.
+    pub depth: Depth,
+    /// Candidates beside those of the project; those whose role a stage does not rank are left to the other stages.
+    pub own: Vec<Candidate>,
+}
+
+/// The roles whose candidates compete, one stage each; of all other roles the project has one candidate in use.
+pub const COMPETING_ROLES: [&str; 3] = ["prongs", "heater", "heat-release"];
+
+impl From<Depth> for Terms {
+    fn from(depth: Depth) -> Self {
+        Self { depth, own: Vec::new() }
+    }
+}
+
+impl From<bool> for Terms {
+    fn from(thorough: bool) -> Self {
+        Depth::from(thorough).into()
+    }
+}
+
+impl Terms {
+    /// The user's own candidates of one role.
+    pub(crate) fn own(&self, role: &str) -> impl Iterator<Item = &Candidate> {
+        self.own.iter().filter(move |c| c.role == role)
+    }
+}
+
 impl Depth {
     fn referee(self) -> Option<(RefereeKind, f64)> {
         if let Self::Refereed(kind, error) = self { Some((kind, error)) } else { None }

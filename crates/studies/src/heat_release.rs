@@ -3,7 +3,7 @@
 mod checks;
 
 use crate::catalogue::{catalogue, chosen};
-use crate::competition::{Competition, Competitor, agreement, marginal, no_winner, winner};
+use crate::competition::{Competition, Competitor, Terms, agreement, marginal, no_winner, winner};
 use crate::{HeatRelease, Hot, ProngModel, StudyError};
 use rijke_candidates::{Candidate, Catalogue};
 use rijke_model::{Assembly, Trained};
@@ -37,6 +37,9 @@ const BEYOND: [&[&str]; 12] = [
     &["heat-release.cylinder", "mean-flow.energy", "steady-drag.quasi-steady", "heater.film"],
 ];
 
+/// What competes together with a heat release of the user's own, beside that heat release alone.
+const WITH_OWN: [&str; 3] = ["mean-flow.convection", "steady-drag.quasi-steady", "heater.film"];
+
 /// The model with the most evidence, trained.
 #[derive(Clone, Debug)]
 pub struct Chosen {
@@ -47,7 +50,7 @@ pub struct Chosen {
 }
 
 /// Trains the nine models of Table 4 on all hot points, on top of the cold model whose posterior is their prior, and the
-/// candidates beyond the paper; ranks them, and returns the best of all.
+/// candidates beyond the paper and of the user's own (`terms`); ranks them, and returns the best of all.
 ///
 /// Noise floats, as in the paper, and with it what the points of one setting share ([`Noise::setting`]); the errors of the base
 /// flow enter as a covariance that points share.
@@ -56,16 +59,18 @@ pub struct Chosen {
 ///
 /// # Errors
 /// [`StudyError::NoWinner`] if no model could be fitted. One model that cannot be fitted is a row without evidence.
-pub fn heat_release(hot: &Hot, thorough: bool) -> Result<(HeatRelease, Chosen), StudyError> {
-    let catalogue = catalogue()?;
-    let competing = competitors(hot, &catalogue)?;
+pub fn heat_release(hot: &Hot, terms: impl Into<Terms>) -> Result<(HeatRelease, Chosen), StudyError> {
+    let (catalogue, terms) = (catalogue()?, terms.into());
+    let competing = competitors(hot, &catalogue, &terms)?;
+    // What the checks explain is known of the project's own candidates only.
+    let ours = PUBLISHED.len() + BEYOND.len();
     let assemblies =
         competing.iter().map(|c| c.assembly(&hot.rig)).collect::<Result<Vec<Assembly>, StudyError>>()?;
     let competition = Competition {
         rig: &hot.rig,
         competing,
         published: &PUBLISHED,
-        depth: thorough.into(),
+        depth: terms.depth,
         noise: hot.noise(),
         base_errors: true,
         line: false,
@@ -90,27 +95,32 @@ pub fn heat_release(hot: &Hot, thorough: bool) -> Result<(HeatRelease, Chosen), 
         published_winner: "heat-release.8".to_owned(),
         chosen: models[best].id.clone(),
         kendall_tau: agreement(&models),
-        checks: checks::checks(&models),
+        checks: checks::checks(&models[..ours]),
         models,
     };
     Ok((study, Chosen { assembly, trained }))
 }
 
-fn competitors(hot: &Hot, catalogue: &Catalogue) -> Result<Vec<Competitor>, StudyError> {
+fn competitors(hot: &Hot, catalogue: &Catalogue, terms: &Terms) -> Result<Vec<Competitor>, StudyError> {
     let cold = &hot.cold.stage;
     let mut rows = Vec::new();
     for number in 1..=PUBLISHED.len() {
         let own = chosen(catalogue, &[&format!("heat-release.{number}")])?;
         rows.push(Competitor::new(&own[0], cold));
     }
-    for ids in BEYOND {
-        let own = chosen(catalogue, ids)?;
+    let beyond = BEYOND.iter().map(|ids| chosen(catalogue, ids)).collect::<Result<Vec<_>, _>>()?;
+    // The user's own: alone as in Table 4, and with what the project adds to its own best heat release.
+    let added = chosen(catalogue, &WITH_OWN)?;
+    let own =
+        terms.own("heat-release").flat_map(|c| [vec![c.clone()], [vec![c.clone()], added.clone()].concat()]);
+    for own in beyond.into_iter().chain(own) {
         let replaces_heater = own.iter().any(|c| c.role == "hot-heater");
         let keep = |c: &&Candidate| !(replaces_heater && c.role == "heater");
-        let names: Vec<&str> = own.iter().map(|c| c.name.as_str()).collect();
+        let joined =
+            |word: fn(&Candidate) -> &str, by: &str| own.iter().map(word).collect::<Vec<_>>().join(by);
         rows.push(Competitor {
-            id: ids.join(" + "),
-            label: names.join("; "),
+            id: joined(|c| &c.id, " + "),
+            label: joined(|c| &c.name, "; "),
             base: cold.candidates.iter().filter(keep).cloned().collect(),
             known: vec![cold.knowledge.clone()],
             own,

@@ -2,7 +2,7 @@
 
 use crate::catalogue::catalogue;
 use crate::competition::{
-    Competition, Competitor, Depth, Stage, agreement, marginal, measured, no_winner, winner,
+    Competition, Competitor, DECIDES, Stage, Terms, agreement, marginal, measured, no_winner, winner,
 };
 use crate::prongs::{observed, provenance};
 use crate::{Check, ProngModel, Prongs, StudyError};
@@ -14,16 +14,17 @@ const PUBLISHED: [[f64; 3]; 3] =
     [[-3.7472, -0.0949, -3.8420], [-1.6648, -0.1947, -1.8595], [0.4209, -0.4047, 0.0162]];
 
 /// Trains the three models of the heater on the points with a cold heater and no thermocouples (rows C1 and C2), on top
-/// of the stage `before` (from [`crate::prongs_stage`]). Returns what the next stage starts from as well.
+/// of the stage `before` (from [`crate::prongs_stage`]). Returns what the next stage starts from as well: a candidate of the
+/// user's own in `terms` takes the place of the table's best where it leads by more than 3 nats.
 ///
 /// # Errors
 /// [`StudyError::NoPoint`] without such points; [`StudyError::NoWinner`] if no model could be fitted.
 pub fn cold_heater(
     observations: &Observations,
     before: &Stage,
-    depth: impl Into<Depth>,
+    terms: impl Into<Terms>,
 ) -> Result<(Prongs, Stage), StudyError> {
-    let rig = &observations.rig;
+    let (rig, terms) = (&observations.rig, terms.into());
     let all: Vec<Observed> = observed(observations, |p| p.heater && p.power == 0.0 && !p.thermocouples)?;
     if all.len() < 2 {
         return Err(StudyError::NoPoint {
@@ -31,12 +32,18 @@ pub fn cold_heater(
         });
     }
     let catalogue = catalogue()?;
-    let competing = catalogue.competing("heater").into_iter().map(|c| Competitor::new(c, before)).collect();
+    let of_the_project = catalogue.competing("heater");
+    let competing = of_the_project
+        .iter()
+        .copied()
+        .chain(terms.own("heater"))
+        .map(|c| Competitor::new(c, before))
+        .collect();
     let competition = Competition {
         rig,
         competing,
         published: &PUBLISHED,
-        depth: depth.into(),
+        depth: terms.depth,
         noise: Noise::FLOATED,
         base_errors: false,
         line: true,
@@ -45,9 +52,11 @@ pub fn cold_heater(
     };
     let (models, trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
     let (best, id) = winner(&models).map(|(k, m)| (k, m.id.clone())).ok_or_else(|| no_winner(&models))?;
-    let stage = trained[best]
+    // A candidate of the user's own goes on only where the evidence decides for it.
+    let next = leader(&models, best, all.len());
+    let stage = trained[next]
         .as_ref()
-        .map(|t| competition.competing[best].stage(t))
+        .map(|t| competition.competing[next].stage(t))
         .ok_or_else(|| no_winner(&models))?;
     let study = Prongs {
         provenance: provenance(observations, &all),
@@ -55,10 +64,17 @@ pub fn cold_heater(
         winner: id,
         published_winner: "heater.3".to_owned(),
         kendall_tau: agreement(&models),
-        checks: checks(&models, rig, &all),
+        checks: checks(&models[..of_the_project.len()], rig, &all),
         models,
     };
     Ok((study, stage))
+}
+
+/// The row with the most evidence on `points` points if it leads the table's `best` by more than [`DECIDES`], else that.
+fn leader(models: &[ProngModel], best: usize, points: usize) -> usize {
+    let lead = |k: usize| (marginal(&models[k]) - marginal(&models[best])) * points as f64;
+    let first = (0..models.len()).max_by(|&a, &b| lead(a).total_cmp(&lead(b)));
+    first.filter(|&k| lead(k) > DECIDES).unwrap_or(best)
 }
 
 /// The physical statements of section 6.3.

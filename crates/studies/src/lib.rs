@@ -29,7 +29,7 @@ mod truths;
 pub use campaign::{CampaignRead, CampaignRow, PointRead, campaign};
 pub use catalogue::catalogue;
 pub use cold::{ColdStage, cold};
-pub use competition::{Depth, Stage};
+pub use competition::{COMPETING_ROLES, Depth, Stage, Terms};
 pub use consistency::consistency;
 pub use empty_tube::{empty_tube, true_empty_tube};
 pub use error::StudyError;

@@ -2,7 +2,7 @@
 
 use crate::catalogue::{catalogue, chosen};
 use crate::competition::{
-    Competition, Competitor, DECIDES, Depth, Stage, agreement, first_of_the_best, marginal, measured,
+    Competition, Competitor, DECIDES, Stage, Terms, agreement, first_of_the_best, marginal, measured,
     no_winner, winner,
 };
 use crate::empty_tube::PRESSURE_MODEL_ERROR;
@@ -39,15 +39,15 @@ pub fn prongs(observations: &Observations) -> Result<Prongs, StudyError> {
 
 /// As [`prongs()`], with what the next stage starts from: the first model of the table and the candidates below it that no
 /// other beats by more than 3 nats, and the posterior of its parameters.
-/// `depth` says how far every evidence is checked; warnings go into the rows.
+/// `terms` says how far every evidence is checked, and brings candidates of the user's own; warnings go into the rows.
 ///
 /// # Errors
 /// As [`prongs()`]; [`StudyError::NoWinner`] if no model could be fitted.
 pub fn prongs_stage(
     observations: &Observations,
-    depth: impl Into<Depth>,
+    terms: impl Into<Terms>,
 ) -> Result<(Prongs, Stage), StudyError> {
-    let rig = &observations.rig;
+    let (rig, terms) = (&observations.rig, terms.into());
     let all = observed(observations, |p| p.power == 0.0 && !p.heater && !p.thermocouples)?;
     let need = |need: &str| StudyError::NoPoint { need: need.to_owned() };
     let empty = all
@@ -61,9 +61,9 @@ pub fn prongs_stage(
     }
     let competition = Competition {
         rig,
-        competing: competitors(rig, empty)?,
+        competing: competitors(rig, empty, &terms)?,
         published: &PUBLISHED,
-        depth: depth.into(),
+        depth: terms.depth,
         noise: Noise::FLOATED,
         base_errors: false,
         line: true,
@@ -77,21 +77,26 @@ pub fn prongs_stage(
         .as_ref()
         .map(|t| competition.competing[next].stage(t))
         .ok_or_else(|| no_winner(&models))?;
+    // What the checks explain is known of the project's own candidates only.
+    let ours = &models[..models.len() - WALLS_OF_OWN.len() * terms.own("prongs").count()];
     let study = Prongs {
         provenance: provenance(observations, &all),
         measured: all.iter().map(measured).collect(),
         winner: best.id.clone(),
         published_winner: "prongs.6".to_owned(),
         kendall_tau: agreement(&models),
-        checks: [checks(&models), beyond(&models, &models[next], inserted.len())].concat(),
+        checks: [checks(&models), beyond(ours, &models[next], inserted.len())].concat(),
         models,
     };
     Ok((study, stage))
 }
 
-/// The models of Table 2 on the paper's wall, further prongs on the same wall, and the better prongs on other walls. Every wall
-/// has an empty-tube stage of its own.
-fn competitors(rig: &Rig, empty: &Observed) -> Result<Vec<Competitor>, StudyError> {
+/// The walls on which prongs of the user's own compete: the paper's, and the better one.
+const WALLS_OF_OWN: [&str; 2] = ["wall.rayleigh", "wall.kirchhoff"];
+
+/// The models of Table 2 on the paper's wall, further prongs on the same wall, the better prongs on other walls, and prongs of
+/// the user's own. Every wall has an empty-tube stage of its own.
+fn competitors(rig: &Rig, empty: &Observed, terms: &Terms) -> Result<Vec<Competitor>, StudyError> {
     let catalogue = catalogue()?;
     let paper = empty_tube_stage(rig, empty, "wall.rayleigh")?;
     let mut rows: Vec<Competitor> =
@@ -107,6 +112,13 @@ fn competitors(rig: &Rig, empty: &Observed) -> Result<Vec<Competitor>, StudyErro
         let row = Competitor::new(&own[0], &stage);
         let label = format!("{}; wall with {}", own[0].name, own[1].name);
         rows.push(Competitor { id: format!("{prongs} + {wall}"), label, ..row });
+    }
+    for prongs in terms.own("prongs") {
+        rows.push(Competitor::new(prongs, &paper));
+        let wall = &chosen(&catalogue, &WALLS_OF_OWN[1..])?[0];
+        let row = Competitor::new(prongs, &empty_tube_stage(rig, empty, &wall.id)?);
+        let label = format!("{}; wall with {}", prongs.name, wall.name);
+        rows.push(Competitor { id: format!("{} + {}", prongs.id, wall.id), label, ..row });
     }
     Ok(rows)
 }

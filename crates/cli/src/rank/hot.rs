@@ -1,6 +1,6 @@
 //! The stages of `rijke rank` that need the base flow: Figs. 6 to 11 and Table 4.
 
-use super::{say, table_head, table_row, write};
+use super::{own, say, table_head, table_row, write};
 use crate::{
     failure::{Classify, Failure},
     ui::{Progress, Ui},
@@ -9,7 +9,7 @@ use rijke_lab::Truth;
 use rijke_model::{BaseStates, SavedModel};
 use rijke_rig::Observations;
 use rijke_studies::{
-    Check, ColdStage, HeatRelease, Hot, HotPredictions, feedback, feedback_naive, figure_8, figure_9,
+    Check, ColdStage, HeatRelease, Hot, HotPredictions, Terms, feedback, feedback_naive, figure_8, figure_9,
     figure_10, figure_11, heat_release, truths,
 };
 use std::path::Path;
@@ -28,7 +28,7 @@ pub(super) fn hot(
     observations: &Observations,
     flow: &Path,
     cold: ColdStage,
-    thorough: bool,
+    terms: Terms,
     truth: Option<&Truth>,
     out: &Path,
     progress: &Progress,
@@ -41,7 +41,7 @@ pub(super) fn hot(
     progress.advance(1);
     let naive = feedback_naive(&hot, &calibrated).or_failed()?;
     progress.advance(1);
-    let (table, best) = heat_release(&hot, thorough).or_failed()?;
+    let (table, best) = heat_release(&hot, terms).or_failed()?;
     progress.advance(1);
     let undamped = [figure_8(&hot).or_failed()?, figure_9(&hot).or_failed()?];
     progress.advance(1);
@@ -82,11 +82,12 @@ pub(super) fn hot(
 
 impl Found {
     /// Table 4 and the statements of the text.
-    pub(super) fn show(&self, ui: &Ui) {
+    pub(super) fn show(&self, ui: &Ui, terms: &Terms) {
         table_head(ui);
         for model in &self.table.models {
             table_row(ui, model, &self.table.chosen);
         }
+        own::standing(ui, &self.table.models, self.table.measured.len(), &terms.own);
         for check in &self.checks {
             say(ui, check);
         }
