@@ -10,20 +10,21 @@ use std::path::PathBuf;
 
 /// List what a file holds, channel by channel: to see which microphone is which before a manifest is written.
 #[derive(clap::Args)]
-#[command(
-    after_help = "Example:\n  rijke inspect C3-35/ping-00.wav\n\nReads WAV, and text with one column per channel."
-)]
+#[command(after_help = "Examples:\n  rijke inspect C3-35/ping-00.wav\n  rijke inspect run-7.mat\n\n\
+    Reads WAV, text with one column per channel, MATLAB 5 to 7.3, and HDF5.")]
 pub(crate) struct Args {
     /// The file.
     file: PathBuf,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let FileContents { format, rate_hz, channels } = inspect(&args.file).or_bad_input()?;
+    let FileContents { format, rate_hz, channels, others } = inspect(&args.file).or_bad_input()?;
     let frames = channels.first().map_or(0, |c| c.samples);
+    let even = channels.iter().all(|c| c.samples == frames);
+    let frames_shown = if even { frames.to_string() } else { "different numbers of".to_owned() };
     let duration =
         rate_hz.map_or_else(String::new, |rate| format!(" at {rate} Hz: {:.4} s", frames as f64 / rate));
-    ui.say(format!("{format}, {} channels of {frames} samples{duration}", channels.len()));
+    ui.say(format!("{format}, {} channels of {frames_shown} samples{duration}", channels.len()));
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     table.set_header([
@@ -42,5 +43,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         table.add_row(row.chain([c.at_full_scale.to_string(), c.not_finite.to_string()]));
     }
     ui.say(table.to_string());
+    for other in others {
+        ui.say(other);
+    }
     Ok(())
 }

@@ -66,6 +66,7 @@ impl VirtualRig {
             kind: DataKind::Virtual,
             source: source(&campaign.name, seed),
             channels: (0..rig.microphones.positions.len()).map(Some).collect(),
+            arrays: rijke_rig::Arrays::default(),
             full_scale: truth.recorder.full_scale_pa,
             ping,
             click,

@@ -1,8 +1,9 @@
 //! What is in a file of records, before anything is known about it.
 
+use crate::arrays::{Array, is_file_of_arrays, read_arrays};
 use crate::text_record::columns;
 use crate::wav::{Layout, header, read_record};
-use crate::{Problem, RigError};
+use crate::{Arrays, Problem, RigError};
 use std::path::Path;
 
 /// What a file of records holds.
@@ -14,12 +15,14 @@ pub struct FileContents {
     pub rate_hz: Option<f64>,
     /// The channels in the order of the file.
     pub channels: Vec<ChannelContents>,
+    /// What else is in the file, in words: single numbers with their value, and what is no numeric array.
+    pub others: Vec<String>,
 }
 
-/// One channel of a file. Integers are given as a fraction of full scale, floats and text as they are.
+/// One channel of a file. Signed integers are given as a fraction of full scale, floats and text as they are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelContents {
-    /// Its name, where the file has names.
+    /// Its name, where the file has names; `p[3]` is the fourth channel of the array `p`.
     pub name: Option<String>,
     /// Number of samples.
     pub samples: usize,
@@ -37,11 +40,14 @@ pub struct ChannelContents {
     pub not_finite: usize,
 }
 
-/// Says what a WAV file, or text with one column per channel (.csv, .tsv, .txt), holds.
+/// Says what a WAV, MATLAB or HDF5 file, or text with one column per channel (.csv, .tsv, .txt), holds.
 ///
 /// # Errors
 /// The file is absent, of another format, truncated, or text with a cell that is no number.
 pub fn inspect(path: &Path) -> Result<FileContents, RigError> {
+    if is_file_of_arrays(path)? {
+        return arrays(path);
+    }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let (format, rate_hz, names) = match extension.as_str() {
         "csv" | "tsv" | "txt" => {
@@ -62,11 +68,39 @@ pub fn inspect(path: &Path) -> Result<FileContents, RigError> {
         return Err(RigError::invalid(path, "header", Problem::Empty { need: "one channel" }));
     }
     let all: Vec<Option<usize>> = (0..names.len()).map(Some).collect();
-    let layout = Layout { channels: &all, full_scale: 1.0, rate_hz: rate_hz.unwrap_or(1.0), quiet: 0 };
+    let layout = Layout {
+        channels: &all,
+        full_scale: 1.0,
+        rate_hz: rate_hz.unwrap_or(1.0),
+        quiet: 0,
+        arrays: &Arrays::default(),
+    };
     let record = read_record(path, layout)?;
     let channels =
         names.into_iter().zip(&record.channels).map(|(name, c)| channel(name, c, record.full_scale));
-    Ok(FileContents { format, rate_hz, channels: channels.collect() })
+    Ok(FileContents { format, rate_hz, channels: channels.collect(), others: Vec::new() })
+}
+
+/// What a file of named arrays holds.
+fn arrays(path: &Path) -> Result<FileContents, RigError> {
+    let contents = read_arrays(path)?;
+    let (mut channels, mut others) = (Vec::new(), Vec::new());
+    for array in contents.arrays {
+        match (array.samples(), array.values.first()) {
+            (2.., _) => channels.extend((0..array.channels()).map(|c| of_array(&array, c))),
+            (_, Some(value)) => others.push(format!("{} = {value}", array.name)),
+            (_, None) => others.push(format!("{} is empty", array.name)),
+        }
+    }
+    others.extend(contents.others);
+    Ok(FileContents { format: contents.format.to_owned(), rate_hz: None, channels, others })
+}
+
+fn of_array(array: &Array, c: usize) -> ChannelContents {
+    let name = if array.channels() > 1 { format!("{}[{c}]", array.name) } else { array.name.clone() };
+    let unit = array.largest.map_or(1.0, |largest| 1.0 / largest);
+    let samples: Vec<f64> = (0..array.samples()).map(|n| array.at(c, n) * unit).collect();
+    channel(Some(name), &samples, array.largest.map_or(f64::INFINITY, |_| 1.0))
 }
 
 fn channel(name: Option<String>, samples: &[f64], full_scale: f64) -> ChannelContents {

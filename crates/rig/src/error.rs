@@ -204,6 +204,37 @@ pub enum Problem {
         /// The decoder's reason.
         reason: String,
     },
+    /// A file of arrays that is damaged, truncated or of another format.
+    #[error("not a MATLAB or HDF5 file that can be read ({reason}); save it again, or export WAV or CSV")]
+    BadArrays {
+        /// The reader's reason.
+        reason: String,
+    },
+    /// An array that the manifest names and the file does not have, or not as numbers.
+    #[error("there is no numeric array `{name}`; the file holds {}; correct `arrays` in the manifest", known.join(", "))]
+    NoSuchArray {
+        /// The name wanted.
+        name: String,
+        /// What the file holds.
+        known: Vec<String>,
+    },
+    /// A file of which it is not clear what the record is.
+    #[error(
+        "the file holds {}; say which of them is the record, with `arrays = {{ names = [...] }}` in the manifest",
+        if known.is_empty() { "nothing".to_owned() } else { known.join(", ") }
+    )]
+    WhichArray {
+        /// What the file holds.
+        known: Vec<String>,
+    },
+    /// Arrays of one record that differ in length.
+    #[error("has {have} samples, another array of the record {need}; all must have the same length")]
+    Uneven {
+        /// Samples of this array.
+        have: usize,
+        /// Samples of the first.
+        need: usize,
+    },
     /// A CSV cell that is not a number.
     #[error("`{text}` is not {expected}")]
     BadCell {

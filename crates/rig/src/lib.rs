@@ -2,7 +2,8 @@
 //! records, pings and clicks, and the files that hold them. Knows no model.
 //!
 //! * [`Rig`], [`Campaign`]: what was built and what was measured, from TOML files.
-//! * [`RecordSource`]: raw records, one at a time; [`RecordFolder`] reads them from WAV files and a manifest.
+//! * [`RecordSource`]: raw records, one at a time; [`RecordFolder`] reads them from a manifest and its files: WAV,
+//!   text, MATLAB, and HDF5 with the feature `hdf5` (on by default).
 //! * [`Observations`]: pings and clicks with covariances, to and from CSV.
 //!
 //! # Conventions
@@ -24,19 +25,24 @@
 //! assert!((air.sound_speed - 343.3).abs() < 0.1);
 //! ```
 
+mod arrays;
 mod campaign;
 mod contents;
 mod error;
 mod files;
 mod gas;
 mod geometry;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 mod manifest;
+mod mat5;
 mod observation;
 mod records;
 mod table;
 mod text_record;
 mod wav;
 
+pub use arrays::Arrays;
 pub use campaign::{Campaign, OperatingPoint};
 pub use contents::{ChannelContents, FileContents, inspect};
 pub use error::{Problem, RigError};

@@ -1,10 +1,10 @@
-//! A folder of records: `manifest.toml`, the rig, the campaign, and the WAV files it lists.
+//! A folder of records: `manifest.toml`, the rig, the campaign, and the files it lists.
 
 use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
 use crate::wav::{Layout, read_record};
 use crate::{
-    Calibration, Campaign, DataKind, Day, PointRecords, Problem, Record, RecordSet, RecordSource, Rig,
-    RigError, Stretch,
+    Arrays, Calibration, Campaign, DataKind, Day, PointRecords, Problem, Record, RecordSet, RecordSource,
+    Rig, RigError, Stretch,
 };
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -26,6 +26,8 @@ struct Manifest {
     source: String,
     full_scale_pa: f64,
     channels: Vec<i64>,
+    #[serde(default, skip_serializing_if = "is_empty")]
+    arrays: Arrays,
     ping: Stretch,
     click: Stretch,
     day: Vec<Day>,
@@ -56,7 +58,7 @@ struct PointEntry {
 
 /// Opening words of a manifest.
 const HEADER: &str = "\
-# A set of records. Paths are relative to this file. Each file, WAV or CSV, holds all microphones of one record.
+# A set of records. Paths are relative to this file. Each file (WAV, CSV, MATLAB, HDF5) holds all microphones of one record.
 # channels: for every channel of a file, the microphone it records, counted from 0 along the tube; -1 for none.
 # full_scale_pa: pressure of the largest integer of an integer WAV file (a float file and a CSV file are in Pa).
 # quiet_samples: samples taken before the loudspeaker acts; the trigger of a click is at that sample.
@@ -131,7 +133,7 @@ impl RecordSet {
     #[must_use]
     pub fn layout(&self, stretch: Stretch) -> Layout<'_> {
         let Stretch { rate_hz, quiet } = stretch;
-        Layout { channels: &self.channels, full_scale: self.full_scale, rate_hz, quiet }
+        Layout { channels: &self.channels, full_scale: self.full_scale, rate_hz, quiet, arrays: &self.arrays }
     }
 
     /// Writes `rig.toml`, `campaign.toml` and, last, `manifest.toml`: a folder whose records are incomplete has no
@@ -176,6 +178,7 @@ impl Manifest {
             kind: self.kind,
             source: self.source,
             channels: self.channels.iter().map(|&m| usize::try_from(m).ok()).collect(),
+            arrays: self.arrays,
             full_scale: self.full_scale_pa,
             ping: self.ping,
             click: self.click,
@@ -193,6 +196,7 @@ impl Manifest {
             campaign: "campaign.toml".into(),
             kind: set.kind,
             source: set.source.clone(),
+            arrays: set.arrays.clone(),
             full_scale_pa: set.full_scale,
             channels: set.channels.iter().map(|c| c.map_or(-1, |m| m as i64)).collect(),
             ping: set.ping,
@@ -220,6 +224,10 @@ impl Manifest {
                 .collect(),
         }
     }
+}
+
+fn is_empty(arrays: &Arrays) -> bool {
+    *arrays == Arrays::default()
 }
 
 fn unknown(place: String, name: &str, known: Vec<String>) -> (String, Problem) {

@@ -1,7 +1,7 @@
 //! Raw records: what a record is, what a set of records is, and where records come from.
 
 use crate::files::in_range;
-use crate::{OperatingPoint, Problem, Rig, RigError};
+use crate::{Arrays, OperatingPoint, Problem, Rig, RigError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -89,6 +89,8 @@ pub struct RecordSet {
     pub source: String,
     /// For every channel of a file the microphone it records; none for a channel that is not a microphone.
     pub channels: Vec<Option<usize>>,
+    /// Which arrays hold a record, in files that have named arrays.
+    pub arrays: Arrays,
     /// Pressure of the largest integer of an integer file, Pa.
     pub full_scale: f64,
     /// How pings are taken.

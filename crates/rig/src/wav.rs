@@ -1,8 +1,9 @@
 //! Multichannel WAV in and out.
 
+use crate::arrays::{is_file_of_arrays, read_array_record};
 use crate::files::write_whole;
 use crate::text_record::read_text_record;
-use crate::{Problem, Record, RigError};
+use crate::{Arrays, Problem, Record, RigError};
 use hound::{SampleFormat, WavReader, WavSpec, WavWriter};
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read};
@@ -19,6 +20,8 @@ pub struct Layout<'a> {
     pub rate_hz: f64,
     /// Samples before the loudspeaker acts.
     pub quiet: usize,
+    /// Which arrays hold the record, in a file that has named arrays.
+    pub arrays: &'a Arrays,
 }
 
 /// The integers of one record as a 24-bit acquisition system delivers them.
@@ -71,14 +74,15 @@ impl Samples24 {
     }
 }
 
-/// Reads one record: WAV, or text if the name ends in .csv, .tsv or .txt.
+/// Reads one record: text if the name ends in .csv, .tsv or .txt, else MATLAB, HDF5 or WAV.
 ///
 /// # Errors
-/// Those of [`read_wav`]; in text, a cell that is not a number.
+/// Those of [`read_wav`]; in text, a cell that is not a number; an array that is not in the file.
 pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     match extension.as_str() {
         "csv" | "tsv" | "txt" => read_text_record(path, layout),
+        _ if is_file_of_arrays(path)? => read_array_record(path, layout),
         _ => read_wav(path, layout),
     }
 }

@@ -39,6 +39,7 @@ fn small_set() -> RecordSet {
         kind: DataKind::Virtual,
         source: "a test".into(),
         channels: (0..8).rev().map(Some).collect(),
+        arrays: rijke_rig::Arrays::default(),
         full_scale: 20.0,
         ping: stretch(10_000.0),
         click: stretch(62_500.0),
@@ -150,7 +151,13 @@ fn exact_message_of_a_nan_in_a_float_file() {
     }
     writer.finalize().unwrap();
     let channels = [Some(1), Some(0)];
-    let layout = rijke_rig::Layout { channels: &channels, full_scale: 1.0, rate_hz: 10_000.0, quiet: 0 };
+    let layout = rijke_rig::Layout {
+        channels: &channels,
+        full_scale: 1.0,
+        rate_hz: 10_000.0,
+        quiet: 0,
+        arrays: &rijke_rig::Arrays::default(),
+    };
     refused(read_wav(&path, layout).unwrap_err(), "microphone 0: sample 1 is NaN", "remove the file");
     let one = rijke_rig::Layout { channels: &channels[1..], ..layout };
     assert_eq!(read_wav(&path, one).unwrap().channels, vec![vec![0.5, 0.25]], "surplus channels are ignored");

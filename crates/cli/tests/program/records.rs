@@ -16,6 +16,7 @@ pub(crate) fn write(folder: &Path) {
         kind: DataKind::Virtual,
         source: "a test".into(),
         channels: (0..8).map(Some).collect(),
+        arrays: rijke_rig::Arrays::default(),
         full_scale: 20.0,
         ping: stretch(10_000.0),
         click: stretch(62_500.0),

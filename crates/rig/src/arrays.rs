@@ -1,0 +1,140 @@
+//! Records in files of named arrays: MATLAB, HDF5. Which array holds which channel is declared in the manifest.
+
+use crate::wav::{Layout, finite, spread};
+use crate::{Problem, Record, RigError, mat5};
+use serde::{Deserialize, Serialize};
+use std::io::Read;
+use std::path::Path;
+
+/// Which arrays of a MATLAB or HDF5 file hold the record.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Arrays {
+    /// Names of the arrays, `p` or `run/p` or `data.p`. Their channels are counted through in this order. Empty: the file
+    /// has one array that is longer than one sample, and it holds all channels.
+    #[serde(default)]
+    pub names: Vec<String>,
+    /// Name of the array that holds the sampling rate in Hz, to be compared with the manifest's; none if the file has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<String>,
+}
+
+/// A numeric array with at most two dimensions.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Array {
+    pub(crate) name: String,
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
+    /// Column by column.
+    pub(crate) values: Vec<f64>,
+    /// 2^(bits - 1) for signed integers, which are fractions of full scale; none for all others, which are in Pa.
+    pub(crate) largest: Option<f64>,
+}
+
+/// What a file of arrays holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Contents {
+    /// The format, in words.
+    pub(crate) format: &'static str,
+    /// The numeric arrays.
+    pub(crate) arrays: Vec<Array>,
+    /// Names and kinds of what is no numeric array of at most two dimensions.
+    pub(crate) others: Vec<String>,
+}
+
+impl Array {
+    /// Time runs along the longer dimension, so that a record and its transpose are the same.
+    pub(crate) fn samples(&self) -> usize {
+        self.rows.max(self.columns)
+    }
+
+    pub(crate) fn channels(&self) -> usize {
+        self.rows.min(self.columns)
+    }
+
+    pub(crate) fn at(&self, channel: usize, sample: usize) -> f64 {
+        let (row, column) = if self.rows >= self.columns { (sample, channel) } else { (channel, sample) };
+        self.values[row + column * self.rows]
+    }
+
+    /// `p (15000 x 8)`.
+    pub(crate) fn described(&self) -> String {
+        format!("{} ({} x {})", self.name, self.rows, self.columns)
+    }
+}
+
+/// Whether the file holds arrays; told by its first bytes, since both kinds of MATLAB file end in `.mat`.
+pub(crate) fn is_file_of_arrays(path: &Path) -> Result<bool, RigError> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let mut head = [0; 8];
+    let mut file = std::fs::File::open(path).map_err(RigError::read(path))?;
+    let signed = file.read_exact(&mut head).is_ok() && (head == *HDF5 || head.starts_with(b"MATLAB"));
+    Ok(signed || matches!(extension.as_str(), "mat" | "h5" | "hdf5" | "hdf"))
+}
+
+/// First bytes of an HDF5 file; in a MATLAB 7.3 file they come after 512 bytes of MATLAB's.
+const HDF5: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
+
+/// Reads all arrays of a file.
+pub(crate) fn read_arrays(path: &Path) -> Result<Contents, RigError> {
+    let bytes = std::fs::read(path).map_err(RigError::read(path))?;
+    let bad = |reason: String| RigError::invalid(path, "contents", Problem::BadArrays { reason });
+    if bytes.starts_with(HDF5) || bytes.get(512..520) == Some(HDF5) {
+        #[cfg(feature = "hdf5")]
+        return crate::hdf5::read(bytes).map_err(bad);
+        #[cfg(not(feature = "hdf5"))]
+        return Err(bad("this program was built without the feature hdf5".into()));
+    }
+    mat5::read(&bytes).map_err(bad)
+}
+
+/// Reads one record.
+///
+/// # Errors
+/// The file is absent, not of a known format or truncated; an array is missing, not numeric, of another length than the
+/// others or has too few channels; another sampling rate; NaN.
+pub(crate) fn read_array_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
+    let contents = read_arrays(path)?;
+    let wrong = |place: &str, problem| RigError::invalid(path, place, problem);
+    let known =
+        || contents.arrays.iter().map(Array::described).chain(contents.others.iter().cloned()).collect();
+    let named = |name: &String| {
+        let found = contents.arrays.iter().find(|a| a.name == *name);
+        found.ok_or_else(|| wrong("arrays", Problem::NoSuchArray { name: name.clone(), known: known() }))
+    };
+    if let Some(name) = &layout.arrays.rate {
+        let have = named(name)?.values.first().copied().unwrap_or(f64::NAN);
+        // NaN is no rate either.
+        if !((have - layout.rate_hz).abs() <= 0.5) {
+            return Err(wrong(name, Problem::WrongRate { have, need: layout.rate_hz }));
+        }
+    }
+    let long: Vec<&Array> = contents.arrays.iter().filter(|a| a.samples() > 1).collect();
+    let used = match (layout.arrays.names.as_slice(), long.as_slice()) {
+        ([], [one]) => vec![*one],
+        ([], _) => return Err(wrong("arrays", Problem::WhichArray { known: known() })),
+        (names, _) => names.iter().map(named).collect::<Result<Vec<_>, _>>()?,
+    };
+    let frames = used[0].samples();
+    if let Some(other) = used.iter().find(|a| a.samples() != frames) {
+        return Err(wrong(&other.name, Problem::Uneven { have: other.samples(), need: frames }));
+    }
+    let sources: Vec<(&Array, usize)> =
+        used.iter().flat_map(|a| (0..a.channels()).map(move |c| (*a, c))).collect();
+    let (have, need) = (sources.len(), layout.channels.len());
+    if have < need {
+        return Err(wrong("arrays", Problem::MissingChannel { have, need }));
+    }
+    if frames <= layout.quiet {
+        return Err(wrong("samples", Problem::TooShort { have: frames, quiet: layout.quiet }));
+    }
+    let unit = |a: &Array| a.largest.map_or(1.0, |largest| layout.full_scale / largest);
+    let integers = used.iter().all(|a| a.largest.is_some());
+    let full_scale = if integers { layout.full_scale } else { f64::INFINITY };
+    let record = spread(layout, frames, full_scale, |k| {
+        let (array, channel) = sources[k % need];
+        array.at(channel, k / need) * unit(array)
+    });
+    finite(&record).map_err(|(place, problem)| wrong(&place, problem))?;
+    Ok(record)
+}
