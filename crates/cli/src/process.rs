@@ -7,7 +7,7 @@ use crate::{
     ui::Ui,
 };
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
-use rijke_rig::{PointObservations, RecordFolder, RecordSource};
+use rijke_rig::{PointObservations, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{ChannelDelays, ProcessError, ProcessOptions, Processed, process, record_count};
 use std::path::PathBuf;
 
@@ -71,6 +71,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
     };
     processed.observations.write(folder.path()).or_failed()?;
+    Rejection::write_all(&processed.corrections, &folder.path().join("corrections.csv")).or_failed()?;
     folder.commit()?;
     ui.say(table(&processed).to_string());
     for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
@@ -79,7 +80,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
     }
     let rejected = processed.observations.rejections.len();
-    ui.note(format!("{}: {records} records, {rejected} rejected (reasons in rejections.csv)", out.display()));
+    let corrected = match processed.corrections.len() {
+        0 => String::new(),
+        n => format!(", {n} of opposite polarity put right (corrections.csv)"),
+    };
+    let out = out.display();
+    ui.note(format!("{out}: {records} records, {rejected} rejected (reasons in rejections.csv){corrected}"));
     Ok(())
 }
 

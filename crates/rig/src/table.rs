@@ -64,9 +64,7 @@ impl Observations {
             p.clicks.iter().map(move |(repeat, click)| cells(point(p), Some(*repeat), &click_values(click)))
         });
         write_csv(&folder.join("click-repeats.csv"), &header(&clicks, true), &all.collect::<Vec<_>>())?;
-        let rejected =
-            self.rejections.iter().map(|r| vec![r.record.clone(), r.reason.clone()]).collect::<Vec<_>>();
-        write_csv(&folder.join("rejections.csv"), &["record", "reason"].map(String::from), &rejected)?;
+        Rejection::write_all(&self.rejections, &folder.join("rejections.csv"))?;
         let origin = Origin { kind: self.kind, source: self.source.clone() };
         write_toml(&origin, "", &folder.join("observations.toml"))
     }
@@ -119,6 +117,17 @@ impl Observations {
             |row: &Row<'_>| Rejection { record: row.cells[0].clone(), reason: row.cells[1].clone() };
         let rejections = rejected.iter().map(rejection).collect();
         Ok(Self { rig, kind: origin.kind, source: origin.source, points, rejections })
+    }
+}
+
+impl Rejection {
+    /// Writes records with what was said of them as a table (CSV).
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_all(list: &[Self], path: &Path) -> Result<(), RigError> {
+        let rows: Vec<_> = list.iter().map(|r| vec![r.record.clone(), r.reason.clone()]).collect();
+        write_csv(path, &["record", "reason"].map(String::from), &rows)
     }
 }
 

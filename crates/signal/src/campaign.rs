@@ -1,13 +1,15 @@
 //! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a time and
 //! in parallel; results keep the order of the set, whatever the number of threads.
 
+mod repeated;
+
 use crate::click::{ClickFit, ClickOptions, Reflection, fit_click};
 use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
-use crate::ping::{PingFit, PingOptions, fit_ping};
-use crate::repeats::{Repeats, combine};
+use crate::ping::{PingOptions, fit_ping};
+use crate::repeats::Repeats;
 use crate::{Fault, Trace};
 use rayon::prelude::*;
-use rijke_numerics::{C64, Matrix};
+use repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
 use rijke_rig::{
     Click, Observations, Ping, PointObservations, Record, RecordSet, RecordSource, Rejection, RigError,
 };
@@ -32,6 +34,8 @@ pub struct Processed {
     pub click_delays: Option<ChannelDelays>,
     /// Scatter and drift of each operating point's pings and clicks, before correction.
     pub scatter: Vec<PointScatter>,
+    /// Records in which something was put right, and what: a channel of opposite polarity.
+    pub corrections: Vec<Rejection>,
     /// Number of records read, calibration included.
     pub records: usize,
 }
@@ -120,7 +124,7 @@ pub fn process(
         .map(|&(point, repeat, is_ping)| -> Result<Fitted, RigError> {
             let fitted = if is_ping {
                 let record = source.ping(point, repeat)?;
-                Fitted::Ping(fit_ping(&trace(&record), &options.ping).map(Box::new))
+                Fitted::Ping(fit_ping(&Trace::from(&record), &options.ping).map(|fit| fit.ping))
             } else {
                 let record = source.click(point, repeat)?;
                 let click = click_options(
@@ -129,7 +133,12 @@ pub fn process(
                     set.points[point].point.power > 0.0,
                     &options.click,
                 );
-                Fitted::Click(fit_click(&trace(&record), &click).map(Box::new))
+                let fit = fit_click(&Trace::from(&record), &click);
+                Fitted::Click(fit.and_then(|fit| {
+                    let delays = click_delays.as_ref();
+                    let arrival = delays.map(|d| Ok((d.arrival(&fit, true)?, d.inverted(&fit)?)));
+                    arrival.transpose()
+                }))
             };
             advance();
             Ok(fitted)
@@ -137,23 +146,27 @@ pub fn process(
         .collect::<Result<_, _>>()?;
 
     let calibration_clicks = rejections.len();
-    let (mut points, mut scatter) = (Vec::new(), Vec::new());
+    let (mut points, mut scatter, mut corrections) = (Vec::new(), Vec::new(), Vec::new());
     for (k, records) in set.points.iter().enumerate() {
         let mut pings = Vec::new();
         let mut clicks = Vec::new();
         for (&(_, repeat, _), fit) in jobs.iter().zip(&fitted).filter(|(job, _)| job.0 == k) {
             match fit {
-                Fitted::Ping(Ok(fit)) => pings.push((repeat, fit.ping.clone())),
+                Fitted::Ping(Ok(ping)) => pings.push((repeat, ping.clone())),
                 Fitted::Ping(Err(fault)) => rejections.push(rejection(&records.pings[repeat], fault)),
-                Fitted::Click(Ok(fit)) => match click_delays.as_ref().map(|d| d.arrival(fit, true)) {
-                    Some(Ok(click)) => clicks.push((repeat, click)),
-                    Some(Err(fault)) => rejections.push(rejection(&records.clicks[repeat], &fault)),
-                    None => {}
-                },
+                Fitted::Click(Ok(Some((click, inverted)))) => {
+                    // Polarity does not move an arrival.
+                    corrections.extend(
+                        inverted
+                            .map(|channel| rejection(&records.clicks[repeat], &Fault::Inverted { channel })),
+                    );
+                    clicks.push((repeat, click.clone()));
+                }
+                Fitted::Click(Ok(None)) => {}
                 Fitted::Click(Err(fault)) => rejections.push(rejection(&records.clicks[repeat], fault)),
             }
         }
-        drop_inverted(&mut pings, &records.pings, &mut rejections);
+        corrections.extend(turn_inverted(&mut pings, &records.pings));
         let ping_repeats = combine_pings(&mut pings, &records.pings, &mut rejections);
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, &mut rejections);
         let mean_ping = ping_repeats
@@ -198,12 +211,13 @@ pub fn process(
         + click_delays.as_ref().map_or(0, |d| d.clicks);
     let observations =
         Observations { rig: set.rig.clone(), kind: set.kind, source: set.source.clone(), points, rejections };
-    Ok(Processed { observations, ping_delays, click_delays, scatter, records })
+    Ok(Processed { observations, ping_delays, click_delays, scatter, corrections, records })
 }
 
 enum Fitted {
-    Ping(Result<Box<PingFit>, Fault>),
-    Click(Result<Box<ClickFit>, Fault>),
+    Ping(Result<Ping, Fault>),
+    /// Arrival times and the channel of opposite polarity, if any; none without a calibration.
+    Click(Result<Option<(Click, Option<usize>)>, Fault>),
 }
 
 /// Number of records that [`process`] will read: calls of its `advance`.
@@ -213,12 +227,14 @@ pub fn record_count(set: &RecordSet) -> usize {
     points + set.calibrations.iter().map(|c| c.clicks.len()).sum::<usize>()
 }
 
-fn trace(record: &Record) -> Trace<'_> {
-    Trace {
-        channels: &record.channels,
-        rate_hz: record.rate_hz,
-        quiet: record.quiet,
-        full_scale: record.full_scale,
+impl<'a> From<&'a Record> for Trace<'a> {
+    fn from(record: &'a Record) -> Self {
+        Self {
+            channels: &record.channels,
+            rate_hz: record.rate_hz,
+            quiet: record.quiet,
+            full_scale: record.full_scale,
+        }
     }
 }
 
@@ -226,9 +242,10 @@ fn rejection(record: &str, fault: &Fault) -> Rejection {
     Rejection { record: record.to_owned(), reason: fault.to_string() }
 }
 
-/// Known propagation in the tube on one day: Kirchhoff's boundary layers and the reflection at the open end, which comes
-/// earlier by an unknown factor if the gas is `hot`.
-fn click_options(set: &RecordSet, day: usize, hot: bool, options: &ClickOptions) -> ClickOptions {
+/// `options` with what is known of the propagation in the tube of `set` on one day (an index): Kirchhoff's boundary layers
+/// and the reflection at the open end, which comes earlier by an unknown factor if the gas is `hot`.
+#[must_use]
+pub fn click_options(set: &RecordSet, day: usize, hot: bool, options: &ClickOptions) -> ClickOptions {
     let (rig, radius) = (&set.rig, set.rig.tube.radius());
     let air = rig.gas.at(set.days[day].ambient_temperature, rig.pressure);
     let loss = (0.5 * air.viscosity / air.density).sqrt() * (1.0 + (air.gamma - 1.0) / air.prandtl.sqrt())
@@ -272,7 +289,7 @@ fn calibrate(
         .map(|&(which, repeat)| -> Result<_, RigError> {
             let record = source.calibration(which, repeat)?;
             let click = click_options(set, set.calibrations[which].day, false, &options.click);
-            let fit = fit_click(&trace(&record), &click);
+            let fit = fit_click(&Trace::from(&record), &click);
             advance();
             Ok(fit)
         })
@@ -300,98 +317,4 @@ fn calibrate(
         cause,
         first_rejection: rejections.first().map(|r| format!("{}: {}", r.record, r.reason)),
     })
-}
-
-/// Refuses pings in which a channel has the opposite sign of the other repeats'.
-fn drop_inverted(pings: &mut Vec<(usize, Ping)>, names: &[String], rejections: &mut Vec<Rejection>) {
-    if pings.len() < 3 {
-        return;
-    }
-    let channels = pings[0].1.pressures.len();
-    let middle = |part: fn(&C64) -> f64, m: usize| {
-        let mut values: Vec<f64> = pings.iter().map(|(_, p)| part(&p.pressures[m])).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
-    let typical: Vec<C64> =
-        (0..channels).map(|m| C64::new(middle(|p| p.re, m), middle(|p| p.im, m))).collect();
-    pings.retain(|(repeat, ping)| {
-        let inverted = |m: usize| (ping.pressures[m] + typical[m]).norm() < 0.3 * typical[m].norm();
-        let others: Vec<usize> = (0..channels).filter(|&m| m != ping.reference).collect();
-        let wrong: Vec<usize> = others.iter().copied().filter(|&m| inverted(m)).collect();
-        let channel = if wrong.len() > 1 && wrong.len() == others.len() {
-            Some(ping.reference)
-        } else {
-            wrong.first().copied()
-        };
-        if let Some(channel) = channel {
-            rejections.push(rejection(&names[*repeat], &Fault::Inverted { channel }));
-        }
-        channel.is_none()
-    });
-}
-
-/// Mean of the pings; outliers move to the rejections.
-fn combine_pings(
-    pings: &mut Vec<(usize, Ping)>,
-    names: &[String],
-    rejections: &mut Vec<Rejection>,
-) -> Option<Repeats> {
-    let reference = pings.first()?.1.reference;
-    let values: Vec<(f64, Vec<f64>, Matrix)> =
-        pings.iter().map(|(n, p)| (*n as f64, p.vector(), p.covariance.clone())).collect();
-    let repeats = combine(&values, &|i| match i {
-        0 => "growth rate".to_owned(),
-        1 => "angular frequency".to_owned(),
-        _ => {
-            let place = (i - 2) / 2;
-            let channel = place + usize::from(place >= reference);
-            format!(
-                "{} part of the pressure of channel {channel}",
-                if i % 2 == 0 { "real" } else { "imaginary" }
-            )
-        }
-    })?;
-    remove_outliers(pings, &repeats, names, rejections);
-    Some(repeats)
-}
-
-fn combine_clicks(
-    clicks: &mut Vec<(usize, Click)>,
-    names: &[String],
-    rejections: &mut Vec<Rejection>,
-) -> Option<Repeats> {
-    let values: Vec<(f64, Vec<f64>, Matrix)> =
-        clicks.iter().map(|(n, c)| (*n as f64, c.arrival_times.clone(), c.covariance.clone())).collect();
-    let repeats = combine(&values, &|i| format!("arrival time at channel {i}"))?;
-    remove_outliers(clicks, &repeats, names, rejections);
-    Some(repeats)
-}
-
-fn remove_outliers<T>(
-    items: &mut Vec<(usize, T)>,
-    repeats: &Repeats,
-    names: &[String],
-    rejections: &mut Vec<Rejection>,
-) {
-    for (place, fault) in &repeats.outliers {
-        rejections.push(rejection(&names[items[*place].0], fault));
-    }
-    let mut place = 0;
-    items.retain(|_| {
-        place += 1;
-        !repeats.outliers.iter().any(|(n, _)| *n + 1 == place)
-    });
-}
-
-/// The mean of [`Ping::vector`] back as a ping.
-fn ping_of(repeats: &Repeats, reference: usize) -> Ping {
-    let mut pressures: Vec<C64> = repeats.mean[2..].chunks_exact(2).map(|p| C64::new(p[0], p[1])).collect();
-    pressures.insert(reference, C64::ONE);
-    Ping {
-        s: C64::new(repeats.mean[0], repeats.mean[1]),
-        pressures,
-        reference,
-        covariance: repeats.covariance.clone(),
-    }
 }

@@ -178,7 +178,8 @@ impl ChannelDelays {
     }
 
     /// Arrival times of one click with the delays removed. Its covariance is that of the noise alone if `alone`, and
-    /// includes the common error of this calibration otherwise.
+    /// includes the common error of this calibration otherwise. A channel of opposite polarity does not matter here: see
+    /// [`Self::inverted`].
     ///
     /// # Errors
     /// A waveform that cannot be compared with the template.
@@ -188,15 +189,20 @@ impl ChannelDelays {
             return Err(Fault::TooShort { what: "waveform", have, need });
         }
         let placed = absolute(fit, &self.template)?;
-        for (channel, (g, own)) in placed.gains.iter().zip(&self.gains).enumerate() {
-            if g * own < 0.0 {
-                return Err(Fault::Inverted { channel });
-            }
-        }
         Ok(Click {
             arrival_times: placed.times.iter().zip(&self.delays).map(|(t, d)| t - d).collect(),
             covariance: if alone { placed.covariance } else { placed.covariance.plus(1.0, &self.covariance) },
         })
+    }
+
+    /// The channel, if any, that has the opposite polarity in this click: its gain has not the sign that the
+    /// calibration found.
+    ///
+    /// # Errors
+    /// A waveform that cannot be compared with the template.
+    pub fn inverted(&self, fit: &ClickFit) -> Result<Option<usize>, Fault> {
+        let gains = absolute(fit, &self.template)?.gains;
+        Ok(gains.iter().zip(&self.gains).position(|(g, own)| g * own < 0.0))
     }
 
     /// Removes delays and gains from a ping. Its covariance then includes the common error of this calibration,

@@ -44,11 +44,17 @@ pub enum Fault {
         /// The value they sit at, in the units of the record.
         level: f64,
     },
-    /// A channel holds one constant value throughout.
-    #[error("channel {channel} is missing: it holds one constant value")]
+    /// A channel holds one constant value throughout, or hardly more where the others hold a signal.
+    #[error(
+        "channel {channel} is missing: its samples span {span:.1e}, the median of the channels {median:.1e}"
+    )]
     DeadChannel {
         /// The channel.
         channel: usize,
+        /// Difference of its largest and smallest sample, in the units of the record.
+        span: f64,
+        /// Median of the same over the channels.
+        median: f64,
     },
     /// A channel holds noise where every other channel holds a signal.
     #[error(

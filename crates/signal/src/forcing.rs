@@ -7,6 +7,9 @@ use rijke_numerics::C64;
 /// Energy of a block, relative to the largest, above which it belongs to the forced plateau. Free decay leaves it
 /// after 0.08 decay times, early enough to keep most of the record for the first fit.
 const PLATEAU: f64 = 0.85;
+/// Energy of a block, relative to the largest, from which the forcing counts as risen: a second excitation may be twice as
+/// loud as the first.
+const RISEN: f64 = 0.2;
 
 /// What the envelope of the strongest tone shows.
 #[derive(Clone, Debug)]
@@ -93,17 +96,18 @@ impl Envelope {
 
     /// Whether the amplitude grows again after it has begun to fall: the block of least energy, one in which it has
     /// grown by then, and the factor of the amplitude. What beats with neighbouring modes and noise can do stays
-    /// below a fifth of the energy plus a fiftieth of the largest.
+    /// below a fifth of the energy plus a fiftieth of the largest so far. A second excitation may be the louder one: the
+    /// largest so far counts, not the largest of all.
     pub(crate) fn regrowth(&self) -> Option<Regrowth> {
-        let top = self.top();
-        let risen = self.energy.iter().position(|&e| e >= 0.85 * top)?;
-        let (mut least, mut found): (usize, Option<usize>) = (risen, None);
+        let risen = self.energy.iter().position(|&e| e >= RISEN * self.top())?;
+        let (mut highest, mut least, mut found): (f64, usize, Option<usize>) = (0.0, risen, None);
         for (j, &e) in self.energy.iter().enumerate().skip(risen) {
             let lowest = self.energy[least];
-            if e < lowest && found.is_none() {
+            if found.is_none() && (e < lowest || lowest >= PLATEAU * highest) {
+                // Until the amplitude has fallen, every block begins anew.
                 least = j;
-            }
-            if lowest < 0.85 * top && e > 1.2 * lowest + 0.02 * top {
+                highest = e.max(highest);
+            } else if e > 1.2 * lowest + 0.02 * highest {
                 // The block of largest energy says best what has grown.
                 found = found.filter(|&k| self.energy[k] >= e).or(Some(j));
             }

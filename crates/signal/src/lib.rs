@@ -54,7 +54,9 @@ mod trace;
 mod verdict;
 mod waveform;
 
-pub use campaign::{PointScatter, ProcessError, ProcessOptions, Processed, process, record_count};
+pub use campaign::{
+    PointScatter, ProcessError, ProcessOptions, Processed, click_options, process, record_count,
+};
 pub use click::{ClickFit, ClickOptions, Reflection, fit_click};
 pub use delays::{CalibrationError, ChannelDelays, KnownClick};
 pub use error::Fault;

@@ -28,32 +28,33 @@ impl Search<'_> {
         let mode = |s: C64| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode };
         let tone = |&h: &u32| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) };
         let modes = pencil::poles(&decimated)?.into_iter().filter(|&s| self.may_be_mode(s)).map(mode);
-        let components =
-            self.significant(&decimated, modes.chain(self.harmonics.iter().map(tone)).collect())?;
+        let mut components = modes.chain(self.harmonics.iter().map(tone)).collect();
+        self.drop_weak(&decimated, &mut components)?;
         let guess = components[0].s;
-        Ok((self.settled(&decimated, &components).map_or(components, |solution| solution.components), guess))
+        Ok((self.settled(&decimated, components)?.components, guess))
     }
 
     /// The given components and the modes that stand out of what they leave.
     pub(crate) fn more_modes(&self, early: White<'_>, known: &[Component]) -> Result<Vec<Component>, Fault> {
         let decimated = self.decimated(early);
-        let Some(mut solution) = self.settled(&decimated, known) else { return Ok(known.to_vec()) };
+        let mut solution = self.settled(&decimated, known.to_vec())?;
         for _ in 0..MOST_ADDED {
             let left = solution.residuals(decimated.white(), 0.0);
             let left = White { samples: &left, ..decimated.white() };
             let Some(found) = self.strongest(left, decimated.variance, &solution.components) else { break };
             let mut more = solution.components.clone();
             more.insert(modes(&more), found);
-            match self.settled(&decimated, &more) {
-                Some(next) => solution = next,
-                None => break,
+            let next = self.settled(&decimated, more)?;
+            if solution.residual - next.residual < floor(left.channels) * decimated.variance {
+                break;
             }
+            solution = next;
         }
-        self.significant(&decimated, solution.components)
+        Ok(solution.components)
     }
 
     /// Fits `white` by the given components, without the weakest neighbours of the first one if the record cannot tell
-    /// them apart, and without those that do not decay.
+    /// them apart, and without those that are no decaying modes.
     pub(crate) fn solve(
         &self,
         white: White<'_>,
@@ -64,17 +65,15 @@ impl Search<'_> {
             let count = modes(&components);
             match solve(white, &components) {
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
-                    let energies = energies(self.decimated(early).white(), &components);
-                    // Poles so close that not even their energies can be told apart: the last found goes.
-                    let weakest = energies.map_or(count - 1, |e| {
-                        (1..count).min_by(|&a, &b| e[a].total_cmp(&e[b])).unwrap_or(1)
-                    });
-                    components.remove(weakest);
+                    components.remove(weakest(self.decimated(early).white(), &components));
                 }
-                Ok(solution) => match (1..count).find(|&k| solution.components[k].s.re >= 0.0) {
-                    Some(k) => drop(components.remove(k)),
-                    None => return Ok(solution),
-                },
+                Ok(solution) => {
+                    let no_mode = |s: C64| s.re >= 0.0 || !self.may_be_mode(s);
+                    match (1..count).find(|&k| no_mode(solution.components[k].s)) {
+                        Some(k) => drop(components.remove(k)),
+                        None => return Ok(solution),
+                    }
+                }
                 Err(fault) => return Err(fault),
             }
         }
@@ -92,24 +91,39 @@ impl Search<'_> {
         !self.harmonics.iter().any(hum) && !high && s.re < 2.0 && s.re > -0.5 * s.im
     }
 
-    /// The maximum of the likelihood; none if the components cannot be told apart or are no modes.
-    fn settled(&self, decimated: &Decimated, components: &[Component]) -> Option<Solution> {
-        let solution = solve(decimated.white(), components).ok()?;
-        let modes = &solution.components[..modes(components)];
-        modes.iter().all(|c| self.may_be_mode(c.s)).then_some(solution)
+    /// The maximum of the likelihood without what turns out to be no mode, or to be no more than noise could feign. A
+    /// spurious pole near a strong mode looks significant until both have settled.
+    fn settled(&self, decimated: &Decimated, mut components: Vec<Component>) -> Result<Solution, Fault> {
+        loop {
+            let count = modes(&components);
+            let solution = match solve(decimated.white(), &components) {
+                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
+                    components.remove(weakest(decimated.white(), &components));
+                    continue;
+                }
+                other => other?,
+            };
+            components.clone_from(&solution.components);
+            if let Some(k) = (1..count).find(|&k| !self.may_be_mode(components[k].s)) {
+                components.remove(k);
+            } else {
+                self.drop_weak(decimated, &mut components)?;
+            }
+            let same = |(a, b): (&Component, &Component)| a.s == b.s;
+            let kept = components.len() == solution.components.len();
+            if kept && components.iter().zip(&solution.components).all(same) {
+                return Ok(solution);
+            }
+        }
     }
 
-    /// Without the modes that noise alone could feign, the strongest in the band first.
-    fn significant(
-        &self,
-        decimated: &Decimated,
-        mut components: Vec<Component>,
-    ) -> Result<Vec<Component>, Fault> {
+    /// Drops the modes that noise alone could feign, and puts the strongest in the band first.
+    fn drop_weak(&self, decimated: &Decimated, components: &mut Vec<Component>) -> Result<(), Fault> {
         let floor = floor(decimated.white().channels);
         let in_band = |s: C64| (self.options.band_hz.0..=self.options.band_hz.1).contains(&(s.im / TAU));
         loop {
-            let count = modes(&components);
-            let energies = energies(decimated.white(), &components)?;
+            let count = modes(components);
+            let energies = energies(decimated.white(), components)?;
             let strength: Vec<f64> = energies[..count].iter().map(|e| e / decimated.variance).collect();
             match (0..count).min_by(|&a, &b| strength[a].total_cmp(&strength[b])) {
                 Some(k) if strength[k] < floor => {
@@ -121,7 +135,7 @@ impl Search<'_> {
                         .max_by(|&a, &b| strength[a].total_cmp(&strength[b]))
                         .ok_or(Fault::Weak { ratio: 0.0 })?;
                     components.swap(0, main);
-                    return Ok(components);
+                    return Ok(());
                 }
             }
         }
@@ -169,6 +183,13 @@ impl Search<'_> {
 /// Number of modes; they come before the harmonics of the mains.
 fn modes(components: &[Component]) -> usize {
     components.iter().take_while(|c| c.kind == Kind::Mode).count()
+}
+
+/// The neighbour of least energy; the last found if poles are so close that not even energies can be told apart.
+fn weakest(white: White<'_>, components: &[Component]) -> usize {
+    let count = modes(components);
+    energies(white, components)
+        .map_or(count - 1, |e| (1..count).min_by(|&a, &b| e[a].total_cmp(&e[b])).unwrap_or(count - 1))
 }
 
 /// A spurious pole adapts to noise: its energy is chi-squared with two degrees of freedom per channel and two more.

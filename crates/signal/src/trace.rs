@@ -18,6 +18,8 @@ pub struct Trace<'a> {
 /// This many equal samples in a row are a dropout. Noise of less than one step of the converter could do the same,
 /// but a record that coarse carries no usable ping either.
 const DROPOUT: usize = 24;
+/// A channel of steps of the converter, whose samples span less than this share of the median channel, is missing.
+const SILENCE: f64 = 1e-3;
 /// This many equal samples in a row at the extreme value of a channel are a flat top.
 const FLAT_TOP: usize = 4;
 
@@ -44,25 +46,37 @@ impl Trace<'_> {
         if have < need.max(1) {
             return Err(Fault::TooShort { what: "record", have, need: need.max(1) });
         }
+        let mut extremes = Vec::with_capacity(self.channels.len());
         for (channel, samples) in self.channels.iter().enumerate() {
             if samples.len() != have {
                 return Err(Fault::UnequalChannels { channel, have: samples.len(), need: have });
             }
-            self.screen_channel(channel, samples)?;
+            if let Some(sample) = samples.iter().position(|y| !y.is_finite()) {
+                return Err(Fault::NotFinite { channel, sample });
+            }
+            extremes.push(
+                samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |e, &y| (y.min(e.0), y.max(e.1))),
+            );
+        }
+        let mut spans: Vec<f64> = extremes.iter().map(|(low, high)| high - low).collect();
+        spans.sort_by(f64::total_cmp);
+        let median = spans[spans.len() / 2];
+        for (channel, (samples, extremes)) in self.channels.iter().zip(extremes).enumerate() {
+            self.screen_channel(channel, samples, extremes, median)?;
         }
         Ok(())
     }
 
-    fn screen_channel(&self, channel: usize, samples: &[f64]) -> Result<(), Fault> {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (sample, &y) in samples.iter().enumerate() {
-            if !y.is_finite() {
-                return Err(Fault::NotFinite { channel, sample });
-            }
-            (low, high) = (low.min(y), high.max(y));
-        }
-        if low == high {
-            return Err(Fault::DeadChannel { channel });
+    fn screen_channel(
+        &self,
+        channel: usize,
+        samples: &[f64],
+        (low, high): (f64, f64),
+        median: f64,
+    ) -> Result<(), Fault> {
+        let span = high - low;
+        if span == 0.0 {
+            return Err(Fault::DeadChannel { channel, span, median });
         }
         let limit = self.full_scale * (1.0 - 1e-6);
         let (mut at_limit, mut at_extreme) = (0, [0, 0]);
@@ -76,6 +90,9 @@ impl Trace<'_> {
             }
             if run == FLAT_TOP && (y == low || y == high) {
                 at_extreme[usize::from(y == high)] += 1;
+            }
+            if run == DROPOUT && span < SILENCE * median {
+                return Err(Fault::DeadChannel { channel, span, median });
             }
             if run == DROPOUT && y != low && y != high {
                 let length = samples[run_start..].iter().take_while(|&&v| v == y).count();

@@ -58,25 +58,32 @@ impl Ringing {
             .map(|m| {
                 let hum_phase: f64 = stream.random::<f64>() * std::f64::consts::TAU;
                 let mut previous = 0.0;
-                (0..total)
-                    .map(|n| {
+                let mut y: Vec<f64> = (0..total)
+                    .map(|_| {
                         let white: f64 = StandardNormal.sample(&mut stream);
                         previous = self.colour * previous + self.noise * white;
-                        let t = (n as f64 - end as f64) / self.rate_hz;
-                        let mut y = previous;
-                        for h in 1..=3 {
-                            let angle = std::f64::consts::TAU * self.mains_hz * f64::from(h) * t;
-                            y += self.hum / f64::from(h) * (angle + hum_phase * f64::from(h)).cos();
-                        }
-                        if n >= self.quiet {
-                            for (s, amplitudes) in &self.modes {
-                                let exponent = if n < end { C64::new(0.0, self.forcing) } else { *s };
-                                y += (amplitudes[m] * (exponent * t + C64::new(0.0, phase)).exp()).re;
-                            }
-                        }
-                        y
+                        previous
                     })
-                    .collect()
+                    .collect();
+                let time = |n: usize| (n as f64 - end as f64) / self.rate_hz;
+                for h in (1..=3).filter(|_| self.hum != 0.0) {
+                    for (n, y) in y.iter_mut().enumerate() {
+                        let angle = std::f64::consts::TAU * self.mains_hz * f64::from(h) * time(n);
+                        *y += self.hum / f64::from(h) * (angle + hum_phase * f64::from(h)).cos();
+                    }
+                }
+                for (s, amplitudes) in &self.modes {
+                    let forcing = C64::new(0.0, self.forcing);
+                    for (exponent, from, to) in [(forcing, self.quiet, end), (*s, end, total)] {
+                        let start = exponent * time(from) + C64::new(0.0, phase);
+                        let (mut ring, turn) = (amplitudes[m] * start.exp(), (exponent / self.rate_hz).exp());
+                        for y in &mut y[from..to] {
+                            *y += ring.re;
+                            ring *= turn;
+                        }
+                    }
+                }
+                y
             })
             .collect()
     }
