@@ -118,6 +118,11 @@ impl VirtualRig {
     /// The samples of a ping as the converter delivers them.
     #[must_use]
     pub fn ping_samples(&self, point: usize, repeat: usize) -> Samples24 {
+        interleave(self.set.ping, &self.ping_steps(point, repeat))
+    }
+
+    /// Each channel of a ping in steps of the converter.
+    fn ping_steps(&self, point: usize, repeat: usize) -> Vec<Vec<i32>> {
         let name = &self.set.points[point].pings[repeat];
         let (truth, recorder) = (&self.points[point], &self.truth.recorder);
         let mut stream = self.stream("event", name);
@@ -146,6 +151,10 @@ impl VirtualRig {
     /// The samples of a click as the converter delivers them.
     #[must_use]
     pub fn click_samples(&self, point: usize, repeat: usize) -> Samples24 {
+        interleave(self.set.click, &self.click_steps(point, repeat))
+    }
+
+    fn click_steps(&self, point: usize, repeat: usize) -> Vec<Vec<i32>> {
         let (name, truth) = (&self.set.points[point].clicks[repeat], &self.points[point]);
         let click = truth.click.get_or_init(|| self.click_of(&truth.duct, self.set.click, Kind::Click));
         let fault = self.click_fault(point, repeat);
@@ -155,6 +164,10 @@ impl VirtualRig {
     /// The samples of a calibration click as the converter delivers them.
     #[must_use]
     pub fn calibration_samples(&self, which: usize, repeat: usize) -> Samples24 {
+        interleave(self.set.calibrations[which].stretch, &self.calibration_steps(which, repeat))
+    }
+
+    fn calibration_steps(&self, which: usize, repeat: usize) -> Vec<Vec<i32>> {
         let (entry, truth) = (&self.set.calibrations[which], &self.calibrations[which]);
         let kind = if entry.stretch.rate_hz == self.set.ping.rate_hz { Kind::Ping } else { Kind::Click };
         let click = truth.click.get_or_init(|| self.click_of(&truth.duct, entry.stretch, kind));
@@ -182,7 +195,7 @@ impl VirtualRig {
         kind: Kind,
         name: &str,
         fault: Option<Fault>,
-    ) -> Samples24 {
+    ) -> Vec<Vec<i32>> {
         let mut stream = self.stream("event", name);
         let amplitude = 1.0 + self.truth.loudspeaker.amplitude_sd * normal(&mut stream);
         let warmth = self.warmth(temperature, &mut stream);
@@ -205,25 +218,33 @@ impl VirtualRig {
         event: f64,
         name: &str,
         fault: Option<Fault>,
-    ) -> Samples24 {
-        let noise = &self.truth.noise;
-        let hum = Hum::new(noise, rate_hz, &mut self.stream("hum", name));
+    ) -> Vec<Vec<i32>> {
+        let hum = Hum::new(&self.truth.noise, rate_hz, &mut self.stream("hum", name));
         let colour = &self.colour[usize::from(kind == Kind::Click)];
+        // All channels hear the same hum.
+        let mut heard = vec![0.0; channels.first().map_or(0, Vec::len)];
+        hum.add(&mut heard, 0, 1.0);
         for (m, samples) in channels.iter_mut().enumerate() {
             colour.add(samples, &mut self.stream(&format!("noise-{m}"), name));
-            hum.add(samples, 0, 1.0);
-            samples.iter_mut().for_each(|p| *p *= self.channels[m].gain);
+            let gain = self.channels[m].gain;
+            samples.iter_mut().zip(&heard).for_each(|(p, hum)| *p = (*p + hum) * gain);
         }
         let full_scale = self.set.full_scale;
         if let Some(fault) = fault {
             fault.apply(&mut channels, 1.0 / rate_hz, event, full_scale, &hum);
         }
-        let length = channels.first().map_or(0, Vec::len);
-        let mut interleaved = Vec::with_capacity(length * channels.len());
-        for n in 0..length {
-            interleaved.extend(channels.iter().map(|channel| Samples24::quantise(channel[n] / full_scale)));
-        }
-        Samples24 { rate_hz: rate_hz as u32, interleaved }
+        let convert =
+            |channel: &Vec<f64>| channel.iter().map(|p| Samples24::quantise(p / full_scale)).collect();
+        channels.iter().map(convert).collect()
+    }
+
+    /// The record that reading the file of these steps would give, bit for bit.
+    fn record(&self, stretch: Stretch, steps: &[Vec<i32>]) -> Record {
+        let unit = Samples24::unit(self.set.full_scale);
+        let pressures = |steps: &Vec<i32>| steps.iter().map(|n| f64::from(*n) * unit).collect();
+        let Stretch { rate_hz, quiet } = stretch;
+        let channels = steps.iter().map(pressures).collect();
+        Record { rate_hz, quiet, full_scale: self.set.full_scale, channels }
     }
 
     /// The random stream of one purpose and one record.
@@ -232,22 +253,29 @@ impl VirtualRig {
     }
 }
 
+/// The channels as a file holds them.
+fn interleave(stretch: Stretch, steps: &[Vec<i32>]) -> Samples24 {
+    let length = steps.first().map_or(0, Vec::len);
+    let interleaved = (0..length).flat_map(|n| steps.iter().map(move |channel| channel[n])).collect();
+    Samples24 { rate_hz: stretch.rate_hz as u32, interleaved }
+}
+
 impl RecordSource for VirtualRig {
     fn set(&self) -> &RecordSet {
         &self.set
     }
 
     fn ping(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
-        Ok(self.ping_samples(point, repeat).record(self.set.layout(self.set.ping)))
+        Ok(self.record(self.set.ping, &self.ping_steps(point, repeat)))
     }
 
     fn click(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
-        Ok(self.click_samples(point, repeat).record(self.set.layout(self.set.click)))
+        Ok(self.record(self.set.click, &self.click_steps(point, repeat)))
     }
 
     fn calibration(&self, which: usize, repeat: usize) -> Result<Record, RigError> {
         let stretch = self.set.calibrations[which].stretch;
-        Ok(self.calibration_samples(which, repeat).record(self.set.layout(stretch)))
+        Ok(self.record(stretch, &self.calibration_steps(which, repeat)))
     }
 }
 

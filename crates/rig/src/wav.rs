@@ -40,7 +40,14 @@ impl Samples24 {
     /// The integer that stands for `fraction` of full scale: rounded, and limited at the ends of the range.
     #[must_use]
     pub fn quantise(fraction: f64) -> i32 {
-        (fraction * SCALE_24).round().clamp(-SCALE_24, SCALE_24 - 1.0) as i32
+        let steps = (fraction * SCALE_24).clamp(-SCALE_24, SCALE_24 - 1.0);
+        (steps + 0.5_f64.copysign(steps)) as i32
+    }
+
+    /// Pressure of one step of the converter whose range ends at `full_scale`.
+    #[must_use]
+    pub fn unit(full_scale: f64) -> f64 {
+        full_scale / SCALE_24
     }
 
     /// The record that reading the file would give, bit for bit.
@@ -48,7 +55,7 @@ impl Samples24 {
     pub fn record(&self, layout: Layout<'_>) -> Record {
         let count = layout.channels.len();
         let frames = self.interleaved.len() / count.max(1);
-        let unit = layout.full_scale / SCALE_24;
+        let unit = Self::unit(layout.full_scale);
         spread(layout, frames, layout.full_scale, |k| f64::from(self.interleaved[k]) * unit)
     }
 

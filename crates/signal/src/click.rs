@@ -100,6 +100,8 @@ pub struct ClickFit {
 /// Gauss-Newton steps before giving up, and the step (in sd) at which it ends.
 const MAX_STEPS: usize = 20;
 const SMALL_STEP: f64 = 1e-2;
+/// The step that must do after all of them.
+const SETTLED: f64 = 0.1;
 /// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is smooth.
 const MOVING_STEPS: usize = 3;
 /// Fits with new lags at most, and the relative change of a lag that needs none: 20 us of 1 ms.
@@ -147,27 +149,28 @@ fn fit_at_pace(trace: &Trace<'_>, options: &ClickOptions) -> Result<(ClickFit, f
     let segment = Segment::new(trace, &located.times, options)?;
     let mut fit = Model::start(&located, &segment, options);
     let mut rows = segment.windows(&fit.times, options);
-    let mut last = f64::INFINITY;
+    let (mut settled, mut length) = (None, f64::INFINITY);
     for step_number in 0..MAX_STEPS {
-        if step_number <= MOVING_STEPS {
+        let moving = step_number < MOVING_STEPS;
+        if moving {
             rows = segment.windows(&fit.times, options);
         }
-        let (normal, gradient, _) = fit.linearise(&segment, &rows);
+        let (normal, gradient, squares) = fit.linearise(&segment, &rows);
         let step = solve_scaled(&normal, &gradient)?;
-        let length = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0).sqrt();
+        let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
+        length = gain.sqrt();
         fit.advance(&step);
-        if step_number <= MOVING_STEPS {
+        if moving {
             fit.centre();
-        }
-        last = length;
-        if length < SMALL_STEP && step_number > MOVING_STEPS {
+        } else if length < SMALL_STEP || (step_number + 1 == MAX_STEPS && length < SETTLED) {
+            // After so small a step the same normal equations hold, and the sum of squares is less by what the step gained.
+            settled = Some((normal, squares - gain));
             break;
         }
     }
-    if last > 0.1 {
-        return Err(Fault::NotConverged { steps: MAX_STEPS, step: last });
-    }
-    let (normal, _, squares) = fit.linearise(&segment, &rows);
+    let Some((normal, squares)) = settled else {
+        return Err(Fault::NotConverged { steps: MAX_STEPS, step: length });
+    };
     let samples: usize = rows.iter().map(|r| r.1 - r.0).sum();
     let unknowns = normal.rows() + 3 * rows.len();
     let freedom = samples.saturating_sub(unknowns).max(1) as f64;
@@ -210,27 +213,6 @@ impl ClickOptions {
 
     fn lag(&self, m: usize) -> Option<f64> {
         self.reflection.as_ref().and_then(|r| r.lags.get(m).copied())
-    }
-}
-
-/// Subtracts from a column its least-squares parabola and multiplies with `weight`.
-pub(crate) fn remove_parabola(column: &mut [f64], weight: f64) {
-    let n = column.len() as f64;
-    let half = 0.5 * (n - 1.0);
-    // Gram's orthogonal polynomials: 1, u, u^2 - (n^2 - 1)/12.
-    let shift = (n * n - 1.0) / 12.0;
-    let norms = [n, n * shift, n * shift * (n * n - 4.0) / 15.0];
-    let mut sums = [0.0; 3];
-    for (i, v) in column.iter().enumerate() {
-        let u = i as f64 - half;
-        sums[0] += v;
-        sums[1] += v * u;
-        sums[2] += v * (u * u - shift);
-    }
-    for (i, v) in column.iter_mut().enumerate() {
-        let u = i as f64 - half;
-        *v -= sums[0] / norms[0] + sums[1] / norms[1] * u + sums[2] / norms[2] * (u * u - shift);
-        *v *= weight;
     }
 }
 

@@ -7,9 +7,9 @@ use rijke_numerics::C64;
 /// Energy of a block, relative to the largest, above which it belongs to the forced plateau. Free decay leaves it
 /// after 0.08 decay times, early enough to keep most of the record for the first fit.
 const PLATEAU: f64 = 0.85;
-/// Energy of a block, relative to the largest, from which the forcing counts as risen: a second excitation may be twice as
-/// loud as the first.
-const RISEN: f64 = 0.2;
+/// Energy of a block, relative to the largest, from which the forcing counts as risen: a second excitation may be four
+/// times as loud as the first.
+const RISEN: f64 = 0.05;
 
 /// What the envelope of the strongest tone shows.
 #[derive(Clone, Debug)]
@@ -159,8 +159,8 @@ impl Envelope {
         }
         let strength: f64 = forced.amplitudes[0].iter().map(|a| a.norm_sqr()).sum();
         let split = (free.components[0].s - forced.components[0].s).norm();
-        // The difference of the two models grows as |b| |s - i omega_f| t: its sum of squares reaches 4 here.
-        let lag = ((24.0 * white.step / (strength * split * split)).cbrt() / white.step).ceil() as usize;
+        // The difference of the two models grows as |b| |s - i omega_f| t: its sum of squares reaches 1/16 here.
+        let lag = ((0.375 * white.step / (strength * split * split)).cbrt() / white.step).ceil() as usize;
         Some(scan_from + change + order + lag)
     }
 }

@@ -4,10 +4,14 @@
 //! record can be whitened before the fit and the amplitudes corrected after it, both exactly.
 
 use crate::Fault;
+use crate::kernels::{Powers, add_scaled, add_scaled_inline, dot};
+use pulp::Arch;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
 /// Highest order of a prediction-error filter. White noise with 1/f below about 30 Hz needs 3 to 8 at 10 kHz.
 const MAX_ORDER: usize = 12;
+/// Samples whitened at a time: those of eight channels stay close to the processor.
+const BLOCK: usize = 256;
 /// Highest harmonic of the mains that is looked for.
 const MAX_HARMONIC: u32 = 8;
 
@@ -72,18 +76,27 @@ impl Whitener {
         let (order, count) = (self.order(), self.filters.len());
         let rows = to.saturating_sub(from + order);
         let mut white = vec![0.0; rows * count];
-        for (m, (filter, y)) in self.filters.iter().zip(channels).enumerate() {
-            for (row, window) in y[from..to].windows(order + 1).enumerate() {
-                white[row * count + m] = filter.iter().zip(window.iter().rev()).map(|(a, v)| a * v).sum();
+        let (mut filtered, mut mixed) = (vec![[0.0; BLOCK]; count], [0.0; BLOCK]);
+        Arch::new().dispatch(|| {
+            for (block, out) in white.chunks_mut(BLOCK * count).enumerate() {
+                let (first, length) = (from + order + block * BLOCK, out.len() / count);
+                for ((filter, y), filtered) in self.filters.iter().zip(channels).zip(&mut filtered) {
+                    filtered.fill(0.0);
+                    for (lag, &a) in filter.iter().enumerate() {
+                        add_scaled_inline(filtered, a, &y[first - lag..first - lag + length]);
+                    }
+                }
+                for i in 0..count {
+                    mixed.fill(0.0);
+                    for (&a, filtered) in self.inverse.row(i)[..=i].iter().zip(&filtered) {
+                        add_scaled_inline(&mut mixed, a, filtered);
+                    }
+                    for (out, value) in out[i..].iter_mut().step_by(count).zip(&mixed) {
+                        *out = *value;
+                    }
+                }
             }
-        }
-        let mut mixed = vec![0.0; count];
-        for row in white.chunks_exact_mut(count) {
-            for (i, out) in mixed.iter_mut().enumerate() {
-                *out = self.inverse.row(i)[..=i].iter().zip(row.iter()).map(|(a, b)| a * b).sum();
-            }
-            row.copy_from_slice(&mixed);
-        }
+        });
         white
     }
 
@@ -131,8 +144,7 @@ impl Whitener {
 fn prediction_error_filter(y: &[f64]) -> Vec<f64> {
     let n = y.len();
     let order = MAX_ORDER.min(n / 20);
-    let covariance: Vec<f64> =
-        (0..=order).map(|lag| y.iter().zip(&y[lag..]).map(|(a, b)| a * b).sum::<f64>() / n as f64).collect();
+    let covariance: Vec<f64> = (0..=order).map(|lag| dot(y, &y[lag..]) / n as f64).collect();
     let mut filter = vec![1.0];
     let mut power = covariance[0];
     let mut best = (n as f64 * power.ln(), filter.clone());
@@ -182,44 +194,34 @@ pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64) ->
     }
     let highest = MAX_HARMONIC.min((0.4 * rate_hz / mains_hz) as u32);
     for harmonic in 1..=highest {
-        let omega = std::f64::consts::TAU * mains_hz * f64::from(harmonic) / rate_hz;
-        let amplitudes: Vec<C64> = noise.iter().map(|y| tone(y, omega)).collect();
+        let turn = C64::from_polar(1.0, std::f64::consts::TAU * mains_hz * f64::from(harmonic) / rate_hz);
+        let wave = Powers::new(turn, length);
+        let amplitudes: Vec<C64> = tone(noise, &wave);
         // Each term is chi-squared with two degrees of freedom if the noise is white.
         let strength: f64 = noise
             .iter()
             .zip(&amplitudes)
-            .map(|(y, a)| {
-                0.5 * a.norm_sqr() * length as f64 / (y.iter().map(|v| v * v).sum::<f64>() / length as f64)
-            })
+            .map(|(y, a)| 0.5 * a.norm_sqr() * length as f64 / (dot(y, y) / length as f64))
             .sum();
         let freedom = 2.0 * noise.len() as f64;
         if strength > freedom + 2.5 * (2.0 * freedom).sqrt() {
             present.push(harmonic);
             for (y, a) in noise.iter_mut().zip(amplitudes) {
-                let (turn, mut phasor) = (C64::from_polar(1.0, omega), a);
-                for v in y.iter_mut() {
-                    *v -= phasor.re;
-                    phasor *= turn;
-                }
+                add_scaled(y, -a.re, &wave.re);
+                add_scaled(y, a.im, &wave.im);
             }
         }
     }
     present
 }
 
-/// Least-squares complex amplitude a of Re(a e^{i omega n}) in a series.
-fn tone(y: &[f64], omega: f64) -> C64 {
-    let (turn, mut phasor) = (C64::from_polar(1.0, omega), C64::ONE);
-    let (mut cc, mut cs, mut ss, mut yc, mut ys) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for &v in y {
-        let (c, s) = (phasor.re, -phasor.im);
-        cc += c * c;
-        cs += c * s;
-        ss += s * s;
-        yc += v * c;
-        ys += v * s;
-        phasor *= turn;
-    }
+/// Least-squares complex amplitude a of Re(a z^n) in each series, for the powers z^n given.
+fn tone(series: &[Vec<f64>], wave: &Powers) -> Vec<C64> {
+    let (cc, cs, ss) = (dot(&wave.re, &wave.re), -dot(&wave.re, &wave.im), dot(&wave.im, &wave.im));
     let determinant = cc * ss - cs * cs;
-    C64::new((ss * yc - cs * ys) / determinant, (cc * ys - cs * yc) / determinant)
+    let amplitude = |y: &Vec<f64>| {
+        let (yc, ys) = (dot(y, &wave.re), -dot(y, &wave.im));
+        C64::new((ss * yc - cs * ys) / determinant, (cc * ys - cs * yc) / determinant)
+    };
+    series.iter().map(amplitude).collect()
 }

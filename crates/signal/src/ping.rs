@@ -139,7 +139,15 @@ fn fit_whitened(
     if let Some(growth) = envelope.regrowth() {
         let row = |block: usize| block * envelope.block;
         let at = (quiet + whitener.order() + row(growth.least)) as f64 * step;
-        return Err(verdict::regrowth(white, row(growth.grown), at, growth.factor, options.mains_hz));
+        let mode_hz = envelope.omega / std::f64::consts::TAU;
+        return Err(verdict::regrowth(
+            white,
+            mode_hz,
+            row(growth.grown),
+            at,
+            growth.factor,
+            options.mains_hz,
+        ));
     }
     let first = envelope.safe_start();
     let need = 10 * envelope.block;

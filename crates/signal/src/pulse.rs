@@ -1,7 +1,9 @@
 //! Where an impulse is in a record, to about a sample.
 
 use crate::click::ClickOptions;
+use crate::kernels::LANES;
 use crate::{Fault, Trace};
+use pulp::Arch;
 
 /// Half length of the smoothing kernel of the high-pass filter, s: hum at 50 Hz falls to 3e-4, and what the filter
 /// smears from later reflections into the window is below their mean over 3 ms.
@@ -27,7 +29,8 @@ impl Located {
         }
         let quiet = trace.quiet.min(trace.len());
         let begin = 2 * (half - 1);
-        let channels: Vec<Vec<f64>> = trace.channels.iter().map(|y| high_pass(y, half)).collect();
+        let channels: Vec<Vec<f64>> =
+            trace.channels.chunks(LANES).flat_map(|group| high_pass(group, half)).collect();
         let spread = (0.3e-3 * trace.rate_hz).ceil() as usize;
         let silence = quiet.saturating_sub(begin + spread);
         let mut found = Vec::new();
@@ -68,27 +71,43 @@ fn no_impulse(channel: usize, z: &[f64], silence: usize) -> Fault {
 }
 
 /// Twice over, y less its mean under a triangle of half length `half`: a linear-phase high-pass filter of finite
-/// length, 2 `half` on each side, so that what comes later in the record reaches back by no more than that.
-fn high_pass(y: &[f64], half: usize) -> Vec<f64> {
-    let once = |y: &[f64]| -> Vec<f64> {
-        let smooth = running_mean(&running_mean(y, half), half);
-        // The two means together are centred `half` - 1 samples after their first sample.
-        y[half - 1..].iter().zip(&smooth).map(|(a, b)| a - b).collect()
-    };
-    once(&once(y))
+/// length, 2 `half` on each side, so that what comes later in the record reaches back by no more than that. Up to
+/// [`LANES`] channels side by side.
+fn high_pass(group: &[Vec<f64>], half: usize) -> Vec<Vec<f64>> {
+    let mut rows = vec![[0.0; LANES]; group[0].len()];
+    for (lane, y) in group.iter().enumerate() {
+        rows.iter_mut().zip(y).for_each(|(row, y)| row[lane] = *y);
+    }
+    Arch::new().dispatch(|| {
+        for _ in 0..2 {
+            let smooth = running_mean(&running_mean(&rows, half), half);
+            // The two means together are centred `half` - 1 samples after their first sample.
+            rows.drain(..half - 1);
+            rows.truncate(smooth.len());
+            for (row, smooth) in rows.iter_mut().zip(&smooth) {
+                (0..LANES).for_each(|i| row[i] -= smooth[i]);
+            }
+        }
+    });
+    (0..group.len()).map(|lane| rows.iter().map(|row| row[lane]).collect()).collect()
 }
 
-/// Means of `length` successive samples.
-fn running_mean(y: &[f64], length: usize) -> Vec<f64> {
-    let mut sum: f64 = y[..length - 1].iter().sum();
-    (length - 1..y.len())
-        .map(|n| {
-            sum += y[n];
-            let mean = sum / length as f64;
-            sum -= y[n + 1 - length];
-            mean
-        })
-        .collect()
+/// Means of `length` successive rows.
+#[inline(always)]
+fn running_mean(rows: &[[f64; LANES]], length: usize) -> Vec<[f64; LANES]> {
+    let (mut sum, scale) = ([0.0; LANES], 1.0 / length as f64);
+    for row in &rows[..length - 1] {
+        (0..LANES).for_each(|i| sum[i] += row[i]);
+    }
+    let mut means = vec![[0.0; LANES]; rows.len() + 1 - length];
+    for ((mean, first), last) in means.iter_mut().zip(rows).zip(&rows[length - 1..]) {
+        for i in 0..LANES {
+            sum[i] += last[i];
+            mean[i] = scale * sum[i];
+            sum[i] -= first[i];
+        }
+    }
+    means
 }
 
 /// Sample of the first burst that holds a good part of the largest energy of any burst, and its energy. None if no

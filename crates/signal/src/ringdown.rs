@@ -10,8 +10,10 @@ mod sums;
 
 use crate::Fault;
 use crate::click::inverse_scaled;
+use crate::kernels::Powers;
+use pulp::Arch;
 use rijke_numerics::{C64, Cholesky, Matrix};
-use sums::{grams, lengths, powers, project};
+use sums::{grams, lengths, project};
 
 /// What is known about a component beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -337,12 +339,15 @@ impl Solution {
             let rows = white.rows().min((length as f64 - first).max(0.0) as usize);
             let start = (component.s * (first * white.step)).exp();
             let amplitudes: Vec<C64> = amplitudes.iter().map(|a| a * start).collect();
-            let phasors = powers((component.s * white.step).exp(), rows);
-            for (row, phasor) in left.chunks_exact_mut(white.channels).zip(&phasors) {
-                for (value, amplitude) in row.iter_mut().zip(&amplitudes) {
-                    *value -= amplitude.re * phasor.re - amplitude.im * phasor.im;
+            let phasors = Powers::new((component.s * white.step).exp(), rows);
+            Arch::new().dispatch(|| {
+                let rows = left.chunks_exact_mut(white.channels);
+                for ((row, re), im) in rows.zip(&phasors.re).zip(&phasors.im) {
+                    for (value, amplitude) in row.iter_mut().zip(&amplitudes) {
+                        *value -= amplitude.re * re - amplitude.im * im;
+                    }
                 }
-            }
+            });
         }
         left
     }

@@ -1,6 +1,8 @@
 //! The part of a click record around the impulse, its dispersion undone, and the noise there.
 
-use crate::click::{ClickOptions, remove_parabola};
+use crate::click::ClickOptions;
+use crate::kernels::dot;
+use crate::parabola::Parabola;
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 
@@ -68,10 +70,11 @@ impl Segment {
 /// Standard deviation of what parabolas over stretches of `length` samples leave; none if there are fewer than four.
 fn noise(quiet: &[f64], length: usize) -> Option<f64> {
     let (mut squares, mut freedom) = (0.0, 0);
+    let parabola = Parabola::new(length);
     for stretch in quiet.chunks_exact(length) {
         let mut left = stretch.to_vec();
-        remove_parabola(&mut left, 1.0);
-        squares += left.iter().map(|v| v * v).sum::<f64>();
+        parabola.remove(&mut left);
+        squares += dot(&left, &left);
         freedom += length - 3;
     }
     let deviation = (squares / freedom.max(1) as f64).sqrt();

@@ -1,5 +1,6 @@
 //! Whether a fitted ring-down may be used, from what the fit leaves over.
 
+use crate::kernels::{Powers, dot};
 use crate::ringdown::White;
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
@@ -72,22 +73,13 @@ impl Residue<'_> {
         }
         let n = rows as f64;
         let mut statistic = 0.0;
-        let mut zero = vec![0.0; self.channels];
-        for row in samples.chunks_exact(self.channels) {
-            for (z, v) in zero.iter_mut().zip(row) {
-                *z += v * v;
+        for m in 0..self.channels {
+            let series: Vec<f64> = samples.iter().skip(m).step_by(self.channels).copied().collect();
+            let zero = dot(&series, &series);
+            for lag in 1..=LAGS {
+                let correlation = dot(&series[..rows - lag], &series[lag..]) / zero;
+                statistic += n * (n + 2.0) / (n - lag as f64) * correlation * correlation;
             }
-        }
-        for lag in 1..=LAGS {
-            let mut sums = vec![0.0; self.channels];
-            let later = samples[lag * self.channels..].chunks_exact(self.channels);
-            for (row, next) in samples.chunks_exact(self.channels).zip(later) {
-                for ((sum, a), b) in sums.iter_mut().zip(row).zip(next) {
-                    *sum += a * b;
-                }
-            }
-            let squares: f64 = sums.iter().zip(&zero).map(|(s, z)| (s / z).powi(2)).sum();
-            statistic += n * (n + 2.0) / (n - lag as f64) * squares;
         }
         statistic *= learnt_from as f64 / (learnt_from as f64 + n);
         let freedom = (LAGS * self.channels) as f64;
@@ -113,26 +105,35 @@ pub(crate) fn signal(ratios: &[f64], silent_channels: bool) -> Result<(), Fault>
     }
 }
 
-/// Names what made the envelope grow again by `row`: mains hum if it is stronger there than at the start of the
-/// record, a second excitation otherwise.
-pub(crate) fn regrowth(white: White<'_>, row: usize, at: f64, factor: f64, mains_hz: f64) -> Fault {
+/// Names what made the envelope of the tone at `mode_hz` grow again by `row`: mains hum if it is stronger there than at the
+/// start of the record and not just what leaks from the mode, a second excitation otherwise.
+pub(crate) fn regrowth(
+    white: White<'_>,
+    mode_hz: f64,
+    row: usize,
+    at: f64,
+    factor: f64,
+    mains_hz: f64,
+) -> Fault {
     let span = ((0.06 / white.step) as usize).min(white.rows() / 2);
-    let after = row.min(white.rows() - span);
     // Under a Hann window the mode, 20 Hz or more away, leaves hum alone.
-    let hum = |from: usize, harmonic: u32| -> f64 {
-        (0..white.channels)
-            .map(|m| tone(white, from, span, m, mains_hz * f64::from(harmonic)).powi(2))
-            .sum::<f64>()
-            .sqrt()
+    let size = |from: usize, frequency_hz: f64| -> f64 {
+        let squares = (0..white.channels).map(|m| tone(white, from, span, m, frequency_hz).powi(2));
+        squares.sum::<f64>().sqrt()
     };
+    // A burst may end at the row where the envelope has grown most.
+    let last = row.min(white.rows() - span);
     // The third harmonic of the mains is too near the fundamental of a metre of tube.
-    let strongest = (1..=2).map(|h| (h, hum(after, h), hum(0, h))).max_by(|a, b| a.1.total_cmp(&b.1));
-    match strongest {
-        Some((harmonic, now, then)) if now > 4.0 * then => {
-            Fault::HumBurst { at, frequency_hz: mains_hz * f64::from(harmonic), ratio: now }
+    for from in [last.saturating_sub(span), last] {
+        let hum = |h: &u32| size(from, mains_hz * f64::from(*h));
+        let harmonic = if hum(&1) >= hum(&2) { 1 } else { 2 };
+        let frequency_hz = mains_hz * f64::from(harmonic);
+        let now = hum(&harmonic);
+        if now > 4.0 * size(0, frequency_hz) && now > 0.1 * size(from, mode_hz) {
+            return Fault::HumBurst { at, frequency_hz, ratio: now };
         }
-        _ => Fault::SecondExcitation { at, factor },
     }
+    Fault::SecondExcitation { at, factor }
 }
 
 /// Refuses a click in which hum at the first two harmonics of the mains is as loud as a fifth of its largest sample: no
@@ -143,15 +144,26 @@ pub(crate) fn loud_hum(trace: &Trace<'_>, mains_hz: f64) -> Result<(), Fault> {
     if (span as f64) * step * mains_hz < 3.0 {
         return Ok(());
     }
+    let waves: Vec<Powers> = (1..=2)
+        .map(|harmonic| {
+            let turn = std::f64::consts::TAU * mains_hz * f64::from(harmonic) * step;
+            let mut wave = Powers::new(C64::from_polar(1.0, turn), span);
+            let around = Powers::new(C64::from_polar(1.0, std::f64::consts::TAU / span as f64), span);
+            for ((re, im), window) in wave.re.iter_mut().zip(&mut wave.im).zip(&around.re) {
+                (*re, *im) = (*re * (1.0 - window), *im * (1.0 - window));
+            }
+            wave
+        })
+        .collect();
     for samples in trace.channels {
-        let white = White { samples, channels: 1, step };
         let largest = samples.iter().fold(0.0_f64, |a, y| a.max(y.abs()));
-        for harmonic in 1..=2 {
-            let frequency_hz = mains_hz * f64::from(harmonic);
-            let ratio = tone(white, quiet, span, 0, frequency_hz) / largest;
-            if ratio > 0.2 {
+        for (wave, harmonic) in waves.iter().zip([1.0, 2.0]) {
+            let decay = &samples[quiet..];
+            let amplitude = 2.0 * dot(decay, &wave.re).hypot(dot(decay, &wave.im)) / span as f64;
+            if amplitude > 0.2 * largest {
                 let at = (quiet + span / 2) as f64 * step;
-                return Err(Fault::LoudHum { at, frequency_hz, ratio });
+                let ratio = amplitude / largest;
+                return Err(Fault::LoudHum { at, frequency_hz: mains_hz * harmonic, ratio });
             }
         }
     }

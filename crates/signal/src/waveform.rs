@@ -16,20 +16,49 @@ pub(crate) struct Waveform {
 /// Half length of phi in spacings, and points of its table per spacing (linear interpolation then errs by 1e-6).
 const REACH: usize = 6;
 const FINE: usize = 400;
+/// Number of phi_k that are not zero at a time between two centres.
+const WIDTH: usize = 2 * REACH;
 
-/// phi and its derivative on a fine grid from 0 to REACH.
-static TABLE: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
+/// phi_k and its derivative in u at the times u = n / FINE after a centre: k counts from `REACH` - 1 centres before that
+/// one.
+static TABLE: LazyLock<Vec<[[f64; WIDTH]; 2]>> = LazyLock::new(|| {
     let phi = |u: f64| {
         let window = (0.5 * PI * u / REACH as f64).cos().powi(2);
-        if u == 0.0 { 1.0 } else { (PI * u).sin() / (PI * u) * window }
+        match u.abs() < REACH as f64 {
+            true if u == 0.0 => 1.0,
+            true => (PI * u).sin() / (PI * u) * window,
+            false => 0.0,
+        }
     };
-    (0..=REACH * FINE + 1)
+    (0..=FINE)
         .map(|n| {
-            let u = n as f64 / FINE as f64;
-            [phi(u), (phi(u + 1e-5) - phi(u - 1e-5)) / 2e-5]
+            let u = |k: usize| n as f64 / FINE as f64 + (REACH - 1) as f64 - k as f64;
+            let slope = |u: f64| (phi(u + 1e-5) - phi(u - 1e-5)) / 2e-5;
+            [std::array::from_fn(|k| phi(u(k))), std::array::from_fn(|k| slope(u(k)))]
         })
         .collect()
 });
+
+/// The phi_k that are not zero at some time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Basis {
+    /// Number of the first coefficient.
+    first: usize,
+    /// Which of the values count.
+    inside: (usize, usize),
+    values: [f64; WIDTH],
+    /// Derivatives, 1/s.
+    slopes: [f64; WIDTH],
+}
+
+impl Basis {
+    /// Number, value and derivative of each.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        let (from, to) = self.inside;
+        let pairs = self.values[from..to].iter().zip(&self.slopes[from..to]).enumerate();
+        pairs.map(|(k, (value, slope))| (self.first + k, *value, *slope))
+    }
+}
 
 impl Waveform {
     /// Covers times from `-before` to `after` for spectra up to `highest_hz`.
@@ -39,25 +68,31 @@ impl Waveform {
         Self { first: -low * spacing, spacing, coefficients: vec![0.0; (low + high) as usize + 1] }
     }
 
-    /// The value of each phi_k at time t and its derivative, 1/s, for those that are not zero there.
-    pub(crate) fn basis(&self, t: f64) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+    /// The value of each phi_k at time t and its derivative.
+    pub(crate) fn basis(&self, t: f64) -> Basis {
         let u = (t - self.first) / self.spacing;
-        let low = (u - REACH as f64).ceil().max(0.0) as usize;
-        let high = ((u + REACH as f64).floor() as i64 + 1).clamp(0, self.coefficients.len() as i64) as usize;
-        let table: &[[f64; 2]] = &TABLE;
-        (low..high).map(move |k| {
-            let distance = u - k as f64;
-            let fine = distance.abs() * FINE as f64;
-            let n = (fine as usize).min(table.len() - 2);
-            let part = fine - n as f64;
-            let [a, b] = [0, 1].map(|i| table[n][i] * (1.0 - part) + table[n + 1][i] * part);
-            (k, a, b * distance.signum() / self.spacing)
-        })
+        let before = u.floor();
+        let fine = (u - before) * FINE as f64;
+        let n = (fine as usize).min(FINE - 1);
+        let part = fine - n as f64;
+        let ([a, da], [b, db]) = (TABLE[n], TABLE[n + 1]);
+        let between = |a: [f64; WIDTH], b: [f64; WIDTH], scale: f64| -> [f64; WIDTH] {
+            std::array::from_fn(|k| (a[k] + (b[k] - a[k]) * part) * scale)
+        };
+        let low = before as i64 - (REACH as i64 - 1);
+        let from = (-low).clamp(0, WIDTH as i64) as usize;
+        let to = (self.coefficients.len() as i64 - low).clamp(from as i64, WIDTH as i64) as usize;
+        Basis {
+            first: (low + from as i64).max(0) as usize,
+            inside: (from, to),
+            values: between(a, b, 1.0),
+            slopes: between(da, db, self.spacing.recip()),
+        }
     }
 
     /// Value and derivative at time t.
     pub(crate) fn at(&self, t: f64) -> (f64, f64) {
-        self.basis(t).fold((0.0, 0.0), |sum, (k, value, slope)| {
+        self.basis(t).iter().fold((0.0, 0.0), |sum, (k, value, slope)| {
             let c = self.coefficients[k];
             (sum.0 + c * value, sum.1 + c * slope)
         })

@@ -1,9 +1,12 @@
 //! The unknowns of a click and the normal equations that the record gives for them.
 
-use super::{ClickFit, ClickOptions, Reflection, remove_parabola};
+use super::{ClickFit, ClickOptions, Reflection};
+use crate::kernels::{dot, dot_inline};
+use crate::parabola::Parabola;
 use crate::pulse::Located;
 use crate::segment::Segment;
 use crate::waveform::Waveform;
+use pulp::Arch;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
 /// Taps of the reflection and their spacing, s: an open end reflects high frequencies less and a little later (|R|
@@ -55,10 +58,10 @@ impl<'a> Model<'a> {
         let size = model.waveform.coefficients.len();
         let (mut normal, mut right) = (Matrix::zeros(size, size), vec![0.0; size]);
         for n in rows[model.pivot].0..rows[model.pivot].1 {
-            let basis: Vec<_> = model.waveform.basis(segment.time(n) - model.times[model.pivot]).collect();
-            for &(i, a, _) in &basis {
+            let basis = model.waveform.basis(segment.time(n) - model.times[model.pivot]);
+            for (i, a, _) in basis.iter() {
                 right[i] += a * segment.at(model.pivot, n);
-                for &(j, b, _) in &basis {
+                for (j, b, _) in basis.iter() {
                     normal[(i, j)] += a * b;
                 }
             }
@@ -121,53 +124,59 @@ impl<'a> Model<'a> {
                 _ => Some(2 * others + i - 2),
             };
             let width = 2 + taps + size;
-            // Columns side by side, the residual last.
-            let mut design = vec![vec![0.0; to - from]; width + 1];
+            // Columns one after another, the residual last.
+            let rows = to - from;
+            let mut design = vec![0.0; (width + 1) * rows];
             for n in from..to {
                 let t = segment.time(n) - self.times[m];
+                let mut set = |column: usize, value: f64| design[column * rows + n - from] += value;
                 let (mut value, mut slope) = (0.0, 0.0);
-                for (k, phi, derivative) in self.waveform.basis(t) {
+                for (k, phi, derivative) in self.waveform.basis(t).iter() {
                     let c = self.waveform.coefficients[k];
                     (value, slope) = (value + c * phi, slope + c * derivative);
-                    design[2 + taps + k][n - from] = gain * phi;
+                    set(2 + taps + k, gain * phi);
                 }
                 if reflected {
                     for (j, rho) in self.taps.iter().enumerate() {
                         let mut late = (0.0, 0.0);
-                        for (k, phi, derivative) in self.waveform.basis(t - self.lag(m, j)) {
+                        for (k, phi, derivative) in self.waveform.basis(t - self.lag(m, j)).iter() {
                             let c = self.waveform.coefficients[k];
                             late = (late.0 + c * phi, late.1 + c * derivative);
-                            design[2 + taps + k][n - from] += gain * rho * phi;
+                            set(2 + taps + k, gain * rho * phi);
                         }
-                        design[2 + j][n - from] = gain * late.0;
+                        set(2 + j, gain * late.0);
                         if self.pace_sd.is_some() {
                             let lag = self.options.reflection.as_ref().map_or(0.0, |r| r.lags[m]);
-                            design[1 + taps][n - from] -= gain * rho * late.1 * lag;
+                            set(1 + taps, -gain * rho * late.1 * lag);
                         }
                         (value, slope) = (value + rho * late.0, slope + rho * late.1);
                     }
                 }
-                design[0][n - from] = -gain * slope;
-                design[1][n - from] = value;
-                design[width][n - from] = segment.at(m, n) - gain * value;
+                set(0, -gain * slope);
+                set(1, value);
+                set(width, segment.at(m, n) - gain * value);
             }
-            let weight = segment.noise[m].recip();
-            for column in &mut design {
-                remove_parabola(column, weight);
-            }
-            for i in 0..width {
-                let Some(a) = place(i) else { continue };
-                gradient[a] += dot(&design[i], &design[width]);
-                for j in 0..=i {
-                    let Some(b) = place(j) else { continue };
-                    let value = dot(&design[i], &design[j]);
-                    normal[(a, b)] += value;
-                    if a != b {
-                        normal[(b, a)] += value;
+            let parabola = Parabola::new(rows);
+            let weight = segment.noise[m].powi(-2);
+            let places: Vec<Option<usize>> = (0..width).map(place).collect();
+            squares += weight
+                * Arch::new().dispatch(|| {
+                    design.chunks_exact_mut(rows).for_each(|column| parabola.remove_inline(column));
+                    let column = |i: usize| &design[i * rows..(i + 1) * rows];
+                    for i in 0..width {
+                        let Some(a) = places[i] else { continue };
+                        gradient[a] += weight * dot_inline(column(i), column(width));
+                        for j in 0..=i {
+                            let Some(b) = places[j] else { continue };
+                            let value = weight * dot_inline(column(i), column(j));
+                            normal[(a, b)] += value;
+                            if a != b {
+                                normal[(b, a)] += value;
+                            }
+                        }
                     }
-                }
-            }
-            squares += dot(&design[width], &design[width]);
+                    dot_inline(column(width), column(width))
+                });
         }
         self.add_prior(2 * others, &mut normal, &mut gradient);
         (normal, gradient, squares)
@@ -244,8 +253,8 @@ impl<'a> Model<'a> {
             let mut left: Vec<f64> = (from..to)
                 .map(|n| segment.at(m, n) - self.gains[m] * self.shape(m, segment.time(n) - self.times[m]).0)
                 .collect();
-            remove_parabola(&mut left, segment.noise[m].recip());
-            dot(&left, &left)
+            Parabola::new(left.len()).remove(&mut left);
+            dot(&left, &left) * segment.noise[m].powi(-2)
         };
         (0..rows.len()).max_by(|&a, &b| squares(a).total_cmp(&squares(b))).unwrap_or(0)
     }
@@ -303,17 +312,4 @@ impl Reflection {
         let sum: f64 = kernel.iter().sum();
         kernel.into_iter().map(|v| self.strength * v / sum).collect()
     }
-}
-
-/// Inner product in eight independent sums, which the processor makes side by side.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (left, right) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = left.remainder().iter().zip(right.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in left.zip(right) {
-        for i in 0..8 {
-            sums[i] += x[i] * y[i];
-        }
-    }
-    rest + sums.iter().sum::<f64>()
 }

@@ -1,6 +1,8 @@
 //! Sums over the samples of products of exponentials, powers of time and data.
 
 use super::{Component, White};
+use crate::kernels::{LANES, Powers};
+use pulp::Arch;
 use rijke_numerics::{C64, Matrix};
 
 /// Decay times after which a component counts as silent: what is left out of it is 1e-7 of its amplitude.
@@ -15,9 +17,6 @@ pub(super) fn lengths(components: &[Component], rows: usize, step: f64) -> Vec<u
     components.iter().map(length).collect()
 }
 
-/// Channels whose sums are made together: as many as the registers hold.
-const GROUP: usize = 4;
-
 /// Sums of y e^{st} and of t y e^{st} over the first `length` samples, written to the two columns of component `k`.
 pub(super) fn project(
     white: White<'_>,
@@ -27,62 +26,48 @@ pub(super) fn project(
     data: &mut Matrix,
     slopes: &mut Matrix,
 ) {
-    let phasors = powers((s * white.step).exp(), length);
-    let mut m = 0;
+    let phasors = Powers::new((s * white.step).exp(), length);
     let mut write = |m: usize, sums: [f64; 4]| {
         for i in 0..2 {
             data[(m, 2 * k + i)] = sums[i];
             slopes[(m, 2 * k + i)] = sums[2 + i] * white.step;
         }
     };
-    while m + GROUP <= white.channels {
-        for (i, sums) in transposed(sums::<GROUP>(white, m, &phasors)).into_iter().enumerate() {
-            write(m + i, sums);
+    let mut m = 0;
+    while m + LANES <= white.channels {
+        let sums = Arch::new().dispatch(|| sums::<LANES>(white, m, &phasors));
+        for i in 0..LANES {
+            write(m + i, sums.map(|sum| sum[i]));
         }
-        m += GROUP;
+        m += LANES;
     }
     for m in m..white.channels {
-        write(m, transposed(sums::<1>(white, m, &phasors))[0]);
+        write(m, Arch::new().dispatch(|| sums::<1>(white, m, &phasors)).map(|sum| sum[0]));
     }
 }
 
 /// Sums of y Re z^n, -y Im z^n, n y Re z^n and -n y Im z^n for `N` channels from number `from` on. The sums with n
 /// follow from the sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which spares their
 /// multiplications.
-fn sums<const N: usize>(white: White<'_>, from: usize, phasors: &[C64]) -> [[f64; N]; 4] {
+#[inline(always)]
+fn sums<const N: usize>(white: White<'_>, from: usize, phasors: &Powers) -> [[f64; N]; 4] {
     let [mut a, mut b, mut ta, mut tb] = [[0.0; N]; 4];
-    for (row, z) in white.samples.chunks_exact(white.channels).zip(phasors) {
+    let rows = white.samples.chunks_exact(white.channels);
+    for ((row, re), im) in rows.zip(&phasors.re).zip(&phasors.im) {
         let Some(y) = row.get(from..).and_then(|y| y.first_chunk::<N>()) else { continue };
         for i in 0..N {
             ta[i] += a[i];
             tb[i] += b[i];
-            a[i] += y[i] * z.re;
-            b[i] -= y[i] * z.im;
+            a[i] += y[i] * re;
+            b[i] -= y[i] * im;
         }
     }
-    let last = phasors.len().saturating_sub(1) as f64;
+    let last = phasors.re.len().saturating_sub(1) as f64;
     for i in 0..N {
         ta[i] = last * a[i] - ta[i];
         tb[i] = last * b[i] - tb[i];
     }
     [a, b, ta, tb]
-}
-
-fn transposed<const N: usize>(sums: [[f64; N]; 4]) -> [[f64; 4]; N] {
-    std::array::from_fn(|i| std::array::from_fn(|j| sums[j][i]))
-}
-
-/// z^n for n from 0 to `count` - 1, in four chains, which do not wait for each other.
-pub(super) fn powers(z: C64, count: usize) -> Vec<C64> {
-    let mut chains = [C64::ONE, z, z * z, z * z * z];
-    let turn = chains[2] * chains[2];
-    let mut powers = Vec::with_capacity(count + chains.len());
-    while powers.len() < count {
-        powers.extend_from_slice(&chains);
-        chains.iter_mut().for_each(|c| *c *= turn);
-    }
-    powers.truncate(count);
-    powers
 }
 
 /// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound, weighted
@@ -186,7 +171,7 @@ mod tests {
 
     #[test]
     fn oracle_projection_of_any_number_of_channels_is_the_sum_written_out() {
-        let (channels, rows, s, step) = (7, 100, C64::new(-20.0, 900.0), 1e-3);
+        let (channels, rows, s, step) = (11, 100, C64::new(-20.0, 900.0), 1e-3);
         let samples: Vec<f64> = (0..rows * channels).map(|i| ((i * 7919) % 101) as f64 - 50.0).collect();
         let white = White { samples: &samples, channels, step };
         let (mut data, mut slopes) = (Matrix::zeros(channels, 2), Matrix::zeros(channels, 2));

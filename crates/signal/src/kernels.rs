@@ -1,0 +1,96 @@
+//! Inner loops, compiled for the widest vectors that the processor has (chosen at run time by the crate `pulp`). The order
+//! of every sum is written out and no product is fused with a sum, so all processors give the same bits.
+
+use pulp::Arch;
+use rijke_numerics::C64;
+
+/// Numbers that are worked on side by side.
+pub(crate) const LANES: usize = 8;
+
+/// Inner product in eight independent sums.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    Arch::new().dispatch(|| dot_inline(a, b))
+}
+
+/// Adds `factor` times `x` to `y`.
+pub(crate) fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
+    Arch::new().dispatch(|| add_scaled_inline(y, factor, x));
+}
+
+#[inline(always)]
+pub(crate) fn dot_inline(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let (left, right) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = left.remainder().iter().zip(right.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in left.zip(right) {
+        for i in 0..LANES {
+            sums[i] += x[i] * y[i];
+        }
+    }
+    rest + sums.iter().sum::<f64>()
+}
+
+#[inline(always)]
+pub(crate) fn add_scaled_inline(y: &mut [f64], factor: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += factor * x;
+    }
+}
+
+/// Real and imaginary parts of z^n, n = 0, 1, ...
+#[derive(Clone, Debug)]
+pub(crate) struct Powers {
+    pub(crate) re: Vec<f64>,
+    pub(crate) im: Vec<f64>,
+}
+
+impl Powers {
+    /// The first `count` of them, in eight chains, which do not wait for each other.
+    pub(crate) fn new(z: C64, count: usize) -> Self {
+        let rows = count.div_ceil(LANES) * LANES;
+        let mut powers = Self { re: vec![0.0; rows], im: vec![0.0; rows] };
+        let (mut first, mut turn) = ([C64::ONE; LANES], C64::ONE);
+        for start in &mut first {
+            *start = turn;
+            turn *= z;
+        }
+        Arch::new().dispatch(|| {
+            let (mut re, mut im) = (first.map(|z| z.re), first.map(|z| z.im));
+            let blocks = powers.re.chunks_exact_mut(LANES).zip(powers.im.chunks_exact_mut(LANES));
+            for (out_re, out_im) in blocks {
+                out_re.copy_from_slice(&re);
+                out_im.copy_from_slice(&im);
+                for i in 0..LANES {
+                    (re[i], im[i]) = (re[i] * turn.re - im[i] * turn.im, re[i] * turn.im + im[i] * turn.re);
+                }
+            }
+        });
+        powers.re.truncate(count);
+        powers.im.truncate(count);
+        powers
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_powers_and_inner_products_of_any_length() {
+        for count in [0, 1, 7, 8, 9, 100, 101] {
+            let z = C64::from_polar(0.99, 0.3);
+            let powers = Powers::new(z, count);
+            assert_eq!((powers.re.len(), powers.im.len()), (count, count));
+            let mut sum = 0.0;
+            for n in 0..count {
+                let exact = z.powu(n as u32);
+                assert!((C64::new(powers.re[n], powers.im[n]) - exact).norm() < 1e-14);
+                sum += exact.re * exact.im;
+            }
+            assert!((dot(&powers.re, &powers.im) - sum).abs() < 1e-13);
+            let mut y = powers.re.clone();
+            add_scaled(&mut y, -2.0, &powers.im);
+            assert!((0..count).all(|n| y[n] == powers.re[n] - 2.0 * powers.im[n]));
+        }
+    }
+}
