@@ -6,7 +6,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use rijke_flow::BaseStates;
-use rijke_model::{Conditions, SavedModel, measurement_sd};
+use rijke_model::{Conditions, Misfit, SavedModel};
 use rijke_rig::{Campaign, OperatingPoint};
 use std::{fmt::Write as _, path::PathBuf};
 
@@ -52,12 +52,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ))
         .remedy("Give the campaign whose points the base flow was inferred for, with --campaign."));
     }
-    let noise = measurement_sd(&model.noise);
+    let misfit = Misfit::of(&model.noise);
     let row = |point: &&OperatingPoint| {
         let base = states.points[&point.id].clone();
         let conditions = Conditions { point: (*point).clone(), ambient: base.temperature[0], base };
         let found = model.predict(&conditions, &[model.rig.microphones.reference]).or_failed()?;
-        let [growth, frequency] = [0, 1].map(|k| (found.values[k], found.sd(k, noise[k])));
+        let [growth, frequency] = [0, 1].map(|k| (found.values[k], found.sd(k, &misfit)));
         let unstable = 0.5 * libm::erfc(-growth.0 / (growth.1 * std::f64::consts::SQRT_2));
         let position = point.position.map_or_else(String::new, |x| x.to_string());
         let mut line = format!("{},{position},{}", point.id, point.power);

@@ -1,7 +1,8 @@
 //! Observations as the data of an inference.
 
-use crate::{BaseErrors, Conditions, ModelError};
-use rijke_inference::{Data, NoiseEstimate, NoiseGroup, NoiseMode, Observation, relative_noise};
+use crate::noise::Groups;
+use crate::{BaseErrors, Conditions, ModelError, Noise};
+use rijke_inference::{Data, Observation, relative_noise};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{Ping, Rig};
 
@@ -12,45 +13,6 @@ pub struct Observed {
     pub conditions: Conditions,
     /// What was measured.
     pub ping: Ping,
-}
-
-/// What is assumed of the difference between model and measurement.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Standard deviation of the growth rate, 1/s.
-    pub growth_rate: NoiseMode,
-    /// Standard deviation of the angular frequency, rad/s.
-    pub angular_frequency: NoiseMode,
-    /// Standard deviation of each part of a microphone's pressure, relative to the reference microphone's pressure.
-    pub pressure: NoiseMode,
-    /// Standard deviations of what all hot points at one position of the heater share, in the growth rate (1/s) and the
-    /// angular frequency (rad/s): the rig is set once for all powers, and its ends, say, come out a little different each time.
-    /// Enters with the errors of the base states only ([`crate::Training::base_errors`]); where every point is a setting of its
-    /// own, it cannot be told from the noise of the point.
-    pub setting: [NoiseMode; 2],
-    /// Whether the measured covariance is added to these. Not where they float: noise that is below the measured one
-    /// would then have no best value.
-    pub measured: bool,
-}
-
-impl Noise {
-    /// All three are chosen by the data, as in sections 6.2 to 6.5 of the paper: measurement and model error together.
-    pub const FLOATED: Self = Self {
-        growth_rate: NoiseMode::Floated,
-        angular_frequency: NoiseMode::Floated,
-        pressure: NoiseMode::Floated,
-        setting: [NoiseMode::Fixed { sd: 0.0 }; 2],
-        measured: false,
-    };
-
-    /// The measured covariance and nothing else: for a model that is exact.
-    pub const MEASURED: Self = Self {
-        growth_rate: NoiseMode::Fixed { sd: 0.0 },
-        angular_frequency: NoiseMode::Fixed { sd: 0.0 },
-        pressure: NoiseMode::Fixed { sd: 0.0 },
-        setting: [NoiseMode::Fixed { sd: 0.0 }; 2],
-        measured: true,
-    };
 }
 
 /// The numbers that the microphones `chosen` (reference included) measured, with their covariance.
@@ -133,12 +95,9 @@ pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) 
     }))
 }
 
-/// Standard deviation of a relative pressure in the near field of the heater. Two plates change the pressure there by a few
-/// per cent; a judgement, generous on purpose.
-const NEAR_FIELD_SD: f64 = 0.1;
-
-/// As [`data_of`], with the errors of the base states as a covariance that does not float; and for each number of the data
-/// its place in the prediction.
+/// As [`data_of`], with the errors of the base states as a covariance that does not float, and what points share: those of one
+/// setting, and by `laws` (from [`crate::law_error::slopes`]) those of one power; and for each number of the data its place in
+/// the prediction.
 ///
 /// Growth rates and frequencies of all points that share a cause of error are one block, so that what moves them together
 /// is known to. The pressures of each point are a block of their own: what the errors do to pressures and eigenvalue
@@ -151,14 +110,22 @@ pub(crate) fn data_with_base_errors(
     microphones: &[usize],
     noise: &Noise,
     errors: &BaseErrors,
+    laws: &[Option<[Vec<f64>; 2]>],
     doubtful: &[Option<Matrix>],
 ) -> Result<(Data, Vec<usize>), ModelError> {
     let measured: Vec<(Vec<f64>, Matrix)> = observed.iter().map(|o| selected(&o.ping, microphones)).collect();
     let size = 2 * microphones.len();
     let (mut blocks, mut order) = (Vec::new(), Vec::new());
     let same = |a: usize, b: usize| same_setting(&observed[a].conditions, &observed[b].conditions);
-    let groups = Groups::new(microphones, noise).near_field(doubtful).setting(noise);
-    for group in errors.together(same) {
+    let groups = Groups::new(microphones, noise).near_field(doubtful).shared(noise);
+    let power = |p: usize| observed[p].conditions.point.power;
+    let same_law = |a: usize, b: usize| groups.heat_release.is_some() && (power(a) - power(b)).abs() < 1e-9;
+    // Covariance of two numbers, each a point and its row, per variance of the error of the law.
+    let law = |(a, i): (usize, usize), (b, j): (usize, usize)| match (&laws[a], &laws[b]) {
+        (Some(a), Some(b)) => (0..2).map(|part| a[part][i] * b[part][j]).sum(),
+        _ => 0.0,
+    };
+    for group in errors.together(|a, b| same(a, b) || same_law(a, b)) {
         let values = group.iter().flat_map(|&p| measured[p].0[..2].iter().copied()).collect();
         let own = Matrix::from_fn(2 * group.len(), 2 * group.len(), |i, j| {
             if i / 2 == j / 2 { measured[group[i / 2]].1[(i % 2, j % 2)] } else { 0.0 }
@@ -177,8 +144,18 @@ pub(crate) fn data_with_base_errors(
             .with_floor(floor)
             .with_independent_noise(0, &even)
             .with_independent_noise(1, &odd);
-        blocks.push(match groups.setting {
+        let block = match groups.setting {
             Some([growth, frequency]) => block.with_noise(growth, shared(0)).with_noise(frequency, shared(1)),
+            None => block,
+        };
+        blocks.push(match groups.heat_release {
+            Some(law_error) => {
+                let structure = Matrix::from_fn(2 * group.len(), 2 * group.len(), |i, j| {
+                    let (a, b) = (group[i / 2], group[j / 2]);
+                    if same_law(a, b) { law((a, i % 2), (b, j % 2)) } else { 0.0 }
+                });
+                block.with_noise(law_error, structure)
+            }
             None => block,
         });
         order.extend(group.iter().flat_map(|&p| [p * size, p * size + 1]));
@@ -190,8 +167,15 @@ pub(crate) fn data_with_base_errors(
         let block = Observation::new(observed.conditions.point.id.clone(), measured[p].0[2..].to_vec())
             .with_floor(floor.plus(if noise.measured { 1.0 } else { 0.0 }, &own))
             .with_noise(2, relative_noise(&others(&observed.ping, microphones)));
-        blocks.push(match &doubtful[p] {
+        let block = match &doubtful[p] {
             Some(near) => block.with_noise(groups.near_field, near.clone()),
+            None => block,
+        };
+        blocks.push(match groups.heat_release {
+            Some(law_error) => {
+                let structure = |i: usize, j: usize| law((p, rows[i]), (p, rows[j]));
+                block.with_noise(law_error, Matrix::from_fn(rows.len(), rows.len(), structure))
+            }
             None => block,
         });
         order.extend(rows.iter().map(|r| p * size + r));
@@ -204,64 +188,8 @@ fn others(ping: &Ping, microphones: &[usize]) -> Vec<C64> {
     microphones.iter().filter(|m| **m != ping.reference).map(|&m| ping.pressures[m]).collect()
 }
 
-/// The groups of noise that act on any block, and where the optional ones stand.
-struct Groups {
-    list: Vec<NoiseGroup>,
-    near_field: usize,
-    setting: Option<[usize; 2]>,
-}
-
-impl Groups {
-    /// Those of the measured numbers.
-    fn new(microphones: &[usize], noise: &Noise) -> Self {
-        let modes = [noise.growth_rate, noise.angular_frequency, noise.pressure];
-        let measured = if microphones.len() > 1 { 3 } else { 2 };
-        let group = |k: usize| NoiseGroup { name: MEASURED[k].into(), unit: UNITS[k].into(), mode: modes[k] };
-        Self { list: (0..measured).map(group).collect(), near_field: 0, setting: None }
-    }
-
-    /// And that of microphones near the heater, where there are any.
-    fn near_field(mut self, doubtful: &[Option<Matrix>]) -> Self {
-        if doubtful.iter().any(Option::is_some) {
-            self.near_field = self.list.len();
-            self.list.push(NoiseGroup::fixed("near field of the heater", "1", NEAR_FIELD_SD));
-        }
-        self
-    }
-
-    /// And those that the points of one setting share.
-    fn setting(mut self, noise: &Noise) -> Self {
-        if noise.setting != Noise::MEASURED.setting {
-            let first = self.list.len();
-            self.list.extend((0..2).map(|k| NoiseGroup {
-                name: format!("{}{BETWEEN}", MEASURED[k]),
-                unit: UNITS[k].into(),
-                mode: noise.setting[k],
-            }));
-            self.setting = Some([first, first + 1]);
-        }
-        self
-    }
-}
-
 /// Whether the rig was not touched between two hot points: the heater stood at the same position, at any power.
 fn same_setting(a: &Conditions, b: &Conditions) -> bool {
     let hot = |c: &Conditions| c.point.position.filter(|_| c.point.power > 0.0);
     matches!((hot(a), hot(b)), (Some(x), Some(y)) if (x - y).abs() < 1e-9)
-}
-
-const MEASURED: [&str; 3] = ["growth rate", "angular frequency", "relative pressure"];
-
-const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
-
-const BETWEEN: &str = ", between settings";
-
-/// Standard deviation of growth rate (1/s), angular frequency (rad/s) and relative pressure of a new measurement in a new setting,
-/// about a model that is known exactly: noise of the point and of the setting together.
-#[must_use]
-pub fn measurement_sd(noise: &[NoiseEstimate]) -> [f64; 3] {
-    MEASURED.map(|name| {
-        let both = noise.iter().filter(|n| n.name.strip_suffix(BETWEEN).unwrap_or(&n.name) == name);
-        both.map(|n| n.sd * n.sd).sum::<f64>().sqrt()
-    })
 }

@@ -1,6 +1,9 @@
 //! Predictions of a trained model with their uncertainty, at any operating point.
 
-use crate::{Assembly, Conditions, Knowledge, ModelError, PointModel, Workspace, systematic::changes};
+use crate::law_error::slopes_at;
+use crate::{
+    Assembly, Conditions, Knowledge, Misfit, ModelError, PointModel, Workspace, systematic::changes,
+};
 use rijke_network::Response;
 use rijke_numerics::{C64, Matrix, Order};
 
@@ -13,13 +16,19 @@ pub struct PointPrediction {
     pub parameters: Matrix,
     /// Covariance that the errors of the base state cause.
     pub base: Matrix,
+    /// Covariance that an error of the law of the heat release causes, per unit variance of its relative error
+    /// ([`Misfit::heat_release`]).
+    pub heat_release: Matrix,
 }
 
 impl PointPrediction {
-    /// Standard deviation of number `k` for a new measurement with noise and model error of `noise_sd`.
+    /// Standard deviation of number `k` for a new measurement in a new setting. The default misfit is none: what is left is
+    /// the uncertainty of the model.
     #[must_use]
-    pub fn sd(&self, k: usize, noise_sd: f64) -> f64 {
-        (self.parameters[(k, k)] + self.base[(k, k)] + noise_sd * noise_sd).sqrt()
+    pub fn sd(&self, k: usize, misfit: &Misfit) -> f64 {
+        let known = self.parameters[(k, k)] + self.base[(k, k)];
+        let law = self.heat_release[(k, k)] * misfit.heat_release.powi(2);
+        (known + law + misfit.measured[k.min(2)].powi(2)).sqrt()
     }
 }
 
@@ -61,6 +70,7 @@ impl Knowledge {
         });
         let size = jacobian.rows();
         let causes = changes(assembly, conditions, s.value(), microphones, &values)?;
+        let laws = slopes_at(assembly, conditions, s.value(), microphones, &values)?;
         let base = causes.iter().fold(Matrix::zeros(size, size), |sum, (_, j)| {
             sum.plus(1.0, &Matrix::from_fn(size, size, |r, c| j[r] * j[c]))
         });
@@ -68,6 +78,9 @@ impl Knowledge {
             values: (0..size).map(|row| part(row, complex[row / 2].value())).collect(),
             parameters: jacobian.product(&self.covariance.select(&keep)).product(&jacobian.transpose()),
             base,
+            heat_release: laws.iter().flatten().fold(Matrix::zeros(size, size), |sum, j| {
+                sum.plus(1.0, &Matrix::from_fn(size, size, |r, c| j[r] * j[c]))
+            }),
         })
     }
 }

@@ -37,7 +37,7 @@ pub struct SavedModel {
     /// Their covariance, row by row.
     pub covariance: Vec<Vec<f64>>,
     /// Noise and model error of growth rate, angular frequency and relative pressures, and what the points of one setting of the
-    /// rig share ([`crate::measurement_sd`] joins them).
+    /// rig share ([`crate::Misfit`] joins them).
     pub noise: Vec<NoiseEstimate>,
     /// Evidence of the last stage, nats.
     pub evidence: Evidence,

@@ -1,11 +1,12 @@
 //! From observations to the most probable parameters and the evidence.
 
 use crate::data::{data_apart_from, data_with_base_errors, near_field};
+use crate::law_error::slopes;
 use crate::systematic::Reordered;
 use crate::{Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor};
 use rijke_inference::{
-    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter,
-    Parameters, Posterior, Stop, Verdict,
+    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, NoiseMode,
+    Parameter, Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
 
@@ -97,7 +98,11 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
     }
     let rough = fit.search(&data, order, &training.search)?;
     let errors = BaseErrors::new(assembly, observed, microphones, &rough.parameters)?;
-    let (data, order) = data_with_base_errors(observed, microphones, noise, &errors, &doubtful)?;
+    let laws = match noise.heat_release {
+        NoiseMode::Fixed { sd: 0.0 } => vec![None; observed.len()],
+        _ => slopes(assembly, observed, microphones, &rough.parameters)?,
+    };
+    let (data, order) = data_with_base_errors(observed, microphones, noise, &errors, &laws, &doubtful)?;
     fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len())
 }
 

@@ -5,7 +5,7 @@ use crate::competition::{Stage, gauss_newton, measured, parameter_values, positi
 use crate::prongs::{observed, provenance};
 use crate::{Check, Cold, ColdSeries, PredictedPoint, StudyError};
 use rayon::prelude::*;
-use rijke_model::{Assembly, Knowledge, Noise, Observed, PointPrediction, Training, measurement_sd, train};
+use rijke_model::{Assembly, Knowledge, Misfit, Noise, Observed, PointPrediction, Training, train};
 use rijke_rig::{Observations, OperatingPoint, Rig};
 
 /// What all cold stages together hand to the hot ones.
@@ -40,11 +40,12 @@ pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdSt
         checks: None,
     };
     let trained = train(&assembly, &trained_on, &training)?;
-    let noise = measurement_sd(&trained.noise);
+    let misfit = Misfit::of(&trained.noise);
+    let noise = misfit.measured;
     let stage = ColdStage { stage: Stage { candidates, knowledge: trained.knowledge() }, noise };
 
     let all = observed(observations, |p| p.power == 0.0)?;
-    let predicted = predicted_points(&assembly, &stage.stage.knowledge, noise, &all)?;
+    let predicted = predicted_points(&assembly, &stage.stage.knowledge, misfit, &all)?;
     let series: Vec<ColdSeries> = [
         ("C3", "prongs alone"),
         ("C1", "heater"),
@@ -82,7 +83,7 @@ fn series(row: &str, label: &str, all: &[Observed], predicted: &[PredictedPoint]
 pub(crate) fn predicted_points(
     assembly: &Assembly,
     knowledge: &Knowledge,
-    noise: [f64; 3],
+    misfit: Misfit,
     points: &[Observed],
 ) -> Result<Vec<PredictedPoint>, StudyError> {
     let rig: &Rig = &assembly.rig;
@@ -91,9 +92,9 @@ pub(crate) fn predicted_points(
         let p: PointPrediction = knowledge.predict(assembly, &o.conditions, &microphones, Some(o.ping.s))?;
         Ok(PredictedPoint {
             growth_rate: p.values[0],
-            growth_rate_sd: p.sd(0, noise[0]),
+            growth_rate_sd: p.sd(0, &misfit),
             angular_frequency: p.values[1],
-            angular_frequency_sd: p.sd(1, noise[1]),
+            angular_frequency_sd: p.sd(1, &misfit),
         })
     };
     points.par_iter().map(at).collect()

@@ -5,8 +5,7 @@ use rayon::prelude::*;
 use rijke_candidates::Candidate;
 use rijke_inference::{AssessOptions, MapOptions, Parameter, RefereeKind, TrustRegion};
 use rijke_model::{
-    Assembly, Conditions, Knowledge, Noise, Observed, PointModel, Trained, Training, Workspace,
-    measurement_sd, train,
+    Assembly, Conditions, Knowledge, Misfit, Noise, Observed, PointModel, Trained, Training, Workspace, train,
 };
 use rijke_numerics::{Order, Streams};
 use rijke_rig::Rig;
@@ -193,7 +192,7 @@ impl Competition<'_> {
         let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).collect();
         row.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
         [row.growth_rate_noise_sd, row.angular_frequency_noise_sd, row.pressure_noise_sd] =
-            measurement_sd(&trained.noise);
+            Misfit::of(&trained.noise).measured;
         (row.at_points, row.line) = self.curves(&assembly, &trained.values)?;
         Ok((row, Some(trained)))
     }

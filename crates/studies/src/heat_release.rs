@@ -6,7 +6,7 @@ use crate::catalogue::{catalogue, chosen};
 use crate::competition::{Competition, Competitor, Terms, agreement, marginal, no_winner, winner};
 use crate::{HeatRelease, Hot, ProngModel, StudyError};
 use rijke_candidates::{Candidate, Catalogue};
-use rijke_model::{Assembly, Trained};
+use rijke_model::{Assembly, Trained, train};
 
 /// ln BFL, ln OF and ln ML per datapoint as printed in Table 4.
 const PUBLISHED: [[f64; 3]; 9] = [
@@ -45,7 +45,8 @@ const WITH_OWN: [&str; 3] = ["mean-flow.convection", "steady-drag.quasi-steady",
 pub struct Chosen {
     /// Its candidates, all parameters free.
     pub assembly: Assembly,
-    /// What training on all hot points found.
+    /// What training on all hot points found, with the error of its law inferred as well, so that its evidence is not that of
+    /// the table.
     pub trained: Trained,
 }
 
@@ -77,17 +78,12 @@ pub fn heat_release(hot: &Hot, terms: impl Into<Terms>) -> Result<(HeatRelease, 
         shown: &hot.points,
         trained_on: &hot.points,
     };
-    let (models, trained): (Vec<ProngModel>, Vec<_>) = competition.run()?.into_iter().unzip();
+    let models: Vec<ProngModel> = competition.run()?.into_iter().map(|(model, _)| model).collect();
     let (_, published_best) = winner(&models).ok_or_else(|| no_winner(&models))?;
     let best = (0..models.len())
         .max_by(|&a, &b| marginal(&models[a]).total_cmp(&marginal(&models[b])))
         .ok_or_else(|| no_winner(&models))?;
-    let (assembly, trained) = assemblies
-        .into_iter()
-        .zip(trained)
-        .nth(best)
-        .and_then(|(a, t)| Some((a, t?)))
-        .ok_or_else(|| no_winner(&models))?;
+    let assembly = assemblies.into_iter().nth(best).ok_or_else(|| no_winner(&models))?;
     let study = HeatRelease {
         provenance: hot.provenance.clone(),
         measured: hot.measured.clone(),
@@ -98,6 +94,8 @@ pub fn heat_release(hot: &Hot, terms: impl Into<Terms>) -> Result<(HeatRelease, 
         checks: checks::checks(&models[..ours]),
         models,
     };
+    let known = vec![hot.cold.stage.knowledge.clone()];
+    let trained = train(&assembly, &hot.points, &hot.training(hot.honest_noise(), known))?;
     Ok((study, Chosen { assembly, trained }))
 }
 

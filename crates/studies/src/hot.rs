@@ -1,10 +1,10 @@
 //! The hot operating points, ready for inference: pings, base flow, and what the cold stages know.
 
-use crate::competition::measured;
+use crate::competition::{gauss_newton, measured};
 use crate::prongs::provenance;
 use crate::{ColdStage, HotPoint, Provenance, StudyError};
 use rijke_inference::NoiseMode;
-use rijke_model::{BaseStates, Conditions, ModelError, Noise, Observed};
+use rijke_model::{BaseStates, Conditions, Knowledge, ModelError, Noise, Observed, Training};
 use rijke_rig::{Observations, PointObservations, Rig};
 
 /// The hot points of a campaign with their base flow, and the cold model.
@@ -56,6 +56,23 @@ impl Hot {
     pub(crate) fn noise(&self) -> Noise {
         let setting = [0, 1].map(|k| NoiseMode::Inferred { median: self.cold.noise[k], ln_sd: 1.0 });
         Noise { setting, ..Noise::FLOATED }
+    }
+
+    /// And the error of the law of the heat release, of some per cent as a judgement: for what a model predicts. Not for the table,
+    /// where it would take from every law the blame for its dependence on the power.
+    pub(crate) fn honest_noise(&self) -> Noise {
+        Noise { heat_release: NoiseMode::Inferred { median: 0.03, ln_sd: 1.0 }, ..self.noise() }
+    }
+
+    pub(crate) fn training(&self, noise: Noise, known: Vec<Knowledge>) -> Training {
+        Training {
+            microphones: self.microphones(),
+            noise,
+            known,
+            search: gauss_newton(),
+            base_errors: true,
+            checks: None,
+        }
     }
 
     pub(crate) fn microphones(&self) -> Vec<usize> {

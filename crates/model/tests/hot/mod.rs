@@ -5,8 +5,8 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_inference::{Evidence, MapOptions, NoiseMode};
 use rijke_model::{
-    Assembly, BaseErrors, BaseState, Conditions, Noise, Observed, PointModel, SavedModel, Training,
-    Workspace, measurement_sd, train,
+    Assembly, BaseErrors, BaseState, Conditions, Misfit, Noise, Observed, PointModel, SavedModel, Training,
+    Workspace, train,
 };
 use rijke_numerics::{C64, Matrix, Order, Streams};
 use rijke_rig::{Campaign, DataKind, Ping, Rig};
@@ -206,7 +206,7 @@ fn exact_what_the_points_of_one_setting_share_is_told_from_their_own_noise() {
         assert!((0.4 * setting..2.5 * setting).contains(&found[1]), "{quantity}: {found:?}");
         assert!((0.4 * own..2.5 * own).contains(&found[0]), "{quantity}: {found:?}");
     }
-    let whole = measurement_sd(&with.noise);
+    let whole = Misfit::of(&with.noise).measured;
     assert!((whole[0] - sd("growth rate").hypot(sd("growth rate, between settings"))).abs() < 1e-12);
     let gain = with.evidence.ln_marginal - without.evidence.ln_marginal;
     assert!(gain > 30.0, "{gain}");
@@ -255,7 +255,7 @@ fn exact_a_saved_model_predicts_as_before() {
     let before = trained.knowledge().predict(&assembly, &there, &ALL, None).unwrap();
     let after = read.predict(&there, &ALL).unwrap();
     assert_eq!(before, after);
-    assert!(after.sd(0, 0.0) > 0.0 && after.base[(1, 1)] > 0.0);
+    assert!(after.sd(0, &Misfit::default()) > 0.0 && after.base[(1, 1)] > 0.0);
     let Evidence { ln_best_fit, ln_occam, ln_marginal, datapoints } = read.evidence;
     assert!((ln_marginal - ln_best_fit - ln_occam).abs() < 1e-9 && datapoints == 1);
 
