@@ -17,6 +17,6 @@ fuzz_target!(|text: &str| {
     for mode in modes.iter().flat_map(|m| &m.modes).take(3) {
         let root = Root { s: mode.s, steps: 0, residual: mode.residual };
         let _ = built.network.along(&built.laws, &root, 3, &mut work);
-        let _ = built.flow.as_ref().map(|flow| flow.budget(&root));
+        let _ = built.flow.as_ref().map(|flow| (flow.budget(&root), flow.condition(&root), flow.along(&root, 3)));
     }
 });

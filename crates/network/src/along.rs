@@ -27,6 +27,8 @@ pub struct Station {
     pub velocity: C64,
     /// ds per k_mu (Pa s/m), k_mp, k_eu and k_ep (m/(Pa s)) of a weak feedback put there, 1/s each.
     pub feedback: [C64; 4],
+    /// ds per k_ep of a side branch, which takes mass where k_ep takes heat; the same without mean flow.
+    pub branch: C64,
     /// rho c there, Pa s/m: k_mu = e rho c and k_ep = e/(rho c) are devices of dimensionless strength e.
     pub impedance: f64,
     /// ds per metre over which the area is larger by a fraction, per that fraction, 1/(s m).
@@ -51,11 +53,11 @@ impl Station {
     /// Change of s per strength e of a weak device here, 1/s.
     #[must_use]
     pub fn device(&self, device: Device) -> C64 {
-        let [mu, _, eu, ep] = self.feedback;
+        let [mu, _, eu, _] = self.feedback;
         match device {
             Device::Drag => mu * self.impedance,
             Device::Heat => -eu,
-            Device::Leak => ep / self.impedance,
+            Device::Leak => self.branch / self.impedance,
         }
     }
 }
@@ -140,19 +142,22 @@ impl Network {
             }
         }
         stations.reverse();
-        let loudest = stations
-            .iter()
-            .map(|s| s.pressure)
-            .fold(C64::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
-        for station in &mut stations {
-            station.pressure /= loudest;
-            station.velocity /= loudest;
-        }
-        if stations.iter().all(|s| s.area.is_finite() && s.pressure.is_finite()) {
-            Ok(stations)
-        } else {
-            Err(NetworkError::NotFinite { s: root.s })
-        }
+        of_loudest(stations, root.s)
+    }
+}
+
+/// The stations with pressures and velocities of the largest pressure among them.
+pub(crate) fn of_loudest(mut stations: Vec<Station>, s: C64) -> Result<Vec<Station>, NetworkError> {
+    let loudest =
+        stations.iter().map(|s| s.pressure).fold(C64::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
+    for station in &mut stations {
+        station.pressure /= loudest;
+        station.velocity /= loudest;
+    }
+    if stations.iter().all(|s| s.area.is_finite() && s.pressure.is_finite()) {
+        Ok(stations)
+    } else {
+        Err(NetworkError::NotFinite { s })
     }
 }
 
@@ -169,6 +174,7 @@ impl Piece {
             pressure: p,
             velocity: u * self.rho_c,
             feedback: [-on_p * u, -on_p * p, -on_u * u, -on_u * p],
+            branch: -on_u * p,
             impedance: self.rho_c,
             area: on_p * self.impedance * u - on_u * self.admittance * p,
             temperature: on_p * self.inertia * u,

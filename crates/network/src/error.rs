@@ -30,6 +30,17 @@ pub enum NetworkError {
     /// Heat or a law at the upstream end of the first duct, which has nothing before it.
     #[error("duct 0: nothing may heat or act at the inlet of a chain with flow: put a duct before it")]
     ActionAtInlet,
+    /// Between a place and its velocity reference downstream, another place answers to a velocity elsewhere.
+    #[error(
+        "duct {place} answers to a velocity downstream, beyond or at duct {other}, which itself answers to a velocity \
+         elsewhere: let one of them answer to the velocity in front of it"
+    )]
+    ReferenceCrossed {
+        /// Duct at whose upstream end the action is.
+        place: usize,
+        /// The other one.
+        other: usize,
+    },
     /// There is no such duct, place or end of a chain with flow.
     #[error("duct, place or end {index} does not exist: the chain with flow has {ducts}")]
     NoDuct {

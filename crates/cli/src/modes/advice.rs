@@ -1,7 +1,6 @@
 //! Where a small device or change would stabilise a mode most.
 
-use super::chain::Case;
-use crate::{failure::Failure, ui::Ui};
+use crate::ui::Ui;
 use comfy_table::{Table, presets};
 use rijke_report::ModeCurves;
 use serde::Serialize;
@@ -68,12 +67,7 @@ pub(super) struct Advice {
     growth_rate_change: f64,
 }
 
-pub(super) fn of(case: &Case, modes: &[ModeCurves]) -> Result<Vec<Advice>, Failure> {
-    if !case.at_rest() {
-        return Err(Failure::bad_input("--sensitivity needs the gas at rest, but there is mean flow")
-            .at(&case.path)
-            .remedy("Remove [flow]; at low Mach numbers the sensitivities hardly differ."));
-    }
+pub(super) fn of(modes: &[ModeCurves]) -> Vec<Advice> {
     let mut all = Vec::new();
     for mode in modes {
         for (change, (_, curve)) in CHANGES.iter().zip(&mode.changes) {
@@ -88,7 +82,7 @@ pub(super) fn of(case: &Case, modes: &[ModeCurves]) -> Result<Vec<Advice>, Failu
             }
         }
     }
-    Ok(all)
+    all
 }
 
 pub(super) fn print(modes: &[ModeCurves], advice: &[Advice], ui: &Ui) {

@@ -1,9 +1,12 @@
 //! A network of either kind, at rest or with mean flow, and what is asked of each of its modes.
 
+use super::advice::{CHANGES, Change};
 use crate::failure::{Classify, Failure};
 use rijke_network::file::{Built, OscilosTexts, read, read_oscilos};
 use rijke_network::flow_chain::FlowChain;
-use rijke_network::{Device, Mode, Modes, NetworkError, Places, Region, Root, Sensitivities, Workspace};
+use rijke_network::{
+    Device, Mode, Modes, NetworkError, Places, Region, Root, Sensitivities, Station, Workspace,
+};
 use rijke_report::ModeCurves;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -168,50 +171,36 @@ impl Case {
         Ok(line)
     }
 
-    /// Shape of a mode and, with the gas at rest, sensitivities of its growth rate along x.
+    /// Shape of a mode and sensitivities of its growth rate along x.
     pub(super) fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failure> {
         /// Points along the whole tube, about; at most a twentieth of them in one segment.
         const POINTS: usize = 1200;
         let root = Root { s: mode.s, steps: 0, residual: mode.residual };
         let (growth_rate, frequency_hz) = (mode.s.re, mode.s.im / (2.0 * PI));
-        Ok(match &self.chain {
+        let samples = |pieces: usize| (POINTS / pieces).clamp(2, POINTS / 20) + 1;
+        let stations = match &self.chain {
             Chain::Rest(built) => {
-                let samples = (POINTS / built.network.segments().len()).clamp(2, POINTS / 20) + 1;
-                let stations = built
-                    .network
-                    .along(&built.laws, &root, samples, &mut Workspace::default())
-                    .or_failed()?;
-                let of = |f: &dyn Fn(&rijke_network::Station) -> f64| stations.iter().map(f).collect();
-                let device = |d: Device| move |s: &rijke_network::Station| s.device(d).re;
-                let changes = super::advice::CHANGES.iter().map(|change| {
-                    use super::advice::Change as C;
-                    let curve = match change {
-                        C::Drag => of(&device(Device::Drag)),
-                        C::Heat => of(&device(Device::Heat)),
-                        C::Leak => of(&device(Device::Leak)),
-                        C::Area => of(&|s| s.area.re),
-                        C::Temperature => of(&|s| s.temperature.re),
-                    };
-                    (change.label().to_owned(), curve)
-                });
-                let changes = changes.collect();
-                let (pressure, velocity) = (of(&|s| s.pressure.norm()), of(&|s| s.velocity.norm()));
-                ModeCurves { growth_rate, frequency_hz, x: of(&|s| s.x), pressure, velocity, changes }
+                let samples = samples(built.network.segments().len());
+                built.network.along(&built.laws, &root, samples, &mut Workspace::default())
             }
-            Chain::Flow(chain, _) => {
-                let samples = (POINTS / chain.ducts().len()).clamp(2, POINTS / 20) + 1;
-                let shape = chain.shape(&root, samples);
-                let of = |k: usize| shape.iter().map(|p| p.1[k].norm()).collect();
-                let x = shape.iter().map(|p| p.0).collect();
-                let (pressure, velocity) = (of(0), of(1));
-                ModeCurves { growth_rate, frequency_hz, x, pressure, velocity, changes: Vec::new() }
-            }
-        })
-    }
-
-    /// Whether sensitivities along x can be told.
-    pub(super) fn at_rest(&self) -> bool {
-        matches!(self.chain, Chain::Rest(_))
+            Chain::Flow(chain, _) => chain.along(&root, samples(chain.ducts().len())),
+        }
+        .or_failed()?;
+        let of = |f: &dyn Fn(&Station) -> f64| stations.iter().map(f).collect();
+        let device = |d: Device| move |s: &Station| s.device(d).re;
+        let changes = CHANGES.iter().map(|change| {
+            let curve = match change {
+                Change::Drag => of(&device(Device::Drag)),
+                Change::Heat => of(&device(Device::Heat)),
+                Change::Leak => of(&device(Device::Leak)),
+                Change::Area => of(&|s| s.area.re),
+                Change::Temperature => of(&|s| s.temperature.re),
+            };
+            (change.label().to_owned(), curve)
+        });
+        let changes = changes.collect();
+        let (pressure, velocity) = (of(&|s| s.pressure.norm()), of(&|s| s.velocity.norm()));
+        Ok(ModeCurves { growth_rate, frequency_hz, x: of(&|s| s.x), pressure, velocity, changes })
     }
 }
 

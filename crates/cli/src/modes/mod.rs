@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     } else {
         Vec::new()
     };
-    let advice = if args.sensitivity { advice::of(&case, &stations)? } else { Vec::new() };
+    let advice = if args.sensitivity { advice::of(&stations) } else { Vec::new() };
     match args.format {
         Format::Table => {
             print::table(&case, &modes, &lines, ui);

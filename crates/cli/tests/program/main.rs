@@ -4,6 +4,7 @@
 mod bad_input;
 mod base_states;
 mod help;
+mod modes;
 mod new_rig;
 mod records;
 mod same_seed;

@@ -161,7 +161,7 @@ pub(super) struct Assembly<'a> {
 
 pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     let gas = &file.gas;
-    let head = Item { line: 1, place: "[gas]".to_owned() };
+    let head = Item { line: layout::line_of_table(text, "gas"), place: "[gas]".to_owned() };
     for (key, value) in [
         ("temperature", gas.temperature),
         ("pressure", gas.pressure),
@@ -175,7 +175,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     if gas.gamma <= 1.0 {
         return Err(head.fail(Problem::Gamma { value: gas.gamma }));
     }
-    let region = region(file)?;
+    let region = region(text, file)?;
     let (placed, length) = layout::place(text, &file.element)?;
     let mut assembly = Assembly {
         gas,
@@ -213,7 +213,8 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     for (device, &place) in placed.iter().zip(&at).filter(|(p, _)| !p.is_duct()) {
         assembly.compact(&device.item, place, &device.element)?;
     }
-    let flow = file.flow.as_ref().map(|flow| assembly.flow(flow, &placed)).transpose()?;
+    let line = layout::line_of_table(text, "flow");
+    let flow = file.flow.as_ref().map(|flow| assembly.flow(line, flow, &placed)).transpose()?;
     let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(gas.gamma)));
     let mut ends = Vec::new();
     for (k, (place, table)) in
@@ -261,13 +262,13 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     })
 }
 
-fn region(file: &File) -> Result<Region, FileError> {
+fn region(text: &str, file: &File) -> Result<Region, FileError> {
     let mut region = REGION;
     let increasing = |limits: [f64; 2], key| {
         if limits[0] < limits[1] && limits.iter().all(|v| v.is_finite()) {
             Ok(limits)
         } else {
-            Err(FileError::Search { key })
+            Err(FileError::Search { line: layout::line_of_table(text, "search"), key })
         }
     };
     if let Some(limits) = file.search.growth_rate {

@@ -11,7 +11,6 @@ use std::f64::consts::PI;
 
 /// A flame as a chain with flow takes it.
 pub(super) struct Flame {
-    pub(super) item: Item,
     pub(super) place: usize,
     /// k_eu from the velocity at the reference, or Q'/Q from it over its mean.
     pub(super) law: Law,
@@ -175,7 +174,7 @@ impl Assembly<'_> {
         };
         self.passive &= gain == 0.0;
         let law = self.function(item, &shape, law_of_flow)?;
-        self.flames.push(Flame { item: item.clone(), place, law, effect, reference, downstream });
+        self.flames.push(Flame { place, law, effect, reference, downstream });
         let name = format!("{}: flame", item.place);
         if reference == 0.0 && !downstream {
             let law = self.function(item, &shape, -gain)?;

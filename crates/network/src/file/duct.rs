@@ -2,7 +2,7 @@
 
 use super::build::{Assembly, Attached, Role, Warning};
 use super::layout::Placed;
-use super::schema::{Duct, Element, Scheme, WallChoice};
+use super::schema::{Duct, Element, Scheme};
 use super::{FileError, Problem};
 use crate::chain::{Segment, Slot};
 use crate::flow_chain::FlowWall;
@@ -129,7 +129,7 @@ impl Assembly<'_> {
             self.segments.push(segment);
             self.temperatures.push(t);
             self.owners.push(owner);
-            let WallChoice::Law(law) = wall else {
+            let Some(law) = wall.law() else {
                 self.walls.push(None);
                 continue;
             };

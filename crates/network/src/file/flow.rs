@@ -6,22 +6,23 @@ use super::schema::Flow;
 use super::{FileError, Problem};
 use crate::chain::Slot;
 use crate::error::NetworkError;
-use crate::flow_chain::{Action, Effect, FlowChain, FlowDuct, FlowEnd, FlowState};
+use crate::flow_chain::{Action, Effect, FlowChain, FlowDuct, FlowEnd, FlowState, Reference};
 use crate::laws::Law;
 use rijke_numerics::C64;
 
 impl Assembly<'_> {
     /// The chain of everything read so far, with choked ends for the time being.
-    pub(super) fn flow(&self, flow: &Flow, placed: &[Placed]) -> Result<FlowChain, FileError> {
+    pub(super) fn flow(&self, line: usize, flow: &Flow, placed: &[Placed]) -> Result<FlowChain, FileError> {
+        let fail = |problem| FileError::Flow { line, problem };
         let first = self.segments[0];
         let velocity = match (flow.mach, flow.velocity) {
             (Some(mach), None) => mach * first.sound_speed,
             (None, Some(velocity)) => velocity,
-            _ => return Err(FileError::Flow { problem: Problem::OneOf { one: "mach", other: "velocity" } }),
+            _ => return Err(fail(Problem::OneOf { one: "mach", other: "velocity" })),
         };
         let mach = velocity / first.sound_speed;
         if !(mach > 0.0 && mach < 0.3) {
-            return Err(FileError::Flow { problem: Problem::TooFast { mach } });
+            return Err(fail(Problem::TooFast { mach }));
         }
         let n = self.segments.len();
         let mut ducts: Vec<FlowDuct> = (0..n)
@@ -48,14 +49,15 @@ impl Assembly<'_> {
             };
             let law = self.laws.laws[*law].1.clone();
             let law = if *weight == 1.0 { law } else { Law::Scaled(Box::new(law), C64::new(*weight, 0.0)) };
-            ducts[place].actions.push(Action { effect, law, reference: 0.0 });
+            ducts[place].actions.push(Action { effect, law, reference: Reference::Upstream(0.0) });
         }
         for flame in &self.flames {
-            let before = self.segments[flame.place - 1].length;
-            if flame.downstream || flame.reference > before {
-                return Err(flame.item.fail(Problem::FlowReference { length: before }));
-            }
-            let (law, effect, reference) = (flame.law.clone(), flame.effect, flame.reference);
+            let (law, effect, distance) = (flame.law.clone(), flame.effect, flame.reference);
+            let reference = if flame.downstream {
+                Reference::Downstream(distance)
+            } else {
+                Reference::Upstream(distance)
+            };
             ducts[flame.place].actions.push(Action { effect, law, reference });
         }
         let inlet = FlowState { pressure: self.gas.pressure, density: first.density, velocity };

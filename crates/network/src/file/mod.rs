@@ -72,14 +72,18 @@ pub enum FileError {
     #[error("the file has no duct: add an [[element]] with type = \"duct\" and a length")]
     NoDuct,
     /// The search region is empty.
-    #[error("[search]: {key} must be two increasing numbers")]
+    #[error("line {line}: [search]: {key} must be two increasing finite numbers")]
     Search {
+        /// Line of its table, from 1.
+        line: usize,
         /// Which key.
         key: &'static str,
     },
     /// The mean flow is no flow.
-    #[error("[flow]: {problem}")]
+    #[error("line {line}: [flow]: {problem}")]
     Flow {
+        /// Line of its table, from 1.
+        line: usize,
         /// What is wrong with it.
         #[source]
         problem: Problem,

@@ -121,14 +121,6 @@ pub enum Problem {
         /// With what.
         other: String,
     },
-    /// A reference that a chain with flow does not offer.
-    #[error(
-        "with [flow] a velocity reference must lie upstream and within {length} m, the piece of duct before the flame"
-    )]
-    FlowReference {
-        /// Length of that piece, m.
-        length: f64,
-    },
     /// With flow nothing may act at the ends.
     #[error("with [flow] nothing may act at an end of the tube: put a duct on its other side")]
     AtEnd,
@@ -136,7 +128,10 @@ pub enum Problem {
     #[error(transparent)]
     Table(#[from] crate::laws::TableError),
     /// A flow is too fast, or not a flow.
-    #[error("the Mach number is {mach}, but must be above 0 and below 0.3")]
+    #[error(
+        "the Mach number is {mach}, but must be above 0 and below 0.3: lower it in [flow], or widen the duct; leave [flow] \
+         out for gas at rest"
+    )]
     TooFast {
         /// The Mach number.
         mach: f64,

@@ -135,8 +135,20 @@ pub(super) enum Direction {
 pub(super) enum WallChoice {
     #[default]
     None,
-    #[serde(untagged)]
-    Law(WallLaw),
+    Paper,
+    Kirchhoff,
+    ZwikkerKosten,
+}
+
+impl WallChoice {
+    pub(super) fn law(self) -> Option<WallLaw> {
+        match self {
+            Self::None => None,
+            Self::Paper => Some(WallLaw::Paper),
+            Self::Kirchhoff => Some(WallLaw::Kirchhoff),
+            Self::ZwikkerKosten => Some(WallLaw::ZwikkerKosten),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]

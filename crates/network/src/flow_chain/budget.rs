@@ -96,29 +96,6 @@ impl FlowChain {
         budget
     }
 
-    /// The mode at `root` at `samples` points of every duct, ends included (at least 2): x, pressure and velocity times
-    /// rho c, of the largest pressure.
-    #[must_use]
-    pub fn shape(&self, root: &Root, samples: usize) -> Vec<(f64, [C64; 2])> {
-        let s = Dual { v: root.s, d: C64::ONE };
-        let (mut points, mut start) = (Vec::new(), 0.0);
-        let last = samples.max(2) - 1;
-        self.sweep(&self.basis, &s, |j, _, [p, u, _]| {
-            let Some(duct) = self.ducts.get(j) else { return };
-            let impedance = self.states[j].density * self.states[j].sound_speed(self.gamma);
-            for k in 0..=last {
-                let x = duct.length * k as f64 / last as f64;
-                let at = Dual::constant(C64::new(x, 0.0));
-                let [p, u] = self.carry(&self.basis, j, [p, u], &s, &at).map(|v| v.v);
-                points.push((start + x, [p, u * impedance]));
-            }
-            start += duct.length;
-        });
-        let loudest =
-            points.iter().map(|p| p.1[0]).fold(C64::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
-        points.iter().map(|(x, at)| (*x, at.map(|v| v / loudest))).collect()
-    }
-
     /// Energy in duct `i` and what viscosity and conduction at its wall take, from the state at its upstream end, by
     /// Gauss's rule on pieces over which the phase turns by less than one radian.
     fn integrals(&self, i: usize, [p, u, _]: &State<Dual>, s: &Dual) -> [f64; 3] {

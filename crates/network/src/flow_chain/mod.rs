@@ -14,14 +14,20 @@
 //! The gas is perfect with constant gamma. Entropy waves do not disperse, or are left out
 //! ([`FlowChain::without_entropy_waves`]).
 
+mod along;
 mod budget;
+mod gate;
 mod mean;
 pub(crate) mod number;
 mod passage;
+mod reference;
 mod response;
+mod sensitivity;
 
 pub use budget::FlowBudget;
+pub use reference::Reference;
 pub use response::FlowParameter;
+pub use sensitivity::{FlowDerivatives, FlowSensitivities};
 
 use crate::contour::{Modes, Region};
 use crate::error::NetworkError;
@@ -30,8 +36,9 @@ use crate::newton::{Newton, Root, iterate};
 use crate::search::zeros;
 use crate::sweep::Dual;
 use crate::wall::Wall;
+use gate::Basis;
 use mean::Mean;
-use passage::Basis;
+use reference::Ear;
 use rijke_numerics::C64;
 
 /// The mean state of the gas in a duct, SI units.
@@ -77,6 +84,13 @@ pub enum Effect {
     Flame,
 }
 
+impl Effect {
+    /// Whether it answers to velocity.
+    fn of_velocity(self) -> bool {
+        matches!(self, Self::Mu | Self::Eu | Self::Flame)
+    }
+}
+
 /// A law that acts at the upstream end of a duct.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Action {
@@ -84,8 +98,8 @@ pub struct Action {
     pub effect: Effect,
     /// The coefficient as a function of s.
     pub law: Law,
-    /// For effects of velocity: how far upstream in the duct before it the velocity is taken, m.
-    pub reference: f64,
+    /// For effects of velocity: where it is taken.
+    pub reference: Reference,
 }
 
 /// A wall that takes from the waves: which law, the gas and diameter, and a factor.
@@ -130,7 +144,14 @@ impl FlowDuct {
     /// With a law acting at its upstream end.
     #[must_use]
     pub fn with(mut self, effect: Effect, law: Law) -> Self {
-        self.actions.push(Action { effect, law, reference: 0.0 });
+        self.actions.push(Action { effect, law, reference: Reference::Upstream(0.0) });
+        self
+    }
+
+    /// With a law that answers to the velocity elsewhere.
+    #[must_use]
+    pub fn hearing(mut self, effect: Effect, law: Law, reference: Reference) -> Self {
+        self.actions.push(Action { effect, law, reference });
         self
     }
 }
@@ -166,6 +187,7 @@ pub struct FlowChain {
     ends: [FlowEnd; 2],
     entropy_waves: bool,
     states: Vec<FlowState>,
+    ears: Vec<Ear>,
     basis: Basis<Dual>,
 }
 
@@ -176,7 +198,7 @@ impl FlowChain {
     /// # Errors
     /// [`NetworkError::Empty`]; [`NetworkError::Segment`] for a length, area, temperature ratio or inlet quantity that is
     /// not positive; [`NetworkError::TooFast`] for M >= 0.3, 1 or more where the flow would choke; [`NetworkError::ActionAtInlet`];
-    /// [`NetworkError::Outside`] for a reference beyond the duct before.
+    /// [`NetworkError::Outside`] for a reference beyond the chain; [`NetworkError::ReferenceCrossed`].
     pub fn new(
         gamma: f64,
         inlet: FlowState,
@@ -201,11 +223,8 @@ impl FlowChain {
             if index == 0 && !(duct.actions.is_empty() && duct.ratio == 1.0) {
                 return Err(NetworkError::ActionAtInlet);
             }
-            let before = index.checked_sub(1).map_or(0.0, |i| ducts[i].length);
-            if let Some(far) = duct.actions.iter().find(|a| !(0.0..=before).contains(&a.reference)) {
-                return Err(NetworkError::Outside { x: far.reference, length: before });
-            }
         }
+        let ears = Ear::all(&ducts)?;
         let one = Dual::constant(C64::ONE);
         let basis = Basis::plain(&one, gamma, inlet, &ducts);
         let states: Vec<FlowState> = basis.after.iter().map(state_of).collect();
@@ -220,7 +239,7 @@ impl FlowChain {
                 return Err(NetworkError::TooFast { index, mach });
             }
         }
-        Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, basis })
+        Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, ears, basis })
     }
 
     /// The same chain with entropy waves that are lost in every duct, as shear and turbulence do to them in slow flows.

@@ -1,107 +1,11 @@
 //! How a disturbance (p, u, e) with e = rho' - p/c^2 passes ducts and the places between them.
 
-use super::mean::{Mean, area_step, heat_step};
+use super::gate::{Basis, Gate, apply, fluxes, inverse};
 use super::number::Number;
-use super::{Effect, FlowChain, FlowDuct, FlowEnd, FlowState};
+use super::reference::Ear;
+use super::{Effect, FlowChain, FlowEnd};
+use crate::laws::Law;
 use crate::transfer::{curvature, line};
-
-/// Everything of a chain that may depend on parameters, by duct.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Basis<T> {
-    pub(super) length: Vec<T>,
-    pub(super) area: Vec<T>,
-    /// Factors on the wall losses, and on what acts at the upstream end.
-    pub(super) wall: Vec<T>,
-    pub(super) gain: Vec<T>,
-    /// Delays added to what acts at the upstream end, s.
-    pub(super) delay: Vec<T>,
-    /// Logarithms of factors on the reflection coefficients.
-    pub(super) ends: [T; 2],
-    /// Mean state between the change of area and the heat before a duct, and in the duct.
-    pub(super) between: Vec<Mean<T>>,
-    pub(super) after: Vec<Mean<T>>,
-    /// How disturbances pass the places before the ducts; the first is empty.
-    gates: Vec<Gate<T>>,
-}
-
-/// A place: matrices on (p, u, e) that need computing once.
-#[derive(Clone, Debug, PartialEq)]
-enum Gate<T> {
-    /// Nothing changes.
-    Open,
-    /// Steps and heat alone.
-    Passive(Rows<T>),
-    /// With actions: the step of area, fluxes before the heat, and from fluxes to the state behind it.
-    Active { step: Option<Rows<T>>, before: Rows<T>, behind: Rows<T> },
-}
-
-impl<T: Number> Basis<T> {
-    /// The chain as it stands; `one` is the constant 1.
-    pub(super) fn plain(one: &T, gamma: f64, inlet: FlowState, ducts: &[FlowDuct]) -> Self {
-        let ratios: Vec<T> = ducts.iter().map(|d| one.real(d.ratio)).collect();
-        let mut basis = Self {
-            length: ducts.iter().map(|d| one.real(d.length)).collect(),
-            area: ducts.iter().map(|d| one.real(d.area)).collect(),
-            wall: vec![one.real(1.0); ducts.len()],
-            gain: vec![one.real(1.0); ducts.len()],
-            delay: vec![one.real(0.0); ducts.len()],
-            ends: [one.real(0.0), one.real(0.0)],
-            between: Vec::new(),
-            after: Vec::new(),
-            gates: Vec::new(),
-        };
-        let inlet = Mean {
-            pressure: one.real(inlet.pressure),
-            density: one.real(inlet.density),
-            velocity: one.real(inlet.velocity),
-        };
-        basis.settle(gamma, inlet, &ratios, ducts);
-        basis
-    }
-
-    /// Mean states from the inlet state, the areas and the temperature ratios.
-    pub(super) fn settle(&mut self, gamma: f64, inlet: Mean<T>, ratios: &[T], ducts: &[FlowDuct]) {
-        self.between = vec![inlet.clone()];
-        self.after = vec![inlet];
-        self.gates = vec![Gate::Open];
-        for i in 1..self.area.len() {
-            let between = area_step(gamma, &self.after[i - 1], &self.area[i - 1], &self.area[i]);
-            self.after.push(heat_step(&between, &ratios[i]));
-            self.between.push(between);
-            let gate = self.gate(gamma, i, ducts[i].actions.is_empty());
-            self.gates.push(gate);
-        }
-    }
-
-    fn gate(&self, gamma: f64, i: usize, passive: bool) -> Gate<T> {
-        let (before, between, after) = (&self.after[i - 1], &self.between[i], &self.after[i]);
-        let (a1, a2) = (&self.area[i - 1], &self.area[i]);
-        let step = (a1 != a2).then(|| {
-            let expands = a2.value().re >= a1.value().re;
-            let ratio = a1.over(a2);
-            let [mass, force, energy] = fluxes(gamma, before, expands);
-            let scale = |row: [T; 3]| row.map(|v| v * ratio.clone());
-            let force = if expands {
-                // p A_2 + rho u^2 A: the face carries the upstream pressure.
-                let [p, u, e] = scale(force);
-                [p + ratio.real(1.0) - ratio.clone(), u, e]
-            } else {
-                force
-            };
-            product(&inverse(&fluxes(gamma, between, expands)), &[scale(mass), force, scale(energy)])
-        });
-        if passive && between == after {
-            return step.map_or(Gate::Open, Gate::Passive);
-        }
-        let (before, behind) = (fluxes(gamma, between, true), inverse(&fluxes(gamma, after, true)));
-        if passive {
-            let heat = product(&behind, &before);
-            Gate::Passive(step.map_or(heat.clone(), |step| product(&heat, &step)))
-        } else {
-            Gate::Active { step, before, behind }
-        }
-    }
-}
 
 /// p, u and e.
 pub(super) type State<T> = [T; 3];
@@ -115,16 +19,23 @@ impl FlowChain {
         mut visit: impl FnMut(usize, &State<T>, &State<T>),
     ) -> T {
         let mut x = self.start(basis, s);
+        let mut heard: Vec<Option<T>> = vec![None; self.ears.len()];
+        let mut loops: Option<T> = None;
         for i in 0..self.ducts.len() {
-            let behind = if i > 0 { self.cross(basis, i, &x, s) } else { x.clone() };
+            let behind = if i > 0 { self.cross(basis, i, &x, s, &heard, &mut loops) } else { x.clone() };
+            for (ear, heard) in self.ears.iter().zip(&mut heard).filter(|(e, _)| e.duct == i && !e.is_loop())
+            {
+                *heard = Some(self.hear(basis, ear, &behind, s));
+            }
             visit(i, &x, &behind);
             x = self.pass(basis, i, &behind, s);
         }
         visit(self.ducts.len(), &x, &x);
-        self.finish(basis, &x, s)
+        let f = self.finish(basis, &x, s);
+        loops.map_or(f.clone(), |loops| f * loops)
     }
 
-    fn start<T: Number>(&self, basis: &Basis<T>, s: &T) -> State<T> {
+    pub(super) fn start<T: Number>(&self, basis: &Basis<T>, s: &T) -> State<T> {
         let mean = &basis.after[0];
         let square = mean.speed_squared(self.gamma);
         let impedance = mean.density.clone() * square.sqrt();
@@ -143,7 +54,7 @@ impl FlowChain {
         [p.clone(), (r - one).over(&impedance), entropy * p]
     }
 
-    fn finish<T: Number>(&self, basis: &Basis<T>, [p, u, e]: &State<T>, s: &T) -> T {
+    pub(super) fn finish<T: Number>(&self, basis: &Basis<T>, [p, u, e]: &State<T>, s: &T) -> T {
         let n = self.ducts.len() - 1;
         let mean = &basis.after[n];
         let c = mean.speed_squared(self.gamma).sqrt();
@@ -197,129 +108,143 @@ impl FlowChain {
         ]
     }
 
-    fn pass<T: Number>(&self, basis: &Basis<T>, i: usize, [p, u, e]: &State<T>, s: &T) -> State<T> {
-        let [p, u] = self.carry(basis, i, [p, u], s, &basis.length[i]);
+    pub(super) fn pass<T: Number>(&self, basis: &Basis<T>, i: usize, x: &State<T>, s: &T) -> State<T> {
         // An entropy wave that has nothing to meet need not be followed through the last duct.
         let met = i + 1 < self.ducts.len() || self.ends[1] == FlowEnd::Choked;
-        let e = if self.entropy_waves && met {
-            e.clone() * (-(s.clone() * basis.length[i].over(&basis.after[i].velocity))).exp()
+        let [p, u, e] = self.convey(basis, i, x, s, &basis.length[i]);
+        [p, u, if met { e } else { s.real(0.0) }]
+    }
+
+    /// The whole state carried over `length` of duct `i`.
+    pub(super) fn convey<T: Number>(
+        &self,
+        basis: &Basis<T>,
+        i: usize,
+        [p, u, e]: &State<T>,
+        s: &T,
+        length: &T,
+    ) -> State<T> {
+        let [p, u] = self.carry(basis, i, [p, u], s, length);
+        let e = if self.entropy_waves {
+            e.clone() * (-(s.clone() * length.over(&basis.after[i].velocity))).exp()
         } else {
             s.real(0.0)
         };
         [p, u, e]
     }
 
-    /// The state behind the place before duct `i`.
-    fn cross<T: Number>(&self, basis: &Basis<T>, i: usize, x: &State<T>, s: &T) -> State<T> {
+    /// The state behind the place before duct `i`, with what its ears have heard; `loops` gathers the factors of F.
+    fn cross<T: Number>(
+        &self,
+        basis: &Basis<T>,
+        i: usize,
+        x: &State<T>,
+        s: &T,
+        heard: &[Option<T>],
+        loops: &mut Option<T>,
+    ) -> State<T> {
+        let mut state = self.cross_alone(basis, i, x, s);
+        for (ear, heard) in self.ears.iter().zip(heard).filter(|(e, _)| e.place == i) {
+            let unit = self.amplified(basis, ear, s);
+            let velocity = if ear.is_loop() {
+                let base = self.hear_ahead(basis, ear, state.clone(), s);
+                let open = s.real(1.0) - self.hear_ahead(basis, ear, unit.clone(), s);
+                *loops = Some(loops.as_ref().map_or(open.clone(), |l| l.clone() * open.clone()));
+                base.over(&open)
+            } else {
+                heard.clone().unwrap_or_else(|| s.real(f64::NAN))
+            };
+            let [p, u, e] = state;
+            let [a, b, c] = unit.map(|v| v * velocity.clone());
+            state = [p + a, u + b, e + c];
+        }
+        state
+    }
+
+    /// What unit velocity at an ear adds to the state behind its place.
+    pub(super) fn amplified<T: Number>(&self, basis: &Basis<T>, ear: &Ear, s: &T) -> State<T> {
+        let action = &self.ducts[ear.place].actions[ear.action];
+        let k = self.strength(basis, ear.place, &action.law, s);
+        self.effect(basis, ear.place, action.effect, ear.duct).map(|v| v * k.clone())
+    }
+
+    fn strength<T: Number>(&self, basis: &Basis<T>, i: usize, law: &Law, s: &T) -> T {
+        s.law(law) * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp()
+    }
+
+    /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `heard` is the duct of its
+    /// velocity.
+    fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: Effect, heard: usize) -> [T; 3] {
         let gamma = self.gamma;
-        let (before, between, after) = (&basis.after[i - 1], &basis.between[i], &basis.after[i]);
+        let (between, after) = (&basis.between[i], &basis.after[i]);
+        let one = between.density.real(1.0);
+        let zero = one.real(0.0);
+        match effect {
+            Effect::Mu | Effect::Mp => [zero.clone(), -one, zero],
+            Effect::Eu | Effect::Ep => [zero.clone(), zero, -between.pressure.times(gamma / (gamma - 1.0))],
+            Effect::Flame => {
+                let heated = after.enthalpy(gamma) - between.enthalpy(gamma);
+                let mean = between.density.clone() * between.velocity.clone() * heated;
+                [zero.clone(), zero, mean.over(&basis.after[heard].velocity)]
+            }
+            Effect::Branch => {
+                let taken = -between.density.clone();
+                let [force, energy] =
+                    [between.velocity.clone(), between.enthalpy(gamma)].map(|v| taken.clone() * v);
+                [taken, force, energy]
+            }
+        }
+    }
+
+    /// What a unit of an effect adds to the state behind the place before duct `i`.
+    pub(super) fn effect<T: Number>(
+        &self,
+        basis: &Basis<T>,
+        i: usize,
+        effect: Effect,
+        heard: usize,
+    ) -> State<T> {
+        let push = self.push(basis, i, effect, heard);
+        match &basis.gates[i] {
+            Gate::Active { behind, .. } => apply(behind, &push),
+            _ => apply(&inverse(&fluxes(self.gamma, &basis.after[i], true)), &push),
+        }
+    }
+
+    /// The state behind the place before duct `i`, without what its ears hear.
+    pub(super) fn cross_alone<T: Number>(&self, basis: &Basis<T>, i: usize, x: &State<T>, s: &T) -> State<T> {
         let (step, into, behind) = match &basis.gates[i] {
             Gate::Open => return x.clone(),
             Gate::Passive(matrix) => return apply(matrix, x),
             Gate::Active { step, before, behind } => (step, before, behind),
         };
         let stepped = step.as_ref().map_or_else(|| x.clone(), |step| apply(step, x));
-        let duct = &self.ducts[i];
-        let [mut mass, mut force, mut energy] = apply(into, &stepped);
-        let heat = between.pressure.times(gamma / (gamma - 1.0));
-        for action in &duct.actions {
-            let k =
-                s.law(&action.law) * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp();
-            let velocity = if action.reference > 0.0 {
-                let back = s.real(-action.reference);
-                let [_, u] = self.carry(basis, i - 1, [&x[0], &x[1]], s, &back);
-                u
-            } else {
-                x[1].clone()
-            };
-            match action.effect {
-                Effect::Mu => force = force - k * velocity,
-                Effect::Mp => force = force - k * x[0].clone(),
-                Effect::Eu => energy = energy - k * velocity * heat.clone(),
-                Effect::Ep => energy = energy - k * x[0].clone() * heat.clone(),
-                Effect::Flame => {
-                    let heated = after.enthalpy(gamma) - between.enthalpy(gamma);
-                    let mean = between.density.clone() * between.velocity.clone() * heated;
-                    energy = energy + k * velocity * mean.over(&before.velocity);
-                }
-                Effect::Branch => {
-                    let taken = k * x[0].clone() * between.density.clone();
-                    mass = mass - taken.clone();
-                    force = force - taken.clone() * between.velocity.clone();
-                    energy = energy - taken * between.enthalpy(gamma);
-                }
+        let mut flux = apply(into, &stepped);
+        let mut act = |effect: Effect, k: T| {
+            let cause = if effect.of_velocity() { &x[1] } else { &x[0] };
+            let amount = k * cause.clone();
+            let added = self.push(basis, i, effect, i - 1);
+            for (sum, v) in flux.iter_mut().zip(added) {
+                *sum = sum.clone() + v * amount.clone();
+            }
+        };
+        for (k, action) in self.ducts[i].actions.iter().enumerate() {
+            if !self.ears.iter().any(|e| e.place == i && e.action == k) {
+                act(action.effect, self.strength(basis, i, &action.law, s));
             }
         }
-        apply(behind, &[mass, force, energy])
+        for (_, effect, k) in basis.weak.iter().filter(|w| w.0 == i) {
+            act(*effect, k.clone());
+        }
+        apply(behind, &flux)
     }
-}
-
-type Rows<T> = [[T; 3]; 3];
-
-/// Mass, momentum (or p/rho^gamma, if `momentum` is not kept) and energy per area as rows on (p, u, e).
-fn fluxes<T: Number>(gamma: f64, mean: &Mean<T>, momentum: bool) -> Rows<T> {
-    let Mean { pressure, density, velocity } = mean;
-    let zero = pressure.real(0.0);
-    let square = mean.speed_squared(gamma);
-    let enthalpy = mean.enthalpy(gamma);
-    let inverse = square.recip();
-    // Columns: what unit p, u and e are in p', u', rho'.
-    let columns = [
-        [pressure.real(1.0), zero.clone(), inverse],
-        [zero.clone(), pressure.real(1.0), zero.clone()],
-        [zero.clone(), zero, pressure.real(1.0)],
-    ];
-    let column = |[dp, du, drho]: &[T; 3]| -> [T; 3] {
-        let mass = drho.clone() * velocity.clone() + density.clone() * du.clone();
-        let second = if momentum {
-            let carried = drho.clone() * velocity.clone() + (density.clone() * du.clone()).times(2.0);
-            dp.clone() + carried * velocity.clone()
-        } else {
-            dp.over(pressure) - drho.over(density).times(gamma)
-        };
-        let thermal = dp.over(density) - pressure.over(density).over(density) * drho.clone();
-        let stagnation = thermal.times(gamma / (gamma - 1.0)) + velocity.clone() * du.clone();
-        let energy = mass.clone() * enthalpy.clone() + density.clone() * velocity.clone() * stagnation;
-        [mass, second, energy]
-    };
-    let [a, b, c] = columns.map(|k| column(&k));
-    let [a0, a1, a2] = a;
-    let [b0, b1, b2] = b;
-    let [c0, c1, c2] = c;
-    [[a0, b0, c0], [a1, b1, c1], [a2, b2, c2]]
-}
-
-fn apply<T: Number>(m: &Rows<T>, x: &State<T>) -> State<T> {
-    let row =
-        |r: &[T; 3]| r[0].clone() * x[0].clone() + r[1].clone() * x[1].clone() + r[2].clone() * x[2].clone();
-    [row(&m[0]), row(&m[1]), row(&m[2])]
-}
-
-/// a b.
-fn product<T: Number>(a: &Rows<T>, b: &Rows<T>) -> Rows<T> {
-    let column = |k: usize| apply(a, &[b[0][k].clone(), b[1][k].clone(), b[2][k].clone()]);
-    let [[a0, b0, c0], [a1, b1, c1], [a2, b2, c2]] = [column(0), column(1), column(2)];
-    [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2]]
-}
-
-/// The inverse by cofactors: the matrices are 3 x 3 and well scaled by rows.
-fn inverse<T: Number>(m: &Rows<T>) -> Rows<T> {
-    let cofactor = |r: usize, k: usize| {
-        let (i, j) = ((r + 1) % 3, (r + 2) % 3);
-        let (v, w) = ((k + 1) % 3, (k + 2) % 3);
-        m[i][v].clone() * m[j][w].clone() - m[i][w].clone() * m[j][v].clone()
-    };
-    let determinant = m[0][0].clone() * cofactor(0, 0)
-        + m[0][1].clone() * cofactor(0, 1)
-        + m[0][2].clone() * cofactor(0, 2);
-    let over = determinant.recip();
-    [0, 1, 2].map(|k| [0, 1, 2].map(|r| cofactor(r, k) * over.clone()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::laws::Law;
+    use crate::flow_chain::mean::{Mean, area_step, heat_step};
+    use crate::flow_chain::{FlowDuct, FlowState};
     use crate::sweep::Dual;
     use rijke_numerics::C64;
 
@@ -366,7 +291,8 @@ mod tests {
                 let mut x = [0.0; 3];
                 x[k] = 1.0;
                 x[2] -= x[0] / square;
-                let got = chain.cross(&chain.basis, 1, &x.map(|v| Dual::constant(C64::new(v, 0.0))), &s);
+                let got =
+                    chain.cross_alone(&chain.basis, 1, &x.map(|v| Dual::constant(C64::new(v, 0.0))), &s);
                 let [p, u, e] = got.map(|v| v.v.re);
                 let got = [p, u, e + p * base[2] / (GAMMA * base[0])];
                 let h = 1e-4 * at[k];

@@ -1,10 +1,10 @@
 //! Derivatives of an eigenvalue and mode with flow with respect to what the chain is made of, by jets through the whole
 //! chain, mean states included.
 
-use super::FlowChain;
+use super::gate::Basis;
 use super::mean::Mean;
 use super::number::{Number, Seeded};
-use super::passage::Basis;
+use super::{Effect, FlowChain};
 use crate::error::NetworkError;
 use crate::newton::Root;
 use crate::response::{Places, Response, implicit};
@@ -28,6 +28,8 @@ pub enum FlowParameter {
     Wall(usize),
     /// Factor (1) on everything that acts at a duct.
     Gain(usize),
+    /// A coefficient (0) of weak feedback at a duct, beside what acts there already: [`Effect`] says which.
+    Weak(usize, Effect),
     /// Delay (0) added to everything that acts at a duct, s.
     Delay(usize),
     /// ln |R| of the upstream (0) or downstream (1) reflection coefficient.
@@ -84,12 +86,24 @@ impl FlowChain {
             let (index, count) = match parameter {
                 P::Velocity | P::Density => (0, 1),
                 P::LogModulus(i) | P::Angle(i) => (i, 2),
-                P::Length(i) | P::Area(i) | P::Ratio(i) | P::Wall(i) | P::Gain(i) | P::Delay(i) => (i, n),
+                P::Weak(0, _) => return Err(NetworkError::ActionAtInlet),
+                P::Weak(i, _)
+                | P::Length(i)
+                | P::Area(i)
+                | P::Ratio(i)
+                | P::Wall(i)
+                | P::Gain(i)
+                | P::Delay(i) => (i, n),
             };
             if index >= count {
                 return Err(NetworkError::NoDuct { index, ducts: count });
             }
+            let seed = space.seed(k, C64::ZERO);
             let target = match parameter {
+                P::Weak(i, effect) => {
+                    basis.weak.push((i, effect, Seeded(seed)));
+                    continue;
+                }
                 P::Velocity => &mut mean.velocity,
                 P::Density => &mut mean.density,
                 P::Length(i) => &mut basis.length[i],
@@ -101,7 +115,7 @@ impl FlowChain {
                 P::LogModulus(i) | P::Angle(i) => &mut basis.ends[i],
             };
             let factor = if matches!(parameter, P::Angle(_)) { C64::I } else { C64::ONE };
-            *target = target.clone() + Seeded(space.seed(k, C64::ZERO).scale(factor));
+            *target = target.clone() + Seeded(seed.scale(factor));
         }
         basis.settle(self.gamma, mean, &ratios, &self.ducts);
         let mut pressures = vec![None; n + 1];

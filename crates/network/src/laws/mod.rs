@@ -98,8 +98,7 @@ pub enum Law {
 }
 
 /// Which law of wall losses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WallLaw {
     /// The paper's, section 6.1.
     Paper,

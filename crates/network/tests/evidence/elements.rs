@@ -262,7 +262,7 @@ fn order_files_with_flow_tend_to_files_without() {
     let said = |text: &str| read(text).unwrap_err();
     assert!(matches!(
         said(&format!("{text}[flow]\nmach = 0.3\n")),
-        FileError::Flow { problem: Problem::TooFast { .. } }
+        FileError::Flow { problem: Problem::TooFast { .. }, .. }
     ));
     let narrow = text.replace("diameter = 0.15\ntemperature", "diameter = 0.04\ntemperature");
     // Here the contraction would choke the flow.
@@ -271,5 +271,5 @@ fn order_files_with_flow_tend_to_files_without() {
     let at_end = format!("{text}{resonator}[flow]\nmach = 0.01\n");
     assert!(said(&at_end).to_string().contains("nothing may act at an end"));
     let both = said(&format!("{text}[flow]\nmach = 0.01\nvelocity = 3\n")).to_string();
-    assert_eq!(both, "[flow]: give either mach or velocity");
+    assert_eq!(both, "line 39: [flow]: give either mach or velocity");
 }

@@ -290,7 +290,7 @@ fn exact_mistakes_in_files_are_named() {
     assert!(!built.passive);
     // A law with an undeclared essential singularity cannot be built from a file; an empty region is refused.
     let empty = format!("[search]\nfrequency_hz = [5, 1]\n{ENDS}{duct}");
-    assert!(matches!(read(&empty), Err(FileError::Search { key: "frequency_hz" })));
+    assert!(matches!(read(&empty), Err(FileError::Search { line: 1, key: "frequency_hz" })));
     let none = NetworkError::Empty;
     assert!(!none.is_recoverable());
 }

@@ -80,7 +80,7 @@ fn read_and_solve(text: &str) {
                 let _ = built.network.budget(&built.laws, &root, &mut work);
                 let _ = built.network.along(&built.laws, &root, 3, &mut work);
                 if let Some(flow) = &built.flow {
-                    let _ = (flow.budget(&root), flow.condition(&root), flow.shape(&root, 3));
+                    let _ = (flow.budget(&root), flow.condition(&root), flow.along(&root, 3));
                 }
             }
         }

@@ -10,6 +10,7 @@ mod derivatives;
 mod eigenvalues;
 mod elements;
 mod files;
+mod flow_adjoint;
 mod fuzz;
 mod invariances;
 mod mean_flow;

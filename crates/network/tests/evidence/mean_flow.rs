@@ -3,7 +3,7 @@
 use crate::common_laws::c;
 use crate::eigenvalues::eigenvalues;
 use rijke_network::flow_chain::{
-    Action, Effect, FlowChain, FlowDuct, FlowEnd, FlowParameter, FlowState, FlowWall,
+    Action, Effect, FlowChain, FlowDuct, FlowEnd, FlowParameter, FlowState, FlowWall, Reference,
 };
 use rijke_network::laws::{Law, LawSet, WallLaw};
 use rijke_network::wall::Wall;
@@ -12,23 +12,23 @@ use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Order};
 use std::f64::consts::PI;
 
-const GAMMA: f64 = 1.4;
+pub(crate) const GAMMA: f64 = 1.4;
 const PRESSURE: f64 = 101_325.0;
 const REGION: Region = Region { sigma: [-100.0, 50.0], omega: [200.0, 5600.0] };
 
-fn end(r: f64) -> FlowEnd {
+pub(crate) fn end(r: f64) -> FlowEnd {
     FlowEnd::Reflection(Law::Constant(c(r, 0.0)))
 }
 
-fn inlet(sound_speed: f64, velocity: f64) -> FlowState {
+pub(crate) fn inlet(sound_speed: f64, velocity: f64) -> FlowState {
     FlowState { pressure: PRESSURE, density: GAMMA * PRESSURE / (sound_speed * sound_speed), velocity }
 }
 
-fn delayed(gain: f64, delay: f64) -> Law {
+pub(crate) fn delayed(gain: f64, delay: f64) -> Law {
     Law::Transfer { gain, numerator: vec![1.0], denominator: vec![1.0], delay }
 }
 
-fn modes(chain: &FlowChain, region: &Region) -> Vec<C64> {
+pub(crate) fn modes(chain: &FlowChain, region: &Region) -> Vec<C64> {
     chain.modes(region).unwrap().modes.iter().map(|m| m.s).collect()
 }
 
@@ -104,14 +104,18 @@ const RESONATOR: Law =
     Law::Helmholtz { duct_area: 1.6e-3, inertance: 120.0, resistance: 2e4, stiffness: 4e8 };
 
 /// Walls, steps of area both ways, a flame that refers 0.1 m upstream, a screen, a resonator; velocity at the inlet.
-fn everything(velocity: f64) -> (FlowState, Vec<FlowDuct>, [FlowEnd; 2]) {
+pub(crate) fn everything(velocity: f64) -> (FlowState, Vec<FlowDuct>, [FlowEnd; 2]) {
     let wall = |factor| Some(FlowWall { law: WallLaw::Kirchhoff, wall: AIR, factor });
     let ducts = vec![
         FlowDuct { wall: wall(1.0), ..FlowDuct::new(0.3, 1.0e-3) },
         FlowDuct { wall: wall(2.0), ..FlowDuct::new(0.2, 1.6e-3) },
         FlowDuct {
             ratio: 2.5,
-            actions: vec![Action { effect: Effect::Eu, law: delayed(-0.6, 2e-3), reference: 0.1 }],
+            actions: vec![Action {
+                effect: Effect::Eu,
+                law: delayed(-0.6, 2e-3),
+                reference: Reference::Upstream(0.1),
+            }],
             ..FlowDuct::new(0.4, 1.7e-3)
         },
         FlowDuct::new(0.2, 0.9e-3).with(Effect::Mu, Law::Constant(c(20.0, 5.0))),

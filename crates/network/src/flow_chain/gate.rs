@@ -1,0 +1,169 @@
+//! The places between ducts: mean states on both sides, and the matrices with which disturbances (p, u, e) pass them.
+
+use super::mean::{Mean, area_step, heat_step};
+use super::number::Number;
+use super::{Effect, FlowDuct, FlowState};
+
+/// Everything of a chain that may depend on parameters, by duct.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Basis<T> {
+    pub(super) length: Vec<T>,
+    pub(super) area: Vec<T>,
+    /// Factors on the wall losses, and on what acts at the upstream end.
+    pub(super) wall: Vec<T>,
+    pub(super) gain: Vec<T>,
+    /// Delays added to what acts at the upstream end, s.
+    pub(super) delay: Vec<T>,
+    /// Logarithms of factors on the reflection coefficients.
+    pub(super) ends: [T; 2],
+    /// Mean state between the change of area and the heat before a duct, and in the duct.
+    pub(super) between: Vec<Mean<T>>,
+    pub(super) after: Vec<Mean<T>>,
+    /// How disturbances pass the places before the ducts; the first is empty.
+    pub(super) gates: Vec<Gate<T>>,
+    /// Weak feedback beside what acts already: place, what it does, coefficient.
+    pub(super) weak: Vec<(usize, Effect, T)>,
+}
+
+/// A place: matrices on (p, u, e) that need computing once.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Gate<T> {
+    /// Nothing changes.
+    Open,
+    /// Steps and heat alone.
+    Passive(Rows<T>),
+    /// With actions: the step of area, fluxes before the heat, and from fluxes to the state behind it.
+    Active { step: Option<Rows<T>>, before: Rows<T>, behind: Rows<T> },
+}
+
+impl<T: Number> Basis<T> {
+    /// The chain as it stands; `one` is the constant 1.
+    pub(super) fn plain(one: &T, gamma: f64, inlet: FlowState, ducts: &[FlowDuct]) -> Self {
+        let ratios: Vec<T> = ducts.iter().map(|d| one.real(d.ratio)).collect();
+        let mut basis = Self {
+            length: ducts.iter().map(|d| one.real(d.length)).collect(),
+            area: ducts.iter().map(|d| one.real(d.area)).collect(),
+            wall: vec![one.real(1.0); ducts.len()],
+            gain: vec![one.real(1.0); ducts.len()],
+            delay: vec![one.real(0.0); ducts.len()],
+            ends: [one.real(0.0), one.real(0.0)],
+            between: Vec::new(),
+            after: Vec::new(),
+            gates: Vec::new(),
+            weak: Vec::new(),
+        };
+        let inlet = Mean {
+            pressure: one.real(inlet.pressure),
+            density: one.real(inlet.density),
+            velocity: one.real(inlet.velocity),
+        };
+        basis.settle(gamma, inlet, &ratios, ducts);
+        basis
+    }
+
+    /// Mean states from the inlet state, the areas and the temperature ratios.
+    pub(super) fn settle(&mut self, gamma: f64, inlet: Mean<T>, ratios: &[T], ducts: &[FlowDuct]) {
+        self.between = vec![inlet.clone()];
+        self.after = vec![inlet];
+        self.gates = vec![Gate::Open];
+        for i in 1..self.area.len() {
+            let between = area_step(gamma, &self.after[i - 1], &self.area[i - 1], &self.area[i]);
+            self.after.push(heat_step(&between, &ratios[i]));
+            self.between.push(between);
+            let passive = ducts[i].actions.is_empty() && !self.weak.iter().any(|w| w.0 == i);
+            let gate = self.gate(gamma, i, passive);
+            self.gates.push(gate);
+        }
+    }
+
+    fn gate(&self, gamma: f64, i: usize, passive: bool) -> Gate<T> {
+        let (before, between, after) = (&self.after[i - 1], &self.between[i], &self.after[i]);
+        let (a1, a2) = (&self.area[i - 1], &self.area[i]);
+        let step = (a1 != a2).then(|| {
+            let expands = a2.value().re >= a1.value().re;
+            let ratio = a1.over(a2);
+            let [mass, force, energy] = fluxes(gamma, before, expands);
+            let scale = |row: [T; 3]| row.map(|v| v * ratio.clone());
+            let force = if expands {
+                // p A_2 + rho u^2 A: the face carries the upstream pressure.
+                let [p, u, e] = scale(force);
+                [p + ratio.real(1.0) - ratio.clone(), u, e]
+            } else {
+                force
+            };
+            product(&inverse(&fluxes(gamma, between, expands)), &[scale(mass), force, scale(energy)])
+        });
+        if passive && between == after {
+            return step.map_or(Gate::Open, Gate::Passive);
+        }
+        let (before, behind) = (fluxes(gamma, between, true), inverse(&fluxes(gamma, after, true)));
+        if passive {
+            let heat = product(&behind, &before);
+            Gate::Passive(step.map_or(heat.clone(), |step| product(&heat, &step)))
+        } else {
+            Gate::Active { step, before, behind }
+        }
+    }
+}
+
+pub(super) type Rows<T> = [[T; 3]; 3];
+
+/// Mass, momentum (or p/rho^gamma, if `momentum` is not kept) and energy per area as rows on (p, u, e).
+pub(super) fn fluxes<T: Number>(gamma: f64, mean: &Mean<T>, momentum: bool) -> Rows<T> {
+    let Mean { pressure, density, velocity } = mean;
+    let zero = pressure.real(0.0);
+    let square = mean.speed_squared(gamma);
+    let enthalpy = mean.enthalpy(gamma);
+    let inverse = square.recip();
+    // Columns: what unit p, u and e are in p', u', rho'.
+    let columns = [
+        [pressure.real(1.0), zero.clone(), inverse],
+        [zero.clone(), pressure.real(1.0), zero.clone()],
+        [zero.clone(), zero, pressure.real(1.0)],
+    ];
+    let column = |[dp, du, drho]: &[T; 3]| -> [T; 3] {
+        let mass = drho.clone() * velocity.clone() + density.clone() * du.clone();
+        let second = if momentum {
+            let carried = drho.clone() * velocity.clone() + (density.clone() * du.clone()).times(2.0);
+            dp.clone() + carried * velocity.clone()
+        } else {
+            dp.over(pressure) - drho.over(density).times(gamma)
+        };
+        let thermal = dp.over(density) - pressure.over(density).over(density) * drho.clone();
+        let stagnation = thermal.times(gamma / (gamma - 1.0)) + velocity.clone() * du.clone();
+        let energy = mass.clone() * enthalpy.clone() + density.clone() * velocity.clone() * stagnation;
+        [mass, second, energy]
+    };
+    let [a, b, c] = columns.map(|k| column(&k));
+    let [a0, a1, a2] = a;
+    let [b0, b1, b2] = b;
+    let [c0, c1, c2] = c;
+    [[a0, b0, c0], [a1, b1, c1], [a2, b2, c2]]
+}
+
+pub(super) fn apply<T: Number>(m: &Rows<T>, x: &[T; 3]) -> [T; 3] {
+    let row =
+        |r: &[T; 3]| r[0].clone() * x[0].clone() + r[1].clone() * x[1].clone() + r[2].clone() * x[2].clone();
+    [row(&m[0]), row(&m[1]), row(&m[2])]
+}
+
+/// a b.
+fn product<T: Number>(a: &Rows<T>, b: &Rows<T>) -> Rows<T> {
+    let column = |k: usize| apply(a, &[b[0][k].clone(), b[1][k].clone(), b[2][k].clone()]);
+    let [[a0, b0, c0], [a1, b1, c1], [a2, b2, c2]] = [column(0), column(1), column(2)];
+    [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2]]
+}
+
+/// The inverse by cofactors: the matrices are 3 x 3 and well scaled by rows.
+pub(super) fn inverse<T: Number>(m: &Rows<T>) -> Rows<T> {
+    let cofactor = |r: usize, k: usize| {
+        let (i, j) = ((r + 1) % 3, (r + 2) % 3);
+        let (v, w) = ((k + 1) % 3, (k + 2) % 3);
+        m[i][v].clone() * m[j][w].clone() - m[i][w].clone() * m[j][v].clone()
+    };
+    let determinant = m[0][0].clone() * cofactor(0, 0)
+        + m[0][1].clone() * cofactor(0, 1)
+        + m[0][2].clone() * cofactor(0, 2);
+    let over = determinant.recip();
+    [0, 1, 2].map(|k| [0, 1, 2].map(|r| cofactor(r, k) * over.clone()))
+}

@@ -1,0 +1,295 @@
+//! The adjoint with flow, sensitivities along x, and velocities that are heard elsewhere.
+
+use crate::common_laws::c;
+use crate::mean_flow::{GAMMA, delayed, end, everything, inlet, modes};
+use rijke_network::file::read;
+use rijke_network::flow_chain::{Effect, FlowChain, FlowDuct, FlowParameter, FlowState, Reference};
+use rijke_network::laws::Law;
+use rijke_network::{Device, NetworkError, Newton, Places, Region, Root, Workspace};
+use rijke_numerics::check::{slopes_from, slopes_near};
+use rijke_numerics::{C64, Order};
+
+const WIDE: Region = Region { sigma: [-150.0, 150.0], omega: [300.0, 4000.0] };
+
+/// Every element, a flame that hears 0.35 m upstream through a step of area, a loop over two places.
+fn talkative(velocity: f64) -> FlowChain {
+    let (state, mut ducts, ends) = everything(velocity);
+    ducts[2].actions[0].reference = Reference::Upstream(0.35);
+    ducts[3] = ducts[3].clone().hearing(Effect::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
+    FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves()
+}
+
+fn solve(chain: &FlowChain, guess: C64) -> Root {
+    let newton = Newton { tolerance: 1e-14, max_step: Some(20.0), ..Newton::default() };
+    chain.solve(guess, &newton).unwrap()
+}
+
+const EFFECTS: [Effect; 5] = [Effect::Mu, Effect::Mp, Effect::Eu, Effect::Ep, Effect::Branch];
+
+#[test]
+fn oracle_adjoint_with_flow_agrees_with_jets_through_the_chain() {
+    use FlowParameter as P;
+    let chain = talkative(8.0);
+    let root = solve(&chain, modes(&chain, &WIDE)[1]);
+    let places = Places { at: vec![0, 1, 3, 4, 6], reference: 2 };
+    let adjoint = chain.sensitivities(&root, &places).unwrap();
+    let mut parameters = vec![P::LogModulus(0), P::LogModulus(1)];
+    for i in 0..6 {
+        parameters.extend([P::Length(i), P::Wall(i)]);
+        parameters.extend(EFFECTS.into_iter().filter(|_| i > 0).map(|e| P::Weak(i, e)));
+    }
+    let jets = chain.respond(&root, &parameters, &places, Order::First).unwrap();
+    let upstream = c(0.95, 0.0);
+    let downstream =
+        Law::Unflanged { radius: 0.017, sound_speed: 537.0, correction: 0.0 }.analytic(root.s)[0];
+    let outputs = std::iter::once((&adjoint.s, &jets.s)).chain(adjoint.pressures.iter().zip(&jets.pressures));
+    for (o, (got, jet)) in outputs.enumerate() {
+        for (k, parameter) in parameters.iter().enumerate() {
+            let value = match *parameter {
+                P::LogModulus(0) => got.ends[0] * upstream,
+                P::LogModulus(_) => got.ends[1] * downstream,
+                P::Length(i) => got.lengths[i],
+                P::Wall(i) => got.walls[i],
+                P::Weak(i, effect) => got.feedback[i][EFFECTS.iter().position(|e| *e == effect).unwrap()],
+                _ => unreachable!(),
+            };
+            let expected = jet.gradient()[k];
+            let error = (value - expected).norm();
+            let scale = if o == 0 { 1.0 } else { 1e-3 };
+            assert!(
+                error < 1e-10 * expected.norm().max(scale),
+                "output {o}, {parameter:?}: {value} {expected}"
+            );
+        }
+    }
+    assert!(matches!(
+        chain.respond(&root, &[P::Weak(0, Effect::Mu)], &places, Order::First),
+        Err(NetworkError::ActionAtInlet)
+    ));
+}
+
+#[test]
+fn order_taylor_remainders_of_feedback_that_is_not_there_yet() {
+    use FlowParameter as P;
+    let weak =
+        [(1, Effect::Mu, 40.0), (3, Effect::Ep, 2e-4), (4, Effect::Branch, 2e-4), (2, Effect::Eu, 0.1)];
+    let mut parameters: Vec<P> = weak.iter().map(|w| P::Weak(w.0, w.1)).collect();
+    parameters.extend([P::Length(2), P::Length(3), P::Area(1)]);
+    let shifts = [0.01, 0.01, 3e-5];
+    let direction: Vec<f64> = weak.iter().map(|w| w.2).chain(shifts).collect();
+    let base_chain = talkative(8.0);
+    let guess = modes(&base_chain, &WIDE)[1];
+    let moved = |h: f64| {
+        let mut ducts = base_chain.ducts().to_vec();
+        for &(place, effect, size) in &weak {
+            ducts[place] = ducts[place].clone().with(effect, Law::Constant(c(h * size, 0.0)));
+        }
+        ducts[2].length += h * shifts[0];
+        ducts[3].length += h * shifts[1];
+        ducts[1].area += h * shifts[2];
+        let (state, _, ends) = everything(8.0);
+        FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves()
+    };
+    let places = Places { at: vec![1, 4], reference: 2 };
+    let base = base_chain.respond(&solve(&base_chain, guess), &parameters, &places, Order::Second).unwrap();
+    let value = |h: f64, o: usize| {
+        let chain = moved(h);
+        let root = solve(&chain, guess);
+        let r = chain.respond(&root, &[], &places, Order::Value).unwrap();
+        if o == 0 { r.s.value() } else { r.pressures[o - 1].value() }
+    };
+    for (o, jet) in std::iter::once(&base.s).chain(&base.pressures).enumerate() {
+        let n = direction.len();
+        let first: C64 = (0..n).map(|i| jet.gradient()[i] * direction[i]).sum();
+        let second: C64 =
+            (0..n * n).map(|k| 0.5 * jet.hessian(k / n, k % n) * direction[k / n] * direction[k % n]).sum();
+        let gap = |h: f64| value(h, o) - jet.value() - first * h;
+        slopes_near(&slopes_from(0.2, |h| gap(h).norm()), 2.0, 0.06);
+        slopes_near(&slopes_from(0.4, |h| (gap(h) - second * h * h).norm()), 3.0, 0.08);
+    }
+}
+
+/// A chain whose second duct is cut at a point, with a piece in between.
+fn with_piece(
+    entropy: bool,
+    at: f64,
+    piece: f64,
+    change: &dyn Fn(&mut FlowDuct, &mut FlowDuct),
+) -> FlowChain {
+    let flame = FlowDuct::new(0.5, 1.4e-3).heated(1.8).hearing(
+        Effect::Flame,
+        delayed(0.8, 1.5e-3),
+        Reference::Upstream(0.45),
+    );
+    let mut middle = FlowDuct::new(piece, 1.6e-3);
+    let mut behind = FlowDuct::new(0.3 - at - 0.5 * piece, 1.6e-3);
+    change(&mut middle, &mut behind);
+    let before = FlowDuct::new(at - 0.5 * piece, 1.6e-3);
+    let ducts = vec![FlowDuct::new(0.4, 1e-3), before, middle, behind, flame];
+    let (_, _, ends) = everything(1.0);
+    let ends = [ends[0].clone(), rijke_network::flow_chain::FlowEnd::Choked];
+    let chain = FlowChain::new(GAMMA, inlet(340.0, 40.0), ducts, ends).unwrap();
+    if entropy { chain } else { chain.without_entropy_waves() }
+}
+
+#[test]
+fn oracle_small_changes_anywhere_with_flow_do_what_stations_say() {
+    for entropy in [false, true] {
+        let whole = with_piece(entropy, 0.15, 1e-9, &|_, _| ());
+        let ducts = [whole.ducts()[0].clone(), FlowDuct::new(0.3, 1.6e-3), whole.ducts()[4].clone()];
+        let (_, _, ends) = everything(1.0);
+        let ends = [ends[0].clone(), rijke_network::flow_chain::FlowEnd::Choked];
+        let plain = FlowChain::new(GAMMA, inlet(340.0, 40.0), ducts.to_vec(), ends).unwrap();
+        let plain = if entropy { plain } else { plain.without_entropy_waves() };
+        let region = Region { sigma: [-150.0, 50.0], omega: [1000.0, 3000.0] };
+        let root = solve(&plain, modes(&plain, &region)[1]);
+        // On both sides of the point (0.25 m into the first duct = 0.45 m before the flame) that the flame hears.
+        for (at, station) in [(0.12, 13 + 4), (0.21, 13 + 7), (0.27, 13 + 9)] {
+            let here = plain.along(&root, 11).unwrap()[station - 2];
+            assert!((here.x - 0.4 - at).abs() < 1e-12 && here.segment == 1, "{}", here.x);
+            let slope = |f: &dyn Fn(f64) -> FlowChain, h: f64| {
+                // Central differences of h and 2h: the error is of the fourth order.
+                let at = |h: f64| solve(&f(h), root.s).s;
+                (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h)
+            };
+            let z = here.impedance;
+            for (device, effect, unit) in [
+                (Device::Drag, Effect::Mu, z),
+                (Device::Heat, Effect::Eu, -1.0),
+                (Device::Leak, Effect::Branch, 1.0 / z),
+            ] {
+                let put = |h: f64| {
+                    with_piece(entropy, at, 1e-9, &|middle, _| {
+                        *middle = middle.clone().with(effect, Law::Constant(c(unit * h, 0.0)));
+                    })
+                };
+                let (got, expected) = (slope(&put, 1e-4), here.device(device));
+                assert!((got - expected).norm() < 1e-6 * expected.norm(), "{device:?} {got} {expected}");
+            }
+            let piece = 1e-3;
+            let area =
+                slope(&|h| with_piece(entropy, at, piece, &|middle, _| middle.area *= 1.0 + h), 1e-4) / piece;
+            assert!((area - here.area).norm() < 1e-3 * here.area.norm(), "area {area} {}", here.area);
+            let warm = |h: f64| {
+                with_piece(entropy, at, piece, &|middle, behind| {
+                    middle.ratio = 1.0 + h;
+                    behind.ratio = 1.0 / (1.0 + h);
+                })
+            };
+            let (got, expected) = (slope(&warm, 1e-4) / piece, here.temperature);
+            assert!((got - expected).norm() < 1e-3 * expected.norm(), "temperature {got} {expected}");
+        }
+    }
+}
+
+/// A tube with a flame, the gas at rest or not.
+fn file(reference: &str, flow: &str) -> String {
+    format!(
+        "{flow}[search]\nfrequency_hz = [50, 700]\ngrowth_rate = [-200, 200]\n[upstream]\ntype = 'constant'\n\
+         modulus = 0.9\nangle = 0.3\n[downstream]\ntype = 'constant'\nmodulus = 0.8\nangle = 3.0\n\
+         [[element]]\ntype = 'duct'\nlength = 0.3\ndiameter = 0.05\nwall = 'kirchhoff'\n\
+         [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.04\npieces = 2\n\
+         [[element]]\ntype = 'flame'\nn = 0.8\ndelay = 2e-3\n{reference}\n\
+         [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.05\ntemperature = 900\n\
+         [[element]]\ntype = 'duct'\nlength = 0.5\ndiameter = 0.06\ntemperature = 900\n"
+    )
+}
+
+#[test]
+fn order_references_and_sensitivities_tend_to_those_without_flow() {
+    let near = "reference = 0.05";
+    let far = "reference = 0.35";
+    let behind = "reference = 0.3\nreference_side = 'downstream'";
+    // Between a flame and what it hears, the chain at rest takes the flame's law as it is: no comparison there.
+    for (reference, between) in [(near, 0.45..0.501), (far, 0.15..0.501), (behind, 0.499..0.8)] {
+        let still = read(&file(reference, "")).unwrap();
+        let mut work = Workspace::default();
+        let exact = still.network.modes(&still.laws, &still.region, &mut work).unwrap().modes;
+        assert!(exact.len() >= 3);
+        let mut gaps = |velocity: f64| {
+            let flow = format!("[flow]\nvelocity = {velocity}\nentropy_waves = false\n");
+            let chain = read(&file(reference, &flow)).unwrap().flow.unwrap();
+            let found = chain.modes(&still.region).unwrap().modes;
+            assert_eq!(found.len(), exact.len(), "{reference}");
+            let mut gaps = Vec::new();
+            for (m, e) in found.iter().zip(&exact) {
+                gaps.push((m.s - e.s).norm());
+                let root = |s| Root { s, steps: 0, residual: 0.0 };
+                let with = chain.along(&root(m.s), 7).unwrap();
+                let without = still.network.along(&still.laws, &root(e.s), 7, &mut work).unwrap();
+                let norm = |f: &dyn Fn(usize) -> [C64; 2]| {
+                    let compared = (0..with.len()).filter(|&k| !between.contains(&with[k].x));
+                    compared.map(f).map(|[a, b]| (a - b).norm()).fold(0.0, f64::max)
+                };
+                gaps.push(norm(&|k| [with[k].area, without[k].area]));
+                gaps.push(norm(&|k| [with[k].temperature, without[k].temperature]));
+                for device in [Device::Drag, Device::Heat, Device::Leak] {
+                    gaps.push(norm(&|k| [with[k].device(device), without[k].device(device)]));
+                }
+            }
+            gaps
+        };
+        for (k, (one, half)) in gaps(0.2).iter().zip(&gaps(0.1)).enumerate() {
+            let order = (one / half).log2();
+            assert!(
+                (order - 1.0).abs() < 0.05 && *half > 1e-4,
+                "{reference} {k}: order {order}, {one} {half}"
+            );
+        }
+    }
+}
+
+#[test]
+fn exact_a_loop_with_flow_against_its_own_equation() {
+    // k_eu v on both sides of the same gas: u rises by -k v/(1 - M^2), p by rho U times k v/(1 - M^2).
+    let (speed, velocity) = (340.0, 50.0);
+    let (before, behind, distance) = (0.4, 0.7, 0.5);
+    let state: FlowState = inlet(speed, velocity);
+    let law = delayed(0.9, 3e-3);
+    let ducts = |reference| {
+        let flame = FlowDuct::new(0.2, 1.0).hearing(Effect::Eu, law.clone(), reference);
+        vec![FlowDuct::new(before, 1.0), flame, FlowDuct::new(behind - 0.2, 1.0)]
+    };
+    let chain =
+        FlowChain::new(GAMMA, state, ducts(Reference::Downstream(distance)), [end(0.9), end(-0.8)]).unwrap();
+    let z = state.density * speed;
+    let by_hand = |s: C64| {
+        let along = |x: f64, [f, g]: [C64; 2]| {
+            [f * (-s * x / (speed + velocity)).exp(), g * (s * x / (speed - velocity)).exp()]
+        };
+        let [f, g] = along(before, [c(0.9, 0.0), C64::ONE]);
+        let mach = velocity / speed;
+        let du = -law.analytic(s)[0] / (1.0 - mach * mach);
+        let dp = -state.density * velocity * du;
+        let added = [0.5 * (dp + z * du), 0.5 * (dp - z * du)];
+        let heard = |waves: [C64; 2]| {
+            let [f, g] = along(distance, waves);
+            (f - g) / z
+        };
+        let open = 1.0 - heard(added);
+        let v = heard([f, g]) / open;
+        let [f, g] = along(behind, [f + added[0] * v, g + added[1] * v]);
+        (g + 0.8 * f) * open
+    };
+    let region = Region { sigma: [-200.0, 300.0], omega: [100.0, 4000.0] };
+    let found = chain.modes(&region).unwrap();
+    assert_eq!(found.poles, 0);
+    assert!(found.modes.len() >= 4);
+    for m in &found.modes {
+        let slope = (by_hand(m.s + 1e-3) - by_hand(m.s - 1e-3)) / 2e-3;
+        assert!((by_hand(m.s) / slope).norm() < 1e-9, "{}", m.s);
+    }
+    let s = c(12.0, 777.0);
+    let [f, slope] = chain.characteristic(s);
+    assert!((f - by_hand(s)).norm() < 1e-12 * f.norm(), "{f} {}", by_hand(s));
+    let h = 1e-3;
+    let difference = (chain.characteristic(s + h)[0] - chain.characteristic(s - h)[0]) / (2.0 * h);
+    assert!((slope - difference).norm() < 1e-7 * slope.norm());
+    // What lies beyond the chain, and loops through others, are refused.
+    let far = FlowChain::new(GAMMA, state, ducts(Reference::Downstream(2.0)), [end(0.9), end(-0.8)]);
+    assert!(matches!(far, Err(NetworkError::Outside { .. })));
+    let mut crossed = ducts(Reference::Downstream(distance));
+    crossed[2] = crossed[2].clone().hearing(Effect::Mu, law.clone(), Reference::Upstream(0.1));
+    let crossed = FlowChain::new(GAMMA, state, crossed, [end(0.9), end(-0.8)]);
+    assert_eq!(crossed.unwrap_err(), NetworkError::ReferenceCrossed { place: 1, other: 2 });
+}
