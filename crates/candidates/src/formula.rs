@@ -11,11 +11,13 @@ mod parser;
 mod share;
 #[cfg(test)]
 mod tests;
+mod units;
 
 use crate::{Coefficient, Dual, Here, Place, Surroundings, Symbol};
 use evaluate::{Operand, Operation};
 pub(crate) use parser::is_reserved;
 use rijke_numerics::{C64, Jet};
+pub use units::unit_fault;
 
 /// A formula in the symbols of [`crate::SYMBOLS`] and named parameters.
 #[derive(Clone, Debug, PartialEq)]

@@ -48,6 +48,6 @@ mod testing;
 
 pub use candidate::{Candidate, Coefficient, Effect, Law, Place};
 pub use catalogue::{Catalogue, CatalogueError, CatalogueProblem};
-pub use formula::{Formula, FormulaError, Problem, Scope};
+pub use formula::{Formula, FormulaError, Problem, Scope, unit_fault};
 pub use here::{Dual, Here, Surroundings};
 pub use symbols::{Meaning, SYMBOLS, Symbol};

@@ -5,16 +5,16 @@ use crate::{
     ui::Ui,
 };
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
-use rijke_candidates::{Candidate, Catalogue, Effect, Here, Place, SYMBOLS, Surroundings};
+use rijke_candidates::{Candidate, Catalogue, Effect, Here, Place, SYMBOLS, Surroundings, unit_fault};
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 use rijke_rig::{Campaign, OperatingPoint, Rig};
 use std::path::PathBuf;
 
-/// Check candidate models: formulas, derivatives, finiteness over the campaign, and analyticity in s.
+/// Check candidate models: formulas, units, derivatives, finiteness over the campaign, and analyticity in s.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke candidate my-rig/candidates.toml\n  rijke candidate --symbols\n\n\
-    Derivatives are compared with differences of the formula. Units of formulas are not checked."
+    Derivatives are compared with differences of the formula; units are those of the symbols and of the parameters."
 )]
 pub(crate) struct Args {
     /// The file of candidates.
@@ -46,8 +46,7 @@ const STEP: f64 = 1e-5;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let Some(file) = args.file.as_deref().filter(|_| !args.symbols) else {
-        symbols(ui);
-        return Ok(());
+        return symbols(ui);
     };
     let catalogue = Catalogue::read(file)
         .or_bad_input()
@@ -58,9 +57,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     table.set_header(["candidate", "parameters", "points", "first derivatives", "second", "analytic in s"]);
-    let mut faults = Vec::new();
+    let (mut faults, mut answers) = (Vec::new(), Vec::new());
     for candidate in catalogue.candidates() {
         let found = examine(candidate, &rig, &campaign.points);
+        answers.push(serde_json::json!({
+            "id": candidate.id, "role": candidate.role, "parameters": candidate.parameters.len(), "points": found.points,
+            "error_of_first_derivatives": found.errors[0], "error_of_second_derivatives": found.errors[1],
+            "breach_of_analyticity": found.errors[2],
+        }));
         let [first, second, analytic] = found.errors.map(|e| format!("{e:.0e}"));
         let (id, count) = (candidate.id.clone(), candidate.parameters.len().to_string());
         table.add_row([id, count, found.points.to_string(), first, second, analytic]);
@@ -68,6 +72,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     ui.say(table.to_string());
     if faults.is_empty() {
+        ui.result(&answers)?;
         ui.say(
             "all in order; the columns are the largest relative differences from quotients of differences",
         );
@@ -78,10 +83,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         .remedy("Correct the formulas; where a law is not defined, choose another form or a prior that excludes the place."))
 }
 
-fn symbols(ui: &Ui) {
+fn symbols(ui: &Ui) -> Result<(), Failure> {
     for meaning in &SYMBOLS {
         ui.say(format!("{:<10} {:<12} {}", meaning.name, meaning.unit, meaning.text));
     }
+    let all =
+        SYMBOLS.iter().map(|m| serde_json::json!({ "name": m.name, "unit": m.unit, "meaning": m.text }));
+    ui.result(&all.collect::<Vec<_>>())
 }
 
 /// What was found of a candidate.
@@ -134,6 +142,11 @@ pub(crate) fn examine(candidate: &Candidate, rig: &Rig, points: &[OperatingPoint
             }
             let errors = derivative_errors(&jet, &centre, &at);
             found.errors = std::array::from_fn(|i| found.errors[i].max(errors[i]));
+        }
+    }
+    for effect in &candidate.effects {
+        if let Some(fault) = unit_fault(candidate, effect) {
+            found.faults.push(format!("`{}`: {fault}", effect.law.text()));
         }
     }
     // A law of the hot heater may be undefined without power or flow, where it is not used.

@@ -6,6 +6,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use rijke_rig::{DataKind, Record, RecordFolder, RecordSet, RecordSource, RigError};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Check a folder of records: manifest, rig, campaign and every sample of every file.
@@ -49,7 +50,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for (record, clipped) in records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0) {
         ui.say(format!("clipped: {} ({clipped} samples); `rijke process` will reject it", record.name(set)));
     }
-    Ok(())
+    let clipped = records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0);
+    let clipped: Vec<_> = clipped.map(|(r, c)| json!({ "file": r.name(set), "samples": c })).collect();
+    ui.result(&json!({
+        "rig": set.rig.name, "kind": set.kind, "source": set.source, "points": set.points.len(), "days": set.days.len(),
+        "pings": set.points.iter().map(|p| p.pings.len()).sum::<usize>(),
+        "clicks": set.points.iter().map(|p| p.clicks.len()).sum::<usize>(), "clipped": clipped,
+    }))
 }
 
 /// One file of a set.

@@ -75,7 +75,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return Err(Failure::bad_input(format!(
             "--referee-error {} must be positive and finite",
             args.referee_error
-        )));
+        ))
+        .remedy("Give a number of nats, such as 0.3; see --help."));
     }
     let referee = args.referee.map(|judge| Ok((judge.kind()?, args.referee_error))).transpose()?;
     let below = args.dir.join("observations");
@@ -115,6 +116,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     if let (Some(file), Ok(laplace)) = (&args.draws, &found.laplace) {
         write(file, &Draws::new(&parameters, laplace, 1000, streams).or_failed()?)?;
     }
+    ui.result(&Record::new(&model, &parameters, &found))?;
     ui.say(format!("{model} on {} operating points", observed.len()));
     say_evidence(ui, &found);
     if let Some(check) = check {

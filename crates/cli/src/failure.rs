@@ -61,6 +61,14 @@ impl Failure {
         self
     }
 
+    /// The message as one line of JSON.
+    pub(crate) fn json(&self) -> String {
+        let status = if self.kind == Kind::BadInput { 2 } else { 1 };
+        let (error, because, remedy) = (&self.message, &self.causes, &self.remedy);
+        serde_json::json!({ "error": error, "because": because, "remedy": remedy, "exit_status": status })
+            .to_string()
+    }
+
     /// The exit status of the program.
     pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self.kind {

@@ -10,7 +10,7 @@ use rijke_flow::assimilate::{
     Method, NamedStates, Records, RunReport, Twin, TwinOptions, Warning, assimilate, staircase,
 };
 use rijke_flow::settled;
-use rijke_flow::{BaseStates, Closures, FlowError, Pipe};
+use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
 use rijke_numerics::Streams;
 use rijke_rig::{DataKind, Observations, Rig};
 use serde::Serialize;
@@ -22,6 +22,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
     Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points.\n\
+    Where these hold profiles.csv (temperatures or sound speeds along the tube), the base flow is that, and nothing is inferred.\n\
     Or reads DIR/flow.toml and the CSV files of samples that it names: a record over time, warm-up included.\n\
     Writes OUT/base-states.json (a base state per operating point with its errors, for acoustics), OUT/flow.json\n\
     (parameters, velocities and profiles with sd, for figures), OUT/unknowns.csv and OUT/velocity.csv."
@@ -108,7 +109,7 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Fa
     for run in &document.runs {
         summary(run, ui);
     }
-    Ok(())
+    ui.result(&document)
 }
 
 /// What both kinds of input give.
@@ -117,6 +118,17 @@ type Inferred = (Document, BaseStates);
 /// From the mean clicks of settled operating points.
 fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -> Result<Inferred, Failure> {
     let observations = Observations::read(folder).or_bad_input()?;
+    if folder.join(PROFILES).is_file() {
+        let states = read_profiles(folder, &observations).or_bad_input()?;
+        let document = Document {
+            kind: states.kind,
+            rig: observations.rig.name.clone(),
+            seed: args.seed,
+            runs: Vec::new(),
+        };
+        ui.say(format!("the base flow of {} operating points is that of {PROFILES}", states.points.len()));
+        return Ok((document, states));
+    }
     let make = |heater: f64| Pipe::new(&observations.rig, closures, heater, 1);
     let runs = settled::runs(&observations, &make).or_bad_input().map_err(|f| f.at(folder))?;
     if runs.is_empty() {

@@ -6,6 +6,7 @@ use crate::{
 };
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use rijke_rig::{FileContents, inspect};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// List what a file holds, channel by channel: to see which microphone is which before a manifest is written.
@@ -19,6 +20,14 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let FileContents { format, rate_hz, channels, others } = inspect(&args.file).or_bad_input()?;
+    let described = channels.iter().map(|c| {
+        json!({
+            "name": c.name, "samples": c.samples, "mean": c.mean, "rms": c.rms, "smallest": c.smallest, "largest": c.largest,
+            "at_full_scale": c.at_full_scale, "not_finite": c.not_finite,
+        })
+    });
+    let described: Vec<_> = described.collect();
+    let answer = json!({ "format": format, "rate_hz": rate_hz, "channels": described, "others": others });
     let frames = channels.first().map_or(0, |c| c.samples);
     let even = channels.iter().all(|c| c.samples == frames);
     let frames_shown = if even { frames.to_string() } else { "different numbers of".to_owned() };
@@ -46,5 +55,5 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for other in others {
         ui.say(other);
     }
-    Ok(())
+    ui.result(&answer)
 }

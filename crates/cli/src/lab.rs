@@ -7,6 +7,7 @@ use crate::{
 };
 use rijke_lab::{Truth, VirtualRig};
 use rijke_rig::{Campaign, RecordSource, Rig};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Record a campaign in the virtual laboratory: raw microphone records of pings and clicks, as WAV files with a
@@ -77,5 +78,5 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     folder.commit()?;
     let points = lab.set().points.len();
     ui.note(format!("{}: {} records of {points} operating points", args.out.display(), lab.record_count()));
-    Ok(())
+    ui.result(&json!({ "dir": args.out, "records": lab.record_count(), "points": points }))
 }

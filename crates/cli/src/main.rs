@@ -12,6 +12,7 @@ mod check_model;
 mod completions;
 mod failure;
 mod flow;
+mod infer;
 mod inspect;
 mod lab;
 mod man;
@@ -22,6 +23,7 @@ mod process;
 mod rank;
 mod report;
 mod run;
+mod sensitivity;
 mod staging;
 mod ui;
 
@@ -50,8 +52,10 @@ enum Command {
     Rank(rank::Args),
     CheckModel(check_model::Args),
     Modes(modes::Args),
+    Infer(infer::Args),
     Report(report::Args),
     Predict(predict::Args),
+    Sensitivity(sensitivity::Args),
     Completions(completions::Args),
     Man(man::Args),
 }
@@ -70,8 +74,10 @@ impl Command {
             Self::Rank(args) => rank::run(args, ui),
             Self::CheckModel(args) => check_model::run(args, ui),
             Self::Modes(args) => modes::run(args, ui),
+            Self::Infer(args) => infer::run(args, ui),
             Self::Report(args) => report::run(args, ui),
             Self::Predict(args) => predict::run(args, ui),
+            Self::Sensitivity(args) => sensitivity::run(args, ui),
             Self::Completions(args) => completions::run(args, ui),
             Self::Man(args) => man::run(args, ui),
         }

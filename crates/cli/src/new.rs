@@ -6,6 +6,7 @@ use crate::{
     ui::Ui,
 };
 use rijke_rig::{Campaign, OperatingPoint};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Write a commented rig, campaign, manifest and candidate file for a tube with one heat source, to be filled in.
@@ -64,6 +65,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ("candidates.toml", CANDIDATES.to_owned()),
         ("manifest.toml", format!("{MANIFEST}{manifest}")),
     ];
+    let names = files.each_ref().map(|f| f.0);
     for (name, text) in files {
         let path = folder.path().join(name);
         std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))?;
@@ -72,7 +74,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = args.dir.display();
     ui.say(format!("{dir}: fill in rig.toml, campaign.toml and manifest.toml, put the records where manifest.toml names them"));
     ui.say(format!("then: rijke check {dir}"));
-    Ok(())
+    ui.result(&json!({ "dir": args.dir, "files": names }))
 }
 
 /// The entry of an operating point, with the names that its records may have.

@@ -9,6 +9,7 @@ use crate::{
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use rijke_rig::{PointObservations, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{ChannelDelays, ProcessError, ProcessOptions, Processed, process, record_count};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Turn raw records into observations: growth rate, frequency and mode shape of every ping, arrival times of every
@@ -84,9 +85,21 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         0 => String::new(),
         n => format!(", {n} of opposite polarity put right (corrections.csv)"),
     };
-    let out = out.display();
-    ui.note(format!("{out}: {records} records, {rejected} rejected (reasons in rejections.csv){corrected}"));
-    Ok(())
+    let shown = out.display();
+    ui.note(format!(
+        "{shown}: {records} records, {rejected} rejected (reasons in rejections.csv){corrected}"
+    ));
+    let of_point = |p: &PointObservations| {
+        let ping = p.ping.as_ref();
+        let [growth_rate, angular_frequency] =
+            [0, 1].map(|k| ping.map(|p| [if k == 0 { p.s.re } else { p.s.im }, p.covariance[(k, k)].sqrt()]));
+        json!({
+            "point": p.point.id, "pings": p.ping_count, "clicks": p.click_count,
+            "growth_rate": growth_rate, "angular_frequency": angular_frequency,
+        })
+    };
+    let points: Vec<_> = processed.observations.points.iter().map(of_point).collect();
+    ui.result(&json!({ "dir": out, "records": records, "rejected": rejected, "points": points }))
 }
 
 fn table(processed: &Processed) -> Table {

@@ -15,6 +15,7 @@ use rijke_studies::{
     lumped_convergence, microphones, prongs_stage, true_empty_tube,
 };
 use serde::Serialize;
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Train the candidate models on observations, rank them by evidence, and answer the questions of the studies.
@@ -141,17 +142,30 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let ranked = [Some("prongs"), heater.as_ref().map(|_| "heater"), found.as_ref().map(|_| "heat-release")];
     own::left_out(ui, &terms.own, &ranked.into_iter().flatten().collect::<Vec<_>>());
+    let tables = json!({
+        "prongs": rows(&prongs.models),
+        "heater": heater.as_ref().map(|(h, _)| rows(&h.models)),
+        "heat_release": found.as_ref().map(|f| rows(f.models())),
+    });
     let of_heater = heater.map(|(h, _)| h.checks).unwrap_or_default();
     let of_cold = figure_5.map(|f| f.checks).unwrap_or_default();
-    for check in
-        [&tube.checks, &prongs.checks, &of_heater, &of_cold, &microphones.checks].into_iter().flatten()
-    {
-        say(ui, check);
-    }
+    let mut checks = [tube.checks, prongs.checks, of_heater, of_cold, microphones.checks]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>();
+    checks.iter().for_each(|check| say(ui, check));
     if let Some(found) = found {
         found.show(ui, &terms);
+        checks.extend(found.into_checks());
     }
-    Ok(())
+    ui.result(&json!({ "dir": args.out, "tables": tables, "checks": checks }))
+}
+
+/// The rows of a table for `--json`; evidences per operating point.
+fn rows(models: &[ProngModel]) -> Vec<serde_json::Value> {
+    let row =
+        |m: &ProngModel| json!({ "id": m.id, "label": m.label, "evidence": m.evidence, "remark": m.remark });
+    models.iter().map(row).collect()
 }
 
 /// The record of the base flow belongs to the numbers from which the report draws (Fig. 2).
@@ -173,7 +187,7 @@ fn write(folder: &Path, name: &str, numbers: &impl Serialize) -> Result<(), Fail
 fn depth(args: &Args) -> Result<Depth, Failure> {
     if !(args.referee_error > 0.0 && args.referee_error.is_finite()) {
         let problem = format!("--referee-error {} must be positive and finite", args.referee_error);
-        return Err(Failure::bad_input(problem));
+        return Err(Failure::bad_input(problem).remedy("Give a number of nats, such as 0.3; see --help."));
     }
     match args.referee {
         Some(judge) => Ok(Depth::Refereed(judge.kind()?, args.referee_error)),

@@ -26,6 +26,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return report.map(drop).or_bad_input().map_err(|f| f.at(&folder).remedy(&rank_first));
     }
     report.or_failed()?.write(&args.dir).or_failed()?;
-    ui.say(args.dir.join("index.html").display().to_string());
-    Ok(())
+    let page = args.dir.join("index.html");
+    ui.say(page.display().to_string());
+    ui.result(&serde_json::json!({ "page": page }))
 }

@@ -33,11 +33,16 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     for file in &candidates {
         // Known now rather than after an hour.
-        rijke_candidates::Catalogue::read(file).or_bad_input()?;
+        rijke_candidates::Catalogue::read(file)
+            .or_bad_input()
+            .map_err(|f| f.remedy("`rijke candidate --symbols` lists what a formula may name."))?;
     }
     let (observations, flow, results) =
         (dir.join("observations"), dir.join("base-flow"), dir.join("results"));
-    if results.exists() && !args.force {
+    // A ranking without its page was interrupted between the two.
+    let ranked = results.join("numbers").is_dir();
+    let unfinished = ranked && !results.join("index.html").exists();
+    if results.exists() && !args.force && !unfinished {
         return Err(Failure::bad_input(format!("{}: exists already", results.display()))
             .remedy("Move it away, or take every step again with --force."));
     }
@@ -50,7 +55,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
 
     let read = Observations::read(&observations).or_bad_input()?;
-    let hot = hot_points(&read, ui);
+    let hot = hot_points(&read, observations.join(rijke_flow::PROFILES).is_file(), ui);
     if hot && (args.force || !flow.is_dir()) {
         step(&["flow", &text(dir), "--out", &text(&flow)], args.force, ui)?;
     } else if hot {
@@ -66,12 +71,17 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         rank.push("--candidates");
         rank.extend(candidates.iter().map(String::as_str));
     }
-    step(&rank, args.force, ui)?;
-    step(&["report", &results], false, ui)
+    if args.force || !unfinished {
+        step(&rank, args.force, ui)?;
+    }
+    step(&["report", &results], false, ui)?;
+    let results = Path::new(&results);
+    let model = Some(results.join("model.json")).filter(|m| m.is_file());
+    ui.result(&serde_json::json!({ "observations": observations, "base_flow": hot.then_some(flow), "page": results.join("index.html"), "model": model }))
 }
 
 /// Whether there are hot points that can be trained on: with clicks, and on top of what a cold heater teaches.
-fn hot_points(observations: &Observations, ui: &Ui) -> bool {
+fn hot_points(observations: &Observations, profiles: bool, ui: &Ui) -> bool {
     let any = |wanted: &dyn Fn(&PointObservations) -> bool| observations.points.iter().any(wanted);
     if !any(&|p| p.point.power > 0.0) {
         return false;
@@ -80,7 +90,7 @@ fn hot_points(observations: &Observations, ui: &Ui) -> bool {
         any(&|p| p.point.heater && p.point.power == 0.0 && p.point.thermocouples == thermocouples)
     };
     let missing = [
-        (any(&|p| p.point.power > 0.0 && p.click.is_some()), "clicks at hot points"),
+        (profiles || any(&|p| p.point.power > 0.0 && p.click.is_some()), "clicks or profiles at hot points"),
         (cold(false), "points with a cold heater and no thermocouples"),
         (cold(true), "points with a cold heater and thermocouples"),
     ];
@@ -97,7 +107,7 @@ fn step(words: &[&str], force: bool, ui: &Ui) -> Result<(), Failure> {
     ui.note(words.join(" "));
     let program = Program::try_parse_from(&words).or_failed()?;
     // What a step makes is replaced only if it is there: --force without it is the same as without --force.
-    program.command.run(ui)
+    program.command.run(&ui.of_a_step())
 }
 
 fn text(path: &Path) -> String {

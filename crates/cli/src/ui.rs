@@ -1,7 +1,8 @@
 //! What the user sees while a command works. Results go to standard output, everything else to standard error.
 
-use crate::failure::Failure;
+use crate::failure::{Classify, Failure};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
 use std::{
     io::{self, Write},
     process::ExitCode,
@@ -13,23 +14,52 @@ pub(crate) struct Output {
     /// Print errors only.
     #[arg(long, short, global = true)]
     quiet: bool,
+    /// Print the result as one JSON document instead of text; errors too, on standard error.
+    #[arg(long, global = true)]
+    json: bool,
 }
 
 /// The way to the user. Progress bars appear on a terminal only, and never with `--quiet`.
 pub(crate) struct Ui {
     quiet: bool,
+    json: bool,
 }
 
 impl Ui {
     pub(crate) fn new(output: &Output) -> Self {
-        Self { quiet: output.quiet }
+        Self { quiet: output.quiet, json: output.json }
+    }
+
+    /// For a step of a larger command, which gives one result for all: with `--json` the step prints nothing.
+    pub(crate) fn of_a_step(&self) -> Self {
+        Self { quiet: self.quiet || self.json, json: false }
+    }
+
+    /// Whether the result is wanted as JSON.
+    pub(crate) fn is_json(&self) -> bool {
+        self.json
+    }
+
+    /// The result of a command, which is printed with `--json` only; without it the command says the same in words.
+    pub(crate) fn result(&self, result: &impl Serialize) -> Result<(), Failure> {
+        if self.json {
+            self.document(serde_json::to_string_pretty(result).or_failed()?);
+        }
+        Ok(())
+    }
+
+    /// A result in a form of its own on standard output, with or without `--json`.
+    pub(crate) fn document(&self, text: impl AsRef<str>) {
+        if !self.quiet {
+            // A closed pipe (`rijke rank | head`) is no failure of ours.
+            let _ = writeln!(io::stdout(), "{}", text.as_ref());
+        }
     }
 
     /// A line of result on standard output.
     pub(crate) fn say(&self, line: impl AsRef<str>) {
-        if !self.quiet {
-            // A closed pipe (`rijke rank | head`) is no failure of ours.
-            let _ = writeln!(io::stdout(), "{}", line.as_ref());
+        if !self.json {
+            self.document(line);
         }
     }
 
@@ -43,7 +73,8 @@ impl Ui {
     /// A bar for work of `total` steps that may take over two seconds. Can be advanced from several threads; vanishes
     /// when dropped.
     pub(crate) fn progress(&self, what: &'static str, total: u64) -> Progress {
-        let target = if self.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let target =
+            if self.quiet || self.json { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(total), target).with_message(what);
         if let Ok(style) = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len}, {eta} left") {
             bar.set_style(style.progress_chars("=> "));
@@ -53,7 +84,8 @@ impl Ui {
 
     /// Prints a failure and gives its exit status.
     pub(crate) fn fail(&self, failure: &Failure) -> ExitCode {
-        let _ = writeln!(io::stderr(), "{failure}");
+        let text = if self.json { failure.json() } else { failure.to_string() };
+        let _ = writeln!(io::stderr(), "{text}");
         failure.exit_code()
     }
 }

@@ -267,7 +267,7 @@ impl Truth {
     #[must_use]
     #[allow(clippy::expect_used, reason = "the text is part of the program and a test parses it")]
     pub fn standard() -> Self {
-        let text = include_str!("../../../fixtures/lab/truth.toml");
+        let text = include_str!("../fixtures/lab/truth.toml");
         Self::parse(text, Path::new("truth.toml")).expect("the laboratory's own truth is valid")
     }
 
@@ -332,7 +332,7 @@ mod tests {
 
     #[test]
     fn exact_messages_of_a_wrong_truth() {
-        let text = include_str!("../../../fixtures/lab/truth.toml");
+        let text = include_str!("../fixtures/lab/truth.toml");
         assert_eq!(Truth::parse(text, Path::new("t")).unwrap(), Truth::standard());
         let message = |old: &str, new: &str| {
             assert!(text.contains(old), "{old}");

@@ -28,6 +28,7 @@ mod point;
 mod prediction;
 mod predictor;
 mod saved;
+mod sensitivity;
 mod systematic;
 mod training;
 

@@ -19,7 +19,7 @@ pub struct PointModel<'a> {
     /// Numbers of the laws, those of the wall first, because what it loses is a symbol of the others.
     pub(crate) order: Vec<usize>,
     places: Places,
-    guess: C64,
+    pub(crate) guess: C64,
 }
 
 /// Effect number `effect` of candidate number `candidate`, evaluated in surroundings number `around`.
@@ -32,7 +32,7 @@ pub(crate) struct LawAt {
 
 /// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of the last term
 /// taken, so the error itself is smaller by the distance of the guess over that of the modes: near rounding.
-const EIGENVALUE_TOLERANCE: f64 = 1e-11;
+pub(crate) const EIGENVALUE_TOLERANCE: f64 = 1e-11;
 
 /// The laws of one effect at many places. Where the law is a number of the local gas times something that is the same
 /// everywhere, all places share one law with a weight; elsewhere places of the same gas do.

@@ -26,12 +26,14 @@ mod modes;
 mod numbers;
 mod page;
 mod sheet;
+mod stability;
 mod table;
 
 pub use base_flow::{BaseFlow, FlowAt, FlowAtPower, FlowRun, FlowUnknown};
 pub use error::ReportError;
 pub use modes::{ModeCurves, ModesFigure};
 pub use numbers::Numbers;
+pub use stability::StabilityMap;
 
 use std::{fs, path::Path};
 

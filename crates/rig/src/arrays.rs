@@ -105,7 +105,7 @@ pub(crate) fn read_array_record(path: &Path, layout: Layout<'_>) -> Result<Recor
     if let Some(name) = &layout.arrays.rate {
         let have = named(name)?.values.first().copied().unwrap_or(f64::NAN);
         // NaN is no rate either.
-        if !((have - layout.rate_hz).abs() <= 0.5) {
+        if (have - layout.rate_hz).abs() > 0.5 || have.is_nan() {
             return Err(wrong(name, Problem::WrongRate { have, need: layout.rate_hz }));
         }
     }

@@ -28,7 +28,7 @@ impl Rig {
     #[must_use]
     #[allow(clippy::expect_used, reason = "the text is part of the program and a test parses it")]
     pub fn juniper_yoko_2022() -> Self {
-        let text = include_str!("../../../fixtures/rigs/juniper-yoko-2022.toml");
+        let text = include_str!("../fixtures/rigs/juniper-yoko-2022.toml");
         Self::parse(text, Path::new("juniper-yoko-2022.toml")).expect("the rig of the paper is valid")
     }
 
@@ -86,7 +86,7 @@ impl Campaign {
     #[must_use]
     #[allow(clippy::expect_used, reason = "the text is part of the program and a test parses it")]
     pub fn juniper_yoko_2022() -> Self {
-        let text = include_str!("../../../fixtures/campaigns/juniper-yoko-2022.toml");
+        let text = include_str!("../fixtures/campaigns/juniper-yoko-2022.toml");
         Self::parse(text, Path::new("juniper-yoko-2022.toml")).expect("the campaign of the paper is valid")
     }
 }
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     fn paper() -> String {
-        include_str!("../../../fixtures/rigs/juniper-yoko-2022.toml").to_owned()
+        include_str!("../fixtures/rigs/juniper-yoko-2022.toml").to_owned()
     }
 
     #[track_caller]

@@ -18,7 +18,8 @@ pub(crate) fn read(bytes: Vec<u8>) -> Result<Contents, String> {
 fn group(group: &Group, path: &str, depth: usize, into: &mut Contents) -> Result<(), String> {
     let failed = |name: &str| {
         let name = format!("{path}{name}");
-        move |error: hdf5_pure::Error| format!("{name}: {error}")
+        let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
+        move |error: hdf5_pure::Error| format!("{place}{error}")
     };
     for name in group.datasets().map_err(failed(""))? {
         let dataset = group.dataset(&name).map_err(failed(&name))?;

@@ -2,7 +2,8 @@
 //!
 //! `points.csv` says what was measured; `pings.csv` and `clicks.csv` hold one row per operating point (the mean over
 //! repeats), `ping-repeats.csv` and `click-repeats.csv` one row per record. Covariances are written as the upper
-//! triangle, row by row: `cov_A_B` has the unit of A times the unit of B.
+//! triangle, row by row: `cov_A_B` has the unit of A times the unit of B. Tables that were prepared by hand may have a standard
+//! deviation `sd_A` for every number instead, and `points.csv` may lack what counts records.
 
 use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
 use crate::{
@@ -13,6 +14,10 @@ use rijke_numerics::{Cholesky, Matrix};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Columns of `points.csv` that may be missing from one prepared by hand, and what then holds.
+const MAY_BE_MISSING: [(&str, &str); 4] =
+    [("repeats", "1"), ("day", "day"), ("ping_count", "1"), ("click_count", "0")];
 
 /// `observations.toml`.
 #[derive(Serialize, Deserialize)]
@@ -80,7 +85,8 @@ impl Observations {
         let rig = Rig::read(&folder.join("rig.toml"))?;
         let path = folder.join("points.csv");
         let mut points = Vec::new();
-        for row in read_csv(&path, &POINTS.map(String::from))? {
+        let names = POINTS.map(String::from);
+        for row in by_name(&path, &names)? {
             points.push(row.point()?);
         }
         if points.is_empty() {
@@ -93,7 +99,8 @@ impl Observations {
             .collect();
         let (microphones, reference) = (rig.microphones.positions.len(), rig.microphones.reference);
         let columns = ping_columns(microphones, reference);
-        for row in read_csv(&folder.join("pings.csv"), &header(&columns, false))? {
+        let path = folder.join("pings.csv");
+        for row in read_csv(&path, &header_of(&path, &columns)?)? {
             let (values, covariance) = row.measured(1, columns.len())?;
             points[row.known(&index)?].ping = Some(Ping::from_vector(&values, reference, covariance));
         }
@@ -103,7 +110,8 @@ impl Observations {
             points[row.known(&index)?].pings.push((row.whole(1)?, ping));
         }
         let columns = click_columns(microphones);
-        for row in read_csv_if_there(&folder.join("clicks.csv"), &header(&columns, false))? {
+        let path = folder.join("clicks.csv");
+        for row in read_csv_if_there(&path, &header_of(&path, &columns)?)? {
             let (arrival_times, covariance) = row.measured(1, columns.len())?;
             points[row.known(&index)?].click = Some(Click { arrival_times, covariance });
         }
@@ -155,6 +163,15 @@ fn header(columns: &[String], repeats: bool) -> Vec<String> {
         names.extend(columns[i..].iter().map(|b| format!("cov_{a}_{b}")));
     }
     names
+}
+
+/// The header of a table of means as it is meant: with covariances, or with standard deviations if it has the first of them.
+fn header_of(path: &Path, columns: &[String]) -> Result<Vec<String>, RigError> {
+    let sd = |name: &String| format!("sd_{name}");
+    let text = if path.exists() { read_text(path)? } else { String::new() };
+    let short = text.lines().next().is_some_and(|line| line.contains(&sd(&columns[0])));
+    let all = ["point".to_owned()].into_iter().chain(columns.iter().cloned()).chain(columns.iter().map(sd));
+    Ok(if short { all.collect() } else { header(columns, false) })
 }
 
 fn ping_values(ping: &Ping) -> Vec<f64> {
@@ -247,6 +264,30 @@ fn read_csv<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<Row<'a>>, Ri
     Ok(rows)
 }
 
+/// All rows of a CSV file whose columns may stand in any order, without those that may be missing.
+fn by_name<'a>(path: &'a Path, names: &'a [String]) -> Result<Vec<Row<'a>>, RigError> {
+    let text = read_text(path)?;
+    let first = text.strip_prefix('\u{feff}').unwrap_or(&text).lines().next().unwrap_or("");
+    let found: Vec<String> = first.split(',').map(|cell| cell.trim().to_owned()).collect();
+    let default = |name: &str| MAY_BE_MISSING.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
+    let mut rows = read_csv(path, &[])?;
+    let missing = |(_, name): &(usize, &String)| !found.contains(name) && default(name).is_none();
+    if let Some((k, need)) = names.iter().enumerate().find(missing) {
+        let have = found.get(k).cloned().unwrap_or_default();
+        let problem = Problem::BadHeader { column: k + 1, have, need: need.clone() };
+        return Err(RigError::invalid(path, "line 1", problem));
+    }
+    for row in &mut rows {
+        let cell = |name: &String| {
+            let place = found.iter().position(|n| n == name).and_then(|k| row.cells.get(k).cloned());
+            place.unwrap_or_else(|| default(name).unwrap_or_default().to_owned())
+        };
+        row.cells = names.iter().map(cell).collect();
+        row.header = names;
+    }
+    Ok(rows)
+}
+
 impl Row<'_> {
     fn wrong(&self, column: usize, problem: Problem) -> RigError {
         let name = self.header.get(column).map_or("", String::as_str);
@@ -284,6 +325,16 @@ impl Row<'_> {
     fn measured(&self, first: usize, count: usize) -> Result<(Vec<f64>, Matrix), RigError> {
         let values = (first..first + count).map(|k| self.number(k)).collect::<Result<Vec<_>, _>>()?;
         let (mut covariance, mut column) = (Matrix::zeros(count, count), first + count);
+        if self.header.get(first + count).is_some_and(|name| name.starts_with("sd_")) {
+            for i in 0..count {
+                let sd = self.number(first + count + i)?;
+                if sd <= 0.0 {
+                    return Err(self.bad(first + count + i, "a positive standard deviation"));
+                }
+                covariance[(i, i)] = sd * sd;
+            }
+            return Ok((values, covariance));
+        }
         for i in 0..count {
             for j in i..count {
                 let value = self.number(column)?;

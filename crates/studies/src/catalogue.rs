@@ -4,11 +4,11 @@ use crate::StudyError;
 use rijke_candidates::{Candidate, Catalogue};
 
 const FILES: [(&str, &str); 5] = [
-    ("fixtures/candidates/tube.toml", include_str!("../../../fixtures/candidates/tube.toml")),
-    ("fixtures/candidates/prongs.toml", include_str!("../../../fixtures/candidates/prongs.toml")),
-    ("fixtures/candidates/heater.toml", include_str!("../../../fixtures/candidates/heater.toml")),
-    ("fixtures/candidates/heat-release.toml", include_str!("../../../fixtures/candidates/heat-release.toml")),
-    ("fixtures/candidates/beyond.toml", include_str!("../../../fixtures/candidates/beyond.toml")),
+    ("fixtures/candidates/tube.toml", include_str!("../fixtures/candidates/tube.toml")),
+    ("fixtures/candidates/prongs.toml", include_str!("../fixtures/candidates/prongs.toml")),
+    ("fixtures/candidates/heater.toml", include_str!("../fixtures/candidates/heater.toml")),
+    ("fixtures/candidates/heat-release.toml", include_str!("../fixtures/candidates/heat-release.toml")),
+    ("fixtures/candidates/beyond.toml", include_str!("../fixtures/candidates/beyond.toml")),
 ];
 
 /// Every candidate of the files above.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// A small change somewhere along the tube.
 #[derive(Clone, Copy)]
-pub(super) enum Change {
+pub(crate) enum Change {
     Drag,
     Heat,
     Leak,
@@ -16,7 +16,7 @@ pub(super) enum Change {
 }
 
 /// In the order of the curves.
-pub(super) const CHANGES: [Change; 5] =
+pub(crate) const CHANGES: [Change; 5] =
     [Change::Drag, Change::Heat, Change::Leak, Change::Area, Change::Temperature];
 
 impl Change {
@@ -32,7 +32,7 @@ impl Change {
     }
 
     /// Name of its column of numbers.
-    pub(super) fn column(self) -> &'static str {
+    pub(crate) fn column(self) -> &'static str {
         match self {
             Self::Drag => "by_screen_per_s",
             Self::Heat => "by_heater_per_s",
@@ -58,7 +58,7 @@ impl Change {
 
 /// The best place for one change.
 #[derive(Serialize)]
-pub(super) struct Advice {
+pub(crate) struct Advice {
     frequency_hz: f64,
     proposal: &'static str,
     /// m from the upstream end.
@@ -67,7 +67,8 @@ pub(super) struct Advice {
     growth_rate_change: f64,
 }
 
-pub(super) fn of(modes: &[ModeCurves]) -> Vec<Advice> {
+/// The best place of every change, mode by mode.
+pub(crate) fn of(modes: &[ModeCurves]) -> Vec<Advice> {
     let mut all = Vec::new();
     for mode in modes {
         for (change, (_, curve)) in CHANGES.iter().zip(&mode.changes) {
@@ -85,7 +86,7 @@ pub(super) fn of(modes: &[ModeCurves]) -> Vec<Advice> {
     all
 }
 
-pub(super) fn print(modes: &[ModeCurves], advice: &[Advice], ui: &Ui) {
+pub(crate) fn print(modes: &[ModeCurves], advice: &[Advice], ui: &Ui) {
     if advice.is_empty() {
         return;
     }

@@ -7,6 +7,7 @@ use rijke_network::flow_chain::FlowChain;
 use rijke_network::{
     Device, Mode, Modes, NetworkError, Places, Region, Root, Sensitivities, Station, Workspace,
 };
+use rijke_numerics::C64;
 use rijke_report::ModeCurves;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -176,7 +177,6 @@ impl Case {
         /// Points along the whole tube, about; at most a twentieth of them in one segment.
         const POINTS: usize = 1200;
         let root = Root { s: mode.s, steps: 0, residual: mode.residual };
-        let (growth_rate, frequency_hz) = (mode.s.re, mode.s.im / (2.0 * PI));
         let samples = |pieces: usize| (POINTS / pieces).clamp(2, POINTS / 20) + 1;
         let stations = match &self.chain {
             Chain::Rest(built) => {
@@ -186,22 +186,28 @@ impl Case {
             Chain::Flow(chain, _) => chain.along(&root, samples(chain.ducts().len())),
         }
         .or_failed()?;
-        let of = |f: &dyn Fn(&Station) -> f64| stations.iter().map(f).collect();
-        let device = |d: Device| move |s: &Station| s.device(d).re;
-        let changes = CHANGES.iter().map(|change| {
-            let curve = match change {
-                Change::Drag => of(&device(Device::Drag)),
-                Change::Heat => of(&device(Device::Heat)),
-                Change::Leak => of(&device(Device::Leak)),
-                Change::Area => of(&|s| s.area.re),
-                Change::Temperature => of(&|s| s.temperature.re),
-            };
-            (change.label().to_owned(), curve)
-        });
-        let changes = changes.collect();
-        let (pressure, velocity) = (of(&|s| s.pressure.norm()), of(&|s| s.velocity.norm()));
-        Ok(ModeCurves { growth_rate, frequency_hz, x: of(&|s| s.x), pressure, velocity, changes })
+        Ok(curves_of(mode.s, &stations))
     }
+}
+
+/// Shape of a mode and sensitivities of its growth rate along x.
+pub(crate) fn curves_of(s: C64, stations: &[Station]) -> ModeCurves {
+    let of = |f: &dyn Fn(&Station) -> f64| stations.iter().map(f).collect();
+    let device = |d: Device| move |s: &Station| s.device(d).re;
+    let changes = CHANGES.iter().map(|change| {
+        let curve = match change {
+            Change::Drag => of(&device(Device::Drag)),
+            Change::Heat => of(&device(Device::Heat)),
+            Change::Leak => of(&device(Device::Leak)),
+            Change::Area => of(&|s| s.area.re),
+            Change::Temperature => of(&|s| s.temperature.re),
+        };
+        (change.label().to_owned(), curve)
+    });
+    let changes = changes.collect();
+    let (pressure, velocity) = (of(&|s| s.pressure.norm()), of(&|s| s.velocity.norm()));
+    let (growth_rate, frequency_hz) = (s.re, s.im / (2.0 * PI));
+    ModeCurves { growth_rate, frequency_hz, x: of(&|s| s.x), pressure, velocity, changes }
 }
 
 impl Line {

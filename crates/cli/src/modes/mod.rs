@@ -9,6 +9,10 @@ use chain::Case;
 use rijke_report::ModesFigure;
 use std::f64::consts::PI;
 use std::path::PathBuf;
+pub(crate) use {
+    advice::{CHANGES, of as best, print as print_advice},
+    chain::curves_of,
+};
 
 /// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour integral, with
 /// its residual, its condition number and where its energy goes.
@@ -80,7 +84,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Vec::new()
     };
     let advice = if args.sensitivity { advice::of(&stations) } else { Vec::new() };
-    match args.format {
+    let format = if ui.is_json() { Format::Json } else { args.format };
+    match format {
         Format::Table => {
             print::table(&case, &modes, &lines, ui);
             advice::print(&stations, &advice, ui);

@@ -43,7 +43,7 @@ pub(super) fn json(
         modes: lines,
         sensitivity: advice,
     };
-    ui.say(serde_json::to_string_pretty(&answer).or_failed()?);
+    ui.document(serde_json::to_string_pretty(&answer).or_failed()?);
     Ok(())
 }
 

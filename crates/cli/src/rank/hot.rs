@@ -9,8 +9,8 @@ use rijke_lab::Truth;
 use rijke_model::{BaseStates, SavedModel};
 use rijke_rig::Observations;
 use rijke_studies::{
-    Check, ColdStage, HeatRelease, Hot, HotPredictions, Terms, feedback, feedback_naive, figure_8, figure_9,
-    figure_10, figure_11, heat_release, truths,
+    Check, ColdStage, HeatRelease, Hot, HotPredictions, ProngModel, Terms, feedback, feedback_naive,
+    figure_8, figure_9, figure_10, figure_11, heat_release, truths,
 };
 use std::path::Path;
 
@@ -81,6 +81,16 @@ pub(super) fn hot(
 }
 
 impl Found {
+    /// The rows of Table 4.
+    pub(super) fn models(&self) -> &[ProngModel] {
+        &self.table.models
+    }
+
+    /// The statements of the text.
+    pub(super) fn into_checks(self) -> Vec<Check> {
+        self.checks
+    }
+
     /// Table 4 and the statements of the text.
     pub(super) fn show(&self, ui: &Ui, terms: &Terms) {
         table_head(ui);

@@ -3,9 +3,16 @@
 
 mod bad_input;
 mod base_states;
+mod book;
+mod ducted_flame;
+mod formats;
 mod help;
+#[cfg(unix)]
+mod interrupted;
+mod json;
 mod modes;
 mod new_rig;
+mod profiles;
 mod records;
 mod same_seed;
 

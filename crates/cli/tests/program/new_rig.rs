@@ -1,6 +1,6 @@
 //! A new user's way: an empty folder, files to fill in, records, ranked models.
 
-use crate::{rijke, scratch};
+use crate::{book::follow, rijke, scratch};
 use std::{fs, path::Path};
 
 /// Runs a command that must succeed; returns what it prints.
@@ -11,21 +11,14 @@ fn done(folder: &Path, command: &str) -> String {
     String::from_utf8(output.stdout).unwrap() + &said
 }
 
+/// The tutorial as it stands, and then what it does not say.
 #[test]
-fn lab_from_an_empty_folder_to_ranked_models() {
-    let folder = scratch("new-rig");
-    done(&folder, "new my-rig");
-    // Records are still missing: the first one is named.
-    let output = rijke(&folder, &["check", "my-rig"]);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(2) && said.contains("my-rig/P-E/ping-0.wav"), "{said}");
+fn lab_the_tutorial_leads_from_an_empty_folder_to_ranked_models() {
+    let folder = scratch("tutorial");
+    follow(include_str!("../../../../docs/tutorial.md"), &folder);
     // What is written by hand is never replaced.
     assert_eq!(rijke(&folder, &["new", "my-rig"]).status.code(), Some(2));
-
-    done(&folder, "lab --rig my-rig/rig.toml --campaign my-rig/campaign.toml --repeats 3 --out records");
-    let found = done(&folder, "inspect records/P-E/ping-00.wav");
-    assert!(found.contains("WAV, 24 bit integers, 8 channels of 15000 samples at 10000 Hz"), "{found}");
-    done(&folder, "run records");
+    own_candidates_compete(&folder);
     let page = fs::read_to_string(folder.join("records/results/index.html")).unwrap();
     for item in ["Table 1", "Figure 2", "Figure 4", "Table 4", "Figure 10"] {
         assert!(page.contains(item), "the page lacks {item}");
@@ -42,16 +35,50 @@ fn lab_from_an_empty_folder_to_ranked_models() {
     let probability = |line: &str| line.rsplit_once(',').unwrap().1.parse::<f64>().unwrap();
     assert!(rows.lines().skip(1).all(|line| (0.0..0.5).contains(&probability(line))), "{rows}");
 
-    // Nothing is replaced without being asked, and what is finished is kept.
-    let again = rijke(&folder, &["run", "records"]);
-    let said = String::from_utf8(again.stderr).unwrap();
-    assert!(again.status.code() == Some(2) && said.contains("--force"), "{said}");
+    design(&folder);
+
+    // What is finished is kept.
     fs::remove_dir_all(folder.join("records/results")).unwrap();
     let said = done(&folder, "run records");
     assert!(
         said.contains("records/observations: kept") && said.contains("records/base-flow: kept"),
         "{said}"
     );
+}
+
+/// The stability map, and what would make the rig more stable.
+fn design(folder: &Path) {
+    let model = "records/results/model.json --flow records/base-flow --campaign my-rig/campaign.toml";
+    let svg = fs::read_to_string(folder.join("stability.svg")).unwrap();
+    assert!(
+        svg.contains("probability of instability") && svg.contains("virtual data") && !svg.contains("NaN")
+    );
+    assert_eq!(fs::read_to_string(folder.join("stability.csv")).unwrap().lines().count(), 15);
+    let said =
+        done(folder, &format!("sensitivity {model} --point H130-25,H50-75 --plot s.svg --along s.csv"));
+    assert!(
+        said.contains("H130-25: growth rate -") && said.contains("a screen that takes 0.01 rho c u"),
+        "{said}"
+    );
+    assert!(fs::read_to_string(folder.join("s.csv")).unwrap().contains("\nH50-75,"));
+    let output = rijke(folder, &format!("sensitivity {model} --point H9-99").split(' ').collect::<Vec<_>>());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.code() == Some(2) && said.contains("H9-99") && said.contains("Give one of H50-15"),
+        "{said}"
+    );
+}
+
+/// The file that `rijke new` writes: its first candidate is model 2 of Table 4 under another name, and must get the same evidence.
+fn own_candidates_compete(folder: &Path) {
+    let text = fs::read_to_string(folder.join("records/results/numbers/heat_release.json")).unwrap();
+    let table: rijke_studies::HeatRelease = serde_json::from_str(&text).unwrap();
+    let evidence = |id: &str| table.models.iter().find(|m| m.id == id).unwrap().evidence.unwrap();
+    assert_eq!(evidence("my-heat-release.1"), evidence("heat-release.2"));
+    assert!(evidence("my-heat-release.2") != evidence("heat-release.2"));
+    // Beside it, what the project adds to a heat release.
+    let combined = "my-heat-release.1 + mean-flow.convection + steady-drag.quasi-steady + heater.film";
+    assert!(evidence(combined).ln_marginal > evidence("my-heat-release.1").ln_marginal);
 }
 
 #[test]
@@ -81,6 +108,7 @@ fn exact_candidates_are_checked_before_they_are_trained() {
     spoil("exp(-s * k2)", "exp(-s * k3)", &["bad.toml", "k3"]);
     spoil("k1 * Q_h * exp(-s * k2)", "k1 * Q_h", &["bad.toml", "my-heat-release.1", "k2"]);
     spoil("-k1 * Q_h * exp", "-k1 / Q_h ^ 400 * exp", &["bad.toml", "not finite"]);
+    spoil("-k1 * Q_h * exp", "-k1 * Q_h * s * exp", &["bad.toml", "its unit is s^-1, where 1 is wanted"]);
 }
 
 #[test]

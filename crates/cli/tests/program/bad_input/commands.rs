@@ -1,0 +1,104 @@
+//! What is asked of commands that read nothing prepared, or little.
+
+use super::{Case, case};
+use std::{fs, path::Path};
+
+fn network(folder: &Path, text: &str) {
+    fs::write(folder.join("tube.toml"), text).unwrap();
+}
+
+fn numbers(folder: &Path, text: &str) {
+    fs::create_dir_all(folder.join("results/numbers")).unwrap();
+    fs::write(folder.join("results/numbers/prongs.json"), text).unwrap();
+}
+
+pub(super) const CASES: [Case; 15] = [
+    case(
+        "results that do not exist",
+        |_| (),
+        "report results",
+        ["results/numbers", "cannot be read", "rijke rank"],
+    ),
+    case(
+        "results without numbers",
+        |d| fs::create_dir_all(d.join("results/numbers")).unwrap(),
+        "report results",
+        ["results/numbers", "no numbers", "rijke rank"],
+    ),
+    case(
+        "numbers that are damaged",
+        |d| numbers(d, "{\"provenance\":\n [}"),
+        "report results",
+        ["prongs.json", "line 2, column 3", "rijke rank"],
+    ),
+    case(
+        "file that does not exist",
+        |_| (),
+        "inspect run.wav",
+        ["run.wav", "cannot be read", "check the name"],
+    ),
+    case(
+        "empty file",
+        |d| fs::write(d.join("run.csv"), "").unwrap(),
+        "inspect run.csv",
+        ["run.csv", "samples", "correct the quiet length"],
+    ),
+    case(
+        "file of unknown format",
+        |d| fs::write(d.join("run.dat"), "GIF89a").unwrap(),
+        "inspect run.dat",
+        ["run.dat", "not a WAV file", "use 16, 24 or 32 bit"],
+    ),
+    case("row that the campaign does not have", |_| (), "lab --row C9 --out records", ["C9", "C3", "H180"]),
+    case(
+        "rig of the laboratory that does not exist",
+        |_| (),
+        "lab --rig rig.toml --out records",
+        ["rig.toml", "cannot be read", "check the name"],
+    ),
+    case(
+        "truth that is none",
+        |d| fs::write(d.join("truth.toml"), "gravity = 9.81\n").unwrap(),
+        "lab --truth truth.toml --out records",
+        ["truth.toml", "gravity", "expected"],
+    ),
+    case(
+        "laboratory for a folder of records",
+        |_| (),
+        "process records --seed 3 --out observations",
+        ["records", "describe a virtual rig", "--virtual-rig"],
+    ),
+    case(
+        "folder that is not empty",
+        |d| {
+            fs::create_dir(d.join("my-rig")).unwrap();
+            fs::write(d.join("my-rig/rig.toml"), "").unwrap();
+        },
+        "new my-rig",
+        ["my-rig", "exists already", "Give another folder"],
+    ),
+    case(
+        "network without segments",
+        |d| network(d, "name = \"nothing\"\n"),
+        "modes tube.toml",
+        ["tube.toml", "line 1", "missing field `upstream`"],
+    ),
+    case(
+        "network that is no TOML",
+        |d| network(d, "[[segment\n"),
+        "modes tube.toml",
+        ["tube.toml", "line 1", "expected"],
+    ),
+    case(
+        "candidates that do not exist",
+        |_| (),
+        "candidate own.toml",
+        ["own.toml", "cannot be read", "rijke candidate --symbols"],
+    ),
+    case(
+        "nothing to run",
+        |_| (),
+        "run elsewhere",
+        ["elsewhere/manifest.toml", "not a record set", "rijke lab"],
+    ),
+];

@@ -1,0 +1,78 @@
+//! Observations that were prepared by hand: the examples of `docs/records-format.md` are read as they stand there.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
+
+use rijke_numerics::C64;
+use rijke_rig::Observations;
+use std::path::PathBuf;
+
+/// The text of the fenced block of the page that is called `name`.
+fn example(name: &str) -> String {
+    let page = include_str!("../../../docs/records-format.md");
+    let (_, rest) = page.split_once(&format!(" {name}\n")).unwrap();
+    rest.split_once("```").unwrap().0.to_owned()
+}
+
+/// A folder with the examples and a rig of one microphone.
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("rijke-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for file in ["observations.toml", "points.csv", "pings.csv"] {
+        std::fs::write(folder.join(file), example(file)).unwrap();
+    }
+    let rig = include_str!("../../../fixtures/rigs/juniper-yoko-2022.toml");
+    let (head, rest) = rig.split_once("positions = [").unwrap();
+    let rig = format!("{head}positions = [0.75]{}", rest.split_once(']').unwrap().1).replacen(
+        "reference = 5",
+        "reference = 0",
+        1,
+    );
+    std::fs::write(folder.join("rig.toml"), rig).unwrap();
+    folder
+}
+
+#[test]
+fn exact_the_examples_of_the_page_are_observations() {
+    let folder = folder("by-hand");
+    let read = Observations::read(&folder).unwrap();
+    assert_eq!((read.points.len(), read.rig.microphones.positions.len()), (3, 1));
+    let hot = &read.points[2];
+    let ping = hot.ping.as_ref().unwrap();
+    assert_eq!((hot.point.power, hot.point.position, ping.s), (60.0, Some(0.2), C64::new(-3.1, 1092.3)));
+    assert_eq!(
+        (ping.covariance[(0, 0)], ping.covariance[(0, 1)], ping.covariance[(1, 1)]),
+        (0.08 * 0.08, 0.0, 0.25)
+    );
+    assert_eq!((hot.point.repeats, hot.ping_count, &*hot.ambient.id), (1, 1, "day"));
+    // Written and read again they are the same, now with covariances.
+    read.write(&folder).unwrap();
+    assert_eq!(Observations::read(&folder).unwrap(), read);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn exact_messages_of_tables_prepared_by_hand() {
+    let folder = folder("by-hand-wrong");
+    let refused = |file: &str, from: &str, to: &str, says: &str| {
+        let text = example(file);
+        assert!(text.contains(from));
+        std::fs::write(folder.join(file), text.replacen(from, to, 1)).unwrap();
+        let said = Observations::read(&folder).unwrap_err().to_string();
+        assert!(said.contains(says) && said.contains(file), "{said}");
+        std::fs::write(folder.join(file), text).unwrap();
+    };
+    refused(
+        "pings.csv",
+        "-6.21,1041.7,0.05",
+        "-6.21,1041.7,0",
+        "line 2, column `sd_growth_rate_per_s`: `0` is not a positive",
+    );
+    refused("points.csv", "power_W", "power", "column 6 is `power`, expected `power_W`");
+    refused("points.csv", "293.4", "20 C", "line 2, column `ambient_temperature_K`: `20 C`");
+    refused(
+        "pings.csv",
+        "cold-20",
+        "cold-2",
+        "line 3, column `point`: `cold-2` is not known; known: cold-20, empty, hot-20",
+    );
+    std::fs::remove_dir_all(folder).unwrap();
+}
