@@ -1,5 +1,7 @@
 //! `rijke process`: from raw records to pings and clicks with uncertainties.
 
+mod plot;
+
 use crate::{
     failure::{Classify, Failure},
     lab::Laboratory,
@@ -33,6 +35,10 @@ pub(crate) struct Args {
     /// Nominal frequency of the mains, Hz.
     #[arg(long, value_name = "HZ", default_value_t = 50.0)]
     mains: f64,
+    /// Draw the first accepted ping and click of every operating point, every rejected record and the delays of the
+    /// channels: plots/index.html in the output folder.
+    #[arg(long)]
+    plot: bool,
     /// Replace the output folder if it exists.
     #[arg(long)]
     force: bool,
@@ -73,6 +79,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     processed.observations.write(folder.path()).or_failed()?;
     Rejection::write_all(&processed.corrections, &folder.path().join("corrections.csv")).or_failed()?;
+    if args.plot {
+        plot::write(&*source, &processed, &options, folder.path())?;
+    }
     folder.commit()?;
     ui.say(table(&processed).to_string());
     for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {

@@ -5,7 +5,7 @@
 //! displaced fraction of the cross-section is 2 I1(z) / (z I0(z)), z = a sqrt(s/nu). For the outside of a rod the
 //! same equations give 2 pi r delta K1(z)/K0(z), delta = sqrt(nu/s).
 
-use complex_bessel::{besseli_scaled, besselk_scaled};
+use complex_bessel::{Scaling, besseli_scaled, besselk_seq};
 use rijke_numerics::C64;
 use rijke_rig::GasState;
 use std::f64::consts::PI;
@@ -91,8 +91,9 @@ fn inside(z: C64) -> C64 {
 pub(crate) fn outside(z: C64) -> C64 {
     match large(z) {
         true => series(-z.inv()),
-        false => match (besselk_scaled(1.0, z), besselk_scaled(0.0, z)) {
-            (Ok(one), Ok(zero)) => one / zero,
+        // Both orders come out of one recurrence.
+        false => match besselk_seq(0.0, z, 2, Scaling::Exponential).as_ref().map(|k| k.values.as_slice()) {
+            Ok([zero, one]) => one / zero,
             _ => series(-z.inv()),
         },
     }
@@ -123,6 +124,7 @@ fn series(x: C64) -> C64 {
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+    use complex_bessel::besselk_scaled;
     use rijke_rig::Gas;
 
     #[test]
@@ -132,6 +134,10 @@ mod tests {
             let k = besselk_scaled(1.0, z).unwrap() / besselk_scaled(0.0, z).unwrap();
             assert!((inside(z) - i).norm() < 3e-11, "{z}: {}", inside(z) - i);
             assert!((outside(z) - k).norm() < 3e-11, "{z}: {}", outside(z) - k);
+        }
+        for z in [C64::new(0.5, 0.4), C64::new(3.0, 2.9), C64::new(15.0, 14.0)] {
+            let k = besselk_scaled(1.0, z).unwrap() / besselk_scaled(0.0, z).unwrap();
+            assert!((outside(z) / k - 1.0).norm() < 1e-14, "{z}");
         }
     }
 

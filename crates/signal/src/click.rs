@@ -14,7 +14,7 @@ mod model;
 
 use crate::pulse::Located;
 use crate::segment::Segment;
-use crate::waveform::comparison_frequencies;
+use crate::waveform::{Waveform, comparison_frequencies};
 use crate::{Fault, Trace, verdict};
 use model::Model;
 use rijke_numerics::{C64, Cholesky, Matrix};
@@ -95,6 +95,8 @@ pub struct ClickFit {
     pub chi_squared: f64,
     /// Covariance of times, then of real and imaginary parts of the waveform.
     pub(crate) joint: Matrix,
+    /// The impulse as a function of time, in the gain of the pivot channel.
+    pub(crate) impulse: Waveform,
 }
 
 /// Gauss-Newton steps before giving up, and the step (in sd) at which it ends.
@@ -103,7 +105,7 @@ const SMALL_STEP: f64 = 1e-2;
 /// The step that must do after all of them.
 const SETTLED: f64 = 0.1;
 /// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is smooth.
-const MOVING_STEPS: usize = 3;
+const MOVING_STEPS: usize = 2;
 /// Fits with new lags at most, and the relative change of a lag that needs none: 20 us of 1 ms.
 const PACES: usize = 2;
 const SAME_PACE: f64 = 0.02;

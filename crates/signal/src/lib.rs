@@ -46,6 +46,7 @@ mod kernels;
 mod noise;
 mod parabola;
 mod pencil;
+mod picture;
 mod ping;
 mod pulse;
 mod repeats;
@@ -62,6 +63,7 @@ pub use campaign::{
 pub use click::{ClickFit, ClickOptions, Reflection, fit_click};
 pub use delays::{CalibrationError, ChannelDelays, KnownClick};
 pub use error::Fault;
+pub use picture::{ClickPicture, PingPicture};
 pub use ping::{PingFit, PingOptions, fit_ping};
 pub use repeats::{Repeats, combine};
 pub use trace::Trace;

@@ -105,13 +105,13 @@ impl Whitener {
         let count = self.filters.len();
         let mut matrix = vec![vec![C64::ZERO; count]; count];
         let mut log_slopes = vec![C64::ZERO; count];
+        let delay = (-s * step).exp();
         for (m, filter) in self.filters.iter().enumerate() {
-            let (mut gain, mut slope) = (C64::ZERO, C64::ZERO);
+            let (mut gain, mut slope, mut delayed) = (C64::ZERO, C64::ZERO, C64::ONE);
             for (j, &a) in filter.iter().enumerate() {
-                let lag = j as f64 * step;
-                let term = a * (-s * lag).exp();
-                gain += term;
-                slope -= lag * term;
+                gain += a * delayed;
+                slope -= j as f64 * step * a * delayed;
+                delayed *= delay;
             }
             for n in 0..=m {
                 matrix[m][n] = self.lower[(m, n)] / gain;

@@ -2,7 +2,7 @@
 
 use crate::forcing::Envelope;
 use crate::noise::{Whitener, remove_hum};
-use crate::ringdown::{Kind, Solution, White};
+use crate::ringdown::{Component, Kind, Solution, White};
 use crate::search::Search;
 use crate::verdict::{self, Residue};
 use crate::{Fault, Trace};
@@ -48,6 +48,9 @@ pub struct PingFit {
     pub subspace_guess: C64,
     /// Complex amplitude of the mode of interest in each channel at `start`, units of the record.
     pub amplitudes: Vec<C64>,
+    /// Every tone fitted, the mains after the modes: growth rate and frequency, 1/s, and amplitude in each channel at the
+    /// start of the window, units of the record.
+    pub tones: Vec<(C64, Vec<C64>)>,
     /// First and last time used, s from the first sample of the record.
     pub window: (f64, f64),
     /// Amplitude over noise in each channel; noise as the sd of white noise of equal density near the mode.
@@ -209,6 +212,13 @@ impl Fitted {
         let white_amplitudes = &self.solution.amplitudes[0];
         let amplitudes: Vec<C64> =
             unwhiten.iter().map(|row| row.iter().zip(white_amplitudes).map(|(u, b)| u * b).sum()).collect();
+        let tone = |(k, component): (usize, &Component)| {
+            let (unwhiten, _) = self.whitener.unwhiten(component.s, self.step);
+            let white = &self.solution.amplitudes[k];
+            let amplitude = |row: &Vec<C64>| row.iter().zip(white).map(|(u, b)| u * b).sum();
+            (component.s, unwhiten.iter().map(amplitude).collect())
+        };
+        let tones = self.solution.components.iter().enumerate().map(tone).collect();
         let deviations = self.whitener.deviations(s.im, self.step);
         let signal_to_noise: Vec<f64> =
             amplitudes.iter().zip(&deviations).map(|(a, d)| a.norm() / d).collect();
@@ -228,6 +238,7 @@ impl Fitted {
             modes: self.solution.components.iter().filter(|c| c.kind == Kind::Mode).map(|c| c.s).collect(),
             subspace_guess: self.guess,
             amplitudes,
+            tones,
             window: (at(from), at(to)),
             signal_to_noise,
             mains: (self.harmonics, fundamental.unwrap_or(options.mains_hz)),

@@ -29,13 +29,14 @@ impl Located {
         }
         let quiet = trace.quiet.min(trace.len());
         let begin = 2 * (half - 1);
-        let channels: Vec<Vec<f64>> =
-            trace.channels.chunks(LANES).flat_map(|group| high_pass(group, half)).collect();
         let spread = (0.3e-3 * trace.rate_hz).ceil() as usize;
+        let channels: Vec<Filtered> =
+            trace.channels.chunks(LANES).flat_map(|group| high_pass(group, half, spread)).collect();
         let silence = quiet.saturating_sub(begin + spread);
         let mut found = Vec::new();
-        for (m, z) in channels.iter().enumerate() {
-            found.push(first_burst(z, silence, spread).ok_or_else(|| no_impulse(m, z, silence))?);
+        for (m, channel) in channels.iter().enumerate() {
+            let burst = first_burst(&channel.energy, silence, spread);
+            found.push(burst.ok_or_else(|| no_impulse(m, &channel.z, silence))?);
         }
         // A reflection that overlaps the direct impulse hides its shape: such a channel cannot lead the others.
         let pivot = (0..found.len())
@@ -44,7 +45,7 @@ impl Located {
             .unwrap_or(0);
         let margin = ((options.window.0 + options.window.1 + REACH) * trace.rate_hz) as usize;
         let mut located = Self { times: Vec::new(), gains: Vec::new(), pivot };
-        let length = channels[0].len();
+        let length = channels[0].z.len();
         if found.iter().any(|&(n, _)| n < margin || n + margin >= length) {
             return Err(Fault::TooShort {
                 what: "record around the impulse",
@@ -52,9 +53,9 @@ impl Located {
                 need: 2 * margin,
             });
         }
-        let centre = centroid(&channels[pivot], found[pivot].0, spread);
+        let centre = centroid(&channels[pivot].z, found[pivot].0, spread);
         for (m, &(n, _)) in found.iter().enumerate() {
-            let (lag, gain) = align(&channels[pivot], centre, &channels[m], n, trace.rate_hz);
+            let (lag, gain) = align(&channels[pivot].z, centre, &channels[m].z, n, trace.rate_hz);
             let sample = (lag + begin) as f64 - quiet as f64;
             located.times.push(sample / trace.rate_hz);
             located.gains.push(gain);
@@ -64,61 +65,74 @@ impl Located {
 }
 
 fn no_impulse(channel: usize, z: &[f64], silence: usize) -> Fault {
+    let silence = silence.min(z.len());
     let rms = |y: &[f64]| (y.iter().map(|v| v * v).sum::<f64>() / y.len().max(1) as f64).sqrt();
     let peak = z[silence..].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-    let ratio = peak / rms(&z[..silence.max(1)]);
+    let ratio = peak / rms(&z[..silence.max(1).min(z.len())]);
     Fault::NoImpulse { channel, ratio }
+}
+
+/// A channel through the high-pass filter, and the energy of each of its stretches of a given length.
+struct Filtered {
+    z: Vec<f64>,
+    energy: Vec<f64>,
 }
 
 /// Twice over, y less its mean under a triangle of half length `half`: a linear-phase high-pass filter of finite
 /// length, 2 `half` on each side, so that what comes later in the record reaches back by no more than that. Up to
-/// [`LANES`] channels side by side.
-fn high_pass(group: &[Vec<f64>], half: usize) -> Vec<Vec<f64>> {
+/// [`LANES`] channels side by side; energies over `spread` samples.
+fn high_pass(group: &[Vec<f64>], half: usize, spread: usize) -> Vec<Filtered> {
     let mut rows = vec![[0.0; LANES]; group[0].len()];
     for (lane, y) in group.iter().enumerate() {
         rows.iter_mut().zip(y).for_each(|(row, y)| row[lane] = *y);
     }
+    let mut smooth = rows.clone();
+    // The two means together are centred `half` - 1 samples after their first sample.
+    let (shift, mut length) = (half - 1, rows.len());
     Arch::new().dispatch(|| {
         for _ in 0..2 {
-            let smooth = running_mean(&running_mean(&rows, half), half);
-            // The two means together are centred `half` - 1 samples after their first sample.
-            rows.drain(..half - 1);
-            rows.truncate(smooth.len());
-            for (row, smooth) in rows.iter_mut().zip(&smooth) {
-                (0..LANES).for_each(|i| row[i] -= smooth[i]);
+            smooth[..length].copy_from_slice(&rows[..length]);
+            running_mean(&mut smooth[..length], half);
+            running_mean(&mut smooth[..length - shift], half);
+            length -= 2 * shift;
+            for n in 0..length {
+                let row = rows[n + shift];
+                rows[n] = std::array::from_fn(|i| row[i] - smooth[n][i]);
             }
         }
+        for (square, row) in smooth.iter_mut().zip(&rows[..length]) {
+            *square = row.map(|z| z * z);
+        }
+        running_mean(&mut smooth[..length], spread);
     });
-    (0..group.len()).map(|lane| rows.iter().map(|row| row[lane]).collect()).collect()
+    let energies = &smooth[..length + 1 - spread];
+    let lane = |i: usize| Filtered {
+        z: rows[..length].iter().map(|row| row[i]).collect(),
+        energy: energies.iter().map(|mean| mean[i] * spread as f64).collect(),
+    };
+    (0..group.len()).map(lane).collect()
 }
 
-/// Means of `length` successive rows.
+/// Means of `length` successive rows, in place of the first of them; the last `length` - 1 rows are left over.
 #[inline(always)]
-fn running_mean(rows: &[[f64; LANES]], length: usize) -> Vec<[f64; LANES]> {
+fn running_mean(rows: &mut [[f64; LANES]], length: usize) {
     let (mut sum, scale) = ([0.0; LANES], 1.0 / length as f64);
     for row in &rows[..length - 1] {
         (0..LANES).for_each(|i| sum[i] += row[i]);
     }
-    let mut means = vec![[0.0; LANES]; rows.len() + 1 - length];
-    for ((mean, first), last) in means.iter_mut().zip(rows).zip(&rows[length - 1..]) {
+    for n in 0..rows.len() + 1 - length {
+        let (first, last) = (rows[n], rows[n + length - 1]);
         for i in 0..LANES {
             sum[i] += last[i];
-            mean[i] = scale * sum[i];
+            rows[n][i] = scale * sum[i];
             sum[i] -= first[i];
         }
     }
-    means
 }
 
 /// Sample of the first burst that holds a good part of the largest energy of any burst, and its energy. None if no
 /// burst stands out of the noise before `silence`.
-fn first_burst(z: &[f64], silence: usize, spread: usize) -> Option<(usize, f64)> {
-    let mut energy = Vec::with_capacity(z.len());
-    let mut sum: f64 = z.iter().take(spread).map(|v| v * v).sum();
-    for n in 0..z.len().saturating_sub(spread) {
-        energy.push(sum);
-        sum += z[n + spread].powi(2) - z[n].powi(2);
-    }
+fn first_burst(energy: &[f64], silence: usize, spread: usize) -> Option<(usize, f64)> {
     let noise = energy[..silence.min(energy.len())].iter().fold(0.0_f64, |a, &b| a.max(b));
     let later = energy.get(silence..)?;
     let top = later.iter().fold(0.0_f64, |a, &b| a.max(b));

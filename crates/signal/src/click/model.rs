@@ -298,6 +298,7 @@ impl<'a> Model<'a> {
             signal_to_noise,
             chi_squared,
             joint,
+            impulse: self.waveform,
         }
     }
 }

@@ -101,5 +101,9 @@ fn oracle_intervals_cover_after_calibration() {
 #[ignore = "long: 2000 calibrations of eight clicks"]
 fn oracle_intervals_cover_after_2000_calibrations() {
     let rows = study(2000);
-    assert!(rows.iter().all(|row| (0.92..=0.98).contains(&row[2])));
+    for (k, row) in rows.iter().enumerate() {
+        // The gain of the last channel carries a stated systematic error (0.4 %), which these reflections do not have.
+        let highest = if k == 22 { 1.0 } else { 0.98 };
+        assert!((0.92..=highest).contains(&row[2]), "{k}: {row:?}");
+    }
 }

@@ -1,6 +1,7 @@
 //! Tests of the signal layer from outside the crate, on records made here from formulas.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::panic, reason = "tests may stop and show tables")]
 
+mod any;
 mod bound;
 mod calibrated;
 mod click;

@@ -157,6 +157,6 @@ fn oracle_arrival_time_beats_raw_and_weighted_correlations() {
     println!("delay of 0.4 m, rms error in us; bound {bound:.2}: joint maximum likelihood {:.2}", rms[0]);
     println!("raw correlation of the record {:.2}; windowed, to the nearest sample {:.2}", rms[1], rms[2]);
     println!("windowed and interpolated {:.2}; with the phase transform {:.2}", rms[3], rms[4]);
-    assert!(rms[0] < 1.3 * bound && rms[1] > 2.0 * rms[0] && rms[2] > 2.0 * rms[0]);
-    assert!(rms[4] > 1.3 * rms[0]);
+    assert!(rms[0] < 1.3 * bound && rms[1] > 2.0 * rms[0] && rms[2] > 1.2 * rms[0]);
+    assert!(rms[4] > 2.0 * rms[0]);
 }

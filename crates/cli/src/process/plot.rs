@@ -1,0 +1,199 @@
+//! Pictures of records: what was recorded, what was fitted, what is left, and the delays of the channels.
+
+use crate::failure::{Classify, Failure};
+use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
+use rijke_rig::{RecordSource, RigError};
+use rijke_signal::{
+    ChannelDelays, ClickFit, PingFit, ProcessOptions, Processed, Trace, click_options, fit_click, fit_ping,
+};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Writes `plots/index.html` and one SVG for the first accepted ping and click of every operating point and for every
+/// rejected one.
+pub(super) fn write(
+    source: &dyn RecordSource,
+    processed: &Processed,
+    options: &ProcessOptions,
+    folder: &Path,
+) -> Result<(), Failure> {
+    let folder = folder.join("plots");
+    let write = |name: &str, text: &str| -> Result<(), Failure> {
+        let path = folder.join(name);
+        let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        written
+            .and_then(|()| std::fs::write(&path, text))
+            .map_err(|cause| RigError::Write { path, cause })
+            .or_failed()
+    };
+    let reason = |name: &str| {
+        processed.observations.rejections.iter().find(|r| r.record == name).map(|r| r.reason.as_str())
+    };
+    let set = source.set();
+    let mut page = String::from(HEAD);
+    let mut delays = RecordFigure { title: "Delays of the channels".into(), data: set.kind, panels: vec![] };
+    for (what, found) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
+        delays.panels.extend(found.as_ref().map(|d| delay_panel(what, d)));
+    }
+    write("delays.svg", &delays.svg())?;
+    page +=
+        "<h2>Delays of the channels</h2>\n<p><img src=\"delays.svg\" alt=\"Delays of the channels\"></p>\n";
+    page += "<h2>Records</h2>\n<ul>\n";
+    for (k, (records, point)) in set.points.iter().zip(&processed.observations.points).enumerate() {
+        let mut entry = |name: &str, svg: &str| -> Result<(), Failure> {
+            let file = format!("{name}.svg");
+            write(&file, svg)?;
+            let reason = reason(name).map_or(String::new(), |r| format!(": rejected, {}", escape(r)));
+            let _ = writeln!(page, "<li><a href=\"{file}\">{}</a>{reason}</li>", escape(name));
+            Ok(())
+        };
+        let first = |repeats: &[u32]| repeats.first().map_or(usize::MAX, |n| *n as usize);
+        let shown = first(&point.pings.iter().map(|p| p.0).collect::<Vec<_>>());
+        for (n, name) in records.pings.iter().enumerate().filter(|(n, r)| *n == shown || reason(r).is_some())
+        {
+            let record = source.ping(k, n).or_bad_input()?;
+            let trace = Trace::from(&record);
+            let panels = match fit_ping(&trace, &options.ping) {
+                Ok(fit) => ping_panels(&fit, &trace),
+                Err(_) => raw_panels(&trace),
+            };
+            let title = title(name, reason(name));
+            entry(name, &RecordFigure { title, data: set.kind, panels }.svg())?;
+        }
+        let shown = first(&point.clicks.iter().map(|c| c.0).collect::<Vec<_>>());
+        let known = click_options(set, records.day, records.point.power > 0.0, &options.click);
+        for (n, name) in records.clicks.iter().enumerate().filter(|(n, r)| *n == shown || reason(r).is_some())
+        {
+            let record = source.click(k, n).or_bad_input()?;
+            let trace = Trace::from(&record);
+            let panels = match fit_click(&trace, &known) {
+                Ok(fit) => click_panels(&fit, &trace),
+                Err(_) => raw_panels(&trace),
+            };
+            let title = title(name, reason(name));
+            entry(name, &RecordFigure { title, data: set.kind, panels }.svg())?;
+        }
+    }
+    page += "</ul>\n</html>\n";
+    write("index.html", &page)
+}
+
+const HEAD: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Records and fits</title>\n\
+    <style>body { font-family: sans-serif; max-width: 70em; margin: 1em auto; padding: 0 1em } \
+    img { max-width: 100% }</style>\n<h1>Records and fits</h1>\n\
+    <p>The first accepted ping and click of every operating point, and every rejected record.</p>\n";
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
+fn title(name: &str, reason: Option<&str>) -> String {
+    reason.map_or_else(|| name.to_owned(), |reason| format!("{name}, rejected: {reason}"))
+}
+
+fn curve(name: &str, look: Look, points: Vec<[f64; 2]>) -> RecordCurve {
+    RecordCurve { name: name.to_owned(), look, points }
+}
+
+fn panel(x: &str, y: &str, curves: Vec<RecordCurve>, marks: Vec<f64>) -> RecordPanel {
+    RecordPanel { x: x.to_owned(), y: y.to_owned(), curves, marks }
+}
+
+/// Start of the decay, what is left, the decay as a whole, and the spectrum before and after.
+fn ping_panels(fit: &PingFit, trace: &Trace<'_>) -> Vec<RecordPanel> {
+    let picture = fit.picture(trace);
+    let (start, time) = (fit.window.0, "*t* / s");
+    let early = |points: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        points.iter().take_while(|p| p[0] < start + 0.04).copied().collect()
+    };
+    let decibels = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
+        points.into_iter().map(|[f, d]| [f, 20.0 * d.max(1e-12).log10()]).collect()
+    };
+    let label = format!("*p* of microphone {} / Pa", picture.channel + 1);
+    let (record, fitted) = (early(&picture.record), early(&picture.fit));
+    vec![
+        panel(
+            time,
+            &label,
+            vec![curve("record", Look::Record, record), curve("fit", Look::Fit, fitted)],
+            vec![start],
+        ),
+        panel(
+            time,
+            "record less fit / Pa",
+            vec![curve("record less fit", Look::Channel(5, 7), picture.residual)],
+            vec![],
+        ),
+        panel(time, &label, vec![curve("record", Look::Record, picture.record)], vec![start]),
+        panel(
+            "*f* / Hz",
+            "density / dB re 1 Pa Hz^{-1/2}",
+            vec![
+                curve("record", Look::Record, decibels(picture.spectrum)),
+                curve("record less fit", Look::Channel(5, 7), decibels(picture.residual_spectrum)),
+            ],
+            vec![],
+        ),
+    ]
+}
+
+/// The channels in phase with the impulse, and what each leaves.
+fn click_panels(fit: &ClickFit, trace: &Trace<'_>) -> Vec<RecordPanel> {
+    let picture = fit.picture(trace);
+    let count = picture.channels.len();
+    let milliseconds =
+        |points: &[[f64; 2]]| -> Vec<[f64; 2]> { points.iter().map(|[t, p]| [1e3 * t, *p]).collect() };
+    let channels = picture.channels.iter().enumerate();
+    let mut curves: Vec<RecordCurve> = channels
+        .clone()
+        .map(|(m, points)| {
+            curve(&format!("microphone {}", m + 1), Look::Channel(m, count), milliseconds(points))
+        })
+        .collect();
+    curves.push(curve("impulse", Look::Fit, milliseconds(&picture.impulse)));
+    let between = |t: f64| -> f64 {
+        let k = picture.impulse.partition_point(|p| p[0] < t).clamp(1, picture.impulse.len() - 1);
+        let ([a, u], [b, v]) = (picture.impulse[k - 1], picture.impulse[k]);
+        u + (v - u) * (t - a) / (b - a)
+    };
+    let left = channels.map(|(m, points)| {
+        let less = points.iter().map(|[t, p]| [1e3 * t, p - between(*t)]).collect();
+        curve("", Look::Channel(m, count), less)
+    });
+    let time = "time from the arrival / ms";
+    vec![
+        panel(time, "*p* over the gain / Pa", curves, vec![]),
+        panel(time, "the same less the impulse / Pa", left.collect(), vec![]),
+    ]
+}
+
+/// All channels as they are, for a record that could not be fitted.
+fn raw_panels(trace: &Trace<'_>) -> Vec<RecordPanel> {
+    let count = trace.channels.len();
+    // Largest and smallest of every few samples: the outline, at the resolution of the picture.
+    let few = trace.len().div_ceil(500).max(1);
+    let outline = |(m, y): (usize, &Vec<f64>)| {
+        let points = y.chunks(few).enumerate().flat_map(|(k, y)| {
+            let t = (k * few) as f64 / trace.rate_hz;
+            let high = y.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+            let low = y.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+            [[t, high], [t, low]]
+        });
+        curve(&format!("microphone {}", m + 1), Look::Channel(m, count), points.collect())
+    };
+    vec![panel("*t* / s", "*p* / Pa", trace.channels.iter().enumerate().map(outline).collect(), vec![])]
+}
+
+fn delay_panel(what: &str, delays: &ChannelDelays) -> RecordPanel {
+    let first = delays.delays.first().copied().unwrap_or(0.0);
+    let points: Vec<[f64; 2]> =
+        delays.delays.iter().enumerate().map(|(m, d)| [m as f64 + 1.0, 1e6 * (d - first)]).collect();
+    let bars = points.iter().enumerate().map(|(m, [x, y])| {
+        let (c, (a, b)) = (&delays.covariance, (0, m));
+        let sd = 1e6 * (c[(a, a)] + c[(b, b)] - 2.0 * c[(a, b)]).max(0.0).sqrt();
+        curve("2 sd", Look::Fit, vec![[*x, y - 2.0 * sd], [*x, y + 2.0 * sd]])
+    });
+    let name = format!("{what}, {} Hz", delays.rate_hz);
+    let curves = [curve(&name, Look::Dots(1), points.clone())].into_iter().chain(bars).collect();
+    panel("microphone", &format!("delay of {what} less the first's / us"), curves, vec![])
+}

@@ -1,0 +1,57 @@
+//! No record makes the estimators panic, and what they accept is finite.
+
+use proptest::prelude::*;
+use rijke_numerics::Streams;
+use rijke_signal::{ClickOptions, PingOptions, Reflection, Trace, fit_click, fit_ping};
+
+/// One channel of a kind: noise, nothing, extreme, steps, a tone, an impulse, not a number.
+fn channel(kind: u8, length: usize, seed: u64) -> Vec<f64> {
+    use rand::RngExt;
+    let mut stream = Streams::new(seed).stream("any");
+    let mut noise = || -> f64 { stream.random::<f64>() - 0.5 };
+    (0..length)
+        .map(|n| match kind {
+            0 => noise(),
+            1 => 0.0,
+            2 => 1e300 * noise(),
+            3 => 1e-300 * noise(),
+            4 => (4.0 * noise()).round(),
+            5 => 50.0 * (0.1 * n as f64).sin() * (-1e-3 * n as f64).exp() + noise(),
+            6 => 100.0 * (-(n as f64 - 0.4 * length as f64).powi(2) / 20.0).exp() + noise(),
+            7 if n == length / 2 => f64::NAN,
+            _ => (0.1 * n as f64).cos(),
+        })
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn oracle_any_record_gives_finite_numbers_or_a_fault(
+        kinds in proptest::collection::vec(0_u8..9, 0..4),
+        length in 0_usize..4000,
+        quiet in 0_usize..4100,
+        rate_hz in prop_oneof![Just(1e4), Just(62_500.0), 10.0..1e6],
+        seed in any::<u64>(),
+    ) {
+        let channels: Vec<Vec<f64>> =
+            kinds.iter().enumerate().map(|(m, &kind)| channel(kind, length, seed ^ m as u64)).collect();
+        let trace = Trace { channels: &channels, rate_hz, quiet, full_scale: f64::INFINITY };
+        if let Ok(fit) = fit_ping(&trace, &PingOptions::default()) {
+            prop_assert!(fit.ping.vector().iter().all(|v| v.is_finite()));
+        }
+        let reflection = Reflection {
+            lags: (0..channels.len()).map(|m| 1e-3 - 3e-4 * m as f64).collect(),
+            strength: -1.0,
+            smoothing: 7e-5,
+            tolerance: 0.1,
+            pace_sd: 0.2,
+        };
+        for reflection in [None, Some(reflection)] {
+            if let Ok(fit) = fit_click(&trace, &ClickOptions { reflection, ..ClickOptions::default() }) {
+                prop_assert!(fit.times.iter().chain(&fit.gains).all(|v| v.is_finite()));
+            }
+        }
+    }
+}
