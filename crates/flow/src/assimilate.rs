@@ -11,13 +11,14 @@
 //! ([`physical`]), so a uniform prior is kept exactly and its bounds cannot be crossed.
 
 mod ambient;
+mod axis;
 mod batch;
-mod bounded;
 mod estimate;
 mod files;
 mod filter;
 mod record;
 mod report;
+mod shape;
 mod smoother;
 mod twin;
 mod whitening;

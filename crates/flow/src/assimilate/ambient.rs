@@ -35,11 +35,12 @@ pub fn smooth_ambient(record: &Record) -> Ambient {
 }
 
 impl Ambient {
-    /// Covariance of the error of the means over `bin` samples each, K^2.
+    /// Covariance of the error at the first sample and of the means over `bin` samples each, K^2.
     #[must_use]
-    pub fn covariance_of_means(&self, bin: usize) -> Matrix {
+    pub fn covariance(&self, bin: usize) -> Matrix {
         let n = self.temperature.len();
-        let bins: Vec<std::ops::Range<usize>> = (0..n).step_by(bin).map(|k| k..(k + bin).min(n)).collect();
+        let means = (0..n).step_by(bin).map(|k| k..(k + bin).min(n));
+        let bins: Vec<std::ops::Range<usize>> = std::iter::once(0..n.min(1)).chain(means).collect();
         let columns: Vec<Vec<f64>> = bins
             .iter()
             .map(|range| {
@@ -103,9 +104,9 @@ mod tests {
         for i in 0..n {
             assert!((ambient.temperature[i] - 293.0 - mean[i]).abs() < 1e-5);
         }
-        let bins = ambient.covariance_of_means(3);
-        for (i, a) in [0..3, 3..6, 6..7].into_iter().enumerate() {
-            for (j, b) in [0..3, 3..6, 6..7].into_iter().enumerate() {
+        let bins = ambient.covariance(3);
+        for (i, a) in [0..1, 0..3, 3..6, 6..7].into_iter().enumerate() {
+            for (j, b) in [0..1, 0..3, 3..6, 6..7].into_iter().enumerate() {
                 let pairs = a.clone().flat_map(|k| b.clone().map(move |l| (k, l)));
                 let sum: f64 = pairs.map(|(k, l)| posterior[(k, l)]).sum();
                 let mean = sum / (a.len() * b.len()) as f64;

@@ -1,14 +1,16 @@
 //! All clicks at once: the most probable unknowns, and the posterior around them.
 
-use super::bounded::moments;
+use super::axis::Axis;
 use super::estimate::{Estimate, Health};
 use super::record::observe;
+use super::shape::Shape;
 use super::whitening::Whitening;
 use super::{Record, smooth_ambient, unknowns_from};
 use crate::number::{Dual, Number};
-use crate::{FlowError, Pipe, Transient, UNKNOWNS, unknowns};
+use crate::{FlowError, Pipe, Transient, UNKNOWNS, Unknowns, unknowns};
 use rijke_inference::{
-    Data, Forward, ForwardError, MapOptions, Observation, Parameter, Parameters, Posterior, Prediction, Prior,
+    Data, Forward, ForwardError, MapOptions, Observation, Parameter, Parameters, Posterior, Prediction,
+    Prior, TrustRegion,
 };
 use rijke_numerics::{Matrix, Order, Streams};
 
@@ -23,6 +25,8 @@ pub struct Batch<'a> {
     pub(crate) priors: [Parameter; UNKNOWNS],
     pub(crate) ambient: Vec<f64>,
     pub(crate) bin: usize,
+    /// Samples per step of the model: 1, or more for a rough prediction.
+    stride: usize,
     /// Mean reading of every sensor in every bin, one bin after the other.
     pub(crate) means: Vec<f64>,
     pub(crate) whitening: Whitening,
@@ -30,17 +34,25 @@ pub struct Batch<'a> {
 
 impl<'a> Batch<'a> {
     /// Averages over `bin` samples (10 is a good choice); `record` must have been [`Record::checked`].
-    #[must_use]
-    pub fn new(pipe: &'a Pipe, record: &'a Record, bin: usize) -> Self {
+    ///
+    /// # Errors
+    /// Those of the model at the middle of the priors, where its response to the ambient temperature is taken.
+    pub fn new(pipe: &'a Pipe, record: &'a Record, bin: usize) -> Result<Self, FlowError> {
         let bin = bin.max(1);
-        let ambient = smooth_ambient(record);
-        let mut means = Vec::new();
+        let smoothed = smooth_ambient(record);
+        let (mut means, mut sd) = (Vec::new(), Vec::new());
         for samples in record.samples.chunks(bin) {
-            let mean = |j: usize| samples.iter().map(|s| s.readings[j]).sum::<f64>() / samples.len() as f64;
-            means.extend((0..record.sensors.len()).map(mean));
+            let size = samples.len() as f64;
+            means.extend(
+                (0..record.sensors.len()).map(|j| samples.iter().map(|s| s.readings[j]).sum::<f64>() / size),
+            );
+            sd.extend(record.sensors.iter().map(|s| s.sd / size.sqrt()));
         }
-        let whitening = Whitening::new(pipe, record, &ambient, bin);
-        Self { pipe, record, priors: unknowns(), ambient: ambient.temperature, bin, means, whitening }
+        let (priors, ambient) = (unknowns(), smoothed.temperature.clone());
+        let whitening = Whitening::new(sd.clone(), &[], &smoothed, bin)?;
+        let batch = Self { pipe, record, priors, ambient, bin, stride: 1, means, whitening };
+        let whitening = Whitening::new(sd, &batch.rough().responses(&[0.0; UNKNOWNS])?, &smoothed, bin)?;
+        Ok(Self { whitening, ..batch })
     }
 
     /// The same with other priors on the ten unknowns.
@@ -55,32 +67,40 @@ impl<'a> Batch<'a> {
         UNKNOWNS + self.record.biased().count()
     }
 
-    /// Mean predicted reading of every sensor in every bin, one bin after the other.
+    /// Names of the scores.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let unknowns = self.priors.iter().map(|p| p.name.clone());
+        unknowns.chain(self.record.biased().map(|(i, _)| format!("bias_{i}"))).collect()
+    }
+
+    /// Mean predicted reading of every sensor in every bin, one bin after the other. Missing scores count as zero.
     pub(crate) fn run<N: Number>(&self, scores: &[N]) -> Result<Vec<N>, FlowError> {
         let unknowns = unknowns_from(&self.priors, scores)?;
         let record = self.record;
-        let implicit = self.pipe.implicit(record.interval);
+        let implicit = self.pipe.implicit(record.interval * self.stride as f64);
         let mut state = Transient::cold(self.pipe, &unknowns, self.ambient[0])?;
         let (mut times, mut seen) = (Vec::new(), Vec::new());
         let mut out = Vec::with_capacity(self.means.len());
         let indexed: Vec<_> = record.samples.iter().zip(&self.ambient).collect();
         for samples in indexed.chunks(self.bin) {
             let mut sums = vec![N::constant(0.0); record.sensors.len()];
-            for (sample, ambient) in samples {
+            let steps = samples.chunks(self.stride);
+            let share = 1.0 / steps.len() as f64;
+            for (sample, ambient) in steps.filter_map(|step| step.last()) {
                 state.step(self.pipe, &implicit, &unknowns, sample.power, **ambient, TOLERANCE)?;
                 observe(self.pipe, &record.sensors, &state.gas, &unknowns, &mut times, &mut seen);
-                sums.iter_mut().zip(&seen).for_each(|(sum, &s)| *sum = *sum + s);
+                sums.iter_mut().zip(&seen).for_each(|(sum, &s)| *sum = *sum + s * share);
             }
-            for (k, (bias, sd)) in record.biased().enumerate() {
-                sums[bias] = sums[bias] + scores[UNKNOWNS + k] * (sd * samples.len() as f64);
+            for ((bias, sd), &score) in record.biased().zip(&scores[UNKNOWNS.min(scores.len())..]) {
+                sums[bias] = sums[bias] + score * sd;
             }
-            out.extend(sums.into_iter().map(|sum| sum * (1.0 / samples.len() as f64)));
+            out.append(&mut sums);
         }
         Ok(out)
     }
 
-    /// The mean scores and their covariance: the most probable scores first, then the posterior of the model linearised
-    /// there, with the bounds of the priors kept exactly. The draws that this takes are the same in every run.
+    /// The most probable scores, then the posterior around them: draws of the model taken to second order there. The
+    /// draws are the same in every run.
     ///
     /// # Errors
     /// [`FlowError::Inference`] with the words of the minimiser.
@@ -88,66 +108,198 @@ impl<'a> Batch<'a> {
         let words = |e: rijke_inference::InferenceError| FlowError::Inference(e.to_string());
         let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
         let score = |name: String| Parameter::new(&name, &name, "1", prior);
-        let mut names: Vec<String> = self.priors.iter().map(|p| p.name.clone()).collect();
-        names.extend(self.record.biased().map(|(i, _)| format!("bias_{i}")));
-        let parameters = Parameters::new(names.iter().cloned().map(score).collect()).map_err(words)?;
+        let parameters = Parameters::new(self.names().into_iter().map(score).collect()).map_err(words)?;
         let sensors = self.record.sensors.len();
         let unit = Matrix::identity(sensors);
+        let data = |white: &[f64]| {
+            let observations = white.chunks(sensors).enumerate().map(|(k, values)| {
+                Observation::new(format!("bin {k}"), values.to_vec()).with_floor(unit.clone())
+            });
+            Data::new(observations.collect(), Vec::new()).map_err(words)
+        };
         let white = self.whitening.apply(self.means.clone());
-        let observations = white.chunks(sensors).enumerate().map(|(k, values)| {
-            Observation::new(format!("bin {k}"), values.to_vec()).with_floor(unit.clone())
-        });
-        let data = Data::new(observations.collect(), Vec::new()).map_err(words)?;
+        let search = TrustRegion { tolerance: CLOSE, ..TrustRegion::default() };
+        // The rough model finds the neighbourhood, with its own error taken from the data where the search last ended.
+        let rough = self.rough();
+        let mut start = vec![0.0; self.scores()];
+        for _ in 0..ROUGH_ROUNDS {
+            let pairs = self.whitened(&start)?.into_iter().zip(rough.whitened(&start)?);
+            let shifted: Vec<f64> =
+                white.iter().zip(pairs).map(|(w, (fine, rough))| w - fine + rough).collect();
+            let data = data(&shifted)?;
+            let posterior = Posterior::new(&rough, &data, &parameters).map_err(words)?;
+            start = posterior.map(&MapOptions { search, start: Some(start) }).map_err(words)?.working;
+        }
+        let data = data(&white)?;
         let posterior = Posterior::new(self, &data, &parameters).map_err(words)?;
-        let fit = posterior.map(&MapOptions::default()).map_err(words)?;
+        let fit = posterior.map(&MapOptions { search, start: Some(start) }).map_err(words)?;
         let laplace = posterior.laplace(&fit).map_err(words)?;
         let predicted = self.run(&fit.working)?;
-        let health = Health::new(self, &fit.working, &laplace.covariance, &predicted, fit.stop.converged())?;
-        let slopes = Forward::predict(self, &fit.working, Order::First)
-            .map_err(|e| FlowError::Inference(e.to_string()))?
-            .jacobian;
-        let residual = self.means.iter().zip(&predicted).map(|(m, p)| m - p).collect();
-        let moments = moments(
-            &self.priors,
-            &fit.working,
-            &self.whitening.apply(residual),
-            &slopes,
-            &mut Streams::new(0).stream("flow/batch/bounded"),
-        )?;
-        Ok(Estimate::of_moments(&self.priors, names, moments, Some(health)))
+        let draws = self
+            .shape(&fit.working, &laplace.covariance)?
+            .draws(&mut Streams::new(0).stream("flow/batch/shape"))?;
+        let mut estimate = Estimate::of_draws(&self.priors, self.names(), &draws)?;
+        let health = Health::new(self, &fit.working, &estimate.covariance, &predicted, fit.stop.converged())?;
+        estimate.health = Some(health);
+        Ok(estimate)
+    }
+
+    /// The same with steps of five samples: errors of some us in the transients, a fifth of the cost. For derivatives of
+    /// derivatives and to start a search.
+    fn rough(&self) -> Self {
+        Self { stride: self.bin.min(5), ..self.clone() }
+    }
+
+    /// Changes of the mean readings per kelvin of ambient temperature, first at the start (which the wall takes up), then in
+    /// each bin, by forward mode. Runs start where their first change does.
+    fn responses(&self, scores: &[f64]) -> Result<Vec<Vec<f64>>, FlowError> {
+        const P: usize = UNKNOWNS + 1;
+        let record = self.record;
+        let (plain, dual) = (
+            unknowns_from(&self.priors, scores)?,
+            unknowns_from::<Dual<P>>(
+                &self.priors,
+                &scores.iter().map(|&z| Dual::constant(z)).collect::<Vec<_>>(),
+            )?,
+        );
+        let implicit = self.pipe.implicit(record.interval * self.stride as f64);
+        let indexed: Vec<_> = record.samples.iter().zip(&self.ambient).collect();
+        let bins: Vec<_> = indexed.chunks(self.bin).collect();
+        let sensors = record.sensors.len();
+        let mut columns = vec![vec![0.0; self.means.len()]; bins.len() + 1];
+        let mut state = Transient::cold(self.pipe, &plain, self.ambient[0])?;
+        let (mut times, mut seen) = (Vec::new(), Vec::new());
+        for first in (0..columns.len()).step_by(P) {
+            // Column 0 is the start, column k the bin k - 1.
+            let from = first.saturating_sub(1);
+            let offset = |column: usize| {
+                let seeded = (first..first + P).contains(&column);
+                if seeded {
+                    Dual::variable(plain.ambient_offset, column - first)
+                } else {
+                    dual.ambient_offset
+                }
+            };
+            let at = |column: usize| Unknowns { ambient_offset: offset(column), ..dual };
+            let mut moved =
+                Transient::cold(self.pipe, &if first == 0 { at(0) } else { dual }, self.ambient[0])?;
+            if first > 0 {
+                moved.wall = state.wall.iter().map(|w| Dual::constant(*w)).collect();
+                moved.released = Dual::constant(state.released);
+                moved.ambient = Dual::constant(state.ambient);
+                moved.refresh(self.pipe, &dual, TOLERANCE)?;
+            }
+            for (k, samples) in bins.iter().enumerate().skip(from) {
+                let steps = samples.chunks(self.stride);
+                let share = 1.0 / steps.len() as f64;
+                for (sample, ambient) in steps.filter_map(|step| step.last()) {
+                    let unknowns = at(k + 1);
+                    moved.step(self.pipe, &implicit, &unknowns, sample.power, **ambient, TOLERANCE)?;
+                    observe(self.pipe, &record.sensors, &moved.gas, &unknowns, &mut times, &mut seen);
+                    for (j, reading) in seen.iter().enumerate() {
+                        for (column, slope) in columns[first..].iter_mut().zip(reading.slopes) {
+                            column[k * sensors + j] += slope * share;
+                        }
+                    }
+                }
+            }
+            // On to where the next group starts.
+            let next = (first + P).saturating_sub(1).min(bins.len());
+            for samples in &bins[from..next] {
+                for (sample, ambient) in samples.chunks(self.stride).filter_map(|step| step.last()) {
+                    state.step(self.pipe, &implicit, &plain, sample.power, **ambient, TOLERANCE)?;
+                }
+            }
+        }
+        Ok(columns)
+    }
+
+    /// The posterior's shape around `scores`: derivatives there, and second derivatives by differences of rough ones over an
+    /// sd on both sides.
+    pub(crate) fn shape(&self, scores: &[f64], covariance: &Matrix) -> Result<Shape, FlowError> {
+        let axes: Vec<Axis> =
+            self.priors.iter().map(|p| Axis::new(p, self.pipe)).collect::<Result<_, _>>()?;
+        let errors: Vec<Vec<f64>> = self.record.biased().map(|bias| self.by_error(bias)).collect();
+        let mut unbiased = scores.to_vec();
+        unbiased[UNKNOWNS..].fill(0.0);
+        let (values, slopes) = self.slopes(&unbiased)?;
+        let white = self.whitening.apply(self.means.clone());
+        let residual = white.iter().zip(&values).map(|(m, p)| m - p).collect();
+        let per_axis = |k: usize, at: &[f64]| axes[k].at(at[k]).1;
+        let minus = |column: &[f64], scale: f64| column.iter().map(|c| -c / scale).collect::<Vec<f64>>();
+        let linear = slopes.iter().enumerate().map(|(k, c)| minus(c, per_axis(k, scores))).collect();
+        let rough = self.rough();
+        let mut differences: Vec<Vec<Vec<f64>>> = Vec::with_capacity(axes.len());
+        for k in 0..axes.len() {
+            let (y, slope) = axes[k].at(scores[k]);
+            let step = (slope * covariance[(k, k)].sqrt()).abs();
+            let side = |y: f64| -> Result<_, FlowError> {
+                let mut moved = unbiased.clone();
+                moved[k] = axes[k].score(y);
+                let columns = rough.slopes(&moved)?.1;
+                let scaled = columns.iter().enumerate().map(|(l, c)| minus(c, per_axis(l, &moved)));
+                Ok((axes[k].at(moved[k]).0, scaled.collect::<Vec<_>>()))
+            };
+            let ((high, up), (low, down)) = (side(y + step)?, side(y - step)?);
+            let difference = |(up, down): (&Vec<f64>, &Vec<f64>)| {
+                up.iter().zip(down).map(|(u, d)| (u - d) / (high - low)).collect()
+            };
+            differences.push(up.iter().zip(&down).map(difference).collect());
+        }
+        // Both orders of differentiation are the same.
+        let second = |k: usize| {
+            let mean = |l: usize| {
+                let pairs = differences[k][l].iter().zip(&differences[l][k]);
+                pairs.map(|(a, b)| 0.5 * (a + b)).collect()
+            };
+            (k..axes.len()).map(mean).collect()
+        };
+        let second = (0..axes.len()).map(second).collect();
+        Shape::new(axes, scores[..UNKNOWNS].to_vec(), residual, linear, second, &errors)
+    }
+
+    fn whitened(&self, scores: &[f64]) -> Result<Vec<f64>, FlowError> {
+        Ok(self.whitening.apply(self.run(scores)?))
+    }
+
+    /// Whitened readings, and their derivatives in the scores of the unknowns.
+    fn slopes(&self, scores: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>), FlowError> {
+        let seed = |(k, &z): (usize, &f64)| {
+            if k < UNKNOWNS { Dual::<UNKNOWNS>::variable(z, k) } else { Dual::constant(z) }
+        };
+        let seeds: Vec<Dual<UNKNOWNS>> = scores.iter().enumerate().map(seed).collect();
+        let predicted = self.run(&seeds)?;
+        let column = |k: usize| self.whitening.apply(predicted.iter().map(|p| p.slopes[k]).collect());
+        let values = self.whitening.apply(predicted.iter().map(|p| p.value).collect());
+        Ok((values, (0..UNKNOWNS).map(column).collect()))
+    }
+
+    /// Whitened readings per score of the constant error `sd` of `sensor`.
+    fn by_error(&self, (sensor, sd): (usize, f64)) -> Vec<f64> {
+        let sensors = self.record.sensors.len();
+        let reading = |k: usize| if k % sensors == sensor { sd } else { 0.0 };
+        self.whitening.apply((0..self.means.len()).map(reading).collect())
     }
 }
 
 /// Tolerance of the mass flow: 1e-9 in U_h, so that the derivatives of the fit are exact.
 const TOLERANCE: f64 = 1e-10;
+/// Drop in J that a search may leave, nats: 2 % of an sd.
+const CLOSE: f64 = 2e-4;
+/// Searches with the rough model before the true one.
+const ROUGH_ROUNDS: usize = 3;
 
 impl Forward for Batch<'_> {
     fn predict(&self, scores: &[f64], order: Order) -> Result<Prediction, ForwardError> {
         if order == Order::Value {
-            let values = self.whitening.apply(self.run(scores).map_err(ForwardError::recoverable)?);
+            let values = self.whitened(scores).map_err(ForwardError::recoverable)?;
             return Ok(Prediction { values, jacobian: Matrix::zeros(0, 0), curvature: Vec::new() });
         }
-        // The constant errors act linearly; their columns need no derivatives.
-        const P: usize = UNKNOWNS + 1;
-        let seeds: Vec<Dual<P>> = scores
-            .iter()
-            .enumerate()
-            .map(|(i, &z)| if i < UNKNOWNS { Dual::variable(z, i) } else { Dual::constant(z) })
-            .collect();
-        let predicted = self.run(&seeds).map_err(ForwardError::recoverable)?;
-        let biased: Vec<(usize, f64)> = self.record.biased().collect();
-        let sensors = self.record.sensors.len();
-        let column = |i: usize| -> Vec<f64> {
-            let slope = |k: usize| match i.checked_sub(UNKNOWNS) {
-                None => predicted[k].slopes[i],
-                Some(bias) if k % sensors == biased[bias].0 => biased[bias].1,
-                Some(_) => 0.0,
-            };
-            self.whitening.apply((0..predicted.len()).map(slope).collect())
-        };
-        let columns: Vec<Vec<f64>> = (0..scores.len()).map(column).collect();
-        let jacobian = Matrix::from_fn(predicted.len(), scores.len(), |k, i| columns[i][k]);
-        let values = self.whitening.apply(predicted.iter().map(|p| p.value).collect());
+        let (values, slopes) = self.slopes(scores).map_err(ForwardError::recoverable)?;
+        // The constant errors act linearly.
+        let errors = self.record.biased().map(|bias| self.by_error(bias));
+        let columns: Vec<Vec<f64>> = slopes.into_iter().chain(errors).collect();
+        let jacobian = Matrix::from_fn(values.len(), scores.len(), |k, i| columns[i][k]);
         Ok(Prediction { values, jacobian, curvature: Vec::new() })
     }
 

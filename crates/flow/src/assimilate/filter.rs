@@ -270,6 +270,6 @@ fn finish(
     let names = names.chain(biased.iter().map(|(i, _)| format!("bias_{i}"))).collect();
     let mean = ensemble.mean()[..layout.scores].to_vec();
     let rank = effective_rank(&covariance)?;
-    let estimate = Estimate::new(priors, names, mean, covariance, None)?;
+    let estimate = Estimate::new(priors, names, mean, covariance)?;
     Ok(FilterRun { estimate, history, innovations, effective_rank: rank, failed: ensemble.failures().len() })
 }

@@ -125,21 +125,6 @@ impl Record {
     }
 }
 
-impl Sensor {
-    /// How the reading changes with the ambient temperature, per K, with everything else at rest: for the noise that a
-    /// smoothed ambient temperature carries into the prediction.
-    pub(crate) fn by_ambient(&self, pipe: &Pipe, ambient: f64) -> f64 {
-        let state = pipe.gas.at(ambient, pipe.air.pressure);
-        match self.kind {
-            SensorKind::Arrival { microphone } => {
-                -pipe.microphones[microphone].0 / state.sound_speed / (2.0 * ambient)
-            }
-            SensorKind::Temperature { .. } => 1.0,
-            SensorKind::SoundSpeed { .. } => state.sound_speed / (2.0 * ambient),
-        }
-    }
-}
-
 /// What every sensor would read, without its constant error.
 pub(crate) fn observe<N: Number>(
     pipe: &Pipe,

@@ -192,8 +192,8 @@ pub fn assimilate(
     let mut history = Vec::new();
     let mut innovation_chi_squared = None;
     let estimate = match method {
-        Method::Batch => Batch::new(&pipe, record, BIN).fit()?,
-        Method::Smoother => smooth(&Batch::new(&pipe, record, BIN), 100, &Smoother::default(), streams)?,
+        Method::Batch => Batch::new(&pipe, record, BIN)?.fit()?,
+        Method::Smoother => smooth(&Batch::new(&pipe, record, BIN)?, 100, &Smoother::default(), streams)?,
         Method::Paper | Method::SquareRoot => {
             let variant = if method == Method::Paper { Variant::Paper } else { Variant::SquareRoot };
             let run = filter(&pipe, record, &FilterOptions { variant, ..FilterOptions::default() }, streams)?;
@@ -232,16 +232,17 @@ fn stages(
     estimate: &Estimate,
 ) -> Result<(Vec<PowerReport>, NamedStates), FlowError> {
     let ambient = smooth_ambient(record).temperature;
+    let last =
+        |i: &usize| record.samples.get(i + 1).is_none_or(|next| next.power != record.samples[*i].power);
+    let conditions: Vec<(f64, f64)> =
+        (0..record.samples.len()).filter(last).map(|i| (record.samples[i].power, ambient[i])).collect();
+    let bases = estimate.base_states(pipe, &conditions)?;
     let (mut powers, mut states) = (Vec::new(), Vec::new());
-    for (i, sample) in record.samples.iter().enumerate() {
-        if record.samples.get(i + 1).is_some_and(|next| next.power == sample.power) {
-            continue;
-        }
-        let mut base = estimate.base_state(pipe, sample.power, ambient[i])?;
+    for ((power, ambient), mut base) in conditions.into_iter().zip(bases) {
         // The scores are those of this heater position only.
         base.errors.iter_mut().for_each(|e| e.cause = format!("heater at {} m: {}", pipe.heater(), e.cause));
-        let id = format!("H{}-{:02}", sample.power, (pipe.heater() * 100.0).round());
-        powers.push(PowerReport::new(id.clone(), sample.power, ambient[i], &base, Vec::new()));
+        let id = format!("H{power}-{:02}", (pipe.heater() * 100.0).round());
+        powers.push(PowerReport::new(id.clone(), power, ambient, &base, Vec::new()));
         states.push((id, base));
     }
     Ok((powers, states))

@@ -24,8 +24,6 @@ pub fn smooth(
     let smoothed = smooth_ensemble(prior, &measured, &noise, smoother, streams, |scores| {
         batch.run(scores).map(|predicted| batch.whitening.apply(predicted))
     })?;
-    let names = batch.priors.iter().map(|p| p.name.clone());
-    let names = names.chain(batch.record.biased().map(|(i, _)| format!("bias_{i}"))).collect();
     let (mean, covariance): (Vec<f64>, Matrix) = (smoothed.ensemble.mean(), smoothed.ensemble.covariance());
-    Estimate::new(&batch.priors, names, mean, covariance, None)
+    Estimate::new(&batch.priors, batch.names(), mean, covariance)
 }

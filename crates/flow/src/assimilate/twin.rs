@@ -56,8 +56,8 @@ pub struct Twin {
     pub record: Record,
     /// True scores: unknowns, then constant errors.
     pub scores: Vec<f64>,
-    /// True ambient temperature at the end, K, with the thermometer's constant error taken out.
-    pub ambient: f64,
+    /// True ambient temperature at every sample, K, with the thermometer's constant error taken out.
+    pub ambient: Vec<f64>,
 }
 
 impl Twin {
@@ -87,11 +87,13 @@ impl Twin {
         let keep = (-options.interval / time).exp();
         let mut wander = sd * normal();
         let mut state = Transient::cold(pipe, &u, options.ambient + wander)?;
+        let mut path = Vec::with_capacity(options.powers.len());
         let implicit = pipe.implicit(options.interval);
         let (mut times, mut seen) = (Vec::new(), Vec::new());
         let mut samples = Vec::with_capacity(options.powers.len());
         let mut ambient = options.ambient + wander;
         for &power in &options.powers {
+            path.push(ambient);
             state.step(pipe, &implicit, &u, power, ambient, 1e-10)?;
             observe(pipe, &sensors, &state.gas, &u, &mut times, &mut seen);
             let readings = seen
@@ -112,7 +114,7 @@ impl Twin {
             power_sd: options.power_sd,
             samples,
         };
-        Ok(Self { record, scores, ambient })
+        Ok(Self { record, scores, ambient: path })
     }
 }
 

@@ -39,7 +39,7 @@ fn errors(truth: &Pipe, model: &Pipe) -> (f64, f64, f64, usize) {
     let scores = vec![0.0; 18];
     let twin = Twin::new(truth, &TwinOptions::default(), &Streams::new(11), Some(&scores)).unwrap();
     let record = twin.record.checked(model).unwrap();
-    let estimate = Batch::new(model, &record, 10).fit().unwrap();
+    let estimate = Batch::new(model, &record, 10).unwrap().fit().unwrap();
     let base = estimate.base_state(model, 180.0, AMBIENT).unwrap();
     let p = rijke_flow::Parameters {
         heater_drag: 11.5,
