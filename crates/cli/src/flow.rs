@@ -7,7 +7,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use rijke_flow::assimilate::{
-    Method, NamedStates, Records, RunReport, Twin, TwinOptions, Warning, assimilate, staircase,
+    Method, NamedStates, Records, RunReport, Tension, Twin, TwinOptions, Warning, assimilate, staircase,
 };
 use rijke_flow::settled;
 use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
@@ -21,7 +21,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
-    Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points.\n\
+    Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points, and\n\
+    readings.csv beside them if it is there: thermocouples or speeds of sound along the tube, instead of clicks or with them.\n\
     Where these hold profiles.csv (temperatures or sound speeds along the tube), the base flow is that, and nothing is inferred.\n\
     Or reads DIR/flow.toml and the CSV files of samples that it names: a record over time, warm-up included.\n\
     Writes OUT/base-states.json (a base state per operating point with its errors, for acoustics), OUT/flow.json\n\
@@ -109,6 +110,7 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Fa
     for run in &document.runs {
         summary(run, ui);
     }
+    all_places(&document.runs, ui);
     ui.result(&document)
 }
 
@@ -130,11 +132,18 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         return Ok((document, states));
     }
     let make = |heater: f64| Pipe::new(&observations.rig, closures, heater, 1);
-    let runs = settled::runs(&observations, &make).or_bad_input().map_err(|f| f.at(folder))?;
+    let file = folder.join(settled::Readings::FILE);
+    let known = |id: &str| observations.points.iter().any(|p| p.point.id == id);
+    let readings = if file.is_file() {
+        settled::Readings::read(&file, &known).or_bad_input()?
+    } else {
+        settled::Readings::default()
+    };
+    let runs = settled::runs(&observations, &readings, &make).or_bad_input().map_err(|f| f.at(folder))?;
     if runs.is_empty() {
-        let message = "no heated operating point with clicks, so there is no flow to infer";
-        let remedy =
-            "Process the clicks of a row with power (say, H30), or give a record over time with flow.toml.";
+        let message = "no heated operating point with clicks or readings, so there is no flow to infer";
+        let remedy = "Process the clicks of a row with power (say, H30), write temperatures or speeds of sound into readings.csv beside \
+            the observations, or give a record over time with flow.toml.";
         return Err(Failure::bad_input(message).at(folder).remedy(remedy));
     }
     // Each place by itself is a fit of one run.
@@ -249,6 +258,25 @@ fn summary(run: &RunReport, ui: &Ui) {
     }
 }
 
+/// What all places of the heater together say of closures.
+fn all_places(runs: &[RunReport], ui: &Ui) {
+    let runs: Vec<&[Tension]> =
+        runs.iter().filter_map(|r| r.health.as_ref()).map(|h| h.tensions.as_slice()).collect();
+    if runs.len() < 2 {
+        return;
+    }
+    for t in Tension::together(&runs).iter().filter(|t| t.is_wrong()) {
+        ui.say(format!(
+            "all places together prefer {} = {:.3} +- {:.3} to {:.3} ({:.1} sd): change it with --closures, or add 5 % to the sd of U_h",
+            t.closure,
+            t.preferred,
+            t.sd,
+            t.value,
+            t.z.abs()
+        ));
+    }
+}
+
 fn words(warning: &Warning) -> String {
     match warning {
         Warning::PoorFit { chi_squared } => {
@@ -259,6 +287,10 @@ fn words(warning: &Warning) -> String {
                 "the residuals of sensor {sensor} follow a pattern in time (correlation {correlation:.2})"
             )
         }
+        Warning::Closure { name, value, preferred, z } => format!(
+            "the readings prefer {name} = {preferred:.3} to {value:.3} ({:.1} sd): this closure, or what looks like it, is wrong",
+            z.abs()
+        ),
         Warning::AtBound { name } => format!("{name} is held by the bound of its prior"),
         Warning::NotConverged => "the search for the most probable unknowns gave up".into(),
     }

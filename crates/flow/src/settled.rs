@@ -15,6 +15,7 @@ mod errors;
 mod fit;
 mod observed;
 mod prediction;
+mod readings;
 mod report;
 #[cfg(test)]
 mod tests;
@@ -22,6 +23,7 @@ mod unknowns;
 
 pub use fit::{Fit, Misfit, Settled};
 pub use observed::runs;
+pub use readings::Readings;
 pub use unknowns::unknowns;
 
 use crate::assimilate::SensorKind;

@@ -26,7 +26,7 @@ pub struct Batch<'a> {
     pub(crate) ambient: Vec<f64>,
     pub(crate) bin: usize,
     /// Samples per step of the model: 1, or more for a rough prediction.
-    stride: usize,
+    pub(crate) stride: usize,
     /// Mean reading of every sensor in every bin, one bin after the other.
     pub(crate) means: Vec<f64>,
     pub(crate) whitening: Whitening,
@@ -139,14 +139,19 @@ impl<'a> Batch<'a> {
             .shape(&fit.working, &laplace.covariance)?
             .draws(&mut Streams::new(0).stream("flow/batch/shape"))?;
         let mut estimate = Estimate::of_draws(&self.priors, self.names(), &draws)?;
-        let health = Health::new(self, &fit.working, &estimate.covariance, &predicted, fit.stop.converged())?;
+        let slopes = self
+            .predict(&fit.working, Order::First)
+            .map_err(|e| FlowError::Inference(e.to_string()))?
+            .jacobian;
+        let converged = fit.stop.converged();
+        let health = Health::new(self, &fit.working, &estimate.covariance, &predicted, &slopes, converged)?;
         estimate.health = Some(health);
         Ok(estimate)
     }
 
     /// The same with steps of five samples: errors of some us in the transients, a fifth of the cost. For derivatives of
     /// derivatives and to start a search.
-    fn rough(&self) -> Self {
+    pub(crate) fn rough(&self) -> Self {
         Self { stride: self.bin.min(5), ..self.clone() }
     }
 
@@ -258,7 +263,7 @@ impl<'a> Batch<'a> {
         Shape::new(axes, scores[..UNKNOWNS].to_vec(), residual, linear, second, &errors)
     }
 
-    fn whitened(&self, scores: &[f64]) -> Result<Vec<f64>, FlowError> {
+    pub(crate) fn whitened(&self, scores: &[f64]) -> Result<Vec<f64>, FlowError> {
         Ok(self.whitening.apply(self.run(scores)?))
     }
 

@@ -1,7 +1,7 @@
 //! The result of an assimilation, and what it says of itself.
 
 use super::shape::Draws;
-use super::{Batch, physical};
+use super::{Batch, Tension, physical};
 use crate::{BaseState, ErrorComponent, FlowError, Pipe, UNKNOWNS, Unknowns};
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -47,6 +47,9 @@ pub struct Health {
     pub unidentified: Vec<String>,
     /// Names of unknowns further than 2.5 prior sd from the centre: the prior bounds them, not the data.
     pub at_bound: Vec<String>,
+    /// What the readings say of closures that handbooks leave open; empty where these are inferred.
+    #[serde(default)]
+    pub tensions: Vec<Tension>,
     /// Whether the minimiser converged.
     pub converged: bool,
 }
@@ -67,6 +70,17 @@ pub enum Warning {
         /// Correlation of neighbours.
         correlation: f64,
     },
+    /// The readings ask for another value of a closure: the model is wrong in this or in what looks like it.
+    Closure {
+        /// Its name.
+        name: String,
+        /// The value used.
+        value: f64,
+        /// The value that the readings prefer.
+        preferred: f64,
+        /// Distance in sd.
+        z: f64,
+    },
     /// An unknown is held by its prior's bound.
     AtBound {
         /// Its name.
@@ -82,6 +96,7 @@ impl Health {
         scores: &[f64],
         covariance: &Matrix,
         predicted: &[f64],
+        slopes: &Matrix,
         converged: bool,
     ) -> Result<Self, FlowError> {
         let sensors = batch.record.sensors.len();
@@ -107,12 +122,13 @@ impl Health {
             bins: batch.means.len() / sensors,
             unidentified: named(&|i| covariance[(i, i)].sqrt() > 0.7),
             at_bound: named(&|i| scores[i].abs() > 2.5),
+            tensions: batch.tensions(scores, slopes)?,
             converged,
         })
     }
 
-    /// Reasons not to trust the estimate: a chi-squared or a correlation more than four sd from what is expected, a
-    /// bound, a search that gave up.
+    /// Reasons not to trust the estimate: a chi-squared or a correlation more than four sd from what is expected, a closure
+    /// more than three, a bound, a search that gave up.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut list = Vec::new();
@@ -127,6 +143,10 @@ impl Health {
             if correlation.abs() > limit {
                 list.push(Warning::Pattern { sensor, correlation });
             }
+        }
+        for t in self.tensions.iter().filter(|t| t.is_wrong()) {
+            let (name, value, preferred, z) = (t.closure.clone(), t.value, t.preferred, t.z);
+            list.push(Warning::Closure { name, value, preferred, z });
         }
         list.extend(self.at_bound.iter().map(|name| Warning::AtBound { name: name.clone() }));
         list

@@ -28,6 +28,9 @@ pub(crate) struct Shape {
     precision: Cholesky,
 }
 
+/// Scores, the monomials there, and their J'G dphi/dz + 1.
+type Carried = (Vec<f64>, Vec<f64>, Matrix);
+
 /// Draws of all scores, each with its weight.
 #[derive(Clone, Debug)]
 pub(crate) struct Draws {
@@ -154,7 +157,7 @@ impl Shape {
         white: &[f64],
         pulled: &Matrix,
         tangent: &Cholesky,
-    ) -> Result<Option<(Vec<f64>, Vec<f64>, Matrix)>, FlowError> {
+    ) -> Result<Option<Carried>, FlowError> {
         let m = self.axes.len();
         let goal = tangent.lower().times(white);
         let miss = |monomials: &[f64], z: &[f64]| -> Vec<f64> {

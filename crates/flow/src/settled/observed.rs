@@ -1,6 +1,6 @@
 //! Runs of settled states from the observations of a campaign.
 
-use super::{Run, State};
+use super::{Readings, Run, State};
 use crate::assimilate::SensorKind;
 use crate::{FlowError, Parameters, Pipe};
 use rijke_numerics::Matrix;
@@ -19,8 +19,8 @@ const CHANGE: f64 = 0.1;
 /// What is left in any arrival time when the pulse changes its shape along hot gas, s.
 const SHAPE_SD: f64 = 0.5e-6;
 
-/// One run per place of the heater at which a heated point has clicks, lowest first: the mean clicks of all its points in the
-/// same configuration (with or without thermocouples), cold ones included. `pipe` makes the tube for a heater.
+/// One run per place of the heater at which a heated point has clicks or readings `along` the tube, lowest first: mean clicks and readings of all its
+/// points in the same configuration (with or without thermocouples), cold ones included. `pipe` makes the tube for a heater.
 ///
 /// Errors of an arrival time beyond those stated for it:
 /// * the stated covariance counts twice, as noise of the state and as error common to all states, because observations do not
@@ -34,11 +34,12 @@ const SHAPE_SD: f64 = 0.5e-6;
 /// Those of [`Run::checked`], with the heater's place, and of the model.
 pub fn runs(
     observations: &Observations,
+    along: &Readings,
     pipe: &dyn Fn(f64) -> Result<Pipe, FlowError>,
 ) -> Result<Vec<(Pipe, Run)>, FlowError> {
-    let with_click =
-        |p: &&PointObservations| p.point.heater && p.point.position.is_some() && p.click.is_some();
-    let points: Vec<&PointObservations> = observations.points.iter().filter(with_click).collect();
+    let read = |p: &&PointObservations| p.click.is_some() || !along.of(&p.point.id).is_empty();
+    let usable = |p: &&PointObservations| p.point.heater && p.point.position.is_some() && read(p);
+    let points: Vec<&PointObservations> = observations.points.iter().filter(usable).collect();
     let mut places: Vec<(f64, bool)> = Vec::new();
     for p in points.iter().filter(|p| p.point.power > 0.0) {
         let key = (p.point.position.unwrap_or(0.0), p.point.thermocouples);
@@ -52,11 +53,12 @@ pub fn runs(
         let mine = points
             .iter()
             .filter(|p| p.point.position == Some(heater) && p.point.thermocouples == thermocouples);
-        let states: Vec<State> =
-            mine.filter_map(|p| state(p, &pipe).transpose()).collect::<Result<_, _>>()?;
-        let cold = states.iter().min_by(|a, b| a.power.total_cmp(&b.power));
+        let mine: Vec<&&PointObservations> = mine.collect();
+        let states: Vec<State> = mine.iter().map(|p| state(p, along, &pipe)).collect::<Result<_, _>>()?;
+        let clicks = mine.iter().filter_map(|p| Some((p.point.power, p.click.as_ref()?)));
+        let coldest = clicks.min_by(|a, b| a.0.total_cmp(&b.0));
         let count = pipe.microphones.len();
-        let stated = cold.map_or_else(|| Matrix::zeros(count, count), |s| s.noise.clone());
+        let stated = coldest.map_or_else(|| Matrix::zeros(count, count), |(_, c)| c.covariance.clone());
         let local: Vec<f64> = pipe
             .microphones
             .iter()
@@ -86,31 +88,47 @@ fn overlap(pipe: &Pipe, x: f64, c: f64) -> f64 {
     (1.0 - lag / WINDOW).max(0.0)
 }
 
-fn state(p: &PointObservations, pipe: &Pipe) -> Result<Option<State>, FlowError> {
-    let Some(click) = &p.click else { return Ok(None) };
+fn state(p: &PointObservations, along: &Readings, pipe: &Pipe) -> Result<State, FlowError> {
     let power = p.point.power;
     let ambient = p.ambient.ambient_temperature;
-    let mut noise = click.covariance.clone();
-    if power > 0.0 {
+    let (mut sensors, mut readings) = (Vec::new(), Vec::new());
+    let mut clicks = Matrix::zeros(0, 0);
+    if let Some(click) = &p.click {
+        sensors.extend((0..click.arrival_times.len()).map(|microphone| SensorKind::Arrival { microphone }));
+        readings.extend(&click.arrival_times);
+        clicks = click.covariance.clone();
+    }
+    if power > 0.0 && p.click.is_some() {
         let guess = pipe.steady(&Parameters::default(), power, ambient)?;
         let top = guess.gas.march.face.last().copied().unwrap_or(ambient);
         let hot = pipe.air.sound_speed(top);
         for (m, &(x, _)) in pipe.microphones.iter().enumerate() {
             let end = 2.0 * NEAR_SD * CHANGE * overlap(pipe, x, hot);
             let heater = if near(pipe, x) { CHANGE * NEAR_SD } else { 0.0 };
-            noise[(m, m)] += SHAPE_SD.powi(2) + end.powi(2) + heater.powi(2);
+            clicks[(m, m)] += SHAPE_SD.powi(2) + end.powi(2) + heater.powi(2);
         }
     }
-    Ok(Some(State {
+    let others = along.of(&p.point.id);
+    sensors.extend(others.iter().map(|r| r.0));
+    readings.extend(others.iter().map(|r| r.1));
+    let arrivals = clicks.rows();
+    let noise = Matrix::from_fn(sensors.len(), sensors.len(), |i, j| {
+        if i < arrivals && j < arrivals {
+            clicks[(i, j)]
+        } else if i == j {
+            others[i - arrivals].2.powi(2)
+        } else {
+            0.0
+        }
+    });
+    Ok(State {
         id: p.point.id.clone(),
         power,
         ambient,
         ambient_sd: p.ambient.ambient_temperature_sd,
         day: p.ambient.id.clone(),
-        sensors: (0..click.arrival_times.len())
-            .map(|microphone| SensorKind::Arrival { microphone })
-            .collect(),
-        readings: click.arrival_times.clone(),
+        sensors,
+        readings,
         noise,
-    }))
+    })
 }

@@ -1,5 +1,6 @@
 //! A fitted run as numbers for figures, and its base states by name.
 
+use super::unknowns::FIXED;
 use super::{Fit, SIX, Settled};
 use crate::assimilate::{Health, NamedStates, PowerReport, ResidualReport, RunReport, UnknownReport};
 use crate::{BaseState, FlowError};
@@ -23,6 +24,11 @@ impl Fit<'_> {
 }
 
 impl Settled<'_> {
+    /// Parameters and closures further than 2.5 prior sd from the centre.
+    fn at_bound(&self) -> Vec<String> {
+        (0..FIXED).filter(|&k| self.mean[k].abs() > 2.5).map(|k| self.priors[k].name.clone()).collect()
+    }
+
     /// The run as numbers, states in the order of power.
     fn report(&self, bases: &[(String, BaseState)]) -> Result<RunReport, FlowError> {
         let covariance = self.run.covariance();
@@ -56,7 +62,8 @@ impl Settled<'_> {
             whiteness: Vec::new(),
             bins: self.run.states.len(),
             unidentified: named_where(&|k| self.shrinkage(k) > 0.7),
-            at_bound: named_where(&|k| self.mean[k].abs() > 2.5),
+            at_bound: self.at_bound(),
+            tensions: Vec::new(),
             converged: self.misfit.converged,
         };
         let unknown = |(k, p)| UnknownReport::new(p, self.mean[k], self.shrinkage(k));

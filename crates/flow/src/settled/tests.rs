@@ -171,3 +171,54 @@ fn exact_unusable_runs_are_refused_with_numbers() {
     assert!(matches!(broken(&|r| r.states[1].sensors[0] = outside), FlowError::Sensor { .. }));
     assert_eq!(unknowns(&good, &pipe).len(), 19 + 1 + 8);
 }
+
+#[test]
+fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
+    use super::{Readings, runs};
+    use crate::{FlowError, Parameters};
+    use rijke_rig::{Campaign, DataKind, Day, Observations, PointObservations};
+    let rig = Rig::juniper_yoko_2022();
+    let truth = Parameters { inner_nusselt: 1.5, heater_drag: 10.0, ..Parameters::default() };
+    let pipe = pipe(0.25);
+    let mut readings = Readings::default();
+    let mut points = Vec::new();
+    for point in Campaign::juniper_yoko_2022().points {
+        if !["H30-25", "H180-25"].contains(&point.id.as_str()) {
+            continue;
+        }
+        let real = pipe.steady(&truth, point.power, 293.0).unwrap().base_state(&pipe);
+        let reading = |place: f64| (SensorKind::Temperature { place }, real.temperature(place), 1.0);
+        let list = (1..10).map(|k| reading(0.1 * f64::from(k))).collect();
+        readings.points.insert(point.id.clone(), list);
+        points.push(PointObservations {
+            point,
+            ambient: Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 },
+            ping: None,
+            ping_count: 0,
+            click: None,
+            click_count: 0,
+            pings: Vec::new(),
+            clicks: Vec::new(),
+        });
+    }
+    let observations = Observations {
+        rig: rig.clone(),
+        kind: DataKind::Virtual,
+        source: "test".into(),
+        points,
+        rejections: vec![],
+    };
+    let make = |heater: f64| -> Result<Pipe, FlowError> { Pipe::new(&rig, &Closures::default(), heater, 1) };
+    assert!(runs(&observations, &Readings::default(), &make).unwrap().is_empty());
+    let runs = runs(&observations, &readings, &make).unwrap();
+    let fit = Fit::new(&runs).unwrap();
+    for (id, base) in fit.base_states().unwrap() {
+        let power = if id == "H30-25" { 30.0 } else { 180.0 };
+        let real = pipe.steady(&truth, power, 293.0).unwrap().base_state(&pipe);
+        for x in [0.35, 0.55, 0.75, 0.95] {
+            let off = base.sound_speed(x) - real.sound_speed(x);
+            let sd = base.sound_speed_covariance(&[x])[(0, 0)].sqrt();
+            assert!(off.abs() < 3.0 * sd && sd < 2.0, "{id} {x}: {off} {sd}");
+        }
+    }
+}
