@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         for number in [row.growth_rate, row.angular_frequency].concat() {
             let _ = write!(text, ",{number}");
         }
-        let _ = writeln!(text, ",{}", row.probability_of_instability);
+        let _ = writeln!(text, ",{:e}", row.probability_of_instability);
     }
     if let Some(path) = &args.map {
         write_whole(path, map(&opened, &rows)?.svg().as_bytes())?;

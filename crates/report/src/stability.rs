@@ -22,6 +22,8 @@ pub struct StabilityMap {
 }
 
 const SIZE: [f64; 2] = [430.0, 320.0];
+/// Colour of operating points.
+const NODE: &str = "#888";
 /// Pieces into which a cell of the grid is cut: within each, a contour is straight.
 const PIECES: usize = 8;
 /// Contours of the growth rate, about.
@@ -40,6 +42,14 @@ impl StabilityMap {
         let (a, mut legend) = self.panel("(a) growth rate", &self.growth_rate, &growth, 0.0, per_second);
         let (b, more) =
             self.panel("(b) probability of instability", &self.probability, &PROBABILITIES, 0.5, percent);
+        if more.is_empty() {
+            let all = self.probability.iter().flatten().copied().filter(|v| v.is_finite());
+            let side = if all.fold(0.0, f64::max) < 0.5 { "below 0.1 %" } else { "above 99.9 %" };
+            legend.push(Key {
+                mark: Mark::Dot(NODE),
+                label: format!("probability of instability {side} everywhere"),
+            });
+        }
         legend.extend(more);
         let figure = Figure {
             id: "stability",
@@ -64,12 +74,10 @@ impl StabilityMap {
     ) -> (Panel, Vec<Key>) {
         let ends = |list: &[f64]| [list.first(), list.last()].map(|v| v.copied().unwrap_or(0.0));
         let ([left, right], [bottom, top]) = (ends(&self.positions), ends(&self.powers));
-        let mut panel = Panel::new(
-            tag,
-            SIZE,
-            Axis::new("heater position / m", left, right),
-            Axis::new("power / W", bottom, top),
-        );
+        // Room for the operating points at the edges.
+        let axis = |label: &str, low: f64, high: f64| Axis::covering(label, [low, high]);
+        let (x, y) = (axis("heater position / m", left, right), axis("power / W", bottom, top));
+        let mut panel = Panel::new(tag, SIZE, x, y);
         let mut legend = Vec::new();
         for (k, &level) in levels.iter().enumerate() {
             let lines = self.contour(values, level);
@@ -83,7 +91,7 @@ impl StabilityMap {
         }
         for (k, &power) in self.powers.iter().enumerate() {
             for (j, &x) in self.positions.iter().enumerate().filter(|(j, _)| values[k][*j].is_finite()) {
-                panel.dot([x, power], 1.6, "#888", &words(values[k][j]));
+                panel.dot([x, power], 1.8, NODE, &words(values[k][j]));
             }
         }
         (panel, legend)
