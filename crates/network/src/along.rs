@@ -4,10 +4,14 @@
 //! [`crate::Sensitivities`]), a weak feedback at x changes s by -Lambda_p u per k_mu, -Lambda_p p per k_mp, -Lambda_u u per
 //! k_eu and -Lambda_u p per k_ep. A relative change a(x) of the area adds -(da/dx) u to du/dx, so that by parts ds is the
 //! integral of (Lambda_u u)' a, with (Lambda_u u)' = Lambda_p Z u - Lambda_u Y p.
+//!
+//! Between a source and a velocity that it hears at a distance ([`Coefficients::hears_at`]) its coefficients k_eu, k_ep, which
+//! stand for that velocity, change too: see `Hearing`.
 
 use crate::chain::Network;
 use crate::coefficients::Coefficients;
 use crate::error::NetworkError;
+use crate::hearing::Change;
 use crate::newton::{Root, Workspace};
 use crate::sweep::{Dual, Step};
 use crate::transfer::line;
@@ -63,12 +67,12 @@ impl Station {
 }
 
 /// A segment on the way: what it needs to be entered anywhere.
-struct Piece {
+pub(crate) struct Piece {
     start: [C64; 2],
     impedance: C64,
     admittance: C64,
-    length: f64,
-    rho_c: f64,
+    pub(crate) length: f64,
+    pub(crate) rho_c: f64,
     inertia: C64,
 }
 
@@ -78,6 +82,12 @@ impl Piece {
         let (p, q) = (self.impedance * x, self.admittance * x);
         let at = line(p * q);
         [at.c, p * at.s, q * at.s]
+    }
+
+    /// A row on the state, `x` upstream of where it is given.
+    pub(crate) fn back(&self, row: [C64; 2], x: f64) -> [C64; 2] {
+        let [c, ps, qs] = self.matrix(x);
+        [row[0] * c - row[1] * qs, row[1] * c - row[0] * ps]
     }
 }
 
@@ -125,23 +135,35 @@ impl Network {
         });
         let factor = -f.d.inv();
         let mut row = end.map(|r| r * factor);
-        let mut x = self.length();
-        let mut stations = Vec::new();
-        let last = samples.max(2) - 1;
+        // Lambda at the upstream end of every segment.
+        let mut rows = vec![[C64::ZERO; 2]; pieces.len()];
         for (i, piece) in pieces.iter().enumerate().rev() {
             if let Some((k, ratio)) = &jumps[i + 1] {
                 let [mu, mp, eu, ep] = k;
                 row = [row[0] * (1.0 - mp) - row[1] * ep, row[1] * (ratio - eu) - row[0] * mu];
             }
-            x -= piece.length;
-            let [c, ps, qs] = piece.matrix(piece.length);
-            row = [row[0] * c - row[1] * qs, row[1] * c - row[0] * ps];
-            for k in (0..=last).rev() {
-                let within = piece.length * k as f64 / last as f64;
-                stations.push(piece.station(i, x, within, row));
+            row = piece.back(row, piece.length);
+            rows[i] = row;
+        }
+        let mut changes: Vec<Change> = Vec::new();
+        for place in 0..=pieces.len() {
+            for hearing in self.hearings(coefficients, place, &work.laws) {
+                changes.extend(hearing.changes(&pieces, &jumps, &rows));
             }
         }
-        stations.reverse();
+        let last = samples.max(2) - 1;
+        let (mut stations, mut x) = (Vec::new(), 0.0);
+        for (i, piece) in pieces.iter().enumerate() {
+            for k in 0..=last {
+                let within = piece.length * (k as f64 / last as f64);
+                let mut row = rows[i];
+                for change in changes.iter().filter(|c| c.segment == i && c.within.contains(&within)) {
+                    row = [row[0] + change.row[0], row[1] + change.row[1]];
+                }
+                stations.push(piece.station(i, x, within, row));
+            }
+            x += piece.length;
+        }
         of_loudest(stations, root.s)
     }
 }

@@ -48,6 +48,11 @@ pub trait Coefficients {
     fn name(&self, law: usize) -> String {
         format!("law {law}")
     }
+    /// For a k_eu or k_ep that stands for the velocity at another place, with nothing but ducts between: how far downstream
+    /// that lies, m, negative upstream. [`crate::Network::along`] needs to know; `None` unless overridden.
+    fn hears_at(&self, _law: usize) -> Option<f64> {
+        None
+    }
     /// Every pole of every law, so that a count of modes can tell poles from zeros; none unless overridden.
     fn poles(&self) -> Vec<Pole> {
         Vec::new()

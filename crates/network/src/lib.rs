@@ -29,6 +29,7 @@ mod contour;
 mod error;
 pub mod file;
 pub mod flow_chain;
+mod hearing;
 pub mod laws;
 pub mod levine_schwinger;
 mod mode;

@@ -42,7 +42,7 @@ impl FlowChain {
         for (i, duct) in self.ducts.iter().enumerate() {
             let effects = self.effects(i, root.s)?;
             for k in 0..=last {
-                let within = duct.length * k as f64 / last as f64;
+                let within = duct.length * (k as f64 / last as f64);
                 let station = self.station(&passed, &back, &effects, i, within);
                 stations.push(Station { x: start + within, ..station });
             }

@@ -286,6 +286,12 @@ impl Coefficients for LawSet {
     fn name(&self, law: usize) -> String {
         self.laws.get(law).map_or_else(|| format!("law {law}"), |l| l.0.clone())
     }
+    fn hears_at(&self, law: usize) -> Option<f64> {
+        match &self.laws.get(law)?.1 {
+            Law::Probe(probe) => Some(probe.distance()),
+            _ => None,
+        }
+    }
     fn poles_in(&self, region: &Region) -> Result<Vec<Pole>, NetworkError> {
         let mut poles = Vec::new();
         for (law, (_, l)) in self.laws.iter().enumerate() {

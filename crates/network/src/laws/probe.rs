@@ -79,6 +79,12 @@ impl Probe {
         (-&(&self.transfer.at(s, space) * &alpha)).shift(C64::ONE)
     }
 
+    /// How far downstream the reference lies, m; negative upstream.
+    pub(super) fn distance(&self) -> f64 {
+        let distance = self.path.iter().map(|p| p.segment.length).sum::<f64>();
+        if self.side == Side::Upstream { -distance } else { distance }
+    }
+
     /// Time that sound needs to the reference.
     pub(super) fn travel_time(&self) -> f64 {
         self.path.iter().map(|p| p.segment.length / p.segment.sound_speed).sum()
