@@ -203,6 +203,22 @@ fn compare(_: &mut Criterion) {
         1e3 * modes
     );
     println!("least times: dense Newton {:.0} us, {:.0} times the sweep's", 1e6 * dense, dense / one);
+    let points: Vec<C64> = (0..175).map(|k| root.s + WARM * (f64::from(k) / 175.0)).collect();
+    let point = |guess: &C64, work: &mut Workspace| {
+        let root = net.solve(&Rig, *guess, &newton, work).unwrap();
+        net.respond(&Rig, &root, &places, Order::Second, work).unwrap()
+    };
+    let alone = least(|| drop(black_box(points.iter().map(|s| point(s, &mut work)).collect::<Vec<_>>())));
+    let shared = least(|| {
+        let all = points.par_iter().map_init(Workspace::default, |work, s| point(s, work));
+        drop(black_box(all.collect::<Vec<_>>()));
+    });
+    println!(
+        "least times: 175 points with Hessians {:.2} ms, {:.2} ms on {} threads",
+        1e3 * alone,
+        1e3 * shared,
+        rayon::current_num_threads()
+    );
     for n in [500, 5000] {
         let (net, _) = rig(n);
         let root = start(&net, &mut work);
