@@ -55,7 +55,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
 
     let read = Observations::read(&observations).or_bad_input()?;
-    let hot = hot_points(&read, observations.join(rijke_flow::PROFILES).is_file(), ui);
+    let instead_of_clicks = [rijke_flow::PROFILES, rijke_flow::settled::Readings::FILE];
+    let instead_of_clicks = instead_of_clicks.iter().any(|file| observations.join(file).is_file());
+    let hot = hot_points(&read, instead_of_clicks, ui);
     if hot && (args.force || !flow.is_dir()) {
         step(&["flow", &text(dir), "--out", &text(&flow)], args.force, ui)?;
     } else if hot {
@@ -81,7 +83,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// Whether there are hot points that can be trained on: with clicks, and on top of what a cold heater teaches.
-fn hot_points(observations: &Observations, profiles: bool, ui: &Ui) -> bool {
+fn hot_points(observations: &Observations, instead_of_clicks: bool, ui: &Ui) -> bool {
     let any = |wanted: &dyn Fn(&PointObservations) -> bool| observations.points.iter().any(wanted);
     if !any(&|p| p.point.power > 0.0) {
         return false;
@@ -90,7 +92,10 @@ fn hot_points(observations: &Observations, profiles: bool, ui: &Ui) -> bool {
         any(&|p| p.point.heater && p.point.power == 0.0 && p.point.thermocouples == thermocouples)
     };
     let missing = [
-        (profiles || any(&|p| p.point.power > 0.0 && p.click.is_some()), "clicks or profiles at hot points"),
+        (
+            instead_of_clicks || any(&|p| p.point.power > 0.0 && p.click.is_some()),
+            "clicks, readings or profiles at hot points",
+        ),
         (cold(false), "points with a cold heater and no thermocouples"),
         (cold(true), "points with a cold heater and thermocouples"),
     ];
