@@ -141,7 +141,8 @@ mod tests {
         let svg = RecordFigure { title: "T".into(), data: DataKind::Virtual, panels }.svg();
         assert_eq!(svg.matches(">record<").count(), 1);
         assert_eq!(svg.matches("<circle").count(), 3);
-        assert_eq!(svg.matches("virtual data").count(), 3);
+        // On every panel, and in the description of the whole.
+        assert_eq!(svg.matches("virtual data").count(), 4);
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
     }
 }

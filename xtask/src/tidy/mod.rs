@@ -43,8 +43,8 @@ fn read(root: &Path) -> Result<Vec<File>, String> {
         for entry in entries {
             let path = entry.map_err(|e| e.to_string())?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let left_out = name.starts_with('.') || ["target", "results", "virtual-rig"].contains(&&*name);
-            if left_out && folder == root {
+            let left_out = name.starts_with('.') || ["results", "virtual-rig"].contains(&&*name);
+            if name == "target" || (left_out && folder == root) {
                 continue;
             }
             match path.extension().and_then(|e| e.to_str()) {
