@@ -1,28 +1,120 @@
-//! `rijke check`: reads everything that the other steps will read, before any work.
+//! `rijke check`: reads everything that the other steps will read, before any work, and says what the measurements can tell.
+
+pub(crate) mod foresight;
+mod identify;
+mod prior;
+pub(crate) mod stages;
 
 use crate::{
     failure::{Classify, Failure},
+    rank::own,
     ui::Ui,
 };
+use foresight::Subject;
 use rayon::prelude::*;
-use rijke_rig::{DataKind, Record, RecordFolder, RecordSet, RecordSource, RigError};
+use rijke_rig::{
+    Campaign, DataKind, Observations, OperatingPoint, Record, RecordFolder, RecordSet, RecordSource, Rig,
+    RigError,
+};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Check a folder of records: manifest, rig, campaign and every sample of every file.
+/// Check a folder of records, and whether the measurements can identify the models: manifest, rig, campaign, candidates, and
+/// every sample of every file.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  rijke check virtual-rig\n\n\
-    Prints what the folder holds and which records are clipped, or every file that is wrong.")]
+#[command(
+    after_help = "Examples:\n  rijke check virtual-rig\n  rijke check my-rig --plan --plots my-rig/priors\n\n\
+    Prints what the folder holds and which records are clipped, or every file that is wrong. Then, for every model that `rijke rank`\n\
+    would train, which parameters the measurements would leave as uncertain as the priors: to first order at the centre of the\n\
+    priors, on top of the models that the paper chose for the earlier stages. Hot points have the steady flow at handbook values."
+)]
 pub(crate) struct Args {
-    /// The folder that holds manifest.toml.
+    /// Folder that holds manifest.toml, or observations prepared by hand in DIR/observations.
     dir: PathBuf,
+    /// Before anything is recorded: read only rig.toml, campaign.toml and candidates of DIR.
+    #[arg(long)]
+    plan: bool,
+    /// Files of candidates of your own [default: DIR/candidates.toml if it exists].
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    candidates: Vec<PathBuf>,
+    /// Noise of one operating point, model error included: growth rate (1/s), angular frequency (rad/s), relative pressure.
+    #[arg(long, value_name = "SD", num_args = 3, default_values_t = foresight::NOISE_SD)]
+    sd: Vec<f64>,
+    /// Draw growth rate and frequency as the priors of each model allow them, with what was observed, into this folder.
+    #[arg(long, value_name = "OUT")]
+    plots: Option<PathBuf>,
+    /// Replace OUT if it exists.
+    #[arg(long)]
+    force: bool,
 }
 
 /// At most this many wrong files are listed.
 const MOST: usize = 20;
+/// Ambient temperature of a campaign that is only planned, K.
+const PLANNED_AMBIENT: f64 = 293.15;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let folder = RecordFolder::open(&args.dir).or_bad_input()?;
+    let dir = &args.dir;
+    let [growth, frequency, pressure] = args.sd[..] else { return Err(wrong_sd(&args.sd)) };
+    let sd = [growth, frequency, pressure];
+    if !sd.iter().all(|sd| *sd > 0.0 && sd.is_finite()) {
+        return Err(wrong_sd(&args.sd));
+    }
+    let observations = dir.join("observations");
+    let observed = (observations.is_dir() && !args.plan)
+        .then(|| Observations::read(&observations))
+        .transpose()
+        .or_bad_input()?;
+    let (rig, points, kind, mut answer): (_, Vec<(OperatingPoint, f64)>, _, _) = if args.plan {
+        let rig = Rig::read(&dir.join("rig.toml")).or_bad_input()?;
+        let campaign = Campaign::read(&dir.join("campaign.toml")).or_bad_input()?;
+        ui.say(format!("{}: planned, {} operating points", rig.name, campaign.points.len()));
+        let answer = json!({ "rig": rig.name, "points": campaign.points.len() });
+        (rig, campaign.points.into_iter().map(|p| (p, PLANNED_AMBIENT)).collect(), None, answer)
+    } else if let (Some(read), false) = (&observed, dir.join("manifest.toml").exists()) {
+        ui.say(format!(
+            "{}: observations of {} operating points, {}",
+            read.rig.name,
+            read.points.len(),
+            read.source
+        ));
+        let points = read.points.iter().map(|p| (p.point.clone(), p.ambient.ambient_temperature)).collect();
+        (
+            read.rig.clone(),
+            points,
+            Some(read.kind),
+            json!({ "rig": read.rig.name, "points": read.points.len() }),
+        )
+    } else {
+        let (set, answer) = records_of(dir, ui)?;
+        let ambient = |day: usize| set.days[day].ambient_temperature;
+        let points = set.points.iter().map(|p| (p.point.clone(), ambient(p.day))).collect();
+        (set.rig, points, Some(set.kind), answer)
+    };
+    let mut files = args.candidates.clone();
+    if files.is_empty() && dir.join("candidates.toml").is_file() {
+        files.push(dir.join("candidates.toml"));
+    }
+    let list: Vec<_> = points.iter().map(|(p, _)| p.clone()).collect();
+    let own = own::candidates(&files, &rig, &list)?;
+    let measured = observed.iter().flat_map(|o| &o.points);
+    let measured = measured.filter_map(|p| Some((p.point.id.clone(), p.ping.as_ref()?.s))).collect();
+    let subject = Subject { rig, points, kind, own, measured };
+    answer["models"] = foresight::say(&subject, sd, ui)?;
+    if let Some(out) = &args.plots {
+        answer["plots"] = foresight::draw(&subject, out, args.force, ui)?;
+    }
+    ui.result(&answer)
+}
+
+fn wrong_sd(sd: &[f64]) -> Failure {
+    Failure::bad_input(format!("--sd {sd:?}: standard deviations must be positive and finite"))
+        .remedy("Give three numbers, such as --sd 0.1 1 0.001; see --help.")
+}
+
+/// Reads every record of a folder, and says what it holds.
+fn records_of(dir: &Path, ui: &Ui) -> Result<(RecordSet, serde_json::Value), Failure> {
+    let folder = RecordFolder::open(dir).or_bad_input()?;
     let set = folder.set();
     let records = records(set);
     let bar = ui.progress("reading", records.len() as u64);
@@ -43,7 +135,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         let rest = if rest > 0 { format!("\nand {rest} more") } else { String::new() };
         let text = format!("{} of {} files are wrong\n{}{rest}", wrong.len(), read.len(), shown.join("\n"));
         return Err(Failure::bad_input(text)
-            .at(&args.dir)
+            .at(dir)
             .remedy("Mend each file as its line says, or take it out of the manifest; then check again."));
     }
     describe(set, ui);
@@ -52,11 +144,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let clipped = records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0);
     let clipped: Vec<_> = clipped.map(|(r, c)| json!({ "file": r.name(set), "samples": c })).collect();
-    ui.result(&json!({
+    let answer = json!({
         "rig": set.rig.name, "kind": set.kind, "source": set.source, "points": set.points.len(), "days": set.days.len(),
         "pings": set.points.iter().map(|p| p.pings.len()).sum::<usize>(),
         "clicks": set.points.iter().map(|p| p.clicks.len()).sum::<usize>(), "clipped": clipped,
-    }))
+    });
+    Ok((set.clone(), answer))
 }
 
 /// One file of a set.

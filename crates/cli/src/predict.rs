@@ -7,6 +7,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use rijke_flow::BaseStates;
+use rijke_inference::normal_cdf;
 use rijke_model::{Conditions, Misfit, SavedModel};
 use rijke_report::StabilityMap;
 use rijke_rig::{Campaign, OperatingPoint};
@@ -130,7 +131,7 @@ impl Opened {
                 power_w: point.power,
                 growth_rate,
                 angular_frequency,
-                probability_of_instability: 0.5 * libm::erfc(-mean / (sd * std::f64::consts::SQRT_2)),
+                probability_of_instability: normal_cdf(mean / sd),
             })
         };
         self.points.par_iter().map(row).collect()

@@ -1,9 +1,10 @@
 //! `rijke rank`: train the candidates on observations and rank them.
 
 mod hot;
-mod own;
+pub(crate) mod own;
 
 use crate::{
+    check::foresight::refuse_boundless,
     failure::{Classify, Failure},
     staging::StagedFolder,
     ui::Ui,
@@ -62,7 +63,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let observations = Observations::read(folder)
         .or_bad_input()
         .map_err(|f| f.remedy(format!("Run `rijke process {}` first.", args.dir.display())))?;
-    let terms = Terms { depth, own: own::candidates(&args.candidates, &observations)? };
+    let points: Vec<_> = observations.points.iter().map(|p| p.point.clone()).collect();
+    let terms = Terms { depth, own: own::candidates(&args.candidates, &observations.rig, &points)? };
+    refuse_boundless(&observations, &terms.own).map_err(|f| f.at(folder))?;
     let truth = args.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
     let virtual_data = observations.kind == DataKind::Virtual;
     let known = virtual_data.then(|| true_empty_tube(&observations, &truth)).flatten();

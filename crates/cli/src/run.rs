@@ -48,7 +48,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let has_records = dir.join("manifest.toml").exists() || !observations.is_dir();
     if has_records && (args.force || !observations.is_dir()) {
-        step(&["check", &text(dir)], false, ui)?;
+        let mut check = vec!["check".to_owned(), text(dir)];
+        if !candidates.is_empty() {
+            check.push("--candidates".to_owned());
+            check.extend(candidates.iter().map(|file| text(file)));
+        }
+        step(&check.iter().map(String::as_str).collect::<Vec<_>>(), false, ui)?;
         step(&["process", &text(dir)], args.force, ui)?;
     } else {
         ui.note(format!("{}: kept", observations.display()));

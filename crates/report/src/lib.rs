@@ -25,6 +25,7 @@ mod figures;
 mod modes;
 mod numbers;
 mod page;
+mod prior;
 mod record;
 mod sheet;
 mod stability;
@@ -34,6 +35,7 @@ pub use base_flow::{BaseFlow, FlowAt, FlowAtPower, FlowRun, FlowUnknown};
 pub use error::ReportError;
 pub use modes::{ModeCurves, ModesFigure};
 pub use numbers::Numbers;
+pub use prior::{PriorFigure, PriorModel, PriorSeries};
 pub use record::{Look, RecordCurve, RecordFigure, RecordPanel};
 pub use stability::StabilityMap;
 

@@ -2,18 +2,22 @@
 
 use crate::{
     candidate::examine,
+    check::stages::teaches,
     failure::{Classify, Failure},
     ui::Ui,
 };
 use rijke_candidates::{Candidate, Catalogue};
-use rijke_rig::{Observations, OperatingPoint};
+use rijke_rig::{OperatingPoint, Rig};
 use rijke_studies::{COMPETING_ROLES, ProngModel, catalogue};
 use std::path::PathBuf;
 
-/// Reads the files and checks that every candidate can compete on these observations, before anything is trained.
-pub(super) fn candidates(files: &[PathBuf], observations: &Observations) -> Result<Vec<Candidate>, Failure> {
+/// Reads the files and checks that every candidate can compete on these operating points, before anything is trained.
+pub(crate) fn candidates(
+    files: &[PathBuf],
+    rig: &Rig,
+    points: &[OperatingPoint],
+) -> Result<Vec<Candidate>, Failure> {
     let project = catalogue().or_failed()?;
-    let points: Vec<OperatingPoint> = observations.points.iter().map(|p| p.point.clone()).collect();
     let mut own = Catalogue::default();
     for file in files {
         let read = Catalogue::read(file)
@@ -43,7 +47,11 @@ pub(super) fn candidates(files: &[PathBuf], observations: &Observations) -> Resu
                 ))
                 .remedy("Rename the parameter: candidates of different roles must not share a name."));
             }
-            if let Some(fault) = examine(candidate, &observations.rig, &points).faults.first() {
+            // What nothing was measured of does not compete.
+            if !points.iter().any(|point| teaches(&candidate.role, point)) {
+                continue;
+            }
+            if let Some(fault) = examine(candidate, rig, points).faults.first() {
                 return Err(at(format!("`{}`: {fault}", candidate.id)).remedy(format!(
                     "Correct it; `rijke candidate {}` lists all that is wrong.",
                     file.display()

@@ -5,6 +5,7 @@ mod bad_input;
 mod base_states;
 mod book;
 mod ducted_flame;
+mod foresight;
 mod formats;
 mod help;
 #[cfg(unix)]

@@ -12,7 +12,7 @@ fn numbers(folder: &Path, text: &str) {
     fs::write(folder.join("results/numbers/prongs.json"), text).unwrap();
 }
 
-pub(super) const CASES: [Case; 15] = [
+pub(super) const CASES: [Case; 17] = [
     case(
         "results that do not exist",
         |_| (),
@@ -49,6 +49,13 @@ pub(super) const CASES: [Case; 15] = [
         "inspect run.dat",
         ["run.dat", "not a WAV file", "use 16, 24 or 32 bit"],
     ),
+    case(
+        "noise that is none",
+        |_| (),
+        "check . --sd 0 1 0.001",
+        ["--sd [0.0, 1.0, 0.001]", "positive and finite", "such as --sd 0.1 1 0.001"],
+    ),
+    case("plan without a rig", |_| (), "check . --plan", ["rig.toml", "cannot be read", "check the name"]),
     case("row that the campaign does not have", |_| (), "lab --row C9 --out records", ["C9", "C3", "H180"]),
     case(
         "rig of the laboratory that does not exist",
