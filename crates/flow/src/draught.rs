@@ -5,7 +5,7 @@ use crate::number::Number;
 use crate::pipe::Pipe;
 use crate::{FlowError, Parameters};
 
-const GRAVITY: f64 = 9.81;
+pub(crate) const GRAVITY: f64 = 9.81;
 /// Mass flow below which the gas counts as still, kg/s: half a micrometre per second.
 pub(crate) const STILL: f64 = 1e-9;
 
@@ -42,6 +42,11 @@ impl<N: Number> Draught<N> {
             slope: -2.5,
             marches: 0,
         }
+    }
+
+    /// A march with the mass flow (kg/s) that balances it.
+    pub(crate) fn at(mass_flow: N, march: March<N>) -> Self {
+        Self { mass_flow, march, ..Self::empty() }
     }
 
     /// Gas marches used so far: the unit of cost.

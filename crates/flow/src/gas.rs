@@ -15,6 +15,15 @@ pub struct March<N> {
     pub to_wall: Vec<N>,
 }
 
+impl<N: Copy> March<N> {
+    /// Room for `cells` cells.
+    pub(crate) fn resize(&mut self, cells: usize, blank: N) {
+        self.face.resize(cells + 1, blank);
+        self.mean.resize(cells, blank);
+        self.to_wall.resize(cells, blank);
+    }
+}
+
 /// What drives the march, besides the wall.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drive<N> {
@@ -138,10 +147,7 @@ impl Pipe {
         out: &mut March<N>,
     ) {
         let n = self.cells.len();
-        let blank = N::constant(0.0);
-        out.face.resize(n + 1, blank);
-        out.mean.resize(n, blank);
-        out.to_wall.resize(n, blank);
+        out.resize(n, N::constant(0.0));
         let down = usize::from(flow.value() < 0.0);
         let size = Flow::new(if down == 1 { -flow } else { flow });
         let mut t = drive.ambient;

@@ -94,18 +94,25 @@ impl<N: Number> Unknowns<N> {
     }
 }
 
+impl<N: Copy> Parameters<N> {
+    /// The same function of each.
+    pub(crate) fn map<M>(&self, of: impl Fn(N) -> M) -> Parameters<M> {
+        Parameters {
+            heater_drag: of(self.heater_drag),
+            outer_nusselt: of(self.outer_nusselt),
+            mount_resistance: of(self.mount_resistance),
+            wall_share: of(self.wall_share),
+            inner_nusselt: of(self.inner_nusselt),
+            jet_enhancement: of(self.jet_enhancement),
+        }
+    }
+}
+
 impl<N: Number> Parameters<N> {
     /// Without derivatives.
     #[must_use]
     pub fn plain(&self) -> Parameters {
-        Parameters {
-            heater_drag: self.heater_drag.value(),
-            outer_nusselt: self.outer_nusselt.value(),
-            mount_resistance: self.mount_resistance.value(),
-            wall_share: self.wall_share.value(),
-            inner_nusselt: self.inner_nusselt.value(),
-            jet_enhancement: self.jet_enhancement.value(),
-        }
+        self.map(N::value)
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Pipe {
     pub(crate) outer_diameter: f64,
     pub(crate) wall_area: f64,
     pub(crate) length: f64,
+    /// Of natural convection outside ([`crate::wall::slender`]).
+    pub(crate) slender: [f64; 2],
     pub(crate) heater: f64,
     pub(crate) faces: Vec<f64>,
     pub(crate) cells: Vec<Cell>,
@@ -85,6 +87,7 @@ impl Pipe {
             outer_diameter,
             wall_area: quarter * (outer_diameter.powi(2) - rig.tube.inner_diameter.powi(2)),
             length,
+            slender: crate::wall::slender(length / outer_diameter),
             heater,
             faces,
             cells,

@@ -1,8 +1,9 @@
 //! The steady state by Newton's method, and its derivatives by the implicit function theorem.
 
-use crate::band::Band;
+mod tangent;
+
 use crate::draught::Draught;
-use crate::gas::{Drive, Flow};
+use crate::gas::{Drive, March};
 use crate::number::{Dual, Number};
 use crate::pipe::Pipe;
 use crate::wall::Budget;
@@ -50,17 +51,6 @@ pub struct Sensitivity {
     pub wall: Vec<f64>,
 }
 
-/// Newton's linear system: rows 2i the heat of wall cell i, rows 2i + 1 the gas leaving cell i; unknowns 2i the wall
-/// of cell i, 2i + 1 the gas at face i + 1; bordered by the mass flow and the balance of the draught.
-struct System {
-    band: Band,
-    /// Derivatives of the rows with respect to the mass flow.
-    by_flow: Vec<f64>,
-    /// Derivatives of the draught with respect to the unknowns, and to the mass flow.
-    draught: Vec<f64>,
-    draught_by_flow: f64,
-}
-
 impl Pipe {
     /// The steady state at `power` (W) and `ambient` (K). Without power the tube is cold, exactly.
     ///
@@ -96,31 +86,24 @@ impl Pipe {
         mut flow: f64,
     ) -> Result<Steady, FlowError> {
         let drive = Drive { released: power, ambient };
-        let mut gas = Draught::empty();
-        let mut heat = Vec::new();
+        let mut march = March::default();
         let (mut residual, mut settled) = (f64::INFINITY, false);
         if power == 0.0 {
             wall.fill(ambient);
             flow = crate::draught::STILL;
         }
         for steps in 0..STEPS {
-            gas.mass_flow = flow;
-            self.march(&wall, drive, flow, p, &mut gas.march);
-            let balance = self.balance(&gas.march, flow, ambient, p);
-            let budget = self.wall_heat(&wall, drive, p, &gas, &mut heat);
-            let excess = balance.buoyancy - balance.losses;
-            residual = heat.iter().fold(0.0_f64, |m, h| m.max(h.abs())) / power.max(1e-3);
-            let unbalanced = if power == 0.0 { 0.0 } else { (excess / balance.losses).abs() };
+            let tangent = self.tangent(&wall, drive, flow, p, &mut march);
+            residual = tangent.heat.iter().fold(0.0_f64, |m, h| m.max(h.abs())) / power.max(1e-3);
+            let unbalanced = if power == 0.0 { 0.0 } else { (tangent.excess / tangent.losses).abs() };
             // Very short cells conduct so well that rounding alone moves watts: then the last step decides.
             if (residual < 1e-12 && unbalanced < 1e-11) || (settled && residual < 1e-9) {
-                if power == 0.0 {
-                    gas.mass_flow = 0.0;
-                }
+                let gas = Draught::at(if power == 0.0 { 0.0 } else { flow }, march);
+                let budget = self.wall_heat(&wall, drive, p, &gas, &mut Vec::new());
                 return Ok(Steady { wall, gas, budget, steps, drive, parameters: *p });
             }
-            let system = self.linearise(&wall, drive, flow, p, &gas)?;
-            let mut rows = vec![0.0; 2 * heat.len()];
-            heat.iter().enumerate().for_each(|(i, h)| rows[2 * i] = -h);
+            let (rows, excess) = (tangent.rows(), tangent.excess);
+            let system = tangent.factorised()?;
             let (change, mut dm) = system.solve(rows, -excess);
             // Far from the solution: no wall moves by more than 80 K, the flow by no more than a half.
             let largest = change.iter().step_by(2).fold(0.0_f64, |m, d| m.max(d.abs()));
@@ -159,100 +142,6 @@ impl Pipe {
         });
         Ok((wall.collect(), flow.max(1e-6)))
     }
-
-    fn linearise(
-        &self,
-        wall: &[f64],
-        drive: Drive<f64>,
-        flow: f64,
-        p: &Parameters,
-        gas: &Draught<f64>,
-    ) -> Result<System, FlowError> {
-        let n = wall.len();
-        let mut band = Band::zeros(2 * n);
-        let (mut by_flow, mut draught) = (vec![0.0; 2 * n], vec![0.0; 2 * n]);
-        let lift = |v: f64| Dual::<3>::constant(v);
-        let parameters = Parameters {
-            heater_drag: lift(p.heater_drag),
-            outer_nusselt: lift(p.outer_nusselt),
-            mount_resistance: lift(p.mount_resistance),
-            wall_share: lift(p.wall_share),
-            inner_nusselt: lift(p.inner_nusselt),
-            jet_enhancement: lift(p.jet_enhancement),
-        };
-        let (air, march) = (&self.air, &gas.march);
-        let flux = flow / self.area;
-        let friction = 32.0 * flux / (self.diameter * self.diameter);
-        let (mut heater, mut viscous) = (0.0, 0.0);
-        let mut draught_by_flow = 0.0;
-        for (i, cell) in self.cells.iter().enumerate() {
-            let [t, w, m] = [march.face[i], wall[i], flow];
-            let [t, w, m] = [Dual::<3>::variable(t, 0), Dual::<3>::variable(w, 1), Dual::<3>::variable(m, 2)];
-            let source = self.source(cell, lift(drive.released), parameters.wall_share);
-            let (outflow, mean, to_wall) = self.cell(cell, (0, Flow::new(m)), t, w, source, &parameters);
-            let losses = self.losses(w, lift(drive.ambient), &parameters);
-            let out = (losses.convection + losses.radiation).slopes[1] * cell.length
-                + cell.mount / p.mount_resistance;
-            // Wall row.
-            let row = 2 * i;
-            band.add(row, row, to_wall.slopes[1] - out);
-            if i > 0 {
-                band.add(row, row - 1, to_wall.slopes[0]);
-                let k = self.conductance(i - 1);
-                band.add(row, row, -k);
-                band.add(row, row - 2, k);
-            }
-            if i + 1 < n {
-                let k = self.conductance(i);
-                band.add(row, row, -k);
-                band.add(row, row + 2, k);
-            }
-            by_flow[row] = to_wall.slopes[2];
-            // Gas row: outflow(t, w, m) - T_{i+1} = 0.
-            band.add(row + 1, row + 1, -1.0);
-            band.add(row + 1, row, outflow.slopes[1]);
-            if i > 0 {
-                band.add(row + 1, row - 1, outflow.slopes[0]);
-            }
-            by_flow[row + 1] = outflow.slopes[2];
-            // Draught: -g rho dx - friction mu v - C_d G^2 v/2, through the mean temperature.
-            let volume = air.volume(mean);
-            let drag = 0.5 * p.heater_drag * cell.heater * flux * flux;
-            let viscosity = air.viscosity(mean) * volume * (cell.friction * cell.length);
-            let term = volume.recip() * (-9.81 * cell.length) - viscosity * friction - volume * drag;
-            draught[row] += term.slopes[1];
-            if i > 0 {
-                draught[row - 1] += term.slopes[0];
-            }
-            draught_by_flow += term.slopes[2];
-            heater += volume.value * cell.heater;
-            viscous += viscosity.value;
-        }
-        let c = &self.closures;
-        let (v_in, v_out) = (air.volume(march.face[0]), air.volume(march.face[n]));
-        let entrance = 0.5 * (1.0 + c.entrance_loss + c.development_loss);
-        let inertial = c.profile_factor * (v_out - v_in) + entrance * v_in + 0.5 * p.heater_drag * heater;
-        draught[2 * n - 1] -= flux * flux * c.profile_factor * air.constant / air.pressure;
-        draught_by_flow -=
-            2.0 * flux / self.area * inertial + 32.0 / (self.area * self.diameter * self.diameter) * viscous;
-        if !band.factorise() {
-            return Err(FlowError::NotSteady { steps: 0, residual: f64::NAN });
-        }
-        Ok(System { band, by_flow, draught, draught_by_flow })
-    }
-}
-
-impl System {
-    /// Solves for the unknowns and the mass flow by eliminating the border.
-    fn solve(&self, mut rows: Vec<f64>, balance: f64) -> (Vec<f64>, f64) {
-        let mut along = self.by_flow.clone();
-        self.band.solve(&mut rows);
-        self.band.solve(&mut along);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let dm = (balance - dot(&self.draught, &rows)) / (self.draught_by_flow - dot(&self.draught, &along));
-        rows.iter_mut().zip(&along).for_each(|(r, a)| *r -= dm * a);
-        (rows, dm)
-    }
 }
 
 impl Steady {
@@ -283,7 +172,7 @@ impl Steady {
         let excess = balance.buoyancy - balance.losses;
         let mut heat = Vec::new();
         pipe.wall_heat(&wall, drive, &parameters, &gas, &mut heat);
-        let system = pipe.linearise(&self.wall, self.drive, flow, p, &self.gas)?;
+        let system = pipe.tangent(&self.wall, self.drive, flow, p, &mut March::default()).factorised()?;
         let n = wall.len();
         let edge = pipe.edges[0];
         let per_area = pipe.air.volume(1.0) / pipe.area;

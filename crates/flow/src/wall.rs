@@ -42,12 +42,22 @@ pub(crate) struct Losses<N> {
     pub(crate) radiation: N,
 }
 
+/// Prandtl number of the shape functions of natural convection.
+const PR: f64 = 0.71;
+
+/// B [32^{1/2} L/D_o]^C and C of the slender-cylinder factor 1 + B [32^{1/2} Gr^{-1/4} L/D_o]^C (Popiel et al. 2007), for
+/// `slenderness` L/D_o.
+pub(crate) fn slender(slenderness: f64) -> [f64; 2] {
+    let b = 0.057_132_2 + 0.203_05 * PR.powf(-0.43);
+    let c = 0.9165 - 0.0043 * PR.sqrt() + 0.01333 * PR.ln() + 0.000_480_9 / PR;
+    [b * (32.0_f64.sqrt() * slenderness).powf(c), c]
+}
+
 impl Pipe {
     /// Coefficient of natural convection h_o, W/(m^2 K): Churchill & Chu (1975) on the tube's length times the
     /// slender-cylinder factor of Popiel, Wojtkowiak & Bober (2007); film properties; shape functions at Pr = 0.71,
     /// which moves them by less than 0.1 % up to 600 K.
     pub(crate) fn outer_coefficient<N: Number>(&self, wall: N, ambient: N) -> N {
-        const PR: f64 = 0.71;
         let film = (wall + ambient) * 0.5;
         let (air, height) = (&self.air, self.length);
         let difference = wall - ambient;
@@ -59,10 +69,8 @@ impl Pipe {
         let sixth = (ln * (1.0 / 6.0)).exp() * PR.powf(1.0 / 6.0);
         let plate = 0.387 / (1.0 + (0.492 / PR).powf(9.0 / 16.0)).powf(8.0 / 27.0);
         let root = sixth * plate + 0.825;
-        let b = 0.057_132_2 + 0.203_05 * PR.powf(-0.43);
-        let c = 0.9165 - 0.0043 * PR.sqrt() + 0.01333 * PR.ln() + 0.000_480_9 / PR;
-        let slender = b * (32.0_f64.sqrt() * height / self.outer_diameter).powf(c);
-        let factor = (ln * (-0.25 * c)).exp() * slender + 1.0;
+        let [slender, exponent] = self.slender;
+        let factor = (ln * (-0.25 * exponent)).exp() * slender + 1.0;
         air.conductivity(film) * root * root * factor * (1.0 / height)
     }
 

@@ -105,6 +105,20 @@ impl<'a> Batch<'a> {
     /// # Errors
     /// [`FlowError::Inference`] with the words of the minimiser.
     pub fn fit(&self) -> Result<Estimate, FlowError> {
+        let (scores, covariance, converged) = self.search()?;
+        let predicted = self.run(&scores)?;
+        let draws =
+            self.shape(&scores, &covariance)?.draws(&mut Streams::new(0).stream("flow/batch/shape"))?;
+        let mut estimate = Estimate::of_draws(&self.priors, self.names(), &draws)?;
+        let slopes =
+            self.predict(&scores, Order::First).map_err(|e| FlowError::Inference(e.to_string()))?.jacobian;
+        let health = Health::new(self, &scores, &estimate.covariance, &predicted, &slopes, converged)?;
+        estimate.health = Some(health);
+        Ok(estimate)
+    }
+
+    /// The most probable scores, Laplace's covariance there, and whether the search converged.
+    fn search(&self) -> Result<(Vec<f64>, Matrix, bool), FlowError> {
         let words = |e: rijke_inference::InferenceError| FlowError::Inference(e.to_string());
         let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
         let score = |name: String| Parameter::new(&name, &name, "1", prior);
@@ -134,19 +148,8 @@ impl<'a> Batch<'a> {
         let posterior = Posterior::new(self, &data, &parameters).map_err(words)?;
         let fit = posterior.map(&MapOptions { search, start: Some(start) }).map_err(words)?;
         let laplace = posterior.laplace(&fit).map_err(words)?;
-        let predicted = self.run(&fit.working)?;
-        let draws = self
-            .shape(&fit.working, &laplace.covariance)?
-            .draws(&mut Streams::new(0).stream("flow/batch/shape"))?;
-        let mut estimate = Estimate::of_draws(&self.priors, self.names(), &draws)?;
-        let slopes = self
-            .predict(&fit.working, Order::First)
-            .map_err(|e| FlowError::Inference(e.to_string()))?
-            .jacobian;
         let converged = fit.stop.converged();
-        let health = Health::new(self, &fit.working, &estimate.covariance, &predicted, &slopes, converged)?;
-        estimate.health = Some(health);
-        Ok(estimate)
+        Ok((fit.working, laplace.covariance, converged))
     }
 
     /// The same with steps of five samples: errors of some us in the transients, a fifth of the cost. For derivatives of
@@ -314,57 +317,4 @@ impl Forward for Batch<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Closures;
-    use crate::assimilate::{Twin, TwinOptions};
-    use rayon::prelude::*;
-    use rijke_numerics::Cholesky;
-    use rijke_rig::Rig;
-
-    /// Error over sd of the unknowns in the model linearised at the truth.
-    fn pulls(batch: &Batch<'_>, ambient: &[f64], truth: &[f64]) -> Vec<f64> {
-        let batch = Batch { ambient: ambient.to_vec(), ..batch.clone() };
-        let at = batch.predict(truth, Order::First).unwrap();
-        let data = batch.whitening.apply(batch.means.clone());
-        let residual: Vec<f64> = data.iter().zip(&at.values).map(|(m, p)| m - p).collect();
-        let across = at.jacobian.transpose();
-        let precision = across.product(&at.jacobian).plus(1.0, &Matrix::identity(truth.len()));
-        let precision = Cholesky::new(&precision).unwrap();
-        let pull: Vec<f64> = across.times(&residual).iter().zip(truth).map(|(p, z)| p - z).collect();
-        let (off, covariance) = (precision.solve(&pull), precision.inverse());
-        (0..UNKNOWNS).map(|k| off[k] / covariance[(k, k)].sqrt()).collect()
-    }
-
-    #[test]
-    #[ignore = "long: 100 twins, two minutes of CPU"]
-    #[allow(clippy::print_stdout, reason = "the table is what this study is for")]
-    fn lab_the_room_is_in_the_noise() {
-        let seeds: u64 = std::env::var("SEEDS").map_or(100, |s| s.parse().unwrap());
-        let pipe = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap();
-        let one = |seed| {
-            let twin = Twin::new(&pipe, &TwinOptions::default(), &Streams::new(seed), None).unwrap();
-            let record = twin.record.checked(&pipe).unwrap();
-            let batch = Batch::new(&pipe, &record, 10).unwrap();
-            let sd = vec![record.sensors[0].sd / 10_f64.sqrt(); batch.means.len()];
-            let white = Whitening::new(sd, &[], &smooth_ambient(&record), 10).unwrap();
-            let plain = Batch { whitening: white, ..batch.clone() };
-            [
-                pulls(&plain, &twin.ambient, &twin.scores),
-                pulls(&batch, &batch.ambient, &twin.scores),
-                pulls(&plain, &batch.ambient, &twin.scores),
-            ]
-        };
-        let runs: Vec<[Vec<f64>; 3]> = (0..seeds).into_par_iter().map(one).collect();
-        let square =
-            |way: usize, k: usize| runs.iter().map(|r| r[way][k].powi(2)).sum::<f64>() / seeds as f64;
-        for (way, name) in ["known", "in the noise", "ignored"].into_iter().enumerate() {
-            let row: Vec<f64> = (0..UNKNOWNS).map(|k| square(way, k)).collect();
-            println!("room temperature {name}: mean square of error/sd {row:.2?}");
-        }
-        // Drag, and the two of the inner Nusselt number: as if the room were known, and far from it if its error is ignored.
-        for k in [0, 4, 5] {
-            assert!(square(1, k) < 1.3 * square(0, k) && square(2, k) > 1.4 * square(1, k));
-        }
-    }
-}
+mod tests;

@@ -78,16 +78,17 @@ fn true_state(pipe: &Pipe, truth: &[f64]) -> BaseState {
 
 /// Runs `method` on `seeds` twins and prints the table.
 ///
-/// SEEDS in the environment replaces the number of twins.
+/// SEEDS in the environment replaces the number of twins, FROM the first of them.
 fn table(
     title: &str,
     heater: f64,
     seeds: u64,
     method: impl Fn(&Pipe, &Record, &Streams) -> Estimate + Sync,
 ) -> Vec<Row> {
-    let seeds = std::env::var("SEEDS").map_or(seeds, |s| s.parse().unwrap());
+    let given = |name: &str, default: u64| std::env::var(name).map_or(default, |s| s.parse().unwrap());
+    let (from, seeds) = (given("FROM", 0), given("SEEDS", seeds));
     let pipe = pipe(heater, 1);
-    let runs: Vec<_> = (0..seeds)
+    let runs: Vec<_> = (from..from + seeds)
         .into_par_iter()
         .map(|seed| {
             let streams = Streams::new(seed);
@@ -96,6 +97,15 @@ fn table(
             judge(&pipe, &method(&pipe, &record, &streams), &twin.scores)
         })
         .collect();
+    if std::env::var("DUMP").is_ok() {
+        for (k, run) in runs.iter().enumerate() {
+            println!(
+                "DUMP {} {}",
+                from + k as u64,
+                run.iter().map(|q| format!("{:.4} {:.4}", q[0] / q[1], q[3])).collect::<Vec<_>>().join(" ")
+            );
+        }
+    }
     let names = unknowns().map(|p| p.name).into_iter().chain(["U_h".to_string()]);
     let names = names.chain(PLACES.iter().map(|x| format!("c({x})")));
     let row = |(k, name): (usize, String)| Row {
