@@ -1,5 +1,7 @@
 //! `rijke flow`: from click arrival times to the base flow.
 
+mod plot;
+
 use crate::{
     failure::{Classify, Failure},
     staging::StagedFolder,
@@ -42,6 +44,10 @@ pub(crate) struct Args {
     /// Fit each place of the heater by itself, as the paper does, instead of all together as one rig.
     #[arg(long)]
     separate: bool,
+    /// Draw Fig. 2, and for a filter its parameters, spread and innovations against time beside the batch fit:
+    /// plots/index.html in OUT.
+    #[arg(long)]
+    plot: bool,
     /// TOML file of closures [default: those of the model].
     #[arg(long, value_name = "FILE")]
     closures: Option<PathBuf>,
@@ -93,8 +99,11 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Fa
     let below = dir.join("observations");
     let settled = if below.is_dir() { Some(below.as_path()) } else { Some(dir) };
     let settled = settled.filter(|folder| folder.join("observations.toml").is_file());
-    let (document, states) = match settled {
-        Some(folder) if !dir.join("flow.toml").is_file() => from_observations(args, folder, closures, ui)?,
+    let (document, states, beside) = match settled {
+        Some(folder) if !dir.join("flow.toml").is_file() => {
+            let (document, states) = from_observations(args, folder, closures, ui)?;
+            (document, states, Vec::new())
+        }
         _ => over_time(args, dir, closures, ui)?,
     };
     let staged = StagedFolder::new(&args.out, "flow.json", args.force)?;
@@ -106,6 +115,9 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Fa
     write("flow.json", serde_json::to_string_pretty(&document).or_failed()? + "\n")?;
     write("unknowns.csv", unknowns_table(&document.runs))?;
     write("velocity.csv", velocity_table(&document.runs))?;
+    if args.plot {
+        plot::write(&document, &beside, staged.path())?;
+    }
     staged.commit()?;
     for run in &document.runs {
         summary(run, ui);
@@ -170,27 +182,39 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
     Ok(gather(args, observations.kind, &observations.rig, observations.source, reports, states))
 }
 
-/// From samples over time.
-fn over_time(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Inferred, Failure> {
+/// From samples over time. A filter that is drawn has the batch fits of the same runs beside it.
+fn over_time(
+    args: &Args,
+    dir: &Path,
+    closures: &Closures,
+    ui: &Ui,
+) -> Result<(Document, BaseStates, Vec<RunReport>), Failure> {
     let remedy = "`rijke process` makes observations of records; `rijke flow --twin --out DIR` writes a record over time.";
     let records = Records::read(dir).or_bad_input().map_err(|f| f.remedy(remedy))?;
-    let method = match args.method {
-        Choice::Batch => Method::Batch,
-        Choice::Smoother => Method::Smoother,
-        Choice::Paper => Method::Paper,
-        Choice::SquareRoot => Method::SquareRoot,
+    let (method, filters) = match args.method {
+        Choice::Batch => (Method::Batch, false),
+        Choice::Smoother => (Method::Smoother, false),
+        Choice::Paper => (Method::Paper, true),
+        Choice::SquareRoot => (Method::SquareRoot, true),
     };
     let progress = ui.progress("heater positions", records.runs.len() as u64);
-    let run = |(heater, record): &(f64, _)| {
-        let run = assimilate(&records.rig, closures, *heater, record, method, &Streams::new(args.seed));
-        progress.advance(1);
-        run
+    let run = |method: Method, (heater, record): &(f64, _)| {
+        assimilate(&records.rig, closures, *heater, record, method, &Streams::new(args.seed))
     };
-    let fits: Result<Vec<_>, FlowError> = records.runs.par_iter().map(run).collect();
-    let (reports, states): (Vec<RunReport>, Vec<NamedStates>) = fits.or_failed()?.into_iter().unzip();
+    let one = |record| {
+        let fit = run(method, record)?;
+        let beside = (args.plot && filters).then(|| run(Method::Batch, record)).transpose()?;
+        progress.advance(1);
+        Ok((fit, beside.map(|(report, _)| report)))
+    };
+    let fits: Result<Vec<_>, FlowError> = records.runs.par_iter().map(one).collect();
+    let (fits, beside): (Vec<_>, Vec<_>) = fits.or_failed()?.into_iter().unzip();
+    let (reports, states): (Vec<RunReport>, Vec<NamedStates>) = fits.into_iter().unzip();
     drop(progress);
     let states = states.into_iter().flatten().collect();
-    Ok(gather(args, records.kind, &records.rig, dir.display().to_string(), reports, states))
+    let source = dir.display().to_string();
+    let (document, states) = gather(args, records.kind, &records.rig, source, reports, states);
+    Ok((document, states, beside.into_iter().flatten().collect()))
 }
 
 fn gather(
@@ -251,6 +275,12 @@ fn summary(run: &RunReport, ui: &Ui) {
     if let Some(chi) = run.innovation_chi_squared {
         ui.say(format!(
             "  chi-squared of the innovations {chi:.3}: no proof that the parameters are right; compare with --method batch"
+        ));
+    }
+    if run.failed_members > 0 {
+        ui.say(format!(
+            "  {} runs of members failed and were replaced by draws from the other members",
+            run.failed_members
         ));
     }
     for warning in &run.warnings {

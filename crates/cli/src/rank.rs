@@ -13,7 +13,7 @@ use rijke_lab::Truth;
 use rijke_rig::{DataKind, Observations, PointObservations};
 use rijke_studies::{
     Check, Depth, ProngModel, Prongs, Terms, campaign, cold, cold_heater, consistency, empty_tube,
-    lumped_convergence, microphones, prongs_stage, true_empty_tube,
+    flow_numerics, lumped_convergence, microphones, prongs_stage, true_empty_tube,
 };
 use serde::Serialize;
 use serde_json::json;
@@ -119,6 +119,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let found = match (&args.flow, stage) {
         (Some(flow), Some(stage)) => {
             keep_flow(flow, &numbers)?;
+            // The powers of the paper may be too much for another rig.
+            if let Ok(numerics) = flow_numerics(&observations.rig) {
+                write(&numbers, "flow_numerics", &numerics)?;
+            }
             Some(hot::hot(
                 &observations,
                 flow,

@@ -42,6 +42,10 @@ use crate::number::Number;
 use crate::{FlowError, UNKNOWNS, Unknowns};
 use rijke_inference::{Parameter, Prior, normal_cdf};
 
+/// What twin experiments say of each method's error bars (docs/records/flow.md): share of twins within two sd, p of the ranks, rms
+/// error over sd, rms error in units of the prior sd or m/s, and posterior over prior sd. CSV with a header.
+pub const CALIBRATION: &str = include_str!("assimilate/calibration.csv");
+
 /// The physical value that belongs to a standard normal score: low + (high - low) Phi(z) for a uniform prior,
 /// mean + sd z for a normal one, median e^{ln_sd z} for a log-normal one.
 ///

@@ -14,6 +14,14 @@ pub struct BaseFlow {
     pub runs: Vec<FlowRun>,
 }
 
+impl BaseFlow {
+    /// Fig. 2 as the text of an SVG file: velocity at the heater, and speed of sound along the tube.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        crate::figures::base_flow::figure(self).svg()
+    }
+}
+
 /// What was inferred with the heater at one position.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlowRun {

@@ -6,8 +6,8 @@ use crate::{
     page::Item,
 };
 use rijke_studies::{
-    CampaignRead, Cold, Consistency, EmptyTube, Feedback, HeatRelease, HotPredictions, LumpedConvergence,
-    Microphones, Prongs, Truths,
+    CampaignRead, Cold, Consistency, EmptyTube, Feedback, FlowNumerics, HeatRelease, HotPredictions,
+    LumpedConvergence, Microphones, Prongs, Truths,
 };
 use serde::de::DeserializeOwned;
 use std::{fs, path::Path};
@@ -41,6 +41,8 @@ pub struct Numbers {
     pub consistency: Option<Consistency>,
     /// `lumped_convergence.json`: the paper's discretisation of the wall loss.
     pub lumped_convergence: Option<LumpedConvergence>,
+    /// `flow_numerics.json`: orders and energy of the pipe flow.
+    pub flow_numerics: Option<FlowNumerics>,
     /// `truths.json`: virtual data only.
     pub truths: Option<Truths>,
 }
@@ -70,6 +72,7 @@ impl Numbers {
             microphones: record(folder, "microphones.json")?,
             consistency: record(folder, "consistency.json")?,
             lumped_convergence: record(folder, "lumped_convergence.json")?,
+            flow_numerics: record(folder, "flow_numerics.json")?,
             truths: record(folder, "truths.json")?,
         })
     }
@@ -95,6 +98,7 @@ impl Numbers {
             self.microphones.as_ref().map(figures::microphones::item),
             self.consistency.as_ref().map(figures::consistency::item),
             self.lumped_convergence.as_ref().map(figures::lumped::item),
+            self.flow_numerics.as_ref().map(figures::flow_numerics::item),
             self.truths.as_ref().map(figures::truths::item),
         ];
         cold.into_iter().chain(hot).chain(rest).flatten().collect()

@@ -49,6 +49,8 @@ pub enum Look {
     Channel(usize, usize),
     /// Dots of the colour of the curve with this number.
     Dots(usize),
+    /// The area that the curve encloses, in the colour with this number, pale.
+    Patch(usize),
 }
 
 const SIZE: [f64; 2] = [520.0, 270.0];
@@ -62,6 +64,7 @@ impl RecordFigure {
             if !curve.name.is_empty() && legend.iter().all(|key| key.label != curve.name) {
                 let mark = match curve.look {
                     Look::Dots(index) => Mark::Dot(model_stroke(index).colour),
+                    Look::Patch(index) => Mark::Patch(model_stroke(index).colour),
                     look => Mark::Line(look.stroke()),
                 };
                 legend.push(Key { mark, label: curve.name.clone() });
@@ -95,12 +98,16 @@ impl RecordPanel {
         for mark in &self.marks {
             panel.vertical(*mark, &Stroke::dashed("#999", 1.0, "3 3"));
         }
-        for curve in &self.curves {
+        for curve in self.curves.iter().filter(|c| !c.points.is_empty()) {
             match curve.look {
                 Look::Dots(index) => {
                     for point in &curve.points {
                         panel.dot(*point, 3.5, model_stroke(index).colour, &curve.name);
                     }
+                }
+                Look::Patch(index) => {
+                    let edge = Stroke::solid("none", 0.0);
+                    panel.contour(&curve.points, &edge, model_stroke(index).colour, 0.3);
                 }
                 look => panel.curve(&curve.points, &look.stroke()),
             }
@@ -115,7 +122,7 @@ impl Look {
             Self::Record => Stroke::solid("#86b3d1", 2.0),
             Self::Fit => Stroke::solid(INK, 0.9),
             Self::Channel(index, count) => Stroke::solid(scale_colour(index, count), 1.2),
-            Self::Dots(index) => model_stroke(index),
+            Self::Dots(index) | Self::Patch(index) => model_stroke(index),
         }
     }
 }

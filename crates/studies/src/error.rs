@@ -34,6 +34,9 @@ pub enum StudyError {
         /// The point.
         point: String,
     },
+    /// The pipe flow has no answer.
+    #[error(transparent)]
+    Flow(#[from] rijke_flow::FlowError),
     /// A model could not be built or trained.
     #[error(transparent)]
     Model(#[from] ModelError),

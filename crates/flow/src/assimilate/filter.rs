@@ -49,6 +49,8 @@ pub struct Snapshot {
     pub spread: Vec<f64>,
     /// Mean and spread of the velocity at the heater, m/s.
     pub heater_velocity: [f64; 2],
+    /// Chi-squared of the innovations since the last snapshot, per datum; 1 is expected.
+    pub innovation_chi_squared: f64,
 }
 
 /// What a filter returns.
@@ -114,6 +116,7 @@ pub fn filter(
     let scheme = if options.variant == Variant::Paper { Scheme::Stochastic } else { Scheme::SquareRoot };
     let analysis = Options { scheme, ..Options::default() };
     let (mut innovations, mut history) = (Diagnostics::default(), Vec::new());
+    let mut recent = Diagnostics::default();
     for (step, sample) in record.samples.iter().enumerate() {
         force(&mut ensemble, &layout, walk, options.variant, &mut stream)?;
         let shared: Vec<std::sync::Mutex<&mut Transient<f64>>> =
@@ -136,7 +139,9 @@ pub fn filter(
         let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
         let frozen = options.variant == Variant::SquareRoot && sample.power == 0.0;
         let before = frozen.then(|| ensemble.members().clone());
-        innovations.record(&ensemble.analyse(&observed, &analysis, &mut stream)?);
+        let innovation = ensemble.analyse(&observed, &analysis, &mut stream)?;
+        innovations.record(&innovation);
+        recent.record(&innovation);
         if let Some(before) = before {
             // Without power the data say nothing of the flow; chance correlations would shrink its parameters.
             for i in 0..options.members {
@@ -148,7 +153,9 @@ pub fn filter(
         if (step + 1) % options.every == 0 || step + 1 == record.samples.len() {
             let velocity: Vec<f64> = runs.iter().map(|r| r.1).collect();
             let time = (step + 1) as f64 * record.interval;
-            history.push(snapshot(&ensemble, &layout, time, sample.power, &velocity));
+            let innovation_chi_squared = std::mem::take(&mut recent).chi_squared_per_datum();
+            let snapshot = snapshot(&ensemble, &layout, time, sample.power, &velocity);
+            history.push(Snapshot { innovation_chi_squared, ..snapshot });
         }
     }
     finish(&ensemble, &layout, &priors, &biased, innovations, history)
@@ -253,6 +260,7 @@ fn snapshot(ensemble: &Ensemble, layout: &Layout, time: f64, power: f64, velocit
         mean: mean[..layout.scores].to_vec(),
         spread: spread[..layout.scores].to_vec(),
         heater_velocity: [centre, variance.sqrt()],
+        innovation_chi_squared: f64::NAN,
     }
 }
 

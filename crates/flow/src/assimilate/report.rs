@@ -43,6 +43,12 @@ pub struct RunReport {
     pub history: Vec<SnapshotReport>,
     /// Chi-squared of a filter's innovations per datum. Near 1 proves nothing.
     pub innovation_chi_squared: Option<f64>,
+    /// Members of a filter that failed and were replaced by a draw from the others.
+    #[serde(default)]
+    pub failed_members: usize,
+    /// Independent directions left among the scores at the end of a filter, of as many as there are scores.
+    #[serde(default)]
+    pub effective_rank: Option<f64>,
 }
 
 /// One unknown.
@@ -170,6 +176,8 @@ pub struct SnapshotReport {
     pub band: Vec<[f64; 2]>,
     /// Mean and spread of the velocity at the heater, m/s.
     pub heater_velocity: [f64; 2],
+    /// Chi-squared of the innovations since the entry before, per datum; 1 is expected.
+    pub innovation_chi_squared: f64,
 }
 
 /// Base states by the names of their operating points.
@@ -190,15 +198,16 @@ pub fn assimilate(
 ) -> Result<(RunReport, NamedStates), FlowError> {
     let pipe = Pipe::new(rig, closures, heater, 1)?;
     let mut history = Vec::new();
-    let mut innovation_chi_squared = None;
+    let (mut innovation_chi_squared, mut effective_rank, mut failed_members) = (None, None, 0);
     let estimate = match method {
         Method::Batch => Batch::new(&pipe, record, BIN)?.fit()?,
         Method::Smoother => smooth(&Batch::new(&pipe, record, BIN)?, 100, &Smoother::default(), streams)?,
         Method::Paper | Method::SquareRoot => {
             let variant = if method == Method::Paper { Variant::Paper } else { Variant::SquareRoot };
             let run = filter(&pipe, record, &FilterOptions { variant, ..FilterOptions::default() }, streams)?;
-            history = run.history.iter().map(snapshot).collect::<Result<_, _>>()?;
+            history = run.history.iter().map(SnapshotReport::new).collect::<Result<_, _>>()?;
             innovation_chi_squared = Some(run.innovations.chi_squared_per_datum());
+            (effective_rank, failed_members) = (Some(run.effective_rank), run.failed);
             run.estimate
         }
     };
@@ -218,6 +227,8 @@ pub fn assimilate(
         powers,
         history,
         innovation_chi_squared,
+        failed_members,
+        effective_rank,
     };
     Ok((report, states))
 }
@@ -248,14 +259,21 @@ fn stages(
     Ok((powers, states))
 }
 
-fn snapshot(s: &Snapshot) -> Result<SnapshotReport, FlowError> {
-    let list = unknowns();
-    let at = |k: usize, sds: f64| physical(&list[k], s.mean[k] + sds * s.spread[k]);
-    Ok(SnapshotReport {
-        time: s.time,
-        power: s.power,
-        value: (0..UNKNOWNS).map(|k| at(k, 0.0)).collect::<Result<_, _>>()?,
-        band: (0..UNKNOWNS).map(|k| Ok([at(k, -2.0)?, at(k, 2.0)?])).collect::<Result<_, FlowError>>()?,
-        heater_velocity: s.heater_velocity,
-    })
+impl SnapshotReport {
+    /// From a snapshot of scores.
+    ///
+    /// # Errors
+    /// [`FlowError::Prior`].
+    pub fn new(s: &Snapshot) -> Result<Self, FlowError> {
+        let list = unknowns();
+        let at = |k: usize, sds: f64| physical(&list[k], s.mean[k] + sds * s.spread[k]);
+        Ok(Self {
+            time: s.time,
+            power: s.power,
+            value: (0..UNKNOWNS).map(|k| at(k, 0.0)).collect::<Result<_, _>>()?,
+            band: (0..UNKNOWNS).map(|k| Ok([at(k, -2.0)?, at(k, 2.0)?])).collect::<Result<_, FlowError>>()?,
+            heater_velocity: s.heater_velocity,
+            innovation_chi_squared: s.innovation_chi_squared,
+        })
+    }
 }

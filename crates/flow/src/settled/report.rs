@@ -76,6 +76,8 @@ impl Settled<'_> {
             powers,
             history: Vec::new(),
             innovation_chi_squared: None,
+            failed_members: 0,
+            effective_rank: None,
         })
     }
 }

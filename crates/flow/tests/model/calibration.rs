@@ -10,6 +10,7 @@ use rijke_flow::{BaseState, Parameters, Pipe, UNKNOWNS, unknowns};
 use rijke_inference::ensemble::{RankHistogram, Smoother};
 use rijke_inference::normal_cdf;
 use rijke_numerics::Streams;
+use std::io::Write;
 
 const PLACES: [f64; 8] = [0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95];
 
@@ -78,7 +79,8 @@ fn true_state(pipe: &Pipe, truth: &[f64]) -> BaseState {
 
 /// Runs `method` on `seeds` twins and prints the table.
 ///
-/// SEEDS in the environment replaces the number of twins, FROM the first of them.
+/// In the environment, SEEDS replaces the number of twins, FROM the first of them, and CSV names a file to which the table is
+/// appended as `src/assimilate/calibration.csv` has it.
 fn table(
     title: &str,
     heater: f64,
@@ -97,15 +99,6 @@ fn table(
             judge(&pipe, &method(&pipe, &record, &streams), &twin.scores)
         })
         .collect();
-    if std::env::var("DUMP").is_ok() {
-        for (k, run) in runs.iter().enumerate() {
-            println!(
-                "DUMP {} {}",
-                from + k as u64,
-                run.iter().map(|q| format!("{:.4} {:.4}", q[0] / q[1], q[3])).collect::<Vec<_>>().join(" ")
-            );
-        }
-    }
     let names = unknowns().map(|p| p.name).into_iter().chain(["U_h".to_string()]);
     let names = names.chain(PLACES.iter().map(|x| format!("c({x})")));
     let row = |(k, name): (usize, String)| Row {
@@ -130,22 +123,29 @@ fn table(
             r.shrinkage
         );
     }
+    if let Ok(path) = std::env::var("CSV") {
+        let line = |r: &Row| {
+            let width = if r.shrinkage > 0.0 { format!("{:.3}", r.shrinkage) } else { String::new() };
+            let (coverage, p, scaled) = (r.coverage(), r.rank_p(), r.rms_scaled());
+            format!("{title},{},{seeds},{coverage:.3},{p:.3},{scaled:.3},{:.3e},{width}\n", r.name, r.rms())
+        };
+        let mut file = std::fs::OpenOptions::new().append(true).create(true).open(path).unwrap();
+        file.write_all(rows.iter().map(line).collect::<String>().as_bytes()).unwrap();
+    }
     rows
 }
 
-/// Every quantity but those that keep their prior width is covered in 90 to 99 % (less two sd of a share of the twins), with
-/// uniform ranks.
+/// Every quantity is covered in 90 to 99 % with uniform ranks, but for unknowns that keep their prior width.
 fn assert_calibrated(rows: &[Row]) {
-    for row in rows {
-        let slack = 2.0 * (0.05 * 0.95 / row.scaled.len() as f64).sqrt();
-        let coverage = row.coverage();
-        assert!((0.90 - slack..=1.0).contains(&coverage), "{}: coverage {coverage}", row.name);
-        assert!(row.rank_p() > 0.001, "{}: rank p {}", row.name, row.rank_p());
+    for row in rows.iter().filter(|r| r.shrinkage < 0.7) {
+        let (coverage, p) = (row.coverage(), row.rank_p());
+        assert!((0.90..=0.99).contains(&coverage), "{}: coverage {coverage}", row.name);
+        assert!(p > 0.01, "{}: rank p {p}", row.name);
     }
 }
 
 #[test]
-#[ignore = "long: 200 twins, ten minutes on two cores"]
+#[ignore = "long: 200 twins, six minutes on two cores"]
 fn lab_batch_is_calibrated_over_200_twins() {
     let rows =
         table("batch", 0.25, 200, |pipe, record, _| Batch::new(pipe, record, 10).unwrap().fit().unwrap());
@@ -161,17 +161,23 @@ fn lab_batch_and_smoother_far_up_the_tube() {
     });
 }
 
+fn filtered(name: &str, variant: Variant, seeds: u64) -> Vec<Row> {
+    table(name, 0.25, seeds, move |pipe, record, streams| {
+        let options = FilterOptions { variant, ..FilterOptions::default() };
+        filter(pipe, record, &options, streams).unwrap().estimate
+    })
+}
+
 #[test]
-#[ignore = "long: 40 twins each"]
-fn lab_filters_are_overconfident() {
-    let run = |variant: Variant, seeds: u64| {
-        table(&format!("{variant:?} filter"), 0.25, seeds, move |pipe, record, streams| {
-            let options = FilterOptions { variant, ..FilterOptions::default() };
-            filter(pipe, record, &options, streams).unwrap().estimate
-        })
-    };
-    let paper = run(Variant::Paper, 40);
-    run(Variant::SquareRoot, 20);
+#[ignore = "long: 200 twins, ten minutes on two cores"]
+fn lab_the_papers_filter_is_overconfident() {
     // What the page must say: the paper's filter does not cover U_h.
+    let paper = filtered("paper", Variant::Paper, 200);
     assert!(paper[UNKNOWNS].coverage() < 0.5, "{}", paper[UNKNOWNS].coverage());
+}
+
+#[test]
+#[ignore = "long: 20 twins"]
+fn lab_the_square_root_filter() {
+    filtered("square-root", Variant::SquareRoot, 20);
 }

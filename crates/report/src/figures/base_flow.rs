@@ -98,7 +98,8 @@ fn comparisons(study: &BaseFlow) -> Vec<Comparison> {
     ]
 }
 
-fn figure(study: &BaseFlow) -> Figure {
+/// Fig. 2.
+pub(crate) fn figure(study: &BaseFlow) -> Figure {
     let powers = powers(study.runs.iter().flat_map(|r| &r.powers).map(|p| p.power_w).filter(|p| *p > 0.0));
     let mut legend = legend(&powers);
     let patch = |label: &str| Key { mark: Mark::Patch("#3c7bb0"), label: label.to_owned() };

@@ -6,6 +6,7 @@ pub(crate) mod cold;
 pub(crate) mod consistency;
 pub(crate) mod empty_tube;
 pub(crate) mod feedback;
+pub(crate) mod flow_numerics;
 pub(crate) mod heat_release;
 pub(crate) mod lumped;
 mod measured;
