@@ -41,9 +41,15 @@ impl Importance {
     }
 }
 
-/// Weighs `draws` points of `proposal` by exp(-J) over the proposal density.
+/// Draws after which the weights are looked at for the first time.
+const FIRST_LOOK: usize = 128;
+/// Standard error, nats, below which good weights are enough.
+const ENOUGH: f64 = 0.02;
+
+/// Weighs points of `proposal` by exp(-J) over the proposal density: 128 of them, and twice as many until the weights are good and
+/// the standard error is below 0.02 nats, or there are `draws`.
 ///
-/// Cost: `draws` values of the objective, in parallel; each draw has its own stream, so threads do not matter.
+/// Cost: as many values of the objective, in parallel; each draw has its own stream, so threads do not matter.
 ///
 /// # Errors
 /// Errors that are not recoverable; recoverable ones are counted as weight zero.
@@ -53,29 +59,51 @@ pub fn importance(
     draws: usize,
     streams: Streams,
 ) -> Result<Importance, InferenceError> {
-    let ln_weights: Vec<f64> = (0..draws)
-        .into_par_iter()
-        .map(|k| {
-            let mut stream = streams.stream(&format!("inference/importance/{k}"));
-            let xi: Vec<f64> = (0..proposal.mean.len()).map(|_| stream.sample(StandardNormal)).collect();
-            match objective.evaluate(&proposal.point(&xi), Order::Value) {
-                Ok(energy) => Ok(-energy.value - proposal.ln_density(&xi)),
-                Err(error) if error.is_recoverable() => Ok(f64::NEG_INFINITY),
-                Err(error) => Err(error),
-            }
-        })
-        .collect::<Result<_, _>>()?;
+    let mut ln_weights = Vec::with_capacity(draws);
+    let mut wanted = draws.min(FIRST_LOOK);
+    loop {
+        let more: Vec<f64> = (ln_weights.len()..wanted)
+            .into_par_iter()
+            .map(|k| ln_weight(objective, proposal, k, streams))
+            .collect::<Result<_, _>>()?;
+        ln_weights.extend(more);
+        let found = verdict(&ln_weights);
+        if wanted == draws || (found.good() && found.standard_error < ENOUGH) {
+            return Ok(found);
+        }
+        wanted = draws.min(2 * wanted);
+    }
+}
+
+/// ln of the weight of draw number `k`.
+fn ln_weight(
+    objective: &dyn Objective,
+    proposal: &Gaussian,
+    k: usize,
+    streams: Streams,
+) -> Result<f64, InferenceError> {
+    let mut stream = streams.stream(&format!("inference/importance/{k}"));
+    let xi: Vec<f64> = (0..proposal.mean.len()).map(|_| stream.sample(StandardNormal)).collect();
+    match objective.evaluate(&proposal.point(&xi), Order::Value) {
+        Ok(energy) => Ok(-energy.value - proposal.ln_density(&xi)),
+        Err(error) if error.is_recoverable() => Ok(f64::NEG_INFINITY),
+        Err(error) => Err(error),
+    }
+}
+
+fn verdict(ln_weights: &[f64]) -> Importance {
+    let draws = ln_weights.len();
     let refused = ln_weights.iter().filter(|w| **w == f64::NEG_INFINITY).count();
-    let (weights, largest, k_hat) = smooth(ln_weights);
+    let (weights, largest, k_hat) = smooth(ln_weights.to_vec());
     let mean = weights.iter().sum::<f64>() / draws as f64;
     let variance = weights.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (draws as f64 - 1.0);
-    Ok(Importance {
+    Importance {
         ln_marginal: largest + mean.ln(),
         standard_error: (variance / draws as f64).sqrt() / mean,
         k_hat,
         draws,
         refused,
-    })
+    }
 }
 
 /// Pareto-smoothed weights relative to the largest, its logarithm, and the shape of their tail (Vehtari et al. 2024).

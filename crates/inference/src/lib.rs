@@ -66,6 +66,7 @@ mod importance;
 mod laplace;
 mod map;
 mod marginal;
+mod memory;
 mod minimise;
 mod nested;
 mod normal;

@@ -2,7 +2,9 @@
 
 use crate::held::Held;
 use crate::settle::Settled;
-use crate::{Calls, InferenceError, Method, Minimum, Objective, Posterior, Stop, TrustRegion, minimise};
+use crate::{
+    Calls, Gaussian, InferenceError, Method, Minimum, Objective, Posterior, Stop, TrustRegion, minimise,
+};
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
 
@@ -10,11 +12,13 @@ use serde::{Deserialize, Serialize};
 const STAGES: usize = 40;
 /// Drop in J, nats, at which a search with the noise held ends: a tenth of a standard deviation from its minimum.
 const ROUGH: f64 = 5e-3;
+/// The same in the first turn, whose noise is that of a start: one standard deviation.
+const FIRST_TURN: f64 = 0.5;
 
 /// Change of ln sd at which the alternation ends: a share of its own standard deviation, which is 1/sqrt(2 n) for n data.
 const SETTLED: f64 = 0.02;
-/// Gauss-Newton evaluations per stage before exact Hessians take over.
-const QUICK: usize = 20;
+/// Gauss-Newton evaluations per stage before exact Hessians take over, each of which costs as much as some p/3 of them.
+const QUICK: usize = 60;
 
 /// Where a rough search has come: within about a tenth of a standard deviation of a maximum, if it has settled.
 pub(crate) struct Approach {
@@ -111,7 +115,7 @@ impl Posterior<'_> {
         if self.floating().is_empty() {
             return self.map_from(&start, &options.search);
         }
-        self.finish(self.approach(start, &options.search)?, &options.search)
+        self.finish(self.approach(start, &options.search, None)?, &options.search)
     }
 
     /// The maximum next to where a rough search has come.
@@ -182,30 +186,43 @@ impl Posterior<'_> {
     ///
     /// Freed at once, the noise shrinks the trust region as the fit improves: J is then the logarithm of a sum of
     /// squares, concave far from the minimum. Held, it is the sum of squares itself.
-    pub(crate) fn approach(&self, mut z: Vec<f64>, search: &TrustRegion) -> Result<Approach, InferenceError> {
+    ///
+    /// Ends early at the maximum that `known` touches.
+    pub(crate) fn approach(
+        &self,
+        mut z: Vec<f64>,
+        search: &TrustRegion,
+        known: Option<&Gaussian>,
+    ) -> Result<Approach, InferenceError> {
         let floats = !self.floating().is_empty();
         // One call was spent on the noise at the start.
         let mut calls = Calls { value: usize::from(floats), ..Calls::default() };
         let (p, mut small, mut settled) = (self.parameters().len(), Vec::new(), false);
         let (mut cost, mut ln_likelihood) = (f64::INFINITY, f64::NEG_INFINITY);
-        for _ in 0..STAGES {
-            // Leave one call for the noise and one for the search that follows.
-            let budget = search.max_evaluations.saturating_sub(calls.total() + 2);
+        for turn in 0..STAGES {
+            // Leave one call for the search that follows.
+            let budget = search.max_evaluations.saturating_sub(calls.total() + 1);
             if budget == 0 {
                 break;
             }
-            let minimum = self.stage(&z, search, budget)?;
+            // By its own matrix, which is poor at first, BFGS would stop too early.
+            let loose = turn == 0 && floats && search.method != Method::Bfgs;
+            let rough = if loose { FIRST_TURN } else { ROUGH };
+            let (minimum, order) = self.stage(&z, search, budget, rough)?;
             calls = calls.plus(minimum.calls);
             z[..p].copy_from_slice(&minimum.z);
             settled = minimum.stop.converged();
+            if settled && known.is_some_and(|gaussian| self.is_at(&z, gaussian)) {
+                break;
+            }
             if !floats {
                 cost = minimum.energy.value;
                 ln_likelihood = -cost - self.parameters().ln_density(&z[..p])?.value;
                 break;
             }
             let before = z[p..].to_vec();
-            let prediction = self.predict(&self.parameters().physical(&z[..p]), Order::Value)?;
-            calls.count(Order::Value);
+            // The stage ended with this very call of the model.
+            let prediction = self.predict(&self.parameters().physical(&z[..p]), order)?;
             small = self.settle_noise(&mut z, &prediction.values);
             self.refine_noise(&mut z, &prediction)?;
             let parts = self.parts_of(&z, prediction, Order::Value, None)?;
@@ -219,25 +236,31 @@ impl Posterior<'_> {
     }
 
     /// A rough search over the parameters with the noise held. Newton's exact Hessians are dear: Gauss-Newton steps go
-    /// first, and mostly suffice.
-    fn stage(&self, z: &[f64], search: &TrustRegion, budget: usize) -> Result<Minimum, InferenceError> {
+    /// first, and mostly suffice. Also the order of derivatives to which the model was called at the end.
+    fn stage(
+        &self,
+        z: &[f64],
+        search: &TrustRegion,
+        budget: usize,
+        rough: f64,
+    ) -> Result<(Minimum, Order), InferenceError> {
         let p = self.parameters().len();
         let held = Held::new(self, z.to_vec(), (0..p).collect());
         let rough =
-            TrustRegion { tolerance: search.tolerance.max(ROUGH), max_evaluations: budget, ..*search };
+            TrustRegion { tolerance: search.tolerance.max(rough), max_evaluations: budget, ..*search };
         let mut spent = Calls::default();
         if search.method == Method::Newton && budget > QUICK {
             let quick = TrustRegion { method: Method::GaussNewton, max_evaluations: QUICK, ..rough };
             let minimum = minimise(&held, &z[..p], &quick)?;
             if minimum.stop.converged() {
-                return Ok(minimum);
+                return Ok((minimum, Order::First));
             }
             spent = minimum.calls;
         }
         let budget = budget - spent.total();
         let mut minimum = minimise(&held, &z[..p], &TrustRegion { max_evaluations: budget, ..rough })?;
         minimum.calls = minimum.calls.plus(spent);
-        Ok(minimum)
+        Ok((minimum, if search.method == Method::Newton { Order::Second } else { Order::First }))
     }
 
     /// As [`Posterior::map`], from working coordinates.

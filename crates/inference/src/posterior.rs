@@ -1,6 +1,7 @@
 //! The cost J of a model with data: minus ln P(D|a) P(a), with exact derivatives.
 
 use crate::block::{Block, Problem};
+use crate::memory::Memory;
 use crate::{Data, Energy, Forward, InferenceError, NoiseMode, Objective, Parameters, Prediction};
 use rayon::prelude::*;
 use rijke_numerics::{Cholesky, Matrix, Order};
@@ -21,6 +22,7 @@ pub struct Posterior<'a> {
     fixed: Option<Vec<Cholesky>>,
     /// Place of the first datum of each block.
     firsts: Vec<usize>,
+    memory: Memory,
 }
 
 /// The cost in its parts, at one point.
@@ -55,8 +57,15 @@ impl<'a> Posterior<'a> {
             next += o.values.len();
             first
         });
-        let mut posterior =
-            Self { forward, data, parameters, floating, fixed: None, firsts: firsts.collect() };
+        let mut posterior = Self {
+            forward,
+            data,
+            parameters,
+            floating,
+            fixed: None,
+            firsts: firsts.collect(),
+            memory: Memory::default(),
+        };
         if posterior.floating.is_empty() {
             posterior.fixed = Some(posterior.factors(&posterior.parameters.centre())?);
         }
@@ -118,12 +127,16 @@ impl<'a> Posterior<'a> {
         })
     }
 
-    /// Calls the model and checks the sizes of what it returns.
+    /// Calls the model, unless it was called for the same a moment ago, and checks the sizes of what it returns.
     ///
     /// # Errors
     /// Those of the model, [`InferenceError::Shape`], and [`InferenceError::NotFinite`] for a prediction that is not finite.
     pub fn predict(&self, values: &[f64], order: Order) -> Result<Prediction, InferenceError> {
-        let prediction = self.forward.predict(values, order.min(self.forward.highest_order()))?;
+        let highest = order.min(self.forward.highest_order());
+        if let Some(known) = self.memory.recall(values, highest) {
+            return Ok(known);
+        }
+        let prediction = self.forward.predict(values, highest)?;
         let (m, p) = (self.data.size(), self.parameters.len());
         let check = |what, found, expected| {
             if found == expected { Ok(()) } else { Err(InferenceError::Shape { what, found, expected }) }
@@ -132,12 +145,15 @@ impl<'a> Posterior<'a> {
         if order >= Order::First {
             check("a jacobian", prediction.jacobian.as_slice().len(), m * p)?;
         }
-        if order.min(self.forward.highest_order()) == Order::Second {
+        if highest == Order::Second {
             check("a curvature", prediction.curvature.len(), m * p * (p + 1) / 2)?;
         }
         match prediction.values.iter().find(|v| !v.is_finite()) {
             Some(&value) => Err(InferenceError::NotFinite { value, at: values.to_vec() }),
-            None => Ok(prediction),
+            None => {
+                self.memory.keep(values, highest, &prediction);
+                Ok(prediction)
+            }
         }
     }
 

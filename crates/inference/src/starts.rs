@@ -17,43 +17,19 @@ impl Posterior<'_> {
     ) -> Result<Vec<Fit>, InferenceError> {
         let starts = self.starts(options);
         health.starts = starts.len();
-        // Every start is brought near a maximum; only the best, and those that are near none seen so far, go all the way.
-        let ends: Vec<Result<Approach, InferenceError>> = starts
-            .par_iter()
-            .map(|start| self.approach(self.start(start.as_deref())?, &options.search))
-            .collect();
-        let (mut near, mut first_error) = (Vec::new(), None);
-        for end in ends {
-            match end {
-                Ok(approach) => near.push(approach),
-                Err(error) => {
-                    health.failed_starts += 1;
-                    first_error.get_or_insert(error);
-                }
-            }
-        }
-        // Settled ends first, then by cost; the sort is stable, so ties keep the order of the starts.
-        near.sort_by(|a, b| b.settled.cmp(&a.settled).then(a.cost.total_cmp(&b.cost)));
-        let mut rest = near.into_iter();
-        let mut fits = Vec::new();
-        for best in rest.by_ref() {
-            match self.finish(best, &options.search) {
-                Ok(fit) => {
-                    fits.push(fit);
-                    break;
-                }
-                Err(error) => {
-                    health.failed_starts += 1;
-                    first_error.get_or_insert(error);
-                }
-            }
-        }
-        if fits.is_empty() {
-            return Err(first_error.unwrap_or(InferenceError::StartSize { found: 0, expected: 1 }));
-        }
-        let known = self.laplace_of_likelihood(&fits[0]).ok();
+        let (first, tried) = self.first_fit(&starts, options, health)?;
+        let known = self.laplace_of_likelihood(&first).ok();
         let touching = known.as_ref().and_then(|l| Gaussian::from_hessian(&l.mean, 0.0, &l.hessian).ok());
-        let mut other = Vec::new();
+        // Every other start is brought near a maximum; only those that are not near the first one go all the way.
+        let ends: Vec<Result<Approach, InferenceError>> = starts[tried..]
+            .par_iter()
+            .map(|start| self.approach(self.start(start.as_deref())?, &options.search, touching.as_ref()))
+            .collect();
+        health.failed_starts += ends.iter().filter(|end| end.is_err()).count();
+        let mut rest: Vec<Approach> = ends.into_iter().flatten().collect();
+        // Settled ends first, then by cost; the sort is stable, so ties keep the order of the starts.
+        rest.sort_by(|a, b| b.settled.cmp(&a.settled).then(a.cost.total_cmp(&b.cost)));
+        let (mut fits, mut other) = (vec![first], Vec::new());
         for end in rest {
             if end.settled && touching.as_ref().is_some_and(|g| self.is_at(&end.z, g)) {
                 health.calls = health.calls.plus(end.calls);
@@ -82,8 +58,32 @@ impl Posterior<'_> {
         Ok(fits)
     }
 
-    /// Whether the end of a rough search belongs to the maximum that `gaussian` touches.
-    fn is_at(&self, z: &[f64], gaussian: &Gaussian) -> bool {
+    /// The fit from the first start that leads anywhere, and how many starts that took.
+    fn first_fit(
+        &self,
+        starts: &[Option<Vec<f64>>],
+        options: &AssessOptions,
+        health: &mut Health,
+    ) -> Result<(Fit, usize), InferenceError> {
+        let mut first_error = None;
+        for (k, start) in starts.iter().enumerate() {
+            let fit = self
+                .start(start.as_deref())
+                .and_then(|z| self.approach(z, &options.search, None))
+                .and_then(|near| self.finish(near, &options.search));
+            match fit {
+                Ok(fit) => return Ok((fit, k + 1)),
+                Err(error) => {
+                    health.failed_starts += 1;
+                    first_error.get_or_insert(error);
+                }
+            }
+        }
+        Err(first_error.unwrap_or(InferenceError::StartSize { found: 0, expected: 1 }))
+    }
+
+    /// Whether a point of a search belongs to the maximum that `gaussian` touches.
+    pub(crate) fn is_at(&self, z: &[f64], gaussian: &Gaussian) -> bool {
         let inner: Vec<f64> = self.integrated().iter().map(|&i| z[i]).collect();
         gaussian.distance(&inner) < SAME_MODE
     }

@@ -140,6 +140,15 @@ impl Matrix {
         Self { data, ..*self }
     }
 
+    /// Adds v v' to a square matrix of the size of `v`.
+    pub fn add_outer(&mut self, v: &[f64]) {
+        for (row, a) in self.data.chunks_exact_mut(v.len().max(1)).zip(v) {
+            for (to, b) in row.iter_mut().zip(v) {
+                *to += a * b;
+            }
+        }
+    }
+
     /// The rows and columns named in `keep`, in that order.
     #[must_use]
     pub fn select(&self, keep: &[usize]) -> Self {
@@ -199,8 +208,17 @@ impl Cholesky {
     /// A^{-1} b.
     #[must_use]
     pub fn solve(&self, b: &[f64]) -> Vec<f64> {
-        let x = self.factor.solve(Mat::from_fn(b.len(), 1, |i, _| b[i]));
-        (0..b.len()).map(|i| x[(i, 0)]).collect()
+        // Blocks of data are small: the allocations of a blocked solver would cost more than the solution.
+        let mut x = self.whiten(b);
+        for i in (0..x.len()).rev() {
+            let row = self.lower.row(i);
+            x[i] /= row[i];
+            let xi = x[i];
+            for (x, l) in x[..i].iter_mut().zip(row) {
+                *x -= l * xi;
+            }
+        }
+        x
     }
 
     /// A^{-1}.
