@@ -105,6 +105,11 @@ pub trait Law: Send + Sync + std::fmt::Debug {
         None
     }
 
+    /// The same law for these surroundings alone, where that is cheaper to evaluate.
+    fn at(&self, _surroundings: &Surroundings) -> Option<Arc<dyn Law>> {
+        None
+    }
+
     /// Whether the law reads the loss of the wall.
     fn uses_wall(&self) -> bool {
         true
@@ -125,6 +130,10 @@ impl Law for Formula {
 
     fn scale(&self, surroundings: &Surroundings, wall: [Option<f64>; 2]) -> Option<f64> {
         Formula::scale(self, surroundings, wall)
+    }
+
+    fn at(&self, surroundings: &Surroundings) -> Option<Arc<dyn Law>> {
+        Some(Arc::new(Formula::at(self, surroundings)))
     }
 
     fn uses_wall(&self) -> bool {

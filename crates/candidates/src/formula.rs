@@ -145,6 +145,12 @@ impl Formula {
         evaluate::run(&self.program, here, parameter, |value| Dual { value, slope: C64::ZERO })
     }
 
+    /// The same formula for these surroundings alone, with all arithmetic done that neither s nor a parameter enters.
+    #[must_use]
+    pub fn at(&self, surroundings: &Surroundings) -> Self {
+        Self { source: self.source.clone(), program: evaluate::folded(&self.program, surroundings) }
+    }
+
     /// g such that the value is g times something that is the same wherever the gas differs, if the form of the formula
     /// shows that; `wall` holds g of `wall_mu` and of `wall_ep`.
     #[must_use]

@@ -102,7 +102,7 @@ fn table4(c: &mut Criterion) {
             .iter()
             .map(|o| PointModel::new(assembly, &o.conditions, &ALL).unwrap().starting_from(o.ping.s))
             .collect();
-        let predictor = Predictor::new(points, assembly.parameters().len(), 5);
+        let predictor = Predictor::new(points, assembly.parameters().len());
         let parameters = parameters(assembly);
         use_it(&Posterior::new(&predictor, &data, &parameters).unwrap());
     };
@@ -148,7 +148,7 @@ fn table4(c: &mut Criterion) {
     with(&assemblies[6], &mut |posterior| {
         let centre = posterior.parameters().physical(&posterior.parameters().centre());
         for (name, order) in [("values", Order::Value), ("first", Order::First), ("second", Order::Second)] {
-            group.bench_function(name, |b| b.iter(|| posterior.predict(&centre, order).unwrap()));
+            group.bench_function(name, |b| b.iter(|| posterior.forward().predict(&centre, order).unwrap()));
         }
     });
     group.finish();

@@ -49,7 +49,7 @@ impl<'m> Filled<'m> {
                 wall: (!along_tube).then_some([mu, ep]),
                 levine_schwinger: reflection.as_ref(),
             };
-            let found = effect.law.evaluate_in_s(&here, &self.numbers[law.candidate]);
+            let found = self.model.law_number(k).evaluate_in_s(&here, &self.numbers[law.candidate]);
             laws.set_analytic(k, [found.value, found.slope, C64::ZERO]);
             if let (true, Some(part)) = (along_tube, part_of_wall(effect.coefficient)) {
                 let total = &mut wall[law.around][part];
@@ -86,7 +86,7 @@ impl<'m> Filled<'m> {
                 wall: loss.as_ref().filter(|_| !along_tube).map(|[mu, ep]| [mu, ep]),
                 levine_schwinger: reflection.as_ref(),
             };
-            let value = effect.law.evaluate(&here, &parameters[law.candidate]);
+            let value = self.model.law_number(k).evaluate(&here, &parameters[law.candidate]);
             laws.set_among(k, &value, own);
             if let (true, Some(part)) = (along_tube, part_of_wall(effect.coefficient)) {
                 let zero = || space(tube).real(0.0);

@@ -89,6 +89,12 @@ fn apply(m: &Matrix2, v: &Pair) -> Pair {
     [m[0][0] * v[0] + m[0][1] * v[1], m[1][0] * v[0] + m[1][1] * v[1]]
 }
 
+/// As [`apply`], for a tangent: zero upstream of the first law that its seeds enter.
+#[inline(always)]
+fn push(m: &Matrix2, v: &Pair) -> Pair {
+    if *v == [C64::ZERO; 2] { *v } else { apply(m, v) }
+}
+
 #[inline(always)]
 fn add(to: &mut Pair, factor: C64, v: &Pair) {
     to[0] += factor * v[0];
@@ -159,7 +165,7 @@ impl Tangents {
             let packed = self.second.len();
             for a in 0..n {
                 for b in 0..=a {
-                    let mut next = apply(&element.matrix, &self.second[k]);
+                    let mut next = push(&element.matrix, &self.second[k]);
                     if self.active[a] || self.active[b] {
                         for t in 0..M {
                             let (ta, tb) = (gradient[t * n + a], gradient[t * n + b]);
@@ -181,7 +187,7 @@ impl Tangents {
             }
         }
         for a in 0..n {
-            let mut next = apply(&element.matrix, &self.first[a]);
+            let mut next = push(&element.matrix, &self.first[a]);
             for t in 0..M {
                 add(&mut next, self.gradient[t * n + a], &pushed[t]);
             }
@@ -221,7 +227,8 @@ impl Network {
         coefficients.fill(&at, laws);
         let laws = &*laws;
         let space = at.space();
-        let context = Context { network: self, laws, space };
+        let area_laws = self.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
+        let context = Context { network: self, laws, space, area_laws };
         let s = at.s_jet();
 
         let reflection = context.sum(self.ends[0], self.attached(0), 0);
@@ -235,7 +242,7 @@ impl Network {
                 pressures[j] = Some(tangents.jet(0));
             }
             let here = take(&mut rest, 1 + 2 * j);
-            if !here.is_empty() || context.area_laws() || self.jumps(j) {
+            if !here.is_empty() || area_laws || self.jumps(j) {
                 let element = context.joint(j, here, tangents);
                 tangents.advance(&element);
             }
@@ -262,6 +269,8 @@ struct Context<'a> {
     network: &'a Network,
     laws: &'a Laws,
     space: JetSpace,
+    /// Whether the area of any segment depends on a law.
+    area_laws: bool,
 }
 
 impl Context<'_> {
@@ -287,10 +296,6 @@ impl Context<'_> {
         &self.property(i, DENSITY) * &self.property(i, SOUND_SPEED)
     }
 
-    fn area_laws(&self) -> bool {
-        self.network.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0)
-    }
-
     fn joint(&self, j: usize, here: &[Attachment], tangents: &mut Tangents) -> Element<4> {
         let network = self.network;
         let n = network.segments.len();
@@ -301,7 +306,7 @@ impl Context<'_> {
             tangents.add_law(a.kind, a.weight, a.law, self.laws);
         }
         if j > 0 && j < n {
-            if self.area_laws() {
+            if self.area_laws {
                 let ratio = &self.property(j - 1, AREA) / &self.property(j, AREA);
                 k[2] += 1.0 - ratio.value();
                 tangents.add_jet(2, &-&ratio);

@@ -1,7 +1,7 @@
 //! A tree as a list of operations in postfix order, run on jets.
 
 use super::parser::{Binary, Function, Tree};
-use crate::{Here, Symbol};
+use crate::{Dual, Here, Surroundings, Symbol};
 use rijke_numerics::C64;
 
 /// One step; its operands come before it.
@@ -61,6 +61,34 @@ pub(super) fn compile(tree: &Tree, program: &mut Vec<Operation>) {
     }
 }
 
+/// `program` in given surroundings: what neither s nor a parameter enters is a number. Its value is the same to the last bit,
+/// because the operations and their order are.
+pub(super) fn folded(program: &[Operation], surroundings: &Surroundings) -> Vec<Operation> {
+    let mut short: Vec<Operation> = Vec::with_capacity(program.len());
+    for &operation in program {
+        let known = match (operation, short.as_slice()) {
+            (Operation::Symbol(symbol), _) => surroundings.get(symbol).map(|x| (0, C64::new(x, 0.0))),
+            (Operation::Negate, [.., Operation::Number(z)]) => Some((1, -z)),
+            (Operation::Binary(operator), [.., Operation::Number(a), Operation::Number(b)]) => {
+                match binary::<Dual>(operator, N(*a), N(*b)) {
+                    N(z) => Some((2, z)),
+                    J(_) => None,
+                }
+            }
+            (Operation::Call(function), [.., Operation::Number(z)]) => Some((1, number_call(function, *z))),
+            _ => None,
+        };
+        match known {
+            Some((operands, z)) => {
+                short.truncate(short.len() - operands);
+                short.push(Operation::Number(z));
+            }
+            None => short.push(operation),
+        }
+    }
+    short
+}
+
 /// Runs `program`; `parameter` gives a parameter by its number, `constant` a number as a `T`.
 pub(super) fn run<T: Analytic>(
     program: &[Operation],
@@ -109,6 +137,7 @@ fn operand<T: Analytic>(
     }
 }
 
+#[inline]
 fn binary<T: Analytic>(operator: Binary, left: Operand<T>, right: Operand<T>) -> Operand<T> {
     match (operator, left, right) {
         (Binary::Add, N(a), N(b)) => N(a + b),
