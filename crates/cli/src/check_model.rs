@@ -92,8 +92,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         .map(|o| Ok(PointModel::new(&assembly, &o.conditions, &microphones)?.starting_from(o.ping.s)))
         .collect::<Result<Vec<_>, rijke_model::ModelError>>()
         .or_bad_input()?;
-    let predictor =
-        Predictor::new(points, assembly.parameters().len(), observations.rig.microphones.reference);
+    let predictor = Predictor::new(points, assembly.parameters().len());
     let data = data_of(&observed, &microphones, &Noise::FLOATED).or_bad_input()?;
     let parameters = Parameters::new(assembly.parameters().to_vec()).or_bad_input()?;
     let posterior = Posterior::new(&predictor, &data, &parameters).or_failed()?;

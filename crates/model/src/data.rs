@@ -61,11 +61,9 @@ pub(crate) fn data_apart_from(
         if size == 2 {
             return block;
         }
-        let block = match doubtful {
-            Some(near) => block.with_noise(groups.near_field, padded(near)),
-            None => block,
-        };
-        block.with_noise(2, padded(&relative_noise(&others(&observed.ping, microphones))))
+        let near = groups.near_field.zip(doubtful.as_ref()).map(|(group, near)| (group, padded(near)));
+        let own = (2, padded(&relative_noise(&others(&observed.ping, microphones))));
+        with(block, near.into_iter().chain([own]))
     };
     Ok(Data::new(observed.iter().zip(doubtful).map(block).collect(), groups.list)?)
 }
@@ -96,7 +94,7 @@ pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) 
 }
 
 /// As [`data_of`], with the errors of the base states as a covariance that does not float, and what points share: those of one
-/// setting, and by `laws` (from [`crate::law_error::slopes`]) those of one power; and for each number of the data its place in
+/// setting, and by `laws` (from [`crate::law_error::LawError::slopes`]) those of one power; and for each number of the data its place in
 /// the prediction.
 ///
 /// Growth rates and frequencies of all points that share a cause of error are one block, so that what moves them together
@@ -110,7 +108,7 @@ pub(crate) fn data_with_base_errors(
     microphones: &[usize],
     noise: &Noise,
     errors: &BaseErrors,
-    laws: &[Option<[Vec<f64>; 2]>],
+    laws: Option<&[[Vec<f64>; 2]]>,
     doubtful: &[Option<Matrix>],
 ) -> Result<(Data, Vec<usize>), ModelError> {
     let measured: Vec<(Vec<f64>, Matrix)> = observed.iter().map(|o| selected(&o.ping, microphones)).collect();
@@ -121,9 +119,9 @@ pub(crate) fn data_with_base_errors(
     let power = |p: usize| observed[p].conditions.point.power;
     let same_law = |a: usize, b: usize| groups.heat_release.is_some() && (power(a) - power(b)).abs() < 1e-9;
     // Covariance of two numbers, each a point and its row, per variance of the error of the law.
-    let law = |(a, i): (usize, usize), (b, j): (usize, usize)| match (&laws[a], &laws[b]) {
-        (Some(a), Some(b)) => (0..2).map(|part| a[part][i] * b[part][j]).sum(),
-        _ => 0.0,
+    let law = |(a, i): (usize, usize), (b, j): (usize, usize)| match laws {
+        Some(laws) => (0..2).map(|part| laws[a][part][i] * laws[b][part][j]).sum(),
+        None => 0.0,
     };
     for group in errors.together(|a, b| same(a, b) || same_law(a, b)) {
         let values = group.iter().flat_map(|&p| measured[p].0[..2].iter().copied()).collect();
@@ -144,20 +142,14 @@ pub(crate) fn data_with_base_errors(
             .with_floor(floor)
             .with_independent_noise(0, &even)
             .with_independent_noise(1, &odd);
-        let block = match groups.setting {
-            Some([growth, frequency]) => block.with_noise(growth, shared(0)).with_noise(frequency, shared(1)),
-            None => block,
+        let of_law = |i: usize, j: usize| {
+            let (a, b) = (group[i / 2], group[j / 2]);
+            if same_law(a, b) { law((a, i % 2), (b, j % 2)) } else { 0.0 }
         };
-        blocks.push(match groups.heat_release {
-            Some(law_error) => {
-                let structure = Matrix::from_fn(2 * group.len(), 2 * group.len(), |i, j| {
-                    let (a, b) = (group[i / 2], group[j / 2]);
-                    if same_law(a, b) { law((a, i % 2), (b, j % 2)) } else { 0.0 }
-                });
-                block.with_noise(law_error, structure)
-            }
-            None => block,
-        });
+        let settings = groups.setting.into_iter().flatten().zip([shared(0), shared(1)]);
+        let laws =
+            groups.heat_release.map(|g| (g, Matrix::from_fn(2 * group.len(), 2 * group.len(), of_law)));
+        blocks.push(with(block, settings.chain(laws)));
         order.extend(group.iter().flat_map(|&p| [p * size, p * size + 1]));
     }
     let rows: Vec<usize> = (2..size).collect();
@@ -167,20 +159,18 @@ pub(crate) fn data_with_base_errors(
         let block = Observation::new(observed.conditions.point.id.clone(), measured[p].0[2..].to_vec())
             .with_floor(floor.plus(if noise.measured { 1.0 } else { 0.0 }, &own))
             .with_noise(2, relative_noise(&others(&observed.ping, microphones)));
-        let block = match &doubtful[p] {
-            Some(near) => block.with_noise(groups.near_field, near.clone()),
-            None => block,
-        };
-        blocks.push(match groups.heat_release {
-            Some(law_error) => {
-                let structure = |i: usize, j: usize| law((p, rows[i]), (p, rows[j]));
-                block.with_noise(law_error, Matrix::from_fn(rows.len(), rows.len(), structure))
-            }
-            None => block,
-        });
+        let near = groups.near_field.zip(doubtful[p].clone());
+        let of_law = |i: usize, j: usize| law((p, rows[i]), (p, rows[j]));
+        let laws = groups.heat_release.map(|g| (g, Matrix::from_fn(rows.len(), rows.len(), of_law)));
+        blocks.push(with(block, near.into_iter().chain(laws)));
         order.extend(rows.iter().map(|r| p * size + r));
     }
     Ok((Data::new(blocks, groups.list)?, order))
+}
+
+/// A block with the noises that act on it: the group of each, and its structure.
+fn with(block: Observation, noises: impl IntoIterator<Item = (usize, Matrix)>) -> Observation {
+    noises.into_iter().fold(block, |block, (group, structure)| block.with_noise(group, structure))
 }
 
 /// The relative pressures of `microphones` but the reference.

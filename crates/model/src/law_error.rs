@@ -1,5 +1,6 @@
 //! What an error of the law of the heat release does to predictions: the law times 1 + e, e complex.
 
+use crate::numbers::parts;
 use crate::{Assembly, Conditions, ModelError, Observed, PointModel, Workspace};
 use rayon::prelude::*;
 use rijke_candidates::{Effect, Here, Law};
@@ -13,49 +14,59 @@ const ROLE: &str = "heat-release";
 /// Names of the real and the imaginary part of e: no formula can use them.
 const NAMES: [&str; 2] = ["error of the law, real", "error of the law, imaginary"];
 
-/// For each point the derivatives of its prediction with respect to the real and the imaginary part of e, in the order of
-/// `rijke_rig::Ping::vector`; none for a model without heat release.
-///
-/// # Errors
-/// Those of the model.
-pub(crate) fn slopes(
-    assembly: &Assembly,
-    observed: &[Observed],
-    microphones: &[usize],
-    values: &[f64],
-) -> Result<Vec<Option<[Vec<f64>; 2]>>, ModelError> {
-    let at = |o: &Observed| slopes_at(assembly, &o.conditions, o.ping.s, microphones, values);
-    observed.par_iter().map(at).collect()
+/// A model whose laws of the heat release are in error by the factor 1 + e, whose parts are two more parameters.
+pub(crate) struct LawError {
+    erring: Assembly,
+    /// Places of the two among the parameters of `erring`.
+    places: [usize; 2],
 }
 
-/// As [`slopes`], at one point, whose root is near `near`.
-pub(crate) fn slopes_at(
-    assembly: &Assembly,
-    conditions: &Conditions,
-    near: C64,
-    microphones: &[usize],
-    values: &[f64],
-) -> Result<Option<[Vec<f64>; 2]>, ModelError> {
-    if !assembly.candidates().iter().any(|c| c.role == ROLE) {
-        return Ok(None);
+impl LawError {
+    /// Nothing for a model without heat release.
+    ///
+    /// # Errors
+    /// Those of an assembly.
+    pub(crate) fn of(assembly: &Assembly) -> Result<Option<Self>, ModelError> {
+        if !assembly.candidates().iter().any(|c| c.role == ROLE) {
+            return Ok(None);
+        }
+        let erring = erring(assembly)?;
+        let place = |name: &str| erring.parameters().iter().position(|p| p.name == name);
+        let [Some(re), Some(im)] = NAMES.map(place) else { return Ok(None) };
+        Ok(Some(Self { erring, places: [re, im] }))
     }
-    let erring = erring(assembly)?;
-    let mut given = values.iter().copied();
-    let values: Vec<f64> = erring
-        .parameters()
-        .iter()
-        .map(|p| if NAMES.contains(&p.name.as_str()) { 0.0 } else { given.next().unwrap_or(f64::NAN) })
-        .collect();
-    let place = |name: &str| erring.parameters().iter().position(|p| p.name == name).unwrap_or(0);
-    let point = PointModel::new(&erring, conditions, microphones)?.starting_from(near);
-    let response = point.respond(&values, Order::First, &mut Workspace::default())?;
-    let reference = assembly.rig.microphones.reference;
-    let others = microphones.iter().zip(&response.pressures).filter(|(m, _)| **m != reference);
-    let complex: Vec<&Jet> = std::iter::once(&response.s).chain(others.map(|(_, p)| p)).collect();
-    Ok(Some(NAMES.map(|name| {
-        let k = place(name);
-        complex.iter().flat_map(|z| [z.gradient()[k].re, z.gradient()[k].im]).collect()
-    })))
+
+    /// The derivatives of the prediction of every point with respect to the real and the imaginary part of e, in the order of
+    /// `rijke_rig::Ping::vector`.
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub(crate) fn slopes(
+        &self,
+        observed: &[Observed],
+        microphones: &[usize],
+        values: &[f64],
+    ) -> Result<Vec<[Vec<f64>; 2]>, ModelError> {
+        let at = |o: &Observed| self.slopes_at(&o.conditions, o.ping.s, microphones, values);
+        observed.par_iter().map(at).collect()
+    }
+
+    /// As [`LawError::slopes`], at one point, whose root is near `near`.
+    pub(crate) fn slopes_at(
+        &self,
+        conditions: &Conditions,
+        near: C64,
+        microphones: &[usize],
+        values: &[f64],
+    ) -> Result<[Vec<f64>; 2], ModelError> {
+        let mut given = values.iter().copied();
+        let values: Vec<f64> = (0..self.erring.parameters().len())
+            .map(|k| if self.places.contains(&k) { 0.0 } else { given.next().unwrap_or(f64::NAN) })
+            .collect();
+        let point = PointModel::new(&self.erring, conditions, microphones)?.starting_from(near);
+        let response = point.respond(&values, Order::First, &mut Workspace::default())?;
+        Ok(self.places.map(|k| parts(point.numbers(&response).map(|z| z.gradient()[k]))))
+    }
 }
 
 /// The assembly with the laws of the heat release times 1 + e, whose parts are free.

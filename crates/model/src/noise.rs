@@ -77,7 +77,7 @@ impl Misfit {
 /// The groups of noise that act on any block, and where the optional ones stand.
 pub(crate) struct Groups {
     pub(crate) list: Vec<NoiseGroup>,
-    pub(crate) near_field: usize,
+    pub(crate) near_field: Option<usize>,
     pub(crate) setting: Option<[usize; 2]>,
     pub(crate) heat_release: Option<usize>,
 }
@@ -88,13 +88,13 @@ impl Groups {
         let modes = [noise.growth_rate, noise.angular_frequency, noise.pressure];
         let measured = if microphones.len() > 1 { 3 } else { 2 };
         let group = |k: usize| NoiseGroup { name: MEASURED[k].into(), unit: UNITS[k].into(), mode: modes[k] };
-        Self { list: (0..measured).map(group).collect(), near_field: 0, setting: None, heat_release: None }
+        Self { list: (0..measured).map(group).collect(), near_field: None, setting: None, heat_release: None }
     }
 
     /// And that of microphones near the heater, where there are any.
     pub(crate) fn near_field(mut self, doubtful: &[Option<Matrix>]) -> Self {
         if doubtful.iter().any(Option::is_some) {
-            self.near_field = self.list.len();
+            self.near_field = Some(self.list.len());
             self.list.push(NoiseGroup::fixed("near field of the heater", "1", NEAR_FIELD_SD));
         }
         self

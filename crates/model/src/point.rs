@@ -2,11 +2,14 @@
 
 use crate::fill::Filled;
 use crate::{Assembly, Conditions, ModelError, Scheme};
-use rijke_candidates::{Coefficient, Place, Surroundings};
+use rijke_candidates::{Coefficient, Law, Place, Surroundings};
 use rijke_flow::Stretch;
-use rijke_network::{Network, Newton, Places, Response, Segment, Slot, Workspace, levine_schwinger};
+use rijke_network::{
+    Network, NetworkError, Newton, Places, Response, Root, Segment, Slot, Workspace, levine_schwinger,
+};
 use rijke_numerics::{C64, Order};
 use rijke_rig::{GasState, OperatingPoint, Rig};
+use std::sync::Arc;
 
 /// A network for one operating point, and the laws that fill its coefficients.
 #[derive(Clone, Debug)]
@@ -15,11 +18,15 @@ pub struct PointModel<'a> {
     id: String,
     network: Network,
     pub(crate) laws: Vec<LawAt>,
+    /// For each law, one for its surroundings alone, if it has been prepared and there is one.
+    prepared: Vec<Option<Arc<dyn Law>>>,
     pub(crate) surroundings: Vec<Surroundings>,
     /// Numbers of the laws, those of the wall first, because what it loses is a symbol of the others.
     pub(crate) order: Vec<usize>,
     places: Places,
-    pub(crate) guess: C64,
+    /// Place of the reference among the microphones that are predicted.
+    pub(crate) reference: usize,
+    guess: C64,
 }
 
 /// Effect number `effect` of candidate number `candidate`, evaluated in surroundings number `around`.
@@ -32,7 +39,7 @@ pub(crate) struct LawAt {
 
 /// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of the last term
 /// taken, so the error itself is smaller by the distance of the guess over that of the modes: near rounding.
-pub(crate) const EIGENVALUE_TOLERANCE: f64 = 1e-11;
+const EIGENVALUE_TOLERANCE: f64 = 1e-11;
 
 /// The laws of one effect at many places. Where the law is a number of the local gas times something that is the same
 /// everywhere, all places share one law with a weight; elsewhere places of the same gas do.
@@ -62,9 +69,9 @@ impl<'a> PointModel<'a> {
         if let Some(&microphone) = microphones.iter().find(|m| **m >= count) {
             return Err(ModelError::Microphone { microphone, count });
         }
-        if !microphones.contains(&reference) {
+        let Some(place) = microphones.iter().position(|m| *m == reference) else {
             return Err(ModelError::Microphone { microphone: reference, count });
-        }
+        };
         let positions: Vec<f64> = microphones.iter().map(|&m| rig.microphones.positions[m]).collect();
 
         let thermocouples: &[f64] = if point.thermocouples { &rig.thermocouples } else { &[] };
@@ -97,9 +104,11 @@ impl<'a> PointModel<'a> {
             id: point.id.clone(),
             network,
             laws: Vec::new(),
+            prepared: Vec::new(),
             surroundings: Vec::new(),
             order: Vec::new(),
             places,
+            reference: place,
             guess,
         };
         model.attach(conditions, &stretches, &grid, thermocouples, *ambient).map_err(fail)?;
@@ -112,6 +121,24 @@ impl<'a> PointModel<'a> {
     #[must_use]
     pub fn starting_from(self, guess: C64) -> Self {
         Self { guess, ..self }
+    }
+
+    /// The same model, faster from the second call on: arithmetic that no parameter enters is done now.
+    #[must_use]
+    pub fn prepared(self) -> Self {
+        let candidates = self.assembly.candidates();
+        let law =
+            |at: &LawAt| candidates[at.candidate].effects[at.effect].law.at(&self.surroundings[at.around]);
+        Self { prepared: self.laws.iter().map(law).collect(), ..self }
+    }
+
+    /// Law number `k`.
+    pub(crate) fn law_number(&self, k: usize) -> &dyn Law {
+        let at = &self.laws[k];
+        match self.prepared.get(k) {
+            Some(Some(law)) => law.as_ref(),
+            _ => self.assembly.candidates()[at.candidate].effects[at.effect].law.as_ref(),
+        }
     }
 
     /// Name of the operating point.
@@ -136,15 +163,29 @@ impl<'a> PointModel<'a> {
         order: Order,
         work: &mut Workspace,
     ) -> Result<Response, ModelError> {
+        let (filled, root) = self.solve(values, work)?;
+        let found = self.network.respond(&filled, &root, &self.places, order, work);
+        found.map_err(|source| self.no_answer(source))
+    }
+
+    /// The laws at these values, and the eigenvalue.
+    pub(crate) fn solve<'m>(
+        &'m self,
+        values: &'m [f64],
+        work: &mut Workspace,
+    ) -> Result<(Filled<'m>, Root), ModelError> {
         let expected = self.assembly.parameters().len();
         if values.len() != expected {
             return Err(ModelError::Count { expected, found: values.len() });
         }
-        let fail = |source| ModelError::Network { point: self.id.clone(), source };
         let filled = Filled::new(self, values);
         let settings = Newton { tolerance: EIGENVALUE_TOLERANCE, ..Newton::default() };
-        let root = self.network.solve(&filled, self.guess, &settings, work).map_err(fail)?;
-        self.network.respond(&filled, &root, &self.places, order, work).map_err(fail)
+        let root = self.network.solve(&filled, self.guess, &settings, work);
+        root.map(|root| (filled, root)).map_err(|source| self.no_answer(source))
+    }
+
+    pub(crate) fn no_answer(&self, source: NetworkError) -> ModelError {
+        ModelError::Network { point: self.id.clone(), source }
     }
 
     /// Levine and Schwinger's reflection coefficient of the open tube at `s`, in the gas of its downstream end.
@@ -161,7 +202,7 @@ impl<'a> PointModel<'a> {
         grid: &[f64],
         thermocouples: &[f64],
         ambient: f64,
-    ) -> Result<(), rijke_network::NetworkError> {
+    ) -> Result<(), NetworkError> {
         let Conditions { point, base, .. } = conditions;
         let rig = &self.assembly.rig;
         let flow = [base.heater_velocity, base.mass_flux];
@@ -225,7 +266,7 @@ impl<'a> PointModel<'a> {
         grid: &[f64],
         local: &[usize],
         end: f64,
-    ) -> Result<(), rijke_network::NetworkError> {
+    ) -> Result<(), NetworkError> {
         let lumped = matches!(self.assembly.scheme, Scheme::Lumped { .. });
         let element = self.assembly.rig.tube.length / (grid.len() as f64 + 1.0);
         let mut shared = Shared::default();

@@ -1,10 +1,9 @@
 //! Predictions of a trained model with their uncertainty, at any operating point.
 
-use crate::law_error::slopes_at;
-use crate::{
-    Assembly, Conditions, Knowledge, Misfit, ModelError, PointModel, Workspace, systematic::changes,
-};
-use rijke_network::Response;
+use crate::law_error::LawError;
+use crate::numbers::parts;
+use crate::systematic::changes;
+use crate::{Assembly, Conditions, Knowledge, Misfit, ModelError, PointModel, Workspace};
 use rijke_numerics::{C64, Matrix, Order};
 
 /// What a trained model predicts at one operating point.
@@ -45,6 +44,43 @@ impl Knowledge {
         microphones: &[usize],
         near: Option<C64>,
     ) -> Result<PointPrediction, ModelError> {
+        let (values, covariance) = self.of(assembly)?;
+        let model = PointModel::new(assembly, conditions, microphones)?;
+        let model = match near {
+            Some(guess) => model.starting_from(guess),
+            None => model,
+        };
+        let response = model.respond(&values, Order::First, &mut Workspace::default())?;
+        let complex: Vec<_> = model.numbers(&response).collect();
+        let jacobian = Matrix::from_fn(2 * complex.len(), values.len(), |row, i| {
+            let z = complex[row / 2].gradient()[i];
+            if row.is_multiple_of(2) { z.re } else { z.im }
+        });
+        let s = response.s.value();
+        let size = jacobian.rows();
+        let mut base = Matrix::zeros(size, size);
+        for (_, change) in changes(assembly, conditions, s, microphones, &values)? {
+            base.add_outer(&change);
+        }
+        let mut heat_release = Matrix::zeros(size, size);
+        if let Some(law) = LawError::of(assembly)? {
+            for slope in law.slopes_at(conditions, s, microphones, &values)? {
+                heat_release.add_outer(&slope);
+            }
+        }
+        Ok(PointPrediction {
+            values: parts(complex.iter().map(|z| z.value())),
+            parameters: jacobian.product(&covariance).product(&jacobian.transpose()),
+            base,
+            heat_release,
+        })
+    }
+
+    /// Mean and covariance of the free parameters of `assembly`, in its order.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownParameter`] for a free parameter of which nothing is known.
+    pub fn of(&self, assembly: &Assembly) -> Result<(Vec<f64>, Matrix), ModelError> {
         let place = |name: &str| {
             self.names.iter().position(|n| n == name).ok_or_else(|| ModelError::UnknownParameter {
                 name: name.to_owned(),
@@ -53,34 +89,6 @@ impl Knowledge {
         };
         let keep: Vec<usize> =
             assembly.parameters().iter().map(|p| place(&p.name)).collect::<Result<_, _>>()?;
-        let values: Vec<f64> = keep.iter().map(|&k| self.mean[k]).collect();
-        let model = PointModel::new(assembly, conditions, microphones)?;
-        let model = match near {
-            Some(guess) => model.starting_from(guess),
-            None => model,
-        };
-        let Response { s, pressures, .. } =
-            model.respond(&values, Order::First, &mut Workspace::default())?;
-        let reference = assembly.rig.microphones.reference;
-        let others = microphones.iter().zip(&pressures).filter(|(m, _)| **m != reference);
-        let complex: Vec<_> = std::iter::once(&s).chain(others.map(|(_, p)| p)).collect();
-        let part = |row: usize, z: C64| if row.is_multiple_of(2) { z.re } else { z.im };
-        let jacobian = Matrix::from_fn(2 * complex.len(), values.len(), |row, i| {
-            part(row, complex[row / 2].gradient()[i])
-        });
-        let size = jacobian.rows();
-        let causes = changes(assembly, conditions, s.value(), microphones, &values)?;
-        let laws = slopes_at(assembly, conditions, s.value(), microphones, &values)?;
-        let base = causes.iter().fold(Matrix::zeros(size, size), |sum, (_, j)| {
-            sum.plus(1.0, &Matrix::from_fn(size, size, |r, c| j[r] * j[c]))
-        });
-        Ok(PointPrediction {
-            values: (0..size).map(|row| part(row, complex[row / 2].value())).collect(),
-            parameters: jacobian.product(&self.covariance.select(&keep)).product(&jacobian.transpose()),
-            base,
-            heat_release: laws.iter().flatten().fold(Matrix::zeros(size, size), |sum, j| {
-                sum.plus(1.0, &Matrix::from_fn(size, size, |r, c| j[r] * j[c]))
-            }),
-        })
+        Ok((keep.iter().map(|&k| self.mean[k]).collect(), self.covariance.select(&keep)))
     }
 }

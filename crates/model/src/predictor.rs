@@ -1,5 +1,6 @@
 //! Many operating points as one forward model.
 
+use crate::numbers::parts;
 use crate::{ModelError, PointModel};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
@@ -11,15 +12,13 @@ use rijke_numerics::{Jet, Matrix, Order};
 pub struct Predictor<'a> {
     points: Vec<PointModel<'a>>,
     parameters: usize,
-    reference: usize,
 }
 
 impl<'a> Predictor<'a> {
-    /// Points that share one assembly with `parameters` free parameters; `reference` is the place of the reference
-    /// microphone among those predicted.
+    /// Points that share one assembly with `parameters` free parameters.
     #[must_use]
-    pub fn new(points: Vec<PointModel<'a>>, parameters: usize, reference: usize) -> Self {
-        Self { points, parameters, reference }
+    pub fn new(points: Vec<PointModel<'a>>, parameters: usize) -> Self {
+        Self { points: points.into_iter().map(PointModel::prepared).collect(), parameters }
     }
 
     /// The response of every point, in order, computed in parallel.
@@ -39,15 +38,9 @@ impl Forward for Predictor<'_> {
         let responses = self.respond(parameters, order).map_err(|error| {
             if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
         })?;
-        // Real and imaginary parts in turn, without the reference, whose relative pressure is 1 by definition.
-        let complex: Vec<&Jet> = responses
-            .iter()
-            .flat_map(|r| {
-                let others = r.pressures.iter().enumerate().filter(|(m, _)| *m != self.reference);
-                std::iter::once(&r.s).chain(others.map(|(_, p)| p))
-            })
-            .collect();
-        let values = complex.iter().flat_map(|z| [z.value().re, z.value().im]).collect();
+        let complex: Vec<&Jet> =
+            self.points.iter().zip(&responses).flat_map(|(point, r)| point.numbers(r)).collect();
+        let values = parts(complex.iter().map(|z| z.value()));
         let p = self.parameters;
         let jacobian = if order >= Order::First {
             Matrix::from_fn(2 * complex.len(), p, |row, i| {

@@ -1,6 +1,8 @@
 //! What errors of the base states do to predictions: a systematic covariance that operating points share.
 
-use crate::{Assembly, Conditions, ModelError, Observed, PointModel, Workspace};
+use crate::numbers::parts;
+use crate::principal::Principal;
+use crate::{Assembly, BaseState, Conditions, ModelError, Observed, PointModel, Workspace};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_numerics::{C64, Matrix, Order};
@@ -15,10 +17,11 @@ pub struct BaseErrors {
 
 impl BaseErrors {
     /// The changes at the parameter values `values`, in the order of `rijke_rig::Ping::vector` for `microphones`: half the
-    /// difference between the base state displaced by +1 and by -1 standard deviation. The mean slope over the error's own
-    /// range serves a covariance better than the derivative at its middle, from which it differs by the third order.
+    /// difference between the base state displaced by +1 and by -1 standard deviation of each of its principal errors. The mean
+    /// slope over the error's own range serves a covariance better than the derivative at its middle, from which it differs by
+    /// the third order.
     ///
-    /// Cost: two values of the model per point and cause, in parallel over points.
+    /// Cost: two values of the model per point and principal error, of which fifty causes have about ten; in parallel over points.
     ///
     /// # Errors
     /// Those of the model at a displaced state.
@@ -63,7 +66,8 @@ impl BaseErrors {
             group.iter().flat_map(|&p| &self.points[p]).map(|(c, _)| c.as_str()).collect();
         causes.sort_unstable();
         causes.dedup();
-        causes.iter().fold(Matrix::zeros(size, size), |sum, cause| {
+        let mut covariance = Matrix::zeros(size, size);
+        for cause in causes {
             let mut j = vec![0.0; size];
             for (k, &point) in group.iter().enumerate() {
                 if let Some((_, change)) = self.points[point].iter().find(|(c, _)| c == cause) {
@@ -72,12 +76,14 @@ impl BaseErrors {
                     }
                 }
             }
-            sum.plus(1.0, &Matrix::from_fn(size, size, |r, c| j[r] * j[c]))
-        })
+            covariance.add_outer(&j);
+        }
+        covariance
     }
 }
 
-/// The change of the prediction of one point per standard deviation of each cause of error of its base state.
+/// The change of the prediction of one point per standard deviation of each cause of error of its base state, by way of the
+/// state's [`Principal`] errors.
 pub(crate) fn changes(
     assembly: &Assembly,
     conditions: &Conditions,
@@ -86,23 +92,27 @@ pub(crate) fn changes(
     values: &[f64],
 ) -> Result<Vec<(String, Vec<f64>)>, ModelError> {
     let work = &mut Workspace::default();
-    let mut predicted = |cause: &str, sds: f64| -> Result<Vec<f64>, ModelError> {
-        let base = conditions.base.displaced_along(cause, sds);
-        let moved = Conditions { base, ..conditions.clone() };
+    let point = &conditions.point;
+    let mut predicted = |base: BaseState| -> Result<Vec<f64>, ModelError> {
+        let moved = Conditions { point: point.clone(), base, ambient: conditions.ambient };
         let model = PointModel::new(assembly, &moved, microphones)?.starting_from(near);
         let response = model.respond(values, Order::Value, work)?;
-        let reference = assembly.rig.microphones.reference;
-        let others = microphones.iter().zip(&response.pressures).filter(|(m, _)| **m != reference);
-        let complex = std::iter::once(&response.s).chain(others.map(|(_, p)| p));
-        Ok(complex.flat_map(|z| [z.value().re, z.value().im]).collect())
+        Ok(parts(model.numbers(&response).map(|z| z.value())))
     };
-    let mut causes: Vec<&str> = conditions.base.errors.iter().map(|e| e.cause.as_str()).collect();
-    causes.dedup();
-    let change = |cause: &str| -> Result<(String, Vec<f64>), ModelError> {
-        let (up, down) = (predicted(cause, 1.0)?, predicted(cause, -1.0)?);
-        Ok((cause.to_owned(), up.iter().zip(&down).map(|(u, d)| 0.5 * (u - d)).collect()))
+    let principal = Principal::of(&conditions.base, &point.id)?;
+    let mut along = Vec::with_capacity(principal.states.len());
+    for [up, down] in principal.states {
+        let (up, down) = (predicted(up)?, predicted(down)?);
+        along.push(up.iter().zip(&down).map(|(u, d)| 0.5 * (u - d)).collect::<Vec<f64>>());
+    }
+    let change = |(cause, shares): (String, Vec<f64>)| {
+        let mut change = vec![0.0; 2 * microphones.len()];
+        for (share, along) in shares.iter().zip(&along) {
+            change.iter_mut().zip(along).for_each(|(c, a)| *c += share * a);
+        }
+        (cause, change)
     };
-    causes.into_iter().map(change).collect()
+    Ok(principal.causes.into_iter().map(change).collect())
 }
 
 /// A forward model whose numbers come in another order, or with fewer derivatives.

@@ -1,7 +1,7 @@
 //! From observations to the most probable parameters and the evidence.
 
 use crate::data::{data_apart_from, data_with_base_errors, near_field};
-use crate::law_error::slopes;
+use crate::law_error::LawError;
 use crate::systematic::Reordered;
 use crate::{Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor};
 use rijke_inference::{
@@ -75,9 +75,7 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         .map(|o| Ok(PointModel::new(assembly, &o.conditions, &training.microphones)?.starting_from(o.ping.s)))
         .collect::<Result<Vec<_>, ModelError>>()?;
     let list = assembly.parameters();
-    let reference = assembly.rig.microphones.reference;
-    let reference = training.microphones.iter().position(|m| *m == reference).unwrap_or(0);
-    let predictor = Predictor::new(points, list.len(), reference);
+    let predictor = Predictor::new(points, list.len());
     let mut parameters = Parameters::new(list.to_vec())?;
     for known in &training.known {
         let keep: Vec<usize> =
@@ -98,11 +96,13 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
     }
     let rough = fit.search(&data, order, &training.search)?;
     let errors = BaseErrors::new(assembly, observed, microphones, &rough.parameters)?;
-    let laws = match noise.heat_release {
-        NoiseMode::Fixed { sd: 0.0 } => vec![None; observed.len()],
-        _ => slopes(assembly, observed, microphones, &rough.parameters)?,
+    let law = match noise.heat_release {
+        NoiseMode::Fixed { sd: 0.0 } => None,
+        _ => LawError::of(assembly)?,
     };
-    let (data, order) = data_with_base_errors(observed, microphones, noise, &errors, &laws, &doubtful)?;
+    let slopes = law.map(|law| law.slopes(observed, microphones, &rough.parameters)).transpose()?;
+    let (data, order) =
+        data_with_base_errors(observed, microphones, noise, &errors, slopes.as_deref(), &doubtful)?;
     fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len())
 }
 

@@ -55,7 +55,7 @@ fn predictor<'a>(assembly: &'a Assembly, observed: &[Observed]) -> Predictor<'a>
         .iter()
         .map(|o| PointModel::new(assembly, &o.conditions, &ALL).unwrap().starting_from(o.ping.s))
         .collect();
-    Predictor::new(points, assembly.parameters().len(), 5)
+    Predictor::new(points, assembly.parameters().len())
 }
 
 /// The data with noise drawn from the covariances, and the groups floating.

@@ -122,6 +122,40 @@ fn oracle_base_errors_are_slopes_and_points_that_share_a_cause_stay_together() {
     assert!(whole[(1, 3)] > 0.9 * (whole[(1, 1)] * whole[(3, 3)]).sqrt(), "they move together");
 }
 
+/// The slow way: every cause by itself.
+#[test]
+fn oracle_principal_errors_do_what_the_causes_do() {
+    let assembly = assembly(&["wall.rayleigh", "ends.levine-schwinger", "heat-release.2"]);
+    let values = [1.0, 8e-4, 4e-4];
+    let mut conditions = conditions("H180-25");
+    for k in 0..12 {
+        let mut error = conditions.base.errors[1].clone();
+        error.cause = format!("cause {k}");
+        let x = f64::from(k);
+        (error.heater_velocity, error.mass_flux) = (4e-3 * (x - 4.0), 1e-3 * (3.0 - x));
+        error.temperature = vec![0.0, 0.02 * x, 0.1 * (x - 6.0), 0.3 - 0.01 * x * x];
+        conditions.base.errors.push(error);
+    }
+    let point = observed(&assembly, conditions.clone(), &values);
+    let all: Vec<usize> = (0..16).collect();
+    let fast = BaseErrors::new(&assembly, &[point.clone()], &ALL, &values).unwrap().covariance(&[0], &all);
+    let mut slow = Matrix::zeros(16, 16);
+    for error in &conditions.base.errors {
+        let [up, down] = [1.0, -1.0].map(|sds| {
+            let base = conditions.base.displaced_along(&error.cause, sds);
+            observed(&assembly, Conditions { base, ..conditions.clone() }, &values).ping.vector()
+        });
+        slow.add_outer(&up.iter().zip(&down).map(|(u, d)| 0.5 * (u - d)).collect::<Vec<_>>());
+    }
+    for i in 0..16 {
+        for j in 0..16 {
+            let scale = (slow[(i, i)] * slow[(j, j)]).sqrt();
+            let miss = (fast[(i, j)] - slow[(i, j)]).abs() / scale;
+            assert!(miss < 2e-3, "{i} {j}: {} {}", fast[(i, j)], slow[(i, j)]);
+        }
+    }
+}
+
 #[test]
 fn exact_errors_of_the_base_state_widen_the_posterior_and_are_not_fitted() {
     let ids = ["wall.rayleigh", "ends.levine-schwinger", "heat-release.2"];
