@@ -7,6 +7,7 @@ use rijke_signal::{ClickOptions, PingOptions, Trace, fit_click, fit_ping};
 
 fuzz_target!(|bytes: &[u8]| {
     let path = std::env::temp_dir().join(format!("rijke-fuzz-{}.csv", std::process::id()));
+    let _ = std::fs::remove_file(&path); // written over, it would go to the disk at once
     if std::fs::write(&path, bytes).is_err() {
         return;
     }

@@ -6,6 +6,7 @@ use rijke_rig::{Arrays, Layout, inspect, read_wav};
 
 fuzz_target!(|bytes: &[u8]| {
     let path = std::env::temp_dir().join(format!("rijke-fuzz-{}.wav", std::process::id()));
+    let _ = std::fs::remove_file(&path); // written over, it would go to the disk at once
     if std::fs::write(&path, bytes).is_err() {
         return;
     }

@@ -1,7 +1,9 @@
 //! Tasks of the workspace, run as `cargo xtask TASK`. Knows no crate of the project: it starts programs and reads files.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
+mod package;
 mod page;
+mod reference;
 mod reproduce;
 mod tidy;
 
@@ -25,6 +27,10 @@ enum Task {
     Reproduce(reproduce::Options),
     /// Open the page of results in headless Chromium, wide, narrow and on paper, and fail if anything is wrong with it.
     Page,
+    /// Write docs/reference/commands.md from the help of the program.
+    Reference,
+    /// Pack every public crate, and check that the packed crates compile against each other, tests included.
+    Package,
     /// Run the tests.
     Test {
         /// Include the long studies (tests marked as ignored).
@@ -39,6 +45,8 @@ fn main() -> ExitCode {
     let outcome = match Program::parse().task {
         Task::Reproduce(options) => reproduce::run(&options),
         Task::Page => page::run(),
+        Task::Reference => reference::run(),
+        Task::Package => package::run(),
         Task::Test { all } => test(all),
         Task::Tidy => tidy::run(&root()),
     };

@@ -1,4 +1,4 @@
-//! `rijke man`: the manual page.
+//! `rijke man`: the manual pages, and the page of the book that holds the help of every command.
 
 use crate::{
     Program,
@@ -6,6 +6,7 @@ use crate::{
     ui::Ui,
 };
 use clap::CommandFactory;
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Write the manual pages, one for the program and one for each command.
@@ -13,15 +14,40 @@ use std::path::PathBuf;
 #[command(after_help = "Example:\n  rijke man --out ~/.local/share/man/man1\n  man rijke")]
 pub(crate) struct Args {
     /// Folder to write the pages to; made if necessary.
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "markdown")]
+    out: Option<PathBuf>,
+    /// Print the help of all commands as one page of Markdown instead.
+    #[arg(long, conflicts_with = "out")]
+    markdown: bool,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    std::fs::create_dir_all(&args.out)
+    let Some(out) = &args.out else {
+        ui.document(markdown().trim_end());
+        return Ok(());
+    };
+    std::fs::create_dir_all(out)
         .or_bad_input()
-        .map_err(|f| f.at(&args.out).remedy("Give a place in which you may write."))?;
-    clap_mangen::generate_to(Program::command(), &args.out).or_failed().map_err(|f| f.at(&args.out))?;
-    ui.note(format!("{}: rijke.1 and a page for each command", args.out.display()));
+        .map_err(|f| f.at(out).remedy("Give a place in which you may write."))?;
+    clap_mangen::generate_to(Program::command(), out).or_failed().map_err(|f| f.at(out))?;
+    ui.note(format!("{}: rijke.1 and a page for each command", out.display()));
     Ok(())
+}
+
+/// Every command with its help, as `--help` prints it.
+fn markdown() -> String {
+    let mut program = Program::command().term_width(100);
+    program.build();
+    let mut page =
+        "# Commands\n\nWritten by `cargo xtask reference`; a test compares it with the program.\n".to_owned();
+    let help = |command: &mut clap::Command| {
+        let text = command.render_long_help().to_string();
+        text.lines().map(|line| format!("{}\n", line.trim_end())).collect::<String>()
+    };
+    let _ = write!(page, "\n```text\n{}```\n", help(&mut program));
+    for command in program.get_subcommands_mut().filter(|c| c.get_name() != "help") {
+        let name = command.get_name().to_owned();
+        let _ = write!(page, "\n## rijke {name}\n\n```text\n{}```\n", help(command));
+    }
+    page
 }

@@ -40,7 +40,7 @@ const KNOWN: [(&str, f64, f64); 13] = [
 
 fn assembly(model: usize) -> Assembly {
     let read = |name: &str| {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/candidates/");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/candidates/");
         Catalogue::read(std::path::Path::new(&format!("{folder}{name}"))).unwrap()
     };
     let all = read("tube.toml").joined(read("prongs.toml")).joined(read("heater.toml"));

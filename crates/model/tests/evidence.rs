@@ -19,7 +19,7 @@ const SD: [f64; 3] = [0.1, 0.2, 1e-3];
 
 fn catalogue() -> Catalogue {
     let read = |name: &str| {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/candidates/");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/candidates/");
         Catalogue::read(std::path::Path::new(&format!("{folder}{name}"))).unwrap()
     };
     read("tube.toml").joined(read("prongs.toml"))

@@ -6,16 +6,21 @@ use hdf5_pure::{AttrValue, DType, Dataset, File, Group};
 /// Groups inside groups are followed this far.
 const DEPTH: usize = 8;
 
+/// Deflate packs no more than 1032 bytes into one ("Maximum Compression Factor", zlib): a file cannot hold more values than this per
+/// byte. The library makes room for as many as a file announces, and a damaged one may announce 10^13.
+const DENSEST: usize = 1032;
+
 /// Reads the arrays of a file; one in a group is called `group/array`.
 pub(crate) fn read(bytes: Vec<u8>) -> Result<Contents, String> {
     let format = if bytes.starts_with(b"MATLAB") { "MATLAB 7.3" } else { "HDF5" };
+    let most = DENSEST * bytes.len();
     let file = File::from_bytes(bytes).map_err(|e| e.to_string())?;
     let mut contents = Contents { format, ..Contents::default() };
-    group(&file.root(), "", 0, &mut contents)?;
+    group(&file.root(), "", 0, most, &mut contents)?;
     Ok(contents)
 }
 
-fn group(group: &Group, path: &str, depth: usize, into: &mut Contents) -> Result<(), String> {
+fn group(group: &Group, path: &str, depth: usize, most: usize, into: &mut Contents) -> Result<(), String> {
     let failed = |name: &str| {
         let name = format!("{path}{name}");
         let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
@@ -23,7 +28,15 @@ fn group(group: &Group, path: &str, depth: usize, into: &mut Contents) -> Result
     };
     for name in group.datasets().map_err(failed(""))? {
         let dataset = group.dataset(&name).map_err(failed(&name))?;
-        array(&dataset, format!("{path}{name}"), into).map_err(failed(&name))?;
+        let shape = dataset.shape().map_err(failed(&name))?;
+        let count = shape.iter().try_fold(1_u64, |all, n| all.checked_mul(*n));
+        if count.is_none_or(|count| count > most as u64) {
+            let sizes = shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(" x ");
+            return Err(format!(
+                "{path}{name}: announces {sizes} values, more than the file can hold: it is damaged"
+            ));
+        }
+        array(&dataset, &shape, format!("{path}{name}"), into).map_err(failed(&name))?;
     }
     for name in group.groups().map_err(failed(""))? {
         // What MATLAB refers to, such as cells, has no name of its own.
@@ -31,13 +44,18 @@ fn group(group: &Group, path: &str, depth: usize, into: &mut Contents) -> Result
             continue;
         }
         let inner = group.group(&name).map_err(failed(&name))?;
-        self::group(&inner, &format!("{path}{name}/"), depth + 1, into)?;
+        self::group(&inner, &format!("{path}{name}/"), depth + 1, most, into)?;
     }
     Ok(())
 }
 
-fn array(dataset: &Dataset, name: String, into: &mut Contents) -> Result<(), hdf5_pure::Error> {
-    let (shape, kind) = (dataset.shape()?, dataset.dtype()?);
+fn array(
+    dataset: &Dataset,
+    shape: &[u64],
+    name: String,
+    into: &mut Contents,
+) -> Result<(), hdf5_pure::Error> {
+    let kind = dataset.dtype()?;
     let largest = match kind {
         DType::F32 | DType::F64 | DType::U8 | DType::U16 | DType::U32 | DType::U64 => None,
         DType::I8 => Some(7),

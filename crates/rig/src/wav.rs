@@ -120,8 +120,11 @@ pub fn read_wav(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
     })?;
     let width = usize::from(spec.bits_per_sample / 8);
     let needed = frames * have * width;
-    let mut bytes = Vec::with_capacity(needed);
-    reader.into_inner().take(needed as u64).read_to_end(&mut bytes).map_err(RigError::read(path))?;
+    let file = reader.into_inner();
+    // A damaged header may announce gigabytes.
+    let size = file.get_ref().metadata().map_err(RigError::read(path))?.len();
+    let mut bytes = Vec::with_capacity(needed.min(usize::try_from(size).unwrap_or(needed)));
+    file.take(needed as u64).read_to_end(&mut bytes).map_err(RigError::read(path))?;
     if bytes.len() < needed {
         let read = bytes.len() / (have * width);
         return Err(wrong("samples", Problem::Truncated { have: read, need: frames }));

@@ -1,19 +1,36 @@
-//! Rules for pages: links between files of the repository lead somewhere.
+//! Rules for pages: links between files of the repository lead somewhere, and every page of the book stands in its table of contents.
 
 use super::{Complaint, File};
 use std::collections::BTreeSet;
+
+/// The table of contents of the book.
+const SUMMARY: &str = "docs/SUMMARY.md";
 
 pub(super) fn check(files: &[File]) -> Vec<Complaint> {
     // Only files that were read can be checked: pages, sources and manifests.
     let known: BTreeSet<_> = files.iter().map(|f| f.path.clone()).collect();
     let pages = files.iter().filter(|f| f.path.ends_with(".md"));
-    pages
+    let mut complaints: Vec<Complaint> = pages
         .flat_map(|page| {
             links(page)
                 .filter(|(_, target)| !known.contains(target))
                 .map(|(line, target)| format!("{}:{line}: the link to {target} leads nowhere", page.path))
                 .collect::<Vec<_>>()
         })
+        .collect();
+    complaints.extend(outside_the_book(files));
+    complaints
+}
+
+/// The pages under `docs` that its `SUMMARY.md` does not name: mdBook leaves them out without a word.
+fn outside_the_book(files: &[File]) -> Vec<Complaint> {
+    let Some(summary) = files.iter().find(|f| f.path == SUMMARY) else { return Vec::new() };
+    let named: BTreeSet<String> = links(summary).map(|(_, target)| target).collect();
+    let pages =
+        files.iter().filter(|f| f.path.starts_with("docs/") && f.path.ends_with(".md") && f.path != SUMMARY);
+    pages
+        .filter(|f| !named.contains(&f.path))
+        .map(|f| format!("{}: {SUMMARY} does not name it", f.path))
         .collect()
 }
 
@@ -53,5 +70,12 @@ mod tests {
         let check = |text| check(&[page(text), file("docs/b.md", ""), file("README.md", "")]);
         assert!(check("[b](b.md) and [r](../README.md#what), [w](https://x.org/c.md)").is_empty());
         assert_eq!(check("\n[c](sub/../c.md)"), ["docs/a.md:2: the link to docs/c.md leads nowhere"]);
+    }
+
+    #[test]
+    fn exact_every_page_of_the_book_is_named() {
+        let summary = file("docs/SUMMARY.md", "- [a](a.md)");
+        let found = check(&[file("docs/a.md", ""), file("docs/x/b.md", ""), summary]);
+        assert_eq!(found, ["docs/x/b.md: docs/SUMMARY.md does not name it"]);
     }
 }

@@ -62,7 +62,7 @@ fn exact_faults_are_named_with_file_line_and_what_is_known() {
 }
 
 fn fixture(name: &str) -> Catalogue {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/candidates/");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/candidates/");
     Catalogue::read(Path::new(&format!("{folder}{name}"))).unwrap()
 }
 
@@ -181,5 +181,22 @@ fn exact_the_short_cuts_of_every_law_give_the_law() {
     }
     for id in ["wall.rayleigh", "wall.kirchhoff", "prongs.4", "prongs.6", "thermocouples.paper"] {
         assert!(scaled.iter().filter(|s| *s == id).count() >= 2, "{id} should be evaluated once: {scaled:?}");
+    }
+}
+
+/// Every file of the project, cut, turned, spliced and filled with hostile numbers.
+#[test]
+fn exact_no_damaged_file_makes_the_reader_panic() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/candidates/");
+    for name in ["tube", "prongs", "heater", "heat-release", "beyond"] {
+        let whole = std::fs::read(format!("{folder}{name}.toml")).unwrap();
+        for k in 0..600 {
+            let mut stream = rijke_numerics::Streams::new(0).stream(&format!("{name}/{k}"));
+            let bytes = rijke_numerics::check::damaged(&whole, &mut stream);
+            let Ok(read) = Catalogue::from_toml(&String::from_utf8_lossy(&bytes), name) else { continue };
+            for candidate in read.candidates() {
+                candidate.effects.iter().for_each(|effect| drop(crate::unit_fault(candidate, effect)));
+            }
+        }
     }
 }

@@ -85,6 +85,13 @@ fn exact_the_page_of_symbols_is_that_of_the_program() {
 }
 
 #[test]
+fn exact_the_page_of_commands_is_that_of_the_program() {
+    let output = rijke(&scratch("reference"), &["man", "--markdown"]);
+    let page = include_str!("../../../../docs/reference/commands.md");
+    assert!(String::from_utf8(output.stdout).unwrap() == page, "run `cargo xtask reference`");
+}
+
+#[test]
 fn exact_every_page_of_the_book_exists_and_the_matlab_example_is_a_candidate() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
     let summary = fs::read_to_string(docs.join("SUMMARY.md")).unwrap();

@@ -26,7 +26,7 @@ struct Run {
 }
 
 fn reference() -> Reference {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/reference/enkf.toml");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/reference/enkf.toml");
     toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 

@@ -1,0 +1,31 @@
+//! Any text as each of the files that are written by hand: rig, campaign, manifest, candidates.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use rijke_candidates::{Catalogue, unit_fault};
+use rijke_rig::{Campaign, RecordFolder, Rig};
+use std::{fs, path::Path};
+
+const RIG: &str = include_str!("../../crates/rig/fixtures/rigs/juniper-yoko-2022.toml");
+const CAMPAIGN: &str = include_str!("../../crates/rig/fixtures/campaigns/juniper-yoko-2022.toml");
+
+fuzz_target!(|text: &str| {
+    let _ = Rig::parse(text, Path::new("rig.toml"));
+    if let Ok(campaign) = Campaign::parse(text, Path::new("campaign.toml")) {
+        let _ = campaign.to_toml();
+    }
+    if let Ok(catalogue) = Catalogue::from_toml(text, "candidates.toml") {
+        for candidate in catalogue.candidates() {
+            let _ = candidate.effects.iter().map(|effect| unit_fault(candidate, effect)).count();
+        }
+    }
+    let folder = std::env::temp_dir().join(format!("rijke-fuzz-{}", std::process::id()));
+    let _ = fs::create_dir_all(&folder);
+    if !folder.join("rig.toml").exists() {
+        let _ = fs::write(folder.join("rig.toml"), RIG);
+        let _ = fs::write(folder.join("campaign.toml"), CAMPAIGN);
+    }
+    let _ = fs::remove_file(folder.join("manifest.toml")); // written over, it would go to the disk at once
+    let _ = fs::write(folder.join("manifest.toml"), text);
+    let _ = RecordFolder::open(&folder);
+});

@@ -1,0 +1,30 @@
+//! Any four texts, separated by form feeds, as the tables of a folder of observations: points, pings, clicks, rejections.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use rijke_rig::Observations;
+use std::fs;
+
+const RIG: &str = include_str!("../../crates/rig/fixtures/rigs/juniper-yoko-2022.toml");
+const HEAD: &str = "rig = \"rig.toml\"\nkind = \"measured\"\nsource = \"fuzz\"\n";
+
+fuzz_target!(|text: &str| {
+    let folder = std::env::temp_dir().join(format!("rijke-fuzz-observations-{}", std::process::id()));
+    let _ = fs::create_dir_all(&folder);
+    let mut texts = text.split('\u{c}');
+    for name in ["points.csv", "pings.csv", "clicks.csv", "rejections.csv"] {
+        let path = folder.join(name);
+        let _ = fs::remove_file(&path); // written over, it would go to the disk at once
+        if let Some(text) = texts.next() {
+            let _ = fs::write(path, text);
+        }
+    }
+    // One microphone: two columns are a ping.
+    let (head, rest) = RIG.split_once("positions = [").unwrap_or_default();
+    let rest = rest.split_once(']').unwrap_or_default().1.replacen("reference = 5", "reference = 0", 1);
+    if !folder.join("rig.toml").exists() {
+        let _ = fs::write(folder.join("rig.toml"), format!("{head}positions = [0.75]{rest}"));
+        let _ = fs::write(folder.join("observations.toml"), HEAD);
+    }
+    let _ = Observations::read(&folder);
+});
