@@ -12,11 +12,11 @@
 
 mod model;
 
-use crate::pulse::Located;
+use crate::pulse::Bursts;
 use crate::segment::Segment;
 use crate::waveform::{Waveform, comparison_frequencies};
 use crate::{Fault, Trace, verdict};
-use model::Model;
+use model::{Model, Rows};
 use rijke_numerics::{C64, Cholesky, Matrix};
 
 /// What the fit may assume.
@@ -124,71 +124,114 @@ const MISFIT: f64 = 0.05;
 pub fn fit_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickFit, Fault> {
     trace.screen(2)?;
     verdict::loud_hum(trace, options.mains_hz)?;
+    let bursts = Bursts::find(trace, options)?;
     let free = options.reflection.as_ref().is_some_and(|r| r.pace_sd > 0.0);
-    let mut placed = options.clone();
-    let (mut fit, mut pace) = match fit_at_pace(trace, options) {
+    let mut fit = match Fitting::at_pace(trace, &bursts, options.clone()) {
         // Far too late a reflection is heard where none is expected: start from an earlier one.
         Err(_) if free => {
+            let mut placed = options.clone();
             placed.hasten(EARLIER);
-            fit_at_pace(trace, &placed)?
+            Fitting::at_pace(trace, &bursts, placed)?
         }
         result => result?,
     };
     // Windows depend on when the reflection comes: fit again until it comes when it is expected.
     for _ in 0..PACES {
-        if (pace - 1.0).abs() < SAME_PACE {
+        if (fit.model.pace - 1.0).abs() < SAME_PACE {
             break;
         }
-        placed.hasten(pace);
-        (fit, pace) = fit_at_pace(trace, &placed)?;
+        fit = if fit.model.hasten() {
+            fit.settled(trace, 0)?
+        } else {
+            Fitting::at_pace(trace, &bursts, fit.model.options)?
+        };
     }
-    Ok(fit)
+    fit.report()
 }
 
-/// Fits with windows for the stated lags; returns what the fit makes of them.
-fn fit_at_pace(trace: &Trace<'_>, options: &ClickOptions) -> Result<(ClickFit, f64), Fault> {
-    let located = Located::find(trace, options)?;
-    let segment = Segment::new(trace, &located.times, options)?;
-    let mut fit = Model::start(&located, &segment, options);
-    let mut rows = segment.windows(&fit.times, options);
-    let (mut settled, mut length) = (None, f64::INFINITY);
-    for step_number in 0..MAX_STEPS {
-        let moving = step_number < MOVING_STEPS;
-        if moving {
-            rows = segment.windows(&fit.times, options);
-        }
-        let (normal, gradient, squares) = fit.linearise(&segment, &rows);
-        let step = solve_scaled(&normal, &gradient)?;
-        let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
-        length = gain.sqrt();
-        fit.advance(&step);
-        if moving {
-            fit.centre();
-        } else if length < SMALL_STEP || (step_number + 1 == MAX_STEPS && length < SETTLED) {
-            // After so small a step the same normal equations hold, and the sum of squares is less by what the step gained.
-            settled = Some((normal, squares - gain));
-            break;
-        }
+/// A fit on its way.
+struct Fitting {
+    model: Model,
+    segment: Segment,
+    rows: Rows,
+    normal: Matrix,
+    /// Sum of squared residuals in units of the noise, and its number of degrees of freedom.
+    squares: f64,
+    freedom: f64,
+}
+
+impl Fitting {
+    /// Fits with windows for the stated lags.
+    fn at_pace(trace: &Trace<'_>, bursts: &Bursts, options: ClickOptions) -> Result<Self, Fault> {
+        let located = bursts.locate(&options);
+        let segment = Segment::new(trace, &located.times, &options)?;
+        let model = Model::start(&located, &segment, options);
+        let (rows, normal) = (Rows::new(), Matrix::zeros(0, 0));
+        Self { model, segment, rows, normal, squares: 0.0, freedom: 1.0 }.settled(trace, MOVING_STEPS)
     }
-    let Some((normal, squares)) = settled else {
-        return Err(Fault::NotConverged { steps: MAX_STEPS, step: length });
-    };
-    let samples: usize = rows.iter().map(|r| r.1 - r.0).sum();
-    let unknowns = normal.rows() + 3 * rows.len();
-    let freedom = samples.saturating_sub(unknowns).max(1) as f64;
-    let chi_squared = squares / freedom;
-    let signal_to_noise = fit.signal_to_noise(&segment, &rows);
-    let energy: f64 = signal_to_noise.iter().map(|v| v * v).sum();
-    if squares - freedom > MISFIT * energy && chi_squared > 1.0 + 5.0 * (2.0 / freedom).sqrt() {
-        let channel = fit.worst_channel(&segment, &rows);
-        let at = trace.quiet.min(trace.len()) as f64 / trace.rate_hz + fit.times[channel];
-        return Err(Fault::Residual { at, channel, ratio: chi_squared, frequency_hz: options.band_hz.0 });
+
+    /// Takes Gauss-Newton steps to the maximum of the likelihood; windows move during the first of them.
+    fn settled(mut self, trace: &Trace<'_>, moving_steps: usize) -> Result<Self, Fault> {
+        let Self { model, segment, .. } = &mut self;
+        let mut rows = segment.windows(&model.times, &model.options);
+        let (mut settled, mut length) = (None, f64::INFINITY);
+        for step_number in 0..MAX_STEPS {
+            let moving = step_number < moving_steps;
+            if moving {
+                rows = segment.windows(&model.times, &model.options);
+            }
+            let (normal, gradient, squares) = model.linearise(segment, &rows);
+            let step = solve_scaled(&normal, &gradient)?;
+            let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
+            length = gain.sqrt();
+            model.advance(&step);
+            if moving {
+                model.centre();
+            } else if length < SMALL_STEP || (step_number + 1 == MAX_STEPS && length < SETTLED) {
+                // After so small a step the same normal equations hold, and the sum of squares is less by what the step gained.
+                settled = Some((normal, squares - gain));
+                break;
+            }
+        }
+        let Some((normal, squares)) = settled else {
+            return Err(Fault::NotConverged { steps: MAX_STEPS, step: length });
+        };
+        let samples: usize = rows.iter().map(|r| r.1 - r.0).sum();
+        let unknowns = normal.rows() + 3 * rows.len();
+        (self.squares, self.freedom) = (squares, samples.saturating_sub(unknowns).max(1) as f64);
+        (self.rows, self.normal) = (rows, normal);
+        if self.exceeds(5.0) {
+            self.misfit(trace)?;
+        }
+        Ok(self)
     }
-    let significant = chi_squared > 1.0 + 3.0 * (2.0 / freedom).sqrt();
-    let excess = if significant || !segment.noise_known { chi_squared } else { 1.0 };
-    let frequencies = comparison_frequencies(options.band_hz);
-    let pace = fit.pace;
-    Ok((fit.report(&inverse_scaled(&normal)?, excess, chi_squared, signal_to_noise, frequencies), pace))
+
+    /// Whether residuals are larger than the noise by so many standard deviations.
+    fn exceeds(&self, deviations: f64) -> bool {
+        self.squares / self.freedom > 1.0 + deviations * (2.0 / self.freedom).sqrt()
+    }
+
+    /// Refuses channels that do not show the same impulse.
+    fn misfit(&self, trace: &Trace<'_>) -> Result<(), Fault> {
+        let Self { model, segment, rows, .. } = self;
+        let energy: f64 = model.signal_to_noise(segment, rows).iter().map(|v| v * v).sum();
+        if self.squares - self.freedom <= MISFIT * energy {
+            return Ok(());
+        }
+        let channel = model.worst_channel(segment, rows);
+        let at = trace.quiet.min(trace.len()) as f64 / trace.rate_hz + model.times[channel];
+        let ratio = self.squares / self.freedom;
+        Err(Fault::Residual { at, channel, ratio, frequency_hz: model.options.band_hz.0 })
+    }
+
+    fn report(self) -> Result<ClickFit, Fault> {
+        let chi_squared = self.squares / self.freedom;
+        let excess = if self.exceeds(3.0) || !self.segment.noise_known { chi_squared } else { 1.0 };
+        let signal_to_noise = self.model.signal_to_noise(&self.segment, &self.rows);
+        let frequencies = comparison_frequencies(self.model.options.band_hz);
+        let inverse = inverse_scaled(&self.normal)?;
+        Ok(self.model.report(&inverse, excess, chi_squared, signal_to_noise, frequencies))
+    }
 }
 
 impl ClickOptions {
@@ -213,6 +256,7 @@ impl ClickOptions {
         }
     }
 
+    /// Lag of the reflection at channel `m`.
     fn lag(&self, m: usize) -> Option<f64> {
         self.reflection.as_ref().and_then(|r| r.lags.get(m).copied())
     }

@@ -1,7 +1,8 @@
 //! Where the forcing ends and the free decay begins, found from the record itself.
 
 use crate::Fault;
-use crate::ringdown::{Component, Kind, Solution, White, solve};
+use crate::ringdown::{Component, Kind, SETTLING, Solution, White, solve};
+use crate::transform;
 use rijke_numerics::C64;
 
 /// Energy of a block, relative to the largest, above which it belongs to the forced plateau. Free decay leaves it
@@ -47,7 +48,7 @@ impl Envelope {
         // The loudest part comes first: what a power of two leaves out is the end of the decay.
         let span = 1 << rows.ilog2();
         series.truncate(span);
-        let transform = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(span);
+        let transform = transform::forward(span);
         let mut spectrum = transform.make_output_vec();
         if transform.process(&mut series, &mut spectrum).is_err() {
             return Err(too_short);
@@ -141,7 +142,7 @@ impl Envelope {
             samples: &white.samples[a * white.channels..b * white.channels],
             ..white
         };
-        let forced = solve(slice(begin, end), &tones).ok()?;
+        let forced = solve(slice(begin, end), &tones, SETTLING).ok()?;
         let (scan_from, scan_to) = (end, fitted_from.min(white.rows()));
         let region = slice(scan_from, scan_to);
         let offset = scan_from as f64;

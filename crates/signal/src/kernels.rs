@@ -1,20 +1,44 @@
 //! Inner loops, compiled for the widest vectors that the processor has (chosen at run time by the crate `pulp`). The order
 //! of every sum is written out and no product is fused with a sum, so all processors give the same bits.
+//!
+//! A kernel is a type whose `call` is `#[inline(always)]`: a closure cannot be marked so, is compiled for the least processor
+//! unless it happens to be inlined, and then takes twice as long.
 
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 use rijke_numerics::C64;
 
 /// Numbers that are worked on side by side.
 pub(crate) const LANES: usize = 8;
 
+/// Runs a kernel.
+pub(crate) fn run<K: NullaryFnOnce>(kernel: K) -> K::Output {
+    Arch::new().dispatch(kernel)
+}
+
 /// Inner product in eight independent sums.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    Arch::new().dispatch(|| dot_inline(a, b))
+    struct Dot<'a>(&'a [f64], &'a [f64]);
+    impl NullaryFnOnce for Dot<'_> {
+        type Output = f64;
+        #[inline(always)]
+        fn call(self) -> f64 {
+            dot_inline(self.0, self.1)
+        }
+    }
+    run(Dot(a, b))
 }
 
 /// Adds `factor` times `x` to `y`.
 pub(crate) fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
-    Arch::new().dispatch(|| add_scaled_inline(y, factor, x));
+    struct AddScaled<'a>(&'a mut [f64], f64, &'a [f64]);
+    impl NullaryFnOnce for AddScaled<'_> {
+        type Output = ();
+        #[inline(always)]
+        fn call(self) {
+            add_scaled_inline(self.0, self.1, self.2);
+        }
+    }
+    run(AddScaled(y, factor, x));
 }
 
 #[inline(always)]
@@ -28,6 +52,21 @@ pub(crate) fn dot_inline(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     rest + sums.iter().sum::<f64>()
+}
+
+/// Inner products of `a` with the `N` columns of its length that follow one another; the length is a multiple of [`LANES`].
+#[inline(always)]
+pub(crate) fn dots_inline<const N: usize>(a: &[f64], columns: &[f64]) -> [f64; N] {
+    let (mut sums, length) = ([[0.0; LANES]; N], a.len());
+    for (k, x) in a.chunks_exact(LANES).enumerate() {
+        for (j, sums) in sums.iter_mut().enumerate() {
+            let y = &columns[j * length + k * LANES..][..LANES];
+            for i in 0..LANES {
+                sums[i] += x[i] * y[i];
+            }
+        }
+    }
+    sums.map(|sums| sums.iter().sum())
 }
 
 #[inline(always)]
@@ -54,20 +93,34 @@ impl Powers {
             *start = turn;
             turn *= z;
         }
-        Arch::new().dispatch(|| {
-            let (mut re, mut im) = (first.map(|z| z.re), first.map(|z| z.im));
-            let blocks = powers.re.chunks_exact_mut(LANES).zip(powers.im.chunks_exact_mut(LANES));
-            for (out_re, out_im) in blocks {
-                out_re.copy_from_slice(&re);
-                out_im.copy_from_slice(&im);
-                for i in 0..LANES {
-                    (re[i], im[i]) = (re[i] * turn.re - im[i] * turn.im, re[i] * turn.im + im[i] * turn.re);
-                }
-            }
-        });
+        run(Chains { first, turn, powers: &mut powers });
         powers.re.truncate(count);
         powers.im.truncate(count);
         powers
+    }
+}
+
+struct Chains<'a> {
+    first: [C64; LANES],
+    turn: C64,
+    powers: &'a mut Powers,
+}
+
+impl NullaryFnOnce for Chains<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { first, turn, powers } = self;
+        let (mut re, mut im) = (first.map(|z| z.re), first.map(|z| z.im));
+        let blocks = powers.re.chunks_exact_mut(LANES).zip(powers.im.chunks_exact_mut(LANES));
+        for (out_re, out_im) in blocks {
+            out_re.copy_from_slice(&re);
+            out_im.copy_from_slice(&im);
+            for i in 0..LANES {
+                (re[i], im[i]) = (re[i] * turn.re - im[i] * turn.im, re[i] * turn.im + im[i] * turn.re);
+            }
+        }
     }
 }
 
@@ -77,7 +130,7 @@ mod tests {
 
     #[test]
     fn exact_powers_and_inner_products_of_any_length() {
-        for count in [0, 1, 7, 8, 9, 100, 101] {
+        for count in [0, 1, 7, 8, 9, 96, 100, 101] {
             let z = C64::from_polar(0.99, 0.3);
             let powers = Powers::new(z, count);
             assert_eq!((powers.re.len(), powers.im.len()), (count, count));
@@ -88,6 +141,11 @@ mod tests {
                 sum += exact.re * exact.im;
             }
             assert!((dot(&powers.re, &powers.im) - sum).abs() < 1e-13);
+            if count % LANES == 0 {
+                let two = [powers.im.clone(), powers.re.clone()].concat();
+                let [mixed, square] = dots_inline::<2>(&powers.re, &two);
+                assert!((mixed - sum).abs() < 1e-13 && (square - dot(&powers.re, &powers.re)).abs() < 1e-13);
+            }
             let mut y = powers.re.clone();
             add_scaled(&mut y, -2.0, &powers.im);
             assert!((0..count).all(|n| y[n] == powers.re[n] - 2.0 * powers.im[n]));

@@ -54,6 +54,7 @@ mod ringdown;
 mod search;
 mod segment;
 mod trace;
+mod transform;
 mod verdict;
 mod waveform;
 

@@ -4,8 +4,8 @@
 //! record can be whitened before the fit and the amplitudes corrected after it, both exactly.
 
 use crate::Fault;
-use crate::kernels::{Powers, add_scaled, add_scaled_inline, dot};
-use pulp::Arch;
+use crate::kernels::{Powers, add_scaled, add_scaled_inline, dot, run};
+use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
 /// Highest order of a prediction-error filter. White noise with 1/f below about 30 Hz needs 3 to 8 at 10 kHz.
@@ -73,30 +73,9 @@ impl Whitener {
 
     /// White samples, one row of channels per sample, for samples `from + order .. to`.
     pub(crate) fn apply(&self, channels: &[Vec<f64>], from: usize, to: usize) -> Vec<f64> {
-        let (order, count) = (self.order(), self.filters.len());
-        let rows = to.saturating_sub(from + order);
-        let mut white = vec![0.0; rows * count];
-        let (mut filtered, mut mixed) = (vec![[0.0; BLOCK]; count], [0.0; BLOCK]);
-        Arch::new().dispatch(|| {
-            for (block, out) in white.chunks_mut(BLOCK * count).enumerate() {
-                let (first, length) = (from + order + block * BLOCK, out.len() / count);
-                for ((filter, y), filtered) in self.filters.iter().zip(channels).zip(&mut filtered) {
-                    filtered.fill(0.0);
-                    for (lag, &a) in filter.iter().enumerate() {
-                        add_scaled_inline(filtered, a, &y[first - lag..first - lag + length]);
-                    }
-                }
-                for i in 0..count {
-                    mixed.fill(0.0);
-                    for (&a, filtered) in self.inverse.row(i)[..=i].iter().zip(&filtered) {
-                        add_scaled_inline(&mut mixed, a, filtered);
-                    }
-                    for (out, value) in out[i..].iter_mut().step_by(count).zip(&mixed) {
-                        *out = *value;
-                    }
-                }
-            }
-        });
+        let rows = to.saturating_sub(from + self.order());
+        let mut white = vec![0.0; rows * self.filters.len()];
+        run(Whiten { whitener: self, channels, from, white: &mut white });
         white
     }
 
@@ -136,6 +115,42 @@ impl Whitener {
                 variance.sqrt() / gain.norm()
             })
             .collect()
+    }
+}
+
+struct Whiten<'a> {
+    whitener: &'a Whitener,
+    channels: &'a [Vec<f64>],
+    from: usize,
+    white: &'a mut [f64],
+}
+
+impl NullaryFnOnce for Whiten<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Whitener { filters, inverse, .. } = self.whitener;
+        let (order, count) = (self.whitener.order(), filters.len());
+        let (mut filtered, mut mixed) = (vec![[0.0; BLOCK]; count], [0.0; BLOCK]);
+        for (block, out) in self.white.chunks_mut(BLOCK * count).enumerate() {
+            let (first, length) = (self.from + order + block * BLOCK, out.len() / count);
+            for ((filter, y), filtered) in filters.iter().zip(self.channels).zip(&mut filtered) {
+                filtered.fill(0.0);
+                for (lag, &a) in filter.iter().enumerate() {
+                    add_scaled_inline(filtered, a, &y[first - lag..first - lag + length]);
+                }
+            }
+            for i in 0..count {
+                mixed.fill(0.0);
+                for (&a, filtered) in inverse.row(i)[..=i].iter().zip(&filtered) {
+                    add_scaled_inline(&mut mixed, a, filtered);
+                }
+                for (out, value) in out[i..].iter_mut().step_by(count).zip(&mixed) {
+                    *out = *value;
+                }
+            }
+        }
     }
 }
 

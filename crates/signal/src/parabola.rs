@@ -1,7 +1,7 @@
 //! The slow background of a short stretch of record.
 
-use crate::kernels::{add_scaled_inline, dot_inline};
-use pulp::Arch;
+use crate::kernels::{add_scaled_inline, dot_inline, run};
+use pulp::NullaryFnOnce;
 
 /// Gram's orthogonal polynomials of degree 0 to 2 over the samples of a stretch, of unit length.
 #[derive(Clone, Debug)]
@@ -22,7 +22,15 @@ impl Parabola {
 
     /// Subtracts from `column` its least-squares parabola.
     pub(crate) fn remove(&self, column: &mut [f64]) {
-        Arch::new().dispatch(|| self.remove_inline(column));
+        struct Remove<'a>(&'a Parabola, &'a mut [f64]);
+        impl NullaryFnOnce for Remove<'_> {
+            type Output = ();
+            #[inline(always)]
+            fn call(self) {
+                self.0.remove_inline(self.1);
+            }
+        }
+        run(Remove(self, column));
     }
 
     #[inline(always)]

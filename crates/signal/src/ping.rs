@@ -2,7 +2,7 @@
 
 use crate::forcing::Envelope;
 use crate::noise::{Whitener, remove_hum};
-use crate::ringdown::{Component, Kind, Solution, White};
+use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White};
 use crate::search::Search;
 use crate::verdict::{self, Residue};
 use crate::{Fault, Trace};
@@ -162,7 +162,7 @@ fn fit_whitened(
     let early = |from: usize| slice(from, white.rows().min(from + (EARLY / step) as usize));
     let search = Search { options, harmonics };
     let (components, subspace) = search.first_guess(early(first))?;
-    let rough = search.solve(early(first), early(first), components)?;
+    let rough = search.solve(early(first), early(first), components, SEARCHING)?;
     let from = envelope.decay_start(white, &rough, first, whitener.order()).unwrap_or(first);
     // The earlier start shows neighbours that had died away by the first one.
     let components = search.more_modes(early(from), &rough.components)?;
@@ -172,7 +172,7 @@ fn fit_whitened(
     }
     let length = (DECAY_TIMES / (-growth_rate * step)).ceil() as usize;
     let to = white.rows().min(from + length.max(need));
-    let solution = search.solve(slice(from, to), early(from), components)?;
+    let solution = search.solve(slice(from, to), early(from), components, SETTLING)?;
     Ok(Fitted {
         whitener: whitener.clone(),
         harmonics: harmonics.to_vec(),

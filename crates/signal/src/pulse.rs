@@ -1,9 +1,10 @@
-//! Where an impulse is in a record, to about a sample.
+//! Where an impulse is in a record, to a few microseconds: on means over as many samples as its band allows.
 
 use crate::click::ClickOptions;
-use crate::kernels::LANES;
+use crate::kernels::{LANES, dot, run};
+use crate::segment::decimation;
 use crate::{Fault, Trace};
-use pulp::Arch;
+use pulp::NullaryFnOnce;
 
 /// Half length of the smoothing kernel of the high-pass filter, s: hum at 50 Hz falls to 3e-4, and what the filter
 /// smears from later reflections into the window is below their mean over 3 ms.
@@ -11,7 +12,7 @@ const SMOOTHING: f64 = 1.5e-3;
 /// Largest shift between a channel and the strongest one that the first alignment corrects, s.
 const REACH: f64 = 0.35e-3;
 
-/// Impulses found to about a sample.
+/// Impulses found.
 #[derive(Clone, Debug)]
 pub(crate) struct Located {
     /// Arrival times after the end of the quiet part, s.
@@ -21,46 +22,63 @@ pub(crate) struct Located {
     pub(crate) pivot: usize,
 }
 
-impl Located {
+/// The first burst of every channel.
+pub(crate) struct Bursts {
+    channels: Vec<Filtered>,
+    /// Its sample and energy.
+    found: Vec<(usize, f64)>,
+    /// Time of the first filtered sample after the end of the quiet part, s.
+    first: f64,
+    rate_hz: f64,
+    spread: usize,
+}
+
+impl Bursts {
     pub(crate) fn find(trace: &Trace<'_>, options: &ClickOptions) -> Result<Self, Fault> {
-        let half = ((SMOOTHING * trace.rate_hz).ceil() as usize).max(2);
-        if trace.len() < 8 * half {
-            return Err(Fault::TooShort { what: "record", have: trace.len(), need: 8 * half });
+        let factor = decimation(trace.rate_hz, options.band_hz.1);
+        let rate_hz = trace.rate_hz / factor as f64;
+        let half = ((SMOOTHING * rate_hz).ceil() as usize).max(2);
+        if trace.len() < 8 * half * factor {
+            return Err(Fault::TooShort { what: "record", have: trace.len(), need: 8 * half * factor });
         }
         let quiet = trace.quiet.min(trace.len());
         let begin = 2 * (half - 1);
-        let spread = (0.3e-3 * trace.rate_hz).ceil() as usize;
+        let spread = ((0.3e-3 * rate_hz).ceil() as usize).max(2);
         let channels: Vec<Filtered> =
-            trace.channels.chunks(LANES).flat_map(|group| high_pass(group, half, spread)).collect();
-        let silence = quiet.saturating_sub(begin + spread);
+            trace.channels.chunks(LANES).flat_map(|group| high_pass(group, factor, half, spread)).collect();
+        let silence = (quiet / factor).saturating_sub(begin + spread);
         let mut found = Vec::new();
         for (m, channel) in channels.iter().enumerate() {
             let burst = first_burst(&channel.energy, silence, spread);
             found.push(burst.ok_or_else(|| no_impulse(m, &channel.z, silence))?);
         }
+        let margin = ((options.window.0 + options.window.1 + REACH) * rate_hz) as usize;
+        let length = channels[0].z.len();
+        if found.iter().any(|&(n, _)| n < margin || n + margin >= length) {
+            let (have, need) = (length * factor, 2 * margin * factor);
+            return Err(Fault::TooShort { what: "record around the impulse", have, need });
+        }
+        // The mean over `factor` samples belongs to their middle.
+        let first = (begin * factor) as f64 + 0.5 * (factor - 1) as f64 - quiet as f64;
+        Ok(Self { channels, found, first: first / trace.rate_hz, rate_hz, spread })
+    }
+
+    /// Brings the channels in phase.
+    pub(crate) fn locate(&self, options: &ClickOptions) -> Located {
+        let Self { channels, found, .. } = self;
         // A reflection that overlaps the direct impulse hides its shape: such a channel cannot lead the others.
         let pivot = (0..found.len())
             .filter(|&m| !options.overlaps(m))
             .max_by(|&a, &b| found[a].1.total_cmp(&found[b].1))
             .unwrap_or(0);
-        let margin = ((options.window.0 + options.window.1 + REACH) * trace.rate_hz) as usize;
-        let mut located = Self { times: Vec::new(), gains: Vec::new(), pivot };
-        let length = channels[0].z.len();
-        if found.iter().any(|&(n, _)| n < margin || n + margin >= length) {
-            return Err(Fault::TooShort {
-                what: "record around the impulse",
-                have: length,
-                need: 2 * margin,
-            });
-        }
-        let centre = centroid(&channels[pivot].z, found[pivot].0, spread);
-        for (m, &(n, _)) in found.iter().enumerate() {
-            let (lag, gain) = align(&channels[pivot].z, centre, &channels[m].z, n, trace.rate_hz);
-            let sample = (lag + begin) as f64 - quiet as f64;
-            located.times.push(sample / trace.rate_hz);
+        let mut located = Located { times: Vec::new(), gains: Vec::new(), pivot };
+        let centre = centroid(&channels[pivot].z, found[pivot].0, self.spread);
+        for (channel, &(n, _)) in channels.iter().zip(found) {
+            let (place, gain) = align(&channels[pivot].z, centre, &channel.z, n, self.rate_hz);
+            located.times.push(self.first + place / self.rate_hz);
             located.gains.push(gain);
         }
-        Ok(located)
+        located
     }
 }
 
@@ -79,17 +97,40 @@ struct Filtered {
 }
 
 /// Twice over, y less its mean under a triangle of half length `half`: a linear-phase high-pass filter of finite
-/// length, 2 `half` on each side, so that what comes later in the record reaches back by no more than that. Up to
-/// [`LANES`] channels side by side; energies over `spread` samples.
-fn high_pass(group: &[Vec<f64>], half: usize, spread: usize) -> Vec<Filtered> {
-    let mut rows = vec![[0.0; LANES]; group[0].len()];
+/// length, 2 `half` on each side, so that what comes later in the record reaches back by no more than that; y are means
+/// over `factor` samples. Up to [`LANES`] channels side by side; energies over `spread` samples.
+fn high_pass(group: &[Vec<f64>], factor: usize, half: usize, spread: usize) -> Vec<Filtered> {
+    let mut rows = vec![[0.0; LANES]; group[0].len() / factor];
     for (lane, y) in group.iter().enumerate() {
-        rows.iter_mut().zip(y).for_each(|(row, y)| row[lane] = *y);
+        let means = y.chunks_exact(factor).map(|y| y.iter().sum::<f64>() / factor as f64);
+        rows.iter_mut().zip(means).for_each(|(row, y)| row[lane] = y);
     }
     let mut smooth = rows.clone();
     // The two means together are centred `half` - 1 samples after their first sample.
-    let (shift, mut length) = (half - 1, rows.len());
-    Arch::new().dispatch(|| {
+    let length = rows.len() - 4 * (half - 1);
+    run(HighPass { rows: &mut rows, smooth: &mut smooth, half, spread });
+    let energies = &smooth[..length + 1 - spread];
+    let lane = |i: usize| Filtered {
+        z: rows[..length].iter().map(|row| row[i]).collect(),
+        energy: energies.iter().map(|mean| mean[i] * spread as f64).collect(),
+    };
+    (0..group.len()).map(lane).collect()
+}
+
+struct HighPass<'a> {
+    rows: &'a mut [[f64; LANES]],
+    smooth: &'a mut [[f64; LANES]],
+    half: usize,
+    spread: usize,
+}
+
+impl NullaryFnOnce for HighPass<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { rows, smooth, half, spread } = self;
+        let (shift, mut length) = (half - 1, rows.len());
         for _ in 0..2 {
             smooth[..length].copy_from_slice(&rows[..length]);
             running_mean(&mut smooth[..length], half);
@@ -104,13 +145,7 @@ fn high_pass(group: &[Vec<f64>], half: usize, spread: usize) -> Vec<Filtered> {
             *square = row.map(|z| z * z);
         }
         running_mean(&mut smooth[..length], spread);
-    });
-    let energies = &smooth[..length + 1 - spread];
-    let lane = |i: usize| Filtered {
-        z: rows[..length].iter().map(|row| row[i]).collect(),
-        energy: energies.iter().map(|mean| mean[i] * spread as f64).collect(),
-    };
-    (0..group.len()).map(lane).collect()
+    }
 }
 
 /// Means of `length` successive rows, in place of the first of them; the last `length` - 1 rows are left over.
@@ -141,7 +176,7 @@ fn first_burst(energy: &[f64], silence: usize, spread: usize) -> Option<(usize, 
     }
     let mut n = later.iter().position(|&e| e > 0.4 * top)?;
     while n + 1 < later.len()
-        && later[n + 1..later.len().min(n + 1 + spread / 3)].iter().any(|&e| e > later[n])
+        && later[n + 1..later.len().min(n + 1 + (spread / 3).max(1))].iter().any(|&e| e > later[n])
     {
         n += 1;
     }
@@ -158,23 +193,25 @@ fn centroid(z: &[f64], n: usize, spread: usize) -> usize {
     (moment / mass).round() as usize
 }
 
-/// Sample of `other` that matches sample `centre` of `pivot`, by the largest correlation of either sign near `near`,
-/// and the gain at that lag. Of two similar maxima the earlier is taken: a reflection comes later.
-fn align(pivot: &[f64], centre: usize, other: &[f64], near: usize, rate_hz: f64) -> (usize, f64) {
+/// Place in `other`, in samples, that matches sample `centre` of `pivot`, by the largest correlation of either sign near
+/// `near`, and the gain there; between samples by a parabola. Of two similar maxima the earlier is taken: a reflection
+/// comes later.
+fn align(pivot: &[f64], centre: usize, other: &[f64], near: usize, rate_hz: f64) -> (f64, f64) {
     let half = (0.4e-3 * rate_hz) as usize;
-    let reach = (REACH * rate_hz) as usize;
-    let reference = &pivot[centre - half..centre + half];
-    let power: f64 = reference.iter().map(|v| v * v).sum();
-    let correlations: Vec<(usize, f64)> = (near - reach..near + reach)
-        .filter(|&n| n >= half && n + half <= other.len())
-        .map(|n| {
-            let product: f64 = reference.iter().zip(&other[n - half..n + half]).map(|(a, b)| a * b).sum();
-            (n, product / power)
-        })
-        .collect();
-    let top = correlations.iter().fold(0.0_f64, |a, c| a.max(c.1.abs()));
-    let peaks = correlations.windows(3).filter(|w| {
-        w[1].1.abs() >= w[0].1.abs() && w[1].1.abs() >= w[2].1.abs() && w[1].1.abs() > 0.85 * top
-    });
-    peaks.map(|w| w[1]).next().unwrap_or((near, 1.0))
+    let reach = (REACH * rate_hz).ceil() as usize;
+    let reference = &pivot[centre.saturating_sub(half)..(centre + half).min(pivot.len())];
+    let power = dot(reference, reference);
+    let first = near.saturating_sub(reach).max(half);
+    let last = (near + reach).min((other.len() + half + 1).saturating_sub(reference.len()));
+    let correlations: Vec<f64> =
+        (first..last).map(|n| dot(reference, &other[n - half..n - half + reference.len()]) / power).collect();
+    let vertex = |(k, w): (usize, &[f64])| {
+        let (a, b, c) = (w[0], w[1], w[2]);
+        let peaked = b.abs() > a.abs() && b.abs() >= c.abs();
+        let offset = 0.5 * (a - c) / (a - 2.0 * b + c);
+        peaked.then(|| ((first + k + 1) as f64 + offset, b - 0.25 * (a - c) * offset))
+    };
+    let peaks: Vec<(f64, f64)> = correlations.windows(3).enumerate().filter_map(vertex).collect();
+    let top = peaks.iter().fold(0.0_f64, |a, p| a.max(p.1.abs()));
+    peaks.into_iter().find(|p| p.1.abs() > 0.85 * top).unwrap_or((near as f64, 1.0))
 }

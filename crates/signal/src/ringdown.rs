@@ -10,8 +10,8 @@ mod sums;
 
 use crate::Fault;
 use crate::click::inverse_scaled;
-use crate::kernels::Powers;
-use pulp::Arch;
+use crate::kernels::{Powers, run};
+use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
 use sums::{grams, lengths, project};
 
@@ -98,8 +98,14 @@ const SETTLED: f64 = 0.05;
 /// After so many steps only half of each is taken: a weak neighbour may overshoot to and fro.
 const HALF_STEPS: usize = 8;
 
-/// Maximises the likelihood from the given first guess.
-pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, Fault> {
+/// Length of a full step, in standard deviations, after which no other is needed. Gauss-Newton contracts by the ratio of
+/// residual to signal: what is left is far below a hundredth of a standard deviation.
+pub(crate) const SETTLING: f64 = 0.03;
+/// The same where a better fit follows.
+pub(crate) const SEARCHING: f64 = 0.3;
+
+/// Maximises the likelihood from the given first guess, until a step is shorter than `close` standard deviations.
+pub(crate) fn solve(white: White<'_>, start: &[Component], close: f64) -> Result<Solution, Fault> {
     let energy = white.energy();
     let mut state = State::new(white, start.to_vec(), energy)?;
     let (mut last, mut previous) = (f64::INFINITY, 0.0);
@@ -124,9 +130,8 @@ pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, F
                 _ => return Err(Fault::NotConverged { steps: MAX_STEPS, step: first }),
             }
         }
-        // Gauss-Newton contracts by the ratio of residual to signal, or near the end as it did in this step: what is
-        // left is far below a hundredth of a standard deviation.
-        if factor == 1.0 && (length < 0.03 || length * length < 0.003 * previous) {
+        // Near the end a step contracts as the one before it did.
+        if factor == 1.0 && (length < close || length * length < 0.1 * close * previous) {
             return state.finish();
         }
         previous = length;
@@ -138,16 +143,31 @@ pub(crate) fn solve(white: White<'_>, start: &[Component]) -> Result<Solution, F
 /// amplitudes over their variances, summed over channels.
 pub(crate) fn energies(white: White<'_>, components: &[Component]) -> Result<Vec<f64>, Fault> {
     let state = State::new(white, components.to_vec(), 0.0)?;
-    let energy = |k: usize| {
-        let block = state.linear.select(&[2 * k, 2 * k + 1]);
-        let information = Cholesky::new(&block)?.inverse();
-        let of = |m: usize| {
+    energies_of(
+        &state.linear,
+        |k, m| {
             let c = state.coefficients.row(m);
-            information.quadratic(&[c[2 * k], c[2 * k + 1]])
+            C64::new(c[2 * k], c[2 * k + 1])
+        },
+        white.channels,
+    )
+}
+
+/// The same from the inverse Gram matrix and the amplitude of component k in channel m.
+fn energies_of(
+    linear: &Matrix,
+    amplitude: impl Fn(usize, usize) -> C64,
+    channels: usize,
+) -> Result<Vec<f64>, Fault> {
+    let energy = |k: usize| {
+        let information = Cholesky::new(&linear.select(&[2 * k, 2 * k + 1]))?.inverse();
+        let of = |m: usize| {
+            let a = amplitude(k, m);
+            information.quadratic(&[a.re, a.im])
         };
-        Ok((0..white.channels).map(of).sum())
+        Ok((0..channels).map(of).sum())
     };
-    (0..components.len()).map(energy).collect()
+    (0..linear.rows() / 2).map(energy).collect()
 }
 
 /// A Gauss-Newton step of the free frequencies.
@@ -306,6 +326,11 @@ impl Solution {
         self.residual / self.freedom
     }
 
+    /// As [`energies`], at the frequencies found.
+    pub(crate) fn energies(&self) -> Result<Vec<f64>, Fault> {
+        energies_of(&self.linear, |k, m| self.amplitudes[k][m], self.sensitivity.len())
+    }
+
     /// Covariance, for unit noise, of (growth rate, frequency) of mode `k` and of the real and imaginary parts of its
     /// white amplitudes, channel by channel.
     pub(crate) fn mode_covariance(&self, k: usize) -> Matrix {
@@ -340,15 +365,29 @@ impl Solution {
             let start = (component.s * (first * white.step)).exp();
             let amplitudes: Vec<C64> = amplitudes.iter().map(|a| a * start).collect();
             let phasors = Powers::new((component.s * white.step).exp(), rows);
-            Arch::new().dispatch(|| {
-                let rows = left.chunks_exact_mut(white.channels);
-                for ((row, re), im) in rows.zip(&phasors.re).zip(&phasors.im) {
-                    for (value, amplitude) in row.iter_mut().zip(&amplitudes) {
-                        *value -= amplitude.re * re - amplitude.im * im;
-                    }
-                }
-            });
+            run(Subtract { left: &mut left, amplitudes: &amplitudes, phasors: &phasors });
         }
         left
+    }
+}
+
+/// Takes Re(b_m z^n) out of channel m of interleaved samples.
+struct Subtract<'a> {
+    left: &'a mut [f64],
+    amplitudes: &'a [C64],
+    phasors: &'a Powers,
+}
+
+impl NullaryFnOnce for Subtract<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let rows = self.left.chunks_exact_mut(self.amplitudes.len());
+        for ((row, re), im) in rows.zip(&self.phasors.re).zip(&self.phasors.im) {
+            for (value, amplitude) in row.iter_mut().zip(self.amplitudes) {
+                *value -= amplitude.re * re - amplitude.im * im;
+            }
+        }
     }
 }

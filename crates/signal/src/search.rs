@@ -1,8 +1,10 @@
 //! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part, then whatever
 //! tone still stands out of what is left over, one at a time.
 
+use crate::kernels::dot;
 use crate::pencil::{self, Decimated};
-use crate::ringdown::{Component, Kind, Solution, White, energies, solve};
+use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, energies, solve};
+use crate::transform;
 use crate::{Fault, PingOptions};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
@@ -28,8 +30,9 @@ impl Search<'_> {
         let mode = |s: C64| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode };
         let tone = |&h: &u32| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) };
         let modes = pencil::poles(&decimated)?.into_iter().filter(|&s| self.may_be_mode(s)).map(mode);
-        let mut components = modes.chain(self.harmonics.iter().map(tone)).collect();
-        self.drop_weak(&decimated, &mut components)?;
+        let mut components: Vec<Component> = modes.chain(self.harmonics.iter().map(tone)).collect();
+        let strength = energies(decimated.white(), &components)?;
+        self.drop_weak(&decimated, &mut components, strength)?;
         let guess = components[0].s;
         Ok((self.settled(&decimated, components)?.components, guess))
     }
@@ -54,16 +57,17 @@ impl Search<'_> {
     }
 
     /// Fits `white` by the given components, without the weakest neighbours of the first one if the record cannot tell
-    /// them apart, and without those that are no decaying modes.
+    /// them apart, and without those that are no decaying modes; `close` as in [`solve`].
     pub(crate) fn solve(
         &self,
         white: White<'_>,
         early: White<'_>,
         mut components: Vec<Component>,
+        close: f64,
     ) -> Result<Solution, Fault> {
         loop {
             let count = modes(&components);
-            match solve(white, &components) {
+            match solve(white, &components, close) {
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(self.decimated(early).white(), &components));
                 }
@@ -96,7 +100,7 @@ impl Search<'_> {
     fn settled(&self, decimated: &Decimated, mut components: Vec<Component>) -> Result<Solution, Fault> {
         loop {
             let count = modes(&components);
-            let solution = match solve(decimated.white(), &components) {
+            let solution = match solve(decimated.white(), &components, SEARCHING) {
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(decimated.white(), &components));
                     continue;
@@ -107,7 +111,7 @@ impl Search<'_> {
             if let Some(k) = (1..count).find(|&k| !self.may_be_mode(components[k].s)) {
                 components.remove(k);
             } else {
-                self.drop_weak(decimated, &mut components)?;
+                self.drop_weak(decimated, &mut components, solution.energies()?)?;
             }
             let same = |(a, b): (&Component, &Component)| a.s == b.s;
             let kept = components.len() == solution.components.len();
@@ -117,17 +121,22 @@ impl Search<'_> {
         }
     }
 
-    /// Drops the modes that noise alone could feign, and puts the strongest in the band first.
-    fn drop_weak(&self, decimated: &Decimated, components: &mut Vec<Component>) -> Result<(), Fault> {
+    /// Drops the modes that noise alone could feign, and puts the strongest in the band first. `strength` is the energy of
+    /// each.
+    fn drop_weak(
+        &self,
+        decimated: &Decimated,
+        components: &mut Vec<Component>,
+        mut strength: Vec<f64>,
+    ) -> Result<(), Fault> {
         let floor = floor(decimated.white().channels);
         let in_band = |s: C64| (self.options.band_hz.0..=self.options.band_hz.1).contains(&(s.im / TAU));
         loop {
             let count = modes(components);
-            let energies = energies(decimated.white(), components)?;
-            let strength: Vec<f64> = energies[..count].iter().map(|e| e / decimated.variance).collect();
             match (0..count).min_by(|&a, &b| strength[a].total_cmp(&strength[b])) {
-                Some(k) if strength[k] < floor => {
+                Some(k) if strength[k] < floor * decimated.variance => {
                     components.remove(k);
+                    strength = energies(decimated.white(), components)?;
                 }
                 _ => {
                     let main = (0..count)
@@ -148,16 +157,16 @@ impl Search<'_> {
         let alpha = 1.5 * decays.iter().sum::<f64>() / decays.len().max(1) as f64;
         let alpha = alpha.max(2.0 / (left.rows() as f64 * left.step));
         let length = (2 * left.rows()).next_power_of_two();
-        let transform = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let transform = transform::forward(length);
         let (mut series, mut spectrum) = (transform.make_input_vec(), transform.make_output_vec());
         let mut energy = vec![0.0; spectrum.len()];
-        let weight = |n: usize| (-alpha * n as f64 * left.step).exp();
-        let weights: f64 = (0..left.rows()).map(|n| weight(n).powi(2)).sum();
+        let weight: Vec<f64> = (0..left.rows()).map(|n| (-alpha * n as f64 * left.step).exp()).collect();
+        let weights = dot(&weight, &weight);
         for m in 0..left.channels {
             series.fill(0.0);
             let channel = left.samples.iter().skip(m).step_by(left.channels);
-            for (n, (out, y)) in series.iter_mut().zip(channel).enumerate() {
-                *out = y * weight(n);
+            for ((out, y), weight) in series.iter_mut().zip(channel).zip(&weight) {
+                *out = y * weight;
             }
             transform.process(&mut series, &mut spectrum).ok()?;
             for (sum, z) in energy.iter_mut().zip(&spectrum) {

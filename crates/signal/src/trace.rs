@@ -1,6 +1,8 @@
 //! A multichannel record as plain data, and what can be said against it before any fit.
 
 use crate::Fault;
+use crate::kernels::{LANES, run};
+use pulp::NullaryFnOnce;
 
 /// One multichannel record. Borrowed, so that any source of samples will do.
 #[derive(Clone, Copy, Debug)]
@@ -51,14 +53,15 @@ impl Trace<'_> {
             if samples.len() != have {
                 return Err(Fault::UnequalChannels { channel, have: samples.len(), need: have });
             }
-            if let Some(sample) = samples.iter().position(|y| !y.is_finite()) {
+            let look = run(Look(samples));
+            if !look.finite
+                && let Some(sample) = samples.iter().position(|y| !y.is_finite())
+            {
                 return Err(Fault::NotFinite { channel, sample });
             }
-            extremes.push(
-                samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |e, &y| (y.min(e.0), y.max(e.1))),
-            );
+            extremes.push(look);
         }
-        let mut spans: Vec<f64> = extremes.iter().map(|(low, high)| high - low).collect();
+        let mut spans: Vec<f64> = extremes.iter().map(|e| e.high - e.low).collect();
         spans.sort_by(f64::total_cmp);
         let median = spans[spans.len() / 2];
         for (channel, (samples, extremes)) in self.channels.iter().zip(extremes).enumerate() {
@@ -71,7 +74,7 @@ impl Trace<'_> {
         &self,
         channel: usize,
         samples: &[f64],
-        (low, high): (f64, f64),
+        Extremes { low, high, repeats, .. }: Extremes,
         median: f64,
     ) -> Result<(), Fault> {
         let span = high - low;
@@ -79,6 +82,9 @@ impl Trace<'_> {
             return Err(Fault::DeadChannel { channel, span, median });
         }
         let limit = self.full_scale * (1.0 - 1e-6);
+        if !repeats && high < limit && low > -limit {
+            return Ok(());
+        }
         let (mut at_limit, mut at_extreme) = (0, [0, 0]);
         let (mut run, mut run_start) = (1, 0);
         for (n, &y) in samples.iter().enumerate() {
@@ -109,5 +115,80 @@ impl Trace<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// What one quick look at a channel tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Extremes {
+    low: f64,
+    high: f64,
+    /// Whether three successive samples are equal anywhere.
+    repeats: bool,
+    finite: bool,
+}
+
+struct Look<'a>(&'a [f64]);
+
+impl NullaryFnOnce for Look<'_> {
+    type Output = Extremes;
+
+    #[inline(always)]
+    fn call(self) -> Extremes {
+        let y = self.0;
+        let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+        // Zero times a number that is not finite is no number.
+        let (mut zero, mut repeats) = ([0.0; LANES], [false; LANES]);
+        let count = y.len().saturating_sub(2);
+        let chunks = y.chunks_exact(LANES).zip(y.get(1..).unwrap_or_default().chunks(LANES));
+        let thirds = y.get(2..).unwrap_or_default().chunks_exact(LANES);
+        for ((a, b), c) in chunks.zip(thirds) {
+            for i in 0..LANES {
+                low[i] = if a[i] < low[i] { a[i] } else { low[i] };
+                high[i] = if a[i] > high[i] { a[i] } else { high[i] };
+                zero[i] += 0.0 * a[i];
+                repeats[i] |= (a[i] == b[i]) & (b[i] == c[i]);
+            }
+        }
+        let done = count / LANES * LANES;
+        for (n, &v) in y.iter().enumerate().skip(done) {
+            low[0] = v.min(low[0]);
+            high[0] = v.max(high[0]);
+            zero[0] += 0.0 * v;
+            repeats[0] |= n >= 2 && y[n - 2] == y[n - 1] && y[n - 1] == v;
+        }
+        Extremes {
+            low: low.into_iter().fold(f64::INFINITY, f64::min),
+            high: high.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            repeats: repeats.contains(&true),
+            finite: zero.iter().all(|z| *z == 0.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn oracle_the_quick_look_sees_what_a_slow_one_does() {
+        for count in [1, 2, 3, 9, 10, 11, 40] {
+            for place in 0..count {
+                let mut y: Vec<f64> = (0..count).map(|n| f64::from((n * 7 % 11) as u8) - 4.5).collect();
+                y[place] = 20.0;
+                let look = run(Look(&y));
+                let (low, high) = y.iter().fold((0.0_f64, 0.0_f64), |e, v| (v.min(e.0), v.max(e.1)));
+                assert!(look.low == low.max(-4.5) || count < 9, "{look:?} {low}");
+                assert!(look.high == high && look.finite && !look.repeats, "{look:?}");
+                if place + 2 < count {
+                    (y[place + 1], y[place + 2]) = (20.0, 20.0);
+                    assert!(run(Look(&y)).repeats, "{place} of {count}");
+                }
+                y[place] = f64::NAN;
+                assert!(!run(Look(&y)).finite);
+                y[place] = f64::NEG_INFINITY;
+                assert!(!run(Look(&y)).finite);
+            }
+        }
     }
 }

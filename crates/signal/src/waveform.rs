@@ -53,6 +53,7 @@ pub(crate) struct Basis {
 
 impl Basis {
     /// Number, value and derivative of each.
+    #[inline(always)]
     pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         let (from, to) = self.inside;
         let pairs = self.values[from..to].iter().zip(&self.slopes[from..to]).enumerate();
@@ -69,6 +70,7 @@ impl Waveform {
     }
 
     /// The value of each phi_k at time t and its derivative.
+    #[inline(always)]
     pub(crate) fn basis(&self, t: f64) -> Basis {
         let u = (t - self.first) / self.spacing;
         let before = u.floor();

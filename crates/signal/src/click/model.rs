@@ -1,12 +1,12 @@
 //! The unknowns of a click and the normal equations that the record gives for them.
 
 use super::{ClickFit, ClickOptions, Reflection};
-use crate::kernels::{dot, dot_inline};
+use crate::kernels::{LANES, dot, dots_inline, run};
 use crate::parabola::Parabola;
 use crate::pulse::Located;
 use crate::segment::Segment;
 use crate::waveform::Waveform;
-use pulp::Arch;
+use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
 /// Taps of the reflection and their spacing, s: an open end reflects high frequencies less and a little later (|R|
@@ -19,8 +19,8 @@ const RIDGE: f64 = 1e-6;
 const SILENT: usize = 2;
 
 /// The unknowns.
-pub(super) struct Model<'a> {
-    options: &'a ClickOptions,
+pub(super) struct Model {
+    pub(super) options: ClickOptions,
     pivot: usize,
     pub(super) times: Vec<f64>,
     gains: Vec<f64>,
@@ -34,16 +34,15 @@ pub(super) struct Model<'a> {
 }
 
 /// First and one past the last sample of the window of each channel.
-type Rows = Vec<(usize, usize)>;
+pub(super) type Rows = Vec<(usize, usize)>;
 
-impl<'a> Model<'a> {
-    pub(super) fn start(located: &Located, segment: &Segment, options: &'a ClickOptions) -> Self {
+impl Model {
+    pub(super) fn start(located: &Located, segment: &Segment, options: ClickOptions) -> Self {
         let channels = located.times.len();
         let needed = (0..channels).any(|m| options.overlaps(m));
         let taps = options.reflection.as_ref().filter(|_| needed).map(Reflection::taps).unwrap_or_default();
         let waveform = Waveform::new(options.window.0, options.window.1, segment.highest_hz);
         let mut model = Self {
-            options,
             pivot: located.pivot,
             times: located.times.clone(),
             gains: located.gains.clone(),
@@ -52,9 +51,10 @@ impl<'a> Model<'a> {
             pace_sd: options.reflection.as_ref().map(|r| r.pace_sd).filter(|sd| needed && *sd > 0.0),
             taps,
             waveform,
+            options,
         };
         // A first waveform by linear least squares, from the strongest channel alone.
-        let rows = segment.windows(&model.times, options);
+        let rows = segment.windows(&model.times, &model.options);
         let size = model.waveform.coefficients.len();
         let (mut normal, mut right) = (Matrix::zeros(size, size), vec![0.0; size]);
         for n in rows[model.pivot].0..rows[model.pivot].1 {
@@ -73,6 +73,18 @@ impl<'a> Model<'a> {
             model.waveform.coefficients = factor.solve(&right);
         }
         model
+    }
+
+    /// Takes the lags found for the stated ones. Whether the same channels are overlapped as before: if not, the fit has to
+    /// begin anew.
+    pub(super) fn hasten(&mut self) -> bool {
+        let overlapped = |o: &ClickOptions| (0..self.times.len()).map(|m| o.overlaps(m)).collect::<Vec<_>>();
+        let before = overlapped(&self.options);
+        let mut options = self.options.clone();
+        options.hasten(self.pace);
+        let same = before == overlapped(&options);
+        (self.options, self.pace) = (options, 1.0);
+        same
     }
 
     /// Lag of tap `j` behind the direct impulse at channel `m`.
@@ -115,68 +127,24 @@ impl<'a> Model<'a> {
         let mut gradient = vec![0.0; total];
         let mut squares = 0.0;
         for (m, &(from, to)) in rows.iter().enumerate() {
-            let (gain, reflected) = (self.gains[m], self.options.overlaps(m));
-            let place = |i: usize| match (i, self.free(m)) {
-                (0, Some(free)) => Some(free),
-                (1, Some(free)) => Some(others + free),
-                (0 | 1, None) => None,
-                _ if i < 2 + taps => reflected.then_some(2 * others + i - 2),
-                _ => Some(2 * others + i - 2),
-            };
-            let width = 2 + taps + size;
-            // Columns one after another, the residual last.
-            let rows = to - from;
-            let mut design = vec![0.0; (width + 1) * rows];
-            for n in from..to {
-                let t = segment.time(n) - self.times[m];
-                let mut set = |column: usize, value: f64| design[column * rows + n - from] += value;
-                let (mut value, mut slope) = (0.0, 0.0);
-                for (k, phi, derivative) in self.waveform.basis(t).iter() {
-                    let c = self.waveform.coefficients[k];
-                    (value, slope) = (value + c * phi, slope + c * derivative);
-                    set(2 + taps + k, gain * phi);
-                }
-                if reflected {
-                    for (j, rho) in self.taps.iter().enumerate() {
-                        let mut late = (0.0, 0.0);
-                        for (k, phi, derivative) in self.waveform.basis(t - self.lag(m, j)).iter() {
-                            let c = self.waveform.coefficients[k];
-                            late = (late.0 + c * phi, late.1 + c * derivative);
-                            set(2 + taps + k, gain * rho * phi);
-                        }
-                        set(2 + j, gain * late.0);
-                        if self.pace_sd.is_some() {
-                            let lag = self.options.reflection.as_ref().map_or(0.0, |r| r.lags[m]);
-                            set(1 + taps, -gain * rho * late.1 * lag);
-                        }
-                        (value, slope) = (value + rho * late.0, slope + rho * late.1);
-                    }
-                }
-                set(0, -gain * slope);
-                set(1, value);
-                set(width, segment.at(m, n) - gain * value);
-            }
-            let parabola = Parabola::new(rows);
+            let columns = Columns { model: self, segment, m, from, rows: to - from };
+            let own = self.free(m).map_or(vec![], |free| vec![free, others + free]);
+            let after = 2 * others + taps - columns.late();
+            let places: Vec<usize> = own.into_iter().chain(after..total).collect();
             let weight = segment.noise[m].powi(-2);
-            let places: Vec<Option<usize>> = (0..width).map(place).collect();
-            squares += weight
-                * Arch::new().dispatch(|| {
-                    design.chunks_exact_mut(rows).for_each(|column| parabola.remove_inline(column));
-                    let column = |i: usize| &design[i * rows..(i + 1) * rows];
-                    for i in 0..width {
-                        let Some(a) = places[i] else { continue };
-                        gradient[a] += weight * dot_inline(column(i), column(width));
-                        for j in 0..=i {
-                            let Some(b) = places[j] else { continue };
-                            let value = weight * dot_inline(column(i), column(j));
-                            normal[(a, b)] += value;
-                            if a != b {
-                                normal[(b, a)] += value;
-                            }
-                        }
+            let products = run(columns);
+            for (i, &a) in places.iter().enumerate() {
+                let products: &[f64] = &products[i * (i + 1) / 2..];
+                for (&b, product) in places[..=i].iter().zip(products) {
+                    normal[(a, b)] += weight * product;
+                    if a != b {
+                        normal[(b, a)] += weight * product;
                     }
-                    dot_inline(column(width), column(width))
-                });
+                }
+            }
+            let last = &products[places.len() * (places.len() + 1) / 2..];
+            places.iter().zip(last).for_each(|(&a, product)| gradient[a] += weight * product);
+            squares += weight * last[places.len()];
         }
         self.add_prior(2 * others, &mut normal, &mut gradient);
         (normal, gradient, squares)
@@ -300,6 +268,87 @@ impl<'a> Model<'a> {
             joint,
             impulse: self.waveform,
         }
+    }
+}
+
+/// What the window of one channel says: derivatives of its record with respect to its time and gain (not the pivot's), to
+/// the reflection where there is one, and to the waveform; then the residual. Backgrounds are eliminated.
+struct Columns<'a> {
+    model: &'a Model,
+    segment: &'a Segment,
+    m: usize,
+    from: usize,
+    rows: usize,
+}
+
+impl Columns<'_> {
+    /// Number of columns of the reflection.
+    fn late(&self) -> usize {
+        if self.model.options.overlaps(self.m) { self.model.reflected() } else { 0 }
+    }
+}
+
+impl NullaryFnOnce for Columns<'_> {
+    /// Inner products of all pairs of columns: the lower triangle, row by row.
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn call(self) -> Vec<f64> {
+        let (late, Self { model, segment, m, from, rows }) = (self.late(), self);
+        let Model { waveform, taps, .. } = model;
+        let (gain, arrival) = (model.gains[m], model.times[m]);
+        let own = if m == model.pivot { 0 } else { 2 };
+        let first = own + late;
+        let count = first + waveform.coefficients.len() + 1;
+        // Zeros fill up what the last vector of a column leaves.
+        let stride = rows.next_multiple_of(LANES);
+        let mut columns = vec![0.0; count * stride];
+        let lag = if late > 0 { model.options.lag(m).unwrap_or(0.0) } else { 0.0 };
+        for n in 0..rows {
+            let t = segment.time(from + n) - arrival;
+            let mut add = |column: usize, value: f64| columns[column * stride + n] += value;
+            let (mut value, mut slope) = (0.0, 0.0);
+            for (k, phi, derivative) in waveform.basis(t).iter() {
+                let c = waveform.coefficients[k];
+                (value, slope) = (value + c * phi, slope + c * derivative);
+                add(first + k, gain * phi);
+            }
+            if late > 0 {
+                for (j, rho) in taps.iter().enumerate() {
+                    let mut echo = (0.0, 0.0);
+                    for (k, phi, derivative) in waveform.basis(t - model.lag(m, j)).iter() {
+                        let c = waveform.coefficients[k];
+                        echo = (echo.0 + c * phi, echo.1 + c * derivative);
+                        add(first + k, gain * rho * phi);
+                    }
+                    add(own + j, gain * echo.0);
+                    if late > taps.len() {
+                        add(own + taps.len(), -gain * rho * echo.1 * lag);
+                    }
+                    (value, slope) = (value + rho * echo.0, slope + rho * echo.1);
+                }
+            }
+            if own > 0 {
+                add(0, -gain * slope);
+                add(1, value);
+            }
+            add(count - 1, segment.at(m, from + n) - gain * value);
+        }
+        let parabola = Parabola::new(rows);
+        columns.chunks_exact_mut(stride).for_each(|column| parabola.remove_inline(&mut column[..rows]));
+        let mut products = Vec::with_capacity(count * (count + 1) / 2);
+        for i in 0..count {
+            let column = &columns[i * stride..(i + 1) * stride];
+            let mut j = 0;
+            while j + 4 <= i + 1 {
+                products.extend(dots_inline::<4>(column, &columns[j * stride..]));
+                j += 4;
+            }
+            for j in j..=i {
+                products.extend(dots_inline::<1>(column, &columns[j * stride..]));
+            }
+        }
+        products
     }
 }
 

@@ -1,8 +1,8 @@
 //! Sums over the samples of products of exponentials, powers of time and data.
 
 use super::{Component, White};
-use crate::kernels::{LANES, Powers};
-use pulp::Arch;
+use crate::kernels::{LANES, Powers, run};
+use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Matrix};
 
 /// Decay times after which a component counts as silent: what is left out of it is 1e-7 of its amplitude.
@@ -35,39 +35,50 @@ pub(super) fn project(
     };
     let mut m = 0;
     while m + LANES <= white.channels {
-        let sums = Arch::new().dispatch(|| sums::<LANES>(white, m, &phasors));
+        let sums = run(Sums::<LANES> { white, from: m, phasors: &phasors });
         for i in 0..LANES {
             write(m + i, sums.map(|sum| sum[i]));
         }
         m += LANES;
     }
     for m in m..white.channels {
-        write(m, Arch::new().dispatch(|| sums::<1>(white, m, &phasors)).map(|sum| sum[0]));
+        write(m, run(Sums::<1> { white, from: m, phasors: &phasors }).map(|sum| sum[0]));
     }
 }
 
 /// Sums of y Re z^n, -y Im z^n, n y Re z^n and -n y Im z^n for `N` channels from number `from` on. The sums with n
 /// follow from the sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which spares their
 /// multiplications.
-#[inline(always)]
-fn sums<const N: usize>(white: White<'_>, from: usize, phasors: &Powers) -> [[f64; N]; 4] {
-    let [mut a, mut b, mut ta, mut tb] = [[0.0; N]; 4];
-    let rows = white.samples.chunks_exact(white.channels);
-    for ((row, re), im) in rows.zip(&phasors.re).zip(&phasors.im) {
-        let Some(y) = row.get(from..).and_then(|y| y.first_chunk::<N>()) else { continue };
-        for i in 0..N {
-            ta[i] += a[i];
-            tb[i] += b[i];
-            a[i] += y[i] * re;
-            b[i] -= y[i] * im;
+struct Sums<'a, const N: usize> {
+    white: White<'a>,
+    from: usize,
+    phasors: &'a Powers,
+}
+
+impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
+    type Output = [[f64; N]; 4];
+
+    #[inline(always)]
+    fn call(self) -> [[f64; N]; 4] {
+        let Self { white, from, phasors } = self;
+        let [mut a, mut b, mut ta, mut tb] = [[0.0; N]; 4];
+        let rows = white.samples.chunks_exact(white.channels);
+        for ((row, re), im) in rows.zip(&phasors.re).zip(&phasors.im) {
+            let Some(y) = row.get(from..).and_then(|y| y.first_chunk::<N>()) else { continue };
+            for i in 0..N {
+                ta[i] += a[i];
+                tb[i] += b[i];
+                a[i] += y[i] * re;
+                b[i] -= y[i] * im;
+            }
         }
+        let last = phasors.re.len().saturating_sub(1) as f64;
+        for i in 0..N {
+            ta[i] = last * a[i] - ta[i];
+            tb[i] = last * b[i] - tb[i];
+        }
+        [a, b, ta, tb]
     }
-    let last = phasors.re.len().saturating_sub(1) as f64;
-    for i in 0..N {
-        ta[i] = last * a[i] - ta[i];
-        tb[i] = last * b[i] - tb[i];
-    }
-    [a, b, ta, tb]
 }
 
 /// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound, weighted
