@@ -4,7 +4,9 @@
 use crate::duct::Duct;
 use realfft::RealFftPlanner;
 use rijke_numerics::C64;
+use std::collections::VecDeque;
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What the microphones hear of a click, without noise, delays of the channels included.
 #[derive(Clone, Debug)]
@@ -13,6 +15,34 @@ pub(crate) struct Click {
     nominal: Vec<Vec<f32>>,
     /// Its derivative with respect to a relative change of the speed of sound.
     warmer: Vec<Vec<f32>>,
+}
+
+/// The clicks heard last: one takes 0.4 MB, and the records of one operating point are asked for one after another.
+#[derive(Default)]
+pub(crate) struct Clicks(Mutex<VecDeque<((bool, usize), Place)>>);
+
+/// Where a click is or will be.
+type Place = Arc<OnceLock<Arc<Click>>>;
+
+/// Clicks kept at a time.
+const KEPT: usize = 32;
+
+impl Clicks {
+    /// The click of a number, made if it is not there. Others may be made at the same time.
+    pub(crate) fn get(&self, which: (bool, usize), make: impl FnOnce() -> Click) -> Arc<Click> {
+        let place = {
+            let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let found = kept.iter().position(|(other, _)| *other == which);
+            let entry = found.and_then(|k| kept.remove(k)).unwrap_or_else(|| (which, Arc::default()));
+            let place = Arc::clone(&entry.1);
+            kept.push_back(entry);
+            if kept.len() > KEPT {
+                kept.pop_front();
+            }
+            place
+        };
+        Arc::clone(place.get_or_init(|| Arc::new(make())))
+    }
 }
 
 /// How a click is made and recorded.

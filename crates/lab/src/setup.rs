@@ -1,6 +1,7 @@
 //! Setting the laboratory up: days, points, channels.
 
 use crate::base::base_state;
+use crate::click::Clicks;
 use crate::mouths::{mouths, source};
 use crate::noise::Colour;
 use crate::ping::Ping;
@@ -13,7 +14,6 @@ use rijke_numerics::Streams;
 use rijke_rig::{
     Calibration, Campaign, DataKind, Day, OperatingPoint, PointRecords, RecordSet, Rig, Stretch,
 };
-use std::sync::OnceLock;
 
 impl VirtualRig {
     /// Sets the laboratory up for the rows `rows` of a campaign (all, if empty), `repeats` records of each kind per
@@ -84,12 +84,13 @@ impl VirtualRig {
             let temperature = temperatures[c.day];
             let base = base_state(rig, truth, &empty, temperature)?;
             let duct = tube::duct(rig, truth, &empty, &base, mouths(rig, truth, &empty, seed));
-            Ok(CalibrationTruth { duct, temperature, click: OnceLock::new() })
+            Ok(CalibrationTruth { duct, temperature })
         };
         let calibrations = set.calibrations.iter().map(calibration).collect::<Result<_, LabError>>()?;
         let channels = (0..set.channels.len()).map(|m| channel(truth, m, streams)).collect();
         let colour = [ping.rate_hz, click.rate_hz].map(|rate| Colour::new(&truth.noise, rate));
-        Ok(Self { set, truth: truth.clone(), streams, points, calibrations, channels, colour })
+        let (truth, clicks) = (truth.clone(), Clicks::default());
+        Ok(Self { set, truth, streams, points, calibrations, channels, colour, clicks })
     }
 }
 
@@ -145,7 +146,7 @@ fn point_truth(
     let (speaker, reference) = (&truth.loudspeaker, rig.microphones.reference);
     let modes = tube::modes(&duct, rig, point, &base, speaker.modes)?;
     let ping = Ping::new(modes.clone(), speaker.detuning, reference, speaker.ping_pa);
-    Ok(PointTruth { duct, base, modes, ping, temperature, click: OnceLock::new() })
+    Ok(PointTruth { duct, base, modes, ping, temperature })
 }
 
 /// How records of one sampling rate are taken, given the length of their quiet stretch in s.

@@ -1,6 +1,6 @@
 //! The laboratory as a source of records.
 
-use crate::click::{Click, Pulse};
+use crate::click::{Click, Clicks, Pulse};
 use crate::duct::{Duct, Mode};
 use crate::faults::Fault;
 use crate::noise::{Colour, Hum};
@@ -12,7 +12,7 @@ use rijke_flow::BaseState;
 use rijke_numerics::{C64, Stream, Streams};
 use rijke_rig::{Record, RecordSet, RecordSource, RigError, Samples24, Stretch};
 use std::f64::consts::PI;
-use std::sync::OnceLock;
+use std::sync::Arc;
 
 /// A rig that exists only as a computation, and the acquisition system that records it.
 ///
@@ -26,6 +26,7 @@ pub struct VirtualRig {
     pub(crate) calibrations: Vec<CalibrationTruth>,
     pub(crate) channels: Vec<Channel>,
     pub(crate) colour: [Colour; 2],
+    pub(crate) clicks: Clicks,
 }
 
 /// What is really so at an operating point.
@@ -35,13 +36,11 @@ pub(crate) struct PointTruth {
     pub(crate) modes: Vec<Mode>,
     pub(crate) ping: Ping,
     pub(crate) temperature: f64,
-    pub(crate) click: OnceLock<Click>,
 }
 
 pub(crate) struct CalibrationTruth {
     pub(crate) duct: Duct,
     pub(crate) temperature: f64,
-    pub(crate) click: OnceLock<Click>,
 }
 
 /// One microphone with its amplifier and converter.
@@ -156,9 +155,9 @@ impl VirtualRig {
 
     fn click_steps(&self, point: usize, repeat: usize) -> Vec<Vec<i32>> {
         let (name, truth) = (&self.set.points[point].clicks[repeat], &self.points[point]);
-        let click = truth.click.get_or_init(|| self.click_of(&truth.duct, self.set.click, Kind::Click));
+        let click = self.click_of((false, point), &truth.duct, self.set.click, Kind::Click);
         let fault = self.click_fault(point, repeat);
-        self.click_record(click, truth.temperature, self.set.click, Kind::Click, name, fault)
+        self.click_record(&click, truth.temperature, self.set.click, Kind::Click, name, fault)
     }
 
     /// The samples of a calibration click as the converter delivers them.
@@ -170,11 +169,12 @@ impl VirtualRig {
     fn calibration_steps(&self, which: usize, repeat: usize) -> Vec<Vec<i32>> {
         let (entry, truth) = (&self.set.calibrations[which], &self.calibrations[which]);
         let kind = if entry.stretch.rate_hz == self.set.ping.rate_hz { Kind::Ping } else { Kind::Click };
-        let click = truth.click.get_or_init(|| self.click_of(&truth.duct, entry.stretch, kind));
-        self.click_record(click, truth.temperature, entry.stretch, kind, &entry.clicks[repeat], None)
+        let click = self.click_of((true, which), &truth.duct, entry.stretch, kind);
+        self.click_record(&click, truth.temperature, entry.stretch, kind, &entry.clicks[repeat], None)
     }
 
-    fn click_of(&self, duct: &Duct, stretch: Stretch, kind: Kind) -> Click {
+    /// What is heard of the clicks in `duct`: those of a calibration (true) or of an operating point, by number.
+    fn click_of(&self, which: (bool, usize), duct: &Duct, stretch: Stretch, kind: Kind) -> Arc<Click> {
         let speaker = &self.truth.loudspeaker;
         let delays: Vec<f64> = self.channels.iter().map(|c| c.delay(kind)).collect();
         let pulse = Pulse {
@@ -184,7 +184,7 @@ impl VirtualRig {
             rate_hz: stretch.rate_hz,
             length: (self.truth.recorder.click_s * stretch.rate_hz).round() as usize,
         };
-        Click::new(duct, pulse, &delays)
+        self.clicks.get(which, || Click::new(duct, pulse, &delays))
     }
 
     fn click_record(

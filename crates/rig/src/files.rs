@@ -3,6 +3,8 @@
 use crate::{Campaign, Problem, Rig, RigError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 impl Rig {
@@ -119,10 +121,20 @@ pub(crate) fn write_toml<T: Serialize>(value: &T, header: &str, path: &Path) -> 
 
 /// Writes a file in one step: a reader sees the old file or the new one, never half of it.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), RigError> {
+    write_through(path, |file| file.write_all(bytes))
+}
+
+/// As [`write_whole`], piece by piece.
+pub(crate) fn write_through(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+) -> Result<(), RigError> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     let part = path.with_file_name(name);
-    std::fs::write(&part, bytes).map_err(RigError::write(&part))?;
+    let file = File::create(&part).map_err(RigError::write(&part))?;
+    let mut file = BufWriter::new(file);
+    write(&mut file).and_then(|()| file.flush()).map_err(RigError::write(&part))?;
     std::fs::rename(&part, path).map_err(RigError::write(path))
 }
 

@@ -5,7 +5,7 @@
 //! triangle, row by row: `cov_A_B` has the unit of A times the unit of B. Tables that were prepared by hand may have a standard
 //! deviation `sd_A` for every number instead, and `points.csv` may lack what counts records.
 
-use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
+use crate::files::{make_folder, parse_toml, read_text, write_through, write_toml};
 use crate::{
     Click, DataKind, Day, Observations, OperatingPoint, Ping, PointObservations, Problem, Rejection, Rig,
     RigError,
@@ -50,25 +50,25 @@ impl Observations {
     pub fn write(&self, folder: &Path) -> Result<(), RigError> {
         make_folder(folder)?;
         write_toml(&self.rig, "# SI units; x = 0 is the bottom of the tube.\n\n", &folder.join("rig.toml"))?;
-        let points = self.points.iter().map(point_cells).collect::<Vec<_>>();
-        write_csv(&folder.join("points.csv"), &POINTS.map(String::from), &points)?;
+        let points = self.points.iter().map(point_cells);
+        write_csv(&folder.join("points.csv"), &POINTS.map(String::from), points)?;
         let (microphones, reference) = (self.rig.microphones.positions.len(), self.rig.microphones.reference);
         let (pings, clicks) = (ping_columns(microphones, reference), click_columns(microphones));
         let point = |p: &PointObservations| p.point.id.clone();
         let means =
             self.points.iter().filter_map(|p| Some(cells(point(p), None, &ping_values(p.ping.as_ref()?))));
-        write_csv(&folder.join("pings.csv"), &header(&pings, false), &means.collect::<Vec<_>>())?;
+        write_csv(&folder.join("pings.csv"), &header(&pings, false), means)?;
         let all = self.points.iter().flat_map(|p| {
             p.pings.iter().map(move |(repeat, ping)| cells(point(p), Some(*repeat), &ping_values(ping)))
         });
-        write_csv(&folder.join("ping-repeats.csv"), &header(&pings, true), &all.collect::<Vec<_>>())?;
+        write_csv(&folder.join("ping-repeats.csv"), &header(&pings, true), all)?;
         let means =
             self.points.iter().filter_map(|p| Some(cells(point(p), None, &click_values(p.click.as_ref()?))));
-        write_csv(&folder.join("clicks.csv"), &header(&clicks, false), &means.collect::<Vec<_>>())?;
+        write_csv(&folder.join("clicks.csv"), &header(&clicks, false), means)?;
         let all = self.points.iter().flat_map(|p| {
             p.clicks.iter().map(move |(repeat, click)| cells(point(p), Some(*repeat), &click_values(click)))
         });
-        write_csv(&folder.join("click-repeats.csv"), &header(&clicks, true), &all.collect::<Vec<_>>())?;
+        write_csv(&folder.join("click-repeats.csv"), &header(&clicks, true), all)?;
         Rejection::write_all(&self.rejections, &folder.join("rejections.csv"))?;
         let origin = Origin { kind: self.kind, source: self.source.clone() };
         write_toml(&origin, "", &folder.join("observations.toml"))
@@ -134,8 +134,8 @@ impl Rejection {
     /// # Errors
     /// The file cannot be written.
     pub fn write_all(list: &[Self], path: &Path) -> Result<(), RigError> {
-        let rows: Vec<_> = list.iter().map(|r| vec![r.record.clone(), r.reason.clone()]).collect();
-        write_csv(path, &["record", "reason"].map(String::from), &rows)
+        let rows = list.iter().map(|r| vec![r.record.clone(), r.reason.clone()]);
+        write_csv(path, &["record", "reason"].map(String::from), rows)
     }
 }
 
@@ -210,16 +210,18 @@ fn point_cells(p: &PointObservations) -> Vec<String> {
     ]
 }
 
-fn write_csv(path: &Path, header: &[String], rows: &[Vec<String>]) -> Result<(), RigError> {
-    let failed =
-        |error: csv::Error| RigError::Write { path: path.to_owned(), cause: std::io::Error::other(error) };
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(header).map_err(failed)?;
-    for row in rows {
-        writer.write_record(row).map_err(failed)?;
-    }
-    let bytes = writer.into_inner().map_err(|error| failed(csv::Error::from(error.into_error())))?;
-    write_whole(path, &bytes)
+/// Writes rows as they come: those of a campaign's repeats need not fit into memory as text.
+fn write_csv(
+    path: &Path,
+    header: &[String],
+    rows: impl IntoIterator<Item = Vec<String>>,
+) -> Result<(), RigError> {
+    write_through(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(header)?;
+        rows.into_iter().try_for_each(|row| writer.write_record(row))?;
+        writer.flush()
+    })
 }
 
 /// One row of a CSV file that knows where it stands.

@@ -146,24 +146,26 @@ pub fn process(
         .collect::<Result<_, _>>()?;
 
     let calibration_clicks = rejections.len();
+    // Fits are given up as their means are made: those of a whole campaign are not held twice.
+    let mut fitted = jobs.iter().zip(fitted).peekable();
     let (mut points, mut scatter, mut corrections) = (Vec::new(), Vec::new(), Vec::new());
     for (k, records) in set.points.iter().enumerate() {
         let mut pings = Vec::new();
         let mut clicks = Vec::new();
-        for (&(_, repeat, _), fit) in jobs.iter().zip(&fitted).filter(|(job, _)| job.0 == k) {
+        while let Some((&(_, repeat, _), fit)) = fitted.next_if(|(job, _)| job.0 == k) {
             match fit {
-                Fitted::Ping(Ok(ping)) => pings.push((repeat, ping.clone())),
-                Fitted::Ping(Err(fault)) => rejections.push(rejection(&records.pings[repeat], fault)),
+                Fitted::Ping(Ok(ping)) => pings.push((repeat, ping)),
+                Fitted::Ping(Err(fault)) => rejections.push(rejection(&records.pings[repeat], &fault)),
                 Fitted::Click(Ok(Some((click, inverted)))) => {
                     // Polarity does not move an arrival.
                     corrections.extend(
                         inverted
                             .map(|channel| rejection(&records.clicks[repeat], &Fault::Inverted { channel })),
                     );
-                    clicks.push((repeat, click.clone()));
+                    clicks.push((repeat, click));
                 }
                 Fitted::Click(Ok(None)) => {}
-                Fitted::Click(Err(fault)) => rejections.push(rejection(&records.clicks[repeat], fault)),
+                Fitted::Click(Err(fault)) => rejections.push(rejection(&records.clicks[repeat], &fault)),
             }
         }
         corrections.extend(turn_inverted(&mut pings, &records.pings));

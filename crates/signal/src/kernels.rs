@@ -54,19 +54,21 @@ pub(crate) fn dot_inline(a: &[f64], b: &[f64]) -> f64 {
     rest + sums.iter().sum::<f64>()
 }
 
-/// Inner products of `a` with the `N` columns of its length that follow one another; the length is a multiple of [`LANES`].
+/// Inner products of `a` with four columns; all lengths are the same multiple of [`LANES`].
 #[inline(always)]
-pub(crate) fn dots_inline<const N: usize>(a: &[f64], columns: &[f64]) -> [f64; N] {
-    let (mut sums, length) = ([[0.0; LANES]; N], a.len());
-    for (k, x) in a.chunks_exact(LANES).enumerate() {
-        for (j, sums) in sums.iter_mut().enumerate() {
-            let y = &columns[j * length + k * LANES..][..LANES];
-            for i in 0..LANES {
-                sums[i] += x[i] * y[i];
-            }
+pub(crate) fn four_dots_inline(a: &[f64], columns: [&[f64]; 4]) -> [f64; 4] {
+    const HALF: usize = LANES / 2;
+    let [mut p, mut q, mut r, mut s] = [[0.0; HALF]; 4];
+    let [b, c, d, e] = columns.map(|column| column.chunks_exact(HALF));
+    for ((((a, b), c), d), e) in a.chunks_exact(HALF).zip(b).zip(c).zip(d).zip(e) {
+        for i in 0..HALF {
+            p[i] += a[i] * b[i];
+            q[i] += a[i] * c[i];
+            r[i] += a[i] * d[i];
+            s[i] += a[i] * e[i];
         }
     }
-    sums.map(|sums| sums.iter().sum())
+    [p, q, r, s].map(|sums| (sums[0] + sums[1]) + (sums[2] + sums[3]))
 }
 
 #[inline(always)]
@@ -128,6 +130,15 @@ impl NullaryFnOnce for Chains<'_> {
 mod tests {
     use super::*;
 
+    struct Four<'a>(&'a [f64], [&'a [f64]; 4]);
+    impl NullaryFnOnce for Four<'_> {
+        type Output = [f64; 4];
+        #[inline(always)]
+        fn call(self) -> [f64; 4] {
+            four_dots_inline(self.0, self.1)
+        }
+    }
+
     #[test]
     fn exact_powers_and_inner_products_of_any_length() {
         for count in [0, 1, 7, 8, 9, 96, 100, 101] {
@@ -142,8 +153,8 @@ mod tests {
             }
             assert!((dot(&powers.re, &powers.im) - sum).abs() < 1e-13);
             if count % LANES == 0 {
-                let two = [powers.im.clone(), powers.re.clone()].concat();
-                let [mixed, square] = dots_inline::<2>(&powers.re, &two);
+                let [mixed, square, ..] =
+                    run(Four(&powers.re, [&powers.im, &powers.re, &powers.im, &powers.im]));
                 assert!((mixed - sum).abs() < 1e-13 && (square - dot(&powers.re, &powers.re)).abs() < 1e-13);
             }
             let mut y = powers.re.clone();

@@ -138,7 +138,7 @@ impl NullaryFnOnce for Look<'_> {
         let y = self.0;
         let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
         // Zero times a number that is not finite is no number.
-        let (mut zero, mut repeats) = ([0.0; LANES], [false; LANES]);
+        let (mut zero, mut repeats) = ([0.0; LANES], [0_u64; LANES]);
         let count = y.len().saturating_sub(2);
         let chunks = y.chunks_exact(LANES).zip(y.get(1..).unwrap_or_default().chunks(LANES));
         let thirds = y.get(2..).unwrap_or_default().chunks_exact(LANES);
@@ -147,7 +147,7 @@ impl NullaryFnOnce for Look<'_> {
                 low[i] = if a[i] < low[i] { a[i] } else { low[i] };
                 high[i] = if a[i] > high[i] { a[i] } else { high[i] };
                 zero[i] += 0.0 * a[i];
-                repeats[i] |= (a[i] == b[i]) & (b[i] == c[i]);
+                repeats[i] |= u64::from((a[i] == b[i]) & (b[i] == c[i]));
             }
         }
         let done = count / LANES * LANES;
@@ -155,12 +155,12 @@ impl NullaryFnOnce for Look<'_> {
             low[0] = v.min(low[0]);
             high[0] = v.max(high[0]);
             zero[0] += 0.0 * v;
-            repeats[0] |= n >= 2 && y[n - 2] == y[n - 1] && y[n - 1] == v;
+            repeats[0] |= u64::from(n >= 2 && y[n - 2] == y[n - 1] && y[n - 1] == v);
         }
         Extremes {
             low: low.into_iter().fold(f64::INFINITY, f64::min),
             high: high.into_iter().fold(f64::NEG_INFINITY, f64::max),
-            repeats: repeats.contains(&true),
+            repeats: repeats.iter().any(|r| *r > 0),
             finite: zero.iter().all(|z| *z == 0.0),
         }
     }

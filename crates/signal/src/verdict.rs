@@ -1,6 +1,6 @@
 //! Whether a fitted ring-down may be used, from what the fit leaves over.
 
-use crate::kernels::{Powers, dot};
+use crate::kernels::{LANES, Powers, dot};
 use crate::ringdown::White;
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
@@ -158,7 +158,12 @@ pub(crate) fn loud_hum(trace: &Trace<'_>, mains_hz: f64) -> Result<(), Fault> {
         })
         .collect();
     for samples in trace.channels {
-        let largest = samples.iter().fold(0.0_f64, |a, y| if y.abs() > a { y.abs() } else { a });
+        let larger = |a: f64, b: f64| if b > a { b } else { a };
+        let mut largest = [0.0; LANES];
+        for y in samples.chunks(LANES) {
+            y.iter().zip(&mut largest).for_each(|(y, top)| *top = larger(*top, y.abs()));
+        }
+        let largest = largest.into_iter().fold(0.0, larger);
         let means: Vec<f64> =
             samples[quiet..].chunks_exact(block).map(|y| y.iter().sum::<f64>() / block as f64).collect();
         for (wave, harmonic) in waves.iter().zip([1.0, 2.0]) {

@@ -52,12 +52,11 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    /// Number, value and derivative of each.
+    /// Number and value of each.
     #[inline(always)]
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let (from, to) = self.inside;
-        let pairs = self.values[from..to].iter().zip(&self.slopes[from..to]).enumerate();
-        pairs.map(|(k, (value, slope))| (self.first + k, *value, *slope))
+        self.values[from..to].iter().enumerate().map(|(k, value)| (self.first + k, *value))
     }
 }
 
@@ -85,7 +84,7 @@ impl Waveform {
         let from = (-low).clamp(0, WIDTH as i64) as usize;
         let to = (self.coefficients.len() as i64 - low).clamp(from as i64, WIDTH as i64) as usize;
         Basis {
-            first: (low + from as i64).max(0) as usize,
+            first: (low + from as i64).clamp(0, self.coefficients.len() as i64) as usize,
             inside: (from, to),
             values: between(a, b, 1.0),
             slopes: between(da, db, self.spacing.recip()),
@@ -94,10 +93,24 @@ impl Waveform {
 
     /// Value and derivative at time t.
     pub(crate) fn at(&self, t: f64) -> (f64, f64) {
-        self.basis(t).iter().fold((0.0, 0.0), |sum, (k, value, slope)| {
-            let c = self.coefficients[k];
-            (sum.0 + c * value, sum.1 + c * slope)
-        })
+        self.sum(&self.basis(t))
+    }
+
+    /// Value and derivative where the phi_k are these.
+    #[inline(always)]
+    pub(crate) fn sum(&self, basis: &Basis) -> (f64, f64) {
+        let (from, to) = basis.inside;
+        let mut c = [0.0; WIDTH];
+        c[from..to].copy_from_slice(&self.coefficients[basis.first..][..to - from]);
+        // Four sums side by side.
+        let dot = |v: &[f64; WIDTH]| {
+            let mut sums = [0.0; 4];
+            for k in 0..WIDTH {
+                sums[k % 4] += c[k] * v[k];
+            }
+            (sums[0] + sums[1]) + (sums[2] + sums[3])
+        };
+        (dot(&basis.values), dot(&basis.slopes))
     }
 
     /// Replaces w(t) by w(t + `lag`).

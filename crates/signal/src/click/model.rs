@@ -1,7 +1,7 @@
 //! The unknowns of a click and the normal equations that the record gives for them.
 
 use super::{ClickFit, ClickOptions, Reflection};
-use crate::kernels::{LANES, dot, dots_inline, run};
+use crate::kernels::{LANES, dot, four_dots_inline, run};
 use crate::parabola::Parabola;
 use crate::pulse::Located;
 use crate::segment::Segment;
@@ -59,9 +59,9 @@ impl Model {
         let (mut normal, mut right) = (Matrix::zeros(size, size), vec![0.0; size]);
         for n in rows[model.pivot].0..rows[model.pivot].1 {
             let basis = model.waveform.basis(segment.time(n) - model.times[model.pivot]);
-            for (i, a, _) in basis.iter() {
+            for (i, a) in basis.iter() {
                 right[i] += a * segment.at(model.pivot, n);
-                for (j, b, _) in basis.iter() {
+                for (j, b) in basis.iter() {
                     normal[(i, j)] += a * b;
                 }
             }
@@ -307,20 +307,14 @@ impl NullaryFnOnce for Columns<'_> {
         for n in 0..rows {
             let t = segment.time(from + n) - arrival;
             let mut add = |column: usize, value: f64| columns[column * stride + n] += value;
-            let (mut value, mut slope) = (0.0, 0.0);
-            for (k, phi, derivative) in waveform.basis(t).iter() {
-                let c = waveform.coefficients[k];
-                (value, slope) = (value + c * phi, slope + c * derivative);
-                add(first + k, gain * phi);
-            }
+            let basis = waveform.basis(t);
+            let (mut value, mut slope) = waveform.sum(&basis);
+            basis.iter().for_each(|(k, phi)| add(first + k, gain * phi));
             if late > 0 {
                 for (j, rho) in taps.iter().enumerate() {
-                    let mut echo = (0.0, 0.0);
-                    for (k, phi, derivative) in waveform.basis(t - model.lag(m, j)).iter() {
-                        let c = waveform.coefficients[k];
-                        echo = (echo.0 + c * phi, echo.1 + c * derivative);
-                        add(first + k, gain * rho * phi);
-                    }
+                    let basis = waveform.basis(t - model.lag(m, j));
+                    let echo = waveform.sum(&basis);
+                    basis.iter().for_each(|(k, phi)| add(first + k, gain * rho * phi));
                     add(own + j, gain * echo.0);
                     if late > taps.len() {
                         add(own + taps.len(), -gain * rho * echo.1 * lag);
@@ -337,15 +331,12 @@ impl NullaryFnOnce for Columns<'_> {
         let parabola = Parabola::new(rows);
         columns.chunks_exact_mut(stride).for_each(|column| parabola.remove_inline(&mut column[..rows]));
         let mut products = Vec::with_capacity(count * (count + 1) / 2);
+        let column = |i: usize| &columns[i * stride..(i + 1) * stride];
         for i in 0..count {
-            let column = &columns[i * stride..(i + 1) * stride];
-            let mut j = 0;
-            while j + 4 <= i + 1 {
-                products.extend(dots_inline::<4>(column, &columns[j * stride..]));
-                j += 4;
-            }
-            for j in j..=i {
-                products.extend(dots_inline::<1>(column, &columns[j * stride..]));
+            for j in (0..=i).step_by(4) {
+                // The last of four stand in for those beyond the diagonal.
+                let four = four_dots_inline(column(i), std::array::from_fn(|k| column((j + k).min(i))));
+                products.extend_from_slice(&four[..(i + 1 - j).min(4)]);
             }
         }
         products
