@@ -1,8 +1,8 @@
 //! What is in a file of records, before anything is known about it.
 
 use crate::arrays::{Array, is_file_of_arrays, read_arrays};
-use crate::text_record::columns;
-use crate::wav::{Layout, header, read_record};
+use crate::blocks::{Blocks, columns, is_text};
+use crate::wav::{Layout, header};
 use crate::{Arrays, Problem, RigError};
 use std::path::Path;
 
@@ -48,21 +48,17 @@ pub fn inspect(path: &Path) -> Result<FileContents, RigError> {
     if is_file_of_arrays(path)? {
         return arrays(path);
     }
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let (format, rate_hz, names) = match extension.as_str() {
-        "csv" | "tsv" | "txt" => {
-            let names = columns(path)?;
-            (format!("text, {extension}"), None, names)
-        }
-        _ => {
-            let (spec, _) = header(path)?;
-            let kind = match spec.sample_format {
-                hound::SampleFormat::Int => "integers",
-                hound::SampleFormat::Float => "floats",
-            };
-            let names = vec![None; usize::from(spec.channels)];
-            (format!("WAV, {} bit {kind}", spec.bits_per_sample), Some(f64::from(spec.sample_rate)), names)
-        }
+    let (format, rate_hz, names) = if is_text(path) {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        (format!("text, {extension}"), None, columns(path)?)
+    } else {
+        let (spec, _) = header(path)?;
+        let kind = match spec.sample_format {
+            hound::SampleFormat::Int => "integers",
+            hound::SampleFormat::Float => "floats",
+        };
+        let names = vec![None; usize::from(spec.channels)];
+        (format!("WAV, {} bit {kind}", spec.bits_per_sample), Some(f64::from(spec.sample_rate)), names)
     };
     if names.is_empty() {
         return Err(RigError::invalid(path, "header", Problem::Empty { need: "one channel" }));
@@ -75,9 +71,19 @@ pub fn inspect(path: &Path) -> Result<FileContents, RigError> {
         quiet: 0,
         arrays: &Arrays::default(),
     };
-    let record = read_record(path, layout)?;
-    let channels =
-        names.into_iter().zip(&record.channels).map(|(name, c)| channel(name, c, record.full_scale));
+    // A file may be larger than memory: one block is held at a time.
+    let (mut blocks, mut block) = (Blocks::open(path, layout)?, Vec::new());
+    let mut channels: Vec<Sums> = names.iter().map(|_| Sums::default()).collect();
+    while blocks.next(&mut block)? > 0 {
+        for (c, sums) in channels.iter_mut().enumerate() {
+            let column: Vec<f64> = block.iter().skip(c).step_by(blocks.width).copied().collect();
+            sums.add(&column, blocks.full_scale);
+        }
+    }
+    if channels.iter().any(|c| c.samples == 0) {
+        return Err(RigError::invalid(path, "samples", Problem::TooShort { have: 0, quiet: 0 }));
+    }
+    let channels = names.into_iter().zip(channels).map(|(name, sums)| sums.contents(name));
     Ok(FileContents { format, rate_hz, channels: channels.collect(), others: Vec::new() })
 }
 
@@ -104,19 +110,62 @@ fn of_array(array: &Array, c: usize) -> ChannelContents {
 }
 
 fn channel(name: Option<String>, samples: &[f64], full_scale: f64) -> ChannelContents {
-    let finite = || samples.iter().copied().filter(|v| v.is_finite());
-    let count = finite().count();
-    let per = 1.0 / count.max(1) as f64;
-    let mean = per * finite().sum::<f64>();
-    ChannelContents {
-        name,
-        samples: samples.len(),
-        mean,
-        rms: (per * finite().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt(),
-        smallest: finite().fold(f64::INFINITY, f64::min),
-        largest: finite().fold(f64::NEG_INFINITY, f64::max),
-        at_full_scale: finite().filter(|v| v.abs() >= full_scale * (1.0 - 1e-6)).count(),
-        not_finite: samples.len() - count,
+    let mut sums = Sums::default();
+    sums.add(samples, full_scale);
+    sums.contents(name)
+}
+
+/// What is known of the samples seen so far.
+struct Sums {
+    samples: usize,
+    finite: usize,
+    mean: f64,
+    /// Sum of the squares about the mean.
+    squares: f64,
+    smallest: f64,
+    largest: f64,
+    at_full_scale: usize,
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        let (smallest, largest) = (f64::INFINITY, f64::NEG_INFINITY);
+        Self { samples: 0, finite: 0, mean: 0.0, squares: 0.0, smallest, largest, at_full_scale: 0 }
+    }
+}
+
+impl Sums {
+    /// Adds samples. Means and squares of two parts combine by Chan, Golub & LeVeque 1983.
+    fn add(&mut self, samples: &[f64], full_scale: f64) {
+        let finite = || samples.iter().copied().filter(|v| v.is_finite());
+        self.samples += samples.len();
+        let count = finite().count();
+        if count == 0 {
+            return;
+        }
+        let (before, after) = (self.finite as f64, (self.finite + count) as f64);
+        let mean = finite().sum::<f64>() / count as f64;
+        let squares = finite().map(|v| (v - mean).powi(2)).sum::<f64>();
+        let apart = mean - self.mean;
+        self.squares += squares + apart * apart * before * count as f64 / after;
+        self.mean += apart * count as f64 / after;
+        self.finite += count;
+        self.smallest = finite().fold(self.smallest, f64::min);
+        self.largest = finite().fold(self.largest, f64::max);
+        self.at_full_scale += finite().filter(|v| v.abs() >= full_scale * (1.0 - 1e-6)).count();
+    }
+
+    fn contents(self, name: Option<String>) -> ChannelContents {
+        ChannelContents {
+            name,
+            samples: self.samples,
+            mean: self.mean,
+            rms: (self.squares / self.finite.max(1) as f64).sqrt(),
+            smallest: self.smallest,
+            largest: self.largest,
+            at_full_scale: self.at_full_scale,
+            not_finite: self.samples - self.finite,
+        }
     }
 }
 

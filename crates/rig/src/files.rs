@@ -50,6 +50,8 @@ impl Rig {
         in_range("gas.conductivity[0]", self.gas.conductivity[0], 1e-4, 10.0, "W/(m K)")?;
         in_range("recording.ping_rate_hz", self.recording.ping_rate_hz, 1.0, 1e7, "Hz")?;
         in_range("recording.click_rate_hz", self.recording.click_rate_hz, 1.0, 1e7, "Hz")?;
+        let setting = self.recording.arrival_setting_sd_s;
+        in_range("recording.arrival_setting_sd_s", setting, 0.0, 1e-2, "s")?;
         if self.microphones.positions.is_empty() {
             return Err(("microphones.positions".into(), Problem::Empty { need: "one position" }));
         }

@@ -26,6 +26,7 @@
 //! ```
 
 mod arrays;
+mod blocks;
 mod campaign;
 mod contents;
 mod error;
@@ -38,8 +39,8 @@ mod manifest;
 mod mat5;
 mod observation;
 mod records;
+mod span;
 mod table;
-mod text_record;
 mod wav;
 
 pub use arrays::Arrays;
@@ -51,4 +52,5 @@ pub use geometry::{Heater, Microphones, Prongs, Recording, Rig, Tube};
 pub use manifest::RecordFolder;
 pub use observation::{Click, Observations, Ping, PointObservations, Rejection};
 pub use records::{Calibration, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, Stretch};
+pub use span::{Event, read_event};
 pub use wav::{Layout, Samples24, read_record, read_wav};

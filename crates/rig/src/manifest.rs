@@ -1,7 +1,8 @@
 //! A folder of records: `manifest.toml`, the rig, the campaign, and the files it lists.
 
 use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
-use crate::wav::{Layout, read_record};
+use crate::span::{Event, read_event};
+use crate::wav::Layout;
 use crate::{
     Arrays, Calibration, Campaign, DataKind, Day, PointRecords, Problem, Record, RecordSet, RecordSource,
     Rig, RigError, Stretch,
@@ -104,8 +105,8 @@ impl RecordFolder {
         points.chain(self.set.calibrations.iter().flat_map(|c| &c.clicks))
     }
 
-    fn read(&self, name: &str, stretch: Stretch) -> Result<Record, RigError> {
-        read_record(&self.folder.join(name), self.set.layout(stretch))
+    fn read(&self, name: &str, stretch: Stretch, event: Event) -> Result<Record, RigError> {
+        read_event(&self.folder.join(name), self.set.layout(stretch), event)
     }
 }
 
@@ -115,16 +116,16 @@ impl RecordSource for RecordFolder {
     }
 
     fn ping(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
-        self.read(&self.set.points[point].pings[repeat], self.set.ping)
+        self.read(&self.set.points[point].pings[repeat], self.set.ping, Event::Ping)
     }
 
     fn click(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
-        self.read(&self.set.points[point].clicks[repeat], self.set.click)
+        self.read(&self.set.points[point].clicks[repeat], self.set.click, Event::Click)
     }
 
     fn calibration(&self, which: usize, repeat: usize) -> Result<Record, RigError> {
         let calibration = &self.set.calibrations[which];
-        self.read(&calibration.clicks[repeat], calibration.stretch)
+        self.read(&calibration.clicks[repeat], calibration.stretch, Event::Click)
     }
 }
 

@@ -1,12 +1,13 @@
 //! Multichannel WAV in and out.
 
 use crate::arrays::{is_file_of_arrays, read_array_record};
+use crate::blocks::is_text;
 use crate::files::write_whole;
-use crate::text_record::read_text_record;
+use crate::span::gather;
 use crate::{Arrays, Problem, Record, RigError};
 use hound::{SampleFormat, WavReader, WavSpec, WavWriter};
 use std::fs::File;
-use std::io::{BufReader, Cursor, Read};
+use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 /// How to read a file: what the manifest says about it.
@@ -81,17 +82,16 @@ impl Samples24 {
     }
 }
 
-/// Reads one record: text if the name ends in .csv, .tsv or .txt, else MATLAB, HDF5 or WAV.
+/// Reads one record: text if the name ends in .csv, .tsv or .txt, else MATLAB, HDF5 or WAV. Text: comma, semicolon or
+/// tab between columns, an optional first line of names, a decimal point; its sampling rate is the manifest's.
 ///
 /// # Errors
 /// Those of [`read_wav`]; in text, a cell that is not a number; an array that is not in the file.
 pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    match extension.as_str() {
-        "csv" | "tsv" | "txt" => read_text_record(path, layout),
-        _ if is_file_of_arrays(path)? => read_array_record(path, layout),
-        _ => read_wav(path, layout),
+    if !is_text(path) && is_file_of_arrays(path)? {
+        return read_array_record(path, layout);
     }
+    gather(path, layout, &[0..usize::MAX], layout.quiet)
 }
 
 /// Reads one record from a WAV file.
@@ -100,48 +100,7 @@ pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> 
 /// The file is absent, not a WAV file, truncated, sampled at another rate, lacks a channel, or holds NaN. A clipped
 /// record is not an error: that is for signal processing to judge.
 pub fn read_wav(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
-    let wrong = |place: &str, problem| RigError::invalid(path, place, problem);
-    let (spec, reader) = header(path)?;
-    let frames = reader.duration() as usize;
-    let (have, need) = (usize::from(spec.channels), layout.channels.len());
-    if have < need {
-        return Err(wrong("header", Problem::MissingChannel { have, need }));
-    }
-    let (have_rate, need_rate) = (f64::from(spec.sample_rate), layout.rate_hz);
-    if (have_rate - need_rate).abs() > 0.5 {
-        return Err(wrong("header", Problem::WrongRate { have: have_rate, need: need_rate }));
-    }
-    if frames <= layout.quiet {
-        return Err(wrong("samples", Problem::TooShort { have: frames, quiet: layout.quiet }));
-    }
-    let decode = decoder(spec).ok_or_else(|| {
-        let reason = format!("{} bit {:?} samples", spec.bits_per_sample, spec.sample_format);
-        wrong("header", Problem::BadWav { reason })
-    })?;
-    let width = usize::from(spec.bits_per_sample / 8);
-    let needed = frames * have * width;
-    let file = reader.into_inner();
-    // A damaged header may announce gigabytes.
-    let size = file.get_ref().metadata().map_err(RigError::read(path))?.len();
-    let mut bytes = Vec::with_capacity(needed.min(usize::try_from(size).unwrap_or(needed)));
-    file.take(needed as u64).read_to_end(&mut bytes).map_err(RigError::read(path))?;
-    if bytes.len() < needed {
-        let read = bytes.len() / (have * width);
-        return Err(wrong("samples", Problem::Truncated { have: read, need: frames }));
-    }
-    let float = spec.sample_format == SampleFormat::Float;
-    let (unit, full_scale) = match float {
-        true => (1.0, f64::INFINITY),
-        false => (layout.full_scale / f64::from(1_u32 << (spec.bits_per_sample - 1)), layout.full_scale),
-    };
-    let mut padded = layout.channels.to_vec();
-    padded.resize(have, None);
-    let wide = Layout { channels: &padded, ..layout };
-    let record = spread(wide, frames, full_scale, |k| decode(&bytes[k * width..(k + 1) * width]) * unit);
-    if float {
-        finite(&record).map_err(|(place, problem)| wrong(&place, problem))?;
-    }
-    Ok(record)
+    gather(path, layout, &[0..usize::MAX], layout.quiet)
 }
 
 /// The header of a WAV file, and the rest of it to read.
@@ -184,13 +143,21 @@ pub(crate) fn finite(record: &Record) -> Result<(), (String, Problem)> {
     Ok(())
 }
 
-/// Turns the little-endian bytes of one sample into its integer or floating value.
-fn decoder(spec: WavSpec) -> Option<fn(&[u8]) -> f64> {
+/// What turns the little-endian bytes of one sample into its integer or floating value, and the steps of full scale of
+/// an integer.
+pub(crate) fn pcm(spec: WavSpec) -> Option<(fn(&[u8]) -> f64, Option<f64>)> {
+    let steps = || Some(2.0_f64.powi(i32::from(spec.bits_per_sample) - 1));
     match (spec.sample_format, spec.bits_per_sample) {
-        (SampleFormat::Int, 16) => Some(|b| f64::from(i16::from_le_bytes([b[0], b[1]]))),
-        (SampleFormat::Int, 24) => Some(|b| f64::from(i32::from_le_bytes([0, b[0], b[1], b[2]]) >> 8)),
-        (SampleFormat::Int, 32) => Some(|b| f64::from(i32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
-        (SampleFormat::Float, 32) => Some(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))),
+        (SampleFormat::Int, 16) => Some((|b| f64::from(i16::from_le_bytes([b[0], b[1]])), steps())),
+        (SampleFormat::Int, 24) => {
+            Some((|b| f64::from(i32::from_le_bytes([0, b[0], b[1], b[2]]) >> 8), steps()))
+        }
+        (SampleFormat::Int, 32) => {
+            Some((|b| f64::from(i32::from_le_bytes([b[0], b[1], b[2], b[3]])), steps()))
+        }
+        (SampleFormat::Float, 32) => {
+            Some((|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])), None))
+        }
         _ => None,
     }
 }

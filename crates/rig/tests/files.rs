@@ -5,8 +5,8 @@ use proptest::prelude::*;
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{
     Calibration, Campaign, Click, DataKind, Day, Observations, Ping, PointObservations, PointRecords,
-    RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch, read_record,
-    read_wav,
+    RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch, inspect,
+    read_record, read_wav,
 };
 use std::path::{Path, PathBuf};
 
@@ -315,9 +315,32 @@ proptest! {
         std::fs::write(&path, &file).unwrap();
         let set = small_set();
         let _ = read_wav(&path, set.layout(set.ping));
+        let _ = inspect(&path);
         let text = scratch.0.join("x.csv");
         std::fs::write(&text, &file).unwrap();
         let _ = read_record(&text, set.layout(set.ping));
+    }
+
+    /// A text record that is cut off or has wrong bytes is a record or an error.
+    #[test]
+    fn oracle_damaged_text_gives_a_record_or_an_error(
+        cut in 0..400_usize, wrong in proptest::collection::vec((0..400_usize, any::<u8>()), 0..6), comma: bool,
+    ) {
+        let scratch = Scratch::new("damaged-text");
+        let path = scratch.0.join("x.csv");
+        let separator = if comma { "," } else { ";" };
+        let row = |n: usize| (0..8).map(|c| format!("{}.5e-1", n + c)).collect::<Vec<_>>().join(separator);
+        let mut bytes = (0..9).map(row).collect::<Vec<_>>().join("\r\n").into_bytes();
+        for (place, byte) in wrong {
+            if let Some(b) = bytes.get_mut(place) { *b = byte; }
+        }
+        bytes.truncate(cut);
+        std::fs::write(&path, &bytes).unwrap();
+        let set = small_set();
+        if let Ok(record) = read_record(&path, set.layout(set.ping)) {
+            prop_assert!(record.channels.iter().all(|c| c.len() == record.len() && c.iter().all(|p| p.is_finite())));
+        }
+        let _ = inspect(&path);
     }
 
     /// Nor does any text the TOML and CSV readers, and a rig that is accepted is inside its own limits.

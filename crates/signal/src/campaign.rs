@@ -1,13 +1,16 @@
 //! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a time and
 //! in parallel; results keep the order of the set, whatever the number of threads.
 
+mod path;
 mod repeated;
 
-use crate::click::{ClickFit, ClickOptions, Reflection, fit_click};
+use crate::click::{ClickFit, ClickOptions, fit_click};
 use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
 use crate::ping::{PingOptions, fit_ping};
 use crate::repeats::Repeats;
 use crate::{Fault, Trace};
+pub use path::click_options;
+use path::setting_covariance;
 use rayon::prelude::*;
 use repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
 use rijke_rig::{
@@ -88,7 +91,9 @@ pub enum ProcessError {
 /// Processes a record set. `advance` is called once per record, from any thread.
 ///
 /// A bad record is listed among the rejections with its reason. Means are made before channel delays are removed, so
-/// that the calibration's error, which all repeats share, enters the covariance of a mean once and undiminished.
+/// that the calibration's error, which all repeats share, enters the covariance of a mean once and undiminished. So do, for
+/// arrival times, the shift of the setting that the rig declares ([`rijke_rig::Recording`]) and what is not known of the prongs'
+/// surface: both are common to all records of one setting, and differences within it are better than the covariance says.
 ///
 /// # Errors
 /// See [`ProcessError`].
@@ -127,12 +132,8 @@ pub fn process(
                 Fitted::Ping(fit_ping(&Trace::from(&record), &options.ping).map(|fit| fit.ping))
             } else {
                 let record = source.click(point, repeat)?;
-                let click = click_options(
-                    set,
-                    set.points[point].day,
-                    set.points[point].point.power > 0.0,
-                    &options.click,
-                );
+                let records = &set.points[point];
+                let click = click_options(set, records.day, Some(&records.point), &options.click);
                 let fit = fit_click(&Trace::from(&record), &click);
                 Fitted::Click(fit.and_then(|fit| {
                     let delays = click_delays.as_ref();
@@ -175,9 +176,14 @@ pub fn process(
             .as_ref()
             .zip(ping_delays.as_ref())
             .map(|(repeats, delays)| delays.correct(&ping_of(repeats, options.ping.reference), false));
-        let mean_click = click_repeats.as_ref().zip(click_delays.as_ref()).map(|(repeats, delays)| Click {
+        // Errors that all clicks of the point share: of the calibration, of the setting, of what is known of the path.
+        let shared = click_delays.as_ref().map(|delays| {
+            let setting = setting_covariance(set, records.day, &records.point, delays.delay_per_dispersion());
+            delays.covariance.plus(1.0, &setting)
+        });
+        let mean_click = click_repeats.as_ref().zip(shared.as_ref()).map(|(repeats, shared)| Click {
             arrival_times: repeats.mean.clone(),
-            covariance: repeats.covariance.plus(1.0, &delays.covariance),
+            covariance: repeats.covariance.plus(1.0, shared),
         });
         points.push(PointObservations {
             point: records.point.clone(),
@@ -190,12 +196,10 @@ pub fn process(
                 Some(delays) => pings.iter().map(|(n, p)| (*n as u32, delays.correct(p, false))).collect(),
                 None => Vec::new(),
             },
-            clicks: match &click_delays {
-                Some(delays) => clicks
+            clicks: match &shared {
+                Some(shared) => clicks
                     .into_iter()
-                    .map(|(n, c)| {
-                        (n as u32, Click { covariance: c.covariance.plus(1.0, &delays.covariance), ..c })
-                    })
+                    .map(|(n, c)| (n as u32, Click { covariance: c.covariance.plus(1.0, shared), ..c }))
                     .collect(),
                 None => Vec::new(),
             },
@@ -244,30 +248,6 @@ fn rejection(record: &str, fault: &Fault) -> Rejection {
     Rejection { record: record.to_owned(), reason: fault.to_string() }
 }
 
-/// `options` with what is known of the propagation in the tube of `set` on one day (an index): Kirchhoff's boundary layers
-/// and the reflection at the open end, which comes earlier by an unknown factor if the gas is `hot`.
-#[must_use]
-pub fn click_options(set: &RecordSet, day: usize, hot: bool, options: &ClickOptions) -> ClickOptions {
-    let (rig, radius) = (&set.rig, set.rig.tube.radius());
-    let air = rig.gas.at(set.days[day].ambient_temperature, rig.pressure);
-    let loss = (0.5 * air.viscosity / air.density).sqrt() * (1.0 + (air.gamma - 1.0) / air.prandtl.sqrt())
-        / (radius * air.sound_speed);
-    // Levine & Schwinger 1948: the reflection seems to come from 0.61 radii beyond the end.
-    let end = rig.tube.length + 0.61 * radius;
-    let positions = &rig.microphones.positions;
-    ClickOptions {
-        dispersion: positions.iter().map(|x| x * loss).collect(),
-        reflection: Some(Reflection {
-            lags: positions.iter().map(|x| 2.0 * (end - x) / air.sound_speed).collect(),
-            strength: -1.0,
-            smoothing: radius / air.sound_speed,
-            tolerance: 0.1,
-            pace_sd: if hot { 0.2 } else { 0.0 },
-        }),
-        ..options.clone()
-    }
-}
-
 fn calibrate(
     source: &dyn RecordSource,
     options: &ProcessOptions,
@@ -290,7 +270,7 @@ fn calibrate(
         .par_iter()
         .map(|&(which, repeat)| -> Result<_, RigError> {
             let record = source.calibration(which, repeat)?;
-            let click = click_options(set, set.calibrations[which].day, false, &options.click);
+            let click = click_options(set, set.calibrations[which].day, None, &options.click);
             let fit = fit_click(&Trace::from(&record), &click);
             advance();
             Ok(fit)

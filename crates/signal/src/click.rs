@@ -104,6 +104,9 @@ const MAX_STEPS: usize = 20;
 const SMALL_STEP: f64 = 1e-2;
 /// The step that must do after all of them.
 const SETTLED: f64 = 0.1;
+/// After so many steps only half of each is taken: where the impulse is not quite the same in all channels, the last of them may
+/// go to and fro.
+const HALF_STEPS: usize = 8;
 /// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is smooth.
 const MOVING_STEPS: usize = 2;
 /// Fits with new lags at most, and the relative change of a lag that needs none: 20 us of 1 ms.
@@ -140,10 +143,12 @@ pub fn fit_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickFit, 
         if (fit.model.pace - 1.0).abs() < SAME_PACE {
             break;
         }
-        fit = if fit.model.hasten() {
-            fit.settled(trace, 0)?
-        } else {
-            Fitting::at_pace(trace, &bursts, fit.model.options)?
+        let same = fit.model.hasten();
+        let options = fit.model.options.clone();
+        // From where the fit is, if the same channels are overlapped as before.
+        fit = match same.then(|| fit.settled(trace, 0)) {
+            Some(Ok(fit)) => fit,
+            _ => Fitting::at_pace(trace, &bursts, options)?,
         };
     }
     fit.report()
@@ -184,7 +189,7 @@ impl Fitting {
             let step = solve_scaled(&normal, &gradient)?;
             let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
             length = gain.sqrt();
-            model.advance(&step);
+            model.advance(&step, if step_number < HALF_STEPS { 1.0 } else { 0.5 });
             if moving {
                 model.centre();
             } else if length < SMALL_STEP || (step_number + 1 == MAX_STEPS && length < SETTLED) {

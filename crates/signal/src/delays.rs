@@ -177,6 +177,16 @@ impl ChannelDelays {
         })
     }
 
+    /// By how much a small dispersion kappa of the path ([`crate::ClickOptions::dispersion`]) delays the impulse, s per s^{1/2}: the
+    /// shift that matches a phase of kappa sqrt(omega) best, weighted as arrival times are, with omega^2 |w|^2.
+    pub(crate) fn delay_per_dispersion(&self) -> f64 {
+        let moment = |power: f64| -> f64 {
+            let terms = self.frequencies.iter().zip(&self.template);
+            terms.map(|(omega, w)| omega.powf(power) * w.norm_sqr()).sum()
+        };
+        moment(1.5) / moment(2.0)
+    }
+
     /// Arrival times of one click with the delays removed. Its covariance is that of the noise alone if `alone`, and
     /// includes the common error of this calibration otherwise. A channel of opposite polarity does not matter here: see
     /// [`Self::inverted`].

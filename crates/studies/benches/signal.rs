@@ -18,7 +18,7 @@ fn benches(c: &mut Criterion) {
         let mut options = ProcessOptions::default();
         options.ping.reference = rig.microphones.reference;
         let (day, point) = (lab.set().points[0].day, &lab.set().points[0].point);
-        let known = click_options(lab.set(), day, point.power > 0.0, &options.click);
+        let known = click_options(lab.set(), day, Some(point), &options.click);
         let (ping, click) = (lab.ping(0, 7).unwrap(), lab.click(0, 7).unwrap());
         let mut group = c.benchmark_group(id);
         group.sample_size(30);

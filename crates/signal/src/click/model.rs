@@ -176,7 +176,9 @@ impl Model {
         }
     }
 
-    pub(super) fn advance(&mut self, step: &[f64]) {
+    /// Takes `factor` times a step.
+    pub(super) fn advance(&mut self, step: &[f64], factor: f64) {
+        let step: Vec<f64> = step.iter().map(|d| factor * d).collect();
         let others = self.times.len() - 1;
         for m in 0..self.times.len() {
             if let Some(i) = self.free(m) {
