@@ -1,6 +1,6 @@
 //! WAV and text a block of frames at a time, so that a file may be larger than memory.
 
-use crate::wav::{Layout, header, pcm};
+use crate::wav::{Decode, Layout, header, pcm};
 use crate::{Problem, RigError};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -22,7 +22,7 @@ pub(crate) struct Blocks<'a> {
 enum Source {
     Wav {
         file: BufReader<File>,
-        decode: fn(&[u8]) -> f64,
+        decode: Decode,
         unit: f64,
         sample: usize,
         stride: usize,

@@ -105,6 +105,9 @@ impl Survey {
     }
 }
 
+/// Every frame.
+pub(crate) const ALL: [Range<usize>; 1] = [0..usize::MAX; 1];
+
 /// The frames of some ranges, ascending, as a record with a quiet part of so many frames.
 pub(crate) fn gather(
     path: &Path,

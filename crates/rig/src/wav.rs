@@ -3,7 +3,7 @@
 use crate::arrays::{is_file_of_arrays, read_array_record};
 use crate::blocks::is_text;
 use crate::files::write_whole;
-use crate::span::gather;
+use crate::span::{ALL, gather};
 use crate::{Arrays, Problem, Record, RigError};
 use hound::{SampleFormat, WavReader, WavSpec, WavWriter};
 use std::fs::File;
@@ -91,7 +91,7 @@ pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> 
     if !is_text(path) && is_file_of_arrays(path)? {
         return read_array_record(path, layout);
     }
-    gather(path, layout, &[0..usize::MAX], layout.quiet)
+    gather(path, layout, &ALL, layout.quiet)
 }
 
 /// Reads one record from a WAV file.
@@ -100,7 +100,7 @@ pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> 
 /// The file is absent, not a WAV file, truncated, sampled at another rate, lacks a channel, or holds NaN. A clipped
 /// record is not an error: that is for signal processing to judge.
 pub fn read_wav(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
-    gather(path, layout, &[0..usize::MAX], layout.quiet)
+    gather(path, layout, &ALL, layout.quiet)
 }
 
 /// The header of a WAV file, and the rest of it to read.
@@ -143,9 +143,12 @@ pub(crate) fn finite(record: &Record) -> Result<(), (String, Problem)> {
     Ok(())
 }
 
+/// From the bytes of one sample to its value.
+pub(crate) type Decode = fn(&[u8]) -> f64;
+
 /// What turns the little-endian bytes of one sample into its integer or floating value, and the steps of full scale of
 /// an integer.
-pub(crate) fn pcm(spec: WavSpec) -> Option<(fn(&[u8]) -> f64, Option<f64>)> {
+pub(crate) fn pcm(spec: WavSpec) -> Option<(Decode, Option<f64>)> {
     let steps = || Some(2.0_f64.powi(i32::from(spec.bits_per_sample) - 1));
     match (spec.sample_format, spec.bits_per_sample) {
         (SampleFormat::Int, 16) => Some((|b| f64::from(i16::from_le_bytes([b[0], b[1]])), steps())),

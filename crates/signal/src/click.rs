@@ -14,8 +14,8 @@ mod model;
 
 use crate::pulse::Bursts;
 use crate::segment::Segment;
-use crate::waveform::{Waveform, comparison_frequencies};
-use crate::{Fault, Trace, verdict};
+use crate::waveform::comparison_frequencies;
+use crate::{ClickPicture, Fault, Trace, verdict};
 use model::{Model, Rows};
 use rijke_numerics::{C64, Cholesky, Matrix};
 
@@ -95,18 +95,16 @@ pub struct ClickFit {
     pub chi_squared: f64,
     /// Covariance of times, then of real and imaginary parts of the waveform.
     pub(crate) joint: Matrix,
-    /// The impulse as a function of time, in the gain of the pivot channel.
-    pub(crate) impulse: Waveform,
 }
 
 /// Gauss-Newton steps before giving up, and the step (in sd) at which it ends.
-const MAX_STEPS: usize = 20;
+const MAX_STEPS: usize = 40;
 const SMALL_STEP: f64 = 1e-2;
 /// The step that must do after all of them.
 const SETTLED: f64 = 0.1;
-/// After so many steps only half of each is taken: where the impulse is not quite the same in all channels, the last of them may
-/// go to and fro.
-const HALF_STEPS: usize = 8;
+/// After so many steps only half of one is taken that goes back: where the impulse is not quite the same in all channels, steps
+/// may go to and fro.
+const HALF_STEPS: usize = 5;
 /// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is smooth.
 const MOVING_STEPS: usize = 2;
 /// Fits with new lags at most, and the relative change of a lag that needs none: 20 us of 1 ms.
@@ -125,6 +123,19 @@ const MISFIT: f64 = 0.05;
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
 pub fn fit_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickFit, Fault> {
+    fitted(trace, options)?.report()
+}
+
+/// Fits as [`fit_click`] does, and returns the numbers of a picture of it.
+///
+/// # Errors
+/// Those of [`fit_click`].
+pub fn picture_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickPicture, Fault> {
+    let Fitting { model, segment, rows, .. } = fitted(trace, options)?;
+    Ok(model.picture(&segment, &rows))
+}
+
+fn fitted(trace: &Trace<'_>, options: &ClickOptions) -> Result<Fitting, Fault> {
     trace.screen(2)?;
     verdict::loud_hum(trace, options.mains_hz)?;
     let bursts = Bursts::find(trace, options)?;
@@ -151,7 +162,7 @@ pub fn fit_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickFit, 
             _ => Fitting::at_pace(trace, &bursts, options)?,
         };
     }
-    fit.report()
+    Ok(fit)
 }
 
 /// A fit on its way.
@@ -179,7 +190,7 @@ impl Fitting {
     fn settled(mut self, trace: &Trace<'_>, moving_steps: usize) -> Result<Self, Fault> {
         let Self { model, segment, .. } = &mut self;
         let mut rows = segment.windows(&model.times, &model.options);
-        let (mut settled, mut length) = (None, f64::INFINITY);
+        let (mut settled, mut length, mut last) = (None, f64::INFINITY, Vec::new());
         for step_number in 0..MAX_STEPS {
             let moving = step_number < moving_steps;
             if moving {
@@ -189,7 +200,9 @@ impl Fitting {
             let step = solve_scaled(&normal, &gradient)?;
             let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
             length = gain.sqrt();
-            model.advance(&step, if step_number < HALF_STEPS { 1.0 } else { 0.5 });
+            let forth = |(i, (a, b)): (usize, (&f64, &f64))| normal[(i, i)] * a * b;
+            let back = step.iter().zip(&last).enumerate().map(forth).sum::<f64>() < 0.0;
+            model.advance(&step, if back && step_number >= HALF_STEPS { 0.5 } else { 1.0 });
             if moving {
                 model.centre();
             } else if length < SMALL_STEP || (step_number + 1 == MAX_STEPS && length < SETTLED) {
@@ -197,6 +210,7 @@ impl Fitting {
                 settled = Some((normal, squares - gain));
                 break;
             }
+            last = step;
         }
         let Some((normal, squares)) = settled else {
             return Err(Fault::NotConverged { steps: MAX_STEPS, step: length });

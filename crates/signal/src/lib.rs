@@ -61,7 +61,7 @@ mod waveform;
 pub use campaign::{
     PointScatter, ProcessError, ProcessOptions, Processed, click_options, process, record_count,
 };
-pub use click::{ClickFit, ClickOptions, Reflection, fit_click};
+pub use click::{ClickFit, ClickOptions, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, KnownClick};
 pub use error::Fault;
 pub use picture::{ClickPicture, PingPicture};

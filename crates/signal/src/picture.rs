@@ -1,6 +1,6 @@
 //! The numbers of pictures of a fit: to be drawn, not to be computed with.
 
-use crate::{ClickFit, PingFit, Trace};
+use crate::{PingFit, Trace};
 use rijke_numerics::C64;
 
 /// One channel of a ring-down and its fit. Points are `[x, y]`, times in s from the first sample of the record.
@@ -20,13 +20,16 @@ pub struct PingPicture {
     pub residual_spectrum: Vec<[f64; 2]>,
 }
 
-/// All channels of an impulse, brought in phase and to the same gain. Times in s from the arrival.
+/// All channels of an impulse as the fit sees them ([`crate::picture_click`]): in phase, at the rate that the band needs, dispersion
+/// undone, less their background, over their gains. Points are `[t, p]`, t in s from the arrival.
 #[derive(Clone, Debug)]
 pub struct ClickPicture {
-    /// The channels; where nothing has arrived yet, each has the mean of the impulse.
+    /// The channels; where the reflection overlaps the impulse, both.
     pub channels: Vec<Vec<[f64; 2]>>,
     /// The impulse that was fitted.
     pub impulse: Vec<[f64; 2]>,
+    /// The channels less impulse and reflection as fitted.
+    pub left: Vec<Vec<[f64; 2]>>,
 }
 
 impl PingFit {
@@ -53,34 +56,6 @@ impl PingFit {
             residual_spectrum: density(&left, trace.rate_hz),
             residual: fit.iter().zip(&left).map(|(p, r)| [p[0], *r]).collect(),
             fit,
-        }
-    }
-}
-
-impl ClickFit {
-    /// The numbers of a picture: 0.8 ms about the arrival.
-    #[must_use]
-    pub fn picture(&self, trace: &Trace<'_>) -> ClickPicture {
-        const HALF: f64 = 0.8e-3;
-        let quiet = trace.quiet as f64;
-        let channel = |(m, t): (usize, &f64)| -> Vec<[f64; 2]> {
-            let centre = t * trace.rate_hz + quiet;
-            let first = (centre - HALF * trace.rate_hz).ceil().max(0.0) as usize;
-            let last = ((centre + HALF * trace.rate_hz) as usize).min(trace.len());
-            let y = &trace.channels[m][first.min(last)..last];
-            let point =
-                |(k, y): (usize, &f64)| [((first + k) as f64 - centre) / trace.rate_hz, y / self.gains[m]];
-            let mut points: Vec<[f64; 2]> = y.iter().enumerate().map(point).collect();
-            let before = points.partition_point(|p| p[0] < -0.5 * HALF);
-            let excess: f64 = points[..before].iter().map(|[t, p]| p - self.impulse.at(*t).0).sum();
-            let offset = excess / before.max(1) as f64;
-            points.iter_mut().for_each(|p| p[1] -= offset);
-            points
-        };
-        let times = (-200..=200).map(|k| f64::from(k) * HALF / 200.0);
-        ClickPicture {
-            channels: self.times.iter().enumerate().map(channel).collect(),
-            impulse: times.map(|t| [t, self.impulse.at(t).0]).collect(),
         }
     }
 }

@@ -4,7 +4,8 @@ use crate::failure::{Classify, Failure};
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
 use rijke_rig::{RecordSource, RigError};
 use rijke_signal::{
-    ChannelDelays, ClickFit, PingFit, ProcessOptions, Processed, Trace, click_options, fit_click, fit_ping,
+    ChannelDelays, ClickPicture, PingFit, ProcessOptions, Processed, Trace, click_options, fit_ping,
+    picture_click,
 };
 use std::fmt::Write as _;
 use std::path::Path;
@@ -66,8 +67,8 @@ pub(super) fn write(
         {
             let record = source.click(k, n).or_bad_input()?;
             let trace = Trace::from(&record);
-            let panels = match fit_click(&trace, &known) {
-                Ok(fit) => click_panels(&fit, &trace),
+            let panels = match picture_click(&trace, &known) {
+                Ok(picture) => click_panels(&picture),
                 Err(_) => raw_panels(&trace),
             };
             let title = title(name, reason(name));
@@ -138,32 +139,23 @@ fn ping_panels(fit: &PingFit, trace: &Trace<'_>) -> Vec<RecordPanel> {
 }
 
 /// The channels in phase with the impulse, and what each leaves.
-fn click_panels(fit: &ClickFit, trace: &Trace<'_>) -> Vec<RecordPanel> {
-    let picture = fit.picture(trace);
+fn click_panels(picture: &ClickPicture) -> Vec<RecordPanel> {
     let count = picture.channels.len();
     let milliseconds =
         |points: &[[f64; 2]]| -> Vec<[f64; 2]> { points.iter().map(|[t, p]| [1e3 * t, *p]).collect() };
     let channels = picture.channels.iter().enumerate();
     let mut curves: Vec<RecordCurve> = channels
-        .clone()
         .map(|(m, points)| {
             curve(&format!("microphone {}", m + 1), Look::Channel(m, count), milliseconds(points))
         })
         .collect();
     curves.push(curve("impulse", Look::Fit, milliseconds(&picture.impulse)));
-    let between = |t: f64| -> f64 {
-        let k = picture.impulse.partition_point(|p| p[0] < t).clamp(1, picture.impulse.len() - 1);
-        let ([a, u], [b, v]) = (picture.impulse[k - 1], picture.impulse[k]);
-        u + (v - u) * (t - a) / (b - a)
-    };
-    let left = channels.map(|(m, points)| {
-        let less = points.iter().map(|[t, p]| [1e3 * t, p - between(*t)]).collect();
-        curve("", Look::Channel(m, count), less)
-    });
+    let left = picture.left.iter().enumerate();
+    let left = left.map(|(m, points)| curve("", Look::Channel(m, count), milliseconds(points)));
     let time = "time from the arrival / ms";
     vec![
         panel(time, "*p* over the gain / Pa", curves, vec![]),
-        panel(time, "the same less the impulse / Pa", left.collect(), vec![]),
+        panel(time, "the same less the fit / Pa", left.collect(), vec![]),
     ]
 }
 

@@ -13,6 +13,7 @@ mod interrupted;
 mod json;
 mod modes;
 mod new_rig;
+mod plots;
 mod profiles;
 mod records;
 mod same_seed;

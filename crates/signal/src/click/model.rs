@@ -1,6 +1,7 @@
 //! The unknowns of a click and the normal equations that the record gives for them.
 
 use super::{ClickFit, ClickOptions, Reflection};
+use crate::ClickPicture;
 use crate::kernels::{LANES, dot, four_dots_inline, run};
 use crate::parabola::Parabola;
 use crate::pulse::Located;
@@ -217,6 +218,24 @@ impl Model {
         rows.iter().enumerate().map(energy).collect()
     }
 
+    /// What the fit sees of the channels and leaves of them, over their gains.
+    pub(super) fn picture(&self, segment: &Segment, rows: &Rows) -> ClickPicture {
+        let (mut channels, mut left) = (Vec::new(), Vec::new());
+        for (m, &(from, to)) in rows.iter().enumerate() {
+            let times: Vec<f64> = (from..to).map(|n| segment.time(n) - self.times[m]).collect();
+            let shape: Vec<f64> = times.iter().map(|t| self.shape(m, *t).0).collect();
+            let mut residual: Vec<f64> =
+                (from..to).zip(&shape).map(|(n, shape)| segment.at(m, n) / self.gains[m] - shape).collect();
+            Parabola::new(residual.len()).remove(&mut residual);
+            let points = times.iter().zip(&shape).zip(&residual);
+            channels.push(points.map(|((t, shape), residual)| [*t, shape + residual]).collect());
+            left.push(times.iter().zip(&residual).map(|(t, residual)| [*t, *residual]).collect());
+        }
+        let (before, after) = self.options.window;
+        let times = (0..=400).map(|k| (before + after) * f64::from(k) / 400.0 - before);
+        ClickPicture { channels, impulse: times.map(|t| [t, self.waveform.at(t).0]).collect(), left }
+    }
+
     pub(super) fn worst_channel(&self, segment: &Segment, rows: &Rows) -> usize {
         let squares = |m: usize| -> f64 {
             let (from, to) = rows[m];
@@ -268,7 +287,6 @@ impl Model {
             signal_to_noise,
             chi_squared,
             joint,
-            impulse: self.waveform,
         }
     }
 }

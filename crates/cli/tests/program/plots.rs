@@ -1,0 +1,33 @@
+//! `rijke process --plot` writes a page and the pictures that it names.
+
+use crate::{rijke, scratch};
+use std::fs;
+
+#[test]
+fn exact_the_page_names_every_picture_and_every_picture_has_its_panels() {
+    let folder = scratch("plots");
+    let campaign = "name = \"one\"\n[[row]]\nid = \"C3\"\nheater = false\nthermocouples = false\npower_w = 0.0\nrepeats = 2\n\
+                    positions_cm = [85]\n";
+    fs::write(folder.join("campaign.toml"), campaign).unwrap();
+    let words = "process --virtual-rig --campaign campaign.toml --plot --out out";
+    let output = rijke(&folder, &words.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let plots = folder.join("out/plots");
+    let page = fs::read_to_string(plots.join("index.html")).unwrap();
+    let named: Vec<&str> = page.split('"').filter(|text| text.ends_with(".svg")).collect();
+    assert_eq!(named, ["delays.svg", "C3-85/ping-00.wav.svg", "C3-85/click-00.wav.svg"], "{page}");
+    for (name, panels) in named.iter().zip(["(a)(b)", "(a)(b)(c)(d)", "(a)(b)"]) {
+        let picture = fs::read_to_string(plots.join(name)).unwrap();
+        assert!(picture.starts_with("<svg") && picture.trim_end().ends_with("</svg>"), "{name}");
+        for panel in panels.split_inclusive(')') {
+            assert!(picture.contains(panel), "{name}: no panel {panel}");
+        }
+        assert!(picture.contains("virtual data"), "{name} does not say where its data come from");
+        assert!(!picture.contains("NaN") && !picture.contains("inf"), "{name}");
+    }
+    let click = fs::read_to_string(plots.join(named[2])).unwrap();
+    assert!(
+        click.contains("microphone 8") && click.contains("less the fit"),
+        "a click's picture shows what is left"
+    );
+}
