@@ -9,6 +9,9 @@ use std::path::Path;
 /// Frames that a block holds at most.
 pub(crate) const BLOCK: usize = 4096;
 
+/// Bytes of a file that a block holds at most.
+const BYTES: usize = 1 << 23;
+
 /// The frames of a file, one after another: all that is held is one block.
 pub(crate) struct Blocks<'a> {
     path: &'a Path,
@@ -104,7 +107,8 @@ impl<'a> Blocks<'a> {
         block.clear();
         match &mut self.source {
             Source::Wav { file, decode, unit, sample, stride, frames, read } => {
-                let wanted = BLOCK.min(*frames - *read);
+                // A damaged header may announce thousands of channels.
+                let wanted = BLOCK.min(*frames - *read).min((BYTES / *stride).max(1));
                 let mut bytes = Vec::with_capacity(wanted * *stride);
                 let limit = (wanted * *stride) as u64;
                 file.take(limit).read_to_end(&mut bytes).map_err(RigError::read(self.path))?;
