@@ -48,12 +48,13 @@ impl Block {
     }
 }
 
-/// A floating noise on this block: its coordinate, t = sd^2, S a, and C^-1 S.
+/// A floating noise on this block: its coordinate, t = sd^2, S a, S C^-1, and, to second order, its transpose C^-1 S.
 struct Acting {
     coordinate: usize,
     variance: f64,
     pull: Vec<f64>,
     relative: Matrix,
+    turned: Matrix,
 }
 
 impl Problem<'_> {
@@ -131,15 +132,18 @@ impl Problem<'_> {
         let mut acting = Vec::new();
         for (c, &g) in self.floating.iter().enumerate() {
             for (_, s) in self.observation.noise.iter().filter(|(h, _)| *h == g) {
+                let relative = sparse_product(s, &inverse);
+                let turned = if order == Order::Second { relative.transpose() } else { Matrix::default() };
                 acting.push(Acting {
                     coordinate: p + c,
                     variance: self.sds[g] * self.sds[g],
                     pull: s.times(alpha),
-                    relative: sparse_product(&inverse, s),
+                    relative,
+                    turned,
                 });
             }
         }
-        for a in &acting {
+        for (k, a) in acting.iter().enumerate() {
             let (c, t) = (a.coordinate, a.variance);
             let trace: f64 = (0..n).map(|i| a.relative[(i, i)]).sum();
             let slope = 0.5 * (trace - dot(&a.pull, alpha));
@@ -153,25 +157,26 @@ impl Problem<'_> {
             for (i, column) in columns.iter().enumerate() {
                 add_symmetric(&mut block.gauss_newton, c, i, -2.0 * t * dot(column, &pull_white));
             }
-            for b in &acting {
-                let other = &b.relative;
-                let trace: f64 =
-                    (0..n).map(|i| (0..n).map(|j| a.relative[(i, j)] * other[(j, i)]).sum::<f64>()).sum();
-                let bend = dot(&pull_white, &b.pull) - 0.5 * trace;
-                block.gauss_newton[(c, b.coordinate)] += 4.0 * t * b.variance * bend;
+            for (l, b) in acting[..=k].iter().enumerate() {
+                let trace = dot(a.relative.as_slice(), b.turned.as_slice());
+                let bend = 4.0 * t * b.variance * (dot(&pull_white, &b.pull) - 0.5 * trace);
+                block.gauss_newton[(c, b.coordinate)] += bend;
+                if l < k {
+                    block.gauss_newton[(b.coordinate, c)] += bend;
+                }
             }
         }
     }
 }
 
-/// `left` times `right`, where most of `right` is zero: the structure of a noise.
+/// `left` times `right`, where most of `left` is zero: the structure of a noise.
 fn sparse_product(left: &Matrix, right: &Matrix) -> Matrix {
-    let n = right.rows();
+    let n = left.rows();
     let mut product = Matrix::zeros(n, n);
-    for k in 0..n {
-        for (j, &s) in right.row(k).iter().enumerate().filter(|(_, s)| **s != 0.0) {
-            for i in 0..n {
-                product[(i, j)] += left[(i, k)] * s;
+    for (i, to) in product.as_mut_slice().chunks_exact_mut(n).enumerate() {
+        for (k, &s) in left.row(i).iter().enumerate().filter(|(_, s)| **s != 0.0) {
+            for (to, r) in to.iter_mut().zip(right.row(k)) {
+                *to += s * r;
             }
         }
     }

@@ -111,13 +111,16 @@ impl Duct {
         march.pressures.iter().map(|p| p / march.drive).collect()
     }
 
-    /// The mode that Newton's method finds from `guess`; none if it does not converge in 30 steps.
+    /// The mode that the secant method finds from `guess`; none if it does not converge in 40 steps.
     #[must_use]
     pub fn mode(&self, guess: C64) -> Option<Mode> {
         let drive = |s| self.march(s).drive;
-        let mut s = guess;
-        for _ in 0..30 {
-            let step = drive(s) / slope(drive, s);
+        let (mut s, mut before) = (guess, guess * (1.0 + 1e-5));
+        let mut last = drive(before);
+        for _ in 0..40 {
+            let here = drive(s);
+            let step = here * (s - before) / (here - last);
+            (before, last) = (s, here);
             s -= step;
             if step.norm() < 1e-12 * s.norm() {
                 let strength = slope(drive, s).inv();
@@ -136,6 +139,9 @@ fn slope(f: impl Fn(C64) -> C64, s: C64) -> C64 {
     (f(s + h) - f(s - h) - i * (f(s + i * h) - f(s - i * h))) / (4.0 * h)
 }
 
+/// A stretch is short if q^2 is below this: what the series of cosh q and sinh q / q leave out is below 1e-17.
+const SHORT: f64 = 0.02;
+
 /// From the top of a stretch to its bottom: the inverse of the exponential of the Magnus series
 /// h/2 (A1 + A2) - h^2 sqrt(3)/12 [A1, A2], A = [[d, -Z], [-Y, d]].
 fn descend(lower: &Line, upper: &Line, h: f64, drift: C64, (p, u): (C64, C64)) -> (C64, C64) {
@@ -143,9 +149,15 @@ fn descend(lower: &Line, upper: &Line, h: f64, drift: C64, (p, u): (C64, C64)) -
     let (b, c) = (-0.5 * h * (z1 + z2), -0.5 * h * (y1 + y2));
     let a = -h * h * 3.0_f64.sqrt() / 12.0 * (z1 * y2 - z2 * y1);
     // exp of the traceless matrix [[a, b], [c, -a]] with q^2 = a^2 + bc; even in q, so the branch does not matter.
-    let q = (a * a + b * c).sqrt();
-    let (cosh, sinhc) = (q.cosh(), if q.norm() > 1e-6 { q.sinh() / q } else { 1.0 + q * q / 6.0 });
-    let scale = (-drift * h).exp();
+    let square = a * a + b * c;
+    let (cosh, sinhc) = if square.norm() < SHORT {
+        let series = |orders: [f64; 5]| orders.iter().rev().fold(C64::ONE, |sum, n| 1.0 + sum * square / n);
+        (series([2.0, 12.0, 30.0, 56.0, 90.0]), series([6.0, 20.0, 42.0, 72.0, 110.0]))
+    } else {
+        let q = square.sqrt();
+        (q.cosh(), q.sinh() / q)
+    };
+    let scale = if drift == C64::ZERO { C64::ONE } else { (-drift * h).exp() };
     (scale * ((cosh - sinhc * a) * p - sinhc * b * u), scale * ((cosh + sinhc * a) * u - sinhc * c * p))
 }
 

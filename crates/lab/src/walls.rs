@@ -65,7 +65,7 @@ impl Section {
     /// Area that the boundary layers of all walls displace, m^2; `q` = s/nu or s/alpha, 1/m^2. The layers of
     /// different walls are taken not to meet: they are 0.2 mm thick, the walls 5 mm apart.
     fn displaced_area(&self, q: C64) -> C64 {
-        let root = q.sqrt();
+        let root = principal_root(q);
         let tube = self.roughness * 2.0 * PI * self.radius * inside(self.radius * root);
         let rods = self
             .rods
@@ -73,6 +73,12 @@ impl Section {
             .map(|rod| rod.count * rod.roughness * 2.0 * PI * rod.radius * outside(rod.radius * root));
         (tube + rods.sum::<C64>()) / root
     }
+}
+
+/// The square root in the right half plane, away from the negative real axis, without trigonometric functions.
+fn principal_root(q: C64) -> C64 {
+    let re = (0.5 * (q.norm() + q.re)).sqrt();
+    C64::new(re, 0.5 * q.im / re)
 }
 
 /// I1(z)/I0(z), Re z > 0.

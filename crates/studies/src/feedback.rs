@@ -1,11 +1,10 @@
 //! Figs. 6 and 7: the feedback from velocity to heat release, inferred at each hot point by itself.
 
 use crate::catalogue::{catalogue, chosen};
-use crate::competition::gauss_newton;
 use crate::{Check, Feedback, FeedbackPoint, Hot, StudyError};
 use rayon::prelude::*;
 use rijke_inference::NoiseMode;
-use rijke_model::{Assembly, Knowledge, Noise, Observed, Training, train};
+use rijke_model::{Assembly, Knowledge, Noise, Observed, train};
 
 /// Fig. 6: k_eu at each point, with the calibrated model of all other components.
 ///
@@ -48,20 +47,14 @@ pub fn feedback_naive(hot: &Hot, calibrated: &Feedback) -> Result<Feedback, Stud
 
 fn inferred(hot: &Hot, assembly: &Assembly) -> Result<Vec<FeedbackPoint>, StudyError> {
     let fixed = |k: usize| NoiseMode::Fixed { sd: hot.cold.noise[k] };
-    let training = Training {
-        microphones: hot.microphones(),
-        noise: Noise {
-            growth_rate: fixed(0),
-            angular_frequency: fixed(1),
-            pressure: fixed(2),
-            // A point alone: what its setting adds is in the misfit of the cold points, each a setting of its own.
-            ..Noise::FLOATED
-        },
-        known: vec![hot.cold.stage.knowledge.clone()],
-        search: gauss_newton(),
-        base_errors: true,
-        checks: None,
+    let noise = Noise {
+        growth_rate: fixed(0),
+        angular_frequency: fixed(1),
+        pressure: fixed(2),
+        // A point alone: what its setting adds is in the misfit of the cold points, each a setting of its own.
+        ..Noise::FLOATED
     };
+    let training = hot.training(noise, hot.known());
     let one = |o: &Observed| {
         let found = train(assembly, std::slice::from_ref(o), &training)?.knowledge();
         Ok(point(o, &found))

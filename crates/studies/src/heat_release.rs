@@ -94,8 +94,7 @@ pub fn heat_release(hot: &Hot, terms: impl Into<Terms>) -> Result<(HeatRelease, 
         checks: checks::checks(&models[..ours]),
         models,
     };
-    let known = vec![hot.cold.stage.knowledge.clone()];
-    let trained = train(&assembly, &hot.points, &hot.training(hot.honest_noise(), known))?;
+    let trained = train(&assembly, &hot.points, &hot.training(hot.honest_noise(), hot.known()))?;
     Ok((study, Chosen { assembly, trained }))
 }
 

@@ -64,6 +64,11 @@ impl Hot {
         Noise { heat_release: NoiseMode::Inferred { median: 0.03, ln_sd: 1.0 }, ..self.noise() }
     }
 
+    /// What the cold stages found of the components that are not the heat release.
+    pub(crate) fn known(&self) -> Vec<Knowledge> {
+        vec![self.cold.stage.knowledge.clone()]
+    }
+
     pub(crate) fn training(&self, noise: Noise, known: Vec<Knowledge>) -> Training {
         Training {
             microphones: self.microphones(),

@@ -131,8 +131,7 @@ pub fn figure_11(hot: &Hot, best: &Chosen, full: &HotPredictions) -> Result<HotP
         })
     };
     let eight = EIGHT.iter().map(|&(power, x)| wanted(power, x)).collect::<Result<Vec<_>, _>>()?;
-    let known = vec![hot.cold.stage.knowledge.clone()];
-    let trained = train(&best.assembly, &eight, &hot.training(hot.honest_noise(), known))?;
+    let trained = train(&best.assembly, &eight, &hot.training(hot.honest_noise(), hot.known()))?;
     let mut figure = record(hot, 11, &words(best), &best.assembly, &trained, &eight)?;
     let rms = |f: &HotPredictions, k: usize| {
         let used = |id: &str| figure.trained_on.iter().any(|t| t == id);

@@ -33,11 +33,7 @@ fn compare(posterior: &Posterior<'_>, error: f64, allowed: f64) -> (Calls, Judge
 
 #[test]
 fn oracle_nested_sampling_of_a_linear_model() {
-    let parameters = Parameters::new((0..3).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
-    let observation = Observation::new("d", numbers("nested/y", 10))
-        .with_independent_noise(0, &(0..10).collect::<Vec<_>>());
-    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.3)]).unwrap();
-    let model = Linear(design("nested", 10, 3));
+    let (model, data, parameters) = linear(0.3);
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let (_, judged) = compare(&posterior, 0.1, 3.0);
     // The draws must have the exact posterior mean and sd.
@@ -59,15 +55,20 @@ fn oracle_nested_sampling_of_a_curved_model() {
     compare(&posterior, 0.15, 3.0);
 }
 
+/// A linear model of three parameters with ten data of standard deviation `noise`.
+fn linear(noise: f64) -> (Linear, Data, Parameters) {
+    let parameters = Parameters::new((0..3).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
+    let observation = Observation::new("d", numbers("nested/y", 10))
+        .with_independent_noise(0, &(0..10).collect::<Vec<_>>());
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", noise)]).unwrap();
+    (Linear(design("nested", 10, 3)), data, parameters)
+}
+
 #[test]
 fn exact_nested_sampling_states_its_own_error() {
     // 40 runs with few live points on a linear model: the mean misses by less than its standard error allows, and the
     // scatter is the stated error.
-    let parameters = Parameters::new((0..3).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
-    let observation = Observation::new("d", numbers("nested/y", 10))
-        .with_independent_noise(0, &(0..10).collect::<Vec<_>>());
-    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
-    let model = Linear(design("nested", 10, 3));
+    let (model, data, parameters) = linear(0.1);
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let fit = posterior.map(&MapOptions::default()).unwrap();
     let exact = posterior.laplace(&fit).unwrap().evidence.ln_marginal;
@@ -125,11 +126,7 @@ fn oracle_gradient_of_the_target() {
 #[cfg(feature = "nuts")]
 #[test]
 fn oracle_nuts_states_its_own_error() {
-    let parameters = Parameters::new((0..3).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
-    let observation = Observation::new("d", numbers("nested/y", 10))
-        .with_independent_noise(0, &(0..10).collect::<Vec<_>>());
-    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
-    let model = Linear(design("nested", 10, 3));
+    let (model, data, parameters) = linear(0.1);
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let fit = posterior.map(&MapOptions::default()).unwrap();
     let laplace = posterior.laplace(&fit).unwrap();
