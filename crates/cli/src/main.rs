@@ -30,7 +30,9 @@ mod ui;
 /// From microphone records of a thermoacoustic rig to a physics-based model with known uncertainty, chosen by evidence.
 #[derive(Parser)]
 #[command(name = "rijke", version, arg_required_else_help = true, max_term_width = 100)]
-#[command(after_help = "Exit status: 0 done, 1 the computation failed, 2 the input is wrong.")]
+#[command(
+    after_help = "Exit status: 0 done, 1 the computation failed, 2 the input is wrong; 130 ended by Ctrl-C, with nothing half written."
+)]
 struct Program {
     #[command(flatten)]
     output: ui::Output,

@@ -2,7 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
-    modes::{CHANGES, best, curves_of, print_advice},
+    modes::{along, best, curves_of, print_advice},
     predict::Trained,
     staging::write_whole,
     ui::Ui,
@@ -11,7 +11,6 @@ use rijke_model::{PointModel, Response, Workspace};
 use rijke_numerics::Order;
 use rijke_report::ModesFigure;
 use serde_json::json;
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Say where a small device or change of the tube would stabilise an operating point most, and which parameters its growth rate
@@ -93,15 +92,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     });
     ui.result(&json!({ "points": points.collect::<Vec<_>>(), "changes": advice }))?;
     if let Some(path) = &args.along {
-        let mut text = "point,x_m,pressure,velocity_times_rho_c".to_owned();
-        CHANGES.iter().for_each(|change| text = format!("{text},{}", change.column()));
-        text.push('\n');
-        for ((id, _), mode) in answers.iter().zip(&curves) {
-            for (k, x) in mode.x.iter().enumerate() {
-                let changes: String = mode.changes.iter().map(|c| format!(",{}", c.1[k])).collect();
-                let _ = writeln!(text, "{id},{x},{},{}{changes}", mode.pressure[k], mode.velocity[k]);
-            }
-        }
+        let rows = answers.iter().zip(&curves).map(|((id, _), mode)| ((*id).clone(), mode));
+        let text = along("point", rows);
         write_whole(path, text.as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }

@@ -6,12 +6,13 @@ mod print;
 
 use crate::{failure::Failure, staging::write_whole, ui::Ui};
 use chain::Case;
-use rijke_report::ModesFigure;
+use rijke_report::{ModeCurves, ModesFigure};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 pub(crate) use {
-    advice::{CHANGES, of as best, print as print_advice},
+    advice::{of as best, print as print_advice},
     chain::curves_of,
+    print::along,
 };
 
 /// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour integral, with
@@ -94,7 +95,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Format::Json => print::json(&case, &modes, lines, &advice, ui)?,
     }
     if let Some(path) = &args.along {
-        write_whole(path, print::along(&stations).as_bytes())?;
+        let key = |m: &ModeCurves| format!("{},{}", m.frequency_hz, m.growth_rate);
+        let text = along("frequency_hz,growth_rate_per_s", stations.iter().map(|m| (key(m), m)));
+        write_whole(path, text.as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.plot {

@@ -127,23 +127,20 @@ pub(super) fn csv(lines: &[Line], ui: &Ui) {
     }
 }
 
-/// Shapes and sensitivities along x as CSV.
-pub(super) fn along(modes: &[ModeCurves]) -> String {
-    let mut text = "frequency_hz,growth_rate_per_s,x_m,pressure,velocity_times_rho_c".to_owned();
-    if modes.iter().any(|m| !m.changes.is_empty()) {
-        for change in CHANGES {
-            text = text + "," + change.column();
+/// Shapes and sensitivities along x as CSV. The rows of a mode begin with its keys, whose columns `keys` names.
+pub(crate) fn along<'a>(keys: &str, modes: impl Iterator<Item = (String, &'a ModeCurves)>) -> String {
+    let (mut rows, mut columns) = (String::new(), CHANGES.map(|change| change.column()).to_vec());
+    for (key, mode) in modes {
+        if mode.changes.is_empty() {
+            columns.clear();
         }
-    }
-    text.push('\n');
-    for m in modes {
-        for (k, x) in m.x.iter().enumerate() {
-            let row = [m.frequency_hz, m.growth_rate, *x, m.pressure[k], m.velocity[k]];
-            let row: Vec<String> =
-                row.into_iter().chain(m.changes.iter().map(|c| c.1[k])).map(|v| v.to_string()).collect();
+        for (k, x) in mode.x.iter().enumerate() {
+            let numbers = [*x, mode.pressure[k], mode.velocity[k]].into_iter();
+            let numbers = numbers.chain(mode.changes.iter().map(|c| c.1[k])).map(|v| format!(",{v}"));
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "{}", row.join(","));
+            let _ = writeln!(rows, "{key}{}", numbers.collect::<String>());
         }
     }
-    text
+    let columns: String = columns.iter().map(|column| format!(",{column}")).collect();
+    format!("{keys},x_m,pressure,velocity_times_rho_c{columns}\n{rows}")
 }

@@ -4,6 +4,7 @@ use crate::{rijke, scratch};
 use std::{
     collections::BTreeMap,
     fs,
+    os::unix::process::ExitStatusExt,
     path::Path,
     process::{Command, Stdio},
     thread,
@@ -57,6 +58,7 @@ fn exact_interrupted_runs_leave_nothing_torn_and_go_on() {
     done("lab --campaign campaign.toml --out whole");
     done("lab --campaign campaign.toml --out torn");
     done("run whole");
+    each_command(&folder);
     let (mut interrupted, mut wait) = (0, 40);
     loop {
         let mut run = Command::new(env!("CARGO_BIN_EXE_rijke"))
@@ -87,9 +89,74 @@ fn exact_interrupted_runs_leave_nothing_torn_and_go_on() {
     }
 }
 
+/// A command and what it writes beside `whole`, which is what it writes undisturbed.
+struct Step {
+    words: &'static str,
+    /// File or folder written, and the same from the undisturbed run.
+    writes: [&'static str; 2],
+}
+
+const STEPS: [Step; 5] = [
+    Step {
+        words: "process whole --out torn-observations",
+        writes: ["torn-observations", "whole/observations"],
+    },
+    Step { words: "flow whole --out torn-flow", writes: ["torn-flow", "whole/base-flow"] },
+    Step {
+        words: "rank whole --out torn-results --flow whole/base-flow",
+        writes: ["torn-results/numbers", "whole/results/numbers"],
+    },
+    // Draws into the folder that the ranking left.
+    Step { words: "report torn-results", writes: ["torn-results", "whole/results"] },
+    Step { words: "predict MODEL --out torn.csv", writes: ["torn.csv", "whole.csv"] },
+];
+
+const MODEL: &str = "whole/results/model.json --flow whole/base-flow --campaign campaign.toml";
+
+/// Every command ended by Ctrl-C, later and later: it dies of the signal (130 in a shell), what it left is what the undisturbed run
+/// wrote or nothing, and the run that is left alone writes all of it.
+fn each_command(folder: &Path) {
+    let start = |words: &str| {
+        let words = words.replace("MODEL", MODEL);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rijke"));
+        command.args(words.split(' ')).current_dir(folder).stdout(Stdio::null()).stderr(Stdio::null());
+        command.spawn().unwrap()
+    };
+    assert!(start("predict MODEL --out whole.csv").wait().unwrap().success());
+    for Step { words, writes: [torn, whole] } in STEPS {
+        let (torn, whole) = (folder.join(torn), files(&folder.join(whole)));
+        let (mut interrupted, mut wait) = (0, 2);
+        loop {
+            let mut run = start(words);
+            thread::sleep(Duration::from_millis(wait));
+            let _ = Command::new("kill").args(["-INT", &run.id().to_string()]).stderr(Stdio::null()).status();
+            let ended = run.wait().unwrap();
+            for (name, bytes) in files(&torn).iter().filter(|(name, _)| !name.ends_with(".partial")) {
+                assert!(whole.get(name) == Some(bytes), "{words}: {name} after {wait} ms");
+            }
+            if ended.success() {
+                break;
+            }
+            assert_eq!(
+                ended.signal(),
+                Some(2),
+                "{words}: ended by the signal, not by an error, after {wait} ms"
+            );
+            (interrupted, wait) = (interrupted + 1, 2 * wait);
+            assert!(interrupted < 18, "{words} never ends");
+        }
+        assert!(interrupted > 0, "{words} was too short to be interrupted");
+        assert!(files(&torn) == whole, "{words}: {:?} and {:?}", files(&torn).keys(), whole.keys());
+    }
+}
+
+/// All files below a folder, or the one file; nothing if there is none.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
+    if let Ok(bytes) = fs::read(folder) {
+        found.insert(String::new(), bytes);
+    }
+    for entry in fs::read_dir(folder).into_iter().flatten() {
         let (path, name) =
             (entry.as_ref().unwrap().path(), entry.unwrap().file_name().into_string().unwrap());
         if path.is_dir() {
