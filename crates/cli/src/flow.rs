@@ -208,13 +208,26 @@ fn over_time(
         Ok((fit, beside.map(|(report, _)| report)))
     };
     let fits: Result<Vec<_>, FlowError> = records.runs.par_iter().map(one).collect();
-    let (fits, beside): (Vec<_>, Vec<_>) = fits.or_failed()?.into_iter().unzip();
+    let (fits, beside): (Vec<_>, Vec<_>) = fits.map_err(|e| blame(e).at(dir))?.into_iter().unzip();
     let (reports, states): (Vec<RunReport>, Vec<NamedStates>) = fits.into_iter().unzip();
     drop(progress);
     let states = states.into_iter().flatten().collect();
     let source = dir.display().to_string();
     let (document, states) = gather(args, records.kind, &records.rig, source, reports, states);
     Ok((document, states, beside.into_iter().flatten().collect()))
+}
+
+/// Readings under which no flow exists are the user's to mend; a search that gives up on sound ones is not.
+fn blame(error: FlowError) -> Failure {
+    use FlowError::{Ensemble, NoFlow, NotSteady, Power, Temperature};
+    match error {
+        NoFlow { .. } | NotSteady { .. } | Power { .. } | Temperature { .. } | Ensemble(_) => {
+            Failure::bad_input(error)
+                .remedy("Compare powers, ambient temperatures and readings of the samples with the rig.")
+        }
+        _ => Failure::failed(error)
+            .remedy("Compare the readings with the rig; --method smoother needs no derivatives."),
+    }
 }
 
 fn gather(

@@ -1,8 +1,8 @@
 //! From click arrival times to the base state: assimilation with honest certainty.
 //!
 //! * [`Batch`]: the most probable unknowns given all clicks of all powers, transients included, and the posterior around
-//!   them with the bounds of the priors. The default, and the cheapest. 2 sd cover U_h and the six parameters in 94 to 97 %
-//!   of twins, the sound speed in 89 to 97 % (docs/records/flow.md).
+//!   them with the bounds of the priors. The default, and the cheapest. 2 sd cover U_h, the sound speed and the identifiable
+//!   unknowns in 91 to 97 % of 200 twins (docs/records/flow.md).
 //! * [`smooth`]: ES-MDA, an ensemble smoother, free of derivatives.
 //! * [`filter`]: the ensemble Kalman filter that the paper describes, and variants that repair parts of it. Its error
 //!   bars are too small; it is here to be compared.

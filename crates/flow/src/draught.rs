@@ -148,7 +148,7 @@ impl Pipe {
             }
             None => {
                 let (coldest, hottest) =
-                    walls.iter().fold((f64::MAX, f64::MIN), |(a, b), &w| (a.min(w), b.max(w)));
+                    walls.iter().fold((f64::NAN, f64::NAN), |(a, b), &w| (a.min(w), b.max(w)));
                 Err(FlowError::NoFlow { coldest, hottest })
             }
         };

@@ -5,6 +5,7 @@ mod bad_input;
 mod base_states;
 mod book;
 mod ducted_flame;
+mod flow_over_time;
 mod foresight;
 mod formats;
 mod help;

@@ -107,6 +107,25 @@ fn oracle_causes_rebuild_the_posterior_covariance() {
 }
 
 #[test]
+fn exact_fit_gives_the_same_bytes_for_one_and_two_threads() {
+    let runs: Vec<(Pipe, Run)> = [0.25, 0.45, 0.7]
+        .map(|heater| {
+            let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
+            read(&pipe, &mut run, SD, &mut Streams::new(4).stream("threads"));
+            (pipe, run)
+        })
+        .into();
+    let fit = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let fit = Fit::new(&runs).unwrap();
+            (fit.base_states().unwrap(), fit.covariance)
+        })
+    };
+    assert_eq!(fit(1), fit(2));
+}
+
+#[test]
 fn lab_settled_runs_cover_their_truth() {
     // Twelve draws of the truth: error of the velocity at 180 W over its sd, and chi-squared.
     let pipe = pipe(0.35);

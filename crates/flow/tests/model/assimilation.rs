@@ -100,6 +100,50 @@ fn exact_filter_gives_the_same_bytes_for_one_and_two_threads() {
 }
 
 #[test]
+fn exact_failed_members_are_counted_and_an_ensemble_of_failures_is_refused() {
+    let pipe = pipe(0.25, 1);
+    let options = TwinOptions { powers: staircase(&[0.0, 180.0], 10), ..TwinOptions::default() };
+    let mut record = Twin::new(&pipe, &options, &Streams::new(3), Some(&[0.0; 18])).unwrap().record;
+    let run = |record: &Record| {
+        let options = FilterOptions { members: 40, ..FilterOptions::default() };
+        filter(&pipe, record, &options, &Streams::new(3))
+    };
+    assert_eq!(run(&record).unwrap().failed, 0);
+    // No member survives such a power; how single failures are replaced is tested in `rijke-inference`.
+    record.samples[10..].iter_mut().for_each(|s| s.power = 1e9);
+    let said = run(&record).unwrap_err().to_string();
+    assert!(said.starts_with("40 of 40 members failed in step 10; the first says: no mass flow"), "{said}");
+}
+
+#[test]
+fn exact_messages_say_what_is_wrong_with_numbers() {
+    let pipe = pipe(0.25, 1);
+    let good = short(&pipe, 8).record;
+    let said = |change: &dyn Fn(&mut Record)| {
+        let mut record = good.clone();
+        change(&mut record);
+        record.checked(&pipe).unwrap_err().to_string()
+    };
+    let hot = said(&|r| r.samples[0].power = 7.0);
+    assert_eq!(
+        hot,
+        "the first sample was taken at 7 W: start with samples at 0 W and ambient temperature, which calibrate the \
+         constant errors of the channels"
+    );
+    let few = said(&|r| r.samples.truncate(2));
+    assert_eq!(few, "16 readings cannot fix 18 unknowns; add samples or sensors");
+    let cold = said(&|r| r.samples[3].ambient = -20.0);
+    assert_eq!(cold, "the temperature at x = 0 m is -20 K; it must be positive (give kelvin, not Celsius)");
+    let blocked = rijke_flow::Parameters { heater_drag: 1e12, ..rijke_flow::Parameters::default() };
+    println!(
+        "{:?}",
+        pipe.steady(&blocked, 180.0, AMBIENT)
+            .map(|s| (s.gas.mass_flow, s.wall[20]))
+            .map_err(|e| e.to_string())
+    );
+}
+
+#[test]
 fn exact_bad_records_are_refused_with_numbers() {
     let pipe = pipe(0.25, 1);
     let good = short(&pipe, 8).record;

@@ -1,0 +1,64 @@
+//! Records over time: what is refused, and what is drawn.
+
+use crate::{rijke, scratch};
+use std::fs;
+use std::path::Path;
+
+const SAMPLES: &str = "clicks/heater-250mm.csv";
+
+/// A virtual record with its first `keep` samples.
+fn clicks(folder: &Path, keep: usize) -> Vec<String> {
+    let output = rijke(folder, &["flow", "--twin", "--heaters", "0.25", "--out", "clicks"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(folder.join(SAMPLES)).unwrap();
+    text.lines().take(1 + keep).map(String::from).collect()
+}
+
+#[test]
+fn exact_bad_samples_are_refused() {
+    let folder = scratch("flow-over-time");
+    let lines = clicks(&folder, 300);
+    let with = |line: usize, column: usize, value: &str| {
+        let mut lines = lines.clone();
+        let mut fields: Vec<&str> = lines[line].split(',').collect();
+        fields[column] = value;
+        lines[line] = fields.join(",");
+        lines.join("\n") + "\n"
+    };
+    let first_lines = lines[..3].join("\n") + "\n";
+    let cases = [
+        (with(1, 0, "7"), [SAMPLES, "the first sample was taken at 7 W", "start with samples at 0 W"]),
+        (with(5, 1, "-20"), [SAMPLES, "-20 K", "give kelvin, not Celsius"]),
+        (first_lines, [SAMPLES, "16 readings cannot fix 18 unknowns", "add samples or sensors"]),
+        (with(7, 3, ""), [SAMPLES, "line 8, column arrival_1_s", "is not a number"]),
+        (with(251, 0, "1e9"), ["clicks", "no mass flow balances buoyancy and losses", "Compare powers"]),
+    ];
+    for (text, says) in cases {
+        fs::write(folder.join(SAMPLES), text).unwrap();
+        let output = rijke(&folder, &["flow", "clicks", "--out", "base-flow"]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        for part in says {
+            assert!(said.contains(part), "`{part}` is not in: {said}");
+        }
+        assert!(!folder.join("base-flow").exists(), "{said}");
+    }
+}
+
+#[test]
+fn exact_a_filter_is_drawn_beside_the_batch_fit() {
+    let folder = scratch("flow-plot");
+    let lines = clicks(&folder, 300);
+    fs::write(folder.join(SAMPLES), lines.join("\n") + "\n").unwrap();
+    let output = rijke(&folder, &["flow", "clicks", "--method", "paper", "--plot", "--out", "base-flow"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read = |name: &str| fs::read_to_string(folder.join("base-flow/plots").join(name)).unwrap();
+    let (page, figure) = (read("index.html"), read("filter-25.svg"));
+    for part in ["figure-2.svg", "filter-25.svg", "batch, 200 twins", "<tr><td>U_h</td>"] {
+        assert!(page.contains(part), "{part}");
+    }
+    for part in ["heater drag", "batch fit, 2 sd", "innovations", "(h)"] {
+        assert!(figure.contains(part), "{part}");
+    }
+    assert!(!figure.contains("NaN"));
+}
