@@ -98,13 +98,10 @@ pub struct ClickFit {
 }
 
 /// Gauss-Newton steps before giving up, and the step (in sd) at which it ends.
-const MAX_STEPS: usize = 40;
+const MAX_STEPS: usize = 20;
 const SMALL_STEP: f64 = 1e-2;
 /// The step that must do after all of them.
 const SETTLED: f64 = 0.1;
-/// After so many steps only half of one is taken that goes back: where the impulse is not quite the same in all channels, steps
-/// may go to and fro.
-const HALF_STEPS: usize = 5;
 /// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is smooth.
 const MOVING_STEPS: usize = 2;
 /// Fits with new lags at most, and the relative change of a lag that needs none: 20 us of 1 ms.
@@ -154,13 +151,10 @@ fn fitted(trace: &Trace<'_>, options: &ClickOptions) -> Result<Fitting, Fault> {
         if (fit.model.pace - 1.0).abs() < SAME_PACE {
             break;
         }
-        let same = fit.model.hasten();
-        let options = fit.model.options.clone();
-        // From where the fit is, if the same channels are overlapped as before.
-        fit = match same.then(|| fit.settled(trace, 0)) {
-            Some(Ok(fit)) => fit,
-            _ => Fitting::at_pace(trace, &bursts, options)?,
-        };
+        let mut placed = fit.model.options;
+        placed.hasten(fit.model.pace);
+        // Anew: from where a fit with wrong windows has ended, another maximum may be nearer.
+        fit = Fitting::begin(trace, &bursts, placed, fit.segment)?;
     }
     Ok(fit)
 }
@@ -179,20 +173,30 @@ struct Fitting {
 impl Fitting {
     /// Fits with windows for the stated lags.
     fn at_pace(trace: &Trace<'_>, bursts: &Bursts, options: ClickOptions) -> Result<Self, Fault> {
+        let segment = Segment::new(trace, &bursts.locate(&options).times, &options)?;
+        Self::begin(trace, bursts, options, segment)
+    }
+
+    /// The same in a segment known already: it does not depend on the lags.
+    fn begin(
+        trace: &Trace<'_>,
+        bursts: &Bursts,
+        options: ClickOptions,
+        segment: Segment,
+    ) -> Result<Self, Fault> {
         let located = bursts.locate(&options);
-        let segment = Segment::new(trace, &located.times, &options)?;
         let model = Model::start(&located, &segment, options);
         let (rows, normal) = (Rows::new(), Matrix::zeros(0, 0));
-        Self { model, segment, rows, normal, squares: 0.0, freedom: 1.0 }.settled(trace, MOVING_STEPS)
+        Self { model, segment, rows, normal, squares: 0.0, freedom: 1.0 }.settled(trace)
     }
 
     /// Takes Gauss-Newton steps to the maximum of the likelihood; windows move during the first of them.
-    fn settled(mut self, trace: &Trace<'_>, moving_steps: usize) -> Result<Self, Fault> {
+    fn settled(mut self, trace: &Trace<'_>) -> Result<Self, Fault> {
         let Self { model, segment, .. } = &mut self;
         let mut rows = segment.windows(&model.times, &model.options);
-        let (mut settled, mut length, mut last) = (None, f64::INFINITY, Vec::new());
+        let (mut settled, mut length) = (None, f64::INFINITY);
         for step_number in 0..MAX_STEPS {
-            let moving = step_number < moving_steps;
+            let moving = step_number < MOVING_STEPS;
             if moving {
                 rows = segment.windows(&model.times, &model.options);
             }
@@ -200,9 +204,7 @@ impl Fitting {
             let step = solve_scaled(&normal, &gradient)?;
             let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
             length = gain.sqrt();
-            let forth = |(i, (a, b)): (usize, (&f64, &f64))| normal[(i, i)] * a * b;
-            let back = step.iter().zip(&last).enumerate().map(forth).sum::<f64>() < 0.0;
-            model.advance(&step, if back && step_number >= HALF_STEPS { 0.5 } else { 1.0 });
+            model.advance(&step);
             if moving {
                 model.centre();
             } else if length < SMALL_STEP || (step_number + 1 == MAX_STEPS && length < SETTLED) {
@@ -210,7 +212,6 @@ impl Fitting {
                 settled = Some((normal, squares - gain));
                 break;
             }
-            last = step;
         }
         let Some((normal, squares)) = settled else {
             return Err(Fault::NotConverged { steps: MAX_STEPS, step: length });

@@ -76,18 +76,6 @@ impl Model {
         model
     }
 
-    /// Takes the lags found for the stated ones. Whether the same channels are overlapped as before: if not, the fit has to
-    /// begin anew.
-    pub(super) fn hasten(&mut self) -> bool {
-        let overlapped = |o: &ClickOptions| (0..self.times.len()).map(|m| o.overlaps(m)).collect::<Vec<_>>();
-        let before = overlapped(&self.options);
-        let mut options = self.options.clone();
-        options.hasten(self.pace);
-        let same = before == overlapped(&options);
-        (self.options, self.pace) = (options, 1.0);
-        same
-    }
-
     /// Lag of tap `j` behind the direct impulse at channel `m`.
     fn lag(&self, m: usize, j: usize) -> f64 {
         let lag = self.options.reflection.as_ref().map_or(0.0, |r| r.lags[m]);
@@ -177,9 +165,7 @@ impl Model {
         }
     }
 
-    /// Takes `factor` times a step.
-    pub(super) fn advance(&mut self, step: &[f64], factor: f64) {
-        let step: Vec<f64> = step.iter().map(|d| factor * d).collect();
+    pub(super) fn advance(&mut self, step: &[f64]) {
         let others = self.times.len() - 1;
         for m in 0..self.times.len() {
             if let Some(i) = self.free(m) {
