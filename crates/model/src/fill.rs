@@ -2,9 +2,30 @@
 
 use crate::PointModel;
 use crate::point::LawAt;
-use rijke_candidates::{Coefficient, Dual, Effect, Here, Place, Surroundings, Symbol};
+use rijke_candidates::{Coefficient, Dual, Effect, Here, Law, Place, Surroundings, Symbol};
 use rijke_network::{At, Coefficients, Laws, levine_schwinger};
 use rijke_numerics::{C64, Jet, JetSpace, Order};
+
+impl PointModel<'_> {
+    /// The same model, faster from the second call on: arithmetic that no parameter enters is done now.
+    #[must_use]
+    pub fn prepared(mut self) -> Self {
+        let candidates = self.assembly.candidates();
+        let law =
+            |at: &LawAt| candidates[at.candidate].effects[at.effect].law.at(&self.surroundings[at.around]);
+        self.prepared = self.laws.iter().map(law).collect();
+        self
+    }
+
+    /// Law number `k`.
+    fn law_number(&self, k: usize) -> &dyn Law {
+        let at = &self.laws[k];
+        match self.prepared.get(k) {
+            Some(Some(law)) => law.as_ref(),
+            _ => self.assembly.candidates()[at.candidate].effects[at.effect].law.as_ref(),
+        }
+    }
+}
 
 /// The laws at given values of the free parameters.
 pub(crate) struct Filled<'m> {

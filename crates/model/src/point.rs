@@ -19,7 +19,7 @@ pub struct PointModel<'a> {
     network: Network,
     pub(crate) laws: Vec<LawAt>,
     /// For each law, one for its surroundings alone, if it has been prepared and there is one.
-    prepared: Vec<Option<Arc<dyn Law>>>,
+    pub(crate) prepared: Vec<Option<Arc<dyn Law>>>,
     pub(crate) surroundings: Vec<Surroundings>,
     /// Numbers of the laws, those of the wall first, because what it loses is a symbol of the others.
     pub(crate) order: Vec<usize>,
@@ -121,24 +121,6 @@ impl<'a> PointModel<'a> {
     #[must_use]
     pub fn starting_from(self, guess: C64) -> Self {
         Self { guess, ..self }
-    }
-
-    /// The same model, faster from the second call on: arithmetic that no parameter enters is done now.
-    #[must_use]
-    pub fn prepared(self) -> Self {
-        let candidates = self.assembly.candidates();
-        let law =
-            |at: &LawAt| candidates[at.candidate].effects[at.effect].law.at(&self.surroundings[at.around]);
-        Self { prepared: self.laws.iter().map(law).collect(), ..self }
-    }
-
-    /// Law number `k`.
-    pub(crate) fn law_number(&self, k: usize) -> &dyn Law {
-        let at = &self.laws[k];
-        match self.prepared.get(k) {
-            Some(Some(law)) => law.as_ref(),
-            _ => self.assembly.candidates()[at.candidate].effects[at.effect].law.as_ref(),
-        }
     }
 
     /// Name of the operating point.

@@ -38,6 +38,7 @@ mod response;
 mod search;
 mod sensitivity;
 mod sweep;
+mod tangents;
 mod tracking;
 mod transfer;
 pub mod wall;

@@ -3,8 +3,8 @@
 use crate::chain::Network;
 use crate::coefficients::{Coefficients, Laws};
 use crate::error::NetworkError;
-use crate::response::Tangents;
 use crate::sweep::Dual;
+use crate::tangents::Tangents;
 use rijke_numerics::C64;
 
 /// How Newton's iteration is bounded.

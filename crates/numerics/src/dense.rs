@@ -1,7 +1,7 @@
-//! Small dense algebra. The only file of the workspace that names the linear-algebra library.
+//! Small dense algebra. With `cholesky`, the only files of the workspace that name the linear-algebra library.
 
 use crate::C64;
-use faer::linalg::solvers::{DenseSolveCore, Solve};
+use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use std::ops::{Index, IndexMut};
 
@@ -155,7 +155,7 @@ impl Matrix {
         Self::from_fn(keep.len(), keep.len(), |i, j| self[(keep[i], keep[j])])
     }
 
-    fn to_faer(&self) -> Mat<f64> {
+    pub(crate) fn to_faer(&self) -> Mat<f64> {
         Mat::from_fn(self.rows, self.columns, |i, j| self[(i, j)])
     }
 }
@@ -173,78 +173,8 @@ impl IndexMut<(usize, usize)> for Matrix {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// The factor L of a symmetric positive definite matrix, A = L L'.
-#[derive(Clone, Debug)]
-pub struct Cholesky {
-    lower: Matrix,
-    factor: faer::linalg::solvers::Llt<f64>,
-}
-
-impl Cholesky {
-    /// Factorises `a`; only its lower triangle is read.
-    ///
-    /// # Errors
-    /// [`DenseError::NotPositiveDefinite`], also when `a` holds a NaN.
-    pub fn new(a: &Matrix) -> Result<Self, DenseError> {
-        let factor = a.to_faer().llt(Side::Lower).map_err(|error| {
-            let faer::linalg::solvers::LltError::NonPositivePivot { index } = error;
-            DenseError::NotPositiveDefinite { size: a.rows, pivot: index }
-        })?;
-        let l = factor.L();
-        let lower = Matrix::from_fn(a.rows, a.rows, |i, j| if j <= i { l[(i, j)] } else { 0.0 });
-        Ok(Self { lower, factor })
-    }
-
-    /// The lower factor L.
-    #[must_use]
-    pub fn lower(&self) -> &Matrix {
-        &self.lower
-    }
-
-    /// A^{-1} b.
-    #[must_use]
-    pub fn solve(&self, b: &[f64]) -> Vec<f64> {
-        // Blocks of data are small: the allocations of a blocked solver would cost more than the solution.
-        let mut x = self.whiten(b);
-        for i in (0..x.len()).rev() {
-            let row = self.lower.row(i);
-            x[i] /= row[i];
-            let xi = x[i];
-            for (x, l) in x[..i].iter_mut().zip(row) {
-                *x -= l * xi;
-            }
-        }
-        x
-    }
-
-    /// A^{-1}.
-    #[must_use]
-    pub fn inverse(&self) -> Matrix {
-        let inverse = self.factor.inverse();
-        Matrix::from_fn(self.lower.rows, self.lower.rows, |i, j| inverse[(i, j)])
-    }
-
-    /// ln det A, from the diagonal of L so that it neither overflows nor underflows.
-    #[must_use]
-    pub fn ln_det(&self) -> f64 {
-        (0..self.lower.rows).map(|i| 2.0 * self.lower[(i, i)].ln()).sum()
-    }
-
-    /// L^{-1} b: the vector in units of its own standard deviations, if A is a covariance.
-    #[must_use]
-    pub fn whiten(&self, b: &[f64]) -> Vec<f64> {
-        let mut y: Vec<f64> = Vec::with_capacity(b.len());
-        for i in 0..b.len() {
-            let row = self.lower.row(i);
-            let known = dot(&row[..i], &y);
-            y.push((b[i] - known) / row[i]);
-        }
-        y
-    }
 }
 
 /// Standard deviations of a least-squares fit: the square roots of the diagonal of (A'A)^-1, for a tall `a`.
@@ -344,6 +274,7 @@ pub fn symmetric_eigen(a: &Matrix) -> Result<(Vec<f64>, Matrix), DenseError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Cholesky;
     use approx::assert_relative_eq;
 
     fn spd() -> Matrix {

@@ -1,7 +1,7 @@
 //! Numbers and small algebra that every other crate of the workspace stands on; knows no physics.
 //!
 //! * [`Jet`]: a complex number that carries its gradient and Hessian.
-//! * [`Matrix`], [`Cholesky`], [`lu_solve`] and friends: small dense algebra behind one file, so that the
+//! * [`Matrix`], [`Cholesky`], [`lu_solve`] and friends: small dense algebra behind two files, so that the
 //!   linear-algebra library never appears in a public signature.
 //! * [`Streams`]: named random streams from one seed, the same for any number of threads.
 //! * [`check`]: Taylor slopes and orders of convergence, for tests.
@@ -24,13 +24,15 @@
 //! ```
 
 pub mod check;
+mod cholesky;
 mod dense;
 mod jet;
 mod streams;
 
+pub use cholesky::Cholesky;
 pub use dense::{
-    Cholesky, DenseError, Matrix, complex_eigenvalues, complex_lu_solve, least_direction, least_squares_sd,
-    lu_solve, symmetric_eigen,
+    DenseError, Matrix, complex_eigenvalues, complex_lu_solve, least_direction, least_squares_sd, lu_solve,
+    symmetric_eigen,
 };
 pub use jet::{Jet, JetSpace, Order};
 pub use streams::{Stream, Streams};
