@@ -98,7 +98,7 @@ pub struct ClickFit {
 }
 
 /// Gauss-Newton steps before giving up, and the step (in sd) at which it ends.
-const MAX_STEPS: usize = 20;
+const MAX_STEPS: usize = 40;
 const SMALL_STEP: f64 = 1e-2;
 /// The step that must do after all of them.
 const SETTLED: f64 = 0.1;

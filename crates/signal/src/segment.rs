@@ -27,10 +27,11 @@ const FADE: f64 = 3e-3;
 /// Samples at each end of the decimated noise that are left out: they have seen the other end.
 const ENDS: usize = 8;
 
-/// How many times less often than the record a band up to `highest_hz` needs to be sampled: at least 3.5 times as often as
-/// its highest frequency. White noise stays white, and what of it is in the band stays the same.
+/// How many times less often than the record a band up to `highest_hz` needs to be sampled: at least 7 times as often as
+/// its highest frequency. White noise stays white, and what of it is in the band stays the same. Half of that would do for the
+/// impulse, but windows end at samples: at 64 us, what they hold of a reflection would jump from click to click.
 pub(crate) fn decimation(rate_hz: f64, highest_hz: f64) -> usize {
-    1 << ((rate_hz / (3.5 * highest_hz)) as usize).max(1).ilog2()
+    1 << ((rate_hz / (7.0 * highest_hz)) as usize).max(1).ilog2()
 }
 
 impl Segment {
