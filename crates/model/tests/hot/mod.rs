@@ -138,7 +138,9 @@ fn oracle_principal_errors_do_what_the_causes_do() {
     }
     let point = observed(&assembly, conditions.clone(), &values);
     let all: Vec<usize> = (0..16).collect();
-    let fast = BaseErrors::new(&assembly, std::slice::from_ref(&point), &ALL, &values).unwrap().covariance(&[0], &all);
+    let fast = BaseErrors::new(&assembly, std::slice::from_ref(&point), &ALL, &values)
+        .unwrap()
+        .covariance(&[0], &all);
     let mut slow = Matrix::zeros(16, 16);
     for error in &conditions.base.errors {
         let [up, down] = [1.0, -1.0].map(|sds| {
