@@ -45,7 +45,7 @@ fn pulls(seed: u64, repeats: u32) -> Vec<(String, f64)> {
 }
 
 #[test]
-#[ignore = "long: 200 seeds of raw records, some five minutes"]
+#[ignore = "long: 200 seeds of raw records, a quarter of a minute on two cores"]
 fn lab_stated_intervals_cover_the_truth() {
     let seeds = std::env::var("SEEDS").map_or(200, |s| s.parse().unwrap());
     let all: Vec<Vec<(String, f64)>> = (1..=seeds).into_par_iter().map(|seed| pulls(seed, 10)).collect();
@@ -58,7 +58,11 @@ fn lab_stated_intervals_cover_the_truth() {
         let inside = values.iter().filter(|v| v.abs() < 2.0).count() as f64 / count;
         println!("{:12} {mean:8.3} {rms:8.3} {:7.1} %", all[0][k].0, 100.0 * inside);
         // 92 to 98 % is 95 % with twice the sd of a share of 200. The last channel's gain holds a stated systematic error.
-        if !all[0][k].0.contains('p') {
+        if all[0][k].0.starts_with("arrival") {
+            // Nearly all of it is the shift between settings, declared from the paper's frequencies; at those of a click the end
+            // correction is smaller, and so is the shift.
+            assert!((0.75..1.0).contains(&rms), "{}: {rms}", all[0][k].0);
+        } else if !all[0][k].0.contains('p') {
             assert!((0.92..=0.98).contains(&inside), "{}: {inside}", all[0][k].0);
         }
     }
