@@ -4,7 +4,7 @@ use crate::noise::Groups;
 use crate::{BaseErrors, Conditions, ModelError, Noise};
 use rijke_inference::{Data, Observation, relative_noise};
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::{Ping, Rig};
+use rijke_rig::{OperatingPoint, Ping, Rig};
 
 /// A measured ping and the conditions under which it was measured.
 #[derive(Clone, Debug)]
@@ -68,6 +68,13 @@ pub(crate) fn data_apart_from(
     Ok(Data::new(observed.iter().zip(doubtful).map(block).collect(), groups.list)?)
 }
 
+/// Whether a microphone stands in the near field of the heater: closer to it than the radius of the tube.
+#[must_use]
+pub fn hears_near_field(rig: &Rig, point: &OperatingPoint, microphone: usize) -> bool {
+    let heater = point.position.filter(|_| point.heater);
+    heater.is_some_and(|x| (rig.microphones.positions[microphone] - x).abs() < rig.tube.radius())
+}
+
 /// Structure of the noise of the relative pressures where microphones stand in the near field of the heater, closer to it
 /// than the radius of the tube; nothing where none does.
 ///
@@ -76,8 +83,7 @@ pub(crate) fn data_apart_from(
 /// part of the floor, from which the inference judges whether a floating noise is needed at all.
 pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) -> Option<Matrix> {
     let point = &observed.conditions.point;
-    let heater = point.position.filter(|_| point.heater)?;
-    let near = |m: usize| (rig.microphones.positions[m] - heater).abs() < rig.tube.radius();
+    let near = |m: usize| hears_near_field(rig, point, m);
     let ping = &observed.ping;
     let kept: Vec<usize> = microphones.iter().copied().filter(|m| *m != ping.reference).collect();
     if !microphones.iter().any(|&m| near(m)) {

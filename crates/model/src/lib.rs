@@ -36,7 +36,7 @@ mod training;
 
 pub use assembly::{Assembly, Scheme};
 pub use base::Conditions;
-pub use data::{Observed, data_of, selected};
+pub use data::{Observed, data_of, hears_near_field, selected};
 pub use error::ModelError;
 pub use noise::{Misfit, Noise};
 pub use point::PointModel;

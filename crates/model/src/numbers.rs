@@ -6,8 +6,8 @@ use rijke_network::Response;
 use rijke_numerics::{C64, Jet};
 
 impl PointModel<'_> {
-    /// The complex numbers that a response predicts.
-    pub(crate) fn numbers<'r>(&self, response: &'r Response) -> impl Iterator<Item = &'r Jet> {
+    /// The complex numbers that a response of this model predicts: s, then the relative pressures but the reference's.
+    pub fn numbers<'r>(&self, response: &'r Response) -> impl Iterator<Item = &'r Jet> {
         let reference = self.reference;
         let others = response.pressures.iter().enumerate().filter(move |(m, _)| *m != reference);
         std::iter::once(&response.s).chain(others.map(|(_, p)| p))

@@ -24,7 +24,10 @@ pub fn catalogue() -> Result<Catalogue, StudyError> {
 }
 
 /// The candidates called `ids`, in that order.
-pub(crate) fn chosen(catalogue: &Catalogue, ids: &[&str]) -> Result<Vec<Candidate>, StudyError> {
+///
+/// # Errors
+/// [`StudyError::NoCandidate`] for one that is not in the catalogue.
+pub fn chosen(catalogue: &Catalogue, ids: &[&str]) -> Result<Vec<Candidate>, StudyError> {
     let get = |id: &&str| catalogue.get(id).cloned().ok_or_else(|| StudyError::NoCandidate((*id).to_owned()));
     ids.iter().map(get).collect()
 }

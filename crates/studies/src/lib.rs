@@ -28,7 +28,7 @@ mod records;
 mod truths;
 
 pub use campaign::{CampaignRead, CampaignRow, PointRead, campaign};
-pub use catalogue::catalogue;
+pub use catalogue::{catalogue, chosen};
 pub use cold::{ColdStage, cold};
 pub use competition::{COMPETING_ROLES, Depth, Stage, Terms};
 pub use consistency::consistency;

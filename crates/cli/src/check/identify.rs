@@ -2,7 +2,7 @@
 
 use super::stages::Stage;
 use rijke_inference::{InferenceError, Parameters, relative_noise};
-use rijke_model::{Assembly, Conditions, ModelError, PointModel, Workspace};
+use rijke_model::{Assembly, Conditions, ModelError, PointModel, Workspace, hears_near_field};
 use rijke_numerics::{C64, Cholesky, Matrix, Order, symmetric_eigen};
 use serde::Serialize;
 
@@ -96,18 +96,15 @@ fn jacobians(assembly: &Assembly, points: &[Conditions], sd: [f64; 3]) -> Result
     let work = &mut Workspace::default();
     let mut one = |conditions: &Conditions| {
         let microphones = far_from_heater(assembly, conditions);
-        let found =
-            PointModel::new(assembly, conditions, &microphones)?.respond(&values, Order::First, work)?;
-        let reference = assembly.rig.microphones.reference;
-        let others: Vec<_> =
-            microphones.iter().zip(&found.pressures).filter(|(m, _)| **m != reference).collect();
-        let pressures: Vec<C64> = others.iter().map(|(_, p)| p.value()).collect();
+        let model = PointModel::new(assembly, conditions, &microphones)?;
+        let found = model.respond(&values, Order::First, work)?;
+        let others: Vec<_> = model.numbers(&found).skip(1).collect();
+        let pressures: Vec<C64> = others.iter().map(|p| p.value()).collect();
         let noise = relative_noise(&pressures);
         let factor = Cholesky::new(&noise).map_err(InferenceError::from)?;
         let column = |k: usize| {
             let s = found.s.gradient()[k];
-            let parts: Vec<f64> =
-                others.iter().map(|(_, p)| p.gradient()[k]).flat_map(|z| [z.re, z.im]).collect();
+            let parts: Vec<f64> = others.iter().map(|p| p.gradient()[k]).flat_map(|z| [z.re, z.im]).collect();
             let pressures = factor.whiten(&parts).into_iter().map(|p| p / sd[2]);
             let all = [s.re / sd[0], s.im / sd[1]].into_iter().chain(pressures);
             all.map(|z| z * scales[k]).collect::<Vec<f64>>()
@@ -120,10 +117,8 @@ fn jacobians(assembly: &Assembly, points: &[Conditions], sd: [f64; 3]) -> Result
 
 /// The microphones that a training would use: where the pressure is that of plane waves; the reference always.
 fn far_from_heater(assembly: &Assembly, conditions: &Conditions) -> Vec<usize> {
-    let (rig, point) = (&assembly.rig, &conditions.point);
-    let heater = point.position.filter(|_| point.heater);
-    let near =
-        |m: usize| heater.is_some_and(|x| (rig.microphones.positions[m] - x).abs() < rig.tube.radius());
+    let rig = &assembly.rig;
+    let near = |m: usize| hears_near_field(rig, &conditions.point, m);
     (0..rig.microphones.positions.len()).filter(|&m| m == rig.microphones.reference || !near(m)).collect()
 }
 

@@ -1,11 +1,11 @@
 //! What a campaign can teach, stage by stage, as `rijke rank` will go through it.
 
 use crate::failure::{Classify, Failure};
-use rijke_candidates::{Candidate, Catalogue};
-use rijke_flow::{BaseState, Closures, Parameters, Pipe};
+use rijke_candidates::Candidate;
+use rijke_flow::{Closures, Parameters, Pipe};
 use rijke_model::{Assembly, Conditions};
 use rijke_rig::{OperatingPoint, Rig};
-use rijke_studies::catalogue;
+use rijke_studies::{catalogue, chosen};
 
 /// One stage: candidates of one role on top of what stands for the stages before it.
 pub(crate) struct Stage {
@@ -65,7 +65,7 @@ pub(crate) fn stages(
     own: &[Candidate],
 ) -> Result<(Vec<Stage>, Option<String>), Failure> {
     let catalogue = catalogue().or_failed()?;
-    let mut stands = chosen(&catalogue, &TUBE);
+    let mut stands = chosen(&catalogue, &TUBE).or_failed()?;
     let (mut stages, mut learnt): (Vec<Stage>, Vec<Conditions>) = (Vec::new(), Vec::new());
     for plan in &PLAN {
         let added: Vec<_> = points.iter().filter(|(p, _)| (plan.adds)(p)).collect();
@@ -93,7 +93,7 @@ pub(crate) fn stages(
             earlier: (standing, learnt.clone()),
         });
         learnt.extend(placed);
-        stands.extend(chosen(&catalogue, plan.stands));
+        stands.extend(chosen(&catalogue, plan.stands).or_failed()?);
     }
     Ok((stages, None))
 }
@@ -101,10 +101,6 @@ pub(crate) fn stages(
 /// Whether a point is of the stage in which candidates of `role` compete.
 pub(crate) fn teaches(role: &str, point: &OperatingPoint) -> bool {
     PLAN.iter().any(|plan| plan.role == role && (plan.adds)(point))
-}
-
-fn chosen(catalogue: &Catalogue, ids: &[&str]) -> Vec<Candidate> {
-    ids.iter().filter_map(|id| catalogue.get(id)).cloned().collect()
 }
 
 /// The state of the gas as far as it is known before any record: cold gas at the ambient temperature; with power, the steady flow at
@@ -119,15 +115,6 @@ fn conditions(rig: &Rig, point: &OperatingPoint, ambient: f64) -> Result<Conditi
     };
     let pipe = Pipe::new(rig, &Closures::default(), heater, 1).or_bad_input().map_err(wrong)?;
     let flow = pipe.steady(&Parameters::default(), point.power, ambient).or_bad_input().map_err(wrong)?;
-    let base = BaseState {
-        gas: rig.gas.clone(),
-        pressure: rig.pressure,
-        mass_flux: flow.gas.mass_flow / rig.tube.area(),
-        heater_velocity: pipe.heater_velocity(&flow.gas),
-        places: pipe.faces().to_vec(),
-        temperature: flow.gas.march.face.clone(),
-        errors: Vec::new(),
-    };
-    let base = base.checked().or_bad_input().map_err(wrong)?;
+    let base = flow.base_state(&pipe).checked().or_bad_input().map_err(wrong)?;
     Ok(Conditions { point: point.clone(), base, ambient })
 }

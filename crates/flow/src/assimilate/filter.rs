@@ -153,9 +153,8 @@ pub fn filter(
         if (step + 1) % options.every == 0 || step + 1 == record.samples.len() {
             let velocity: Vec<f64> = runs.iter().map(|r| r.1).collect();
             let time = (step + 1) as f64 * record.interval;
-            let innovation_chi_squared = std::mem::take(&mut recent).chi_squared_per_datum();
-            let snapshot = snapshot(&ensemble, &layout, time, sample.power, &velocity);
-            history.push(Snapshot { innovation_chi_squared, ..snapshot });
+            let innovations = std::mem::take(&mut recent);
+            history.push(snapshot(&ensemble, &layout, time, sample.power, &velocity, &innovations));
         }
     }
     finish(&ensemble, &layout, &priors, &biased, innovations, history)
@@ -249,7 +248,14 @@ fn advance(
 /// Tolerance of the mass flow in ln(buoyancy/losses): 4e-5 of U_h, 0.01 us in an arrival time.
 const TOLERANCE: f64 = 1e-4;
 
-fn snapshot(ensemble: &Ensemble, layout: &Layout, time: f64, power: f64, velocity: &[f64]) -> Snapshot {
+fn snapshot(
+    ensemble: &Ensemble,
+    layout: &Layout,
+    time: f64,
+    power: f64,
+    velocity: &[f64],
+    innovations: &Diagnostics,
+) -> Snapshot {
     let (mean, spread) = (ensemble.mean(), ensemble.spread());
     let n = velocity.len() as f64;
     let centre = velocity.iter().sum::<f64>() / n;
@@ -260,7 +266,7 @@ fn snapshot(ensemble: &Ensemble, layout: &Layout, time: f64, power: f64, velocit
         mean: mean[..layout.scores].to_vec(),
         spread: spread[..layout.scores].to_vec(),
         heater_velocity: [centre, variance.sqrt()],
-        innovation_chi_squared: f64::NAN,
+        innovation_chi_squared: innovations.chi_squared_per_datum(),
     }
 }
 
