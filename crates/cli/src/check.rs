@@ -97,8 +97,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let list: Vec<_> = points.iter().map(|(p, _)| p.clone()).collect();
     let own = own::candidates(&files, &rig, &list)?;
-    let measured = observed.iter().flat_map(|o| &o.points);
-    let measured = measured.filter_map(|p| Some((p.point.id.clone(), p.ping.as_ref()?.s))).collect();
+    let measured = observed.as_ref().map(foresight::measured).unwrap_or_default();
     let subject = Subject { rig, points, kind, own, measured };
     answer["models"] = foresight::say(&subject, sd, ui)?;
     if let Some(out) = &args.plots {

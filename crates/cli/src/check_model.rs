@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    staging::write_whole,
     ui::Ui,
 };
 use rijke_inference::{
@@ -165,15 +166,15 @@ fn assembly(rig: &Rig, ids: &[String]) -> Result<Assembly, Failure> {
     Assembly::new(rig.clone(), chosen).or_bad_input()
 }
 
-/// Writes a file in one piece: first beside it, then in its place.
 fn write(file: &Path, what: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(what).or_failed()?;
-    let mut beside = file.as_os_str().to_owned();
-    beside.push(".part");
-    std::fs::write(&beside, text + "\n")
-        .and_then(|()| std::fs::rename(&beside, file))
-        .or_failed()
-        .map_err(|f| f.at(file))
+    write_whole(
+        file,
+        (text
+            + "
+")
+        .as_bytes(),
+    )
 }
 
 fn say_evidence(ui: &Ui, found: &Assessment) {

@@ -106,11 +106,8 @@ fn infer(template: Template, measured: &Measured) -> Result<Found, Failure> {
     let posterior = Posterior::new(&model, &data, &parameters).or_bad_input().map_err(at)?;
     let fit = posterior.map(&MapOptions::default()).or_failed().map_err(at)?;
     if !fit.stop.converged() {
-        return Err(at(Failure::failed(format!(
-            "the most probable unknowns were not found: {:?}",
-            fit.stop
-        ))
-        .remedy("Give priors nearer to the truth, or fewer unknowns.")));
+        return Err(at(Failure::failed(format!("the most probable unknowns were not found: {}", fit.stop))
+            .remedy("Give priors nearer to the truth, or fewer unknowns.")));
     }
     let mut laplace = posterior.laplace(&fit).or_failed().map_err(at)?;
     laplace.evidence.datapoints = measured.rows.len();

@@ -26,10 +26,19 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ui.document(markdown().trim_end());
         return Ok(());
     };
-    std::fs::create_dir_all(out)
+    // The folder may hold the pages of other programs: each page is moved there when it is complete.
+    let partial = out.join("rijke.partial");
+    std::fs::create_dir_all(&partial)
         .or_bad_input()
         .map_err(|f| f.at(out).remedy("Give a place in which you may write."))?;
-    clap_mangen::generate_to(Program::command(), out).or_failed().map_err(|f| f.at(out))?;
+    let moved = clap_mangen::generate_to(Program::command(), &partial).and_then(|()| {
+        for page in std::fs::read_dir(&partial)? {
+            let page = page?;
+            std::fs::rename(page.path(), out.join(page.file_name()))?;
+        }
+        std::fs::remove_dir(&partial)
+    });
+    moved.or_failed().map_err(|f| f.at(out))?;
     ui.note(format!("{}: rijke.1 and a page for each command", out.display()));
     Ok(())
 }

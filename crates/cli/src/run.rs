@@ -2,7 +2,9 @@
 
 use crate::{
     Program,
+    check::foresight::{self, Subject},
     failure::{Classify, Failure},
+    rank::own,
     ui::Ui,
 };
 use clap::Parser;
@@ -12,7 +14,8 @@ use std::path::{Path, PathBuf};
 /// Take a folder from records to ranked models: check, process, flow, rank, report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke run my-rig\n\n\
-    Writes DIR/observations, DIR/base-flow and DIR/results with its page index.html. Steps that were finished before are kept,\n\
+    Writes DIR/observations, DIR/base-flow and DIR/results with its page index.html and, in\n\
+    DIR/results/priors, what the priors alone would have predicted. Steps that were finished before are kept,\n\
     so an interrupted run goes on where it was. A folder with observations and no records starts from there.")]
 pub(crate) struct Args {
     /// Folder of records with its manifest.toml, or with observations prepared by hand in DIR/observations.
@@ -73,13 +76,19 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     if hot {
         rank.extend(["--flow", &*flow]);
     }
-    let candidates: Vec<String> = candidates.iter().map(|file| text(file)).collect();
-    if !candidates.is_empty() {
+    let own_files: Vec<String> = candidates.iter().map(|file| text(file)).collect();
+    if !own_files.is_empty() {
         rank.push("--candidates");
-        rank.extend(candidates.iter().map(String::as_str));
+        rank.extend(own_files.iter().map(String::as_str));
     }
     if args.force || !unfinished {
         step(&rank, args.force, ui)?;
+    }
+    let priors = Path::new(&results).join("priors");
+    if !priors.is_dir() {
+        let points: Vec<_> = read.points.iter().map(|p| p.point.clone()).collect();
+        let subject = Subject::observed(&read, own::candidates(&candidates, &read.rig, &points)?);
+        foresight::draw(&subject, &priors, false, &ui.of_a_step())?;
     }
     step(&["report", &results], false, ui)?;
     let results = Path::new(&results);

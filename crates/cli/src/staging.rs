@@ -19,6 +19,9 @@ pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
         .map_err(|f| f.at(path).remedy("Give a place in which you may write."))
 }
 
+/// Ending of the name of a folder that is being replaced.
+const REPLACED: &str = "replaced";
+
 /// A folder that appears under its name only when it is complete. Until then it is written beside its place as
 /// `NAME.partial`, which is removed when the command fails, and by the next run if the command was killed.
 pub(crate) struct StagedFolder {
@@ -31,6 +34,13 @@ impl StagedFolder {
     /// that every finished folder of this kind has: a folder of anything else is never removed.
     pub(crate) fn new(target: &Path, mark: &str, force: bool) -> Result<Self, Failure> {
         let shown = target.display();
+        let replaced = beside(target, REPLACED);
+        if replaced.join(mark).is_file() {
+            // A run was killed while it put its folder in the place of this one.
+            let mended =
+                if target.exists() { fs::remove_dir_all(&replaced) } else { fs::rename(&replaced, target) };
+            mended.or_failed().map_err(|f| f.at(&replaced))?;
+        }
         if target.file_name().is_none() {
             return Err(Failure::bad_input(format!("{shown}: not the name of a folder"))
                 .remedy("Name a folder to be created, such as results."));
@@ -66,7 +76,7 @@ impl StagedFolder {
 
     /// Puts the finished folder in its place.
     pub(crate) fn commit(self) -> Result<(), Failure> {
-        let (target, old) = (&self.target, beside(&self.target, "old"));
+        let (target, old) = (&self.target, beside(&self.target, REPLACED));
         if target.is_dir() {
             fs::rename(target, &old).or_failed().map_err(|f| f.at(target))?;
         }
@@ -113,6 +123,13 @@ mod tests {
         fs::write(staged.path().join("new"), "").unwrap();
         drop(staged);
         assert!(target.join("mark.toml").is_file() && !beside(&target, "partial").exists());
+
+        // Killed between the two renames: the old folder comes back. Killed after them: it goes.
+        fs::rename(&target, beside(&target, REPLACED)).unwrap();
+        assert!(start(false).is_err() && target.join("mark.toml").is_file());
+        fs::create_dir(beside(&target, REPLACED)).unwrap();
+        fs::write(beside(&target, REPLACED).join("mark.toml"), "").unwrap();
+        assert!(start(false).is_err() && !beside(&target, REPLACED).exists());
 
         // Something else: never.
         fs::remove_file(target.join("mark.toml")).unwrap();

@@ -2,6 +2,7 @@
 
 /// Why the flow has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FlowError {
     /// A temperature that is not a positive number of kelvin.
     #[error("the temperature at x = {x} m is {kelvin} K; it must be positive (give kelvin, not Celsius)")]

@@ -5,6 +5,7 @@ use rijke_numerics::DenseError;
 
 /// Why an inference has no answer.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum InferenceError {
     /// A prior whose numbers contradict each other or are not numbers.
     #[error("the prior of parameter '{parameter}' is impossible: {problem}")]

@@ -233,7 +233,7 @@ impl Posterior<'_> {
 
     fn warn_of_fit(&self, fit: &Fit, health: &mut Health) {
         if !fit.stop.converged() {
-            health.warnings.push(format!("the search did not converge: {:?}", fit.stop));
+            health.warnings.push(format!("the search did not converge: {}", fit.stop));
         }
         let data = self.data().observations();
         for (g, noise) in fit.noise.iter().enumerate().filter(|(_, n)| n.floats) {

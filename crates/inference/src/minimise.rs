@@ -4,6 +4,7 @@ use crate::quadratic::{Quadratic, dot};
 use crate::{Energy, InferenceError, Objective};
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Where the second derivatives of a step come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,6 +63,24 @@ pub enum Stop {
         /// What the last refused step met.
         reason: String,
     },
+}
+
+/// In words, as the end of a sentence: "the search ended without converging: ...".
+impl fmt::Display for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Converged { decrement } => write!(f, "converged to {decrement:.1e} nats"),
+            Self::EvaluationCap { decrement } if decrement.is_finite() => {
+                write!(f, "too many evaluations, with {decrement:.1e} nats still to gain")
+            }
+            Self::EvaluationCap { .. } => f.write_str("too many evaluations, and no minimum near"),
+            Self::Flat { eigenvalue_ratio } => write!(
+                f,
+                "the cost is flat along a direction (lowest curvature {eigenvalue_ratio:.1e} of the highest), so the data do not determine it"
+            ),
+            Self::Blocked { reason } => write!(f, "no shorter step helps: {reason}"),
+        }
+    }
 }
 
 /// How often the objective was evaluated.

@@ -6,6 +6,7 @@ use rijke_network::NetworkError;
 
 /// Why a model cannot be built, evaluated or trained.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ModelError {
     /// Two candidates have a parameter of the same name, so that a value could not be given by name.
     #[error("both `{first}` and `{second}` have a parameter called `{parameter}`; rename one of them")]
@@ -93,7 +94,7 @@ pub enum ModelError {
     #[error(transparent)]
     Inference(#[from] InferenceError),
     /// The search for the best parameters ended without converging.
-    #[error("the fit of `{model}` ended without converging: {stop:?}")]
+    #[error("the fit of `{model}` ended without converging: {stop}")]
     NotConverged {
         /// Which model.
         model: String,

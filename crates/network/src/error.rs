@@ -5,6 +5,7 @@ use rijke_numerics::C64;
 
 /// Why a network has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NetworkError {
     /// There is no segment.
     #[error("the network has no segment: give at least one")]

@@ -15,6 +15,7 @@ pub struct Matrix {
 
 /// Why a solve has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DenseError {
     /// A Cholesky factor does not exist: the matrix is not positive definite, or holds a NaN.
     #[error("the {size} x {size} matrix is not positive definite: pivot {pivot} is not positive")]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 /// Why no report was made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
     /// A file of numbers cannot be read.
     #[error("{}: cannot be read", path.display())]

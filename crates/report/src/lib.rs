@@ -22,6 +22,7 @@ mod comparison;
 mod draw;
 mod error;
 mod figures;
+mod gallery;
 mod modes;
 mod numbers;
 mod page;
@@ -33,6 +34,7 @@ mod table;
 
 pub use base_flow::{BaseFlow, FlowAt, FlowAtPower, FlowRun, FlowUnknown};
 pub use error::ReportError;
+pub use gallery::gallery;
 pub use modes::{ModeCurves, ModesFigure};
 pub use numbers::Numbers;
 pub use prior::{PriorFigure, PriorModel, PriorSeries};
@@ -57,7 +59,7 @@ impl Report {
         if items.is_empty() {
             return Err(ReportError::Nothing);
         }
-        let mut files = vec![("index.html".to_owned(), page::render(&items)?.into_bytes())];
+        let mut files = Vec::new();
         for item in &items {
             for figure in &item.figures {
                 files.push((format!("figures/{}.svg", figure.id), figure.svg().into_bytes()));
@@ -66,10 +68,12 @@ impl Report {
                 files.push((format!("tables/{}.csv", sheet.id), sheet.csv()?));
             }
         }
+        // Last, so that what it names is there when it is.
+        files.push(("index.html".to_owned(), page::render(&items)?.into_bytes()));
         Ok(Self { files })
     }
 
-    /// The files: path within the folder of the report, and content.
+    /// The files: path within the folder of the report, and content; the page comes last.
     #[must_use]
     pub fn files(&self) -> &[(String, Vec<u8>)] {
         &self.files

@@ -54,6 +54,7 @@ pub struct PointScatter {
 
 /// Why a record set cannot be processed.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ProcessError {
     /// A record cannot be read.
     #[error(transparent)]

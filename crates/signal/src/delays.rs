@@ -36,6 +36,7 @@ const REFLECTED_GAIN_SD: f64 = 4e-3;
 
 /// Why a calibration cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CalibrationError {
     /// Too few clicks.
     #[error("a calibration needs at least 2 usable clicks, there are {have}")]

@@ -5,6 +5,7 @@ use rijke_model::ModelError;
 
 /// Why a study has no answer.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StudyError {
     /// The observations lack a point that the question is about.
     #[error(

@@ -11,10 +11,12 @@ use crate::{
 use rayon::prelude::*;
 use rijke_candidates::Candidate;
 use rijke_numerics::C64;
+use rijke_report::gallery;
 use rijke_rig::{DataKind, Observations, OperatingPoint, Rig};
 use serde_json::{Value, json};
 use std::{
     collections::{BTreeMap, BTreeSet},
+    fmt::Write as _,
     path::Path,
 };
 
@@ -26,7 +28,7 @@ pub(crate) const NOISE_SD: [f64; 3] = [0.1, 1.0, 1e-3];
 const NOISE: usize = 2;
 
 /// What is checked.
-pub(super) struct Subject {
+pub(crate) struct Subject {
     pub(super) rig: Rig,
     /// The operating points, each with its ambient temperature, K.
     pub(super) points: Vec<(OperatingPoint, f64)>,
@@ -39,9 +41,26 @@ pub(super) struct Subject {
 }
 
 impl Subject {
+    /// What was observed, and candidates of the user's own.
+    pub(crate) fn observed(observations: &Observations, own: Vec<Candidate>) -> Self {
+        let points = &observations.points;
+        Self {
+            rig: observations.rig.clone(),
+            points: points.iter().map(|p| (p.point.clone(), p.ambient.ambient_temperature)).collect(),
+            kind: Some(observations.kind),
+            own,
+            measured: measured(observations),
+        }
+    }
+
     fn stages(&self) -> Result<(Vec<Stage>, Option<String>), Failure> {
         stages(&self.rig, &self.points, &self.own)
     }
+}
+
+/// s of the operating points with pings.
+pub(super) fn measured(observations: &Observations) -> BTreeMap<String, C64> {
+    observations.points.iter().filter_map(|p| Some((p.point.id.clone(), p.ping.as_ref()?.s))).collect()
 }
 
 /// Says for every stage which models would be ranked, and warns of what they could not learn.
@@ -138,18 +157,19 @@ fn answer(role: &str, id: &str, found: &Identified) -> Value {
 }
 
 /// Draws the prior predictions of every stage into a folder.
-pub(super) fn draw(subject: &Subject, out: &Path, force: bool, ui: &Ui) -> Result<Value, Failure> {
+pub(crate) fn draw(subject: &Subject, out: &Path, force: bool, ui: &Ui) -> Result<Value, Failure> {
     let (stages, _) = subject.stages()?;
     // Every campaign that can be drawn has this stage.
     let folder = StagedFolder::new(out, "prongs.svg", force)?;
     let bar = ui.progress("drawing", stages.iter().map(|s| s.models.len()).sum::<usize>() as u64);
-    let (mut names, mut lost) = (Vec::new(), 0);
+    let (mut names, mut lost, mut page) = (Vec::new(), 0, String::new());
     for stage in &stages {
         let (figures, without) = figures(stage, &subject.measured, subject.kind, &|| bar.advance(1))?;
         lost += without;
         for (name, figure) in figures {
             let path = folder.path().join(&name);
             std::fs::write(&path, figure.svg()).or_failed().map_err(|f| f.at(&path))?;
+            let _ = writeln!(page, "<p><img src=\"{name}\" alt=\"{}\"></p>", figure.title);
             names.push(out.join(name));
         }
     }
@@ -160,6 +180,8 @@ pub(super) fn draw(subject: &Subject, out: &Path, force: bool, ui: &Ui) -> Resul
         )
         .remedy("Plan the empty tube and prongs alone at two positions, or leave out --plots."));
     }
+    let index = folder.path().join("index.html");
+    std::fs::write(&index, gallery("What the priors allow", &page)).or_failed().map_err(|f| f.at(&index))?;
     folder.commit()?;
     if lost > 0 {
         ui.say(format!("{lost} draws from the priors have no mode near that of the centre; they are left out of the pictures"));

@@ -3,7 +3,7 @@
 use super::Document;
 use crate::failure::{Classify, Failure};
 use rijke_flow::assimilate::{CALIBRATION, RunReport, SnapshotReport};
-use rijke_report::{BaseFlow, Look, RecordCurve, RecordFigure, RecordPanel};
+use rijke_report::{BaseFlow, Look, RecordCurve, RecordFigure, RecordPanel, gallery};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,7 +16,7 @@ pub(super) fn write(document: &Document, beside: &[RunReport], folder: &Path) ->
         let path = folder.join(name);
         std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))
     };
-    let mut page = String::from(HEAD);
+    let mut page = String::new();
     let mut show = |name: &str, title: &str, svg: &str| -> Result<(), Failure> {
         write(name, svg)?;
         let _ = writeln!(page, "<h2>{title}</h2>\n<p><img src=\"{name}\" alt=\"{title}\"></p>");
@@ -38,14 +38,8 @@ pub(super) fn write(document: &Document, beside: &[RunReport], folder: &Path) ->
     if filtered {
         page += &calibration();
     }
-    page += "</html>\n";
-    write("index.html", &page)
+    write("index.html", &gallery("Base flow", &page))
 }
-
-const HEAD: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Base flow</title>\n\
-    <style>body { font-family: sans-serif; max-width: 75em; margin: 1em auto; padding: 0 1em } img { max-width: 100% } \
-    table { border-collapse: collapse } td, th { padding: 0.15em 0.8em; text-align: right } \
-    td:first-child { text-align: left }</style>\n<h1>Base flow</h1>\n";
 
 /// The unknowns of the paper and U_h with two spreads, and the innovations, against time.
 fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<RecordPanel> {

@@ -1,7 +1,7 @@
 //! Pictures of records: what was recorded, what was fitted, what is left, and the delays of the channels.
 
 use crate::failure::{Classify, Failure};
-use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
+use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, gallery};
 use rijke_rig::{RecordSource, RigError};
 use rijke_signal::{
     ChannelDelays, ClickPicture, PingFit, ProcessOptions, Processed, Trace, click_options, fit_ping,
@@ -31,7 +31,9 @@ pub(super) fn write(
         processed.observations.rejections.iter().find(|r| r.record == name).map(|r| r.reason.as_str())
     };
     let set = source.set();
-    let mut page = String::from(HEAD);
+    let mut page = String::from(
+        "<p>The first accepted ping and click of every operating point, and every rejected record.</p>\n",
+    );
     let mut delays = RecordFigure { title: "Delays of the channels".into(), data: set.kind, panels: vec![] };
     for (what, found) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
         delays.panels.extend(found.as_ref().map(|d| delay_panel(what, d)));
@@ -75,14 +77,9 @@ pub(super) fn write(
             entry(name, &RecordFigure { title, data: set.kind, panels }.svg())?;
         }
     }
-    page += "</ul>\n</html>\n";
-    write("index.html", &page)
+    page += "</ul>\n";
+    write("index.html", &gallery("Records and fits", &page))
 }
-
-const HEAD: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Records and fits</title>\n\
-    <style>body { font-family: sans-serif; max-width: 70em; margin: 1em auto; padding: 0 1em } \
-    img { max-width: 100% }</style>\n<h1>Records and fits</h1>\n\
-    <p>The first accepted ping and click of every operating point, and every rejected record.</p>\n";
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")

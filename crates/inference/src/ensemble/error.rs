@@ -4,6 +4,7 @@ use rijke_numerics::DenseError;
 
 /// Why an ensemble has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum EnsembleError {
     /// Fewer members than the operation needs.
     #[error("the ensemble has {have} members; this needs at least {need}")]

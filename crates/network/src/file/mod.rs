@@ -50,6 +50,7 @@ const REGION: Region = Region { sigma: [-500.0, 500.0], omega: [2.0 * PI * 10.0,
 
 /// What is wrong with a network file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FileError {
     /// It is not TOML, or a key is unknown or has the wrong type. The message carries line, column and known keys.
     #[error("{message}")]

@@ -29,6 +29,7 @@ pub struct OscilosTexts {
 
 /// What is wrong with such a folder.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OscilosError {
     /// A line does not hold the numbers it should.
     #[error("{file}, line {line}: {expected} numbers are needed, found `{found}`")]

@@ -32,6 +32,7 @@ pub struct Entry {
 
 /// Why a table cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableError {
     /// Too few rows.
     #[error("a table needs at least 3 rows, but has {rows}")]
