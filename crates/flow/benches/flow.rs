@@ -1,13 +1,16 @@
-//! Speed of the steady state (Newton against integrating to it), and of a step with and without derivatives.
+//! Speed of the steady state (Newton against integrating to it), of a step with and without derivatives, and of the paper's
+//! filter with its members side by side against the same steps one after the other.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use rijke_flow::{Closures, Dual, Number, Parameters, Pipe, Transient, UNKNOWNS, Unknowns};
+use rijke_flow::assimilate::{FilterOptions, Twin, TwinOptions, filter, staircase};
+use rijke_flow::{Closures, Dual, Number, Parameters, Pipe, Single, Transient, UNKNOWNS, Unknowns};
+use rijke_numerics::Streams;
 use rijke_rig::Rig;
 use std::hint::black_box;
 
 const MIDDLE: [f64; UNKNOWNS] = [8.0, 1.0, 5.0, 0.12, 1.2, 1.0, 1.0, 0.0, 35.0, 0.05];
 
-fn minute<N: Number>(pipe: &Pipe, values: [N; UNKNOWNS]) -> f64 {
+fn minute<N: Single>(pipe: &Pipe, values: [N; UNKNOWNS]) -> f64 {
     let unknowns = Unknowns::from_array(values);
     let implicit = pipe.implicit(15.0);
     let Ok(mut state) = Transient::cold(pipe, &unknowns, 293.15) else { return f64::NAN };
@@ -64,5 +67,35 @@ fn flow(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, flow);
+/// The paper's filter on the first 7.5 min without power and at 30 W: 60 clicks of 100 members side by side with their analyses, against the
+/// same 100 members stepped one after the other, without any analysis.
+fn filter_of_the_paper(c: &mut Criterion) {
+    let Ok(pipe) = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1) else { return };
+    let options = TwinOptions { powers: staircase(&[0.0, 30.0], 30), ..TwinOptions::default() };
+    let Ok(twin) = Twin::new(&pipe, &options, &Streams::new(1), None) else { return };
+    let record = &twin.record;
+    let mut group = c.benchmark_group("60 clicks of 100 members");
+    group.sample_size(20);
+    group.bench_function("the paper's filter", |b| {
+        b.iter(|| filter(&pipe, black_box(record), &FilterOptions::default(), &Streams::new(1)));
+    });
+    group.bench_function("the members one after the other", |b| {
+        b.iter(|| {
+            let unknowns = Unknowns::from_array(MIDDLE);
+            let implicit = pipe.implicit(record.interval);
+            let cold = Transient::cold(&pipe, &unknowns, record.samples[0].ambient)?;
+            for _ in 0..100 {
+                let mut state = cold.clone();
+                for sample in &record.samples {
+                    state.refresh(&pipe, &unknowns, 1e-4)?;
+                    state.step(&pipe, &implicit, &unknowns, black_box(sample.power), sample.ambient, 1e-4)?;
+                }
+            }
+            Ok::<_, rijke_flow::FlowError>(())
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, flow, filter_of_the_paper);
 criterion_main!(benches);

@@ -49,19 +49,21 @@ impl Air {
     /// those at the end of the range.
     #[inline]
     pub(crate) fn diffusion<N: Number>(&self, t: N) -> (N, N) {
-        let inside = t.value().clamp(COLDEST, HOTTEST);
-        let place = (inside - COLDEST) / SPACING;
-        let node = (place as usize).min(self.table.len() - 2);
-        let (x, a, b) = (place - node as f64, &self.table[node], &self.table[node + 1]);
-        let slope = if inside == t.value() { 1.0 / SPACING } else { 0.0 };
-        let cubic = |k: usize| {
-            let (p, dp, dq) = (a[k], a[k + 1], b[k + 1]);
-            let rise = b[k] - p;
-            let (c2, c3) = (3.0 * rise - 2.0 * dp - dq, dp + dq - 2.0 * rise);
-            (p + x * (dp + x * (c2 + x * c3)), dp + x * (2.0 * c2 + 3.0 * x * c3))
-        };
-        let ((r, dr), (g, dg)) = (cubic(0), cubic(2));
-        (t.compose(r, dr * slope), t.compose(g, dg * slope))
+        t.map2(|t| {
+            let inside = t.clamp(COLDEST, HOTTEST);
+            let place = (inside - COLDEST) / SPACING;
+            let node = (place as usize).min(self.table.len() - 2);
+            let (x, a, b) = (place - node as f64, &self.table[node], &self.table[node + 1]);
+            let slope = if inside == t { 1.0 / SPACING } else { 0.0 };
+            let cubic = |k: usize| {
+                let (p, dp, dq) = (a[k], a[k + 1], b[k + 1]);
+                let rise = b[k] - p;
+                let (c2, c3) = (3.0 * rise - 2.0 * dp - dq, dp + dq - 2.0 * rise);
+                (p + x * (dp + x * (c2 + x * c3)), dp + x * (2.0 * c2 + 3.0 * x * c3))
+            };
+            let ((r, dr), (g, dg)) = (cubic(0), cubic(2));
+            [(r, dr * slope), (g, dg * slope)]
+        })
     }
 
     /// Specific heat at constant pressure, J/(kg K).

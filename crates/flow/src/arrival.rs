@@ -69,7 +69,9 @@ impl Pipe {
 
     /// Velocity of the gas that approaches the heater, U_h, m/s; negative for downward flow.
     pub fn heater_velocity<N: Number>(&self, gas: &Draught<N>) -> N {
-        let edge = usize::from(gas.mass_flow.value() < 0.0);
-        gas.mass_flow * self.air.volume(gas.march.face[self.edges[edge]]) * (1.0 / self.area)
+        let [lower, upper] = self.edges.map(|face| self.air.volume(gas.march.face[face]));
+        let up = gas.mass_flow.map(|m| (m.max(0.0), if m < 0.0 { 0.0 } else { 1.0 }));
+        let down = gas.mass_flow.map(|m| (m.min(0.0), if m < 0.0 { 1.0 } else { 0.0 }));
+        (up * lower + down * upper) * (1.0 / self.area)
     }
 }

@@ -16,6 +16,7 @@ mod batch;
 mod estimate;
 mod files;
 mod filter;
+mod members;
 mod record;
 mod report;
 mod shape;
@@ -54,8 +55,8 @@ pub const CALIBRATION: &str = include_str!("assimilate/calibration.csv");
 pub fn physical<N: Number>(parameter: &Parameter, z: N) -> Result<N, FlowError> {
     match parameter.prior {
         Prior::Uniform { low, high } => {
-            let density = (-0.5 * z.value().powi(2)).exp() / std::f64::consts::TAU.sqrt();
-            Ok(z.compose(low + (high - low) * normal_cdf(z.value()), (high - low) * density))
+            let density = |z: f64| (-0.5 * z.powi(2)).exp() / std::f64::consts::TAU.sqrt();
+            Ok(z.map(|z| (low + (high - low) * normal_cdf(z), (high - low) * density(z))))
         }
         Prior::Normal { mean, sd } => Ok(z * sd + mean),
         Prior::LogNormal { median, ln_sd } => Ok((z * ln_sd).exp() * median),

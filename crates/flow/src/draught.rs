@@ -1,7 +1,9 @@
 //! The draught: buoyancy against losses gives the mass flow.
 
-use crate::gas::{Drive, March};
-use crate::number::Number;
+mod lanes;
+
+use crate::gas::{Drive, Flow, March};
+use crate::number::{Number, Single};
 use crate::pipe::Pipe;
 use crate::{FlowError, Parameters};
 
@@ -27,7 +29,7 @@ pub struct Draught<N> {
     plain: March<f64>,
     walls: Vec<f64>,
     /// Last slope of ln(buoyancy/losses) against ln m.
-    slope: f64,
+    slope: N,
     marches: usize,
 }
 
@@ -39,7 +41,7 @@ impl<N: Number> Draught<N> {
             march: March { face: Vec::new(), mean: Vec::new(), to_wall: Vec::new() },
             plain: March::default(),
             walls: Vec::new(),
-            slope: -2.5,
+            slope: N::constant(-2.5),
             marches: 0,
         }
     }
@@ -49,10 +51,20 @@ impl<N: Number> Draught<N> {
         Self { mass_flow, march, ..Self::empty() }
     }
 
-    /// Gas marches used so far: the unit of cost.
+    /// Gas marches used so far: the unit of cost. Lanes count one by one.
     #[must_use]
     pub fn marches(&self) -> usize {
         self.marches
+    }
+
+    /// Where the next search starts: a mass flow and a slope.
+    pub(crate) fn guess(&self) -> (N, N) {
+        (self.mass_flow, self.slope)
+    }
+
+    /// Lets the next search start from `guess`.
+    pub(crate) fn start_from(&mut self, guess: (N, N)) {
+        (self.mass_flow, self.slope) = guess;
     }
 }
 
@@ -62,7 +74,7 @@ impl Pipe {
     pub(crate) fn balance<N: Number>(
         &self,
         march: &March<N>,
-        flow: N,
+        flow: Flow<N>,
         ambient: N,
         p: &Parameters<N>,
     ) -> Balance<N> {
@@ -79,7 +91,7 @@ impl Pipe {
             }
         }
         let n = self.cells.len();
-        let down = flow.value() < 0.0;
+        let (down, flow) = (flow.is_down(), flow.signed());
         let (inflow, outflow) = if down { (n, 0) } else { (0, n) };
         let (v_in, v_out) = (air.volume(march.face[inflow]), air.volume(march.face[outflow]));
         let flux = flow * (1.0 / self.area);
@@ -106,6 +118,32 @@ impl Pipe {
         tolerance: f64,
         out: &mut Draught<N>,
     ) -> Result<(), FlowError> {
+        N::draught(self, wall, drive, p, tolerance, out)
+    }
+}
+
+/// [`Pipe::draught`] for one kind of number.
+pub trait Balanced: Sized {
+    /// As [`Pipe::draught`].
+    fn draught(
+        pipe: &Pipe,
+        wall: &[Self],
+        drive: Drive<Self>,
+        p: &Parameters<Self>,
+        tolerance: f64,
+        out: &mut Draught<Self>,
+    ) -> Result<(), FlowError>;
+}
+
+impl<N: Single> Balanced for N {
+    fn draught(
+        pipe: &Pipe,
+        wall: &[N],
+        drive: Drive<N>,
+        p: &Parameters<N>,
+        tolerance: f64,
+        out: &mut Draught<N>,
+    ) -> Result<(), FlowError> {
         let mut plain = std::mem::take(&mut out.plain);
         let mut walls = std::mem::take(&mut out.walls);
         walls.clear();
@@ -115,11 +153,15 @@ impl Pipe {
         let mut marches = 0;
         let mut at = |m: f64, plain: &mut March<f64>| {
             marches += 1;
-            self.march(&walls, drive_plain, m, &p_plain, plain);
-            self.balance(plain, m, drive_plain.ambient, &p_plain)
+            let flow = Flow::new(m);
+            pipe.march(&walls, drive_plain, flow, &p_plain, plain);
+            pipe.balance(plain, flow, drive_plain.ambient, &p_plain)
         };
-        let found = secant(out.mass_flow.value(), &mut out.slope, tolerance, &mut plain, &mut at)
-            .or_else(|| bisection(tolerance, &mut plain, &mut at));
+        let mut search = Search::new(out.mass_flow.value(), out.slope.value());
+        let found = search
+            .run(tolerance, |m| at(m, &mut plain))
+            .or_else(|| bisection(tolerance, |m| at(m, &mut plain)));
+        out.slope = N::constant(search.slope);
         out.marches += marches;
         let result = match found {
             Some(m) if !N::DERIVATIVES => {
@@ -135,9 +177,10 @@ impl Pipe {
             }
             Some(m) => {
                 let root = N::unknown(m);
-                self.march(wall, drive, root, p, &mut out.march);
+                let flow = Flow::new(root);
+                pipe.march(wall, drive, flow, p, &mut out.march);
                 out.marches += 1;
-                let balance = self.balance(&out.march, root, drive.ambient, p);
+                let balance = pipe.balance(&out.march, flow, drive.ambient, p);
                 let slope = N::slope(balance.buoyancy - balance.losses);
                 let settle = |values: &mut Vec<N>| values.iter_mut().for_each(|v| *v = v.settle(&slope));
                 settle(&mut out.march.face);
@@ -158,49 +201,85 @@ impl Pipe {
     }
 }
 
-type Evaluate<'a> = dyn FnMut(f64, &mut March<f64>) -> Balance<f64> + 'a;
+/// Marches that the secant may take.
+const TRIES: usize = 25;
 
-/// The gas is left at the flow returned.
-fn secant(
-    guess: f64,
-    slope: &mut f64,
-    tolerance: f64,
-    plain: &mut March<f64>,
-    at: &mut Evaluate<'_>,
-) -> Option<f64> {
-    let sign = if guess < 0.0 { -1.0 } else { 1.0 };
-    let mut y = guess.abs().clamp(1e-7, 0.05).ln();
-    let mut last: Option<(f64, f64)> = None;
-    for _ in 0..25 {
-        let flow = sign * y.exp();
-        let balance = at(flow, plain);
-        let ratio = balance.buoyancy / balance.losses;
-        if ratio.is_nan() || ratio <= 0.0 || y < STILL.ln() {
-            return None;
+/// What a march told the secant.
+#[derive(Clone, Copy)]
+enum Step {
+    /// March at this flow.
+    Next(f64),
+    /// The gas is left at this flow, which balances.
+    Found(f64),
+    /// No root on this side.
+    Lost,
+}
+
+/// The secant for one mass flow.
+struct Search {
+    sign: f64,
+    /// ln |m|.
+    y: f64,
+    slope: f64,
+    last: Option<(f64, f64)>,
+}
+
+impl Search {
+    fn new(guess: f64, slope: f64) -> Self {
+        let sign = if guess < 0.0 { -1.0 } else { 1.0 };
+        Self { sign, y: guess.abs().clamp(1e-7, 0.05).ln(), slope, last: None }
+    }
+
+    fn is_down(&self) -> bool {
+        self.sign < 0.0
+    }
+
+    fn flow(&self) -> f64 {
+        self.sign * self.y.exp()
+    }
+
+    fn run(&mut self, tolerance: f64, mut at: impl FnMut(f64) -> Balance<f64>) -> Option<f64> {
+        let mut flow = self.flow();
+        for _ in 0..TRIES {
+            let balance = at(flow);
+            match self.judge(balance.buoyancy, balance.losses, tolerance) {
+                Step::Next(next) => flow = next,
+                Step::Found(flow) => return Some(flow),
+                Step::Lost => return None,
+            }
+        }
+        None
+    }
+
+    /// What to do after the march at the present flow.
+    fn judge(&mut self, buoyancy: f64, losses: f64, tolerance: f64) -> Step {
+        let ratio = buoyancy / losses;
+        if ratio.is_nan() || ratio <= 0.0 || self.y < STILL.ln() {
+            return Step::Lost;
         }
         let error = ratio.ln();
         if error.abs() < tolerance {
-            return Some(flow);
+            return Step::Found(self.flow());
         }
-        if let Some((y0, e0)) = last
-            && (y - y0).abs() > 1e-9
+        if let Some((y0, e0)) = self.last
+            && (self.y - y0).abs() > 1e-9
         {
-            *slope = ((error - e0) / (y - y0)).clamp(-20.0, -0.3);
+            self.slope = ((error - e0) / (self.y - y0)).clamp(-20.0, -0.3);
         }
-        last = Some((y, error));
-        y += (-error / *slope).clamp(-1.5, 1.5);
+        self.last = Some((self.y, error));
+        self.y += (-error / self.slope).clamp(-1.5, 1.5);
+        Step::Next(self.flow())
     }
-    None
 }
 
-fn bisection(tolerance: f64, plain: &mut March<f64>, at: &mut Evaluate<'_>) -> Option<f64> {
+fn bisection(tolerance: f64, mut at: impl FnMut(f64) -> Balance<f64>) -> Option<f64> {
     let flow = |u: f64| {
         let m = STILL * u.sinh();
         if m.abs() < STILL { STILL.copysign(if u < 0.0 { -1.0 } else { 1.0 }) } else { m }
     };
     let (mut low, mut high) = (-(2e8_f64.ln()), 2e8_f64.ln()); // -0.1 to 0.1 kg/s
     let mut excess = |u: f64| {
-        let balance = at(flow(u), &mut *plain);
+        let balance = at(flow(u));
         balance.buoyancy - balance.losses
     };
     let (bottom, top) = (excess(low), excess(high));
@@ -223,6 +302,6 @@ fn bisection(tolerance: f64, plain: &mut March<f64>, at: &mut Evaluate<'_>) -> O
         }
     }
     let m = flow(0.5 * (low + high));
-    at(m, plain);
+    at(m);
     Some(m)
 }

@@ -51,7 +51,7 @@ pub use closures::Closures;
 pub use draught::Draught;
 pub use error::FlowError;
 pub use gas::March;
-pub use number::{Dual, Number};
+pub use number::{Dual, Lanes, Number, Single};
 pub use parameters::{Parameters, UNKNOWNS, Unknowns, unknowns};
 pub use pipe::Pipe;
 pub use profiles::{PROFILES, VELOCITIES, read_profiles};

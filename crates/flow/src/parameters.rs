@@ -1,6 +1,6 @@
 //! The six parameters of the paper's section 4.1, and the nuisances that a fit carries along.
 
-use crate::number::Number;
+use crate::number::{Number, Single};
 use rijke_inference::{Parameter, Prior};
 use serde::{Deserialize, Serialize};
 
@@ -73,7 +73,9 @@ impl<N: Number> Unknowns<N> {
             orifice_length: a[9],
         }
     }
+}
 
+impl<N: Single> Unknowns<N> {
     /// The values, in the order of [`unknowns`].
     #[must_use]
     pub fn values(&self) -> [f64; UNKNOWNS] {
@@ -90,7 +92,7 @@ impl<N: Number> Unknowns<N> {
             self.heater_lag,
             self.orifice_length,
         ]
-        .map(Number::value)
+        .map(Single::value)
     }
 }
 
@@ -108,7 +110,7 @@ impl<N: Copy> Parameters<N> {
     }
 }
 
-impl<N: Number> Parameters<N> {
+impl<N: Single> Parameters<N> {
     /// Without derivatives.
     #[must_use]
     pub fn plain(&self) -> Parameters {

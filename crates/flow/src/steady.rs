@@ -3,7 +3,7 @@
 mod tangent;
 
 use crate::draught::Draught;
-use crate::gas::{Drive, March};
+use crate::gas::{Drive, Flow, March};
 use crate::number::{Dual, Number};
 use crate::pipe::Pipe;
 use crate::wall::Budget;
@@ -167,8 +167,8 @@ impl Steady {
         let wall: Vec<Dual<P>> = self.wall.iter().map(|&w| Dual::constant(w)).collect();
         let mut gas = Draught::<Dual<P>>::empty();
         gas.mass_flow = Dual::constant(flow);
-        pipe.march(&wall, drive, gas.mass_flow, &parameters, &mut gas.march);
-        let balance = pipe.balance(&gas.march, gas.mass_flow, drive.ambient, &parameters);
+        pipe.march(&wall, drive, Flow::new(gas.mass_flow), &parameters, &mut gas.march);
+        let balance = pipe.balance(&gas.march, Flow::new(gas.mass_flow), drive.ambient, &parameters);
         let excess = balance.buoyancy - balance.losses;
         let mut heat = Vec::new();
         pipe.wall_heat(&wall, drive, &parameters, &gas, &mut heat);

@@ -1,8 +1,11 @@
 //! Transients: the wall in time, with the gas following it at once.
 
+#[cfg(test)]
+mod tests;
+
 use crate::draught::Draught;
 use crate::gas::Drive;
-use crate::number::Number;
+use crate::number::{Lanes, Number};
 use crate::pipe::Pipe;
 use crate::wall::Budget;
 use crate::{FlowError, Unknowns};
@@ -144,6 +147,19 @@ impl<N: Number> Transient<N> {
         ambient: f64,
         tolerance: f64,
     ) -> Result<Budget, FlowError> {
+        self.step_each(pipe, implicit, unknowns, power, N::constant(ambient), tolerance)
+    }
+
+    /// As [`Transient::step`], with an indicated ambient temperature for each lane.
+    pub(crate) fn step_each(
+        &mut self,
+        pipe: &Pipe,
+        implicit: &Implicit,
+        unknowns: &Unknowns<N>,
+        power: f64,
+        ambient: N,
+        tolerance: f64,
+    ) -> Result<Budget, FlowError> {
         let (dt, n, p) = (implicit.dt, self.wall.len(), &unknowns.parameters);
         let mut energy = Budget::default();
         // k1 from the present state.
@@ -173,10 +189,47 @@ impl<N: Number> Transient<N> {
         implicit.book(pipe, &second, k2, &mut energy);
         for i in 0..n {
             self.wall[i] = before[i] + (k1[i] * 1.5 + k2[i] * 0.5) * dt;
-            energy.stored += (self.wall[i].value() - before[i].value()) * pipe.capacity(i);
+            energy.stored += (self.wall[i] - before[i]).total() * pipe.capacity(i);
         }
         pipe.draught(&self.wall, drive, p, tolerance, &mut self.gas)?;
         Ok(energy)
+    }
+}
+
+impl<const L: usize> Transient<Lanes<L>> {
+    /// At most L states side by side; the lanes left over repeat the last one.
+    pub(crate) fn gather(states: &[Transient<f64>]) -> Option<Self> {
+        let last = states.last()?;
+        let blank = |values: &[f64]| vec![Lanes::constant(0.0); values.len()];
+        let mut all = Self {
+            wall: blank(&last.wall),
+            released: Lanes::constant(0.0),
+            ambient: Lanes::constant(0.0),
+            gas: Draught::empty(),
+            heat: Vec::new(),
+            stage: [Vec::new(), Vec::new()],
+        };
+        (0..L).for_each(|k| all.set_lane(k, states.get(k).unwrap_or(last)));
+        Some(all)
+    }
+
+    /// Lane `k` by itself.
+    pub(crate) fn lane(&self, k: usize) -> Transient<f64> {
+        Transient {
+            wall: self.wall.iter().map(|w| w.0[k]).collect(),
+            released: self.released.0[k],
+            ambient: self.ambient.0[k],
+            gas: self.gas.lane(k),
+            heat: Vec::new(),
+            stage: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// Replaces lane `k`.
+    pub(crate) fn set_lane(&mut self, k: usize, one: &Transient<f64>) {
+        self.wall.iter_mut().zip(&one.wall).for_each(|(w, &v)| w.0[k] = v);
+        (self.released.0[k], self.ambient.0[k]) = (one.released, one.ambient);
+        self.gas.set_lane(k, &one.gas);
     }
 }
 
@@ -185,7 +238,7 @@ impl Implicit {
     fn book<N: Number>(&self, pipe: &Pipe, power: &Budget, k: &[N], energy: &mut Budget) {
         let mut implied = [0.0; 3];
         for (i, (slopes, k)) in self.slopes.iter().zip(k).enumerate() {
-            let scale = GAMMA * self.dt * pipe.capacity(i) * k.value();
+            let scale = GAMMA * self.dt * pipe.capacity(i) * k.total();
             implied.iter_mut().zip(slopes).for_each(|(sum, s)| *sum += scale * s);
         }
         let half = 0.5 * self.dt;

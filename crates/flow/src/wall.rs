@@ -61,8 +61,7 @@ impl Pipe {
         let film = (wall + ambient) * 0.5;
         let (air, height) = (&self.air, self.length);
         let difference = wall - ambient;
-        let size = difference.value().abs() + SMOOTHING;
-        let difference = difference.compose(size, if difference.value() < 0.0 { -1.0 } else { 1.0 });
+        let difference = difference.map(|d| (d.abs() + SMOOTHING, if d < 0.0 { -1.0 } else { 1.0 }));
         let kinematic = air.viscosity(film) * air.volume(film);
         let grashof = difference / (film * kinematic * kinematic) * (9.81 * height.powi(3));
         let ln = grashof.ln();
@@ -97,25 +96,25 @@ impl Pipe {
         let (n, march) = (self.cells.len(), &gas.march);
         heat.clear();
         let to_mount = p.mount_resistance.recip();
-        let mut budget = Budget { released: drive.released.value(), ..Budget::default() };
+        let mut budget = Budget { released: drive.released.total(), ..Budget::default() };
         for (i, cell) in self.cells.iter().enumerate() {
             let out = self.losses(wall[i], drive.ambient, p);
             let mount = (wall[i] - drive.ambient) * to_mount * cell.mount;
             let share = p.wall_share * cell.heater + self.closures.radiated_share * cell.radiated;
             let (convection, radiation) = (out.convection * cell.length, out.radiation * cell.length);
             heat.push(march.to_wall[i] + drive.released * share - convection - radiation - mount);
-            budget.convection += convection.value();
-            budget.radiation += radiation.value();
-            budget.mounts += mount.value();
+            budget.convection += convection.total();
+            budget.radiation += radiation.total();
+            budget.mounts += mount.total();
         }
         for i in 0..n - 1 {
             let flux = (wall[i] - wall[i + 1]) * self.conductance(i);
             heat[i] = heat[i] - flux;
             heat[i + 1] = heat[i + 1] + flux;
         }
-        let enthalpy = |face: usize| self.air.enthalpy(march.face[face].value());
-        budget.gas = gas.mass_flow.value() * (enthalpy(n) - enthalpy(0));
-        budget.stored = heat.iter().map(|h| h.value()).sum();
+        let enthalpy = |face: usize| self.air.enthalpy(march.face[face]);
+        budget.gas = (gas.mass_flow * (enthalpy(n) - enthalpy(0))).total();
+        budget.stored = heat.iter().map(|h| h.total()).sum();
         budget
     }
 }

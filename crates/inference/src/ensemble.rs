@@ -151,18 +151,42 @@ impl Ensemble {
         stream: &mut Stream,
         model: impl Fn(usize, &mut [f64]) -> Result<T, E> + Sync,
     ) -> Result<Vec<T>, EnsembleError> {
+        self.forecast_in_groups(step, stream, 1, |i, row| vec![model(i, row)])
+    }
+
+    /// As [`Ensemble::forecast`], with a model that runs up to `group` consecutive members at once: it gets the number of the
+    /// first and their rows, one after the other, and returns one result per row. Replacements run one by one.
+    ///
+    /// # Errors
+    /// Those of [`Ensemble::forecast`], and [`EnsembleError::Shape`] if the results are not as many as the members.
+    pub fn forecast_in_groups<T: Send, E: std::fmt::Display + Send>(
+        &mut self,
+        step: usize,
+        stream: &mut Stream,
+        group: usize,
+        model: impl Fn(usize, &mut [f64]) -> Vec<Result<T, E>> + Sync,
+    ) -> Result<Vec<T>, EnsembleError> {
         let before = self.members.clone();
-        let columns = before.columns();
-        let mut runs: Vec<Result<T, String>> = self
+        let (columns, group) = (before.columns(), group.max(1));
+        let sound = |row: &[f64], run: Result<T, E>| {
+            let run = run.map_err(|e| e.to_string())?;
+            if row.iter().all(|v| v.is_finite()) { Ok(run) } else { Err("a value is not finite".to_string()) }
+        };
+        let groups: Vec<Vec<Result<T, String>>> = self
             .members
             .as_mut_slice()
-            .par_chunks_mut(columns)
+            .par_chunks_mut(columns * group)
             .enumerate()
-            .map(|(i, row)| {
-                let run = model(i, row).map_err(|e| e.to_string())?;
-                if row.iter().all(|v| v.is_finite()) { Ok(run) } else { Err("a value is not finite".into()) }
+            .map(|(g, rows)| {
+                let runs = model(g * group, rows);
+                rows.chunks(columns).zip(runs).map(|(row, run)| sound(row, run)).collect()
             })
             .collect();
+        let mut runs: Vec<Result<T, String>> = groups.into_iter().flatten().collect();
+        if runs.len() != before.rows() {
+            let what = "results of a forecast (one per member)";
+            return Err(EnsembleError::Shape { what, expected: before.rows(), got: runs.len() });
+        }
         let failed: Vec<usize> = (0..runs.len()).filter(|&i| runs[i].is_err()).collect();
         if failed.len() * 2 > runs.len() {
             let reason = runs.into_iter().find_map(Result::err).unwrap_or_default();
@@ -171,10 +195,10 @@ impl Ensemble {
         let survivors: Vec<usize> = (0..runs.len()).filter(|i| !failed.contains(i)).collect();
         for &i in &failed {
             let mut row = forcing::draw_from(&before, &survivors, stream);
-            let rerun = model(i, &mut row).map_err(|e| e.to_string());
-            let sound = row.iter().all(|v| v.is_finite());
+            let run = model(i, &mut row).pop();
+            let rerun = run.map_or_else(|| Err("no result".to_string()), |run| sound(&row, run));
             let reason = std::mem::replace(&mut runs[i], rerun).err().unwrap_or_default();
-            if runs[i].is_err() || !sound {
+            if runs[i].is_err() {
                 return Err(EnsembleError::Failed {
                     failed: failed.len(),
                     members: before.rows(),

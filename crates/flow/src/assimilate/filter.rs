@@ -1,8 +1,8 @@
 //! The ensemble Kalman filter, click by click.
 
-use super::record::observe;
-use super::{Estimate, Record, unknowns_from};
-use crate::{FlowError, Pipe, Transient, UNKNOWNS, Unknowns, unknowns};
+use super::members::{GROUP, Layout, Members};
+use super::{Estimate, Record};
+use crate::{FlowError, Pipe, UNKNOWNS, unknowns};
 use rand_distr::{Distribution, StandardNormal};
 use rijke_inference::Parameter;
 use rijke_inference::ensemble::{
@@ -68,27 +68,6 @@ pub struct FilterRun {
     pub failed: usize,
 }
 
-/// Columns of the filter's state: scores, ambient temperature, released power, walls.
-struct Layout {
-    scores: usize,
-    walls: usize,
-}
-
-impl Layout {
-    fn ambient(&self) -> usize {
-        self.scores
-    }
-    fn released(&self) -> usize {
-        self.scores + 1
-    }
-    fn wall(&self) -> usize {
-        self.scores + 2
-    }
-    fn columns(&self) -> usize {
-        self.scores + 2 + self.walls
-    }
-}
-
 /// Assimilates a record sample by sample: arrival times (or what else the sensors measure), ambient temperature and
 /// power. State and parameters together; ambient temperature is a random walk whose forcing is the only noise of the
 /// model. A member that fails is replaced as [`Ensemble::forecast`] says.
@@ -105,10 +84,7 @@ pub fn filter(
     let biased: Vec<(usize, f64)> = record.biased().collect();
     let layout = Layout { scores: UNKNOWNS + biased.len(), walls: pipe.size() };
     let mut stream = streams.stream("flow/filter");
-    let first = record.samples.first().map_or(f64::NAN, |s| s.ambient);
-    let (mut ensemble, mut states) =
-        start(pipe, record, &priors, &layout, options.members, first, &mut stream)?;
-    let implicit = pipe.implicit(record.interval);
+    let (mut ensemble, members) = Members::draw(pipe, record, &priors, layout, options.members, &mut stream)?;
     let walk = record.ambient_drift.powi(2) * record.interval;
     let noise = Noise::Independent(
         record.sensors.iter().map(|s| s.sd.powi(2)).chain([record.ambient_sd.powi(2)]).collect(),
@@ -119,22 +95,10 @@ pub fn filter(
     let mut recent = Diagnostics::default();
     for (step, sample) in record.samples.iter().enumerate() {
         force(&mut ensemble, &layout, walk, options.variant, &mut stream)?;
-        let shared: Vec<std::sync::Mutex<&mut Transient<f64>>> =
-            states.iter_mut().map(std::sync::Mutex::new).collect();
-        let runs = ensemble.forecast(step, &mut stream, |member, row| {
-            let u = member_unknowns(&priors, row)?;
-            let mut guard = shared[member].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            let state = &mut **guard;
-            advance(pipe, &implicit, &layout, &u, sample.power, row, state)?;
-            let (mut times, mut seen) = (Vec::new(), Vec::new());
-            observe(pipe, &record.sensors, &state.gas, &u, &mut times, &mut seen);
-            for (k, (sensor, sd)) in biased.iter().enumerate() {
-                seen[*sensor] += row[UNKNOWNS + k] * sd;
-            }
-            seen.push(row[layout.ambient()] - u.ambient_offset);
-            Ok::<_, FlowError>((seen, pipe.heater_velocity(&state.gas)))
-        })?;
-        let predicted = Matrix::from_fn(options.members, record.sensors.len() + 1, |i, j| runs[i].0[j]);
+        let model = |first: usize, rows: &mut [f64]| members.step(sample.power, first, rows);
+        let runs = ensemble.forecast_in_groups(step, &mut stream, GROUP, model)?;
+        let predicted =
+            Matrix::from_fn(options.members, record.sensors.len() + 1, |i, j| runs[i].readings[j]);
         let measured: Vec<f64> = sample.readings.iter().copied().chain([sample.ambient]).collect();
         let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
         let frozen = options.variant == Variant::SquareRoot && sample.power == 0.0;
@@ -151,47 +115,13 @@ pub fn filter(
             }
         }
         if (step + 1) % options.every == 0 || step + 1 == record.samples.len() {
-            let velocity: Vec<f64> = runs.iter().map(|r| r.1).collect();
+            let velocity: Vec<f64> = runs.iter().map(|r| r.velocity).collect();
             let time = (step + 1) as f64 * record.interval;
             let innovations = std::mem::take(&mut recent);
             history.push(snapshot(&ensemble, &layout, time, sample.power, &velocity, &innovations));
         }
     }
     finish(&ensemble, &layout, &priors, &biased, innovations, history)
-}
-
-fn start(
-    pipe: &Pipe,
-    record: &Record,
-    priors: &[Parameter; UNKNOWNS],
-    layout: &Layout,
-    members: usize,
-    first: f64,
-    stream: &mut rijke_numerics::Stream,
-) -> Result<(Ensemble, Vec<Transient<f64>>), FlowError> {
-    let mut normal = || -> f64 { StandardNormal.sample(&mut *stream) };
-    let mut rows = Matrix::zeros(members, layout.columns());
-    let mut states = Vec::with_capacity(members);
-    for i in 0..members {
-        for j in 0..layout.scores {
-            rows[(i, j)] = normal();
-        }
-        let row: Vec<f64> = rows.row(i).to_vec();
-        let u = member_unknowns(priors, &row)?;
-        // The tube and the room start at the same temperature, known from one reading.
-        let indicated = first + record.ambient_sd * normal();
-        let state = Transient::cold(pipe, &u, indicated)?;
-        rows[(i, layout.ambient())] = state.ambient;
-        for k in 0..layout.walls {
-            rows[(i, layout.wall() + k)] = state.ambient;
-        }
-        states.push(state);
-    }
-    Ok((Ensemble::new(rows)?, states))
-}
-
-fn member_unknowns(priors: &[Parameter; UNKNOWNS], row: &[f64]) -> Result<Unknowns, FlowError> {
-    unknowns_from(priors, &row[..UNKNOWNS])
 }
 
 /// Random walk of the ambient temperature.
@@ -223,30 +153,6 @@ fn force(
     }
     Ok(())
 }
-
-/// One step of one member: the row is written into the state, the state stepped, and read back.
-fn advance(
-    pipe: &Pipe,
-    implicit: &crate::Implicit,
-    layout: &Layout,
-    u: &Unknowns,
-    power: f64,
-    row: &mut [f64],
-    state: &mut Transient<f64>,
-) -> Result<(), FlowError> {
-    state.wall.copy_from_slice(&row[layout.wall()..]);
-    state.released = row[layout.released()];
-    let ambient = row[layout.ambient()];
-    state.ambient = ambient;
-    state.refresh(pipe, u, TOLERANCE)?;
-    state.step(pipe, implicit, u, power, ambient - u.ambient_offset, TOLERANCE)?;
-    row[layout.wall()..].copy_from_slice(&state.wall);
-    row[layout.released()] = state.released;
-    Ok(())
-}
-
-/// Tolerance of the mass flow in ln(buoyancy/losses): 4e-5 of U_h, 0.01 us in an arrival time.
-const TOLERANCE: f64 = 1e-4;
 
 fn snapshot(
     ensemble: &Ensemble,

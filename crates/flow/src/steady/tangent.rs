@@ -57,7 +57,7 @@ impl Pipe {
         for (i, cell) in self.cells.iter().enumerate() {
             let [t, w] = [Dual::<3>::variable(march.face[i], 0), Dual::<3>::variable(wall[i], 1)];
             let source = self.source(cell, released, parameters.wall_share);
-            let (outflow, mean, to_wall) = self.cell(cell, (0, size), t, w, source, &parameters);
+            let (outflow, mean, to_wall) = self.cell(cell, size, t, w, source, &parameters);
             (march.face[i + 1], march.mean[i], march.to_wall[i]) = (outflow.value, mean.value, to_wall.value);
             let losses = self.losses(Dual::<1>::variable(wall[i], 0), Dual::constant(drive.ambient), &single);
             let lost = (losses.convection + losses.radiation) * cell.length;

@@ -1,5 +1,7 @@
 //! Exact and Monte-Carlo tests of the analysis, on linear-Gaussian problems whose answer is known.
 
+mod forecast;
+
 use super::*;
 use approx::assert_abs_diff_eq;
 use rijke_numerics::{Cholesky, Streams, lu_solve};
@@ -223,45 +225,6 @@ fn exact_orthogonal_forcing_has_the_stated_moments() {
     let few = Matrix::from_fn(4, 3, |i, j| f64::from(u8::from(i == j)));
     let refused = orthogonal_forcing(&few, &[1.0], 1e-10, &mut stream);
     assert_eq!(refused, Err(EnsembleError::TooFewMembers { have: 4, need: 5 }));
-}
-
-#[test]
-fn exact_failed_members_are_replaced_and_listed() {
-    let p = problem(10, 2, 1);
-    let model = |member: usize, row: &mut [f64]| {
-        if member == 3 && row[0] == p.ensemble.members()[(3, 0)] { Err("left the table") } else { Ok(row[0]) }
-    };
-    let mut ensemble = p.ensemble.clone();
-    let out = ensemble.forecast(7, &mut Streams::new(1).stream("f"), model).unwrap();
-    assert_eq!(out.len(), 10);
-    assert_eq!(ensemble.failures(), [Failure { member: 3, step: 7, reason: "left the table".into() }]);
-    assert_ne!(ensemble.members().row(3), p.ensemble.members().row(3));
-    let all = |_: usize, _: &mut [f64]| Err::<(), _>("broken");
-    let refused = ensemble.forecast(8, &mut Streams::new(1).stream("f"), all);
-    assert!(matches!(refused, Err(EnsembleError::Failed { failed: 10, step: 8, .. })));
-}
-
-#[test]
-fn exact_thread_count_changes_no_byte() {
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let mut ensemble = problem(40, 3, 2).ensemble;
-            let mut stream = Streams::new(4).stream("threads");
-            let model = |_: usize, row: &mut [f64]| {
-                row.iter_mut().for_each(|v| *v = v.sin());
-                Ok::<_, std::convert::Infallible>(row.iter().sum::<f64>())
-            };
-            let out = ensemble.forecast(0, &mut stream, model).unwrap();
-            let predicted = Matrix::from_fn(40, 1, |i, _| out[i]);
-            let noise = Noise::Independent(vec![0.1]);
-            let observed = Observed { predicted: &predicted, measured: &[0.2], noise: &noise };
-            let options = Options { scheme: Scheme::RotatedSquareRoot, ..Options::default() };
-            ensemble.analyse(&observed, &options, &mut stream).unwrap();
-            ensemble
-        })
-    };
-    assert_eq!(run(1), run(2));
 }
 
 #[test]
