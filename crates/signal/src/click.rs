@@ -11,6 +11,7 @@
 //! maximum, interpolated without error between samples.
 
 mod model;
+mod steps;
 
 use crate::pulse::Bursts;
 use crate::segment::Segment;
@@ -18,6 +19,7 @@ use crate::waveform::comparison_frequencies;
 use crate::{ClickPicture, Fault, Trace, verdict};
 use model::{Model, Rows};
 use rijke_numerics::{C64, Cholesky, Matrix};
+use steps::Steps;
 
 /// What the fit may assume.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,11 +102,13 @@ pub struct ClickFit {
 /// Gauss-Newton steps before giving up, and the step (in sd) at which it ends.
 const MAX_STEPS: usize = 40;
 const SMALL_STEP: f64 = 1e-2;
+/// The step after which windows may be placed anew.
+const NEAR: f64 = 0.5;
 /// The step that must do after all of them.
 const SETTLED: f64 = 0.1;
 /// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is smooth.
 const MOVING_STEPS: usize = 2;
-/// Fits with new lags at most, and the relative change of a lag that needs none: 20 us of 1 ms.
+/// Times at most that windows are placed anew, and the relative change of a lag that needs none: 20 us of 1 ms.
 const PACES: usize = 2;
 const SAME_PACE: f64 = 0.02;
 /// Lags to try when those stated lead nowhere: gas at 450 K instead of 293 K.
@@ -136,27 +140,19 @@ fn fitted(trace: &Trace<'_>, options: &ClickOptions) -> Result<Fitting, Fault> {
     trace.screen(2)?;
     verdict::loud_hum(trace, options.mains_hz)?;
     let bursts = Bursts::find(trace, options)?;
-    let free = options.reflection.as_ref().is_some_and(|r| r.pace_sd > 0.0);
-    let mut fit = match Fitting::at_pace(trace, &bursts, options.clone()) {
+    let mut placed = options.clone();
+    if options.free() {
+        placed.hasten(bursts.locate(options).pace(options));
+    }
+    match Fitting::at_pace(trace, &bursts, placed) {
         // Far too late a reflection is heard where none is expected: start from an earlier one.
-        Err(_) if free => {
+        Err(_) if options.free() => {
             let mut placed = options.clone();
             placed.hasten(EARLIER);
-            Fitting::at_pace(trace, &bursts, placed)?
+            Fitting::at_pace(trace, &bursts, placed)
         }
-        result => result?,
-    };
-    // Windows depend on when the reflection comes: fit again until it comes when it is expected.
-    for _ in 0..PACES {
-        if (fit.model.pace - 1.0).abs() < SAME_PACE {
-            break;
-        }
-        let mut placed = fit.model.options;
-        placed.hasten(fit.model.pace);
-        // Anew: from where a fit with wrong windows has ended, another maximum may be nearer.
-        fit = Fitting::begin(trace, &bursts, placed, fit.segment)?;
+        result => result,
     }
-    Ok(fit)
 }
 
 /// A fit on its way.
@@ -171,30 +167,22 @@ struct Fitting {
 }
 
 impl Fitting {
-    /// Fits with windows for the stated lags.
+    /// Fits, from the stated lags.
     fn at_pace(trace: &Trace<'_>, bursts: &Bursts, options: ClickOptions) -> Result<Self, Fault> {
-        let segment = Segment::new(trace, &bursts.locate(&options).times, &options)?;
-        Self::begin(trace, bursts, options, segment)
-    }
-
-    /// The same in a segment known already: it does not depend on the lags.
-    fn begin(
-        trace: &Trace<'_>,
-        bursts: &Bursts,
-        options: ClickOptions,
-        segment: Segment,
-    ) -> Result<Self, Fault> {
         let located = bursts.locate(&options);
+        let segment = Segment::new(trace, &located.times, &options)?;
         let model = Model::start(&located, &segment, options);
         let (rows, normal) = (Rows::new(), Matrix::zeros(0, 0));
         Self { model, segment, rows, normal, squares: 0.0, freedom: 1.0 }.settled(trace)
     }
 
-    /// Takes Gauss-Newton steps to the maximum of the likelihood; windows move during the first of them.
+    /// Takes Gauss-Newton steps to the maximum of the likelihood. Windows move during the first of them, and once more if the
+    /// reflection then does not come when they expect it.
     fn settled(mut self, trace: &Trace<'_>) -> Result<Self, Fault> {
         let Self { model, segment, .. } = &mut self;
         let mut rows = segment.windows(&model.times, &model.options);
-        let (mut settled, mut length) = (None, f64::INFINITY);
+        let (mut settled, mut length, mut paces) = (None, f64::INFINITY, 0);
+        let mut steps = Steps::default();
         for step_number in 0..MAX_STEPS {
             let moving = step_number < MOVING_STEPS;
             if moving {
@@ -204,9 +192,16 @@ impl Fitting {
             let step = solve_scaled(&normal, &gradient)?;
             let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
             length = gain.sqrt();
-            model.advance(&step);
+            model.advance(&steps.next(step, &gradient));
             if moving {
                 model.centre();
+                model.settle_pace();
+                steps.restart();
+            } else if length < NEAR && (model.pace - 1.0).abs() > SAME_PACE && paces < PACES {
+                paces += 1;
+                model.settle_pace();
+                rows = segment.windows(&model.times, &model.options);
+                steps.restart();
             } else if length < SMALL_STEP || (step_number + 1 == MAX_STEPS && length < SETTLED) {
                 // After so small a step the same normal equations hold, and the sum of squares is less by what the step gained.
                 settled = Some((normal, squares - gain));
@@ -260,6 +255,11 @@ impl ClickOptions {
         if let Some(reflection) = &mut self.reflection {
             reflection.lags.iter_mut().for_each(|lag| *lag *= pace);
         }
+    }
+
+    /// Whether the pace of the reflection is not known.
+    fn free(&self) -> bool {
+        self.reflection.as_ref().is_some_and(|r| r.pace_sd > 0.0)
     }
 
     /// Whether the reflection at channel `m` overlaps the centre of the direct impulse, so that the window cannot end

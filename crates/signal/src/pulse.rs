@@ -12,6 +12,9 @@ const SMOOTHING: f64 = 1.5e-3;
 /// Largest shift between a channel and the strongest one that the first alignment corrects, s.
 const REACH: f64 = 0.35e-3;
 
+/// Channels nearest the end, from which the pace of sound there is read.
+const NEAREST: usize = 3;
+
 /// Impulses found.
 #[derive(Clone, Debug)]
 pub(crate) struct Located {
@@ -20,6 +23,26 @@ pub(crate) struct Located {
     /// Gains relative to the strongest channel.
     pub(crate) gains: Vec<f64>,
     pub(crate) pivot: usize,
+}
+
+impl Located {
+    /// How fast sound travels near the end of the path, as a factor of the lags that `options` state for the reflection: the
+    /// direct impulse has crossed the same gas between the channels nearest the end.
+    pub(crate) fn pace(&self, options: &ClickOptions) -> f64 {
+        let Some(reflection) = &options.reflection else { return 1.0 };
+        let mut near: Vec<(f64, f64)> =
+            reflection.lags.iter().copied().zip(self.times.iter().copied()).collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near.truncate(NEAREST);
+        // The reflection goes there and back.
+        match (near.first(), near.last()) {
+            (Some(a), Some(b)) if b.0 > a.0 => {
+                let (low, high) = (1.0 - 2.0 * reflection.pace_sd, 1.0 + 2.0 * reflection.pace_sd);
+                (2.0 * (a.1 - b.1) / (b.0 - a.0)).clamp(low.max(0.5), high)
+            }
+            _ => 1.0,
+        }
+    }
 }
 
 /// The first burst of every channel.

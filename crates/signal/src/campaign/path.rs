@@ -63,14 +63,12 @@ pub fn click_options(
 /// ([`rijke_rig::Recording::arrival_setting_sd_s`]), and the surface of the prongs is not well known. A dispersion kappa
 /// delays the impulse by kappa times `delay`, s^{-1/2}.
 pub(super) fn setting_covariance(set: &RecordSet, day: usize, point: &OperatingPoint, delay: f64) -> Matrix {
-    let rig = &set.rig;
+    let (rig, prongs) = (&set.rig, prong_length(&set.rig, point));
     let ([bare, with], loss) = (wetted(rig), kirchhoff(set, day));
-    let late = |x: f64| loss * delay * x.min(prong_length(rig, point)) * (with - bare) * PRONG_SURFACE_SD;
-    let positions = &rig.microphones.positions;
+    let late = |x: &f64| loss * delay * x.min(prongs) * (with - bare) * PRONG_SURFACE_SD;
+    let late: Vec<f64> = rig.microphones.positions.iter().map(late).collect();
     let setting = rig.recording.arrival_setting_sd_s.powi(2);
-    Matrix::from_fn(positions.len(), positions.len(), |i, j| {
-        setting + late(positions[i]) * late(positions[j])
-    })
+    Matrix::from_fn(late.len(), late.len(), |i, j| setting + late[i] * late[j])
 }
 
 #[cfg(test)]

@@ -196,6 +196,14 @@ impl Model {
         self.times.iter_mut().for_each(|t| *t += peak);
     }
 
+    /// Takes the lags that the pace has led to as those stated.
+    pub(super) fn settle_pace(&mut self) {
+        if self.pace_sd.is_some() {
+            self.options.hasten(self.pace.clamp(0.8, 1.25));
+            self.pace = 1.0;
+        }
+    }
+
     pub(super) fn signal_to_noise(&self, segment: &Segment, rows: &Rows) -> Vec<f64> {
         let energy = |(m, &(from, to)): (usize, &(usize, usize))| {
             let square = |n: usize| self.waveform.at(segment.time(n) - self.times[m]).0.powi(2);
