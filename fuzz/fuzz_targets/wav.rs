@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use rijke_rig::{Arrays, Layout, inspect, read_wav};
+use rijke_rig::{Arrays, Layout, inspect, read_record};
 
 fuzz_target!(|bytes: &[u8]| {
     let path = std::env::temp_dir().join(format!("rijke-fuzz-{}.wav", std::process::id()));
@@ -12,6 +12,6 @@ fuzz_target!(|bytes: &[u8]| {
     }
     let channels = [Some(1), Some(0)];
     let layout = Layout { channels: &channels, full_scale: 20.0, rate_hz: 1e4, quiet: 2, arrays: &Arrays::default() };
-    let _ = read_wav(&path, layout);
+    let _ = read_record(&path, layout);
     let _ = inspect(&path);
 });

@@ -1,6 +1,7 @@
 //! WAV and text a block of frames at a time, so that a file may be larger than memory.
 
-use crate::wav::{Decode, Layout, header, pcm};
+use crate::riff::{WavHeader, header};
+use crate::wav::{Decode, Layout, pcm};
 use crate::{Problem, RigError};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -61,8 +62,8 @@ impl<'a> Blocks<'a> {
             return Ok(Self { path, width, full_scale: f64::INFINITY, source });
         }
         let wrong = |problem| RigError::invalid(path, "header", problem);
-        let (spec, reader) = header(path)?;
-        let (have, frames) = (usize::from(spec.channels), reader.duration() as usize);
+        let WavHeader { spec, frames, samples: file } = header(path)?;
+        let have = usize::from(spec.channels);
         if have < width {
             return Err(wrong(Problem::MissingChannel { have, need: width }));
         }
@@ -79,7 +80,7 @@ impl<'a> Blocks<'a> {
             None => (1.0, f64::INFINITY),
         };
         let sample = usize::from(spec.bits_per_sample / 8);
-        let (file, stride) = (reader.into_inner(), have * sample);
+        let stride = have * sample;
         let source = Source::Wav { file, decode, unit, sample, stride, frames, read: 0 };
         Ok(Self { path, width, full_scale, source })
     }

@@ -2,7 +2,8 @@
 
 use crate::arrays::{Array, is_file_of_arrays, read_arrays};
 use crate::blocks::{Blocks, columns, is_text};
-use crate::wav::{Layout, header};
+use crate::riff::header;
+use crate::wav::Layout;
 use crate::{Arrays, Problem, RigError};
 use std::path::Path;
 
@@ -52,7 +53,7 @@ pub fn inspect(path: &Path) -> Result<FileContents, RigError> {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         (format!("text, {extension}"), None, columns(path)?)
     } else {
-        let (spec, _) = header(path)?;
+        let spec = header(path)?.spec;
         let kind = match spec.sample_format {
             hound::SampleFormat::Int => "integers",
             hound::SampleFormat::Float => "floats",

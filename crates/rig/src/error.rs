@@ -204,6 +204,34 @@ pub enum Problem {
         /// The decoder's reason.
         reason: String,
     },
+    /// A chunk of a WAV file that cannot be as long as it says.
+    #[error(
+        "chunk `{name}` at byte {at} should have {stated} bytes, {left} are left in the file; it is damaged or truncated: copy or \
+         record it again"
+    )]
+    LongChunk {
+        /// Name of the chunk.
+        name: String,
+        /// Where it begins, bytes from the start of the file.
+        at: u64,
+        /// Length that it says it has, bytes.
+        stated: u32,
+        /// Length of what follows, bytes.
+        left: u64,
+    },
+    /// A WAV file whose recorder stopped before it wrote how long the record is.
+    #[error(
+        "the length of `data` at byte {at} is {stated} and {left} bytes follow: the recorder did not finish the file; have \
+         the length written (`sox --ignore-length in.wav out.wav`), or record again"
+    )]
+    Unfinished {
+        /// Where the chunk begins, bytes from the start of the file.
+        at: u64,
+        /// Length that it says it has, bytes.
+        stated: u32,
+        /// Length of what follows, bytes.
+        left: u64,
+    },
     /// A file of arrays that is damaged, truncated or of another format.
     #[error("not a MATLAB or HDF5 file that can be read ({reason}); save it again, or export WAV or CSV")]
     BadArrays {

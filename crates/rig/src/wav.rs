@@ -5,9 +5,8 @@ use crate::blocks::is_text;
 use crate::files::write_whole;
 use crate::span::{ALL, gather};
 use crate::{Arrays, Problem, Record, RigError};
-use hound::{SampleFormat, WavReader, WavSpec, WavWriter};
-use std::fs::File;
-use std::io::{BufReader, Cursor};
+use hound::{SampleFormat, WavSpec, WavWriter};
+use std::io::Cursor;
 use std::path::Path;
 
 /// How to read a file: what the manifest says about it.
@@ -86,33 +85,14 @@ impl Samples24 {
 /// tab between columns, an optional first line of names, a decimal point; its sampling rate is the manifest's.
 ///
 /// # Errors
-/// Those of [`read_wav`]; in text, a cell that is not a number; an array that is not in the file.
+/// The file is absent, not of its format, truncated, sampled at another rate, lacks a channel or an array, or holds NaN; in text, a
+/// cell is not a number; in WAV, a chunk is longer than the file, or the recorder did not finish it. A clipped record is not an error:
+/// that is for signal processing to judge.
 pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
     if !is_text(path) && is_file_of_arrays(path)? {
         return read_array_record(path, layout);
     }
     gather(path, layout, &ALL, layout.quiet)
-}
-
-/// Reads one record from a WAV file.
-///
-/// # Errors
-/// The file is absent, not a WAV file, truncated, sampled at another rate, lacks a channel, or holds NaN. A clipped
-/// record is not an error: that is for signal processing to judge.
-pub fn read_wav(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
-    gather(path, layout, &ALL, layout.quiet)
-}
-
-/// The header of a WAV file, and the rest of it to read.
-pub(crate) fn header(path: &Path) -> Result<(WavSpec, WavReader<BufReader<File>>), RigError> {
-    let file = File::open(path).map_err(RigError::read(path))?;
-    let reader = WavReader::new(BufReader::new(file)).map_err(|error| match error {
-        hound::Error::IoError(cause) if cause.raw_os_error().is_some() => {
-            RigError::Read { path: path.to_owned(), cause }
-        }
-        other => RigError::invalid(path, "header", Problem::BadWav { reason: other.to_string() }),
-    })?;
-    Ok((reader.spec(), reader))
 }
 
 /// De-interleaves: `sample(k)` is the k-th value of the file in Pa.

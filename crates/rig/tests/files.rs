@@ -6,7 +6,7 @@ use rijke_numerics::{C64, Matrix};
 use rijke_rig::{
     Calibration, Campaign, Click, DataKind, Day, Observations, Ping, PointObservations, PointRecords,
     RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch, inspect,
-    read_record, read_wav,
+    read_record,
 };
 use std::path::{Path, PathBuf};
 
@@ -104,7 +104,7 @@ fn exact_messages_of_bad_records() {
     let set = write_small(&scratch.0);
     let file = scratch.0.join(&set.points[0].pings[0]);
     let good = std::fs::read(&file).unwrap();
-    let read = |layout| read_wav(&file, layout).unwrap_err();
+    let read = |layout| read_record(&file, layout).unwrap_err();
 
     refused(
         read(set.layout(set.click)),
@@ -126,9 +126,13 @@ fn exact_messages_of_bad_records() {
 
     std::fs::write(&file, &good[..good.len() - 30]).unwrap();
     refused(read(set.layout(set.ping)), "ends after sample 10 of 12", "record it again");
-    for cut in [0, 3, 20, 40] {
+    for (cut, place, remedy) in [
+        (0, "not a WAV file", "use 16, 24 or 32 bit"),
+        (3, "not a WAV file", "use 16, 24 or 32 bit"),
+        (40, "chunk `fmt ` at byte 12 should have 40 bytes, 20 are left", "copy or record it again"),
+    ] {
         std::fs::write(&file, &good[..cut]).unwrap();
-        refused(read(set.layout(set.ping)), "not a WAV file", "use 16, 24 or 32 bit");
+        refused(read(set.layout(set.ping)), place, remedy);
     }
     std::fs::remove_file(&file).unwrap();
     refused(RecordFolder::open(&scratch.0).unwrap_err(), "there is no file", "copy it there");
@@ -158,9 +162,13 @@ fn exact_message_of_a_nan_in_a_float_file() {
         quiet: 0,
         arrays: &rijke_rig::Arrays::default(),
     };
-    refused(read_wav(&path, layout).unwrap_err(), "microphone 0: sample 1 is NaN", "remove the file");
+    refused(read_record(&path, layout).unwrap_err(), "microphone 0: sample 1 is NaN", "remove the file");
     let one = rijke_rig::Layout { channels: &channels[1..], ..layout };
-    assert_eq!(read_wav(&path, one).unwrap().channels, vec![vec![0.5, 0.25]], "surplus channels are ignored");
+    assert_eq!(
+        read_record(&path, one).unwrap().channels,
+        vec![vec![0.5, 0.25]],
+        "surplus channels are ignored"
+    );
 }
 
 #[test]
@@ -314,7 +322,7 @@ proptest! {
         }
         std::fs::write(&path, &file).unwrap();
         let set = small_set();
-        let _ = read_wav(&path, set.layout(set.ping));
+        let _ = read_record(&path, set.layout(set.ping));
         let _ = inspect(&path);
         let text = scratch.0.join("x.csv");
         std::fs::write(&text, &file).unwrap();
