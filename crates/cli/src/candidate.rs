@@ -1,10 +1,13 @@
 //! `rijke candidate`: checks a file of candidate models before anybody trains one.
 
+mod derivatives;
+
 use crate::{
     failure::{Classify, Failure},
     ui::Ui,
 };
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use derivatives::{LEAST_SLOPE, TOLERANCE, taylor_slope};
 use rijke_candidates::{Candidate, Catalogue, Effect, Here, Place, SYMBOLS, Surroundings, unit_fault};
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 use rijke_rig::{Campaign, OperatingPoint, Rig};
@@ -12,11 +15,26 @@ use std::path::PathBuf;
 
 /// Check candidate models: formulas, units, derivatives, finiteness over the campaign, and analyticity in s.
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(
     after_help = "Examples:\n  rijke candidate my-rig/candidates.toml\n  rijke candidate --symbols\n\n\
     Derivatives are compared with differences of the formula; units are those of the symbols and of the parameters."
 )]
 pub(crate) struct Args {
+    #[command(flatten)]
+    options: Options,
+    #[command(subcommand)]
+    verb: Option<Verb>,
+}
+
+#[derive(clap::Subcommand)]
+enum Verb {
+    /// The same as `rijke candidate` with a file.
+    Check(Options),
+}
+
+#[derive(clap::Args)]
+struct Options {
     /// The file of candidates.
     #[arg(required_unless_present = "symbols")]
     file: Option<PathBuf>,
@@ -37,14 +55,8 @@ const AMBIENT_K: f64 = 293.15;
 const HOT_K: f64 = 420.0;
 const VELOCITY: f64 = 0.3;
 
-/// Largest relative difference between a derivative and a difference quotient of step 1e-5: the quotient's own error is
-/// some 1e-10 by curvature and 1e-11 by rounding, more only where a law is nearly singular.
-const TOLERANCE: f64 = 1e-6;
-
-/// Step of the difference quotients, relative to the parameter or to s.
-const STEP: f64 = 1e-5;
-
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let args = args.verb.as_ref().map_or(&args.options, |Verb::Check(options)| options);
     let Some(file) = args.file.as_deref().filter(|_| !args.symbols) else {
         return symbols(ui);
     };
@@ -56,25 +68,34 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let campaign = campaign.or_bad_input()?;
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
-    table.set_header(["candidate", "parameters", "points", "first derivatives", "second", "analytic in s"]);
+    table.set_header([
+        "candidate",
+        "parameters",
+        "points",
+        "first derivatives",
+        "second",
+        "analytic in s",
+        "Taylor slope",
+    ]);
     let (mut faults, mut answers) = (Vec::new(), Vec::new());
     for candidate in catalogue.candidates() {
         let found = examine(candidate, &rig, &campaign.points);
         answers.push(serde_json::json!({
             "id": candidate.id, "role": candidate.role, "parameters": candidate.parameters.len(), "points": found.points,
             "error_of_first_derivatives": found.errors[0], "error_of_second_derivatives": found.errors[1],
-            "breach_of_analyticity": found.errors[2],
+            "breach_of_analyticity": found.errors[2], "taylor_slope": found.taylor_slope,
         }));
         let [first, second, analytic] = found.errors.map(|e| format!("{e:.0e}"));
         let (id, count) = (candidate.id.clone(), candidate.parameters.len().to_string());
-        table.add_row([id, count, found.points.to_string(), first, second, analytic]);
+        let slope = found.taylor_slope.map_or_else(|| "exact".to_owned(), |s| format!("{s:.3}"));
+        table.add_row([id, count, found.points.to_string(), first, second, analytic, slope]);
         faults.extend(found.faults.iter().map(|fault| format!("{}: {fault}", candidate.id)));
     }
     ui.say(table.to_string());
     if faults.is_empty() {
         ui.result(&answers)?;
         ui.say(
-            "all in order; the columns are the largest relative differences from quotients of differences",
+            "all in order; relative differences from difference quotients, and the order of the Taylor remainder (3 or more is right)",
         );
         return Ok(());
     }
@@ -99,6 +120,8 @@ pub(crate) struct Found {
     points: usize,
     /// Largest relative error of gradient and Hessian, and the largest breach of the Cauchy-Riemann equations.
     errors: [f64; 3],
+    /// Smallest order of a Taylor remainder; none where two derivatives leave nothing.
+    taylor_slope: Option<f64>,
     pub(crate) faults: Vec<String>,
 }
 
@@ -140,8 +163,11 @@ pub(crate) fn examine(candidate: &Candidate, rig: &Rig, points: &[OperatingPoint
             for (k, used) in used.iter_mut().enumerate() {
                 *used |= jet.gradient()[k] != C64::ZERO;
             }
-            let errors = derivative_errors(&jet, &centre, &at);
+            let errors = derivatives::errors(&jet, &centre, &at);
             found.errors = std::array::from_fn(|i| found.errors[i].max(errors[i]));
+            if let Some(slope) = taylor_slope(&jet, &centre, &at) {
+                found.taylor_slope = Some(found.taylor_slope.map_or(slope, |s| s.min(slope)));
+            }
         }
     }
     for effect in &candidate.effects {
@@ -162,6 +188,11 @@ pub(crate) fn examine(candidate: &Candidate, rig: &Rig, points: &[OperatingPoint
     let names = ["first derivatives", "second derivatives", "the derivatives along and across the axis of s"];
     for (error, name) in found.errors.iter().zip(names).filter(|(e, _)| **e > TOLERANCE) {
         found.faults.push(format!("{name} differ by {error:.1e} (relative) from those of the formula"));
+    }
+    if let Some(slope) = found.taylor_slope.filter(|slope| *slope < LEAST_SLOPE) {
+        found
+            .faults
+            .push(format!("what two derivatives leave falls with the power {slope:.2} of the step, not 3"));
     }
     let idle = candidate.parameters.iter().zip(&used).filter(|(_, used)| !**used);
     for (parameter, _) in idle.filter(|_| found.points > 0 && undefined.is_empty()) {
@@ -196,50 +227,4 @@ fn evaluate(effect: &Effect, around: &Surroundings, values: &[f64], s: C64) -> J
 fn is_finite(jet: &Jet) -> bool {
     let finite = |v: &C64| v.re.is_finite() && v.im.is_finite();
     finite(&jet.value()) && jet.gradient().iter().all(finite) && jet.hessian_packed().iter().all(finite)
-}
-
-/// The slope of a quantity that changes by itself over a step of relative size one: derivatives are judged against it where
-/// they are smaller, because rounding of the quantity limits its quotients.
-fn natural(value: C64, step: f64) -> f64 {
-    STEP * value.norm() / step + f64::MIN_POSITIVE
-}
-
-/// Relative errors of gradient and Hessian, and how far the law is from analytic in s.
-fn derivative_errors(jet: &Jet, values: &[f64], at: &impl Fn(&[f64], C64) -> Jet) -> [f64; 3] {
-    let n = values.len();
-    // Central difference along one seed; s is the last, along the real axis or the imaginary.
-    let sides = |k: usize, across: bool| {
-        let h = STEP * if k < n { values[k].abs().max(1e-12) } else { S.norm() };
-        let side = |sign: f64| {
-            let mut moved = values.to_vec();
-            let mut s = S;
-            match (k < n, across) {
-                (true, _) => moved[k] += sign * h,
-                (false, false) => s += sign * h,
-                (false, true) => s += C64::new(0.0, sign * h),
-            }
-            at(&moved, s)
-        };
-        let direction = if across { C64::I } else { C64::ONE };
-        (side(1.0), side(-1.0), direction * (2.0 * h), h)
-    };
-    let mut errors = [0.0f64; 3];
-    for k in 0..=n {
-        let (up, down, twice, h) = sides(k, false);
-        let quotient = (up.value() - down.value()) / twice;
-        let floor = natural(jet.value(), h);
-        let size = |v: C64| v.norm().max(floor);
-        errors[0] = errors[0].max((quotient - jet.gradient()[k]).norm() / size(jet.gradient()[k]));
-        for j in 0..=n {
-            let quotient = (up.gradient()[j] - down.gradient()[j]) / twice;
-            let floor = natural(jet.gradient()[j], h);
-            let exact = jet.hessian(j.min(k), j.max(k));
-            errors[1] = errors[1].max((quotient - exact).norm() / exact.norm().max(floor));
-        }
-    }
-    let (up, down, twice, h) = sides(n, true);
-    let across = (up.value() - down.value()) / twice;
-    let floor = natural(jet.value(), h);
-    errors[2] = (across - jet.gradient()[n]).norm() / jet.gradient()[n].norm().max(floor);
-    errors
 }

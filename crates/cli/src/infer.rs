@@ -35,7 +35,7 @@ pub(crate) struct Args {
     /// is no unknown.
     #[arg(long, value_name = "CSV")]
     data: PathBuf,
-    /// Write the file with the most evidence, its unknowns at their most probable values (columns of the data as in the first row).
+    /// Write the file with the most evidence, its unknowns at their most probable values (columns of the data as in the row with the highest growth rate).
     #[arg(long, value_name = "FILE")]
     fitted: Option<PathBuf>,
 }
@@ -73,7 +73,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ui.say(format!("{:>34} = {growth:.3} 1/s, {frequency:.3} Hz", "model error"));
     }
     if let (Some(path), Some(best)) = (&args.fitted, found.first()) {
-        let text = best.template.text(&best.values, &measured.rows[0])?;
+        let row = measured.rows.iter().max_by(|a, b| a.mode[0].total_cmp(&b.mode[0]));
+        let text = best.template.text(&best.values, row.unwrap_or(&measured.rows[0]))?;
         write_whole(path, text.as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }

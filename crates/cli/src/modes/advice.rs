@@ -107,8 +107,6 @@ pub(crate) fn print(modes: &[ModeCurves], advice: &[Advice], ui: &Ui) {
         ]);
     }
     ui.say(table.to_string());
-    ui.say(format!(
-        "To first order, each change alone, for {} modes. Curves along x: --plot, --along.",
-        modes.len()
-    ));
+    let modes = if modes.len() == 1 { "one mode".to_owned() } else { format!("{} modes", modes.len()) };
+    ui.say(format!("To first order, each change alone, for {modes}. Curves along x: --plot, --along."));
 }

@@ -1,7 +1,7 @@
 //! The worked example of a ducted flame: virtual data, two networks, the better one found and its transfer function true within
 //! its errors where the data are.
 
-use crate::{rijke, scratch};
+use crate::{book::follow, rijke, scratch};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_network::{Workspace, file::read};
@@ -64,8 +64,15 @@ fn lab_the_transfer_function_of_a_ducted_flame_is_found() {
             "{name} = {value} +- {sd}, true {truth}"
         );
     }
-    let output = rijke(&folder, &["modes", "fitted.toml", "--sensitivity"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn exact_the_page_of_the_example_prints_what_the_program_prints() {
+    let folder = scratch("ducted-flame-page");
+    for name in ["n-tau.toml", "n-tau-filter.toml", "second-order.toml", "modes.csv"] {
+        fs::copy(example(name), folder.join(name)).unwrap();
+    }
+    follow(include_str!("../../../../examples/ducted-flame/README.md"), &folder);
 }
 
 #[test]

@@ -87,6 +87,10 @@ fn exact_candidates_are_checked_before_they_are_trained() {
     done(&folder, "new my-rig");
     let found = done(&folder, "candidate my-rig/candidates.toml --campaign my-rig/campaign.toml");
     assert!(found.contains("my-heat-release.2") && found.contains("all in order"), "{found}");
+    assert_eq!(
+        done(&folder, "candidate check my-rig/candidates.toml --campaign my-rig/campaign.toml"),
+        found
+    );
     assert!(done(&folder, "candidate --symbols").contains("U_h"));
     // The catalogue of the paper passes its own check.
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/candidates");
