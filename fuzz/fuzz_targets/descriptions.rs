@@ -3,6 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use rijke_candidates::{Catalogue, unit_fault};
+use rijke_fuzz::{folder, replace};
 use rijke_rig::{Campaign, RecordFolder, Rig};
 use std::{fs, path::Path};
 
@@ -19,13 +20,11 @@ fuzz_target!(|text: &str| {
             let _ = candidate.effects.iter().map(|effect| unit_fault(candidate, effect)).count();
         }
     }
-    let folder = std::env::temp_dir().join(format!("rijke-fuzz-{}", std::process::id()));
-    let _ = fs::create_dir_all(&folder);
+    let Ok(folder) = folder("descriptions") else { return };
     if !folder.join("rig.toml").exists() {
         let _ = fs::write(folder.join("rig.toml"), RIG);
         let _ = fs::write(folder.join("campaign.toml"), CAMPAIGN);
     }
-    let _ = fs::remove_file(folder.join("manifest.toml")); // written over, it would go to the disk at once
-    let _ = fs::write(folder.join("manifest.toml"), text);
+    let _ = replace(&folder.join("manifest.toml"), text.as_bytes());
     let _ = RecordFolder::open(&folder);
 });

@@ -2,6 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use rijke_fuzz::{folder, replace};
 use rijke_rig::Observations;
 use std::fs;
 
@@ -9,15 +10,11 @@ const RIG: &str = include_str!("../../crates/rig/fixtures/rigs/juniper-yoko-2022
 const HEAD: &str = "rig = \"rig.toml\"\nkind = \"measured\"\nsource = \"fuzz\"\n";
 
 fuzz_target!(|text: &str| {
-    let folder = std::env::temp_dir().join(format!("rijke-fuzz-observations-{}", std::process::id()));
-    let _ = fs::create_dir_all(&folder);
+    let Ok(folder) = folder("observations") else { return };
     let mut texts = text.split('\u{c}');
     for name in ["points.csv", "pings.csv", "clicks.csv", "rejections.csv"] {
         let path = folder.join(name);
-        let _ = fs::remove_file(&path); // written over, it would go to the disk at once
-        if let Some(text) = texts.next() {
-            let _ = fs::write(path, text);
-        }
+        let _ = texts.next().map_or_else(|| fs::remove_file(&path), |text| replace(&path, text.as_bytes()));
     }
     // One microphone: two columns are a ping.
     let (head, rest) = RIG.split_once("positions = [").unwrap_or_default();

@@ -198,6 +198,11 @@ pub enum Problem {
         /// What it is.
         value: f64,
     },
+    /// A file of National Instruments' TDMS.
+    #[error(
+        "NI TDMS, which is not read; save it as HDF5, .mat or text, which LabVIEW and the Python package npTDMS do"
+    )]
+    Tdms,
     /// A WAV file of a kind that is not supported.
     #[error("not a WAV file that can be read ({reason}); use 16, 24 or 32 bit integer, or 32 bit float PCM")]
     BadWav {

@@ -38,6 +38,9 @@ pub(crate) fn header(path: &Path) -> Result<WavHeader, RigError> {
         Ok(bytes)
     };
     let first = read(0, 12)?;
+    if first.starts_with(b"TDSm") {
+        return Err(wrong(Problem::Tdms));
+    }
     if first.len() < 12 || !first.starts_with(b"RIFF") || !first.ends_with(b"WAVE") {
         return Err(unreadable("it does not begin with RIFF and WAVE".into()));
     }

@@ -12,7 +12,7 @@ fn numbers(folder: &Path, text: &str) {
     fs::write(folder.join("results/numbers/prongs.json"), text).unwrap();
 }
 
-pub(super) const CASES: [Case; 17] = [
+pub(super) const CASES: [Case; 18] = [
     case(
         "results that do not exist",
         |_| (),
@@ -48,6 +48,12 @@ pub(super) const CASES: [Case; 17] = [
         |d| fs::write(d.join("run.dat"), "GIF89a").unwrap(),
         "inspect run.dat",
         ["run.dat", "not a WAV file", "use 16, 24 or 32 bit"],
+    ),
+    case(
+        "file of NI TDMS",
+        |d| fs::write(d.join("run.tdms"), b"TDSm\x0e\0\0\0\x69\x12\0\0").unwrap(),
+        "inspect run.tdms",
+        ["run.tdms", "NI TDMS, which is not read", "save it as HDF5"],
     ),
     case(
         "noise that is none",
