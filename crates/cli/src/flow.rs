@@ -38,7 +38,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
     /// How to assimilate samples over time. Batch is the one with the best error bars; paper is the filter of Juniper & Yoko (2022),
-    /// whose error bars are about ten times too small.
+    /// whose error bars are twenty times too small and more.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
     /// Fit each place of the heater by itself, as the paper does, instead of all together as one rig.
@@ -189,8 +189,13 @@ fn over_time(
     closures: &Closures,
     ui: &Ui,
 ) -> Result<(Document, BaseStates, Vec<RunReport>), Failure> {
-    let remedy = "`rijke process` makes observations of records; `rijke flow --twin --out DIR` writes a record over time.";
-    let records = Records::read(dir).or_bad_input().map_err(|f| f.remedy(remedy))?;
+    let records = Records::read(dir).map_err(|error| {
+        let remedy = match error {
+            FlowError::InLine { .. } | FlowError::InRun { .. } => "Correct the file. Samples lie at equal intervals, so none can be left out.",
+            _ => "`rijke process` makes observations of records; `rijke flow --twin --out DIR` writes a record over time.",
+        };
+        Failure::bad_input(error).remedy(remedy)
+    })?;
     let (method, filters) = match args.method {
         Choice::Batch => (Method::Batch, false),
         Choice::Smoother => (Method::Smoother, false),
@@ -219,11 +224,12 @@ fn over_time(
 
 /// Readings under which no flow exists are the user's to mend; a search that gives up on sound ones is not.
 fn blame(error: FlowError) -> Failure {
-    use FlowError::{Ensemble, NoFlow, NotSteady, Power, Temperature};
+    use FlowError::{Ensemble, NoFlow, NotSteady, Power, Range};
     match error {
-        NoFlow { .. } | NotSteady { .. } | Power { .. } | Temperature { .. } | Ensemble(_) => {
+        NoFlow { .. } | NotSteady { .. } | Power { .. } | Range { .. } | Ensemble(_) => {
             Failure::bad_input(error)
-                .remedy("Compare powers, ambient temperatures and readings of the samples with the rig.")
+                .remedy("Compare powers, ambient temperatures and readings of the samples with the rig; give samples at shorter intervals if \
+                    theirs are longer than a few minutes.")
         }
         _ => Failure::failed(error)
             .remedy("Compare the readings with the rig; --method smoother needs no derivatives."),

@@ -30,6 +30,7 @@ pub use batch::Batch;
 pub use estimate::{Estimate, Health, Warning};
 pub use files::Records;
 pub use filter::{FilterOptions, FilterRun, Snapshot, Variant, filter};
+pub(crate) use record::plausible;
 pub use record::{Record, Sample, Sensor, SensorKind};
 pub use report::{
     Method, NamedStates, PointReport, PowerReport, ResidualReport, RunReport, SnapshotReport, UnknownReport,

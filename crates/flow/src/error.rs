@@ -12,6 +12,20 @@ pub enum FlowError {
         /// The value.
         kelvin: f64,
     },
+    /// A temperature at which the properties of the gas do not hold.
+    #[error(
+        "{what} is {kelvin} K; the properties of air hold from {low} to {high} K (give kelvin, not Celsius)"
+    )]
+    Range {
+        /// Which temperature.
+        what: String,
+        /// The value, K.
+        kelvin: f64,
+        /// Lowest at which they hold, K.
+        low: f64,
+        /// Highest, K.
+        high: f64,
+    },
     /// A profile whose lists do not fit together.
     #[error(
         "a base state needs at least two ascending places with one temperature each and a positive pressure; \
@@ -43,7 +57,7 @@ pub enum FlowError {
         /// Its value.
         value: f64,
     },
-    /// A power that is negative or not a number.
+    /// A power that is negative or not finite.
     #[error("the heater power is {watts} W; it must be zero or positive")]
     Power {
         /// The value.
@@ -102,6 +116,32 @@ pub enum FlowError {
         /// Sensors.
         need: usize,
     },
+    /// A number about the record as a whole that is out of range.
+    #[error("{name} = {value}; it must be {must}")]
+    Setting {
+        /// Its key.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
+    /// A sample that cannot be used.
+    #[error("sample {index}: {source}")]
+    Sample {
+        /// Number of the sample, from 0.
+        index: usize,
+        /// Why.
+        source: Box<FlowError>,
+    },
+    /// An operating point that cannot be used.
+    #[error("operating point {id}: {source}")]
+    Point {
+        /// Its name.
+        id: String,
+        /// Why.
+        source: Box<FlowError>,
+    },
     /// A sensor outside the tube, or with noise that is not positive.
     #[error("this sensor is outside the tube or has no positive noise: {sensor}")]
     Sensor {
@@ -124,6 +164,16 @@ pub enum FlowError {
         file: std::path::PathBuf,
         /// What is wrong with it.
         problem: String,
+    },
+    /// A line of a file whose numbers cannot be used.
+    #[error("{}: line {line}: {source}", file.display())]
+    InLine {
+        /// The file.
+        file: std::path::PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Why.
+        source: Box<FlowError>,
     },
     /// A run that cannot be used.
     #[error("{}: {source}", file.display())]

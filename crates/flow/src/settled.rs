@@ -26,7 +26,7 @@ pub use observed::runs;
 pub use readings::Readings;
 pub use unknowns::unknowns;
 
-use crate::assimilate::SensorKind;
+use crate::assimilate::{SensorKind, plausible};
 use crate::{FlowError, Pipe};
 use rijke_numerics::Matrix;
 
@@ -66,18 +66,12 @@ impl Run {
     /// Refuses what nothing can be inferred from.
     ///
     /// # Errors
-    /// [`FlowError::Power`], [`FlowError::Temperature`], [`FlowError::Readings`], [`FlowError::TooFewSamples`],
-    /// [`FlowError::Sensor`].
+    /// [`FlowError::Point`] with [`FlowError::Power`] or [`FlowError::Range`], [`FlowError::Readings`],
+    /// [`FlowError::TooFewSamples`], [`FlowError::Sensor`].
     pub fn checked(self, pipe: &Pipe) -> Result<Self, FlowError> {
         let mut hot = 0;
         for (index, state) in self.states.iter().enumerate() {
             let count = state.sensors.len();
-            if state.power.is_nan() || state.power < 0.0 {
-                return Err(FlowError::Power { watts: state.power });
-            }
-            if state.ambient.is_nan() || state.ambient <= 0.0 {
-                return Err(FlowError::Temperature { x: 0.0, kelvin: state.ambient });
-            }
             if state.readings.len() != count
                 || state.noise.rows() != count
                 || state.readings.iter().any(|r| !r.is_finite())
@@ -97,6 +91,8 @@ impl Run {
                     return Err(FlowError::Sensor { sensor: format!("{sensor:?}") });
                 }
             }
+            plausible(state.power, state.ambient, &state.sensors, &state.readings)
+                .map_err(|source| FlowError::Point { id: state.id.clone(), source: Box::new(source) })?;
             hot += if state.power > 0.0 { count } else { 0 };
         }
         if hot < SIX {

@@ -55,7 +55,7 @@ impl Pipe {
     /// The steady state at `power` (W) and `ambient` (K). Without power the tube is cold, exactly.
     ///
     /// # Errors
-    /// [`FlowError::Power`], [`FlowError::Temperature`] for input out of range; [`FlowError::NotSteady`],
+    /// [`FlowError::Power`], [`FlowError::Range`] for input out of range; [`FlowError::NotSteady`],
     /// [`FlowError::NoFlow`] if there is no answer.
     pub fn steady(&self, p: &Parameters, power: f64, ambient: f64) -> Result<Steady, FlowError> {
         let (wall, flow) = self.first_guess(p, power, ambient)?;
@@ -126,9 +126,7 @@ impl Pipe {
         if power.is_nan() || power < 0.0 || power.is_infinite() {
             return Err(FlowError::Power { watts: power });
         }
-        if ambient.is_nan() || ambient <= 0.0 || ambient.is_infinite() {
-            return Err(FlowError::Temperature { x: 0.0, kelvin: ambient });
-        }
+        crate::air::in_range("the ambient temperature", ambient)?;
         let density = self.air.pressure / (self.air.constant * ambient);
         let cp = self.air.specific_heat(ambient);
         let losses = 1.0 + self.closures.entrance_loss + self.closures.development_loss + p.heater_drag;

@@ -105,11 +105,10 @@ impl<N: Number> Transient<N> {
     /// Everything at the ambient temperature, no power released yet.
     ///
     /// # Errors
-    /// As [`Transient::step`].
+    /// [`FlowError::Range`] for an ambient temperature at which the properties of air do not hold, and as
+    /// [`Transient::step`].
     pub fn cold(pipe: &Pipe, unknowns: &Unknowns<N>, ambient: f64) -> Result<Self, FlowError> {
-        if ambient.is_nan() || ambient <= 0.0 {
-            return Err(FlowError::Temperature { x: 0.0, kelvin: ambient });
-        }
+        crate::air::in_range("the ambient temperature", ambient)?;
         let ambient = unknowns.ambient_offset + ambient;
         let mut state = Self {
             wall: vec![ambient; pipe.size()],

@@ -28,7 +28,17 @@ fn exact_bad_samples_are_refused() {
     let first_lines = lines[..3].join("\n") + "\n";
     let cases = [
         (with(1, 0, "7"), [SAMPLES, "the first sample was taken at 7 W", "start with samples at 0 W"]),
-        (with(5, 1, "-20"), [SAMPLES, "-20 K", "give kelvin, not Celsius"]),
+        (
+            with(5, 1, "-20"),
+            [SAMPLES, "line 6: the ambient temperature is -20 K", "give kelvin, not Celsius"],
+        ),
+        (
+            with(5, 1, "180"),
+            [SAMPLES, "line 6: the ambient temperature is 180 K", "air hold from 210 to 1800 K"],
+        ),
+        (with(5, 1, "2000"), [SAMPLES, "line 6: the ambient temperature is 2000 K", "Correct the file"]),
+        (with(5, 1, "NaN"), [SAMPLES, "line 6: the ambient temperature is NaN K", "give kelvin"]),
+        (with(260, 0, "-30"), [SAMPLES, "line 261: the heater power is -30 W", "zero or positive"]),
         (first_lines, [SAMPLES, "16 readings cannot fix 18 unknowns", "add samples or sensors"]),
         (with(7, 3, ""), [SAMPLES, "line 8, column arrival_1_s", "is not a number"]),
         (with(251, 0, "1e9"), ["clicks", "no mass flow balances buoyancy and losses", "Compare powers"]),

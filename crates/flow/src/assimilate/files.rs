@@ -43,8 +43,8 @@ impl Records {
     /// Reads `folder`/flow.toml and the files it names, and checks every run against the rig.
     ///
     /// # Errors
-    /// [`FlowError::File`] with the file, the place and what to do; [`FlowError::InRun`] with the file and what is wrong
-    /// with its readings.
+    /// [`FlowError::File`] with the file, the place and what to do; [`FlowError::InLine`] and [`FlowError::InRun`] with
+    /// what is wrong in a line, or in the run.
     pub fn read(folder: &Path) -> Result<Self, FlowError> {
         let path = folder.join("flow.toml");
         let text = std::fs::read_to_string(&path).map_err(|e| problem(&path, &e))?;
@@ -65,8 +65,17 @@ impl Records {
                 power_sd: manifest.power_sd,
                 samples: samples(&file, &manifest.sensors)?,
             };
-            let in_run =
-                |source: FlowError| FlowError::InRun { file: file.clone(), source: Box::new(source) };
+            // The first line holds the names of the columns.
+            let in_run = |error: FlowError| match error {
+                FlowError::Sample { index, source } => {
+                    FlowError::InLine { file: file.clone(), line: index + 2, source }
+                }
+                FlowError::Readings { index, .. } => {
+                    FlowError::InLine { file: file.clone(), line: index + 2, source: Box::new(error) }
+                }
+                FlowError::Setting { .. } => FlowError::InRun { file: path.clone(), source: Box::new(error) },
+                _ => FlowError::InRun { file: file.clone(), source: Box::new(error) },
+            };
             let pipe = Pipe::new(&rig, &crate::Closures::default(), run.heater_m, 1).map_err(in_run)?;
             runs.push((run.heater_m, record.checked(&pipe).map_err(in_run)?));
         }

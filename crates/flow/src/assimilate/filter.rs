@@ -70,7 +70,8 @@ pub struct FilterRun {
 
 /// Assimilates a record sample by sample: arrival times (or what else the sensors measure), ambient temperature and
 /// power. State and parameters together; ambient temperature is a random walk whose forcing is the only noise of the
-/// model. A member that fails is replaced as [`Ensemble::forecast`] says.
+/// model. A member fails if its gas finds no mass flow, or if a wall or the gas leaves the temperatures at which
+/// the properties of air hold; it is counted, and replaced as [`Ensemble::forecast`] says.
 ///
 /// # Errors
 /// [`FlowError::Ensemble`] if most members fail, and those of the model.

@@ -1,7 +1,11 @@
 //! The filter's members: rows of an ensemble, run through the model some at a time.
 
+#[cfg(test)]
+mod tests;
+
 use super::record::observe;
 use super::{Record, unknowns_from};
+use crate::air::in_range;
 use crate::number::{Lanes, Number};
 use crate::{FlowError, Implicit, Pipe, Transient, UNKNOWNS};
 use rand_distr::{Distribution, StandardNormal};
@@ -155,6 +159,9 @@ impl<'a> Members<'a> {
         let indicated = state.ambient - u.ambient_offset;
         state.refresh(pipe, &u, TOLERANCE)?;
         state.step_each(pipe, &self.implicit, &u, power, indicated, TOLERANCE)?;
+        // A step that is too long for a member sends its wall anywhere, and may still find a flow.
+        state.wall.iter().try_for_each(|&t| in_range("a wall", t))?;
+        state.gas.march.face.iter().try_for_each(|&t| in_range("the gas", t))?;
         let (mut times, mut seen) = (Vec::new(), Vec::new());
         observe(pipe, &self.record.sensors, &state.gas, &u, &mut times, &mut seen);
         for (k, (sensor, sd)) in self.record.biased().enumerate() {

@@ -1,5 +1,6 @@
 //! What was measured over time.
 
+use crate::air::in_range;
 use crate::draught::Draught;
 use crate::number::Number;
 use crate::{FlowError, Pipe, UNKNOWNS, Unknowns};
@@ -70,9 +71,19 @@ impl Record {
     ///
     /// # Errors
     /// [`FlowError::NotCalibrated`] if the first sample is not taken without power (nothing fixes the channel delays
-    /// then), [`FlowError::TooFewSamples`], [`FlowError::Readings`], [`FlowError::Power`], [`FlowError::Temperature`],
-    /// [`FlowError::Sensor`].
+    /// then), [`FlowError::TooFewSamples`], [`FlowError::Readings`], [`FlowError::Sensor`], [`FlowError::Setting`], and
+    /// [`FlowError::Sample`] with [`FlowError::Power`] or [`FlowError::Range`].
     pub fn checked(self, pipe: &Pipe) -> Result<Self, FlowError> {
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        let settings = [
+            ("interval_s", self.interval, positive(self.interval), "positive"),
+            ("ambient_sd_k", self.ambient_sd, positive(self.ambient_sd), "positive"),
+            ("ambient_drift_k_per_root_s", self.ambient_drift, positive(self.ambient_drift), "positive"),
+            ("power_sd", self.power_sd, self.power_sd == 0.0 || positive(self.power_sd), "zero or positive"),
+        ];
+        if let Some(&(name, value, _, must)) = settings.iter().find(|s| !s.2) {
+            return Err(FlowError::Setting { name, value, must });
+        }
         for sensor in &self.sensors {
             let known = match sensor.kind {
                 SensorKind::Arrival { microphone } => microphone < pipe.microphones.len(),
@@ -94,13 +105,8 @@ impl Record {
         if have < unknown {
             return Err(FlowError::TooFewSamples { have, need: unknown });
         }
+        let kinds: Vec<SensorKind> = self.sensors.iter().map(|s| s.kind).collect();
         for (index, sample) in self.samples.iter().enumerate() {
-            if sample.power.is_nan() || sample.power < 0.0 {
-                return Err(FlowError::Power { watts: sample.power });
-            }
-            if sample.ambient.is_nan() || sample.ambient <= 0.0 {
-                return Err(FlowError::Temperature { x: 0.0, kelvin: sample.ambient });
-            }
             let finite = sample.readings.iter().all(|r| r.is_finite());
             if sample.readings.len() != self.sensors.len() || !finite {
                 return Err(FlowError::Readings {
@@ -109,6 +115,8 @@ impl Record {
                     need: self.sensors.len(),
                 });
             }
+            plausible(sample.power, sample.ambient, &kinds, &sample.readings)
+                .map_err(|source| FlowError::Sample { index, source: Box::new(source) })?;
         }
         let arrivals = self.sensors.iter().any(|s| matches!(s.kind, SensorKind::Arrival { .. }));
         match self.samples.first() {
@@ -123,6 +131,25 @@ impl Record {
     pub(crate) fn biased(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.sensors.iter().enumerate().filter(|(_, s)| s.bias_sd > 0.0).map(|(i, s)| (i, s.bias_sd))
     }
+}
+
+/// Refuses a power that is negative, and temperatures at which the properties of air do not hold.
+pub(crate) fn plausible(
+    power: f64,
+    ambient: f64,
+    sensors: &[SensorKind],
+    readings: &[f64],
+) -> Result<(), FlowError> {
+    if !power.is_finite() || power < 0.0 {
+        return Err(FlowError::Power { watts: power });
+    }
+    in_range("the ambient temperature", ambient)?;
+    for (sensor, &kelvin) in sensors.iter().zip(readings) {
+        if let SensorKind::Temperature { place } = sensor {
+            in_range(&format!("the gas at x = {place} m"), kelvin)?;
+        }
+    }
+    Ok(())
 }
 
 /// What every sensor would read, without its constant error.

@@ -182,8 +182,14 @@ fn exact_unusable_runs_are_refused_with_numbers() {
         change(&mut run);
         run.checked(&pipe).unwrap_err()
     };
-    assert!(matches!(broken(&|r| r.states[1].power = -3.0), FlowError::Power { watts: -3.0 }));
-    assert!(matches!(broken(&|r| r.states[2].ambient = -20.0), FlowError::Temperature { .. }));
+    let said = |change: &dyn Fn(&mut Run)| broken(change).to_string();
+    let watts = said(&|r| r.states[1].power = -3.0);
+    assert!(watts.ends_with("the heater power is -3 W; it must be zero or positive"), "{watts}");
+    let cold = said(&|r| r.states[2].ambient = 180.0);
+    assert!(
+        cold.starts_with("operating point ") && cold.contains("180 K; the properties of air hold from 210"),
+        "{cold}"
+    );
     assert!(matches!(broken(&|r| r.states[1].readings[2] = f64::NAN), FlowError::Readings { index: 1, .. }));
     assert!(matches!(broken(&|r| r.states.truncate(1)), FlowError::TooFewSamples { have: 0, need: 6 }));
     let outside = SensorKind::Temperature { place: 1.3 };

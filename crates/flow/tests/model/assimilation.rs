@@ -132,15 +132,29 @@ fn exact_messages_say_what_is_wrong_with_numbers() {
     );
     let few = said(&|r| r.samples.truncate(2));
     assert_eq!(few, "16 readings cannot fix 18 unknowns; add samples or sensors");
-    let cold = said(&|r| r.samples[3].ambient = -20.0);
-    assert_eq!(cold, "the temperature at x = 0 m is -20 K; it must be positive (give kelvin, not Celsius)");
-    let blocked = rijke_flow::Parameters { heater_drag: 1e12, ..rijke_flow::Parameters::default() };
-    println!(
-        "{:?}",
-        pipe.steady(&blocked, 180.0, AMBIENT)
-            .map(|s| (s.gas.mass_flow, s.wall[20]))
-            .map_err(|e| e.to_string())
-    );
+    for kelvin in [-20.0, 180.0, 2000.0, f64::NAN] {
+        assert_eq!(
+            said(&|r| r.samples[3].ambient = kelvin),
+            format!(
+                "sample 3: the ambient temperature is {kelvin} K; the properties of air hold from 210 to 1800 K \
+                 (give kelvin, not Celsius)"
+            )
+        );
+    }
+    for watts in [-1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(
+            said(&|r| r.samples[70].power = watts),
+            format!("sample 70: the heater power is {watts} W; it must be zero or positive")
+        );
+    }
+    assert_eq!(said(&|r| r.interval = 0.0), "interval_s = 0; it must be positive");
+    assert_eq!(said(&|r| r.ambient_sd = 0.0), "ambient_sd_k = 0; it must be positive");
+    let celsius = said(&|r| {
+        r.sensors[0].kind = SensorKind::Temperature { place: 0.5 };
+        r.samples.iter_mut().for_each(|s| s.readings[0] = 300.0);
+        r.samples[9].readings[0] = 27.0;
+    });
+    assert!(celsius.starts_with("sample 9: the gas at x = 0.5 m is 27 K; the properties"), "{celsius}");
 }
 
 #[test]
@@ -154,7 +168,7 @@ fn exact_bad_records_are_refused_with_numbers() {
     assert!(matches!(few.checked(&pipe), Err(FlowError::TooFewSamples { have: 16, need: 18 })));
     let mut cold = good.clone();
     cold.samples[3].ambient = -1.0;
-    assert!(matches!(cold.checked(&pipe), Err(FlowError::Temperature { .. })));
+    assert!(matches!(cold.checked(&pipe), Err(FlowError::Sample { index: 3, .. })));
     let mut gap = good.clone();
     gap.samples[5].readings[2] = f64::NAN;
     assert!(matches!(gap.checked(&pipe), Err(FlowError::Readings { index: 5, .. })));

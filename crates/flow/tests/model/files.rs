@@ -50,6 +50,8 @@ fn exact_wrong_files_are_named_with_place_and_reason() {
         matches!(&hot, FlowError::InRun { source, .. } if matches!(**source, FlowError::NotCalibrated { .. })),
         "{hot}"
     );
+    let cold = broken(&good.replacen("\n0,29", "\n0,18", 1)).to_string();
+    assert!(cold.contains("heater-250mm.csv: line 2: the ambient temperature is 18"), "{cold}");
     let renamed = broken(&good.replacen("arrival_3_s", "arrival_9_s", 1));
     assert!(renamed.to_string().contains("flow.toml asks for"), "{renamed}");
     let short = broken(&good.lines().take(3).collect::<Vec<_>>().join("\n"));

@@ -51,6 +51,12 @@ fn exact_bad_conditions_are_refused() {
     let p = Parameters::default();
     assert!(matches!(pipe.steady(&p, -1.0, AMBIENT), Err(FlowError::Power { .. })));
     assert!(matches!(pipe.steady(&p, f64::NAN, AMBIENT), Err(FlowError::Power { .. })));
-    assert!(matches!(pipe.steady(&p, 10.0, -20.0), Err(FlowError::Temperature { .. })));
-    assert!(matches!(Transient::cold(&pipe, &unknowns(), 0.0), Err(FlowError::Temperature { .. })));
+    for kelvin in [-5.0, 0.0, 20.0, 180.0, 2000.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            pipe.steady(&p, 10.0, kelvin),
+            Err(FlowError::Range { low: 210.0, high: 1800.0, .. })
+        ));
+        assert!(matches!(Transient::cold(&pipe, &unknowns(), kelvin), Err(FlowError::Range { .. })));
+    }
+    assert!(pipe.steady(&p, 10.0, 210.0).is_ok());
 }
