@@ -67,11 +67,11 @@ fn flow(c: &mut Criterion) {
     group.finish();
 }
 
-/// The paper's filter on the first 7.5 min without power and at 30 W: 60 clicks of 100 members side by side with their analyses, against the
+/// The paper's filter on 15 min at 7, 30 and 180 W: 60 clicks of 100 members side by side with their analyses, against the
 /// same 100 members stepped one after the other, without any analysis.
 fn filter_of_the_paper(c: &mut Criterion) {
     let Ok(pipe) = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1) else { return };
-    let options = TwinOptions { powers: staircase(&[0.0, 30.0], 30), ..TwinOptions::default() };
+    let options = TwinOptions { powers: staircase(&[7.0, 30.0, 180.0], 20), ..TwinOptions::default() };
     let Ok(twin) = Twin::new(&pipe, &options, &Streams::new(1), None) else { return };
     let record = &twin.record;
     let mut group = c.benchmark_group("60 clicks of 100 members");
