@@ -6,7 +6,7 @@
 
 use crate::obstacle::Obstacle;
 use crate::radiation::OpenEnd;
-use crate::walls::{Line, Section};
+use crate::walls::{Line, Section, principal_root};
 use rijke_numerics::C64;
 use rijke_rig::GasState;
 
@@ -88,20 +88,23 @@ impl Duct {
         let lines: Vec<Line> = self.media.iter().map(|(section, gas)| section.line(gas, s)).collect();
         let (mut p, mut u) = (self.top.impedance(s), C64::ONE);
         let mut pressures = Vec::new();
+        // The mean flow multiplies both waves by the same e^{-s delay}, which no piece changes: it is left to the end.
+        let mut delay = 0.0;
         for piece in &self.pieces {
             match piece {
                 Piece::Line { length, media: [lower, upper], drift } => {
-                    (p, u) = descend(&lines[*lower], &lines[*upper], *length, s * drift, (p, u));
+                    (p, u) = descend(&lines[*lower], &lines[*upper], *length, (p, u));
+                    delay += drift * length;
                 }
                 Piece::Obstacle(obstacle) => (p, u) = obstacle.descend(s, (p, u)),
                 Piece::Microphone(m) => {
                     pressures.resize(pressures.len().max(m + 1), C64::ZERO);
-                    pressures[*m] = p;
+                    pressures[*m] = p * (-s * delay).exp();
                 }
             }
         }
         // The bottom mouth's outward velocity is -U.
-        March { pressures, drive: p + self.bottom.impedance(s) * u }
+        March { pressures, drive: (p + self.bottom.impedance(s) * u) * (-s * delay).exp() }
     }
 
     /// Pressure at the microphones per source pressure, at complex frequency `s`.
@@ -142,23 +145,24 @@ fn slope(f: impl Fn(C64) -> C64, s: C64) -> C64 {
 /// A stretch is short if q^2 is below this: what the series of cosh q and sinh q / q leave out is below 1e-17.
 const SHORT: f64 = 0.02;
 
-/// From the top of a stretch to its bottom: the inverse of the exponential of the Magnus series
-/// h/2 (A1 + A2) - h^2 sqrt(3)/12 [A1, A2], A = [[d, -Z], [-Y, d]].
-fn descend(lower: &Line, upper: &Line, h: f64, drift: C64, (p, u): (C64, C64)) -> (C64, C64) {
+/// From the top of a stretch to its bottom, but for the drift: the inverse of the exponential of the Magnus series
+/// h/2 (A1 + A2) - h^2 sqrt(3)/12 [A1, A2], A = [[0, -Z], [-Y, 0]].
+fn descend(lower: &Line, upper: &Line, h: f64, (p, u): (C64, C64)) -> (C64, C64) {
     let (z1, z2, y1, y2) = (lower.impedance, upper.impedance, lower.admittance, upper.admittance);
     let (b, c) = (-0.5 * h * (z1 + z2), -0.5 * h * (y1 + y2));
     let a = -h * h * 3.0_f64.sqrt() / 12.0 * (z1 * y2 - z2 * y1);
     // exp of the traceless matrix [[a, b], [c, -a]] with q^2 = a^2 + bc; even in q, so the branch does not matter.
     let square = a * a + b * c;
-    let (cosh, sinhc) = if square.norm() < SHORT {
+    let (cosh, sinhc) = if square.norm_sqr() < SHORT * SHORT {
         let series = |orders: [f64; 5]| orders.iter().rev().fold(C64::ONE, |sum, n| 1.0 + sum * square / n);
         (series([2.0, 12.0, 30.0, 56.0, 90.0]), series([6.0, 20.0, 42.0, 72.0, 110.0]))
     } else {
-        let q = square.sqrt();
-        (q.cosh(), q.sinh() / q)
+        let q = if square.re > 0.0 { principal_root(square) } else { C64::I * principal_root(-square) };
+        let up = q.exp();
+        let down = up.inv();
+        (0.5 * (up + down), 0.5 * (up - down) / q)
     };
-    let scale = if drift == C64::ZERO { C64::ONE } else { (-drift * h).exp() };
-    (scale * ((cosh - sinhc * a) * p - sinhc * b * u), scale * ((cosh + sinhc * a) * u - sinhc * c * p))
+    ((cosh - sinhc * a) * p - sinhc * b * u, (cosh + sinhc * a) * u - sinhc * c * p)
 }
 
 #[cfg(test)]

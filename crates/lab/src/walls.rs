@@ -53,8 +53,9 @@ impl Section {
     #[must_use]
     pub fn line(&self, gas: &GasState, s: C64) -> Line {
         let area = self.open_area();
-        let viscous = self.displaced_area(s * gas.density / gas.viscosity) / area;
-        let thermal = self.displaced_area(s * gas.density * gas.prandtl / gas.viscosity) / area;
+        // sqrt(s/nu) and sqrt(s/alpha) differ by a real factor.
+        let root = principal_root(s * (gas.density / gas.viscosity));
+        let [viscous, thermal] = self.displaced_areas([root, root * gas.prandtl.sqrt()]).map(|a| a / area);
         let stiffness = gas.density * gas.sound_speed.powi(2);
         Line {
             impedance: s * gas.density / (area * (1.0 - viscous)),
@@ -62,56 +63,67 @@ impl Section {
         }
     }
 
-    /// Area that the boundary layers of all walls displace, m^2; `q` = s/nu or s/alpha, 1/m^2. The layers of
+    /// Areas that the boundary layers of all walls displace, m^2; roots = sqrt(s/nu) and sqrt(s/alpha), 1/m. The layers of
     /// different walls are taken not to meet: they are 0.2 mm thick, the walls 5 mm apart.
-    fn displaced_area(&self, q: C64) -> C64 {
-        let root = principal_root(q);
-        let tube = self.roughness * 2.0 * PI * self.radius * inside(self.radius * root);
-        let rods = self
-            .rods
-            .iter()
-            .map(|rod| rod.count * rod.roughness * 2.0 * PI * rod.radius * outside(rod.radius * root));
-        (tube + rods.sum::<C64>()) / root
+    fn displaced_areas(&self, roots: [C64; 2]) -> [C64; 2] {
+        let inverses = roots.map(|root| root.inv());
+        let pair = |radius: f64| (roots.map(|root| radius * root), inverses.map(|inverse| inverse / radius));
+        let (z, inverse) = pair(self.radius);
+        let mut sums = inside(z, inverse).map(|ratio| self.roughness * 2.0 * PI * self.radius * ratio);
+        for rod in &self.rods {
+            let (z, inverse) = pair(rod.radius);
+            let ratios = quotients(z, inverse);
+            for (sum, ratio) in sums.iter_mut().zip(ratios) {
+                *sum += rod.count * rod.roughness * 2.0 * PI * rod.radius * ratio;
+            }
+        }
+        [sums[0] * inverses[0], sums[1] * inverses[1]]
     }
 }
 
 /// The square root in the right half plane, away from the negative real axis, without trigonometric functions.
-fn principal_root(q: C64) -> C64 {
-    let re = (0.5 * (q.norm() + q.re)).sqrt();
+pub(crate) fn principal_root(q: C64) -> C64 {
+    let re = (0.5 * (q.norm_sqr().sqrt() + q.re)).sqrt();
     C64::new(re, 0.5 * q.im / re)
 }
 
-/// I1(z)/I0(z), Re z > 0.
-fn inside(z: C64) -> C64 {
-    match large(z) {
-        true => series(z.inv()),
-        // The library fails only where it would overflow, far above the limit of the series.
-        false => match (besseli_scaled(1.0, z), besseli_scaled(0.0, z)) {
-            (Ok(one), Ok(zero)) => one / zero,
-            _ => series(z.inv()),
-        },
+/// I1(z)/I0(z), Re z > 0, of two numbers, given also 1/z.
+fn inside(z: [C64; 2], inverse: [C64; 2]) -> [C64; 2] {
+    if z.iter().all(|z| large(*z)) {
+        return series(inverse);
     }
+    z.map(|z| match (besseli_scaled(1.0, z), besseli_scaled(0.0, z)) {
+        // The library fails only where it would overflow, far above the limit of the series.
+        (Ok(one), Ok(zero)) if !large(z) => one / zero,
+        _ => series([z.inv(); 2])[0],
+    })
 }
 
 /// K1(z)/K0(z), Re z > 0.
 pub(crate) fn outside(z: C64) -> C64 {
-    match large(z) {
-        true => series(-z.inv()),
-        // Both orders come out of one recurrence.
-        false => match besselk_seq(0.0, z, 2, Scaling::Exponential).as_ref().map(|k| k.values.as_slice()) {
-            Ok([zero, one]) => one / zero,
-            _ => series(-z.inv()),
-        },
+    if large(z) {
+        return series([-z.inv(); 2])[0];
     }
+    // Both orders come out of one recurrence.
+    match besselk_seq(0.0, z, 2, Scaling::Exponential).as_ref().map(|k| k.values.as_slice()) {
+        Ok([zero, one]) => one / zero,
+        _ => series([-z.inv(); 2])[0],
+    }
+}
+
+/// The same of two numbers, given also 1/z.
+fn quotients(z: [C64; 2], inverse: [C64; 2]) -> [C64; 2] {
+    if z.iter().all(|z| large(*z)) { series(inverse.map(|x| -x)) } else { z.map(outside) }
 }
 
 /// Where the series below is exact to 1e-11 (its ninth term is -46 x^9).
 fn large(z: C64) -> bool {
-    z.norm() > 24.0
+    z.norm_sqr() > 24.0 * 24.0
 }
 
-/// Hankel's expansion of I1/I0 in x = 1/z (Abramowitz & Stegun 9.7.1, quotient); with -x it is K1/K0.
-fn series(x: C64) -> C64 {
+/// Hankel's expansion of I1/I0 in x = 1/z (Abramowitz & Stegun 9.7.1, quotient); with -x it is K1/K0. Two numbers side by side:
+/// each sum waits for its last term.
+fn series(x: [C64; 2]) -> [C64; 2] {
     const C: [f64; 9] = [
         1.0,
         -0.5,
@@ -123,7 +135,7 @@ fn series(x: C64) -> C64 {
         -103.0 / 32.0,
         -375_733.0 / 32_768.0,
     ];
-    C.iter().rev().fold(C64::ZERO, |sum, c| sum * x + c)
+    C.iter().rev().fold([C64::ZERO; 2], |sum, c| [sum[0] * x[0] + c, sum[1] * x[1] + c])
 }
 
 #[cfg(test)]
@@ -138,7 +150,8 @@ mod tests {
         for z in [C64::new(24.5, 1.0), C64::new(18.0, 17.0), C64::new(100.0, 140.0), C64::new(300.0, 295.0)] {
             let i = besseli_scaled(1.0, z).unwrap() / besseli_scaled(0.0, z).unwrap();
             let k = besselk_scaled(1.0, z).unwrap() / besselk_scaled(0.0, z).unwrap();
-            assert!((inside(z) - i).norm() < 3e-11, "{z}: {}", inside(z) - i);
+            let found = inside([z; 2], [z.inv(); 2]);
+            assert!(found.iter().all(|v| (v - i).norm() < 3e-11), "{z}: {}", found[0] - i);
             assert!((outside(z) - k).norm() < 3e-11, "{z}: {}", outside(z) - k);
         }
         for z in [C64::new(0.5, 0.4), C64::new(3.0, 2.9), C64::new(15.0, 14.0)] {

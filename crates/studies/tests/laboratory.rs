@@ -67,3 +67,62 @@ fn lab_stated_intervals_cover_the_truth() {
         }
     }
 }
+
+/// Arrival times of a row against the time that sound takes in the laboratory's gas: of every channel, and less the first channel's,
+/// in which the shift of a setting cancels. ROWS, SEED and REPEATS choose; every point is printed with its channels in us. Above a
+/// heater the difference holds the delay of the heater itself.
+#[test]
+#[ignore = "long: 20 points of raw records, some ten seconds on two cores"]
+fn lab_arrival_times_above_prongs() {
+    let number = |name: &str, default: u32| std::env::var(name).map_or(default, |v| v.parse().unwrap());
+    let rows = std::env::var("ROWS").unwrap_or_else(|_| "C3".to_owned());
+    let (rig, campaign, truth) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022(), Truth::standard());
+    let positions = &rig.microphones.positions;
+    for row in rows.split(',').map(str::to_owned) {
+        let repeats = Some(number("REPEATS", 10));
+        let seed = u64::from(number("SEED", 1));
+        let lab = VirtualRig::new(&rig, &campaign, &truth, &[row.clone()], repeats, seed).unwrap();
+        let done = process(&lab, &ProcessOptions::default(), &|| ()).unwrap();
+        let (mut all, mut less) = (vec![vec![]; positions.len()], vec![vec![]; positions.len()]);
+        for (k, point) in done.observations.points.iter().enumerate() {
+            let Some(click) = &point.click else { continue };
+            let base = lab.true_base_state(k);
+            let error: Vec<f64> = positions
+                .iter()
+                .zip(&click.arrival_times)
+                .map(|(x, t)| t - base.travel_time(0.0, *x))
+                .collect();
+            let shown = |v: f64| format!("{:6.2}", 1e6 * v);
+            let mut line = String::new();
+            for m in 0..positions.len() {
+                let c = &click.covariance;
+                let sd = c[(m, m)].sqrt();
+                let apart = (c[(m, m)] + c[(0, 0)] - 2.0 * c[(m, 0)]).max(0.0).sqrt();
+                all[m].push([error[m], error[m] / sd]);
+                if m > 0 {
+                    less[m].push([error[m] - error[0], (error[m] - error[0]) / apart]);
+                    line += &format!(" {}({})", shown(error[m] - error[0]), shown(apart));
+                }
+            }
+            println!("{:8} {} clicks, less the first:{line}", point.point.id, point.click_count);
+        }
+        for (what, all) in [("arrival time", &all), ("less the first", &less)] {
+            println!("{row}, {what}: mean and rms in us, mean, rms and largest in stated sd");
+            for (m, errors) in all.iter().enumerate().filter(|(_, errors)| !errors.is_empty()) {
+                let count = errors.len() as f64;
+                let mean = |i: usize| errors.iter().map(|e| e[i]).sum::<f64>() / count;
+                let rms = |i: usize| (errors.iter().map(|e| e[i] * e[i]).sum::<f64>() / count).sqrt();
+                let largest = errors.iter().fold(0.0_f64, |a, e| a.max(e[1].abs()));
+                let (us, per) = ((1e6 * mean(0), 1e6 * rms(0)), (mean(1), rms(1)));
+                println!(
+                    "microphone {}: {:6.2} {:6.2}, {:6.2} {:6.2} {largest:6.2}",
+                    m + 1,
+                    us.0,
+                    us.1,
+                    per.0,
+                    per.1
+                );
+            }
+        }
+    }
+}
