@@ -35,6 +35,7 @@ pub struct CatalogueError {
 
 /// What is wrong in a catalogue.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CatalogueProblem {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]

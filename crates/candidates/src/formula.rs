@@ -51,6 +51,7 @@ pub struct FormulaError {
 
 /// What is wrong with a formula.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Problem {
     /// A character that no formula contains.
     #[error("`{0}` does not belong into a formula")]

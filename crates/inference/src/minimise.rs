@@ -42,6 +42,7 @@ impl Default for TrustRegion {
 /// Why a search ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Stop {
     /// The drop in J that is left is below the tolerance, or below what rounding lets the gradient resolve.
     Converged {

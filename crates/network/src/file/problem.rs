@@ -2,6 +2,7 @@
 
 /// What is wrong with one element.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Problem {
     /// An unknown key or type, or a value of the wrong type.
     #[error("{message}")]
