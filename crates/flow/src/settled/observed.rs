@@ -105,7 +105,8 @@ fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> 
         });
     }
     if power > 0.0 && p.click.is_some() {
-        let guess = pipe.steady(&Parameters::default(), power, ambient)?;
+        let at = |source| FlowError::Point { id: p.point.id.clone(), source: Box::new(source) };
+        let guess = pipe.steady(&Parameters::default(), power, ambient).map_err(at)?;
         let top = guess.gas.march.face.last().copied().unwrap_or(ambient);
         let hot = pipe.air.sound_speed(top);
         for (m, &(x, _)) in pipe.microphones.iter().enumerate() {
