@@ -8,8 +8,11 @@ use rijke_rig::{OperatingPoint, Rig};
 /// How much finer than the candidate's grid: errors of the grid are then a tenth of what a candidate makes.
 const REFINEMENT: u32 = 4;
 
-/// Temperature and velocity along the tube at an operating point, ambient `temperature` (K), settled.
-pub(crate) fn base_state(
+/// Temperature and velocity along the tube at an operating point, ambient `temperature` (K), settled: what is really there.
+///
+/// # Errors
+/// [`LabError::Flow`] where the flow does not settle.
+pub fn base_state(
     rig: &Rig,
     truth: &Truth,
     point: &OperatingPoint,

@@ -45,6 +45,7 @@ mod virtual_rig;
 pub mod walls;
 mod write;
 
+pub use base::base_state;
 pub use faults::Fault;
 pub use mouths::{mouths, seed_of};
 pub use truth::{

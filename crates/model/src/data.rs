@@ -1,6 +1,7 @@
 //! Observations as the data of an inference.
 
 use crate::noise::Groups;
+use crate::varying::Scatter;
 use crate::{BaseErrors, Conditions, ModelError, Noise};
 use rijke_inference::{Data, Observation, relative_noise};
 use rijke_numerics::{C64, Matrix};
@@ -37,18 +38,20 @@ pub fn selected(ping: &Ping, chosen: &[usize]) -> (Vec<f64>, Matrix) {
 /// # Errors
 /// [`ModelError::Inference`] for numbers that are not finite or covariances that are not positive definite.
 pub fn data_of(observed: &[Observed], microphones: &[usize], noise: &Noise) -> Result<Data, ModelError> {
-    data_apart_from(observed, microphones, noise, &vec![None; observed.len()])
+    data_apart_from(observed, microphones, noise, &vec![None; observed.len()], &[])
 }
 
-/// As [`data_of`], with the noise of the near field where a structure is given.
+/// As [`data_of`], with the noise of the near field where a structure is given, and that of parameters that vary between settings;
+/// every point is a setting of its own.
 pub(crate) fn data_apart_from(
     observed: &[Observed],
     microphones: &[usize],
     noise: &Noise,
     doubtful: &[Option<Matrix>],
+    scatter: &[Scatter],
 ) -> Result<Data, ModelError> {
-    let groups = Groups::new(microphones, noise).near_field(doubtful);
-    let block = |(observed, doubtful): (&Observed, &Option<Matrix>)| {
+    let groups = Groups::new(microphones, noise).near_field(doubtful).varying(scatter);
+    let block = |(p, (observed, doubtful)): (usize, (&Observed, &Option<Matrix>))| {
         let (values, covariance) = selected(&observed.ping, microphones);
         let size = values.len();
         let padded = |m: &Matrix| {
@@ -58,6 +61,9 @@ pub(crate) fn data_apart_from(
             .with_independent_noise(0, &[0])
             .with_independent_noise(1, &[1]);
         let block = if noise.measured { block.with_floor(covariance) } else { block };
+        let numbers: Vec<(usize, usize)> = (0..size).map(|row| (p, row)).collect();
+        let varying = scatter.iter().map(|s| s.structure(&numbers, |_, _| false));
+        let block = with(block, (groups.varying..).zip(varying));
         if size == 2 {
             return block;
         }
@@ -65,7 +71,7 @@ pub(crate) fn data_apart_from(
         let own = (2, padded(&relative_noise(&others(&observed.ping, microphones))));
         with(block, near.into_iter().chain([own]))
     };
-    Ok(Data::new(observed.iter().zip(doubtful).map(block).collect(), groups.list)?)
+    Ok(Data::new(observed.iter().zip(doubtful).enumerate().map(block).collect(), groups.list)?)
 }
 
 /// Whether a microphone stands in the near field of the heater: closer to it than the radius of the tube.
@@ -99,8 +105,8 @@ pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) 
     }))
 }
 
-/// As [`data_of`], with the errors of the base states as a covariance that does not float, and what points share: those of one
-/// setting, and by `laws` (from [`crate::law_error::LawError::slopes`]) those of one power; and for each number of the data its place in
+/// As [`data_of`], with the errors of the base states as a covariance that does not float, parameters that vary between settings, and
+/// what points share: those of one setting, and by `laws` (from [`crate::law_error::LawError::slopes`]) those of one power; and for each number of the data its place in
 /// the prediction.
 ///
 /// Growth rates and frequencies of all points that share a cause of error are one block, so that what moves them together
@@ -116,12 +122,13 @@ pub(crate) fn data_with_base_errors(
     errors: &BaseErrors,
     laws: Option<&[[Vec<f64>; 2]]>,
     doubtful: &[Option<Matrix>],
+    scatter: &[Scatter],
 ) -> Result<(Data, Vec<usize>), ModelError> {
     let measured: Vec<(Vec<f64>, Matrix)> = observed.iter().map(|o| selected(&o.ping, microphones)).collect();
     let size = 2 * microphones.len();
     let (mut blocks, mut order) = (Vec::new(), Vec::new());
     let same = |a: usize, b: usize| same_setting(&observed[a].conditions, &observed[b].conditions);
-    let groups = Groups::new(microphones, noise).near_field(doubtful).shared(noise);
+    let groups = Groups::new(microphones, noise).near_field(doubtful).shared(noise).varying(scatter);
     let power = |p: usize| observed[p].conditions.point.power;
     let same_law = |a: usize, b: usize| groups.heat_release.is_some() && (power(a) - power(b)).abs() < 1e-9;
     // Covariance of two numbers, each a point and its row, per variance of the error of the law.
@@ -155,7 +162,9 @@ pub(crate) fn data_with_base_errors(
         let settings = groups.setting.into_iter().flatten().zip([shared(0), shared(1)]);
         let laws =
             groups.heat_release.map(|g| (g, Matrix::from_fn(2 * group.len(), 2 * group.len(), of_law)));
-        blocks.push(with(block, settings.chain(laws)));
+        let numbers: Vec<_> = group.iter().flat_map(|&p| [(p, 0), (p, 1)]).collect();
+        let varying = (groups.varying..).zip(scatter.iter().map(|s| s.structure(&numbers, same)));
+        blocks.push(with(block, settings.chain(laws).chain(varying)));
         order.extend(group.iter().flat_map(|&p| [p * size, p * size + 1]));
     }
     let rows: Vec<usize> = (2..size).collect();
@@ -168,7 +177,9 @@ pub(crate) fn data_with_base_errors(
         let near = groups.near_field.zip(doubtful[p].clone());
         let of_law = |i: usize, j: usize| law((p, rows[i]), (p, rows[j]));
         let laws = groups.heat_release.map(|g| (g, Matrix::from_fn(rows.len(), rows.len(), of_law)));
-        blocks.push(with(block, near.into_iter().chain(laws)));
+        let numbers: Vec<_> = rows.iter().map(|&row| (p, row)).collect();
+        let varying = (groups.varying..).zip(scatter.iter().map(|s| s.structure(&numbers, same)));
+        blocks.push(with(block, near.into_iter().chain(laws).chain(varying)));
         order.extend(rows.iter().map(|r| p * size + r));
     }
     Ok((Data::new(blocks, groups.list)?, order))

@@ -1,6 +1,5 @@
 //! What an error of the law of the heat release does to predictions: the law times 1 + e, e complex.
 
-use crate::numbers::parts;
 use crate::{Assembly, Conditions, ModelError, Observed, PointModel, Workspace};
 use rayon::prelude::*;
 use rijke_candidates::{Effect, Here, Law};
@@ -65,7 +64,7 @@ impl LawError {
             .collect();
         let point = PointModel::new(&self.erring, conditions, microphones)?.starting_from(near);
         let response = point.respond(&values, Order::First, &mut Workspace::default())?;
-        Ok(self.places.map(|k| parts(point.numbers(&response).map(|z| z.gradient()[k]))))
+        Ok(self.places.map(|k| point.slope(&response, k)))
     }
 }
 

@@ -33,6 +33,7 @@ mod saved;
 mod sensitivity;
 mod systematic;
 mod training;
+mod varying;
 
 pub use assembly::{Assembly, Scheme};
 pub use base::Conditions;
@@ -47,3 +48,4 @@ pub use rijke_network::{Response, Workspace};
 pub use saved::{SavedCandidate, SavedModel};
 pub use systematic::BaseErrors;
 pub use training::{Knowledge, Trained, Training, train};
+pub use varying::Varying;

@@ -1,5 +1,6 @@
 //! What is assumed of the misfit of a model, and what a training found of it.
 
+use crate::varying::Scatter;
 use rijke_inference::{NoiseEstimate, NoiseGroup, NoiseMode};
 use rijke_numerics::Matrix;
 
@@ -80,6 +81,8 @@ pub(crate) struct Groups {
     pub(crate) near_field: Option<usize>,
     pub(crate) setting: Option<[usize; 2]>,
     pub(crate) heat_release: Option<usize>,
+    /// The first of the parameters that vary between settings.
+    pub(crate) varying: usize,
 }
 
 impl Groups {
@@ -88,7 +91,7 @@ impl Groups {
         let modes = [noise.growth_rate, noise.angular_frequency, noise.pressure];
         let measured = if microphones.len() > 1 { 3 } else { 2 };
         let group = |k: usize| NoiseGroup { name: MEASURED[k].into(), unit: UNITS[k].into(), mode: modes[k] };
-        Self { list: (0..measured).map(group).collect(), near_field: None, setting: None, heat_release: None }
+        Self { list: (0..measured).map(group).collect(), near_field: None, setting: None, heat_release: None, varying: 0 }
     }
 
     /// And that of microphones near the heater, where there are any.
@@ -97,6 +100,13 @@ impl Groups {
             self.near_field = Some(self.list.len());
             self.list.push(NoiseGroup::fixed("near field of the heater", "1", NEAR_FIELD_SD));
         }
+        self
+    }
+
+    /// And those of parameters that vary between settings.
+    pub(crate) fn varying(mut self, scatter: &[Scatter]) -> Self {
+        self.varying = self.list.len();
+        self.list.extend(scatter.iter().map(|s| s.group.clone()));
         self
     }
 
@@ -127,6 +137,6 @@ const MEASURED: [&str; 3] = ["growth rate", "angular frequency", "relative press
 
 const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
 
-const BETWEEN: &str = ", between settings";
+pub(crate) const BETWEEN: &str = ", between settings";
 
 const LAW: &str = "law of the heat release, from power to power";

@@ -12,6 +12,11 @@ impl PointModel<'_> {
         let others = response.pressures.iter().enumerate().filter(move |(m, _)| *m != reference);
         std::iter::once(&response.s).chain(others.map(|(_, p)| p))
     }
+
+    /// The derivative of the prediction with respect to free parameter `k`, of a response of first order.
+    pub(crate) fn slope(&self, response: &Response, k: usize) -> Vec<f64> {
+        parts(self.numbers(response).map(|z| z.gradient()[k]))
+    }
 }
 
 /// Real and imaginary parts in turn.

@@ -153,7 +153,7 @@ impl SavedModel {
     }
 
     /// Growth rate, angular frequency and relative pressures of `microphones` (the reference among them) at an operating
-    /// point, with the covariances that parameters and base flow cause.
+    /// point, in a new setting of the rig, with the covariances that parameters and base flow cause.
     ///
     /// # Errors
     /// Those of the model.
@@ -162,7 +162,7 @@ impl SavedModel {
         conditions: &Conditions,
         microphones: &[usize],
     ) -> Result<PointPrediction, ModelError> {
-        self.knowledge().predict(&self.assembly()?, conditions, microphones, None)
+        self.knowledge().at_a_new_setting(&self.noise).predict(&self.assembly()?, conditions, microphones, None)
     }
 }
 

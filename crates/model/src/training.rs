@@ -3,7 +3,8 @@
 use crate::data::{data_apart_from, data_with_base_errors, near_field};
 use crate::law_error::LawError;
 use crate::systematic::Reordered;
-use crate::{Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor};
+use crate::varying::{Scatter, any_varies};
+use crate::{Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor, Varying};
 use rijke_inference::{
     AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, NoiseMode,
     Parameter, Parameters, Posterior, Stop, Verdict,
@@ -30,6 +31,8 @@ pub struct Training {
     pub noise: Noise,
     /// What earlier stages found; parameters that the assembly does not have are ignored.
     pub known: Vec<Knowledge>,
+    /// Parameters that come out a little different each time the rig is set. Costs a second fit, as the errors of the base states do.
+    pub varying: Vec<Varying>,
     /// How the most probable parameters are searched.
     pub search: MapOptions,
     /// Whether the errors of the base states enter, as a systematic covariance that points share ([`BaseErrors`]). Costs a
@@ -89,12 +92,18 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
     let fit = Fitting { assembly, training, model: &predictor, parameters: &parameters };
     let (microphones, noise) = (&training.microphones, &training.noise);
     let doubtful: Vec<_> = observed.iter().map(|o| near_field(&assembly.rig, o, microphones)).collect();
-    let data = data_apart_from(observed, microphones, noise, &doubtful)?;
+    let data = data_apart_from(observed, microphones, noise, &doubtful, &[])?;
     let order: Vec<usize> = (0..data.size()).collect();
-    if !training.base_errors {
+    if !training.base_errors && !any_varies(assembly, training) {
         return fit.finish(&data, order, training.search.clone(), observed.len());
     }
-    let rough = fit.search(&data, order, &training.search)?;
+    let rough = fit.search(&data, order.clone(), &training.search)?;
+    let scatter = Scatter::of(assembly, observed, training, &rough.parameters)?;
+    let again = training.search.clone().from(&rough.parameters);
+    if !training.base_errors {
+        let data = data_apart_from(observed, microphones, noise, &doubtful, &scatter)?;
+        return fit.finish(&data, order, again, observed.len());
+    }
     let errors = BaseErrors::new(assembly, observed, microphones, &rough.parameters)?;
     let law = match noise.heat_release {
         NoiseMode::Fixed { sd: 0.0 } => None,
@@ -102,8 +111,8 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
     };
     let slopes = law.map(|law| law.slopes(observed, microphones, &rough.parameters)).transpose()?;
     let (data, order) =
-        data_with_base_errors(observed, microphones, noise, &errors, slopes.as_deref(), &doubtful)?;
-    fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len())
+        data_with_base_errors(observed, microphones, noise, &errors, slopes.as_deref(), &doubtful, &scatter)?;
+    fit.finish(&data, order, again, observed.len())
 }
 
 /// What the fits of one training share.

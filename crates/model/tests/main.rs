@@ -163,6 +163,7 @@ fn exact_training_recovers_the_parameters_that_made_the_data() {
         microphones: ALL.to_vec(),
         noise: Noise::MEASURED,
         known: Vec::new(),
+        varying: Vec::new(),
         search: MapOptions::bfgs(),
         base_errors: false,
         checks: None,

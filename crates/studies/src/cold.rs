@@ -3,6 +3,7 @@
 use crate::catalogue::{catalogue, chosen};
 use crate::competition::{Stage, gauss_newton, measured, parameter_values, position};
 use crate::prongs::{observed, provenance};
+use crate::setting;
 use crate::{Check, Cold, ColdSeries, PredictedPoint, StudyError};
 use rayon::prelude::*;
 use rijke_model::{Assembly, Knowledge, Misfit, Noise, Observed, PointPrediction, Training, train};
@@ -15,6 +16,10 @@ pub struct ColdStage {
     pub stage: Stage,
     /// Misfit of growth rate (1/s), angular frequency (rad/s) and relative pressures that row H0 chose.
     pub noise: [f64; 3],
+    /// The same at a new setting of the rig, with the scatter of its ends.
+    pub new_setting: [f64; 3],
+    /// Scatter of Im k_LS between settings of the rig that row H0 chose.
+    pub ends_sd: f64,
 }
 
 /// Trains the thermocouples on the cold points that have them (row H0), on top of the stage `before` (from
@@ -37,15 +42,28 @@ pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdSt
         known: vec![before.knowledge.clone()],
         search: gauss_newton(),
         base_errors: false,
+        varying: setting::ends_inferred(),
         checks: None,
     };
     let trained = train(&assembly, &trained_on, &training)?;
     let misfit = Misfit::of(&trained.noise);
-    let noise = misfit.measured;
-    let stage = ColdStage { stage: Stage { candidates, knowledge: trained.knowledge() }, noise };
 
     let all = observed(observations, |p| p.power == 0.0)?;
-    let predicted = predicted_points(&assembly, &stage.stage.knowledge, misfit, &all)?;
+    let knowledge = trained.knowledge();
+    let new_setting = knowledge.at_a_new_setting(&trained.noise);
+    let predicted = predicted_points(&assembly, &new_setting, misfit, &all)?;
+    // What a measurement scatters by beyond what is not known of the parameters.
+    let known = predicted_points(&assembly, &knowledge, Misfit::default(), &all)?;
+    let beyond = |sd: fn(&PredictedPoint) -> f64| {
+        let square = |(new, known): (&PredictedPoint, &PredictedPoint)| sd(new).powi(2) - sd(known).powi(2);
+        (predicted.iter().zip(&known).map(square).sum::<f64>() / all.len() as f64).sqrt()
+    };
+    let stage = ColdStage {
+        stage: Stage { candidates, knowledge },
+        noise: misfit.measured,
+        new_setting: [beyond(|p| p.growth_rate_sd), beyond(|p| p.angular_frequency_sd), misfit.measured[2]],
+        ends_sd: setting::ends_sd(&trained.noise),
+    };
     let series: Vec<ColdSeries> = [
         ("C3", "prongs alone"),
         ("C1", "heater"),

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use rijke_candidates::Candidate;
 use rijke_inference::{AssessOptions, MapOptions, Parameter, RefereeKind, TrustRegion};
 use rijke_model::{
-    Assembly, Conditions, Knowledge, Misfit, Noise, Observed, PointModel, Trained, Training, Workspace, train,
+    Assembly, Conditions, Knowledge, Misfit, Noise, Observed, PointModel, Trained, Training, Varying, Workspace, train,
 };
 use rijke_numerics::{Order, Streams};
 use rijke_rig::Rig;
@@ -67,6 +67,8 @@ pub(crate) struct Competition<'a> {
     pub(crate) noise: Noise,
     /// Whether the errors of the base states enter.
     pub(crate) base_errors: bool,
+    /// Parameters that vary between settings of the rig.
+    pub(crate) varying: Vec<Varying>,
     /// Whether predictions are wanted between the shown points, which must then be cold.
     pub(crate) line: bool,
     /// All points of the figure.
@@ -159,6 +161,7 @@ impl Competition<'_> {
             known: competitor.known.clone(),
             search,
             base_errors: self.base_errors,
+            varying: self.varying.clone(),
             checks: (self.depth != Depth::Evidence).then_some(checks),
         };
         let published = self.published.get(index).copied().map(evidence);

@@ -117,6 +117,7 @@ pub(crate) fn case(
             ..Noise::MEASURED
         },
         known: Vec::new(),
+        varying: Vec::new(),
         search: MapOptions::bfgs(),
         base_errors: false,
         checks: None,

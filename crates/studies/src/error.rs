@@ -38,6 +38,9 @@ pub enum StudyError {
     /// The pipe flow has no answer.
     #[error(transparent)]
     Flow(#[from] rijke_flow::FlowError),
+    /// The virtual laboratory cannot be set up.
+    #[error(transparent)]
+    Laboratory(#[from] rijke_lab::LabError),
     /// A model could not be built or trained.
     #[error(transparent)]
     Model(#[from] ModelError),

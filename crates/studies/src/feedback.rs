@@ -10,7 +10,7 @@ use rijke_model::{Assembly, Knowledge, Noise, Observed, train};
 ///
 /// Every point is an inference of its own: k_eu is free, and the parameters of the cold components have the posterior of the
 /// cold stages as their prior, so that their uncertainty is part of the sd. Noise is the misfit that the cold model has on row
-/// H0; the errors of the base flow come on top.
+/// H0; the scatter of the ends between settings and the errors of the base flow come on top.
 ///
 /// # Errors
 /// Those of the model.
@@ -18,7 +18,7 @@ pub fn feedback(hot: &Hot) -> Result<Feedback, StudyError> {
     let mut candidates = hot.cold.stage.candidates.clone();
     candidates.extend(chosen(&catalogue()?, &["feedback.free"])?);
     let assembly = Assembly::new(hot.rig.clone(), candidates)?;
-    let points = inferred(hot, &assembly)?;
+    let points = inferred(hot, &assembly, hot.cold.noise)?;
     let ids: Vec<&str> = hot.cold.stage.candidates.iter().map(|c| c.id.as_str()).collect();
     Ok(Feedback {
         provenance: hot.provenance.clone(),
@@ -36,7 +36,8 @@ pub fn feedback(hot: &Hot) -> Result<Feedback, StudyError> {
 pub fn feedback_naive(hot: &Hot, calibrated: &Feedback) -> Result<Feedback, StudyError> {
     let ids = ["wall.rayleigh", "ends.levine-schwinger", "thermocouples.paper", "feedback.free"];
     let assembly = Assembly::new(hot.rig.clone(), chosen(&catalogue()?, &ids)?)?.fixed("eta", 1.0)?;
-    let points = inferred(hot, &assembly)?;
+    // Levine and Schwinger's ends do not scatter: what settings add is noise.
+    let points = inferred(hot, &assembly, hot.cold.new_setting)?;
     Ok(Feedback {
         provenance: hot.provenance.clone(),
         model: "Levine-Schwinger's ends, eta = 1, no drag or blockage of prongs and heater".into(),
@@ -45,13 +46,12 @@ pub fn feedback_naive(hot: &Hot, calibrated: &Feedback) -> Result<Feedback, Stud
     })
 }
 
-fn inferred(hot: &Hot, assembly: &Assembly) -> Result<Vec<FeedbackPoint>, StudyError> {
-    let fixed = |k: usize| NoiseMode::Fixed { sd: hot.cold.noise[k] };
+fn inferred(hot: &Hot, assembly: &Assembly, sd: [f64; 3]) -> Result<Vec<FeedbackPoint>, StudyError> {
+    let fixed = |k: usize| NoiseMode::Fixed { sd: sd[k] };
     let noise = Noise {
         growth_rate: fixed(0),
         angular_frequency: fixed(1),
         pressure: fixed(2),
-        // A point alone: what its setting adds is in the misfit of the cold points, each a setting of its own.
         ..Noise::FLOATED
     };
     let training = hot.training(noise, hot.known());

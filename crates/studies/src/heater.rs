@@ -5,6 +5,7 @@ use crate::competition::{
     Competition, Competitor, DECIDES, Stage, Terms, agreement, marginal, measured, no_winner, winner,
 };
 use crate::prongs::{observed, provenance};
+use crate::setting;
 use crate::{Check, ProngModel, Prongs, StudyError};
 use rijke_model::{Noise, Observed};
 use rijke_rig::{Observations, Rig};
@@ -46,6 +47,7 @@ pub fn cold_heater(
         depth: terms.depth,
         noise: Noise::FLOATED,
         base_errors: false,
+        varying: setting::ends_inferred(),
         line: true,
         shown: &all,
         trained_on: &all,

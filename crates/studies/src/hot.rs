@@ -2,9 +2,10 @@
 
 use crate::competition::{gauss_newton, measured};
 use crate::prongs::provenance;
+use crate::setting;
 use crate::{ColdStage, HotPoint, Provenance, StudyError};
 use rijke_inference::NoiseMode;
-use rijke_model::{BaseStates, Conditions, Knowledge, ModelError, Noise, Observed, Training};
+use rijke_model::{BaseStates, Conditions, Knowledge, ModelError, Noise, Observed, Training, Varying};
 use rijke_rig::{Observations, PointObservations, Rig};
 
 /// The hot points of a campaign with their base flow, and the cold model.
@@ -69,6 +70,11 @@ impl Hot {
         vec![self.cold.stage.knowledge.clone()]
     }
 
+    /// The ends, which scatter between settings as the cold stages found.
+    pub(crate) fn varying(&self) -> Vec<Varying> {
+        setting::ends_as_found(self.cold.ends_sd)
+    }
+
     pub(crate) fn training(&self, noise: Noise, known: Vec<Knowledge>) -> Training {
         Training {
             microphones: self.microphones(),
@@ -76,6 +82,7 @@ impl Hot {
             known,
             search: gauss_newton(),
             base_errors: true,
+            varying: self.varying(),
             checks: None,
         }
     }

@@ -25,6 +25,7 @@ mod lumped;
 mod microphones;
 mod prongs;
 mod records;
+mod setting;
 mod truths;
 
 pub use campaign::{CampaignRead, CampaignRow, PointRead, campaign};

@@ -6,6 +6,7 @@ use crate::competition::{
     no_winner, winner,
 };
 use crate::empty_tube::PRESSURE_MODEL_ERROR;
+use crate::setting;
 use crate::{Check, ProngModel, Prongs, Provenance, RejectedRecord, StudyError};
 use rijke_inference::{MapOptions, NoiseMode};
 use rijke_model::{Assembly, Conditions, Noise, Observed, Training, train};
@@ -66,6 +67,7 @@ pub fn prongs_stage(
         depth: terms.depth,
         noise: Noise::FLOATED,
         base_errors: false,
+        varying: setting::ends_inferred(),
         line: true,
         shown: &all,
         trained_on: &inserted,
@@ -174,6 +176,7 @@ pub(crate) fn empty_tube_stage(rig: &Rig, empty: &Observed, wall: &str) -> Resul
             ..Noise::MEASURED
         },
         known: Vec::new(),
+        varying: setting::ends_as_in_the_paper(),
         search: MapOptions::bfgs(),
         base_errors: false,
         checks: None,

@@ -3,8 +3,8 @@
 use crate::empty_tube::true_empty_tube;
 use crate::prongs::observed;
 use crate::{Check, Chosen, Hot, StudyError, TruthRow, Truths};
-use rijke_lab::Truth;
-use rijke_model::{Knowledge, PointModel};
+use rijke_lab::{Truth, base_state};
+use rijke_model::{Conditions, Knowledge, PointModel};
 use rijke_numerics::C64;
 use rijke_rig::Observations;
 
@@ -49,10 +49,11 @@ pub fn truths(
     let lags = |id: &str| ["heat-release.6", "heat-release.cylinder"].contains(&id);
     let by_velocity = best.assembly.candidates().iter().any(|c| lags(&c.id));
     if let Some(point) = hot.points.iter().find(|p| by_velocity && p.conditions.point.id == DELAY_AT) {
-        let base = &point.conditions.base;
+        // The wire feels the flow that is there, not the one that was inferred.
+        let Conditions { point: place, base, ambient } = &point.conditions;
+        let there = base_state(&observations.rig, truth, place, *ambient)?;
         let lighthill = 0.2 * observations.rig.heater.wire_diameter * 1e3;
-        let at_wire =
-            truth.heater.wire_speed_up * base.velocity(point.conditions.point.position.unwrap_or(0.0));
+        let at_wire = truth.heater.wire_speed_up * there.velocity(place.position.unwrap_or(0.0));
         let quantity = format!("delay of the heat release at {DELAY_AT}, ms");
         let factor = lighthill / base.heater_velocity;
         add(&quantity, &trained, "k2", factor, truth.heater.lag_factor * lighthill / at_wire);

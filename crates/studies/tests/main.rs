@@ -196,6 +196,7 @@ fn exact_two_sd_of_eta_and_r_hold_over_200_seeds() {
         microphones: ALL.to_vec(),
         noise: Noise::MEASURED,
         known: Vec::new(),
+        varying: Vec::new(),
         search: MapOptions::bfgs(),
         base_errors: false,
         checks: None,

@@ -173,6 +173,7 @@ mod tests {
                     ..Noise::FLOATED
                 },
                 known: Vec::new(),
+                varying: Vec::new(),
                 search: MapOptions::default(),
                 base_errors: false,
                 checks: None,

@@ -52,6 +52,7 @@ fn training(base_errors: bool) -> Training {
         microphones: ALL.to_vec(),
         noise: Noise::MEASURED,
         known: Vec::new(),
+        varying: Vec::new(),
         search: MapOptions::default(),
         base_errors,
         checks: None,
