@@ -213,6 +213,7 @@ mod tests {
             source: "a test".into(),
             points: points.map(of).collect(),
             rejections: Vec::new(),
+            channels: None,
         }
     }
 

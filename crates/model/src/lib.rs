@@ -19,6 +19,7 @@
 
 mod assembly;
 mod base;
+mod channels;
 mod data;
 mod error;
 mod fill;

@@ -73,7 +73,9 @@ impl SavedModel {
         kind: DataKind,
         source: String,
     ) -> Self {
-        let Knowledge { names, mean, covariance } = trained.knowledge();
+        let Knowledge { mut names, mut mean, covariance } = trained.knowledge();
+        names.truncate(trained.own);
+        mean.truncate(trained.own);
         let effect = |e: &Effect| (e.place, e.coefficient, e.law.text());
         let saved = |c: &Candidate| SavedCandidate {
             id: c.id.clone(),
@@ -94,7 +96,7 @@ impl SavedModel {
             fixed: assembly.held(),
             names,
             mean,
-            covariance: (0..covariance.rows()).map(|i| covariance.row(i).to_vec()).collect(),
+            covariance: (0..trained.own).map(|i| covariance.row(i)[..trained.own].to_vec()).collect(),
             noise: trained.noise.clone(),
             evidence: trained.evidence,
         }
@@ -162,7 +164,12 @@ impl SavedModel {
         conditions: &Conditions,
         microphones: &[usize],
     ) -> Result<PointPrediction, ModelError> {
-        self.knowledge().at_a_new_setting(&self.noise).predict(&self.assembly()?, conditions, microphones, None)
+        self.knowledge().at_a_new_setting(&self.noise).predict(
+            &self.assembly()?,
+            conditions,
+            microphones,
+            None,
+        )
     }
 }
 

@@ -1,5 +1,6 @@
 //! From observations to the most probable parameters and the evidence.
 
+use crate::channels::{Channels, Heard};
 use crate::data::{data_apart_from, data_with_base_errors, near_field};
 use crate::law_error::LawError;
 use crate::systematic::Reordered;
@@ -10,6 +11,7 @@ use rijke_inference::{
     Parameter, Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
+use rijke_rig::ChannelErrors;
 
 /// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of the next.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +35,8 @@ pub struct Training {
     pub known: Vec<Knowledge>,
     /// Parameters that come out a little different each time the rig is set. Costs a second fit, as the errors of the base states do.
     pub varying: Vec<Varying>,
+    /// What the pings share of the channels' calibration, if that is known: delays and gains are then parameters beside the model's.
+    pub channels: Option<ChannelErrors>,
     /// How the most probable parameters are searched.
     pub search: MapOptions,
     /// Whether the errors of the base states enter, as a systematic covariance that points share ([`BaseErrors`]). Costs a
@@ -46,8 +50,10 @@ pub struct Training {
 /// A trained model.
 #[derive(Clone, Debug)]
 pub struct Trained {
-    /// The free parameters.
+    /// The free parameters: those of the model, then delays and gains of channels, if the training had any.
     pub parameters: Vec<Parameter>,
+    /// How many of them are the model's.
+    pub own: usize,
     /// Their most probable values.
     pub values: Vec<f64>,
     /// Their covariance.
@@ -77,9 +83,14 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         .iter()
         .map(|o| Ok(PointModel::new(assembly, &o.conditions, &training.microphones)?.starting_from(o.ping.s)))
         .collect::<Result<Vec<_>, ModelError>>()?;
-    let list = assembly.parameters();
-    let predictor = Predictor::new(points, list.len());
-    let mut parameters = Parameters::new(list.to_vec())?;
+    let own = assembly.parameters().len();
+    let predictor = Predictor::new(points, own);
+    let channels = Channels::of(observed, training);
+    let shared = channels.iter().flat_map(|c| &c.parameters);
+    let mut parameters = Parameters::new(assembly.parameters().iter().chain(shared).cloned().collect())?;
+    if let Some(channels) = &channels {
+        parameters = channels.prior(parameters, training)?;
+    }
     for known in &training.known {
         let keep: Vec<usize> =
             (0..known.names.len()).filter(|&k| parameters.index(&known.names[k]).is_some()).collect();
@@ -89,7 +100,21 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
             parameters = parameters.with_joint(&names, &mean, &known.covariance.select(&keep))?;
         }
     }
-    let fit = Fitting { assembly, training, model: &predictor, parameters: &parameters };
+    let others = channels.as_ref().map_or(0, |c| c.parameters.len() / 2);
+    let heard = Heard { inner: &predictor, own, s: observed.iter().map(|o| o.ping.s).collect(), others };
+    let model: &dyn Forward = if channels.is_some() { &heard } else { &predictor };
+    let apart: Vec<Observed>;
+    let observed = match &channels {
+        Some(channels) => {
+            apart = observed
+                .iter()
+                .map(|o| Observed { ping: channels.apart_from(&o.ping), ..o.clone() })
+                .collect();
+            &apart
+        }
+        None => observed,
+    };
+    let fit = Fitting { assembly, training, model, parameters: &parameters };
     let (microphones, noise) = (&training.microphones, &training.noise);
     let doubtful: Vec<_> = observed.iter().map(|o| near_field(&assembly.rig, o, microphones)).collect();
     let data = data_apart_from(observed, microphones, noise, &doubtful, &[])?;
@@ -98,18 +123,19 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         return fit.finish(&data, order, training.search.clone(), observed.len());
     }
     let rough = fit.search(&data, order.clone(), &training.search)?;
-    let scatter = Scatter::of(assembly, observed, training, &rough.parameters)?;
+    let values = &rough.parameters[..own];
+    let scatter = Scatter::of(assembly, observed, training, values)?;
     let again = training.search.clone().from(&rough.parameters);
     if !training.base_errors {
         let data = data_apart_from(observed, microphones, noise, &doubtful, &scatter)?;
         return fit.finish(&data, order, again, observed.len());
     }
-    let errors = BaseErrors::new(assembly, observed, microphones, &rough.parameters)?;
+    let errors = BaseErrors::new(assembly, observed, microphones, values)?;
     let law = match noise.heat_release {
         NoiseMode::Fixed { sd: 0.0 } => None,
         _ => LawError::of(assembly)?,
     };
-    let slopes = law.map(|law| law.slopes(observed, microphones, &rough.parameters)).transpose()?;
+    let slopes = law.map(|law| law.slopes(observed, microphones, values)).transpose()?;
     let (data, order) =
         data_with_base_errors(observed, microphones, noise, &errors, slopes.as_deref(), &doubtful, &scatter)?;
     fit.finish(&data, order, again, observed.len())
@@ -159,6 +185,7 @@ impl Fitting<'_> {
         laplace.evidence.datapoints = points;
         Ok(Trained {
             parameters: self.parameters.list().to_vec(),
+            own: self.assembly.parameters().len(),
             values: fit.parameters,
             covariance: laplace.physical_covariance.clone(),
             noise: fit.noise,

@@ -10,6 +10,7 @@ use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Matrix, Order};
 use rijke_rig::{Campaign, Ping, Rig};
 
+mod common;
 mod hot;
 mod shared;
 
@@ -164,6 +165,7 @@ fn exact_training_recovers_the_parameters_that_made_the_data() {
         noise: Noise::MEASURED,
         known: Vec::new(),
         varying: Vec::new(),
+        channels: None,
         search: MapOptions::bfgs(),
         base_errors: false,
         checks: None,

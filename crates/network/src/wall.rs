@@ -95,8 +95,9 @@ fn mean_profile(z: C64) -> [C64; 3] {
 pub fn bessel_ratio(z: C64) -> C64 {
     /// Beyond this modulus the asymptotic series reaches 1e-15 before it diverges.
     const FAR: f64 = 40.0;
-    if z.norm() > FAR {
-        return asymptotic(z, 4.0) / asymptotic(z, 0.0);
+    if z.norm_sqr() > FAR * FAR {
+        let inverse = z.inv();
+        return asymptotic(inverse, 4.0) / asymptotic(inverse, 0.0);
     }
     let scaled = |order| complex_bessel::besseli_scaled(order, z);
     match (scaled(1.0), scaled(0.0)) {
@@ -106,13 +107,13 @@ pub fn bessel_ratio(z: C64) -> C64 {
 }
 
 /// Hankel's series of sqrt(2 pi z) e^{-z} I_nu(z), `mu` = 4 nu^2 (DLMF 10.40.1).
-fn asymptotic(z: C64, mu: f64) -> C64 {
+fn asymptotic(inverse: C64, mu: f64) -> C64 {
     let (mut term, mut sum) = (C64::ONE, C64::ONE);
     for k in 1..=24 {
         let odd = f64::from(2 * k - 1);
-        term *= -(mu - odd * odd) / (8.0 * f64::from(k)) / z;
+        term *= inverse * (-(mu - odd * odd) / (8.0 * f64::from(k)));
         sum += term;
-        if term.norm() < 1e-17 {
+        if term.norm_sqr() < 1e-34 {
             break;
         }
     }

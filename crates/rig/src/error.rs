@@ -121,6 +121,16 @@ pub enum Problem {
         /// The name.
         name: String,
     },
+    /// A matrix of another size.
+    #[error(
+        "has {rows} rows, or rows of other lengths, but needs {need} of {need} numbers: one for each microphone but the reference"
+    )]
+    WrongSize {
+        /// Rows found.
+        rows: usize,
+        /// Rows and columns needed.
+        need: usize,
+    },
     /// A list without entries.
     #[error("is empty; give at least {need}")]
     Empty {

@@ -28,6 +28,7 @@
 mod arrays;
 mod blocks;
 mod campaign;
+mod channels;
 mod contents;
 mod error;
 mod files;
@@ -46,6 +47,7 @@ mod wav;
 
 pub use arrays::Arrays;
 pub use campaign::{Campaign, OperatingPoint};
+pub use channels::ChannelErrors;
 pub use contents::{ChannelContents, FileContents, inspect};
 pub use error::{Problem, RigError};
 pub use gas::{Gas, GasState};

@@ -1,6 +1,6 @@
 //! What signal processing makes of records.
 
-use crate::{DataKind, Day, OperatingPoint, Rig};
+use crate::{ChannelErrors, DataKind, Day, OperatingPoint, Rig};
 use rijke_numerics::{C64, Matrix};
 
 /// One ring-down: complex frequency and mode shape, with their covariance.
@@ -65,6 +65,8 @@ pub struct Observations {
     pub points: Vec<PointObservations>,
     /// Records that were not used.
     pub rejections: Vec<Rejection>,
+    /// What the pings share of the channels' calibration, if that is known.
+    pub channels: Option<ChannelErrors>,
 }
 
 /// What was observed at one operating point.

@@ -7,8 +7,8 @@
 
 use crate::files::{make_folder, parse_toml, read_text, write_through, write_toml};
 use crate::{
-    Click, DataKind, Day, Observations, OperatingPoint, Ping, PointObservations, Problem, Rejection, Rig,
-    RigError,
+    ChannelErrors, Click, DataKind, Day, Observations, OperatingPoint, Ping, PointObservations, Problem,
+    Rejection, Rig, RigError,
 };
 use rijke_numerics::{Cholesky, Matrix};
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,9 @@ use std::path::Path;
 /// Columns of `points.csv` that may be missing from one prepared by hand, and what then holds.
 const MAY_BE_MISSING: [(&str, &str); 4] =
     [("repeats", "1"), ("day", "day"), ("ping_count", "1"), ("click_count", "0")];
+
+/// Written where the calibration of the channels is known; may be absent.
+const CHANNELS: &str = "channels.toml";
 
 /// `observations.toml`.
 #[derive(Serialize, Deserialize)]
@@ -70,6 +73,9 @@ impl Observations {
         });
         write_csv(&folder.join("click-repeats.csv"), &header(&clicks, true), all)?;
         Rejection::write_all(&self.rejections, &folder.join("rejections.csv"))?;
+        if let Some(channels) = &self.channels {
+            channels.write(&folder.join(CHANNELS))?;
+        }
         let origin = Origin { kind: self.kind, source: self.source.clone() };
         write_toml(&origin, "", &folder.join("observations.toml"))
     }
@@ -124,7 +130,8 @@ impl Observations {
         let rejection =
             |row: &Row<'_>| Rejection { record: row.cells[0].clone(), reason: row.cells[1].clone() };
         let rejections = rejected.iter().map(rejection).collect();
-        Ok(Self { rig, kind: origin.kind, source: origin.source, points, rejections })
+        let channels = ChannelErrors::read(&folder.join(CHANNELS), microphones.saturating_sub(1))?;
+        Ok(Self { rig, kind: origin.kind, source: origin.source, points, rejections, channels })
     }
 }
 

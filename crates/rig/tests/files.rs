@@ -4,9 +4,9 @@
 use proptest::prelude::*;
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{
-    Calibration, Campaign, Click, DataKind, Day, Observations, Ping, PointObservations, PointRecords,
-    RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch, inspect,
-    read_record,
+    Calibration, Campaign, ChannelErrors, Click, DataKind, Day, Observations, Ping, PointObservations,
+    PointRecords, RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch,
+    inspect, read_record,
 };
 use std::path::{Path, PathBuf};
 
@@ -247,6 +247,7 @@ fn observations() -> Observations {
         arrival_times: (1..9).map(|k| f64::from(k) * 1e-4 / 3.0).collect(),
         covariance: covariance(8),
     };
+    let scaled = |by: f64| Matrix::zeros(7, 7).plus(by, &covariance(7));
     Observations {
         kind: DataKind::Virtual,
         source: "a test, with \"quotes\"".into(),
@@ -261,6 +262,7 @@ fn observations() -> Observations {
             clicks: vec![(0, click)],
         }],
         rejections: vec![Rejection { record: "a, b".into(), reason: "clipped\ntwice".into() }],
+        channels: Some(ChannelErrors { delays: scaled(1e-14), gains: scaled(1e-6) }),
         rig,
     }
 }
@@ -275,6 +277,38 @@ fn exact_observations_survive_the_disk_bit_for_bit() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, format!("\u{feff}{}", text.replace('\n', "\r\n"))).unwrap();
     assert_eq!(Observations::read(&scratch.0).unwrap(), written);
+}
+
+#[test]
+fn exact_messages_of_bad_channel_errors() {
+    let scratch = Scratch::new("bad-channels");
+    observations().write(&scratch.0).unwrap();
+    let path = scratch.0.join("channels.toml");
+    let good = std::fs::read_to_string(&path).unwrap();
+    let gains = good.find("gain_covariance").unwrap();
+    let text = |gains: &str| {
+        format!("{}gain_covariance = {gains}\n", &good[..good.find("gain_covariance").unwrap()])
+    };
+    let diagonal = |sign: f64| {
+        let row = |i: usize| (0..7).map(|j| if i == j { sign * 1e-6 } else { 0.0 }).collect::<Vec<f64>>();
+        format!("{:?}", (0..7).map(row).collect::<Vec<_>>())
+    };
+    for (bad, place, remedy) in [
+        (text("[[1e-6]]"), "gain_covariance: has 1 rows", "needs 7 of 7 numbers"),
+        (
+            text(&diagonal(-1.0)),
+            "gain_covariance: the covariance is not positive definite",
+            "variances above zero",
+        ),
+        (good[..gains].to_owned(), "missing field `gain_covariance`", ""),
+    ] {
+        std::fs::write(&path, bad).unwrap();
+        refused(Observations::read(&scratch.0).map(|_| ()).unwrap_err(), place, remedy);
+    }
+    std::fs::write(&path, text(&diagonal(1.0))).unwrap();
+    assert!(Observations::read(&scratch.0).unwrap().channels.is_some());
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(Observations::read(&scratch.0).unwrap().channels, None);
 }
 
 #[test]

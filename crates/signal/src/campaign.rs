@@ -216,8 +216,14 @@ pub fn process(
     let records = jobs.len()
         + ping_delays.as_ref().map_or(0, |d| d.clicks)
         + click_delays.as_ref().map_or(0, |d| d.clicks);
-    let observations =
-        Observations { rig: set.rig.clone(), kind: set.kind, source: set.source.clone(), points, rejections };
+    let observations = Observations {
+        rig: set.rig.clone(),
+        kind: set.kind,
+        source: set.source.clone(),
+        points,
+        rejections,
+        channels: ping_delays.as_ref().map(|delays| delays.left_over(options.ping.reference)),
+    };
     Ok(Processed { observations, ping_delays, click_delays, scatter, corrections, records })
 }
 

@@ -3,7 +3,7 @@
 use crate::click::{ClickFit, inverse_scaled};
 use crate::{Fault, PingFit};
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::{Click, Ping};
+use rijke_rig::{ChannelErrors, Click, Ping};
 
 /// What the acquisition system does to each channel at one sampling rate, with its uncertainty.
 ///
@@ -265,6 +265,22 @@ impl ChannelDelays {
             covariance = covariance.plus(1.0, &common.product(&error).product(&common.transpose()));
         }
         Ping { s: ping.s, pressures, reference, covariance }
+    }
+
+    /// What this calibration leaves of every ping's relative pressures: the same for all.
+    #[must_use]
+    pub fn left_over(&self, reference: usize) -> ChannelErrors {
+        let others: Vec<usize> = (0..self.gains.len()).filter(|&m| m != reference).collect();
+        let against = |c: &dyn Fn(usize, usize) -> f64| {
+            Matrix::from_fn(others.len(), others.len(), |i, j| {
+                let (m, n) = (others[i], others[j]);
+                c(m, n) - c(m, reference) - c(reference, n) + c(reference, reference)
+            })
+        };
+        ChannelErrors {
+            delays: against(&|m, n| self.covariance[(m, n)]),
+            gains: against(&|m, n| self.gain_covariance[(m, n)] / (self.gains[m] * self.gains[n])),
+        }
     }
 
     /// Amplitudes of a fit with delays and gains removed, units of the record.

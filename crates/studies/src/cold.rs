@@ -43,6 +43,7 @@ pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdSt
         search: gauss_newton(),
         base_errors: false,
         varying: setting::ends_inferred(),
+        channels: observations.channels.clone(),
         checks: None,
     };
     let trained = train(&assembly, &trained_on, &training)?;

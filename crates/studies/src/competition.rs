@@ -5,10 +5,11 @@ use rayon::prelude::*;
 use rijke_candidates::Candidate;
 use rijke_inference::{AssessOptions, MapOptions, Parameter, RefereeKind, TrustRegion};
 use rijke_model::{
-    Assembly, Conditions, Knowledge, Misfit, Noise, Observed, PointModel, Trained, Training, Varying, Workspace, train,
+    Assembly, Conditions, Knowledge, Misfit, Noise, Observed, PointModel, Trained, Training, Varying,
+    Workspace, train,
 };
 use rijke_numerics::{Order, Streams};
-use rijke_rig::Rig;
+use rijke_rig::{ChannelErrors, Rig};
 
 /// Number of positions at which the lines of a figure are computed.
 const LINE_POINTS: usize = 121;
@@ -69,6 +70,8 @@ pub(crate) struct Competition<'a> {
     pub(crate) base_errors: bool,
     /// Parameters that vary between settings of the rig.
     pub(crate) varying: Vec<Varying>,
+    /// What the pings share of the channels' calibration.
+    pub(crate) channels: Option<&'a ChannelErrors>,
     /// Whether predictions are wanted between the shown points, which must then be cold.
     pub(crate) line: bool,
     /// All points of the figure.
@@ -162,6 +165,7 @@ impl Competition<'_> {
             search,
             base_errors: self.base_errors,
             varying: self.varying.clone(),
+            channels: self.channels.cloned(),
             checks: (self.depth != Depth::Evidence).then_some(checks),
         };
         let published = self.published.get(index).copied().map(evidence);
@@ -196,7 +200,7 @@ impl Competition<'_> {
         row.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
         [row.growth_rate_noise_sd, row.angular_frequency_noise_sd, row.pressure_noise_sd] =
             Misfit::of(&trained.noise).measured;
-        (row.at_points, row.line) = self.curves(&assembly, &trained.values)?;
+        (row.at_points, row.line) = self.curves(&assembly, &trained.values[..trained.own])?;
         Ok((row, Some(trained)))
     }
 
@@ -277,7 +281,7 @@ pub(crate) fn parameter_values(trained: &Trained) -> Vec<ParameterValue> {
         value,
         sd,
     };
-    trained.parameters.iter().zip(numbers).map(value).collect()
+    trained.parameters[..trained.own].iter().zip(numbers).map(value).collect()
 }
 
 fn evidence([ln_best_fit, ln_occam, ln_marginal]: [f64; 3]) -> Evidence {

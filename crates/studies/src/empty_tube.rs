@@ -118,6 +118,7 @@ pub(crate) fn case(
         },
         known: Vec::new(),
         varying: Vec::new(),
+        channels: None,
         search: MapOptions::bfgs(),
         base_errors: false,
         checks: None,

@@ -48,12 +48,8 @@ pub fn feedback_naive(hot: &Hot, calibrated: &Feedback) -> Result<Feedback, Stud
 
 fn inferred(hot: &Hot, assembly: &Assembly, sd: [f64; 3]) -> Result<Vec<FeedbackPoint>, StudyError> {
     let fixed = |k: usize| NoiseMode::Fixed { sd: sd[k] };
-    let noise = Noise {
-        growth_rate: fixed(0),
-        angular_frequency: fixed(1),
-        pressure: fixed(2),
-        ..Noise::FLOATED
-    };
+    let noise =
+        Noise { growth_rate: fixed(0), angular_frequency: fixed(1), pressure: fixed(2), ..Noise::FLOATED };
     let training = hot.training(noise, hot.known());
     let one = |o: &Observed| {
         let found = train(assembly, std::slice::from_ref(o), &training)?.knowledge();

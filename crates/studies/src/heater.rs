@@ -48,6 +48,7 @@ pub fn cold_heater(
         noise: Noise::FLOATED,
         base_errors: false,
         varying: setting::ends_inferred(),
+        channels: observations.channels.as_ref(),
         line: true,
         shown: &all,
         trained_on: &all,

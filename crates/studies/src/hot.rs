@@ -13,7 +13,7 @@ use rijke_rig::{Observations, PointObservations, Rig};
 pub struct Hot {
     pub(crate) rig: Rig,
     pub(crate) provenance: Provenance,
-    /// Ascending power, then ascending position.
+    /// Ascending power, then ascending position; pings as they are heard through the channels that the cold stages found.
     pub(crate) points: Vec<Observed>,
     pub(crate) measured: Vec<HotPoint>,
     pub(crate) cold: ColdStage,
@@ -36,7 +36,10 @@ impl Hot {
         }
         let place = |p: &PointObservations| p.point.position.unwrap_or(0.0);
         hot.sort_by(|a, b| a.point.power.total_cmp(&b.point.power).then(place(a).total_cmp(&place(b))));
-        let points = hot.into_iter().map(|p| of_point(p, states)).collect::<Result<Vec<_>, _>>()?;
+        let points = hot
+            .into_iter()
+            .map(|p| of_point(p, states, &cold.stage.knowledge))
+            .collect::<Result<Vec<_>, _>>()?;
         let hot_point = |o: &Observed| HotPoint {
             measured: measured(o),
             power_w: o.conditions.point.power,
@@ -83,6 +86,7 @@ impl Hot {
             search: gauss_newton(),
             base_errors: true,
             varying: self.varying(),
+            channels: None,
             checks: None,
         }
     }
@@ -92,9 +96,17 @@ impl Hot {
     }
 }
 
-fn of_point(point: &PointObservations, states: &BaseStates) -> Result<Observed, StudyError> {
+fn of_point(
+    point: &PointObservations,
+    states: &BaseStates,
+    cold: &Knowledge,
+) -> Result<Observed, StudyError> {
     let id = &point.point.id;
-    let ping = point.ping.clone().ok_or_else(|| ModelError::NoPing { point: id.clone() })?;
+    let ping = point
+        .ping
+        .as_ref()
+        .map(|ping| cold.without_channels(ping))
+        .ok_or_else(|| ModelError::NoPing { point: id.clone() })?;
     let base = states.points.get(id).ok_or_else(|| StudyError::NoBaseState { point: id.clone() })?.clone();
     let ambient = base.temperature[0];
     Ok(Observed { conditions: Conditions { point: point.point.clone(), base, ambient }, ping })

@@ -209,7 +209,12 @@ fn record(
         growth_rate_noise_sd: misfit.measured[0],
         angular_frequency_noise_sd: misfit.measured[1],
         measured: hot.measured.clone(),
-        predicted: predicted_points(assembly, &trained.knowledge().at_a_new_setting(&trained.noise), misfit, &hot.points)?,
+        predicted: predicted_points(
+            assembly,
+            &trained.knowledge().at_a_new_setting(&trained.noise),
+            misfit,
+            &hot.points,
+        )?,
         trained_on: trained_on.iter().map(|o| o.conditions.point.id.clone()).collect(),
         coverage: [f64::NAN; 2],
         coverage_elsewhere: None,

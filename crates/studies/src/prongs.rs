@@ -10,7 +10,7 @@ use crate::setting;
 use crate::{Check, ProngModel, Prongs, Provenance, RejectedRecord, StudyError};
 use rijke_inference::{MapOptions, NoiseMode};
 use rijke_model::{Assembly, Conditions, Noise, Observed, Training, train};
-use rijke_rig::{Observations, OperatingPoint, Rejection, Rig};
+use rijke_rig::{ChannelErrors, Observations, OperatingPoint, Rejection, Rig};
 
 /// ln BFL, ln OF and ln ML per datapoint as printed in Table 2.
 const PUBLISHED: [[f64; 3]; 7] = [
@@ -62,12 +62,13 @@ pub fn prongs_stage(
     }
     let competition = Competition {
         rig,
-        competing: competitors(rig, empty, &terms)?,
+        competing: competitors(observations, empty, &terms)?,
         published: &PUBLISHED,
         depth: terms.depth,
         noise: Noise::FLOATED,
         base_errors: false,
         varying: setting::ends_inferred(),
+        channels: observations.channels.as_ref(),
         line: true,
         shown: &all,
         trained_on: &inserted,
@@ -98,9 +99,14 @@ const WALLS_OF_OWN: [&str; 2] = ["wall.rayleigh", "wall.kirchhoff"];
 
 /// The models of Table 2 on the paper's wall, further prongs on the same wall, the better prongs on other walls, and prongs of
 /// the user's own. Every wall has an empty-tube stage of its own.
-fn competitors(rig: &Rig, empty: &Observed, terms: &Terms) -> Result<Vec<Competitor>, StudyError> {
+fn competitors(
+    observations: &Observations,
+    empty: &Observed,
+    terms: &Terms,
+) -> Result<Vec<Competitor>, StudyError> {
     let catalogue = catalogue()?;
-    let paper = empty_tube_stage(rig, empty, "wall.rayleigh")?;
+    let stage = |wall: &str| empty_tube_stage(&observations.rig, empty, observations.channels.as_ref(), wall);
+    let paper = stage("wall.rayleigh")?;
     let mut rows: Vec<Competitor> =
         catalogue.competing("prongs").into_iter().map(|c| Competitor::new(c, &paper)).collect();
     for (wall, prongs) in [
@@ -109,16 +115,15 @@ fn competitors(rig: &Rig, empty: &Observed, terms: &Terms) -> Result<Vec<Competi
         ("wall.kirchhoff", "prongs.annulus"),
         ("wall.zwikker-kosten", "prongs.6"),
     ] {
-        let stage = empty_tube_stage(rig, empty, wall)?;
         let own = chosen(&catalogue, &[prongs, wall])?;
-        let row = Competitor::new(&own[0], &stage);
+        let row = Competitor::new(&own[0], &stage(wall)?);
         let label = format!("{}; wall with {}", own[0].name, own[1].name);
         rows.push(Competitor { id: format!("{prongs} + {wall}"), label, ..row });
     }
     for prongs in terms.own("prongs") {
         rows.push(Competitor::new(prongs, &paper));
         let wall = &chosen(&catalogue, &WALLS_OF_OWN[1..])?[0];
-        let row = Competitor::new(prongs, &empty_tube_stage(rig, empty, &wall.id)?);
+        let row = Competitor::new(prongs, &stage(&wall.id)?);
         let label = format!("{}; wall with {}", prongs.name, wall.name);
         rows.push(Competitor { id: format!("{} + {}", prongs.id, wall.id), label, ..row });
     }
@@ -163,7 +168,12 @@ pub(crate) fn provenance(observations: &Observations, used: &[Observed]) -> Prov
 }
 
 /// eta and k_LS from the empty tube and all microphones, with the wall called `wall`.
-pub(crate) fn empty_tube_stage(rig: &Rig, empty: &Observed, wall: &str) -> Result<Stage, StudyError> {
+pub(crate) fn empty_tube_stage(
+    rig: &Rig,
+    empty: &Observed,
+    channels: Option<&ChannelErrors>,
+    wall: &str,
+) -> Result<Stage, StudyError> {
     let candidates = chosen(&catalogue()?, &[wall, "ends.calibrated"])?;
     let assembly = Assembly::new(rig.clone(), candidates.clone())?;
     let fixed = |sd| NoiseMode::Fixed { sd };
@@ -177,6 +187,7 @@ pub(crate) fn empty_tube_stage(rig: &Rig, empty: &Observed, wall: &str) -> Resul
         },
         known: Vec::new(),
         varying: setting::ends_as_in_the_paper(),
+        channels: channels.cloned(),
         search: MapOptions::bfgs(),
         base_errors: false,
         checks: None,

@@ -49,7 +49,14 @@ fn laboratory(seed: u64, wanted: impl Fn(&str) -> bool) -> (Observations, BaseSt
     }
     let source = set.source.clone();
     (
-        Observations { rig, kind: DataKind::Virtual, source: source.clone(), points, rejections: Vec::new() },
+        Observations {
+            rig,
+            kind: DataKind::Virtual,
+            source: source.clone(),
+            points,
+            rejections: Vec::new(),
+            channels: None,
+        },
         BaseStates { kind: DataKind::Virtual, source, points: states },
     )
 }

@@ -81,7 +81,8 @@ fn lab_arrival_times_above_prongs() {
     for row in rows.split(',').map(str::to_owned) {
         let repeats = Some(number("REPEATS", 10));
         let seed = u64::from(number("SEED", 1));
-        let lab = VirtualRig::new(&rig, &campaign, &truth, &[row.clone()], repeats, seed).unwrap();
+        let lab =
+            VirtualRig::new(&rig, &campaign, &truth, std::slice::from_ref(&row), repeats, seed).unwrap();
         let done = process(&lab, &ProcessOptions::default(), &|| ()).unwrap();
         let (mut all, mut less) = (vec![vec![]; positions.len()], vec![vec![]; positions.len()]);
         for (k, point) in done.observations.points.iter().enumerate() {

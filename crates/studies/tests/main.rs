@@ -57,7 +57,14 @@ fn made_by(
             }
         })
         .collect();
-    Observations { rig, kind: DataKind::Virtual, source: "test".into(), points, rejections: Vec::new() }
+    Observations {
+        rig,
+        kind: DataKind::Virtual,
+        source: "test".into(),
+        points,
+        rejections: Vec::new(),
+        channels: None,
+    }
 }
 
 #[test]
@@ -126,7 +133,7 @@ fn laboratory(seed: u64, rows: &[&str]) -> Observations {
         }
     });
     let (source, points) = (set.source.clone(), points.collect());
-    Observations { rig, kind: DataKind::Virtual, source, points, rejections: Vec::new() }
+    Observations { rig, kind: DataKind::Virtual, source, points, rejections: Vec::new(), channels: None }
 }
 
 #[test]
@@ -197,6 +204,7 @@ fn exact_two_sd_of_eta_and_r_hold_over_200_seeds() {
         noise: Noise::MEASURED,
         known: Vec::new(),
         varying: Vec::new(),
+        channels: None,
         search: MapOptions::bfgs(),
         base_errors: false,
         checks: None,

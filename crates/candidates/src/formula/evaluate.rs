@@ -205,7 +205,7 @@ fn power<T: Analytic>(x: &T, b: C64) -> T {
 fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
     Some(match function {
         Function::Sqrt => {
-            let root = z.sqrt();
+            let root = root(z);
             let slope = 0.5 * root.inv();
             [root, slope, -0.5 * slope / z]
         }
@@ -235,6 +235,18 @@ fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
         }
         Function::Re | Function::Im | Function::Abs | Function::Arg | Function::Conj => return None,
     })
+}
+
+/// The principal square root, in a third of the time of one by way of the argument.
+fn root(z: C64) -> C64 {
+    let square = z.norm_sqr();
+    if !square.is_normal() {
+        return z.sqrt();
+    }
+    let long = (0.5 * (square.sqrt() + z.re.abs())).sqrt();
+    let short = 0.5 * z.im.abs() / long;
+    let [re, im] = if z.re >= 0.0 { [long, short] } else { [short, long] };
+    C64::new(re, im.copysign(z.im))
 }
 
 fn call<T: Analytic>(function: Function, x: &T) -> T {

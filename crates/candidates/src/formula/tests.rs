@@ -1,5 +1,6 @@
 //! Values and derivatives of formulas, and texts that are refused with the place of the fault.
 
+use super::parser::Function;
 use super::*;
 use crate::Surroundings;
 use crate::testing::surroundings;
@@ -204,5 +205,28 @@ proptest::proptest! {
         if let Ok(formula) = parse(&text) {
             let _ = jet(&formula, &surroundings(), Order::Second, &POINT);
         }
+    }
+}
+
+#[test]
+fn oracle_square_roots_are_those_by_way_of_the_argument() {
+    for k in 0..64 {
+        let z = C64::from_polar(10f64.powi(k - 32), 0.1 + 0.37 * f64::from(k));
+        let (fast, slow) = (evaluate::number_call(Function::Sqrt, z), z.sqrt());
+        assert!((fast - slow).norm() <= 4e-16 * slow.norm(), "{z}: {fast} {slow}");
+    }
+    for z in [
+        C64::new(-4.0, 0.0),
+        C64::new(-4.0, -0.0),
+        C64::new(0.0, 0.0),
+        C64::new(0.0, -2.0),
+        C64::new(1e-200, 1e-200),
+    ] {
+        let (fast, slow) = (evaluate::number_call(Function::Sqrt, z), z.sqrt());
+        assert!(
+            (fast - slow).norm() <= 4e-16 * slow.norm()
+                && fast.im.is_sign_negative() == slow.im.is_sign_negative(),
+            "{z}"
+        );
     }
 }

@@ -174,6 +174,7 @@ mod tests {
                 },
                 known: Vec::new(),
                 varying: Vec::new(),
+                channels: None,
                 search: MapOptions::default(),
                 base_errors: false,
                 checks: None,

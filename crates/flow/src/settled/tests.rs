@@ -232,6 +232,7 @@ fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
         source: "test".into(),
         points,
         rejections: vec![],
+        channels: None,
     };
     let make = |heater: f64| -> Result<Pipe, FlowError> { Pipe::new(&rig, &Closures::default(), heater, 1) };
     assert!(runs(&observations, &Readings::default(), &make).unwrap().is_empty());

@@ -53,6 +53,7 @@ fn training(base_errors: bool) -> Training {
         noise: Noise::MEASURED,
         known: Vec::new(),
         varying: Vec::new(),
+        channels: None,
         search: MapOptions::default(),
         base_errors,
         checks: None,

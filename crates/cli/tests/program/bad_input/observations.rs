@@ -38,6 +38,7 @@ pub(crate) fn write(folder: &Path) {
             })
             .collect(),
         rejections: Vec::new(),
+        channels: None,
         rig,
     };
     fs::create_dir_all(folder.join("data/observations")).unwrap();
