@@ -65,7 +65,7 @@ fn exact_interrupted_runs_leave_nothing_torn_and_go_on() {
     each_command(&folder);
     let (mut interrupted, mut wait) = (0, 20);
     loop {
-        let run = Command::new(env!("CARGO_BIN_EXE_rijke"))
+        let run = program()
             .args(["run", "torn"])
             .current_dir(&folder)
             .stdout(Stdio::null())
@@ -167,9 +167,21 @@ fn start(folder: &Path, words: &str) -> Child {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let words = words.replace("MODEL", MODEL).replace("EXAMPLES", &format!("{root}/examples"));
     let words = words.replace("NETWORK", &format!("{root}/fixtures/networks/rijke-tube.toml"));
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rijke"));
+    let mut command = program();
     command.args(words.split(' ')).current_dir(folder).stdout(Stdio::null()).stderr(Stdio::null());
     command.spawn().unwrap()
+}
+
+/// The program as a terminal would start it: a shell that runs tests in the background has them, and all that they start, ignore
+/// Ctrl-C.
+fn program() -> Command {
+    let path = env!("CARGO_BIN_EXE_rijke");
+    if !cfg!(target_os = "linux") {
+        return Command::new(path);
+    }
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT", path]);
+    command
 }
 
 /// How often a command could be interrupted before it was quicker than the signal. On a busy machine it may be quicker at once:

@@ -44,7 +44,7 @@ fn pings(assembly: &Assembly, seed: u64) -> Vec<Observed> {
             let of_channels = if i > 1 && i / 2 == j / 2 {
                 let p = C64::new(vector[i / 2 * 2], vector[i / 2 * 2 + 1]);
                 let (by_delay, by_gain) = (p * s * CHANNELS[0], p * CHANNELS[1]);
-                let part = |z: C64, k: usize| if k % 2 == 0 { z.re } else { z.im };
+                let part = |z: C64, k: usize| if k.is_multiple_of(2) { z.re } else { z.im };
                 part(by_delay, i) * part(by_delay, j) + part(by_gain, i) * part(by_gain, j)
             } else {
                 0.0
