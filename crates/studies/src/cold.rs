@@ -16,8 +16,8 @@ pub struct ColdStage {
     pub stage: Stage,
     /// Misfit of growth rate (1/s), angular frequency (rad/s) and relative pressures that row H0 chose.
     pub noise: [f64; 3],
-    /// The same at a new setting of the rig, with the scatter of its ends.
-    pub new_setting: [f64; 3],
+    /// The first two at a new setting of the rig, with the scatter of its ends.
+    pub new_setting: [f64; 2],
     /// Scatter of Im k_LS between settings of the rig that row H0 chose.
     pub ends_sd: f64,
 }
@@ -62,7 +62,7 @@ pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdSt
     let stage = ColdStage {
         stage: Stage { candidates, knowledge },
         noise: misfit.measured,
-        new_setting: [beyond(|p| p.growth_rate_sd), beyond(|p| p.angular_frequency_sd), misfit.measured[2]],
+        new_setting: [beyond(|p| p.growth_rate_sd), beyond(|p| p.angular_frequency_sd)],
         ends_sd: setting::ends_sd(&trained.noise),
     };
     let series: Vec<ColdSeries> = [
