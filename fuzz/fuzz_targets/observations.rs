@@ -1,4 +1,5 @@
-//! Any four texts, separated by form feeds, as the tables of a folder of observations: points, pings, clicks, rejections.
+//! Any five texts, separated by form feeds, as the tables of a folder of observations: points, pings, clicks, rejections, and what is
+//! left of the channels.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -12,7 +13,7 @@ const HEAD: &str = "rig = \"rig.toml\"\nkind = \"measured\"\nsource = \"fuzz\"\n
 fuzz_target!(|text: &str| {
     let Ok(folder) = folder("observations") else { return };
     let mut texts = text.split('\u{c}');
-    for name in ["points.csv", "pings.csv", "clicks.csv", "rejections.csv"] {
+    for name in ["points.csv", "pings.csv", "clicks.csv", "rejections.csv", "channels.toml"] {
         let path = folder.join(name);
         let _ = texts.next().map_or_else(|| fs::remove_file(&path), |text| replace(&path, text.as_bytes()));
     }

@@ -104,6 +104,7 @@ impl Observations {
             .map(|(k, p): (usize, &PointObservations)| (p.point.id.clone(), k))
             .collect();
         let (microphones, reference) = (rig.microphones.positions.len(), rig.microphones.reference);
+        let channels = ChannelErrors::read(&folder.join(CHANNELS), microphones.saturating_sub(1))?;
         let columns = ping_columns(microphones, reference);
         let path = folder.join("pings.csv");
         for row in read_csv(&path, &header_of(&path, &columns)?)? {
@@ -130,7 +131,6 @@ impl Observations {
         let rejection =
             |row: &Row<'_>| Rejection { record: row.cells[0].clone(), reason: row.cells[1].clone() };
         let rejections = rejected.iter().map(rejection).collect();
-        let channels = ChannelErrors::read(&folder.join(CHANNELS), microphones.saturating_sub(1))?;
         Ok(Self { rig, kind: origin.kind, source: origin.source, points, rejections, channels })
     }
 }

@@ -104,6 +104,12 @@ fn exact_no_damaged_table_of_observations_makes_the_reader_panic() {
     Observations::read(&folder).unwrap().write(&folder).unwrap();
     fs::write(folder.join("clicks.csv"), "point,arrival1_s,cov_arrival1_s_arrival1_s\nempty,1e-3,1e-12\n")
         .unwrap();
+    let two = head.to_owned() + "positions = [0.25, 0.75]" + &rest;
+    fs::write(folder.join("rig.toml"), &two).unwrap();
+    let channels = "delay_covariance_s2 = [[1e-14]]\ngain_covariance = [[1e-6]]\n";
+    each(&folder, "channels.toml", channels.as_bytes(), 1000, |_| drop(Observations::read(&folder)));
+    fs::remove_file(folder.join("channels.toml")).unwrap();
+    fs::write(folder.join("rig.toml"), two.replace("0.25, ", "")).unwrap();
     for file in ["pings.csv", "clicks.csv", "rejections.csv"] {
         let whole = fs::read(folder.join(file)).unwrap();
         each(&folder, file, &whole, 1000, |_| drop(Observations::read(&folder)));
