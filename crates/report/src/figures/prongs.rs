@@ -91,7 +91,8 @@ fn figure(study: &Prongs, part: &Part) -> Figure {
             "(a) Growth rate and (b) angular frequency of the first mode against position. Dots: measured. Lines: models \
              of {} at their most probable parameters, each point at the temperature of its own day, hence the steps. Bars: \
              for each model, from the first on the left to the last on the right, two standard deviations of the \
-             measurement noise that maximises its posterior.",
+             measurement noise that maximises its posterior. They do not hold what dots scatter by because the ends come out a \
+             little different at each setting of the rig, which the mode shapes show, alike for all models.",
             part.table
         ),
         columns: 2,
