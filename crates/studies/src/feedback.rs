@@ -1,7 +1,6 @@
 //! Figs. 6 and 7: the feedback from velocity to heat release, inferred at each hot point by itself.
 
 use crate::catalogue::{catalogue, chosen};
-use crate::empty_tube::PRESSURE_MODEL_ERROR;
 use crate::{Check, Feedback, FeedbackPoint, Hot, StudyError};
 use rayon::prelude::*;
 use rijke_inference::NoiseMode;
@@ -11,8 +10,8 @@ use rijke_model::{Assembly, Knowledge, Noise, Observed, train};
 ///
 /// Every point is an inference of its own: k_eu is free, and the parameters of the cold components have the posterior of the
 /// cold stages as their prior, so that their uncertainty is part of the sd. Noise of the growth rate and the frequency is the misfit
-/// that the cold model has on row H0; that of the pressures is about 1e-3 and inferred, as neither model has the mean flow, which
-/// turns mode shapes by a Mach number; the scatter of the ends between settings and the errors of the base flow come on top.
+/// that the cold model has on row H0; that of the pressures is 1e-3, as neither model has the mean flow, which turns mode
+/// shapes by a Mach number; the scatter of the ends between settings and the errors of the base flow come on top.
 ///
 /// # Errors
 /// Those of the model.
@@ -48,12 +47,15 @@ pub fn feedback_naive(hot: &Hot, calibrated: &Feedback) -> Result<Feedback, Stud
     })
 }
 
+/// Velocities of 0.1 to 0.6 m/s over the speed of sound, as a judgement. One point cannot tell a small misfit from none.
+const MACH: f64 = 1e-3;
+
 fn inferred(hot: &Hot, assembly: &Assembly, sd: [f64; 2]) -> Result<Vec<FeedbackPoint>, StudyError> {
     let fixed = |k: usize| NoiseMode::Fixed { sd: sd[k] };
     let noise = Noise {
         growth_rate: fixed(0),
         angular_frequency: fixed(1),
-        pressure: PRESSURE_MODEL_ERROR,
+        pressure: NoiseMode::Fixed { sd: MACH },
         ..Noise::FLOATED
     };
     let training = hot.training(noise, hot.known());
