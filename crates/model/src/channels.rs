@@ -1,5 +1,6 @@
 //! Errors of the channels' calibration as parameters that all operating points share.
 
+use crate::data::places;
 use crate::{Knowledge, Observed, Training};
 use rijke_inference::{Forward, ForwardError, InferenceError, Parameter, Parameters, Prediction, Prior};
 use rijke_numerics::{C64, Matrix, Order};
@@ -11,6 +12,8 @@ use rijke_rig::Ping;
 pub(crate) struct Channels {
     /// First the delays d, then the gains g.
     pub(crate) parameters: Vec<Parameter>,
+    /// For each of the microphones its place among all but the reference.
+    places: Vec<usize>,
     covariance: Matrix,
 }
 
@@ -19,24 +22,23 @@ impl Channels {
     pub(crate) fn of(observed: &[Observed], training: &Training) -> Option<Self> {
         let errors = training.channels.as_ref()?;
         let ping = &observed.first()?.ping;
-        let others: Vec<usize> = (0..ping.pressures.len()).filter(|m| *m != ping.reference).collect();
-        let chosen: Vec<usize> =
-            (0..others.len()).filter(|&k| training.microphones.contains(&others[k])).collect();
-        let (delays, gains) = (errors.delays.select(&chosen), errors.gains.select(&chosen));
-        let n = chosen.len();
+        let places = places(ping, &training.microphones);
+        let (delays, gains) = (errors.delays.select(&places), errors.gains.select(&places));
+        let n = places.len();
         let covariance = Matrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
             (true, true) => delays[(i, j)],
             (false, false) => gains[(i - n, j - n)],
             _ => 0.0,
         });
         let parameter = |k: usize| {
-            let microphone = others[chosen[k % n]];
+            let place = places[k % n];
+            let microphone = place + usize::from(place >= ping.reference);
             let (word, letter, unit) = if k < n { (DELAY, "d", "s") } else { (GAIN, "g", "1") };
             let prior = Prior::Normal { mean: 0.0, sd: covariance[(k, k)].sqrt() };
             Parameter::new(name(word, microphone), format!("{letter}_{}", microphone + 1), unit, prior)
         };
         let parameters: Vec<Parameter> = (0..2 * n).map(parameter).collect();
-        (n > 0).then_some(Self { parameters, covariance })
+        (n > 0).then_some(Self { parameters, places, covariance })
     }
 
     /// The calibration as the prior, unless an earlier stage already knows better.
@@ -56,12 +58,13 @@ impl Channels {
     /// The covariance of a ping without the share that these parameters stand for.
     pub(crate) fn apart_from(&self, ping: &Ping) -> Ping {
         let vector = ping.vector();
-        let n = self.parameters.len() / 2;
+        let n = self.places.len();
         let mut slopes = Matrix::zeros(vector.len(), 2 * n);
-        for m in 0..n {
-            let p = C64::new(vector[2 + 2 * m], vector[3 + 2 * m]);
+        for (m, place) in self.places.iter().enumerate() {
+            let row = 2 + 2 * place;
+            let p = C64::new(vector[row], vector[row + 1]);
             for (column, z) in [(m, p * ping.s), (n + m, -p)] {
-                (slopes[(2 + 2 * m, column)], slopes[(3 + 2 * m, column)]) = (z.re, z.im);
+                (slopes[(row, column)], slopes[(row + 1, column)]) = (z.re, z.im);
             }
         }
         let shared = slopes.product(&self.covariance).product(&slopes.transpose());

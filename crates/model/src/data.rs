@@ -19,18 +19,16 @@ pub struct Observed {
 /// The numbers that the microphones `chosen` (reference included) measured, with their covariance.
 #[must_use]
 pub fn selected(ping: &Ping, chosen: &[usize]) -> (Vec<f64>, Matrix) {
-    let others: Vec<usize> = (0..ping.pressures.len()).filter(|m| *m != ping.reference).collect();
-    let keep: Vec<usize> = [0, 1]
-        .into_iter()
-        .chain(
-            chosen
-                .iter()
-                .filter_map(|m| others.iter().position(|o| o == m))
-                .flat_map(|k| [2 + 2 * k, 3 + 2 * k]),
-        )
-        .collect();
+    let pressures = places(ping, chosen).into_iter().flat_map(|k| [2 + 2 * k, 3 + 2 * k]);
+    let keep: Vec<usize> = [0, 1].into_iter().chain(pressures).collect();
     let all = ping.vector();
     (keep.iter().map(|&k| all[k]).collect(), ping.covariance.select(&keep))
+}
+
+/// For each of the microphones `chosen` but the reference its place among all but the reference.
+pub(crate) fn places(ping: &Ping, chosen: &[usize]) -> Vec<usize> {
+    let others: Vec<usize> = (0..ping.pressures.len()).filter(|m| *m != ping.reference).collect();
+    chosen.iter().filter_map(|m| others.iter().position(|o| o == m)).collect()
 }
 
 /// One block per ping, with up to three groups of noise and, if asked for, the measured covariance.

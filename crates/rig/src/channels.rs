@@ -1,6 +1,7 @@
 //! What is left of delays and gains after the channels were calibrated: errors that all pings of a campaign share.
 
 use crate::files::{parse_toml, read_text, write_toml};
+use crate::table::scaled;
 use crate::{Problem, RigError};
 use rijke_numerics::{Cholesky, Matrix};
 use serde::{Deserialize, Serialize};
@@ -49,9 +50,7 @@ impl ChannelErrors {
                 return Err(wrong(Problem::WrongSize { rows: rows.len(), need: others }));
             }
             let m = Matrix::from_fn(others, others, |i, j| rows[i][j]);
-            // Gains and squared delays differ by many orders of magnitude from 1.
-            let scale = (0..others).map(|i| m[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
-            let scaled = Matrix::from_fn(others, others, |i, j| m[(i, j)] / scale);
+            let scaled = scaled(&m);
             let symmetric =
                 (0..others).all(|i| (0..i).all(|j| (scaled[(i, j)] - scaled[(j, i)]).abs() < 1e-9));
             match Cholesky::new(&scaled) {

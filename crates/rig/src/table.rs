@@ -387,7 +387,7 @@ impl Row<'_> {
 }
 
 /// The correlation matrix: growth rates and relative pressures differ by many orders of magnitude.
-fn scaled(covariance: &Matrix) -> Matrix {
+pub(crate) fn scaled(covariance: &Matrix) -> Matrix {
     let sd = |i: usize| covariance[(i, i)].sqrt();
     Matrix::from_fn(covariance.rows(), covariance.columns(), |i, j| covariance[(i, j)] / (sd(i) * sd(j)))
 }

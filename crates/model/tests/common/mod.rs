@@ -59,11 +59,12 @@ fn pings(assembly: &Assembly, seed: u64) -> Vec<Observed> {
 fn trained(
     assembly: &Assembly,
     seed: u64,
+    microphones: &[usize],
     varying: Vec<Varying>,
     channels: Option<ChannelErrors>,
 ) -> Trained {
     let training = Training {
-        microphones: ALL.to_vec(),
+        microphones: microphones.to_vec(),
         noise: Noise::MEASURED,
         known: Vec::new(),
         varying,
@@ -80,7 +81,7 @@ fn inside(varying: &[Varying], channels: Option<&ChannelErrors>) -> [usize; 3] {
     let assembly = assembly(&["wall.rayleigh", "ends.calibrated", "prongs.6"]);
     let mut inside = [0; 3];
     for seed in 0..60 {
-        let trained = trained(&assembly, seed, varying.to_vec(), channels.cloned());
+        let trained = trained(&assembly, seed, &ALL, varying.to_vec(), channels.cloned());
         for (k, count) in inside.iter_mut().enumerate() {
             *count += usize::from((trained.values[k] - TRUTH[k]).abs() < 2.0 * trained.sd()[k]);
         }
@@ -103,4 +104,23 @@ fn exact_errors_that_points_share_do_not_vanish_in_their_mean() {
     assert!(neither[2] < 30, "{neither:?}");
     let ends = inside(&scatter(NoiseMode::Fixed { sd: ENDS }), None);
     assert!(ends[0] < 50 || ends[1] < 50, "{ends:?}");
+}
+
+#[test]
+fn exact_channels_belong_to_their_microphones_in_any_order() {
+    let assembly = assembly(&["wall.rayleigh", "ends.calibrated", "prongs.6"]);
+    // Every microphone with errors of its own.
+    let diagonal = |k: usize| {
+        let variance = |m: i32| (CHANNELS[k] * f64::from(m)).powi(2) / 50.0;
+        Matrix::diagonal(&[1, 2, 3, 4, 5, 6, 7].map(variance))
+    };
+    let errors = ChannelErrors { delays: diagonal(0), gains: diagonal(1) };
+    let [up, down] = [[1, 3, 5, 7], [7, 5, 3, 1]]
+        .map(|microphones| trained(&assembly, 1, &microphones, Vec::new(), Some(errors.clone())));
+    for (k, parameter) in up.parameters.iter().enumerate() {
+        let other = down.parameters.iter().position(|p| p.name == parameter.name).unwrap();
+        let (a, b) = (up.values[k], down.values[other]);
+        assert!((a - b).abs() < 1e-4 * up.sd()[k], "{}: {a} {b} {}", parameter.name, up.sd()[k]);
+        assert!((up.sd()[k] / down.sd()[other] - 1.0).abs() < 1e-6, "{}", parameter.name);
+    }
 }
