@@ -45,8 +45,11 @@ pub enum Place {
     Prongs,
     /// The end of the prongs, x = X_h, with or without the heater.
     ProngEnd,
-    /// The heater, x = X_h, when it is attached.
+    /// The two plates of the heater, when it is attached: half of the effect at the middle of each, in the gas there.
     Heater,
+    /// The middle of the heater, x = X_h, when it is attached: all of the effect at once, in the gas there, as in the jump conditions
+    /// (1) and (2) of Juniper & Yoko 2022.
+    HeaterMiddle,
     /// Each thermocouple, when they are in place.
     Thermocouples,
     /// The end x = 0.

@@ -204,7 +204,7 @@ pub(crate) fn examine(candidate: &Candidate, rig: &Rig, points: &[OperatingPoint
 /// Whether an effect acts at an operating point.
 fn acts(place: Place, point: &OperatingPoint) -> bool {
     match place {
-        Place::Heater => point.heater,
+        Place::Heater | Place::HeaterMiddle => point.heater,
         Place::Thermocouples => point.thermocouples,
         Place::Prongs | Place::ProngEnd => point.position.is_some(),
         Place::Tube | Place::UpstreamEnd | Place::DownstreamEnd | Place::BothEnds => true,

@@ -202,19 +202,18 @@ impl<'a> PointModel<'a> {
                     let end = if place == Place::Tube { rig.tube.length } else { inserted };
                     self.attach_along(candidate, effect, coefficient, stretches, grid, &local, end)?;
                 }
-                Place::ProngEnd | Place::Heater | Place::Thermocouples => {
+                Place::ProngEnd | Place::Heater | Place::HeaterMiddle | Place::Thermocouples => {
                     let at: &[f64] = match place {
                         Place::ProngEnd => point.position.as_slice(),
                         Place::Heater => &plates,
+                        Place::HeaterMiddle if !plates.is_empty() => point.position.as_slice(),
                         Place::Thermocouples => thermocouples,
                         _ => &[],
                     };
                     let part = if place == Place::Heater { 1.0 / plates.len() as f64 } else { 1.0 };
                     let mut shared = Shared::default();
                     for &x in at {
-                        // Both plates see the gas at the heater's middle: the law is one law.
-                        let gas = base.at(if place == Place::Heater { inserted } else { x });
-                        let here = self.note(around(gas));
+                        let here = self.note(around(base.at(x)));
                         let (law, weight) = self.shared(candidate, effect, here, &mut shared);
                         let j = self.network.place_at(x)?;
                         self.network.attach(at_place(coefficient, j), law, part * weight)?;

@@ -3,7 +3,7 @@
 mod checks;
 
 use crate::catalogue::{catalogue, chosen};
-use crate::competition::{Competition, Competitor, Terms, agreement, marginal, no_winner, winner};
+use crate::competition::{Competition, Competitor, Stage, Terms, agreement, marginal, no_winner, winner};
 use crate::{HeatRelease, Hot, ProngModel, StudyError};
 use rijke_candidates::{Candidate, Catalogue};
 use rijke_model::{Assembly, Trained, train};
@@ -21,24 +21,29 @@ const PUBLISHED: [[f64; 3]; 9] = [
     [-3.6496, -0.3837, -4.0333],
 ];
 
-/// Combinations beyond the paper: what is added to the cold model. `heater.film` takes the place of the cold heater.
-const BEYOND: [&[&str]; 12] = [
+/// The heater when it is hot, in place of the cold one: see [`warm`].
+const WARM: &str = "warm";
+
+/// Combinations beyond the paper: what is added to the cold model.
+const BEYOND: [&[&str]; 14] = [
     &["heat-release.cylinder"],
+    &["heat-release.wire"],
     &["heat-release.2", "steady-drag.quasi-steady"],
-    &["heat-release.2", "heater.film"],
+    &["heat-release.2", WARM],
     &["heat-release.2", "mean-flow.convection"],
     &["heat-release.8", "mean-flow.convection"],
     &["heat-release.6", "mean-flow.convection", "steady-drag.quasi-steady"],
-    &["heat-release.cylinder", "mean-flow.momentum"],
-    &["heat-release.cylinder", "mean-flow.convection"],
-    &["heat-release.cylinder", "mean-flow.convection", "steady-drag.quasi-steady"],
-    &["heat-release.cylinder", "mean-flow.convection", "heater.film"],
-    &["heat-release.cylinder", "mean-flow.convection", "steady-drag.quasi-steady", "heater.film"],
-    &["heat-release.cylinder", "mean-flow.energy", "steady-drag.quasi-steady", "heater.film"],
+    &["heat-release.wire", "mean-flow.momentum"],
+    &["heat-release.wire", "mean-flow.convection"],
+    &["heat-release.wire", "mean-flow.convection", "steady-drag.quasi-steady"],
+    &["heat-release.wire", "mean-flow.convection", WARM],
+    &["heat-release.cylinder", "mean-flow.convection", "steady-drag.quasi-steady", WARM],
+    &["heat-release.wire", "mean-flow.convection", "steady-drag.quasi-steady", WARM],
+    &["heat-release.wire", "mean-flow.energy", "steady-drag.quasi-steady", WARM],
 ];
 
 /// What competes together with a heat release of the user's own, beside that heat release alone.
-const WITH_OWN: [&str; 3] = ["mean-flow.convection", "steady-drag.quasi-steady", "heater.film"];
+const WITH_OWN: [&str; 3] = ["mean-flow.convection", "steady-drag.quasi-steady", WARM];
 
 /// The model with the most evidence, trained.
 #[derive(Clone, Debug)]
@@ -100,6 +105,12 @@ pub fn heat_release(hot: &Hot, terms: impl Into<Terms>) -> Result<(HeatRelease, 
     Ok((study, Chosen { assembly, trained }))
 }
 
+/// The candidate that is the cold model's heater when it is hot, with the same parameters and what a hot film adds.
+fn warm(cold: &Stage) -> &'static str {
+    let layers = cold.candidates.iter().any(|c| c.id == "heater.wires");
+    if layers { "heater.hot-wires" } else { "heater.film" }
+}
+
 fn competitors(hot: &Hot, catalogue: &Catalogue, terms: &Terms) -> Result<Vec<Competitor>, StudyError> {
     let cold = &hot.cold.stage;
     let mut rows = Vec::new();
@@ -107,9 +118,13 @@ fn competitors(hot: &Hot, catalogue: &Catalogue, terms: &Terms) -> Result<Vec<Co
         let own = chosen(catalogue, &[&format!("heat-release.{number}")])?;
         rows.push(Competitor::new(&own[0], cold));
     }
-    let beyond = BEYOND.iter().map(|ids| chosen(catalogue, ids)).collect::<Result<Vec<_>, _>>()?;
+    let combined = |ids: &[&str]| {
+        let ids: Vec<&str> = ids.iter().map(|&id| if id == WARM { warm(cold) } else { id }).collect();
+        chosen(catalogue, &ids)
+    };
+    let beyond = BEYOND.iter().map(|ids| combined(ids)).collect::<Result<Vec<_>, _>>()?;
     // The user's own: alone as in Table 4, and with what the project adds to its own best heat release.
-    let added = chosen(catalogue, &WITH_OWN)?;
+    let added = combined(&WITH_OWN)?;
     let own =
         terms.own("heat-release").flat_map(|c| [vec![c.clone()], [vec![c.clone()], added.clone()].concat()]);
     for own in beyond.into_iter().chain(own) {

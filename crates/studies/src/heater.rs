@@ -82,7 +82,7 @@ fn leader(models: &[ProngModel], best: usize, points: usize) -> usize {
 
 /// The physical statements of section 6.3.
 fn checks(models: &[ProngModel], rig: &Rig, all: &[Observed]) -> Vec<Check> {
-    let [one, two, three] = models else { return Vec::new() };
+    let [one, two, three, ..] = models else { return Vec::new() };
     let growth = [one, two, three].map(|m| m.growth_rate_noise_sd);
     let value = |name: &str| three.parameters.iter().find(|p| p.name == name).map_or(f64::NAN, |p| p.value);
     let plate = rig.heater.plate_thickness

@@ -46,17 +46,19 @@ pub fn truths(
     add("1 + K of the mouth", &trained, "entry", 1.0, 1.0 + truth.flow.closures.entrance_loss);
     let drag = truth.heater.steady_drag_share * truth.flow.parameters.heater_drag;
     add("K_h, steady drag of the heater", &trained, "loss", 1.0, drag);
-    let lags = |id: &str| ["heat-release.6", "heat-release.cylinder"].contains(&id);
-    let by_velocity = best.assembly.candidates().iter().any(|c| lags(&c.id));
+    let law = |ids: &[&str]| best.assembly.candidates().iter().any(|c| ids.contains(&c.id.as_str()));
+    let (approaching, at_wire) = (law(&["heat-release.6", "heat-release.cylinder"]), law(&["heat-release.wire"]));
+    let by_velocity = approaching || at_wire;
     if let Some(point) = hot.points.iter().find(|p| by_velocity && p.conditions.point.id == DELAY_AT) {
         // The wire feels the flow that is there, not the one that was inferred.
         let Conditions { point: place, base, ambient } = &point.conditions;
         let there = base_state(&observations.rig, truth, place, *ambient)?;
         let lighthill = 0.2 * observations.rig.heater.wire_diameter * 1e3;
-        let at_wire = truth.heater.wire_speed_up * there.velocity(place.position.unwrap_or(0.0));
+        let x = place.position.unwrap_or(0.0);
+        let true_speed = truth.heater.wire_speed_up * there.velocity(x);
+        let speed = if at_wire { base.velocity(x) } else { base.heater_velocity };
         let quantity = format!("delay of the heat release at {DELAY_AT}, ms");
-        let factor = lighthill / base.heater_velocity;
-        add(&quantity, &trained, "k2", factor, truth.heater.lag_factor * lighthill / at_wire);
+        add(&quantity, &trained, "k2", lighthill / speed, truth.heater.lag_factor * lighthill / true_speed);
     }
     Ok(Truths { checks: rows.iter().map(check).collect(), rows })
 }
