@@ -101,12 +101,27 @@ pub(crate) struct Heard<'a> {
     pub(crate) own: usize,
     /// s of every operating point, as measured.
     pub(crate) s: Vec<C64>,
-    /// Number of microphones but the reference.
+    /// Number of microphones but the reference; zero where nothing is known of the channels.
     pub(crate) others: usize,
+}
+
+impl<'a> Heard<'a> {
+    pub(crate) fn new(
+        inner: &'a dyn Forward,
+        own: usize,
+        channels: Option<&Channels>,
+        observed: &[Observed],
+    ) -> Self {
+        let others = channels.map_or(0, |c| c.places.len());
+        Self { inner, own, s: observed.iter().map(|o| o.ping.s).collect(), others }
+    }
 }
 
 impl Forward for Heard<'_> {
     fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+        if self.others == 0 {
+            return self.inner.predict(parameters, order);
+        }
         let (own, errors) = parameters.split_at(self.own);
         let mut heard = self.inner.predict(own, order)?;
         let (n, p, size) = (self.others, parameters.len(), 2 + 2 * self.others);

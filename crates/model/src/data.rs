@@ -104,12 +104,12 @@ pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) 
 }
 
 /// As [`data_of`], with the errors of the base states as a covariance that does not float, parameters that vary between settings, and
-/// what points share: those of one setting, and by `laws` (from [`crate::law_error::LawError::slopes`]) those of one power; and for each number of the data its place in
-/// the prediction.
+/// what points of one setting share; with `laws` (from [`crate::law_error::LawError::slopes`]) the error of the law of each point; and
+/// for each number of the data its place in the prediction.
 ///
 /// Growth rates and frequencies of all points that share a cause of error are one block, so that what moves them together
-/// is known to. The pressures of each point are a block of their own: what the errors do to pressures and eigenvalue
-/// together is left out, because blocks of a hundred numbers would make the inference a hundred times slower.
+/// is known to. The pressures of each point are a block of their own: what is left of the errors, the scatter of the ends and the law do to
+/// pressures and eigenvalue together is left out, because larger blocks would make the inference many times slower.
 ///
 /// # Errors
 /// As [`data_of`].
@@ -127,14 +127,19 @@ pub(crate) fn data_with_base_errors(
     let (mut blocks, mut order) = (Vec::new(), Vec::new());
     let same = |a: usize, b: usize| same_setting(&observed[a].conditions, &observed[b].conditions);
     let groups = Groups::new(microphones, noise).near_field(doubtful).shared(noise).varying(scatter);
-    let power = |p: usize| observed[p].conditions.point.power;
-    let same_law = |a: usize, b: usize| groups.heat_release.is_some() && (power(a) - power(b)).abs() < 1e-9;
     // Covariance of two numbers, each a point and its row, per variance of the error of the law.
     let law = |(a, i): (usize, usize), (b, j): (usize, usize)| match laws {
-        Some(laws) => (0..2).map(|part| laws[a][part][i] * laws[b][part][j]).sum(),
-        None => 0.0,
+        Some(laws) if a == b => (0..2).map(|part| laws[a][part][i] * laws[b][part][j]).sum(),
+        _ => 0.0,
     };
-    for group in errors.together(|a, b| same(a, b) || same_law(a, b)) {
+    let noises = |numbers: &[(usize, usize)]| {
+        let of_law = |i: usize, j: usize| law(numbers[i], numbers[j]);
+        let laws = groups.heat_release.map(|g| (g, Matrix::from_fn(numbers.len(), numbers.len(), of_law)));
+        let varying: Vec<_> =
+            (groups.varying..).zip(scatter.iter().map(|s| s.structure(numbers, same))).collect();
+        laws.into_iter().chain(varying)
+    };
+    for group in errors.together(same) {
         let values = group.iter().flat_map(|&p| measured[p].0[..2].iter().copied()).collect();
         let own = Matrix::from_fn(2 * group.len(), 2 * group.len(), |i, j| {
             if i / 2 == j / 2 { measured[group[i / 2]].1[(i % 2, j % 2)] } else { 0.0 }
@@ -153,16 +158,9 @@ pub(crate) fn data_with_base_errors(
             .with_floor(floor)
             .with_independent_noise(0, &even)
             .with_independent_noise(1, &odd);
-        let of_law = |i: usize, j: usize| {
-            let (a, b) = (group[i / 2], group[j / 2]);
-            if same_law(a, b) { law((a, i % 2), (b, j % 2)) } else { 0.0 }
-        };
         let settings = groups.setting.into_iter().flatten().zip([shared(0), shared(1)]);
-        let laws =
-            groups.heat_release.map(|g| (g, Matrix::from_fn(2 * group.len(), 2 * group.len(), of_law)));
         let numbers: Vec<_> = group.iter().flat_map(|&p| [(p, 0), (p, 1)]).collect();
-        let varying = (groups.varying..).zip(scatter.iter().map(|s| s.structure(&numbers, same)));
-        blocks.push(with(block, settings.chain(laws).chain(varying)));
+        blocks.push(with(block, settings.chain(noises(&numbers))));
         order.extend(group.iter().flat_map(|&p| [p * size, p * size + 1]));
     }
     let rows: Vec<usize> = (2..size).collect();
@@ -173,11 +171,8 @@ pub(crate) fn data_with_base_errors(
             .with_floor(floor.plus(if noise.measured { 1.0 } else { 0.0 }, &own))
             .with_noise(2, relative_noise(&others(&observed.ping, microphones)));
         let near = groups.near_field.zip(doubtful[p].clone());
-        let of_law = |i: usize, j: usize| law((p, rows[i]), (p, rows[j]));
-        let laws = groups.heat_release.map(|g| (g, Matrix::from_fn(rows.len(), rows.len(), of_law)));
         let numbers: Vec<_> = rows.iter().map(|&row| (p, row)).collect();
-        let varying = (groups.varying..).zip(scatter.iter().map(|s| s.structure(&numbers, same)));
-        blocks.push(with(block, near.into_iter().chain(laws).chain(varying)));
+        blocks.push(with(block, near.into_iter().chain(noises(&numbers))));
         order.extend(rows.iter().map(|r| p * size + r));
     }
     Ok((Data::new(blocks, groups.list)?, order))
@@ -194,7 +189,7 @@ fn others(ping: &Ping, microphones: &[usize]) -> Vec<C64> {
 }
 
 /// Whether the rig was not touched between two hot points: the heater stood at the same position, at any power.
-fn same_setting(a: &Conditions, b: &Conditions) -> bool {
+pub(crate) fn same_setting(a: &Conditions, b: &Conditions) -> bool {
     let hot = |c: &Conditions| c.point.position.filter(|_| c.point.power > 0.0);
     matches!((hot(a), hot(b)), (Some(x), Some(y)) if (x - y).abs() < 1e-9)
 }

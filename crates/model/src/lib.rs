@@ -20,6 +20,7 @@
 mod assembly;
 mod base;
 mod channels;
+mod common;
 mod data;
 mod error;
 mod fill;

@@ -1,6 +1,7 @@
 //! From observations to the most probable parameters and the evidence.
 
 use crate::channels::{Channels, Heard};
+use crate::common::Common;
 use crate::data::{data_apart_from, data_with_base_errors, near_field};
 use crate::law_error::LawError;
 use crate::systematic::Reordered;
@@ -39,8 +40,8 @@ pub struct Training {
     pub channels: Option<ChannelErrors>,
     /// How the most probable parameters are searched.
     pub search: MapOptions,
-    /// Whether the errors of the base states enter, as a systematic covariance that points share ([`BaseErrors`]). Costs a
-    /// second fit: their effect is taken at the result of a first one that ignores them.
+    /// Whether the errors of the base states enter ([`BaseErrors`]): those that all settings share as parameters, the others as a
+    /// systematic covariance. Costs a second fit: their effect is taken at the result of a first one that ignores them.
     pub base_errors: bool,
     /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some hundred
     /// calls of the model.
@@ -50,10 +51,13 @@ pub struct Training {
 /// A trained model.
 #[derive(Clone, Debug)]
 pub struct Trained {
-    /// The free parameters: those of the model, then delays and gains of channels, if the training had any.
+    /// The free parameters: those of the model, then errors of the base states that all settings share and delays and gains of
+    /// channels, if the training had any.
     pub parameters: Vec<Parameter>,
     /// How many of them are the model's.
     pub own: usize,
+    /// What the errors of the base states among them are.
+    pub(crate) common: Option<Common>,
     /// Their most probable values.
     pub values: Vec<f64>,
     /// Their covariance.
@@ -86,23 +90,9 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
     let own = assembly.parameters().len();
     let predictor = Predictor::new(points, own);
     let channels = Channels::of(observed, training);
-    let shared = channels.iter().flat_map(|c| &c.parameters);
-    let mut parameters = Parameters::new(assembly.parameters().iter().chain(shared).cloned().collect())?;
-    if let Some(channels) = &channels {
-        parameters = channels.prior(parameters, training)?;
-    }
-    for known in &training.known {
-        let keep: Vec<usize> =
-            (0..known.names.len()).filter(|&k| parameters.index(&known.names[k]).is_some()).collect();
-        if !keep.is_empty() {
-            let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
-            let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();
-            parameters = parameters.with_joint(&names, &mean, &known.covariance.select(&keep))?;
-        }
-    }
-    let others = channels.as_ref().map_or(0, |c| c.parameters.len() / 2);
-    let heard = Heard { inner: &predictor, own, s: observed.iter().map(|o| o.ping.s).collect(), others };
-    let model: &dyn Forward = if channels.is_some() { &heard } else { &predictor };
+    let parameters = parameters(assembly, &[], channels.as_ref(), training)?;
+    let heard = |inner, own| Heard::new(inner, own, channels.as_ref(), observed);
+    let through = heard(&predictor as &dyn Forward, own);
     let apart: Vec<Observed>;
     let observed = match &channels {
         Some(channels) => {
@@ -114,7 +104,7 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         }
         None => observed,
     };
-    let fit = Fitting { assembly, training, model, parameters: &parameters };
+    let fit = Fitting { assembly, training, model: &through, parameters: &parameters, common: None };
     let (microphones, noise) = (&training.microphones, &training.noise);
     let doubtful: Vec<_> = observed.iter().map(|o| near_field(&assembly.rig, o, microphones)).collect();
     let data = data_apart_from(observed, microphones, noise, &doubtful, &[])?;
@@ -125,12 +115,12 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
     let rough = fit.search(&data, order.clone(), &training.search)?;
     let values = &rough.parameters[..own];
     let scatter = Scatter::of(assembly, observed, training, values)?;
-    let again = training.search.clone().from(&rough.parameters);
     if !training.base_errors {
         let data = data_apart_from(observed, microphones, noise, &doubtful, &scatter)?;
-        return fit.finish(&data, order, again, observed.len());
+        return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
     let errors = BaseErrors::new(assembly, observed, microphones, values)?;
+    let (common, errors) = Common::of(errors, observed, microphones)?;
     let law = match noise.heat_release {
         NoiseMode::Fixed { sd: 0.0 } => None,
         _ => LawError::of(assembly)?,
@@ -138,7 +128,42 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
     let slopes = law.map(|law| law.slopes(observed, microphones, values)).transpose()?;
     let (data, order) =
         data_with_base_errors(observed, microphones, noise, &errors, slopes.as_deref(), &doubtful, &scatter)?;
-    fit.finish(&data, order, again, observed.len())
+    let shared = common.parameters();
+    let parameters = self::parameters(assembly, &shared, channels.as_ref(), training)?;
+    let carried = common.carried_by(&predictor, own);
+    let through = heard(&carried as &dyn Forward, own + shared.len());
+    let start = [values, &vec![0.0; shared.len()], &rough.parameters[own..]].concat();
+    let common = Some(&common);
+    Fitting { assembly, training, model: &through, parameters: &parameters, common }.finish(
+        &data,
+        order,
+        training.search.clone().from(&start),
+        observed.len(),
+    )
+}
+
+/// The parameters of the model, those of the base states that all settings share, and those of the channels, with what earlier stages know.
+fn parameters(
+    assembly: &Assembly,
+    common: &[Parameter],
+    channels: Option<&Channels>,
+    training: &Training,
+) -> Result<Parameters, ModelError> {
+    let all = assembly.parameters().iter().chain(common).chain(channels.iter().flat_map(|c| &c.parameters));
+    let mut parameters = Parameters::new(all.cloned().collect())?;
+    if let Some(channels) = channels {
+        parameters = channels.prior(parameters, training)?;
+    }
+    for known in &training.known {
+        let keep: Vec<usize> =
+            (0..known.names.len()).filter(|&k| parameters.index(&known.names[k]).is_some()).collect();
+        if !keep.is_empty() {
+            let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
+            let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();
+            parameters = parameters.with_joint(&names, &mean, &known.covariance.select(&keep))?;
+        }
+    }
+    Ok(parameters)
 }
 
 /// What the fits of one training share.
@@ -147,6 +172,7 @@ struct Fitting<'a> {
     training: &'a Training,
     model: &'a dyn Forward,
     parameters: &'a Parameters,
+    common: Option<&'a Common>,
 }
 
 impl Fitting<'_> {
@@ -186,6 +212,7 @@ impl Fitting<'_> {
         Ok(Trained {
             parameters: self.parameters.list().to_vec(),
             own: self.assembly.parameters().len(),
+            common: self.common.cloned(),
             values: fit.parameters,
             covariance: laplace.physical_covariance.clone(),
             noise: fit.noise,

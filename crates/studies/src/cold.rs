@@ -6,8 +6,10 @@ use crate::prongs::{observed, provenance};
 use crate::setting;
 use crate::{Check, Cold, ColdSeries, PredictedPoint, StudyError};
 use rayon::prelude::*;
-use rijke_model::{Assembly, Knowledge, Misfit, Noise, Observed, PointPrediction, Training, train};
-use rijke_rig::{Observations, OperatingPoint, Rig};
+use rijke_model::{
+    Assembly, Knowledge, Misfit, ModelError, Noise, Observed, PointPrediction, Training, train,
+};
+use rijke_rig::{Observations, OperatingPoint};
 
 /// What all cold stages together hand to the hot ones.
 #[derive(Clone, Debug)]
@@ -98,17 +100,24 @@ fn series(row: &str, label: &str, all: &[Observed], predicted: &[PredictedPoint]
     (!series.measured.is_empty()).then_some(series)
 }
 
-/// The predictions of a model at the conditions of many points, with the sd of a new measurement there.
-pub(crate) fn predicted_points(
+fn predicted_points(
     assembly: &Assembly,
     knowledge: &Knowledge,
     misfit: Misfit,
     points: &[Observed],
 ) -> Result<Vec<PredictedPoint>, StudyError> {
-    let rig: &Rig = &assembly.rig;
+    let microphones = [assembly.rig.microphones.reference];
+    predictions(misfit, points, |o| knowledge.predict(assembly, &o.conditions, &microphones, Some(o.ping.s)))
+}
+
+/// What `predict` says at the conditions of many points, with the sd of a new measurement there.
+pub(crate) fn predictions(
+    misfit: Misfit,
+    points: &[Observed],
+    predict: impl Fn(&Observed) -> Result<PointPrediction, ModelError> + Sync,
+) -> Result<Vec<PredictedPoint>, StudyError> {
     let at = |o: &Observed| -> Result<PredictedPoint, StudyError> {
-        let microphones = [rig.microphones.reference];
-        let p: PointPrediction = knowledge.predict(assembly, &o.conditions, &microphones, Some(o.ping.s))?;
+        let p = predict(o)?;
         Ok(PredictedPoint {
             growth_rate: p.values[0],
             growth_rate_sd: p.sd(0, &misfit),

@@ -1,7 +1,7 @@
 //! Figs. 8 to 11: trained models against all hot points.
 
 use crate::catalogue::{catalogue, chosen};
-use crate::cold::predicted_points;
+use crate::cold::predictions;
 use crate::competition::parameter_values;
 use crate::{Check, Chosen, Hot, HotPredictions, ParameterValue, PredictedPoint, StudyError};
 use rijke_model::{Assembly, Misfit, Observed, Trained, train};
@@ -209,12 +209,9 @@ fn record(
         growth_rate_noise_sd: misfit.measured[0],
         angular_frequency_noise_sd: misfit.measured[1],
         measured: hot.measured.clone(),
-        predicted: predicted_points(
-            assembly,
-            &trained.knowledge().at_a_new_setting(&trained.noise),
-            misfit,
-            &hot.points,
-        )?,
+        predicted: predictions(misfit, &hot.points, |o| {
+            trained.predict(assembly, &o.conditions, &[hot.rig.microphones.reference], Some(o.ping.s))
+        })?,
         trained_on: trained_on.iter().map(|o| o.conditions.point.id.clone()).collect(),
         coverage: [f64::NAN; 2],
         coverage_elsewhere: None,

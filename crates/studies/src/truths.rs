@@ -47,7 +47,8 @@ pub fn truths(
     let drag = truth.heater.steady_drag_share * truth.flow.parameters.heater_drag;
     add("K_h, steady drag of the heater", &trained, "loss", 1.0, drag);
     let law = |ids: &[&str]| best.assembly.candidates().iter().any(|c| ids.contains(&c.id.as_str()));
-    let (approaching, at_wire) = (law(&["heat-release.6", "heat-release.cylinder"]), law(&["heat-release.wire"]));
+    let (approaching, at_wire) =
+        (law(&["heat-release.6", "heat-release.cylinder"]), law(&["heat-release.wire"]));
     let by_velocity = approaching || at_wire;
     if let Some(point) = hot.points.iter().find(|p| by_velocity && p.conditions.point.id == DELAY_AT) {
         // The wire feels the flow that is there, not the one that was inferred.

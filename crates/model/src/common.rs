@@ -1,0 +1,139 @@
+//! Errors of the base states that several settings of the rig share, as parameters beside the model's.
+
+use crate::data::{same_setting, selected};
+use crate::systematic::BaseErrors;
+use crate::{Knowledge, ModelError, Observed};
+use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
+use rijke_numerics::{DenseError, Matrix, Order, symmetric_eigen};
+
+/// The errors that all settings have in common: those of the flow's own parameters, say, which one calibration gave to all states.
+///
+/// They act on the pressures and the eigenvalues of all points at once. As a covariance they would join all numbers into one block; taken
+/// as noise of each point, they would seem to vanish in the mean over points. As parameters with a prior of 0 +- 1, in which the
+/// prediction is linear, they do neither, and what the sound says of the flow is not lost.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Common {
+    /// The causes that more than one setting names.
+    causes: Vec<String>,
+    /// For each cause its shares in the directions, orthonormal columns, the most important first.
+    shares: Matrix,
+    /// The change of each number of each point, point after point, per direction.
+    slopes: Matrix,
+}
+
+/// Directions that move all data together by less than the root of this, in measured standard deviations, are left out.
+const NEGLIGIBLE: f64 = 0.01;
+
+impl Common {
+    /// The directions of the `errors` that settings share, and what is left of the errors.
+    ///
+    /// With D the changes by each cause in units of the measured standard deviations of `observed`, a column each, and D'D = U L U', direction
+    /// k is D times column k of U.
+    ///
+    /// # Errors
+    /// [`ModelError::Flow`] if the eigenvalue iteration fails.
+    pub(crate) fn of(
+        errors: BaseErrors,
+        observed: &[Observed],
+        microphones: &[usize],
+    ) -> Result<(Self, BaseErrors), ModelError> {
+        let same = |a: usize, b: usize| same_setting(&observed[a].conditions, &observed[b].conditions);
+        let (causes, columns, rest) = errors.apart(same);
+        let covariances = observed.iter().map(|o| selected(&o.ping, microphones).1);
+        let weights: Vec<f64> =
+            covariances.flat_map(|c| (0..c.rows()).map(move |k| c[(k, k)].sqrt().recip())).collect();
+        let rows = weights.len();
+        let gram = Matrix::from_fn(causes.len(), causes.len(), |i, j| {
+            let pairs = columns[i].iter().zip(&columns[j]).zip(&weights);
+            pairs.map(|((a, b), w)| a * b * w * w).sum()
+        });
+        let failed = |source: DenseError| ModelError::Flow {
+            point: observed.first().map_or_else(String::new, |o| o.conditions.point.id.clone()),
+            source: source.into(),
+        };
+        let (values, vectors) = symmetric_eigen(&gram).map_err(failed)?;
+        let kept: Vec<usize> = (0..causes.len()).rev().filter(|&k| values[k] > NEGLIGIBLE).collect();
+        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| vectors[(j, kept[k])]);
+        let slopes = Matrix::from_fn(rows, kept.len(), |row, k| {
+            (0..causes.len()).map(|j| shares[(j, k)] * columns[j][row]).sum()
+        });
+        Ok((Self { causes, shares, slopes }, rest))
+    }
+
+    pub(crate) fn parameters(&self) -> Vec<Parameter> {
+        let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
+        let parameter = |k: usize| Parameter::new(name(k), format!("b_{}", k + 1), "1", prior);
+        (0..self.shares.columns()).map(parameter).collect()
+    }
+
+    /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction in what is `known`, and the change
+    /// along it; and what the other causes do.
+    pub(crate) fn along(
+        &self,
+        known: &Knowledge,
+        changes: &[(String, Vec<f64>)],
+    ) -> (Vec<(usize, Vec<f64>)>, Vec<Vec<f64>>) {
+        let size = changes.first().map_or(0, |(_, change)| change.len());
+        let place = |k: usize| known.names.iter().position(|n| *n == name(k));
+        let mut along: Vec<_> =
+            (0..self.shares.columns()).filter_map(|k| Some((k, place(k)?, vec![0.0; size]))).collect();
+        let mut left = Vec::new();
+        for (cause, change) in changes {
+            let Some(j) = self.causes.iter().position(|c| c == cause) else {
+                left.push(change.clone());
+                continue;
+            };
+            for (k, _, sum) in &mut along {
+                sum.iter_mut().zip(change).for_each(|(s, c)| *s += self.shares[(j, *k)] * c);
+            }
+        }
+        (along.into_iter().map(|(_, place, sum)| (place, sum)).collect(), left)
+    }
+
+    /// A model whose base states have these errors, which are parameters after its `own`.
+    pub(crate) fn carried_by<'a>(&'a self, inner: &'a dyn Forward, own: usize) -> Carried<'a> {
+        Carried { inner, own, slopes: &self.slopes }
+    }
+}
+
+/// No parameter of a formula has such a name.
+fn name(k: usize) -> String {
+    format!("error of the base flow {}", k + 1)
+}
+
+/// A model with errors of its base states, to first order.
+pub(crate) struct Carried<'a> {
+    inner: &'a dyn Forward,
+    own: usize,
+    slopes: &'a Matrix,
+}
+
+impl Forward for Carried<'_> {
+    fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+        let (own, errors) = parameters.split_at(self.own);
+        let Prediction { mut values, jacobian, curvature } = self.inner.predict(own, order)?;
+        for (row, value) in values.iter_mut().enumerate() {
+            *value += errors.iter().enumerate().map(|(k, e)| self.slopes[(row, k)] * e).sum::<f64>();
+        }
+        let p = parameters.len();
+        let jacobian = if order >= Order::First {
+            Matrix::from_fn(values.len(), p, |row, i| {
+                if i < self.own { jacobian[(row, i)] } else { self.slopes[(row, i - self.own)] }
+            })
+        } else {
+            jacobian
+        };
+        let (inner_triangle, triangle) = (self.own * (self.own + 1) / 2, p * (p + 1) / 2);
+        let mut bent = vec![0.0; if curvature.is_empty() { 0 } else { values.len() * triangle }];
+        if inner_triangle > 0 && !curvature.is_empty() {
+            for (to, from) in bent.chunks_mut(triangle).zip(curvature.chunks(inner_triangle)) {
+                to[..inner_triangle].copy_from_slice(from);
+            }
+        }
+        Ok(Prediction { values, jacobian, curvature: bent })
+    }
+
+    fn highest_order(&self) -> Order {
+        self.inner.highest_order()
+    }
+}
