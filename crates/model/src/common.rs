@@ -2,7 +2,7 @@
 
 use crate::data::{same_setting, selected};
 use crate::systematic::BaseErrors;
-use crate::{Knowledge, ModelError, Observed};
+use crate::{BaseState, Knowledge, ModelError, Observed, Trained};
 use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
 use rijke_numerics::{DenseError, Matrix, Order, symmetric_eigen};
 
@@ -90,9 +90,61 @@ impl Common {
         (along.into_iter().map(|(_, place, sum)| (place, sum)).collect(), left)
     }
 
+    /// `base` with these errors at `known` standard deviations each.
+    fn state(&self, base: &BaseState, parameters: &[Parameter], values: &[f64]) -> BaseState {
+        let at = |k: usize| parameters.iter().position(|p| p.name == name(k)).map_or(0.0, |place| values[place]);
+        let known: Vec<f64> = (0..self.shares.columns()).map(at).collect();
+        let z = |cause: &str| {
+            let j = self.causes.iter().position(|c| c == cause)?;
+            Some(known.iter().enumerate().map(|(k, b)| self.shares[(j, k)] * b).sum())
+        };
+        let z: Vec<f64> = base.errors.iter().map(|e| z(&e.cause).unwrap_or(0.0)).collect();
+        base.displaced(&z)
+    }
+
     /// A model whose base states have these errors, which are parameters after its `own`.
     pub(crate) fn carried_by<'a>(&'a self, inner: &'a dyn Forward, own: usize) -> Carried<'a> {
         Carried { inner, own, slopes: &self.slopes }
+    }
+}
+
+impl Trained {
+    /// A number that follows from the parameters (in the order of [`Trained::parameters`]) and from a base state of the same inference of the
+    /// flow as those that were trained on, and its standard deviation, to first order. The base state is taken as what the training
+    /// makes of `base`.
+    #[must_use]
+    pub fn estimate(&self, base: &BaseState, number: impl Fn(&[f64], &BaseState) -> f64) -> [f64; 2] {
+        let common = self.common.as_ref();
+        let at = |values: &[f64], z: &[f64]| {
+            let state = common.map_or_else(|| base.clone(), |c| c.state(base, &self.parameters, values));
+            number(values, &state.displaced(z))
+        };
+        // Half the difference over one standard deviation up and down.
+        let slopes: Vec<f64> = (0..self.values.len())
+            .map(|i| {
+                let sd = self.covariance[(i, i)].sqrt();
+                let moved = |sign: f64| {
+                    let mut values = self.values.clone();
+                    values[i] += sign * sd;
+                    at(&values, &[])
+                };
+                if sd > 0.0 { 0.5 * (moved(1.0) - moved(-1.0)) / sd } else { 0.0 }
+            })
+            .collect();
+        let known: f64 = self.covariance.times(&slopes).iter().zip(&slopes).map(|(c, s)| c * s).sum();
+        let left = |k: usize| {
+            if common.is_some_and(|c| c.causes.contains(&base.errors[k].cause)) {
+                return 0.0;
+            }
+            let mut z = vec![0.0; base.errors.len()];
+            let mut moved = |sign: f64| {
+                z[k] = sign;
+                at(&self.values, &z)
+            };
+            (0.5 * (moved(1.0) - moved(-1.0))).powi(2)
+        };
+        let left: f64 = (0..base.errors.len()).map(left).sum();
+        [at(&self.values, &[]), (known + left).sqrt()]
     }
 }
 

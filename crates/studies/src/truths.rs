@@ -4,7 +4,7 @@ use crate::empty_tube::true_empty_tube;
 use crate::prongs::observed;
 use crate::{Check, Chosen, Hot, StudyError, TruthRow, Truths};
 use rijke_lab::{Truth, base_state};
-use rijke_model::{Conditions, Knowledge, PointModel};
+use rijke_model::{BaseState, Conditions, Knowledge, PointModel};
 use rijke_numerics::C64;
 use rijke_rig::Observations;
 
@@ -47,19 +47,29 @@ pub fn truths(
     let drag = truth.heater.steady_drag_share * truth.flow.parameters.heater_drag;
     add("K_h, steady drag of the heater", &trained, "loss", 1.0, drag);
     let law = |ids: &[&str]| best.assembly.candidates().iter().any(|c| ids.contains(&c.id.as_str()));
-    let (approaching, at_wire) =
-        (law(&["heat-release.6", "heat-release.cylinder"]), law(&["heat-release.wire"]));
-    let by_velocity = approaching || at_wire;
+    let at_wire = law(&["heat-release.wire"]);
+    let by_velocity = at_wire || law(&["heat-release.6", "heat-release.cylinder"]);
     if let Some(point) = hot.points.iter().find(|p| by_velocity && p.conditions.point.id == DELAY_AT) {
         // The wire feels the flow that is there, not the one that was inferred.
         let Conditions { point: place, base, ambient } = &point.conditions;
         let there = base_state(&observations.rig, truth, place, *ambient)?;
         let lighthill = 0.2 * observations.rig.heater.wire_diameter * 1e3;
         let x = place.position.unwrap_or(0.0);
-        let true_speed = truth.heater.wire_speed_up * there.velocity(x);
-        let speed = if at_wire { base.velocity(x) } else { base.heater_velocity };
-        let quantity = format!("delay of the heat release at {DELAY_AT}, ms");
-        add(&quantity, &trained, "k2", lighthill / speed, truth.heater.lag_factor * lighthill / true_speed);
+        let speed = |state: &BaseState| if at_wire { state.velocity(x) } else { state.heater_velocity };
+        let k2 = best.trained.parameters.iter().position(|p| p.name == "k2").unwrap_or(0);
+        let mut row = |quantity: &str, [value, sd]: [f64; 2], truth: f64| {
+            rows.push(TruthRow { quantity: format!("{quantity} at {DELAY_AT}"), value, sd, truth });
+        };
+        row(
+            "velocity that approaches the heater, m/s,",
+            best.trained.estimate(base, |_, state| state.heater_velocity),
+            there.heater_velocity,
+        );
+        row(
+            "delay of the heat release, ms,",
+            best.trained.estimate(base, |values, state| values[k2] * lighthill / speed(state)),
+            truth.heater.lag_factor * lighthill / (truth.heater.wire_speed_up * there.velocity(x)),
+        );
     }
     Ok(Truths { checks: rows.iter().map(check).collect(), rows })
 }
