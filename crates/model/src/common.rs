@@ -90,6 +90,10 @@ impl Common {
         (along.into_iter().map(|(_, place, sum)| (place, sum)).collect(), left)
     }
 
+    pub(crate) fn has(&self, cause: &str) -> bool {
+        self.causes.iter().any(|c| c == cause)
+    }
+
     /// `base` with these errors at `known` standard deviations each.
     fn state(&self, base: &BaseState, parameters: &[Parameter], values: &[f64]) -> BaseState {
         let at = |k: usize| parameters.iter().position(|p| p.name == name(k)).map_or(0.0, |place| values[place]);
@@ -133,7 +137,7 @@ impl Trained {
             .collect();
         let known: f64 = self.covariance.times(&slopes).iter().zip(&slopes).map(|(c, s)| c * s).sum();
         let left = |k: usize| {
-            if common.is_some_and(|c| c.causes.contains(&base.errors[k].cause)) {
+            if common.is_some_and(|c| c.has(&base.errors[k].cause)) {
                 return 0.0;
             }
             let mut z = vec![0.0; base.errors.len()];

@@ -104,11 +104,10 @@ pub(crate) fn near_field(rig: &Rig, observed: &Observed, microphones: &[usize]) 
 }
 
 /// As [`data_of`], with the errors of the base states as a covariance that does not float, parameters that vary between settings, and
-/// what points of one setting share; with `laws` (from [`crate::law_error::LawError::slopes`]) the error of the law of each point; and
-/// for each number of the data its place in the prediction.
+/// what points of one setting share; and for each number of the data its place in the prediction.
 ///
 /// Growth rates and frequencies of all points that share a cause of error are one block, so that what moves them together
-/// is known to. The pressures of each point are a block of their own: what is left of the errors, the scatter of the ends and the law do to
+/// is known to. The pressures of each point are a block of their own: the errors and the scatter of the ends do to
 /// pressures and eigenvalue together is left out, because larger blocks would make the inference many times slower.
 ///
 /// # Errors
@@ -118,7 +117,6 @@ pub(crate) fn data_with_base_errors(
     microphones: &[usize],
     noise: &Noise,
     errors: &BaseErrors,
-    laws: Option<&[[Vec<f64>; 2]]>,
     doubtful: &[Option<Matrix>],
     scatter: &[Scatter],
 ) -> Result<(Data, Vec<usize>), ModelError> {
@@ -127,17 +125,8 @@ pub(crate) fn data_with_base_errors(
     let (mut blocks, mut order) = (Vec::new(), Vec::new());
     let same = |a: usize, b: usize| same_setting(&observed[a].conditions, &observed[b].conditions);
     let groups = Groups::new(microphones, noise).near_field(doubtful).shared(noise).varying(scatter);
-    // Covariance of two numbers, each a point and its row, per variance of the error of the law.
-    let law = |(a, i): (usize, usize), (b, j): (usize, usize)| match laws {
-        Some(laws) if a == b => (0..2).map(|part| laws[a][part][i] * laws[b][part][j]).sum(),
-        _ => 0.0,
-    };
-    let noises = |numbers: &[(usize, usize)]| {
-        let of_law = |i: usize, j: usize| law(numbers[i], numbers[j]);
-        let laws = groups.heat_release.map(|g| (g, Matrix::from_fn(numbers.len(), numbers.len(), of_law)));
-        let varying: Vec<_> =
-            (groups.varying..).zip(scatter.iter().map(|s| s.structure(numbers, same))).collect();
-        laws.into_iter().chain(varying)
+    let varying = |numbers: &[(usize, usize)]| -> Vec<(usize, Matrix)> {
+        (groups.varying..).zip(scatter.iter().map(|s| s.structure(numbers, same))).collect()
     };
     for group in errors.together(same) {
         let values = group.iter().flat_map(|&p| measured[p].0[..2].iter().copied()).collect();
@@ -160,7 +149,7 @@ pub(crate) fn data_with_base_errors(
             .with_independent_noise(1, &odd);
         let settings = groups.setting.into_iter().flatten().zip([shared(0), shared(1)]);
         let numbers: Vec<_> = group.iter().flat_map(|&p| [(p, 0), (p, 1)]).collect();
-        blocks.push(with(block, settings.chain(noises(&numbers))));
+        blocks.push(with(block, settings.chain(varying(&numbers))));
         order.extend(group.iter().flat_map(|&p| [p * size, p * size + 1]));
     }
     let rows: Vec<usize> = (2..size).collect();
@@ -172,7 +161,7 @@ pub(crate) fn data_with_base_errors(
             .with_noise(2, relative_noise(&others(&observed.ping, microphones)));
         let near = groups.near_field.zip(doubtful[p].clone());
         let numbers: Vec<_> = rows.iter().map(|&row| (p, row)).collect();
-        blocks.push(with(block, near.into_iter().chain(noises(&numbers))));
+        blocks.push(with(block, near.into_iter().chain(varying(&numbers))));
         order.extend(rows.iter().map(|r| p * size + r));
     }
     Ok((Data::new(blocks, groups.list)?, order))

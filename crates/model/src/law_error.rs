@@ -18,53 +18,58 @@ pub(crate) struct LawError {
     erring: Assembly,
     /// Places of the two among the parameters of `erring`.
     places: [usize; 2],
+    sd: f64,
 }
 
 impl LawError {
-    /// Nothing for a model without heat release.
+    /// With standard deviation `sd` of both parts. Nothing for a model without heat release.
     ///
     /// # Errors
     /// Those of an assembly.
-    pub(crate) fn of(assembly: &Assembly) -> Result<Option<Self>, ModelError> {
+    pub(crate) fn of(assembly: &Assembly, sd: f64) -> Result<Option<Self>, ModelError> {
         if !assembly.candidates().iter().any(|c| c.role == ROLE) {
             return Ok(None);
         }
         let erring = erring(assembly)?;
         let place = |name: &str| erring.parameters().iter().position(|p| p.name == name);
         let [Some(re), Some(im)] = NAMES.map(place) else { return Ok(None) };
-        Ok(Some(Self { erring, places: [re, im] }))
+        Ok(Some(Self { erring, places: [re, im], sd }))
     }
 
-    /// The derivatives of the prediction of every point with respect to the real and the imaginary part of e, in the order of
-    /// `rijke_rig::Ping::vector`.
+    /// The changes of the prediction of every point per standard deviation of the real and the imaginary part of e, which all points of one
+    /// power share, in the order of `rijke_rig::Ping::vector`.
     ///
     /// # Errors
     /// Those of the model.
-    pub(crate) fn slopes(
+    pub(crate) fn changes(
         &self,
         observed: &[Observed],
         microphones: &[usize],
         values: &[f64],
-    ) -> Result<Vec<[Vec<f64>; 2]>, ModelError> {
-        let at = |o: &Observed| self.slopes_at(&o.conditions, o.ping.s, microphones, values);
+    ) -> Result<Vec<Vec<(String, Vec<f64>)>>, ModelError> {
+        let at = |o: &Observed| self.changes_at(&o.conditions, o.ping.s, microphones, values);
         observed.par_iter().map(at).collect()
     }
 
-    /// As [`LawError::slopes`], at one point, whose root is near `near`.
-    pub(crate) fn slopes_at(
+    /// As [`LawError::changes`], at one point, whose root is near `near`.
+    pub(crate) fn changes_at(
         &self,
         conditions: &Conditions,
         near: C64,
         microphones: &[usize],
         values: &[f64],
-    ) -> Result<[Vec<f64>; 2], ModelError> {
+    ) -> Result<Vec<(String, Vec<f64>)>, ModelError> {
         let mut given = values.iter().copied();
         let values: Vec<f64> = (0..self.erring.parameters().len())
             .map(|k| if self.places.contains(&k) { 0.0 } else { given.next().unwrap_or(f64::NAN) })
             .collect();
         let point = PointModel::new(&self.erring, conditions, microphones)?.starting_from(near);
         let response = point.respond(&values, Order::First, &mut Workspace::default())?;
-        Ok(self.places.map(|k| point.slope(&response, k)))
+        let change = |(k, name): (usize, &str)| {
+            let change = point.slope(&response, k).into_iter().map(|slope| slope * self.sd).collect();
+            (format!("{name} at {} W", conditions.point.power), change)
+        };
+        Ok(self.places.into_iter().zip(NAMES).map(change).collect())
     }
 }
 

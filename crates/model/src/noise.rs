@@ -22,8 +22,8 @@ pub struct Noise {
     pub setting: [NoiseMode; 2],
     /// Standard deviation of the relative error of the law of the heat release, in its real and its imaginary part, which all
     /// points of one power share: a law that is a little wrong is so in the same way wherever the heater stands. Enters with
-    /// the errors of the base states only.
-    pub heat_release: NoiseMode,
+    /// the errors of the base states only; zero for a law that is taken to be right.
+    pub heat_release: f64,
     /// Whether the measured covariance is added to these. Not where they float: noise that is below the measured one
     /// would then have no best value.
     pub measured: bool,
@@ -36,7 +36,7 @@ impl Noise {
         angular_frequency: NoiseMode::Floated,
         pressure: NoiseMode::Floated,
         setting: [NONE; 2],
-        heat_release: NONE,
+        heat_release: 0.0,
         measured: false,
     };
 
@@ -46,9 +46,18 @@ impl Noise {
         angular_frequency: NONE,
         pressure: NONE,
         setting: [NONE; 2],
-        heat_release: NONE,
+        heat_release: 0.0,
         measured: true,
     };
+}
+
+impl Noise {
+    /// The error of the law, as one of the noises that a training found.
+    pub(crate) fn of_the_law(&self) -> Option<NoiseEstimate> {
+        let estimate =
+            NoiseEstimate { name: LAW.into(), unit: "1".into(), sd: self.heat_release, floats: false };
+        (self.heat_release > 0.0).then_some(estimate)
+    }
 }
 
 /// What a new measurement in a new setting differs by from a model whose parameters and base state are known exactly.
@@ -80,7 +89,6 @@ pub(crate) struct Groups {
     pub(crate) list: Vec<NoiseGroup>,
     pub(crate) near_field: Option<usize>,
     pub(crate) setting: Option<[usize; 2]>,
-    pub(crate) heat_release: Option<usize>,
     /// The first of the parameters that vary between settings.
     pub(crate) varying: usize,
 }
@@ -95,7 +103,6 @@ impl Groups {
             list: (0..measured).map(group).collect(),
             near_field: None,
             setting: None,
-            heat_release: None,
             varying: 0,
         }
     }
@@ -116,7 +123,7 @@ impl Groups {
         self
     }
 
-    /// And those that points share: of one setting, or of one power.
+    /// And those that the points of one setting share.
     pub(crate) fn shared(mut self, noise: &Noise) -> Self {
         if noise.setting != [NONE; 2] {
             let first = self.list.len();
@@ -126,10 +133,6 @@ impl Groups {
                 mode: noise.setting[k],
             }));
             self.setting = Some([first, first + 1]);
-        }
-        if noise.heat_release != NONE {
-            self.heat_release = Some(self.list.len());
-            self.list.push(NoiseGroup { name: LAW.into(), unit: "1".into(), mode: noise.heat_release });
         }
         self
     }
@@ -145,4 +148,4 @@ const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
 
 pub(crate) const BETWEEN: &str = ", between settings";
 
-const LAW: &str = "law of the heat release, from power to power";
+pub(crate) const LAW: &str = "law of the heat release, from power to power";

@@ -16,8 +16,8 @@ pub struct PointPrediction {
     pub parameters: Matrix,
     /// Covariance that the other errors of the base state cause.
     pub base: Matrix,
-    /// Covariance that an error of the law of the heat release causes, per unit variance of its relative error
-    /// ([`Misfit::heat_release`]).
+    /// Covariance that an error of the law of the heat release causes of which the training knows nothing, per unit variance of its
+    /// relative error ([`Misfit::heat_release`]).
     pub heat_release: Matrix,
 }
 
@@ -83,13 +83,16 @@ impl Trained {
         near: Option<C64>,
     ) -> Result<PointPrediction, ModelError> {
         let known = self.knowledge().at_a_new_setting(&self.noise);
-        predict(&known, self.common.as_ref(), assembly, conditions, microphones, near)
+        let law = Misfit::of(&self.noise).heat_release;
+        let common = self.common.as_ref().map(|common| (common, law));
+        predict(&known, common, assembly, conditions, microphones, near)
     }
 }
 
+/// `common`: the errors that a training knows of, and the standard deviation of the error of the law among them.
 fn predict(
     known: &Knowledge,
-    common: Option<&Common>,
+    common: Option<(&Common, f64)>,
     assembly: &Assembly,
     conditions: &Conditions,
     microphones: &[usize],
@@ -107,9 +110,18 @@ fn predict(
     let mut values_here = parts(complex.iter().map(|z| z.value()));
     let size = values_here.len();
     let s = response.s.value();
-    let changes = changes(assembly, conditions, s, microphones, &values)?;
+    let mut changes = changes(assembly, conditions, s, microphones, &values)?;
+    let mut heat_release = Matrix::zeros(size, size);
+    if let Some(law) = LawError::of(assembly, 1.0)? {
+        for (cause, slope) in law.changes_at(conditions, s, microphones, &values)? {
+            match common.filter(|(common, _)| common.has(&cause)) {
+                Some((_, sd)) => changes.push((cause, slope.iter().map(|d| d * sd).collect())),
+                None => heat_release.add_outer(&slope),
+            }
+        }
+    }
     let (along, left) = match common {
-        Some(common) => common.along(known, &changes),
+        Some((common, _)) => common.along(known, &changes),
         None => (Vec::new(), changes.into_iter().map(|(_, change)| change).collect()),
     };
     let mut base = Matrix::zeros(size, size);
@@ -125,12 +137,6 @@ fn predict(
             if row.is_multiple_of(2) { z.re } else { z.im }
         }
     });
-    let mut heat_release = Matrix::zeros(size, size);
-    if let Some(law) = LawError::of(assembly)? {
-        for slope in law.slopes_at(conditions, s, microphones, &values)? {
-            heat_release.add_outer(&slope);
-        }
-    }
     let parameters = jacobian.product(&known.covariance.select(&all)).product(&jacobian.transpose());
     Ok(PointPrediction { values: values_here, parameters, base, heat_release })
 }

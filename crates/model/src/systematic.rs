@@ -36,6 +36,12 @@ impl BaseErrors {
         Ok(Self { points: observed.par_iter().map(at).collect::<Result<_, _>>()? })
     }
 
+    /// With more causes of error, for each point.
+    pub(crate) fn and(mut self, more: Vec<Vec<(String, Vec<f64>)>>) -> Self {
+        self.points.iter_mut().zip(more).for_each(|(list, more)| list.extend(more));
+        self
+    }
+
     /// The causes that points of different settings share (`same` tells whether two are of one), what each does to all numbers, point
     /// after point; and the errors without them.
     pub(crate) fn apart(self, same: impl Fn(usize, usize) -> bool) -> (Vec<String>, Vec<Vec<f64>>, Self) {

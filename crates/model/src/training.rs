@@ -8,7 +8,7 @@ use crate::systematic::Reordered;
 use crate::varying::{Scatter, any_varies};
 use crate::{Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor, Varying};
 use rijke_inference::{
-    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, NoiseMode,
+    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate,
     Parameter, Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
@@ -120,14 +120,13 @@ pub fn train(assembly: &Assembly, observed: &[Observed], training: &Training) ->
         return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
     let errors = BaseErrors::new(assembly, observed, microphones, values)?;
-    let (common, errors) = Common::of(errors, observed, microphones)?;
-    let law = match noise.heat_release {
-        NoiseMode::Fixed { sd: 0.0 } => None,
-        _ => LawError::of(assembly)?,
+    let law = if noise.heat_release > 0.0 { LawError::of(assembly, noise.heat_release)? } else { None };
+    let errors = match &law {
+        Some(law) => errors.and(law.changes(observed, microphones, values)?),
+        None => errors,
     };
-    let slopes = law.map(|law| law.slopes(observed, microphones, values)).transpose()?;
-    let (data, order) =
-        data_with_base_errors(observed, microphones, noise, &errors, slopes.as_deref(), &doubtful, &scatter)?;
+    let (common, errors) = Common::of(errors, observed, microphones)?;
+    let (data, order) = data_with_base_errors(observed, microphones, noise, &errors, &doubtful, &scatter)?;
     let shared = common.parameters();
     let parameters = self::parameters(assembly, &shared, channels.as_ref(), training)?;
     let carried = common.carried_by(&predictor, own);
@@ -215,7 +214,7 @@ impl Fitting<'_> {
             common: self.common.cloned(),
             values: fit.parameters,
             covariance: laplace.physical_covariance.clone(),
-            noise: fit.noise,
+            noise: fit.noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
             evidence: laplace.evidence,
             laplace,
             stop: fit.stop,
