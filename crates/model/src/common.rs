@@ -96,7 +96,8 @@ impl Common {
 
     /// `base` with these errors at `known` standard deviations each.
     fn state(&self, base: &BaseState, parameters: &[Parameter], values: &[f64]) -> BaseState {
-        let at = |k: usize| parameters.iter().position(|p| p.name == name(k)).map_or(0.0, |place| values[place]);
+        let at =
+            |k: usize| parameters.iter().position(|p| p.name == name(k)).map_or(0.0, |place| values[place]);
         let known: Vec<f64> = (0..self.shares.columns()).map(at).collect();
         let z = |cause: &str| {
             let j = self.causes.iter().position(|c| c == cause)?;

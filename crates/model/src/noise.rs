@@ -99,12 +99,7 @@ impl Groups {
         let modes = [noise.growth_rate, noise.angular_frequency, noise.pressure];
         let measured = if microphones.len() > 1 { 3 } else { 2 };
         let group = |k: usize| NoiseGroup { name: MEASURED[k].into(), unit: UNITS[k].into(), mode: modes[k] };
-        Self {
-            list: (0..measured).map(group).collect(),
-            near_field: None,
-            setting: None,
-            varying: 0,
-        }
+        Self { list: (0..measured).map(group).collect(), near_field: None, setting: None, varying: 0 }
     }
 
     /// And that of microphones near the heater, where there are any.

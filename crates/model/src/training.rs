@@ -8,8 +8,8 @@ use crate::systematic::Reordered;
 use crate::varying::{Scatter, any_varies};
 use crate::{Assembly, BaseErrors, ModelError, Noise, Observed, PointModel, Predictor, Varying};
 use rijke_inference::{
-    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate,
-    Parameter, Parameters, Posterior, Stop, Verdict,
+    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter,
+    Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
 use rijke_rig::ChannelErrors;

@@ -6,9 +6,7 @@ use crate::prongs::{observed, provenance};
 use crate::setting;
 use crate::{Check, Cold, ColdSeries, PredictedPoint, StudyError};
 use rayon::prelude::*;
-use rijke_model::{
-    Assembly, Knowledge, Misfit, ModelError, Noise, Observed, PointPrediction, Training, train,
-};
+use rijke_model::{Assembly, Knowledge, Misfit, ModelError, Observed, PointPrediction, Training, train};
 use rijke_rig::{Observations, OperatingPoint};
 
 /// What all cold stages together hand to the hot ones.
@@ -20,8 +18,8 @@ pub struct ColdStage {
     pub noise: [f64; 3],
     /// The first two at a new setting of the rig, with the scatter of its ends.
     pub new_setting: [f64; 2],
-    /// Scatter of Im k_LS between settings of the rig that row H0 chose.
-    pub ends_sd: f64,
+    /// Scatter of Re and Im k_LS between settings of the rig that row H0 chose.
+    pub ends_sd: [f64; 2],
 }
 
 /// Trains the thermocouples on the cold points that have them (row H0), on top of the stage `before` (from
@@ -40,7 +38,7 @@ pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdSt
     let assembly = Assembly::new(rig.clone(), candidates.clone())?;
     let training = Training {
         microphones: (0..rig.microphones.positions.len()).collect(),
-        noise: Noise::FLOATED,
+        noise: setting::NOISE,
         known: vec![before.knowledge.clone()],
         search: gauss_newton(),
         base_errors: false,

@@ -7,7 +7,7 @@ use crate::competition::{
 use crate::prongs::{observed, provenance};
 use crate::setting;
 use crate::{Check, ProngModel, Prongs, StudyError};
-use rijke_model::{Noise, Observed};
+use rijke_model::Observed;
 use rijke_rig::{Observations, Rig};
 
 /// ln BFL, ln OF and ln ML per datapoint as printed in Table 3.
@@ -45,7 +45,7 @@ pub fn cold_heater(
         competing,
         published: &PUBLISHED,
         depth: terms.depth,
-        noise: Noise::FLOATED,
+        noise: setting::NOISE,
         base_errors: false,
         varying: setting::ends_inferred(),
         channels: observations.channels.as_ref(),

@@ -65,7 +65,7 @@ pub fn prongs_stage(
         competing: competitors(observations, empty, &terms)?,
         published: &PUBLISHED,
         depth: terms.depth,
-        noise: Noise::FLOATED,
+        noise: setting::NOISE,
         base_errors: false,
         varying: setting::ends_inferred(),
         channels: observations.channels.as_ref(),
