@@ -120,33 +120,44 @@ impl Posterior<'_> {
 
     /// The maximum next to where a rough search has come.
     pub(crate) fn finish(&self, near: Approach, search: &TrustRegion) -> Result<Fit, InferenceError> {
-        let Approach { z, small, mut calls, .. } = near;
+        let Approach { z, mut small, mut calls, .. } = near;
         let left = |calls: Calls| TrustRegion {
             max_evaluations: search.max_evaluations.saturating_sub(calls.total()).max(1),
             ..*search
         };
-        if !small.is_empty()
-            && let Some(fit) = self.without(&small, &z, &left(calls), &mut calls)?
-        {
-            return Ok(fit);
+        while !small.is_empty() {
+            if let Some(fit) = self.without(&mut small, &z, &left(calls), &mut calls)? {
+                return Ok(fit);
+            }
         }
         let mut fit = self.map_from(&z, &left(calls))?;
-        fit.calls = fit.calls.plus(calls);
+        calls = calls.plus(fit.calls);
+        if !fit.stop.converged() {
+            // Other noises may explain the residuals of one as well, which then runs to nothing.
+            let mut vanished = self.vanished(&fit.working);
+            while !vanished.is_empty() {
+                if let Some(fit) = self.without(&mut vanished, &fit.working, &left(calls), &mut calls)? {
+                    return Ok(fit);
+                }
+            }
+        }
+        fit.calls = calls;
         Ok(fit)
     }
 
-    /// The fit without the noises that the floor may explain, if J does not fall when any of them grows from nothing.
+    /// The fit without the noises that the floor may explain, if J does not fall when any of them grows from nothing; else none, and those
+    /// that are needed are no longer among the `small`.
     ///
     /// J levels off towards ln sd = -infinity; a search that runs there would never end in finite steps.
     fn without(
         &self,
-        small: &[Settled],
+        small: &mut Vec<Settled>,
         near: &[f64],
         search: &TrustRegion,
         calls: &mut Calls,
     ) -> Result<Option<Fit>, InferenceError> {
         let mut whole = near.to_vec();
-        for noise in small {
+        for noise in small.iter() {
             whole[noise.coordinate] = noise.ln_sd;
         }
         let free: Vec<usize> =
@@ -159,6 +170,7 @@ impl Posterior<'_> {
         // A floor of low rank cannot stand alone: the noise is needed, however small.
         let minimum = match minimise(&held, &from, &search_without) {
             Err(InferenceError::NoStart { .. } | InferenceError::SingularCovariance { .. }) => {
+                small.clear();
                 return Ok(None);
             }
             other => other?,
@@ -167,7 +179,12 @@ impl Posterior<'_> {
         *calls = calls.plus(minimum.calls);
         calls.count(Order::First);
         let slopes = self.evaluate(&z, Order::First)?.gradient;
-        if !minimum.stop.converged() || small.iter().any(|s| slopes[s.coordinate] < 0.0) {
+        let before = small.len();
+        small.retain(|s| slopes[s.coordinate] >= 0.0);
+        if !minimum.stop.converged() || small.len() < before {
+            if small.len() == before {
+                small.clear();
+            }
             return Ok(None);
         }
         let n = self.size();

@@ -13,6 +13,16 @@ pub(crate) struct Settled {
     pub(crate) ln_sd: f64,
 }
 
+/// Share of the floor's variance below which a noise is none.
+const NEGLIGIBLE: f64 = 1e-3;
+
+impl Settled {
+    /// So far below the lowest variance of the floor that C is the floor to rounding, yet d/dt can still be formed.
+    fn at(coordinate: usize, lowest: f64) -> Self {
+        Self { coordinate, ln_sd: 0.5 * (1e-16 * lowest).ln() }
+    }
+}
+
 impl Posterior<'_> {
     /// Starting point: the given or central parameters, and for floating noise the standard deviation of the residuals there.
     pub(crate) fn start(&self, physical: Option<&[f64]>) -> Result<Vec<f64>, InferenceError> {
@@ -67,14 +77,29 @@ impl Posterior<'_> {
                 z[self.parameters().len() + k] = 0.5 * excess.ln();
             }
             if lowest > 0.0 && sum < 2.0 * floor {
-                // So far below the floor that C is the floor to rounding, yet d/dt can still be formed.
-                found.push(Settled {
-                    coordinate: self.parameters().len() + k,
-                    ln_sd: 0.5 * (1e-16 * lowest).ln(),
-                });
+                found.push(Settled::at(self.parameters().len() + k, lowest));
             }
         }
         found
+    }
+
+    /// The floated noises that have become negligible beside the floor everywhere.
+    pub(crate) fn vanished(&self, z: &[f64]) -> Vec<Settled> {
+        let p = self.parameters().len();
+        let settled = |(k, &g): (usize, &usize)| {
+            let floated = matches!(self.data().groups()[g].mode, NoiseMode::Floated);
+            let lowest = self.data().observations().iter().flat_map(|o| {
+                let own = o.noise.iter().filter(move |(h, _)| *h == g);
+                own.flat_map(move |(_, s)| {
+                    let known = move |i: usize| o.floor.as_ref().map_or(0.0, |f| f[(i, i)]) / s[(i, i)];
+                    (0..o.values.len()).filter(move |&i| s[(i, i)] > 0.0).map(known)
+                })
+            });
+            let lowest = lowest.fold(f64::INFINITY, f64::min);
+            let negligible = floated && (2.0 * z[p + k]).exp() < NEGLIGIBLE * lowest;
+            negligible.then(|| Settled::at(p + k, lowest))
+        };
+        self.floating().iter().enumerate().filter_map(settled).collect()
     }
 
     /// Brings the floating noise from the root mean square of the residuals to the maximum of the posterior with this
