@@ -8,7 +8,7 @@ use rijke_flow::ErrorComponent;
 use rijke_numerics::{Matrix, symmetric_eigen};
 
 /// Share of the variance of the state, in units of its own errors, that may be left out.
-const NEGLIGIBLE: f64 = 1e-6;
+const NEGLIGIBLE: f64 = 1e-4;
 
 /// The errors of a base state.
 pub(crate) struct Principal {
