@@ -68,7 +68,7 @@ impl Assembly {
                 }
             }
         }
-        let scheme = Scheme::Line { elements: 40 };
+        let scheme = Scheme::Line { elements: 10 };
         let sources = candidates.iter().map(|c| vec![Source::Fixed(f64::NAN); c.parameters.len()]).collect();
         let (free, seeds, seeds_of_tube) = (Vec::new(), Vec::new(), Vec::new());
         let mut assembly = Self { rig, scheme, candidates, sources, free, seeds, seeds_of_tube };

@@ -1,7 +1,7 @@
 //! The model at one operating point.
 
 use crate::fill::Filled;
-use crate::{Assembly, Conditions, ModelError, Scheme};
+use crate::{Assembly, BaseState, Conditions, ModelError, Scheme};
 use rijke_candidates::{Coefficient, Law, Place, Surroundings};
 use rijke_flow::Stretch;
 use rijke_network::{
@@ -77,18 +77,32 @@ impl<'a> PointModel<'a> {
         let thermocouples: &[f64] = if point.thermocouples { &rig.thermocouples } else { &[] };
         let plates = plates(rig, point);
         let uniform = base.temperature.iter().all(|t| *t == base.temperature[0]);
-        let elements = match assembly.scheme {
-            Scheme::Lumped { elements } => elements,
-            Scheme::Line { .. } if uniform => 1,
-            Scheme::Line { elements } => elements,
-        };
         #[allow(clippy::cast_precision_loss, reason = "element numbers are small")]
-        let grid: Vec<f64> = (1..elements).map(|k| length * k as f64 / elements as f64).collect();
+        let equal = |n: usize| -> Vec<f64> { (1..n).map(|k| length * k as f64 / n as f64).collect() };
+        let grid = match assembly.scheme {
+            Scheme::Lumped { elements } => equal(elements),
+            Scheme::Line { .. } if uniform => Vec::new(),
+            Scheme::Line { elements } => equal(elements),
+        };
+        // The gas becomes hot between the heater's faces, where the slope of its temperature jumps; and a reflection coefficient refers to the
+        // wave impedance of the gas in the mouth.
+        let (half, heated) = (0.5 * rig.heater.length(), !uniform);
+        let beside = |x: f64| BESIDE.map(|d| [x - half - d, x + half + d]).concat();
+        let mouths = heated.then_some([MOUTH, length - MOUTH]).into_iter().flatten();
+        let faces: Vec<f64> =
+            point.position.filter(|_| heated).map(beside).into_iter().flatten().chain(mouths).collect();
         let edges = edges(
             length,
-            positions.iter().chain(thermocouples).chain(&grid).chain(&plates).copied().chain(point.position),
+            positions
+                .iter()
+                .chain(thermocouples)
+                .chain(&grid)
+                .chain(&plates)
+                .chain(&faces)
+                .copied()
+                .chain(point.position),
         );
-        let stretches = base.stretches(&edges);
+        let stretches = if uniform { base.stretches(&edges) } else { halves(base, &edges) };
         let segment = |s: &Stretch| Segment::new(s.to - s.from, rig.tube.area(), s.sound_speed, s.density);
         let network = Network::new(stretches.iter().map(segment).collect()).map_err(fail)?;
 
@@ -260,9 +274,11 @@ impl<'a> PointModel<'a> {
             };
             match slot {
                 Some(slot) => self.network.attach(slot, law, weight)?,
-                // Couplings that a line does not have, k_mp and k_eu per metre, act at the upstream end of each segment.
+                // Couplings that a line does not have, k_mp and k_eu per metre, act at both ends of each segment, half at each.
                 None if !lumped => {
-                    self.network.attach(at_place(coefficient, i), law, weight * (s.to - s.from))?
+                    for j in [i, i + 1] {
+                        self.network.attach(at_place(coefficient, j), law, 0.5 * weight * (s.to - s.from))?;
+                    }
                 }
                 None => {
                     if grid.iter().any(|x| (x - s.from).abs() < 1e-9) {
@@ -382,6 +398,38 @@ fn plates(rig: &Rig, point: &OperatingPoint) -> Vec<f64> {
     let half = 0.5 * (rig.heater.plate_thickness + rig.heater.plate_gap);
     let at = point.position.filter(|_| point.heater);
     at.map_or_else(Vec::new, |x| vec![x - half, x + half])
+}
+
+/// Distances from the heater's faces at which elements end, m: there the gas cools fastest.
+const BESIDE: [f64; 3] = [0.0, 0.02, 0.06];
+
+/// Length of the elements at the mouths, m.
+const MOUTH: f64 = 1e-3;
+
+/// Two halves of every element between neighbouring `edges`, of the element's gas, whose densities have the first moment of the gas
+/// along the element as well as its mean.
+///
+/// With one density an element is of second order in its length: what is left out is the commutator of its ends, that is the first moment of
+/// the density, as the compressibility hardly varies at uniform pressure. The density of two halves that differ by D has a moment of
+/// D h^2/8, a linear profile whose halves differ by D one of D h^2/6: hence 4/3 of the difference, and fourth order.
+fn halves(base: &BaseState, edges: &[f64]) -> Vec<Stretch> {
+    let half = |w: &[f64]| {
+        let middle = 0.5 * (w[0] + w[1]);
+        let whole = base.stretch(w[0], w[1]);
+        let [lower, upper] = [base.stretch(w[0], middle), base.stretch(middle, w[1])];
+        let apart = 2.0 / 3.0 * (upper.density - lower.density);
+        [(lower, -apart), (upper, apart)].map(|(part, apart)| {
+            let density = whole.density + apart;
+            let compliance = 1.0 / (part.density * part.sound_speed.powi(2));
+            Stretch {
+                density,
+                sound_speed: (density * compliance).sqrt().recip(),
+                gas: whole.gas.clone(),
+                ..part
+            }
+        })
+    };
+    edges.windows(2).flat_map(half).collect()
 }
 
 /// Ends of the tube and every cut between, ascending, without doubles.
