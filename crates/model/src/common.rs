@@ -67,13 +67,13 @@ impl Common {
     }
 
     /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction in what is `known`, and the change
-    /// along it; and what the other causes do.
+    /// along it; and what the other causes do. The prediction has `size` numbers.
     pub(crate) fn along(
         &self,
         known: &Knowledge,
         changes: &[(String, Vec<f64>)],
+        size: usize,
     ) -> (Vec<(usize, Vec<f64>)>, Vec<Vec<f64>>) {
-        let size = changes.first().map_or(0, |(_, change)| change.len());
         let place = |k: usize| known.names.iter().position(|n| *n == name(k));
         let mut along: Vec<_> =
             (0..self.shares.columns()).filter_map(|k| Some((k, place(k)?, vec![0.0; size]))).collect();

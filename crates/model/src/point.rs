@@ -206,7 +206,11 @@ impl<'a> PointModel<'a> {
         let inserted = point.position.unwrap_or(0.0);
         let plates = plates(rig, point);
         // One set of surroundings per distinct gas: in a cold tube every segment shares it.
-        let local: Vec<usize> = stretches.iter().map(|s| self.note(around(s.gas))).collect();
+        let mut local: Vec<usize> = Vec::with_capacity(stretches.len());
+        for (i, s) in stretches.iter().enumerate() {
+            let same = i > 0 && stretches[i - 1].gas == s.gas;
+            local.push(if same { local[i - 1] } else { self.note(around(s.gas)) });
+        }
         let candidates = self.assembly.candidates();
         for (candidate, effect, place, coefficient) in candidates.iter().enumerate().flat_map(|(k, c)| {
             c.effects.iter().enumerate().map(move |(e, effect)| (k, e, effect.place, effect.coefficient))
@@ -265,8 +269,14 @@ impl<'a> PointModel<'a> {
         let lumped = matches!(self.assembly.scheme, Scheme::Lumped { .. });
         let element = self.assembly.rig.tube.length / (grid.len() as f64 + 1.0);
         let mut shared = Shared::default();
+        let mut before = None;
         for (i, s) in stretches.iter().enumerate().filter(|(_, s)| 0.5 * (s.from + s.to) < end) {
-            let (law, weight) = self.shared(candidate, effect, local[i], &mut shared);
+            // The halves of an element are of one gas.
+            let (law, weight) = match before.filter(|(gas, _)| *gas == local[i]) {
+                Some((_, found)) => found,
+                None => self.shared(candidate, effect, local[i], &mut shared),
+            };
+            before = Some((local[i], (law, weight)));
             let slot = match coefficient {
                 Coefficient::Mu if !lumped => Some(Slot::Viscous(i)),
                 Coefficient::Ep if !lumped => Some(Slot::Thermal(i)),

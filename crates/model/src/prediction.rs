@@ -121,7 +121,7 @@ fn predict(
         }
     }
     let (along, left) = match common {
-        Some((common, _)) => common.along(known, &changes),
+        Some((common, _)) => common.along(known, &changes, size),
         None => (Vec::new(), changes.into_iter().map(|(_, change)| change).collect()),
     };
     let mut base = Matrix::zeros(size, size);

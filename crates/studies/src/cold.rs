@@ -14,7 +14,7 @@ use rijke_rig::{Observations, OperatingPoint};
 pub struct ColdStage {
     /// Wall, ends, prongs, heater, thermocouples.
     pub stage: Stage,
-    /// Misfit of growth rate (1/s), angular frequency (rad/s) and relative pressures that row H0 chose.
+    /// Misfit of growth rate (1/s), angular frequency (rad/s) and relative pressures that row H0 chose, what was measured included.
     pub noise: [f64; 3],
     /// The first two at a new setting of the rig, with the scatter of its ends.
     pub new_setting: [f64; 2],
@@ -61,7 +61,7 @@ pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdSt
     };
     let stage = ColdStage {
         stage: Stage { candidates, knowledge },
-        noise: misfit.measured,
+        noise: [0, 1, 2].map(|k| misfit.measured[k].hypot(measured_sd(&trained_on, k))),
         new_setting: [beyond(|p| p.growth_rate_sd), beyond(|p| p.angular_frequency_sd)],
         ends_sd: setting::ends_sd(&trained.noise),
     };
@@ -82,6 +82,12 @@ pub fn cold(observations: &Observations, before: &Stage) -> Result<(Cold, ColdSt
         series,
     };
     Ok((study, stage))
+}
+
+/// Root mean square of the measured standard deviations of number `k` of the pings.
+fn measured_sd(points: &[Observed], k: usize) -> f64 {
+    let sum: f64 = points.iter().map(|o| o.ping.covariance[(k, k)]).sum();
+    (sum / points.len().max(1) as f64).sqrt()
 }
 
 fn series(row: &str, label: &str, all: &[Observed], predicted: &[PredictedPoint]) -> Option<ColdSeries> {

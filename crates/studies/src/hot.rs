@@ -62,10 +62,12 @@ impl Hot {
         Noise { setting, ..Noise::FLOATED }
     }
 
-    /// And the error of the law of the heat release, the same wherever the heater stands: for what a model predicts. Not for the
-    /// table, where it would take from every law the blame for its dependence on the power.
+    /// And the error of the law of the heat release, the same wherever the heater stands, and a noise of the growth rate about that of the
+    /// cold points, which eight points alone would make too small: for what a model predicts. Not for the table, where the first would take
+    /// from every law the blame for its dependence on the power.
     pub(crate) fn honest_noise(&self) -> Noise {
-        Noise { heat_release: LAW_ERROR, ..self.noise() }
+        let growth_rate = NoiseMode::Inferred { median: self.cold.noise[0], ln_sd: 1.0 };
+        Noise { heat_release: LAW_ERROR, growth_rate, ..self.noise() }
     }
 
     /// What the cold stages found of the components that are not the heat release.

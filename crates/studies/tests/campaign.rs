@@ -111,8 +111,9 @@ fn lab_the_hot_stages_find_the_physics_of_the_laboratory() {
     holds(&nine.checks, "eta is well above 1");
     assert!(
         ten.coverage.iter().chain(&eleven.coverage_elsewhere.unwrap()).all(|c| *c > 0.85),
-        "{:?}",
-        ten.coverage
+        "{:?} {:?}",
+        ten.coverage,
+        eleven.coverage_elsewhere
     );
     // The laboratory's wire lags as a hot cylinder does, in a mean flow that enters through a mouth.
     assert!(chain.table_4.chosen.contains("mean-flow"), "{}", chain.table_4.chosen);
