@@ -1,7 +1,7 @@
 //! Errors of the base states that several settings of the rig share, as parameters beside the model's.
 
 use crate::data::{same_setting, selected};
-use crate::systematic::BaseErrors;
+use crate::systematic::{BaseErrors, Changes};
 use crate::{BaseState, Knowledge, ModelError, Observed, Trained};
 use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
 use rijke_numerics::{DenseError, Matrix, Order, symmetric_eigen};
@@ -20,6 +20,9 @@ pub(crate) struct Common {
     /// The change of each number of each point, point after point, per direction.
     slopes: Matrix,
 }
+
+/// The place of a direction in what is known, and the change of a prediction along it.
+type Along = (usize, Vec<f64>);
 
 /// Directions that move all data together by less than the root of this, in measured standard deviations, are left out.
 const NEGLIGIBLE: f64 = 0.01;
@@ -71,9 +74,9 @@ impl Common {
     pub(crate) fn along(
         &self,
         known: &Knowledge,
-        changes: &[(String, Vec<f64>)],
+        changes: &Changes,
         size: usize,
-    ) -> (Vec<(usize, Vec<f64>)>, Vec<Vec<f64>>) {
+    ) -> (Vec<Along>, Vec<Vec<f64>>) {
         let place = |k: usize| known.names.iter().position(|n| *n == name(k));
         let mut along: Vec<_> =
             (0..self.shares.columns()).filter_map(|k| Some((k, place(k)?, vec![0.0; size]))).collect();
@@ -192,5 +195,98 @@ impl Forward for Carried<'_> {
 
     fn highest_order(&self) -> Order {
         self.inner.highest_order()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rijke_inference::{Data, MapOptions, NoiseGroup, Observation, Parameters, Posterior};
+
+    /// Two parameters, six numbers: y = A a, and a bend of the first parameter.
+    struct Bent;
+
+    const A: [[f64; 2]; 6] = [[1.0, 0.3], [0.2, -0.7], [0.5, 0.9], [-0.4, 0.6], [0.8, 0.1], [-0.3, 0.4]];
+
+    impl Forward for Bent {
+        fn predict(&self, p: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+            Ok(Prediction {
+                values: A.iter().map(|a| a[0] * p[0] + a[1] * p[1] + 0.05 * a[1] * p[0] * p[0]).collect(),
+                jacobian: Matrix::from_fn(6, 2, |row, i| {
+                    A[row][i] + if i == 0 { 0.1 * A[row][1] * p[0] } else { 0.0 }
+                }),
+                curvature: A.iter().flat_map(|a| [0.1 * a[1], 0.0, 0.0]).collect(),
+            })
+        }
+    }
+
+    fn common() -> Common {
+        let slopes = [[0.3, 0.1], [-0.2, 0.2], [0.4, 0.0], [0.1, -0.3], [0.2, 0.2], [-0.1, 0.4]];
+        let causes = vec!["one".to_owned(), "two".to_owned()];
+        Common { causes, shares: Matrix::identity(2), slopes: Matrix::from_fn(6, 2, |i, j| slopes[i][j]) }
+    }
+
+    fn posterior_of(
+        model: &dyn Forward,
+        parameters: Vec<Parameter>,
+        floor: Option<Matrix>,
+    ) -> (f64, Vec<f64>, Matrix) {
+        let values = vec![0.9, -0.2, 1.3, 0.1, 0.7, 0.4];
+        let all: Vec<usize> = (0..6).collect();
+        let block = Observation::new("all", values).with_independent_noise(0, &all);
+        let block = floor.into_iter().fold(block, Observation::with_floor);
+        let data = Data::new(vec![block], vec![NoiseGroup::fixed("noise", "1", 0.2)]).unwrap();
+        let parameters = Parameters::new(parameters).unwrap();
+        let posterior = Posterior::new(model, &data, &parameters).unwrap();
+        let fit = posterior.map(&MapOptions::default()).unwrap();
+        let laplace = posterior.laplace(&fit).unwrap();
+        (laplace.evidence.ln_marginal, fit.parameters, laplace.physical_covariance)
+    }
+
+    /// The slow way: one covariance of all numbers. The prediction is linear in the errors, so that both are the same but for the bend.
+    #[test]
+    fn oracle_errors_as_parameters_against_their_covariance() {
+        let own: Vec<Parameter> =
+            ["a", "b"].map(|n| Parameter::new(n, n, "1", Prior::Normal { mean: 0.5, sd: 1.0 })).into();
+        let common = common();
+        let carried = common.carried_by(&Bent, 2);
+        let (evidence, values, covariance) =
+            posterior_of(&carried, [own.clone(), common.parameters()].concat(), None);
+        let shared = common.slopes.product(&common.slopes.transpose());
+        let (slow_evidence, slow_values, slow_covariance) = posterior_of(&Bent, own, Some(shared));
+        assert!((evidence - slow_evidence).abs() < 1e-3, "{evidence} {slow_evidence}");
+        for i in 0..2 {
+            assert!((values[i] - slow_values[i]).abs() < 1e-6, "{values:?} {slow_values:?}");
+            for j in 0..2 {
+                assert!((covariance[(i, j)] - slow_covariance[(i, j)]).abs() < 1e-3 * covariance[(i, i)]);
+            }
+        }
+        assert!(covariance[(3, 3)] < 0.9, "the data say something of the errors: {values:?} {covariance:?}");
+    }
+
+    #[test]
+    fn exact_derivatives_of_a_carried_model_are_those_of_its_parts() {
+        let common = common();
+        let carried = common.carried_by(&Bent, 2);
+        let at = [0.4, 0.7, 0.5, -0.2];
+        let here = carried.predict(&at, Order::Second).unwrap();
+        let h = 1e-4;
+        for k in 0..4 {
+            let moved = |sign: f64| {
+                let mut p = at;
+                p[k] += sign * h;
+                carried.predict(&p, Order::Second).unwrap()
+            };
+            let (up, down) = (moved(1.0), moved(-1.0));
+            for row in 0..6 {
+                let slope = (up.values[row] - down.values[row]) / (2.0 * h);
+                assert!((slope - here.jacobian[(row, k)]).abs() < 1e-9);
+                for j in 0..4 {
+                    let bend = (up.jacobian[(row, j)] - down.jacobian[(row, j)]) / (2.0 * h);
+                    let (i, j) = (k.max(j), k.min(j));
+                    assert!((bend - here.curvature[row * 10 + i * (i + 1) / 2 + j]).abs() < 1e-9);
+                }
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! What an error of the law of the heat release does to predictions: the law times 1 + e, e complex.
 
+use crate::systematic::Changes;
 use crate::{Assembly, Conditions, ModelError, Observed, PointModel, Workspace};
 use rayon::prelude::*;
 use rijke_candidates::{Effect, Here, Law};
@@ -46,7 +47,7 @@ impl LawError {
         observed: &[Observed],
         microphones: &[usize],
         values: &[f64],
-    ) -> Result<Vec<Vec<(String, Vec<f64>)>>, ModelError> {
+    ) -> Result<Vec<Changes>, ModelError> {
         let at = |o: &Observed| self.changes_at(&o.conditions, o.ping.s, microphones, values);
         observed.par_iter().map(at).collect()
     }
@@ -58,7 +59,7 @@ impl LawError {
         near: C64,
         microphones: &[usize],
         values: &[f64],
-    ) -> Result<Vec<(String, Vec<f64>)>, ModelError> {
+    ) -> Result<Changes, ModelError> {
         let mut given = values.iter().copied();
         let values: Vec<f64> = (0..self.erring.parameters().len())
             .map(|k| if self.places.contains(&k) { 0.0 } else { given.next().unwrap_or(f64::NAN) })

@@ -22,6 +22,7 @@ mod base;
 mod channels;
 mod common;
 mod data;
+mod elements;
 mod error;
 mod fill;
 mod law_error;

@@ -1,14 +1,15 @@
 //! The model at one operating point.
 
+use crate::elements;
 use crate::fill::Filled;
-use crate::{Assembly, BaseState, Conditions, ModelError, Scheme};
+use crate::{Assembly, Conditions, ModelError, Scheme};
 use rijke_candidates::{Coefficient, Law, Place, Surroundings};
 use rijke_flow::Stretch;
 use rijke_network::{
     Network, NetworkError, Newton, Places, Response, Root, Segment, Slot, Workspace, levine_schwinger,
 };
 use rijke_numerics::{C64, Order};
-use rijke_rig::{GasState, OperatingPoint, Rig};
+use rijke_rig::{GasState, Rig};
 use std::sync::Arc;
 
 /// A network for one operating point, and the laws that fill its coefficients.
@@ -75,34 +76,10 @@ impl<'a> PointModel<'a> {
         let positions: Vec<f64> = microphones.iter().map(|&m| rig.microphones.positions[m]).collect();
 
         let thermocouples: &[f64] = if point.thermocouples { &rig.thermocouples } else { &[] };
-        let plates = plates(rig, point);
-        let uniform = base.temperature.iter().all(|t| *t == base.temperature[0]);
-        #[allow(clippy::cast_precision_loss, reason = "element numbers are small")]
-        let equal = |n: usize| -> Vec<f64> { (1..n).map(|k| length * k as f64 / n as f64).collect() };
-        let grid = match assembly.scheme {
-            Scheme::Lumped { elements } => equal(elements),
-            Scheme::Line { .. } if uniform => Vec::new(),
-            Scheme::Line { elements } => equal(elements),
-        };
-        // The gas becomes hot between the heater's faces, where the slope of its temperature jumps; and a reflection coefficient refers to the
-        // wave impedance of the gas in the mouth.
-        let (half, heated) = (0.5 * rig.heater.length(), !uniform);
-        let beside = |x: f64| BESIDE.map(|d| [x - half - d, x + half + d]).concat();
-        let mouths = heated.then_some([MOUTH, length - MOUTH]).into_iter().flatten();
-        let faces: Vec<f64> =
-            point.position.filter(|_| heated).map(beside).into_iter().flatten().chain(mouths).collect();
-        let edges = edges(
-            length,
-            positions
-                .iter()
-                .chain(thermocouples)
-                .chain(&grid)
-                .chain(&plates)
-                .chain(&faces)
-                .copied()
-                .chain(point.position),
-        );
-        let stretches = if uniform { base.stretches(&edges) } else { halves(base, &edges) };
+        let plates = elements::plates(rig, point);
+        let grid = elements::grid(assembly.scheme, base, length);
+        let cuts = positions.iter().chain(thermocouples).chain(&grid).chain(&plates).copied();
+        let stretches = elements::between(cuts.chain(point.position), rig, point, base);
         let segment = |s: &Stretch| Segment::new(s.to - s.from, rig.tube.area(), s.sound_speed, s.density);
         let network = Network::new(stretches.iter().map(segment).collect()).map_err(fail)?;
 
@@ -204,7 +181,7 @@ impl<'a> PointModel<'a> {
         let flow = [base.heater_velocity, base.mass_flux];
         let around = |gas: GasState| Surroundings::new(rig, point, &gas, ambient, flow);
         let inserted = point.position.unwrap_or(0.0);
-        let plates = plates(rig, point);
+        let plates = elements::plates(rig, point);
         // One set of surroundings per distinct gas: in a cold tube every segment shares it.
         let mut local: Vec<usize> = Vec::with_capacity(stretches.len());
         for (i, s) in stretches.iter().enumerate() {
@@ -398,55 +375,4 @@ fn at_place(coefficient: Coefficient, j: usize) -> Slot {
         Coefficient::Ep => Slot::Ep(j),
         Coefficient::Mu | Coefficient::Reflection => Slot::Mu(j),
     }
-}
-
-/// Middles of the heater's two plates, which act alike; empty without a heater.
-///
-/// The paper has one jump at X_h. A microphone at X_h, and there is one at every second position, would then read the pressure
-/// on one side of the whole jump, where on the rig it sits between the plates.
-fn plates(rig: &Rig, point: &OperatingPoint) -> Vec<f64> {
-    let half = 0.5 * (rig.heater.plate_thickness + rig.heater.plate_gap);
-    let at = point.position.filter(|_| point.heater);
-    at.map_or_else(Vec::new, |x| vec![x - half, x + half])
-}
-
-/// Distances from the heater's faces at which elements end, m: there the gas cools fastest.
-const BESIDE: [f64; 3] = [0.0, 0.02, 0.06];
-
-/// Length of the elements at the mouths, m.
-const MOUTH: f64 = 1e-3;
-
-/// Two halves of every element between neighbouring `edges`, of the element's gas, whose densities have the first moment of the gas
-/// along the element as well as its mean.
-///
-/// With one density an element is of second order in its length: what is left out is the commutator of its ends, that is the first moment of
-/// the density, as the compressibility hardly varies at uniform pressure. The density of two halves that differ by D has a moment of
-/// D h^2/8, a linear profile whose halves differ by D one of D h^2/6: hence 4/3 of the difference, and fourth order.
-fn halves(base: &BaseState, edges: &[f64]) -> Vec<Stretch> {
-    let half = |w: &[f64]| {
-        let middle = 0.5 * (w[0] + w[1]);
-        let whole = base.stretch(w[0], w[1]);
-        let [lower, upper] = [base.stretch(w[0], middle), base.stretch(middle, w[1])];
-        let apart = 2.0 / 3.0 * (upper.density - lower.density);
-        [(lower, -apart), (upper, apart)].map(|(part, apart)| {
-            let density = whole.density + apart;
-            let compliance = 1.0 / (part.density * part.sound_speed.powi(2));
-            Stretch {
-                density,
-                sound_speed: (density * compliance).sqrt().recip(),
-                gas: whole.gas.clone(),
-                ..part
-            }
-        })
-    };
-    edges.windows(2).flat_map(half).collect()
-}
-
-/// Ends of the tube and every cut between, ascending, without doubles.
-fn edges(length: f64, cuts: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut all: Vec<f64> =
-        [0.0, length].into_iter().chain(cuts.filter(|x| *x > 0.0 && *x < length)).collect();
-    all.sort_by(f64::total_cmp);
-    all.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * length);
-    all
 }

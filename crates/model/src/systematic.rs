@@ -8,12 +8,15 @@ use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_numerics::{C64, Matrix, Order};
 use std::collections::BTreeMap;
 
+/// Causes of error of a point, and the change of its prediction per standard deviation of each.
+pub(crate) type Changes = Vec<(String, Vec<f64>)>;
+
 /// For each operating point, the change of its prediction per standard deviation of each cause of error.
 ///
 /// Points that name the same cause share it: it is one random number (see `rijke_flow::BaseStates`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BaseErrors {
-    points: Vec<Vec<(String, Vec<f64>)>>,
+    points: Vec<Changes>,
 }
 
 impl BaseErrors {
@@ -37,7 +40,7 @@ impl BaseErrors {
     }
 
     /// With more causes of error, for each point.
-    pub(crate) fn and(mut self, more: Vec<Vec<(String, Vec<f64>)>>) -> Self {
+    pub(crate) fn and(mut self, more: Vec<Changes>) -> Self {
         self.points.iter_mut().zip(more).for_each(|(list, more)| list.extend(more));
         self
     }
@@ -127,7 +130,7 @@ pub(crate) fn changes(
     near: C64,
     microphones: &[usize],
     values: &[f64],
-) -> Result<Vec<(String, Vec<f64>)>, ModelError> {
+) -> Result<Changes, ModelError> {
     let work = &mut Workspace::default();
     let point = &conditions.point;
     let mut predicted = |base: BaseState| -> Result<Vec<f64>, ModelError> {
