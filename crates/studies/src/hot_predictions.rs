@@ -168,9 +168,8 @@ fn covered(statement: &str, coverage: [f64; 2]) -> Check {
         holds,
         figure: format!("growth rate {:.1} %, frequency {:.1} %", 100.0 * coverage[0], 100.0 * coverage[1]),
         explanation: (!holds).then(|| {
-            "Most of the stated uncertainty is shared: by the points of one setting of the rig, of one power, and by all through the \
-             base flow. A hundred points are then some twenty draws, which are often all inside; fewer inside than nine in ten \
-             would be errors that the model does not know of."
+            "The errors of fifteen settings of the rig, and of one law and one flow for all, are shared by many points: a hundred points are \
+             some thirty draws. What lies outside is the form of laws and flow, which no stated error has in full."
                 .to_owned()
         }),
     }

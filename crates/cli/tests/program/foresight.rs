@@ -15,8 +15,8 @@ fn exact_a_plan_is_checked_and_drawn_without_records() {
     assert_eq!(said(&folder, "new my-rig").0, Some(0));
     let (code, text) = said(&folder, "check my-rig --plan --plots priors");
     assert!(code == Some(0) && text.contains("My rig: planned, 35 operating points"), "{text}");
-    // Ten heat releases of the project and two of the file; nothing is in doubt.
-    assert!(text.contains("heat-release: 12 models on 14 points") && !text.contains("warning"), "{text}");
+    // Eleven heat releases of the project and two of the file; nothing is in doubt.
+    assert!(text.contains("heat-release: 13 models on 14 points") && !text.contains("warning"), "{text}");
     for name in ["prongs", "heater", "thermocouples", "heat-release", "heat-release-2"] {
         let svg = fs::read_to_string(folder.join(format!("priors/{name}.svg"))).unwrap();
         assert!(svg.contains("computed, no data") && !svg.contains("NaN"), "{name}");
