@@ -7,13 +7,16 @@ use crate::{BaseState, ModelError};
 use rijke_flow::ErrorComponent;
 use rijke_numerics::{Matrix, symmetric_eigen};
 
+/// Share of a standard deviation by which states are displaced: a slope, to a tenth of a per cent of its change over the error.
+pub(crate) const STEP: f64 = 0.05;
+
 /// Share of the variance of the state, in units of its own errors, that may be left out.
 const NEGLIGIBLE: f64 = 1e-4;
 
 /// The errors of a base state.
 pub(crate) struct Principal {
-    /// The state displaced by +1 and by -1 standard deviation of each principal error, the largest first.
-    pub(crate) states: Vec<[BaseState; 2]>,
+    /// The state displaced by [`STEP`] standard deviations of each principal error, the largest first.
+    pub(crate) states: Vec<BaseState>,
     /// What each cause consists of: shares of the principal errors.
     pub(crate) causes: Vec<(String, Vec<f64>)>,
 }
@@ -57,7 +60,7 @@ impl Principal {
             for (j, row) in rows.iter().enumerate() {
                 sum.iter_mut().zip(row).for_each(|(s, d)| *s += vectors[(j, k)] * d);
             }
-            [1.0, -1.0].map(|sign| moved(base, sign, &sum))
+            moved(base, STEP, &sum)
         };
         Ok(Self {
             states: kept.iter().map(|&k| displaced(k)).collect(),
@@ -118,11 +121,13 @@ mod tests {
         for (cause, shares) in &principal.causes {
             let wanted = displacement(&base, cause);
             let mut found = vec![0.0; wanted.len()];
-            for (share, [up, down]) in shares.iter().zip(&principal.states) {
-                found[0] += 0.5 * share * (up.mass_flux - down.mass_flux);
-                found[1] += 0.5 * share * (up.heater_velocity - down.heater_velocity);
-                for (f, (u, d)) in found[2..].iter_mut().zip(up.temperature.iter().zip(&down.temperature)) {
-                    *f += 0.5 * share * (u - d);
+            for (share, moved) in shares.iter().zip(&principal.states) {
+                let share = share / STEP;
+                found[0] += share * (moved.mass_flux - base.mass_flux);
+                found[1] += share * (moved.heater_velocity - base.heater_velocity);
+                for (f, (m, b)) in found[2..].iter_mut().zip(moved.temperature.iter().zip(&base.temperature))
+                {
+                    *f += share * (m - b);
                 }
             }
             for (f, w) in found.iter().zip(&wanted) {

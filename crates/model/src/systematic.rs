@@ -1,7 +1,7 @@
 //! What errors of the base states do to predictions: a systematic covariance that operating points share.
 
 use crate::numbers::parts;
-use crate::principal::Principal;
+use crate::principal::{Principal, STEP};
 use crate::{Assembly, BaseState, Conditions, ModelError, Observed, PointModel, Workspace};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
@@ -20,12 +20,10 @@ pub struct BaseErrors {
 }
 
 impl BaseErrors {
-    /// The changes at the parameter values `values`, in the order of `rijke_rig::Ping::vector` for `microphones`: half the
-    /// difference between the base state displaced by +1 and by -1 standard deviation of each of its principal errors. The mean
-    /// slope over the error's own range serves a covariance better than the derivative at its middle, from which it differs by
-    /// the third order.
+    /// The changes at the parameter values `values`, in the order of `rijke_rig::Ping::vector` for `microphones`: slopes along the
+    /// principal errors of each base state, by a small step.
     ///
-    /// Cost: two values of the model per point and principal error, of which fifty causes have about ten; in parallel over points.
+    /// Cost: a value of the model per point and principal error, of which fifty causes have about seven; in parallel over points.
     ///
     /// # Errors
     /// Those of the model at a displaced state.
@@ -141,9 +139,10 @@ pub(crate) fn changes(
     };
     let principal = Principal::of(&conditions.base, &point.id)?;
     let mut along = Vec::with_capacity(principal.states.len());
-    for [up, down] in principal.states {
-        let (up, down) = (predicted(up)?, predicted(down)?);
-        along.push(up.iter().zip(&down).map(|(u, d)| 0.5 * (u - d)).collect::<Vec<f64>>());
+    let here = if principal.states.is_empty() { Vec::new() } else { predicted(conditions.base.clone())? };
+    for moved in principal.states {
+        let moved = predicted(moved)?;
+        along.push(moved.iter().zip(&here).map(|(m, h)| (m - h) / STEP).collect::<Vec<f64>>());
     }
     let change = |(cause, shares): (String, Vec<f64>)| {
         let mut change = vec![0.0; 2 * microphones.len()];

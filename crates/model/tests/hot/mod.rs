@@ -174,11 +174,11 @@ fn oracle_principal_errors_do_what_the_causes_do() {
         .covariance(&[0], &all);
     let mut slow = Matrix::zeros(16, 16);
     for error in &conditions.base.errors {
-        let [up, down] = [1.0, -1.0].map(|sds| {
+        let [up, down] = [0.1, -0.1].map(|sds| {
             let base = conditions.base.displaced_along(&error.cause, sds);
             observed(&assembly, Conditions { base, ..conditions.clone() }, &values).ping.vector()
         });
-        slow.add_outer(&up.iter().zip(&down).map(|(u, d)| 0.5 * (u - d)).collect::<Vec<_>>());
+        slow.add_outer(&up.iter().zip(&down).map(|(u, d)| (u - d) / 0.2).collect::<Vec<_>>());
     }
     for i in 0..16 {
         for j in 0..16 {
