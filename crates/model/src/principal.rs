@@ -8,10 +8,10 @@ use rijke_flow::ErrorComponent;
 use rijke_numerics::{Matrix, symmetric_eigen};
 
 /// Share of a standard deviation by which states are displaced: a slope, to a tenth of a per cent of its change over the error.
-pub(crate) const STEP: f64 = 0.05;
+pub(crate) const STEP: f64 = 0.02;
 
 /// Share of the variance of the state, in units of its own errors, that may be left out.
-const NEGLIGIBLE: f64 = 1e-4;
+const NEGLIGIBLE: f64 = 1e-5;
 
 /// The errors of a base state.
 pub(crate) struct Principal {
