@@ -153,9 +153,12 @@ fn parameters(
     if let Some(channels) = channels {
         parameters = channels.prior(parameters, training)?;
     }
+    // Not the directions of base states, which are others in each training.
+    let shared = channels.iter().flat_map(|c| &c.parameters);
+    let handed_on: Vec<&str> = assembly.parameters().iter().chain(shared).map(|p| p.name.as_str()).collect();
     for known in &training.known {
         let keep: Vec<usize> =
-            (0..known.names.len()).filter(|&k| parameters.index(&known.names[k]).is_some()).collect();
+            (0..known.names.len()).filter(|&k| handed_on.contains(&known.names[k].as_str())).collect();
         if !keep.is_empty() {
             let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
             let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();

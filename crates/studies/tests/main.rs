@@ -166,7 +166,10 @@ fn exact_the_heater_that_made_the_data_wins_table_3() {
     let (_, stage) = prongs_stage(&observations, false).unwrap();
     let (found, _) = cold_heater(&observations, &stage, false).unwrap();
     assert_eq!((found.winner.as_str(), found.measured.len()), ("heater.3", 34));
-    assert!(found.checks.iter().all(|c| c.holds), "{:?}", found.checks);
+    // Those of the paper; the wires, which did not make these data, do not win.
+    let (ours, paper): (Vec<_>, Vec<_>) =
+        found.checks.iter().partition(|c| c.statement.starts_with("Beyond the paper"));
+    assert!(paper.iter().all(|c| c.holds) && ours.iter().all(|c| !c.holds), "{:?}", found.checks);
     for (name, truth) in [("kappa", 0.9), ("drag", 0.06), ("heat_r", 0.02), ("heat_i", 0.01)] {
         let p = found.models[2].parameters.iter().find(|p| p.name == name).unwrap();
         assert!((p.value - truth).abs() < 4.0 * p.sd, "{p:?}");
