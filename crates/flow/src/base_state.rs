@@ -158,8 +158,8 @@ impl BaseState {
     /// Averages over one stretch.
     #[must_use]
     pub fn stretch(&self, from: f64, to: f64) -> Stretch {
-        let density = self.mean(from, to, |g| g.density);
-        let compliance = self.mean(from, to, |g| 1.0 / (g.density * g.sound_speed.powi(2)));
+        let [density, compliance] =
+            self.means(from, to, |g| [g.density, 1.0 / (g.density * g.sound_speed.powi(2))]);
         let temperature = self.pressure / (self.gas.constant() * density);
         let sound_speed = (density * compliance).sqrt().recip();
         Stretch { from, to, density, sound_speed, gas: self.gas.at(temperature, self.pressure) }
@@ -227,21 +227,32 @@ impl BaseState {
     /// Mean over [from, to] of a property, by three-point Gauss quadrature on each linear piece: errors below 1e-9 for
     /// pieces over which the temperature changes by less than a fifth.
     fn mean(&self, from: f64, to: f64, property: impl Fn(&GasState) -> f64) -> f64 {
+        self.means(from, to, |g| [property(g)])[0]
+    }
+
+    /// As [`BaseState::mean`], of several properties.
+    fn means<const N: usize>(
+        &self,
+        from: f64,
+        to: f64,
+        properties: impl Fn(&GasState) -> [f64; N],
+    ) -> [f64; N] {
         if to <= from {
-            return property(&self.at(from));
+            return properties(&self.at(from));
         }
-        let mut sum = 0.0;
+        let mut sums = [0.0; N];
         let inner = self.places.iter().copied().filter(|&p| p > from && p < to);
         let mut left = from;
         for right in inner.chain([to]) {
             let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
             let node = 0.6_f64.sqrt() * half;
             for (x, weight) in [(middle - node, 5.0 / 9.0), (middle, 8.0 / 9.0), (middle + node, 5.0 / 9.0)] {
-                sum += half * weight * property(&self.at(x));
+                let found = properties(&self.at(x));
+                sums.iter_mut().zip(found).for_each(|(sum, value)| *sum += half * weight * value);
             }
             left = right;
         }
-        sum / (to - from)
+        sums.map(|sum| sum / (to - from))
     }
 }
 

@@ -61,13 +61,14 @@ const MOUTH: f64 = 1e-3;
 fn halves(base: &BaseState, edges: &[f64]) -> Vec<Stretch> {
     let half = |w: &[f64]| {
         let middle = 0.5 * (w[0] + w[1]);
-        let whole = base.stretch(w[0], w[1]);
         let [lower, upper] = [base.stretch(w[0], middle), base.stretch(middle, w[1])];
+        let mean = 0.5 * (lower.density + upper.density);
+        let gas = base.gas.at(base.pressure / (base.gas.constant() * mean), base.pressure);
         let apart = 2.0 / 3.0 * (upper.density - lower.density);
         [(lower, -apart), (upper, apart)].map(|(part, apart)| {
-            let density = whole.density + apart;
+            let density = mean + apart;
             let compliance = 1.0 / (part.density * part.sound_speed.powi(2));
-            Stretch { density, sound_speed: (density * compliance).sqrt().recip(), gas: whole.gas, ..part }
+            Stretch { density, sound_speed: (density * compliance).sqrt().recip(), gas, ..part }
         })
     };
     edges.windows(2).flat_map(half).collect()

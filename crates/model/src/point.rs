@@ -300,7 +300,9 @@ impl<'a> PointModel<'a> {
         around: usize,
         shared: &mut Shared,
     ) -> (usize, f64) {
-        let scale = self.scale(candidate, effect, around).filter(|g| g.is_finite() && *g != 0.0);
+        // A law that is not proportional to a number of one gas is so in none.
+        let scale = if shared.own.is_empty() { self.scale(candidate, effect, around) } else { None };
+        let scale = scale.filter(|g| g.is_finite() && *g != 0.0);
         if let Some(g) = scale {
             let (law, reference) = match shared.scaled {
                 Some(known) => known,

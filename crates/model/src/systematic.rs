@@ -131,7 +131,7 @@ pub(crate) fn changes(
 ) -> Result<Changes, ModelError> {
     let work = &mut Workspace::default();
     let point = &conditions.point;
-    let mut predicted = |base: BaseState| -> Result<Vec<f64>, ModelError> {
+    let mut predicted = |base: BaseState, near: C64| -> Result<Vec<f64>, ModelError> {
         let moved = Conditions { point: point.clone(), base, ambient: conditions.ambient };
         let model = PointModel::new(assembly, &moved, microphones)?.starting_from(near);
         let response = model.respond(values, Order::Value, work)?;
@@ -139,10 +139,14 @@ pub(crate) fn changes(
     };
     let principal = Principal::of(&conditions.base, &point.id)?;
     let mut along = Vec::with_capacity(principal.states.len());
-    let here = if principal.states.is_empty() { Vec::new() } else { predicted(conditions.base.clone())? };
-    for moved in principal.states {
-        let moved = predicted(moved)?;
-        along.push(moved.iter().zip(&here).map(|(m, h)| (m - h) / STEP).collect::<Vec<f64>>());
+    if !principal.states.is_empty() {
+        let here = predicted(conditions.base.clone(), near)?;
+        // So near that Newton's steps are one or two.
+        let near = C64::new(here[0], here[1]);
+        for moved in principal.states {
+            let moved = predicted(moved, near)?;
+            along.push(moved.iter().zip(&here).map(|(m, h)| (m - h) / STEP).collect::<Vec<f64>>());
+        }
     }
     let change = |(cause, shares): (String, Vec<f64>)| {
         let mut change = vec![0.0; 2 * microphones.len()];
