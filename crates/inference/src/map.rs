@@ -120,82 +120,81 @@ impl Posterior<'_> {
 
     /// The maximum next to where a rough search has come.
     pub(crate) fn finish(&self, near: Approach, search: &TrustRegion) -> Result<Fit, InferenceError> {
-        let Approach { z, mut small, mut calls, .. } = near;
+        let Approach { z, small, mut calls, .. } = near;
         let left = |calls: Calls| TrustRegion {
             max_evaluations: search.max_evaluations.saturating_sub(calls.total()).max(1),
             ..*search
         };
-        while !small.is_empty() {
-            if let Some(fit) = self.without(&mut small, &z, &left(calls), &mut calls)? {
-                return Ok(fit);
-            }
+        if let Some(fit) = self.without(small, &z, left, &mut calls)? {
+            return Ok(fit);
         }
         let mut fit = self.map_from(&z, &left(calls))?;
         calls = calls.plus(fit.calls);
         if !fit.stop.converged() {
             // Other noises may explain the residuals of one as well, which then runs to nothing.
-            let mut vanished = self.vanished(&fit.working);
-            while !vanished.is_empty() {
-                if let Some(fit) = self.without(&mut vanished, &fit.working, &left(calls), &mut calls)? {
-                    return Ok(fit);
-                }
+            let vanished = self.vanished(&fit.working);
+            if let Some(fit) = self.without(vanished, &fit.working, left, &mut calls)? {
+                return Ok(fit);
             }
         }
         fit.calls = calls;
         Ok(fit)
     }
 
-    /// The fit without the noises that the floor may explain, if J does not fall when any of them grows from nothing; else none, and those
-    /// that are needed are no longer among the `small`.
+    /// The fit without those of the `small` noises that the floor explains: J does not fall when any of them grows from nothing. None if
+    /// all of them are needed. `left` is what the calls so far leave of a search.
     ///
     /// J levels off towards ln sd = -infinity; a search that runs there would never end in finite steps.
     fn without(
         &self,
-        small: &mut Vec<Settled>,
+        mut small: Vec<Settled>,
         near: &[f64],
-        search: &TrustRegion,
+        left: impl Fn(Calls) -> TrustRegion,
         calls: &mut Calls,
     ) -> Result<Option<Fit>, InferenceError> {
-        let mut whole = near.to_vec();
-        for noise in small.iter() {
-            whole[noise.coordinate] = noise.ln_sd;
-        }
-        let free: Vec<usize> =
-            (0..self.size()).filter(|i| small.iter().all(|s| s.coordinate != *i)).collect();
-        let from: Vec<f64> = free.iter().map(|&i| near[i]).collect();
-        let held = Held::new(self, whole, free);
-        // One call is for the slopes below.
-        let budget = search.max_evaluations.saturating_sub(1).max(1);
-        let search_without = TrustRegion { max_evaluations: budget, ..*search };
-        // A floor of low rank cannot stand alone: the noise is needed, however small.
-        let minimum = match minimise(&held, &from, &search_without) {
-            Err(InferenceError::NoStart { .. } | InferenceError::SingularCovariance { .. }) => {
-                small.clear();
+        while !small.is_empty() {
+            let search = left(*calls);
+            let mut whole = near.to_vec();
+            for noise in &small {
+                whole[noise.coordinate] = noise.ln_sd;
+            }
+            let free: Vec<usize> =
+                (0..self.size()).filter(|i| small.iter().all(|s| s.coordinate != *i)).collect();
+            let from: Vec<f64> = free.iter().map(|&i| near[i]).collect();
+            let held = Held::new(self, whole, free);
+            // One call is for the slopes below.
+            let budget = search.max_evaluations.saturating_sub(1).max(1);
+            let search_without = TrustRegion { max_evaluations: budget, ..search };
+            // A floor of low rank cannot stand alone: the noise is needed, however small.
+            let minimum = match minimise(&held, &from, &search_without) {
+                Err(InferenceError::NoStart { .. } | InferenceError::SingularCovariance { .. }) => {
+                    return Ok(None);
+                }
+                other => other?,
+            };
+            let z = held.filled(&minimum.z);
+            *calls = calls.plus(minimum.calls);
+            calls.count(Order::First);
+            let slopes = self.evaluate(&z, Order::First)?.gradient;
+            let before = small.len();
+            small.retain(|s| slopes[s.coordinate] >= 0.0);
+            if small.len() < before {
+                continue;
+            }
+            if !minimum.stop.converged() {
                 return Ok(None);
             }
-            other => other?,
-        };
-        let z = held.filled(&minimum.z);
-        *calls = calls.plus(minimum.calls);
-        calls.count(Order::First);
-        let slopes = self.evaluate(&z, Order::First)?.gradient;
-        let before = small.len();
-        small.retain(|s| slopes[s.coordinate] >= 0.0);
-        if !minimum.stop.converged() || small.len() < before {
-            if small.len() == before {
-                small.clear();
+            let n = self.size();
+            let mut hessian = Matrix::zeros(n, n);
+            for (k, &i) in held.free.iter().enumerate() {
+                for (l, &j) in held.free.iter().enumerate() {
+                    hessian[(i, j)] = minimum.hessian[(k, l)];
+                }
             }
-            return Ok(None);
+            let end = Minimum { z, hessian, calls: *calls, ..minimum };
+            return Ok(Some(self.fit_of(end, search.method)));
         }
-        let n = self.size();
-        let mut hessian = Matrix::zeros(n, n);
-        for (k, &i) in held.free.iter().enumerate() {
-            for (l, &j) in held.free.iter().enumerate() {
-                hessian[(i, j)] = minimum.hessian[(k, l)];
-            }
-        }
-        let end = Minimum { z, hessian, calls: *calls, ..minimum };
-        Ok(Some(self.fit_of(end, search.method)))
+        Ok(None)
     }
 
     /// Brings the parameters near the maximum with the noise held, then the noise to its best there, and so on until

@@ -41,7 +41,7 @@ impl Common {
         microphones: &[usize],
     ) -> Result<(Self, BaseErrors), ModelError> {
         let same = |a: usize, b: usize| same_setting(&observed[a].conditions, &observed[b].conditions);
-        let (causes, columns, rest) = errors.apart(same);
+        let (causes, columns, rest) = errors.apart(2 * microphones.len(), same);
         let covariances = observed.iter().map(|o| selected(&o.ping, microphones).1);
         let weights: Vec<f64> =
             covariances.flat_map(|c| (0..c.rows()).map(move |k| c[(k, k)].sqrt().recip())).collect();

@@ -143,4 +143,4 @@ const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
 
 pub(crate) const BETWEEN: &str = ", between settings";
 
-pub(crate) const LAW: &str = "law of the heat release, from power to power";
+const LAW: &str = "law of the heat release, from power to power";

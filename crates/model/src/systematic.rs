@@ -44,28 +44,27 @@ impl BaseErrors {
     }
 
     /// The causes that points of different settings share (`same` tells whether two are of one), what each does to all numbers, point
-    /// after point; and the errors without them.
-    pub(crate) fn apart(self, same: impl Fn(usize, usize) -> bool) -> (Vec<String>, Vec<Vec<f64>>, Self) {
+    /// after point, `size` of each; and the errors without them.
+    pub(crate) fn apart(
+        self,
+        size: usize,
+        same: impl Fn(usize, usize) -> bool,
+    ) -> (Vec<String>, Vec<Vec<f64>>, Self) {
         let mut first: BTreeMap<&str, (usize, bool)> = BTreeMap::new();
-        for (p, cause) in
-            self.points.iter().enumerate().flat_map(|(p, list)| list.iter().map(move |(c, _)| (p, c)))
-        {
-            let (other, apart) = first.entry(cause).or_insert((p, false));
-            *apart |= !same(*other, p);
+        for (p, list) in self.points.iter().enumerate() {
+            for (cause, _) in list {
+                let (other, apart) = first.entry(cause).or_insert((p, false));
+                *apart |= !same(*other, p);
+            }
         }
         let causes: Vec<String> =
             first.iter().filter(|(_, (_, apart))| *apart).map(|(cause, _)| (*cause).to_owned()).collect();
-        let rows = self.points.iter().map(|list| list.first().map_or(0, |(_, change)| change.len()));
-        let starts: Vec<usize> = rows.scan(0, |sum, n| Some(std::mem::replace(sum, *sum + n))).collect();
-        let size = starts
-            .last()
-            .map_or(0, |s| s + self.points.last().and_then(|l| l.first()).map_or(0, |(_, c)| c.len()));
-        let mut columns = vec![vec![0.0; size]; causes.len()];
+        let mut columns = vec![vec![0.0; size * self.points.len()]; causes.len()];
         let mut rest = Self { points: vec![Vec::new(); self.points.len()] };
         for (p, list) in self.points.into_iter().enumerate() {
             for (cause, change) in list {
                 match causes.binary_search(&cause) {
-                    Ok(j) => columns[j][starts[p]..starts[p] + change.len()].copy_from_slice(&change),
+                    Ok(j) => columns[j][size * p..size * (p + 1)].copy_from_slice(&change),
                     Err(_) => rest.points[p].push((cause, change)),
                 }
             }
