@@ -5,6 +5,7 @@
 //! * [`RecordSource`]: raw records, one at a time; [`RecordFolder`] reads them from a manifest and its files: WAV,
 //!   text, MATLAB, and HDF5 with the feature `hdf5` (on by default).
 //! * [`Observations`]: pings and clicks with covariances, to and from CSV.
+//! * [`Unit`], [`Quantity`], [`Heading`], [`Given`]: units in headings and keys, converted once where they are read.
 //!
 //! # Conventions
 //!
@@ -43,6 +44,7 @@ mod records;
 mod riff;
 mod span;
 mod table;
+mod units;
 mod wav;
 
 pub use arrays::Arrays;
@@ -56,4 +58,5 @@ pub use manifest::RecordFolder;
 pub use observation::{Click, Observations, Ping, PointObservations, Rejection};
 pub use records::{Calibration, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, Stretch};
 pub use span::{Event, read_event};
+pub use units::{Given, Heading, Quantity, Unit, UnitError};
 pub use wav::{Layout, Samples24, read_record};

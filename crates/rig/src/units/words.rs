@@ -1,0 +1,279 @@
+//! Units, quantities and headings as they are written.
+
+use super::known::{BASES, KELVIN, Known, find};
+use super::{Unit, UnitError};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Longest unit that is read, bytes; keeps exponents small.
+const LONGEST: usize = 64;
+/// Largest exponent of one factor.
+const STEEPEST: i32 = 9;
+
+/// A number and its unit: `12 mm`, `-3.5e-2 m`, `20 degC`, `5 %`; `0.3` alone is a pure number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// The number as written.
+    pub value: f64,
+    /// Its unit.
+    pub unit: Unit,
+}
+
+/// A heading of a column or a key: `x [mm]`, `T (degC)`, `p / Pa`, `name`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heading {
+    /// What stands before the unit.
+    pub name: String,
+    /// The unit; none if the heading has none.
+    pub unit: Option<Unit>,
+}
+
+/// A value of a TOML key: a number, which is in SI, or a text with a unit (`length = 0.5` or `length = "500 mm"`).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Given {
+    /// A number in SI units.
+    Si(f64),
+    /// A number with a unit.
+    Stated(Quantity),
+}
+
+impl Quantity {
+    /// Reads a number with a unit.
+    ///
+    /// # Errors
+    /// [`UnitError::NoNumber`], or those of [`Unit::parse`].
+    pub fn parse(text: &str) -> Result<Self, UnitError> {
+        let trimmed = text.trim();
+        let ends = (1..=trimmed.len()).rev().filter(|end| trimmed.is_char_boundary(*end));
+        let plain = |part: &str| part.bytes().all(|b| b.is_ascii_digit() || b"+-.eE".contains(&b));
+        let number = |end: usize| Some((end, trimmed[..end].parse::<f64>().ok().filter(|v| v.is_finite())?));
+        let none = || UnitError::NoNumber { text: trimmed.into() };
+        let (end, value) = ends.filter(|end| plain(&trimmed[..*end])).find_map(number).ok_or_else(none)?;
+        let rest = trimmed[end..].trim();
+        // What goes on like a number is one with a decimal comma, spaces or two points.
+        if !rest.starts_with("1/") && rest.starts_with(|c: char| c.is_ascii_digit() || ",.+-".contains(c)) {
+            return Err(none());
+        }
+        let unit = if rest.is_empty() { Unit::one() } else { Unit::parse(rest)? };
+        Ok(Self { value, unit })
+    }
+
+    /// The number in `wanted`; see [`Unit::of`].
+    ///
+    /// # Errors
+    /// As [`Unit::of`].
+    pub fn of(&self, wanted: &str) -> Result<f64, UnitError> {
+        Ok(self.unit.of(wanted)?.to_si(self.value))
+    }
+}
+
+impl Heading {
+    /// Reads a heading. The unit stands in brackets at the end, or behind a slash between blanks.
+    ///
+    /// # Errors
+    /// [`UnitError::Heading`], or those of [`Unit::parse`]: what stands in brackets must be a unit.
+    pub fn parse(text: &str) -> Result<Self, UnitError> {
+        let text = text.trim();
+        let wrong = |why| Err(UnitError::Heading { text: text.into(), why });
+        let bracket = [('[', ']'), ('(', ')')].into_iter().find(|(_, close)| text.ends_with(*close));
+        let (name, unit) = match bracket {
+            Some((open, close)) => {
+                let Some(start) = opening(text, open, close) else {
+                    return wrong("closes a bracket that is not open");
+                };
+                (&text[..start], Some(&text[start + 1..text.len() - 1]))
+            }
+            None if text.contains('[') => return wrong("has a bracket that does not close at its end"),
+            None => text.split_once(" / ").map_or((text, None), |(name, unit)| (name, Some(unit))),
+        };
+        if name.trim().is_empty() {
+            return wrong("names no quantity");
+        }
+        // An empty bracket, or a dash in it, marks a pure number.
+        let unit = unit.map(|unit| match unit.trim() {
+            "" | "-" | "–" => Ok(Unit::one()),
+            unit => Unit::parse(unit),
+        });
+        Ok(Self { name: name.trim().into(), unit: unit.transpose()? })
+    }
+
+    /// How numbers under this heading become `wanted`; those without a unit are in `wanted`.
+    ///
+    /// # Errors
+    /// As [`Unit::of`].
+    pub fn of(&self, wanted: &str) -> Result<Unit, UnitError> {
+        self.unit.as_ref().map_or_else(|| Unit::parse(wanted)?.of(wanted), |unit| unit.of(wanted))
+    }
+}
+
+/// Where the bracket opens that closes at the end of the text.
+fn opening(text: &str, open: char, close: char) -> Option<usize> {
+    let mut depth = 0;
+    for (k, c) in text.char_indices().rev() {
+        depth += i32::from(c == close) - i32::from(c == open);
+        if depth == 0 {
+            return Some(k);
+        }
+    }
+    None
+}
+
+impl Given {
+    /// The number in the SI unit `wanted`.
+    ///
+    /// # Errors
+    /// As [`Unit::of`].
+    pub fn of(&self, wanted: &str) -> Result<f64, UnitError> {
+        match self {
+            Self::Si(value) => Ok(*value),
+            Self::Stated(quantity) => quantity.of(wanted),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Given {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl serde::de::Visitor<'_> for Visitor {
+            type Value = Given;
+            fn expecting(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                out.write_str("a number in SI units, or a text with a unit such as \"12 mm\"")
+            }
+            fn visit_f64<E>(self, value: f64) -> Result<Given, E> {
+                Ok(Given::Si(value))
+            }
+            fn visit_i64<E>(self, value: i64) -> Result<Given, E> {
+                Ok(Given::Si(value as f64))
+            }
+            fn visit_u64<E>(self, value: u64) -> Result<Given, E> {
+                Ok(Given::Si(value as f64))
+            }
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Given, E> {
+                Quantity::parse(text).map(Given::Stated).map_err(E::custom)
+            }
+        }
+        from.deserialize_any(Visitor)
+    }
+}
+
+impl Serialize for Given {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Si(value) => to.serialize_f64(*value),
+            Self::Stated(Quantity { value, unit }) => to.collect_str(&format_args!("{value} {unit}")),
+        }
+    }
+}
+
+/// Reads a unit; see [`Unit::parse`].
+pub(super) fn unit(text: &str) -> Result<Unit, UnitError> {
+    let text = text.trim();
+    let form = |why| UnitError::Form { text: text.chars().take(LONGEST).collect(), why };
+    if text.is_empty() {
+        return Err(form("is empty"));
+    }
+    if text.len() > LONGEST {
+        return Err(form("is longer than 64 bytes"));
+    }
+    let mut unit = Unit { text: text.into(), ..Unit::one() };
+    if let Some((scale, known)) = find(bare(text).unwrap_or(text)) {
+        times(&mut unit, scale, known, 1);
+        unit.offset = known.offset;
+        return Ok(unit);
+    }
+    let mut parts = split(text).ok_or_else(|| form("has brackets that do not match"))?.into_iter();
+    let above = parts.next().unwrap_or_default();
+    product(bare(above).unwrap_or(above), 1, &mut unit)?;
+    for below in parts {
+        let bracket = bare(below);
+        let count = product(bracket.unwrap_or(below), -1, &mut unit)?;
+        if count > 1 && bracket.is_none() {
+            return Err(form("has several factors behind a slash"));
+        }
+    }
+    // In a product, degC is a difference; where nothing is left beside it, as in `1 degC`, either could be meant.
+    let mut kelvin = [0; BASES];
+    kelvin[KELVIN] = 1;
+    if unit.dimension == kelvin && !text.contains('K') {
+        return Err(form("is a temperature in a product"));
+    }
+    Ok(unit)
+}
+
+/// What stands between slashes outside brackets; none if brackets do not match.
+fn split(text: &str) -> Option<Vec<&str>> {
+    let (mut parts, mut start, mut depth) = (Vec::new(), 0, 0);
+    for (k, c) in text.char_indices() {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            '/' if depth == 0 => {
+                parts.push(text[start..k].trim());
+                start = k + 1;
+            }
+            _ => {}
+        }
+        if !(0..=1).contains(&depth) {
+            return None;
+        }
+    }
+    parts.push(text[start..].trim());
+    (depth == 0).then_some(parts)
+}
+
+/// The inside of a bracket that is all of the text.
+fn bare(text: &str) -> Option<&str> {
+    text.strip_prefix('(').and_then(|t| t.strip_suffix(')'))
+}
+
+/// Multiplies the unit by factors to a power; how many there were.
+fn product(text: &str, power: i32, unit: &mut Unit) -> Result<usize, UnitError> {
+    let whole = unit.text.clone();
+    let form = |why| UnitError::Form { text: whole.clone(), why };
+    let factors = text.split([' ', '*', '·', '⋅']).filter(|f| !f.is_empty());
+    let mut count = 0;
+    for factor in factors {
+        let (word, exponent) =
+            exponent(factor).ok_or_else(|| form("has an exponent that is not a whole number"))?;
+        if !(1..=STEEPEST).contains(&exponent.abs()) {
+            return Err(form("has an exponent beyond 1 to 9"));
+        }
+        let unknown = || UnitError::Unknown { word: word.into(), text: whole.clone() };
+        let (scale, known) = find(word).ok_or_else(unknown)?;
+        times(unit, scale, known, power * exponent);
+        count += 1;
+    }
+    if count == 0 {
+        return Err(form("has nothing beside a slash"));
+    }
+    Ok(count)
+}
+
+fn times(unit: &mut Unit, scale: f64, known: &Known, power: i32) {
+    unit.factor *= (scale * known.factor).powi(power);
+    for k in 0..BASES {
+        unit.dimension[k] += power * known.dimension[k];
+    }
+}
+
+/// A word and its exponent: `m^3`, `m3`, `m³`, `s^-1`, `s-1`, `s⁻¹`, `mmH2O`.
+fn exponent(factor: &str) -> Option<(&str, i32)> {
+    if find(factor).is_some() {
+        return Some((factor, 1));
+    }
+    if let Some((word, power)) = factor.split_once('^') {
+        return Some((word, power.trim_matches(['(', ')']).parse().ok()?));
+    }
+    const RAISED: [char; 12] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹', '⁻', '⁺'];
+    let plain = |c: char| match RAISED.iter().position(|r| *r == c) {
+        Some(10) => '-',
+        Some(11) => '+',
+        Some(k) => char::from(b'0' + k as u8),
+        None => c,
+    };
+    let word =
+        factor.trim_end_matches(|c: char| c.is_ascii_digit() || "+-".contains(c) || RAISED.contains(&c));
+    match &factor[word.len()..] {
+        "" => Some((word, 1)),
+        power => Some((word, power.chars().map(plain).collect::<String>().parse().ok()?)),
+    }
+}
