@@ -1,6 +1,7 @@
 //! Viscous and thermal losses at the wall of a tube, per metre, as analytic laws of s.
 
 use rijke_numerics::C64;
+pub use rijke_numerics::special::bessel_ratio;
 
 /// What a wall law needs to know of the gas and the tube; SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,34 +89,4 @@ fn mean_profile(z: C64) -> [C64; 3] {
     let k1 = (2.0 - 2.0 * k) / z - 0.5 * z * k * k;
     let k2 = -(2.0 - 2.0 * k) / (z * z) - 2.0 * k1 / z - 0.5 * k * k - z * k * k1;
     [k, k1, k2]
-}
-
-/// r(z) = I1(z)/I0(z) for Re z >= 0, to rounding; r' = 1 - r/z - r^2.
-#[must_use]
-pub fn bessel_ratio(z: C64) -> C64 {
-    /// Beyond this modulus the asymptotic series reaches 1e-15 before it diverges.
-    const FAR: f64 = 40.0;
-    if z.norm_sqr() > FAR * FAR {
-        let inverse = z.inv();
-        return asymptotic(inverse, 4.0) / asymptotic(inverse, 0.0);
-    }
-    let scaled = |order| complex_bessel::besseli_scaled(order, z);
-    match (scaled(1.0), scaled(0.0)) {
-        (Ok(one), Ok(zero)) => one / zero,
-        _ => C64::new(f64::NAN, f64::NAN),
-    }
-}
-
-/// Hankel's series of sqrt(2 pi z) e^{-z} I_nu(z), `mu` = 4 nu^2 (DLMF 10.40.1).
-fn asymptotic(inverse: C64, mu: f64) -> C64 {
-    let (mut term, mut sum) = (C64::ONE, C64::ONE);
-    for k in 1..=24 {
-        let odd = f64::from(2 * k - 1);
-        term *= inverse * (-(mu - odd * odd) / (8.0 * f64::from(k)));
-        sum += term;
-        if term.norm_sqr() < 1e-34 {
-            break;
-        }
-    }
-    sum
 }

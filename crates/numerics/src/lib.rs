@@ -4,6 +4,7 @@
 //! * [`Matrix`], [`Cholesky`], [`lu_solve`] and friends: small dense algebra behind two files, so that the
 //!   linear-algebra library never appears in a public signature.
 //! * [`Streams`]: named random streams from one seed, the same for any number of threads.
+//! * [`special`]: special functions of a complex variable.
 //! * [`check`]: Taylor slopes and orders of convergence, for tests.
 //!
 //! # Conventions
@@ -27,6 +28,7 @@ pub mod check;
 mod cholesky;
 mod dense;
 mod jet;
+pub mod special;
 mod streams;
 
 pub use cholesky::Cholesky;

@@ -1,0 +1,77 @@
+//! The two kinds of number that formulas run on.
+
+use crate::Dual;
+use crate::evaluate::Analytic;
+use rijke_numerics::{C64, Jet};
+
+impl Analytic for Jet {
+    fn value(&self) -> C64 {
+        Jet::value(self)
+    }
+    fn compose(&self, [f, slope, curvature]: [C64; 3]) -> Self {
+        Jet::compose(self, f, slope, curvature)
+    }
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+    fn minus(&self, other: &Self) -> Self {
+        self - other
+    }
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+    fn scale(&self, factor: C64) -> Self {
+        Jet::scale(self, factor)
+    }
+    fn shift(&self, constant: C64) -> Self {
+        Jet::shift(self, constant)
+    }
+    fn re(&self) -> Self {
+        Jet::re(self)
+    }
+    fn im(&self) -> Self {
+        Jet::im(self)
+    }
+    fn conj(&self) -> Self {
+        Jet::conj(self)
+    }
+}
+
+impl Dual {
+    fn each(&self, f: impl Fn(C64) -> C64) -> Self {
+        Self { value: f(self.value), slope: f(self.slope) }
+    }
+}
+
+impl Analytic for Dual {
+    fn value(&self) -> C64 {
+        self.value
+    }
+    fn compose(&self, [f, slope, _]: [C64; 3]) -> Self {
+        Self { value: f, slope: slope * self.slope }
+    }
+    fn plus(&self, other: &Self) -> Self {
+        Self { value: self.value + other.value, slope: self.slope + other.slope }
+    }
+    fn minus(&self, other: &Self) -> Self {
+        Self { value: self.value - other.value, slope: self.slope - other.slope }
+    }
+    fn times(&self, other: &Self) -> Self {
+        Self { value: self.value * other.value, slope: self.slope * other.value + self.value * other.slope }
+    }
+    fn scale(&self, factor: C64) -> Self {
+        self.each(|z| factor * z)
+    }
+    fn shift(&self, constant: C64) -> Self {
+        Self { value: self.value + constant, ..*self }
+    }
+    fn re(&self) -> Self {
+        self.each(|z| C64::new(z.re, 0.0))
+    }
+    fn im(&self) -> Self {
+        self.each(|z| C64::new(z.im, 0.0))
+    }
+    fn conj(&self) -> Self {
+        self.each(|z| z.conj())
+    }
+}

@@ -1,0 +1,57 @@
+//! Named parts of a formula: each is read once, and its tree stands wherever its name does.
+
+use crate::parser::{self, Outcome};
+use crate::tree::Tree;
+use crate::{Context, FormulaError, NameError, Problem, lexer};
+
+/// A definition that has been read.
+pub(crate) struct Definition<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) tree: Tree,
+    /// How many words it has, with those of the definitions that it uses.
+    pub(crate) words: usize,
+    /// Whether anything after it uses it.
+    pub(crate) used: bool,
+}
+
+/// The tree of the formula `source`, its definitions put in.
+///
+/// A definition may use only those before it, so there are no circles. Each must be used by a later one or by the
+/// formula, so each enters the formula in the end.
+pub(crate) fn tree(source: &str, context: &Context<'_>) -> Result<Tree, FormulaError> {
+    let mut before: Vec<Definition<'_>> = Vec::with_capacity(context.definitions.len());
+    for (name, text) in context.definitions {
+        check_name(name, context, &before).map_err(|e| in_definition(name, text, e))?;
+        let (tree, words) = read(text, context, &mut before).map_err(|e| in_definition(name, text, e))?;
+        before.push(Definition { name, tree, words, used: false });
+    }
+    let in_formula =
+        |(at, problem)| FormulaError { source_text: source.to_owned(), definition: None, at, problem };
+    let (tree, _) = read(source, context, &mut before).map_err(in_formula)?;
+    for (definition, (name, text)) in before.iter().zip(context.definitions) {
+        if !definition.used {
+            return Err(in_definition(name, text, (0, Problem::UnusedDefinition { name: name.clone() })));
+        }
+    }
+    Ok(tree)
+}
+
+fn read(text: &str, context: &Context<'_>, before: &mut [Definition<'_>]) -> Outcome<(Tree, usize)> {
+    parser::parse(&lexer::tokens(text)?, text.len(), context, before)
+}
+
+fn check_name(name: &str, context: &Context<'_>, before: &[Definition<'_>]) -> Outcome<()> {
+    let double = |meaning: &str| NameError::Double { name: name.to_owned(), meaning: meaning.to_owned() };
+    let fault = if context.parameters.iter().any(|p| p == name) {
+        Err(double("a parameter"))
+    } else if before.iter().any(|d| d.name == name) {
+        Err(double("another definition"))
+    } else {
+        context.scope.check(name)
+    };
+    fault.map_err(|error| (0, Problem::DefinitionName(error)))
+}
+
+fn in_definition(name: &str, text: &str, (at, problem): (usize, Problem)) -> FormulaError {
+    FormulaError { source_text: text.to_owned(), definition: Some(name.to_owned()), at, problem }
+}

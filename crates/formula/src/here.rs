@@ -1,0 +1,33 @@
+//! The values that the names of a formula have at one place.
+
+use rijke_numerics::{C64, JetSpace};
+
+/// The values of all names at one place. `T` is a [`rijke_numerics::Jet`] where derivatives in the parameters are
+/// carried, and a [`Dual`] in a search for a root.
+#[derive(Debug)]
+pub struct Here<'a, T> {
+    /// Number and order of the derivatives that jets carry.
+    pub space: JetSpace,
+    /// Values of the real names by index, in the units of the scope; NaN for those that have none here or depend on s.
+    pub numbers: &'a [f64],
+    /// Values of the names that depend on s by index, `s` itself first; none for those that have none here or are real.
+    pub analytic: &'a [Option<&'a T>],
+}
+
+/// A value and its derivative with respect to s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual {
+    /// The value.
+    pub value: C64,
+    /// d/ds.
+    pub slope: C64,
+}
+
+// By hand, because the derived ones would ask for `T: Copy`, and jets are not.
+impl<T> Clone for Here<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Here<'_, T> {}

@@ -1,0 +1,177 @@
+//! A formula at one place: folded, as a plain number, in s alone, and its share that differs between places.
+
+use super::*;
+
+#[test]
+fn exact_folding_keeps_every_bit() {
+    let numbers = heater();
+    for law in LAWS.into_iter().chain([
+        "k1*sqrt(s*rho*mu)*4/D",
+        "(gamma - 1)/(rho*c)^2*wall_mu + wall_ep*bessel_ratio(D*1e3)",
+        "heater.power^k3*exp(-s*k2*heater.length/c)",
+    ]) {
+        let formula = parse(law).unwrap();
+        let at = |f: &Formula| jet(f, &numbers, Order::Second, &POINT);
+        let folded = formula.at(&numbers);
+        assert_eq!(at(&formula), at(&folded), "{law}");
+        assert_eq!(folded.source(), law);
+        let real = |index: &usize| scope().names()[*index].kind != Kind::Analytic;
+        assert!(!folded.names_used().iter().any(real), "{law}");
+    }
+    // A name without a value waits for it.
+    let (mut early, formula) = (numbers.clone(), parse("k1*rho*c").unwrap());
+    early[1] = f64::NAN;
+    assert_eq!(formula.at(&early).names_used(), [1]);
+    assert_eq!(
+        jet(&formula.at(&early), &numbers, Order::First, &POINT),
+        jet(&formula, &numbers, Order::First, &POINT)
+    );
+}
+
+#[test]
+fn exact_real_formulas_have_real_values() {
+    let real = |text: &str| parse(text).unwrap().real(&heater());
+    assert_eq!(real("heater.length/4"), 0.005);
+    assert_eq!(real("(-2)^2 + abs(3 + 4i) + sqrt(D*D/D^2)"), 10.0);
+    for text in ["k1", "s", "2*s/s", "k1*0", "sqrt(-1)", "2i", "wall_mu", "1/0"] {
+        assert!(real(text).is_nan(), "{text}");
+    }
+    assert!(parse("rho").unwrap().real(&[]).is_nan());
+}
+
+#[test]
+fn oracle_the_slope_in_s_is_that_of_the_jets() {
+    let numbers = heater();
+    for law in LAWS.into_iter().chain(["wall_mu*D/(1 + k1*wall_ep)", "bessel_ratio(sqrt(s))*rho^k3"]) {
+        let formula = parse(law).unwrap();
+        let long = jet(&formula, &numbers, Order::First, &POINT);
+        let s = POINT[3];
+        let dual = |value: C64, slope: C64| Dual { value, slope };
+        let root = s.sqrt();
+        let all = [dual(s, C64::ONE), dual(root, 0.5 / root), dual(1e-6 * root, 0.5e-6 / root)];
+        let mut analytic = vec![None; numbers.len()];
+        (analytic[0], analytic[10], analytic[11]) = (Some(&all[0]), Some(&all[1]), Some(&all[2]));
+        let here = Here { space: JetSpace::new(0, Order::Value), numbers: &numbers, analytic: &analytic };
+        let short = formula.evaluate_in_s(&here, &[POINT[0].re, POINT[1].re, POINT[2].re]);
+        let near = |a: C64, b: C64| assert!((a - b).norm() <= 1e-12 * (b.norm() + 1e-12), "{law}: {a} {b}");
+        near(short.value, long.value());
+        near(short.slope, long.gradient()[3]);
+        assert!(formula.depends_on_s() == (long.gradient()[3] != C64::ZERO), "{law}");
+    }
+}
+
+#[test]
+fn exact_what_has_no_value_is_nan() {
+    let space = JetSpace::new(1, Order::First);
+    let here = Here { space, numbers: &[], analytic: &[] };
+    for law in ["k1", "s", "rho", "R_LS", "wall_mu + 1"] {
+        let formula = parse_without(law, &[], &[]).unwrap();
+        assert!(formula.evaluate(&here, &[]).value().is_nan(), "{law}");
+    }
+}
+
+#[test]
+fn oracle_places_differ_by_the_scale_that_the_form_shows() {
+    // Two places with other gas: the values must differ by g, where g is given, at any s and parameters.
+    let (cold, mut hot) = (heater(), heater());
+    for (index, factor) in [(1, 0.6), (2, 1.3), (3, 1.7), (4, 1.5), (5, 0.98)] {
+        hot[index] *= factor;
+    }
+    let mut analytic = vec![None; cold.len()];
+    analytic[0] = Some(1.0);
+    let g = |text: &str, numbers: &[f64]| parse(text).unwrap().scale(numbers, &analytic);
+    for law in [
+        "k1*sqrt(s*rho*mu)*4/D",
+        "(gamma - 1)/(rho*c)^2*k1*s^k3",
+        "k2*exp(-s*k1)*D",
+        "-k1*rho^2*c",
+        "heater.power*3",
+        "rho*(s*c + k1*c)",
+        "abs(k1*c)*(2 + s)",
+    ] {
+        let values = [&cold, &hot].map(|numbers| {
+            jet(&parse(law).unwrap(), numbers, Order::Value, &POINT).value() / g(law, numbers).unwrap()
+        });
+        assert!((values[0] - values[1]).norm() <= 1e-14 * values[0].norm(), "{law}: {values:?}");
+    }
+    for law in ["exp(-s*D/c)", "k1*rho + c", "s + rho", "rho^k1", "wall_mu"] {
+        assert_eq!(g(law, &cold), None, "{law}");
+    }
+    // The same texts with what differs declared the same everywhere have the scale 1.
+    assert_eq!(g("exp(-s*D)", &cold), Some(1.0));
+    // The share of what depends on s is the caller's.
+    analytic[10] = Some(2.5);
+    let wall = parse("k1*wall_mu*rho").unwrap();
+    assert_eq!(wall.scale(&cold, &analytic), Some(2.5 * 1.2041));
+    assert_eq!(wall.scale(&[], &analytic), None);
+}
+
+#[test]
+fn exact_what_a_formula_uses_is_told() {
+    let formula = parse("c*k2 + rho*c + wall_mu").unwrap();
+    assert_eq!(formula.names_used(), [1, 2, 10]);
+    assert!(formula.uses(2) && !formula.uses(3) && formula.depends_on_s());
+    assert!(formula.uses_parameter(1) && !formula.uses_parameter(0));
+    assert!(!parse("rho*k1").unwrap().depends_on_s());
+}
+
+fn unit_fault(unit: &str, wanted: &str, law: &str, definitions: &[(&str, &str)]) -> Option<String> {
+    let formula = parse_without(law, &[], definitions).unwrap();
+    formula.unit_fault(&scope(), &[unit, unit, unit], wanted)
+}
+
+#[test]
+fn exact_units_that_do_not_agree_are_told() {
+    let fault = |unit: &str, wanted: &str, law: &str| unit_fault(unit, wanted, law, &[]);
+    assert_eq!(fault("1/W", "1", "-k1*Q_h"), None);
+    assert_eq!(fault("1", "1", "-k1*Q_h").unwrap(), "its unit is kg m^2 s^-3, where 1 is wanted");
+    assert_eq!(fault("s", "1", "exp(-s*k1)"), None);
+    assert_eq!(fault("1", "1", "exp(-s*k1)").unwrap(), "exp is applied to something of unit s^-1");
+    let drag = "kg/(m^2 s)";
+    assert_eq!(
+        fault("1", drag, "k1*(rho + c)").unwrap(),
+        "something of unit m s^-1 is added to something of unit kg m^-3"
+    );
+    assert_eq!(fault("1", drag, "k1").unwrap(), "its unit is 1, where kg m^-2 s^-1 is wanted");
+    assert_eq!(fault("1", drag, "k1*wall_mu*D"), None);
+    assert!(fault("1", "kg/(m^3 s)", "k1*wall_mu*D").is_some());
+    assert_eq!(fault("1/W^k", "1", "k1*Q_h^2"), None, "not to be told");
+    assert_eq!(fault("m", "1", "Q_h^k1").unwrap(), "an exponent has the unit m");
+    assert_eq!(fault("K", "1", "(T - 273.15)/k1"), None, "numbers have any unit");
+    assert_eq!(fault("1", "m", "0"), None);
+    assert_eq!(fault("1", "m", "2*3").unwrap(), "it is a number, where m is wanted");
+    assert_eq!(
+        fault("1", "furlong", "k1*D + c").unwrap(),
+        "something of unit m s^-1 is added to something of unit m"
+    );
+    assert_eq!(fault("1", "furlong", "k1*D"), None, "not to be told");
+}
+
+#[test]
+fn regress_exponents_are_computed_and_angles_have_no_unit() {
+    // Before, the power 1/2 was taken for 1, the power 3 - 1 for 1, and arg was refused.
+    let fault = |wanted: &str, law: &str| unit_fault("m", wanted, law, &[]);
+    assert_eq!(fault("m", "(D*heater.length)^(1/2)"), None);
+    assert_eq!(fault("m^2", "D^(3 - 1)"), None);
+    assert_eq!(fault("m", "(D^4)^(1/sqrt(16))"), None);
+    assert_eq!(fault("1", "arg(k1 + i*k2)"), None);
+    assert_eq!(fault("1", "bessel_ratio(D)").unwrap(), "bessel_ratio is applied to something of unit m");
+}
+
+#[test]
+fn exact_units_are_followed_through_definitions() {
+    let lag = [("tau", "k1*D/c"), ("lag", "exp(-s*tau)")];
+    assert_eq!(unit_fault("1", "1", "lag*lag", &lag), None);
+    assert_eq!(unit_fault("m", "1", "lag*lag", &lag).unwrap(), "exp is applied to something of unit m");
+    assert_eq!(unit_fault("1", "m", "area/D", &[("area", "k1*D^2")]), None);
+    assert!(unit_fault("1", "m", "area", &[("area", "k1*D^2")]).is_some());
+}
+
+#[test]
+fn exact_units_are_understood_or_not() {
+    for (_, unit, ..) in HEATER {
+        assert!(crate::is_unit(unit), "{unit}");
+    }
+    assert!(crate::is_unit(&scope().names()[0].unit) && crate::is_unit("W/(m K)"));
+    assert!(!crate::is_unit("1/W^k_3") && !crate::is_unit("furlong") && !crate::is_unit("m^"));
+}
