@@ -39,7 +39,10 @@ impl ChannelErrors {
     }
 
     /// Reads the file if there is one; it speaks of `others` microphones.
-    pub(crate) fn read(path: &Path, others: usize) -> Result<Option<Self>, RigError> {
+    ///
+    /// # Errors
+    /// The file, the key and the remedy.
+    pub fn read(path: &Path, others: usize) -> Result<Option<Self>, RigError> {
         if !path.exists() {
             return Ok(None);
         }

@@ -96,7 +96,10 @@ impl Campaign {
 }
 
 /// The whole of a text file.
-pub(crate) fn read_text(path: &Path) -> Result<String, RigError> {
+///
+/// # Errors
+/// The file and why it cannot be read.
+pub fn read_text(path: &Path) -> Result<String, RigError> {
     std::fs::read_to_string(path).map_err(RigError::read(path))
 }
 

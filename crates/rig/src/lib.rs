@@ -52,6 +52,7 @@ pub use campaign::{Campaign, OperatingPoint};
 pub use channels::ChannelErrors;
 pub use contents::{ChannelContents, FileContents, inspect};
 pub use error::{Problem, RigError};
+pub use files::read_text;
 pub use gas::{Gas, GasState};
 pub use geometry::{Heater, Microphones, Prongs, Recording, Rig, Tube};
 pub use manifest::RecordFolder;

@@ -1,0 +1,224 @@
+//! The state of the gas at an operating point: temperature along the ducts, mass flow, and their errors.
+
+use crate::rig::{DuctAt, GasModel, Layout, Rig};
+use crate::{Point, Problem};
+use rijke_rig::GasState;
+
+/// Temperature along the ducts, mass flow, numbers that laws may name, and independent causes of error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseState {
+    /// The gas.
+    pub gas: GasModel,
+    /// Mean pressure, Pa.
+    pub pressure: f64,
+    /// Mass flow from upstream to downstream, kg/s.
+    pub mass_flow: f64,
+    /// Numbers that the base state brings for laws: place in the scope of the rig, and value.
+    pub numbers: Vec<(usize, f64)>,
+    /// Places of the profile, m, ascending; two equal ones are a step. The first and last are the ends of the rig.
+    pub places: Vec<f64>,
+    /// Temperature at the places, K.
+    pub temperature: Vec<f64>,
+    /// Where the slope of the temperature jumps, m: elements end there, and more closely beside it.
+    pub kinks: Vec<f64>,
+    /// Independent contributions to the error.
+    pub errors: Vec<BaseError>,
+}
+
+/// One standard deviation of one independent cause of error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseError {
+    /// What the error comes from: states that name the same cause share it.
+    pub cause: Cause,
+    /// Change of the mass flow, kg/s.
+    pub mass_flow: f64,
+    /// Changes of the numbers, in their order.
+    pub numbers: Vec<f64>,
+    /// Change of the temperature at the places, K.
+    pub temperature: Vec<f64>,
+}
+
+/// A cause of error, and who shares it: two equal causes are one random number.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Cause {
+    /// The ambient temperature, as read at one point or on one day.
+    Ambient(Sharing),
+    /// A reading of the state at a place, numbered.
+    Reading(usize, Sharing),
+    /// The mass flow.
+    Flow(Sharing),
+    /// A cause that an inference of the base states itself names.
+    Inferred(String),
+    /// The real (0) or imaginary (1) part of the error of the laws of a role, at one value of the factor over which it varies.
+    Law {
+        /// The role.
+        role: String,
+        /// 0 real, 1 imaginary.
+        part: usize,
+        /// The value of the factor, as text.
+        level: String,
+    },
+}
+
+/// Who shares an error.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Sharing {
+    /// One operating point.
+    Point(String),
+    /// All points of one installation.
+    Installation(String),
+    /// All points of one day.
+    Day(String),
+    /// All points.
+    All,
+}
+
+/// The gas in one stretch, averaged so that a short acoustic element keeps the inertance and the compliance of the real one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// Upstream edge, m.
+    pub from: f64,
+    /// Downstream edge, m.
+    pub to: f64,
+    /// Mean of the density over the length, kg/m^3.
+    pub density: f64,
+    /// (mean rho times mean of 1/(rho c^2))^{-1/2}, m/s.
+    pub sound_speed: f64,
+    /// The gas at the temperature that has the mean density.
+    pub gas: GasState,
+}
+
+impl BaseState {
+    /// Gas of one temperature (K) at rest, with the sd of the temperature as the only error (0 for none).
+    #[must_use]
+    pub fn uniform(rig: &Rig, length: f64, temperature: f64, sd: f64, cause: Cause) -> Self {
+        let error = BaseError { cause, mass_flow: 0.0, numbers: Vec::new(), temperature: vec![sd; 2] };
+        Self {
+            gas: rig.gas.clone(),
+            pressure: rig.pressure,
+            mass_flow: 0.0,
+            numbers: Vec::new(),
+            places: vec![0.0, length],
+            temperature: vec![temperature; 2],
+            kinks: Vec::new(),
+            errors: if sd > 0.0 { vec![error] } else { Vec::new() },
+        }
+    }
+
+    /// The temperatures that the file of the rig gives its ducts; `ambient` where it gives none.
+    #[must_use]
+    pub fn of_the_rig(rig: &Rig, layout: &Layout, point: &Point, ambient: [f64; 2]) -> Self {
+        let day = Cause::Ambient(Sharing::Point(point.id.clone()));
+        let mut state = Self::uniform(rig, layout.length, ambient[0], 0.0, day.clone());
+        let at = |duct: &DuctAt| {
+            let n = duct.temperatures.len().max(2);
+            let share = |k: usize| duct.span[0] + (duct.span[1] - duct.span[0]) * k as f64 / (n - 1) as f64;
+            let node = |k: usize| (share(k), duct.temperature_at(share(k)).unwrap_or(ambient[0]));
+            (0..n).map(node).collect::<Vec<_>>()
+        };
+        (state.places, state.temperature) = layout.ducts.iter().flat_map(at).unzip();
+        let free: Vec<f64> = layout
+            .ducts
+            .iter()
+            .flat_map(|d| vec![if d.temperatures.is_empty() { ambient[1] } else { 0.0 }; d.temperatures.len().max(2)])
+            .collect();
+        if free.iter().any(|sd| *sd > 0.0) {
+            state.errors = vec![BaseError { cause: day, mass_flow: 0.0, numbers: Vec::new(), temperature: free }];
+        }
+        state
+    }
+
+    /// The same state if it is sound.
+    ///
+    /// # Errors
+    /// A temperature that is not positive, places that do not ascend, lists of different length.
+    pub fn checked(self, point: &str) -> Result<Self, Problem> {
+        let wrong = |value: String, need| Err(Problem::Value { key: format!("base state of {point}"), value, need });
+        if let Some(t) = self.temperature.iter().find(|t| !(**t > 0.0 && t.is_finite())) {
+            return wrong(format!("{t} K"), "a temperature above 0 K everywhere");
+        }
+        let n = self.places.len();
+        let ascending = self.places.windows(2).all(|w| w[0] <= w[1]);
+        let whole = self.temperature.len() == n
+            && self.errors.iter().all(|e| e.temperature.len() == n && e.numbers.len() == self.numbers.len());
+        if n < 2 || !ascending || !whole {
+            return wrong(format!("{n} places"), "a profile whose places ascend, with a temperature each");
+        }
+        Ok(self)
+    }
+
+    /// Whether the gas is the same everywhere.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        self.temperature.iter().all(|t| *t == self.temperature[0])
+    }
+
+    /// Gas temperature just upstream and just downstream of `x`, K; beyond the ends that of the end.
+    #[must_use]
+    pub fn temperatures(&self, x: f64) -> [f64; 2] {
+        let last = self.places.len() - 1;
+        let before = self.places.partition_point(|p| *p < x).clamp(1, last);
+        let after = self.places.partition_point(|p| *p <= x).clamp(1, last);
+        [self.between(before, x), self.between(after, x)]
+    }
+
+    fn between(&self, upper: usize, x: f64) -> f64 {
+        let (x0, x1) = (self.places[upper - 1], self.places[upper]);
+        let share = if x1 > x0 { ((x - x0) / (x1 - x0)).clamp(0.0, 1.0) } else { 1.0 };
+        self.temperature[upper - 1] + share * (self.temperature[upper] - self.temperature[upper - 1])
+    }
+
+    /// All gas properties at `x`, on the upstream side of a step.
+    #[must_use]
+    pub fn at(&self, x: f64) -> GasState {
+        self.gas.at(self.temperatures(x)[0], self.pressure)
+    }
+
+    /// Averages over one stretch.
+    #[must_use]
+    pub fn stretch(&self, from: f64, to: f64) -> Stretch {
+        let [density, compliance] = self.means(from, to, |g| [g.density, 1.0 / (g.density * g.sound_speed.powi(2))]);
+        let temperature = self.pressure / (self.gas.constant() * density);
+        let sound_speed = (density * compliance).sqrt().recip();
+        Stretch { from, to, density, sound_speed, gas: self.gas.at(temperature, self.pressure) }
+    }
+
+    /// Time that sound needs from `from` to `to` in gas at rest, s.
+    #[must_use]
+    pub fn travel_time(&self, from: f64, to: f64) -> f64 {
+        (to - from) * self.means(from, to, |g| [1.0 / g.sound_speed])[0]
+    }
+
+    /// The state with error component k at z_k standard deviations; missing entries of `z` count as zero.
+    #[must_use]
+    pub fn displaced(&self, z: &[f64]) -> Self {
+        let mut state = self.clone();
+        for (error, z) in self.errors.iter().zip(z) {
+            state.mass_flow += z * error.mass_flow;
+            state.numbers.iter_mut().zip(&error.numbers).for_each(|(n, d)| n.1 += z * d);
+            state.temperature.iter_mut().zip(&error.temperature).for_each(|(t, d)| *t += z * d);
+        }
+        state
+    }
+
+    /// Mean over [from, to] of properties, by three-point Gauss quadrature on each linear piece: errors below 1e-9 for
+    /// pieces over which the temperature changes by less than a fifth.
+    fn means<const N: usize>(&self, from: f64, to: f64, properties: impl Fn(&GasState) -> [f64; N]) -> [f64; N] {
+        if to <= from {
+            return properties(&self.at(from));
+        }
+        let mut sums = [0.0; N];
+        let inner = self.places.iter().copied().filter(|&p| p > from && p < to);
+        let mut left = from;
+        for right in inner.chain([to]) {
+            let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
+            let node = 0.6_f64.sqrt() * half;
+            for (x, weight) in [(middle - node, 5.0 / 9.0), (middle, 8.0 / 9.0), (middle + node, 5.0 / 9.0)] {
+                let found = properties(&self.at(x));
+                sums.iter_mut().zip(found).for_each(|(sum, value)| *sum += half * weight * value);
+            }
+            left = right;
+        }
+        sums.map(|sum| sum / (to - from))
+    }
+}

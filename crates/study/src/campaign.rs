@@ -1,0 +1,278 @@
+//! The campaign: a table of operating points with any factors.
+
+use crate::source::{Source, listed};
+use crate::{Problem, StudyError};
+use rijke_rig::{Heading, Unit};
+use std::path::Path;
+
+/// A column of the campaign that is set or measured at every operating point: a position, a power, a load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    /// Its name, which formulas may use.
+    pub name: String,
+    /// Its unit in SI, as formulas see it.
+    pub unit: String,
+    /// Its unit in the file, for axes and tables.
+    pub shown: Unit,
+}
+
+/// One operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Unique name.
+    pub id: String,
+    /// Label of the series that it belongs to; empty if it has none.
+    pub row: String,
+    /// Value of every factor, in SI; NaN where it has none.
+    pub factors: Vec<f64>,
+    /// Points of one installation share one assembly of the rig.
+    pub installation: String,
+    /// The day, or another label of what its readings share.
+    pub day: String,
+    /// Number of repeats planned or measured.
+    pub repeats: u32,
+    /// Ambient temperature and its standard deviation, K.
+    pub ambient: Option<[f64; 2]>,
+}
+
+/// All operating points, in the order of the file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Campaign {
+    /// The factors, in the order of the columns.
+    pub factors: Vec<Factor>,
+    /// The points.
+    pub points: Vec<Point>,
+}
+
+/// Columns with a meaning of their own.
+const RESERVED: [&str; 7] = ["point", "row", "installation", "day", "repeats", "T_amb", "T_amb_sd"];
+
+/// What stands for the empty cell in tables of other programs.
+const EMPTY: [&str; 4] = ["", "-", "nan", "NaN"];
+
+impl Campaign {
+    /// Reads `campaign.csv`.
+    ///
+    /// # Errors
+    /// File, line and remedy.
+    pub fn read(path: &Path) -> Result<Self, StudyError> {
+        Self::parse(&Source::read(path)?)
+    }
+
+    pub(crate) fn parse(source: &Source) -> Result<Self, StudyError> {
+        let mut reader = csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .from_reader(source.text.as_bytes());
+        let wrong = |error: csv::Error| {
+            let line = error.position().map_or(1, |p| p.line() as usize);
+            source.at_line(line, Problem::Csv(error.to_string()))
+        };
+        let header = reader.headers().map_err(wrong)?.clone();
+        let top = reader.headers().ok().and_then(|h| h.position()).map_or(1, |p| p.line() as usize);
+        let columns = header
+            .iter()
+            .map(|text| column(text).map_err(|problem| source.at_line(top, problem)))
+            .collect::<Result<Vec<_>, _>>()?;
+        for (k, a) in columns.iter().enumerate() {
+            if columns[..k].iter().any(|b| b.name == a.name) {
+                return Err(source.at_line(top, Problem::Duplicate { what: "column", name: a.name.clone() }));
+            }
+        }
+        if !columns.iter().any(|c| c.name == "point") {
+            let need = "give every operating point a name in a column `point`";
+            return Err(source.at_line(top, Problem::Missing { key: "point".into(), need }));
+        }
+        let factors: Vec<Factor> =
+            columns.iter().filter(|c| !RESERVED.contains(&c.name.as_str())).cloned().collect();
+        let mut points: Vec<Point> = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(wrong)?;
+            let line = record.position().map_or(1, |p| p.line() as usize);
+            let row = Row { cells: record.iter().zip(&columns).collect() };
+            let point = row.point(&factors).map_err(|problem| source.at_line(line, problem))?;
+            if points.iter().any(|p| p.id == point.id) {
+                return Err(source.at_line(line, Problem::Duplicate { what: "point", name: point.id }));
+            }
+            points.push(point);
+        }
+        if points.is_empty() {
+            return Err(source.at_line(top, Problem::Empty { what: "operating point", need: "add a row" }));
+        }
+        Ok(Self { factors, points })
+    }
+
+    /// The point called `id`.
+    #[must_use]
+    pub fn point(&self, id: &str) -> Option<(usize, &Point)> {
+        self.points.iter().enumerate().find(|(_, p)| p.id == id)
+    }
+
+    /// The place of a factor among all.
+    #[must_use]
+    pub fn factor(&self, name: &str) -> Option<usize> {
+        self.factors.iter().position(|f| f.name == name)
+    }
+
+    /// As [`Campaign::factor`].
+    ///
+    /// # Errors
+    /// [`Problem::Unknown`] with the factors that there are.
+    pub fn known_factor(&self, name: &str) -> Result<usize, Problem> {
+        self.factor(name).ok_or_else(|| Problem::Unknown {
+            what: "factor",
+            name: name.to_owned(),
+            known: listed(self.factors.iter().map(|f| f.name.as_str())),
+        })
+    }
+
+    /// Labels of the series, in order, each once.
+    #[must_use]
+    pub fn rows(&self) -> Vec<&str> {
+        let mut seen = Vec::new();
+        for point in &self.points {
+            if !seen.contains(&point.row.as_str()) {
+                seen.push(point.row.as_str());
+            }
+        }
+        seen
+    }
+}
+
+fn column(text: &str) -> Result<Factor, Problem> {
+    let heading =
+        Heading::parse(text).map_err(|source| Problem::Unit { key: text.to_owned(), source })?;
+    let name = heading.name.clone();
+    let wanted = match name.as_str() {
+        "T_amb" | "T_amb_sd" => "K",
+        _ => "",
+    };
+    let stated = heading.unit.clone().unwrap_or_else(Unit::one);
+    let unit = if wanted.is_empty() { si_text(&stated) } else { wanted.to_owned() };
+    let shown = if wanted.is_empty() {
+        stated
+    } else {
+        heading.of(wanted).map_err(|source| Problem::Unit { key: name.clone(), source })?
+    };
+    if !RESERVED.contains(&name.as_str()) {
+        let good = name.starts_with(|c: char| c.is_alphabetic())
+            && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+        if !good {
+            let why = "formulas name it, so that it must start with a letter and have letters, digits and _ only";
+            return Err(Problem::Name { what: "factor", name, why });
+        }
+    }
+    Ok(Factor { name, unit, shown })
+}
+
+/// The cells of a line with their columns.
+struct Row<'a> {
+    cells: Vec<(&'a str, &'a Factor)>,
+}
+
+impl Row<'_> {
+    fn cell(&self, name: &str) -> Option<&str> {
+        let found = self.cells.iter().find(|(_, column)| column.name == name).map(|(text, _)| *text);
+        found.filter(|text| !EMPTY.contains(text))
+    }
+
+    /// The number in a column, in SI.
+    fn number(&self, name: &str, difference: bool) -> Result<Option<f64>, Problem> {
+        let Some((text, column)) = self.cells.iter().find(|(_, c)| c.name == name) else { return Ok(None) };
+        if EMPTY.contains(text) {
+            return Ok(None);
+        }
+        let value = match *text {
+            "true" | "yes" => 1.0,
+            "false" | "no" => 0.0,
+            text => text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| Problem::Value {
+                key: name.to_owned(),
+                value: text.to_owned(),
+                need: "a finite number with a decimal point, true, false, or empty",
+            })?,
+        };
+        let unit = &column.shown;
+        Ok(Some(if difference { unit.difference_to_si(value) } else { unit.to_si(value) }))
+    }
+
+    fn point(&self, factors: &[Factor]) -> Result<Point, Problem> {
+        let id = self.cell("point").unwrap_or_default().to_owned();
+        let good = |c: char| c.is_alphanumeric() || "-_.+".contains(c);
+        if id.is_empty() || !id.chars().all(good) {
+            let why = "it is also a folder name, so give letters, digits and - _ . +";
+            return Err(Problem::Name { what: "point", name: id, why });
+        }
+        let values = factors
+            .iter()
+            .map(|f| Ok(self.number(&f.name, false)?.unwrap_or(f64::NAN)))
+            .collect::<Result<Vec<_>, Problem>>()?;
+        let repeats = self.number("repeats", false)?.unwrap_or(1.0);
+        if !(repeats >= 0.0 && repeats.fract() == 0.0 && repeats <= 1e9) {
+            let (key, value) = ("repeats".to_owned(), repeats.to_string());
+            return Err(Problem::Value { key, value, need: "a whole number of repeats" });
+        }
+        let ambient = self.number("T_amb", false)?;
+        if let Some(t) = ambient.filter(|t| !(*t > 0.0 && *t < 1e4)) {
+            let (key, value) = ("T_amb".to_owned(), format!("{t} K"));
+            return Err(Problem::Value { key, value, need: "a temperature above 0 K; say its unit in the heading" });
+        }
+        let sd = self.number("T_amb_sd", true)?.unwrap_or(0.0);
+        Ok(Point {
+            row: self.cell("row").unwrap_or_default().to_owned(),
+            installation: self.cell("installation").unwrap_or(&id).to_owned(),
+            day: self.cell("day").unwrap_or_default().to_owned(),
+            repeats: repeats as u32,
+            ambient: ambient.map(|t| [t, sd]),
+            factors: values,
+            id,
+        })
+    }
+}
+
+/// A unit in base units, as formulas read it: `kg m^2 s^-3`.
+pub(crate) fn si_text(unit: &Unit) -> String {
+    let names = ["kg", "m", "s", "K", "A", "mol"];
+    let parts: Vec<String> = (names.iter().zip(unit.dimension()))
+        .filter(|(_, power)| *power != 0)
+        .map(|(name, power)| if power == 1 { (*name).to_owned() } else { format!("{name}^{power}") })
+        .collect();
+    if parts.is_empty() { "1".to_owned() } else { parts.join(" ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Campaign, StudyError> {
+        Campaign::parse(&Source { file: "campaign.csv".into(), text: text.to_owned() })
+    }
+
+    #[test]
+    fn exact_columns_become_factors_in_si() {
+        let text = "# a comment\npoint,row,x_g [mm],flow [L/min],gauze,T_amb [degC],T_amb_sd [K]\n\
+                    a-1,cold,120,6,true,20,0.2\nb,hot,,0,0,21,0.2\n";
+        let campaign = parse(text).unwrap();
+        let names: Vec<_> = campaign.factors.iter().map(|f| (f.name.as_str(), f.unit.as_str())).collect();
+        assert_eq!(names, [("x_g", "m"), ("flow", "m^3 s^-1"), ("gauze", "1")]);
+        let [a, b] = &campaign.points[..] else { panic!("two points") };
+        assert!((a.factors[0] - 0.12).abs() < 1e-15 && (a.factors[1] - 1e-4).abs() < 1e-18);
+        assert_eq!((a.factors[2], a.installation.as_str()), (1.0, "a-1"));
+        assert_eq!(a.ambient.map(|t| t[0]), Some(293.15));
+        assert!(b.factors[0].is_nan());
+        assert_eq!(campaign.rows(), ["cold", "hot"]);
+    }
+
+    #[test]
+    fn message_of_wrong_campaigns_names_line_and_remedy() {
+        let message = |text: &str| parse(text).unwrap_err().to_string();
+        assert_eq!(
+            message("point,x [m]\na,1\na,2\n"),
+            "campaign.csv, line 3: a second point is called `a`; every name must be different"
+        );
+        assert!(message("id,x\na,1\n").starts_with("campaign.csv, line 1: `point` is missing; "));
+        assert!(message("point,x [furlong]\na,1\n").contains("furlong"));
+        assert!(message("point,x [m]\na,1;2\n").contains("`x` is `1;2`, but must be a finite number"));
+        assert!(message("point,x [m]\na,1,2\n").contains("line 2"));
+        assert!(message("point,T_amb [K]\na,-3\n").contains("above 0 K"));
+    }
+}

@@ -1,0 +1,262 @@
+//! Candidates read from TOML.
+
+use crate::law::{Candidate, Coefficient, Effect};
+use crate::rig::{Place, Rig};
+use crate::source::{Outcome, Source, listed};
+use crate::{Problem, StudyError};
+use rijke_formula::Scope;
+use rijke_inference::{Parameter, Prior};
+use serde::Deserialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::path::Path;
+use toml::{Spanned, Table, Value as Toml};
+
+/// Candidates in the order of their files.
+#[derive(Clone, Debug, Default)]
+pub struct Catalogue {
+    candidates: Vec<Candidate>,
+    /// File and line of each candidate's id.
+    places: Vec<(String, usize)>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    candidate: Vec<Spec>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Spec {
+    id: Spanned<String>,
+    role: String,
+    name: String,
+    cite: Spanned<Vec<String>>,
+    #[serde(default)]
+    note: String,
+    #[serde(default)]
+    parameters: Parameters,
+    /// Named subexpressions.
+    #[serde(default, rename = "where")]
+    definitions: BTreeMap<String, Spanned<String>>,
+    #[serde(default)]
+    effect: Vec<Spanned<Table>>,
+}
+
+/// Parameters as files have them.
+pub(crate) type Parameters = BTreeMap<String, Spanned<ParameterSpec>>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ParameterSpec {
+    symbol: Option<String>,
+    #[serde(default = "one")]
+    unit: String,
+    prior: Prior,
+}
+
+fn one() -> String {
+    "1".to_owned()
+}
+
+impl Catalogue {
+    /// Reads a file of candidates for a rig.
+    ///
+    /// # Errors
+    /// File, line and remedy.
+    pub fn read(path: &Path, rig: &Rig) -> Result<Self, StudyError> {
+        Self::parse(&Source::read(path)?, rig)
+    }
+
+    pub(crate) fn parse(source: &Source, rig: &Rig) -> Result<Self, StudyError> {
+        let specs: File = source.toml()?;
+        let mut all = Self::default();
+        for spec in specs.candidate {
+            let at = spec.id.span().start;
+            let candidate = source.located(candidate(spec, rig))?;
+            if all.get(&candidate.id).is_some() {
+                return Err(source.fail(at, Problem::Duplicate { what: "candidate", name: candidate.id }));
+            }
+            all.candidates.push(candidate);
+            all.places.push((source.file.clone(), source.line(at)));
+        }
+        Ok(all)
+    }
+
+    /// All candidates, in order.
+    #[must_use]
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    /// The candidates that compete for one role.
+    #[must_use]
+    pub fn competing(&self, role: &str) -> Vec<&Candidate> {
+        self.candidates.iter().filter(|c| c.role == role).collect()
+    }
+
+    /// The candidate called `id`.
+    #[must_use]
+    pub fn get(&self, id: &str) -> Option<&Candidate> {
+        self.candidates.iter().find(|c| c.id == id)
+    }
+
+    /// File and line of the candidate called `id`.
+    #[must_use]
+    pub fn place(&self, id: &str) -> Option<(&str, usize)> {
+        let k = self.candidates.iter().position(|c| c.id == id)?;
+        self.places.get(k).map(|(file, line)| (file.as_str(), *line))
+    }
+
+    /// Every role, in order, each once.
+    #[must_use]
+    pub fn roles(&self) -> Vec<&str> {
+        let mut seen: Vec<&str> = Vec::new();
+        for candidate in &self.candidates {
+            if !seen.contains(&candidate.role.as_str()) {
+                seen.push(&candidate.role);
+            }
+        }
+        seen
+    }
+
+    /// Adds the candidates of another file.
+    ///
+    /// # Errors
+    /// [`Problem::Duplicate`] at the second of two candidates with one id.
+    pub fn join(&mut self, other: Self) -> Result<(), StudyError> {
+        for (candidate, (file, line)) in other.candidates.into_iter().zip(other.places) {
+            if self.get(&candidate.id).is_some() {
+                let problem = Box::new(Problem::Duplicate { what: "candidate", name: candidate.id });
+                return Err(StudyError { file, line: Some(line), problem });
+            }
+            self.candidates.push(candidate);
+            self.places.push((file, line));
+        }
+        Ok(())
+    }
+}
+
+fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
+    if spec.cite.get_ref().iter().all(|c| c.trim().is_empty()) {
+        let need = "say where the model comes from, or \"own judgement\"";
+        return Err((spec.cite.span(), Problem::Missing { key: "cite".into(), need }));
+    }
+    let parameters = parameters(spec.parameters, &rig.scope)?;
+    let names: Vec<String> = parameters.iter().map(|(p, _)| p.name.clone()).collect();
+    // The order of the file, so that a definition may use those before it.
+    let mut definitions: Vec<_> = spec.definitions.into_iter().collect();
+    definitions.sort_by_key(|(_, text)| text.span().start);
+    for (name, text) in &definitions {
+        check_name("definition", name, &rig.scope).map_err(|problem| (text.span(), problem))?;
+    }
+    let places: Vec<Range<usize>> = definitions.iter().map(|(_, text)| text.span()).collect();
+    let definitions: Vec<(String, String)> =
+        definitions.into_iter().map(|(name, text)| (name, text.into_inner())).collect();
+    let mut used = BTreeSet::new();
+    let mut effects = Vec::new();
+    for effect in spec.effect {
+        effects.extend(read_effect(effect, rig, &names, &definitions, &mut used)?);
+    }
+    let id = spec.id.get_ref().clone();
+    if effects.is_empty() {
+        let need = "add a [[candidate.effect]] with acts_at and one of mu, mp, eu, ep, reflection";
+        return Err((spec.id.span(), Problem::Empty { what: "effect", need }));
+    }
+    for (k, (parameter, at)) in parameters.iter().enumerate() {
+        if !effects.iter().any(|e| e.law.uses_parameter(k)) {
+            let (name, place) = (parameter.name.clone(), format!("any formula of `{id}`"));
+            return Err((at.clone(), Problem::Unused { name, place }));
+        }
+    }
+    for ((name, _), at) in definitions.iter().zip(places) {
+        if !used.contains(name) {
+            let (name, place) = (name.clone(), format!("any formula of `{id}`"));
+            return Err((at, Problem::Unused { name, place }));
+        }
+    }
+    Ok(Candidate {
+        id,
+        role: spec.role,
+        name: spec.name,
+        cite: spec.cite.into_inner(),
+        note: spec.note,
+        parameters: parameters.into_iter().map(|(p, _)| p).collect(),
+        effects,
+    })
+}
+
+fn read_effect(
+    effect: Spanned<Table>,
+    rig: &Rig,
+    names: &[String],
+    definitions: &[(String, String)],
+    used: &mut BTreeSet<String>,
+) -> Outcome<Vec<Effect>> {
+    let at = effect.span();
+    let mut table = effect.into_inner();
+    let Some(Toml::String(place_text)) = table.remove("acts_at") else {
+        return Err((at, Problem::Missing { key: "acts_at".into(), need: "name a part or a place of it" }));
+    };
+    let place = Place::parse(&place_text, &rig.parts).map_err(|problem| (at.clone(), problem))?;
+    let own = rig.own_numbers(&place);
+    let words = rig.words(names, definitions, &own);
+    let mut effects = Vec::new();
+    for (key, coefficient) in Coefficient::ALL {
+        let Some(value) = table.remove(key) else { continue };
+        let text = match value {
+            Toml::String(text) => text,
+            Toml::Integer(v) => v.to_string(),
+            Toml::Float(v) => format!("{v:e}"),
+            other => {
+                let need = "a formula";
+                return Err((at, Problem::Value { key: key.into(), value: other.to_string(), need }));
+            }
+        };
+        if place.is_end() != (coefficient == Coefficient::Reflection) {
+            return Err((at, Problem::WrongPlace { coefficient: key, place: place_text }));
+        }
+        let law = words.law(&text, &place, at.clone(), key, used)?;
+        effects.push(Effect { place: place.clone(), place_text: place_text.clone(), coefficient, law });
+    }
+    if let Some(key) = table.keys().next() {
+        let known = listed(["acts_at"].into_iter().chain(Coefficient::ALL.iter().map(|c| c.0)));
+        return Err((at, Problem::Unknown { what: "key of an effect", name: key.clone(), known }));
+    }
+    Ok(effects)
+}
+
+fn check_name(what: &'static str, name: &str, scope: &Scope) -> Result<(), Problem> {
+    let good = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let why = if !good {
+        "use letters, digits and _, and start with a letter"
+    } else if scope.find(name).is_some() || scope.check(name).is_err() {
+        "formulas already know it as something else"
+    } else {
+        return Ok(());
+    };
+    Err(Problem::Name { what, name: name.to_owned(), why })
+}
+
+/// The parameters of a candidate or of a rig, in the order of the file: tables list them as their author did.
+pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Parameter, Range<usize>)>> {
+    let mut specs: Vec<_> = specs.into_iter().collect();
+    specs.sort_by_key(|(_, p)| p.span().start);
+    let read = |(name, spec): (String, Spanned<ParameterSpec>)| {
+        let at = spec.span();
+        check_name("parameter", &name, scope).map_err(|problem| (at.clone(), problem))?;
+        let ParameterSpec { symbol, unit, prior } = spec.into_inner();
+        let symbol = symbol.unwrap_or_else(|| name.clone());
+        let parameter = Parameter::new(name, symbol, unit, prior);
+        // The checks on priors are those of the inference, where they are used.
+        match rijke_inference::Parameters::new(vec![parameter.clone()]) {
+            Ok(_) => Ok((parameter, at)),
+            Err(error) => {
+                Err((at, Problem::Prior { parameter: parameter.name, reason: error.to_string() }))
+            }
+        }
+    };
+    specs.into_iter().map(read).collect()
+}

@@ -1,0 +1,131 @@
+//! What can be wrong with a file of a study: which file, which line, what, and the remedy.
+
+use rijke_formula::FormulaError;
+use rijke_rig::UnitError;
+
+/// Why a study cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}{}: {problem}", line.map(|l| format!(", line {l}")).unwrap_or_default())]
+pub struct StudyError {
+    /// Name of the file.
+    pub file: String,
+    /// Line, from 1; none if the file could not be read at all.
+    pub line: Option<usize>,
+    /// What is wrong there.
+    pub problem: Box<Problem>,
+}
+
+/// What is wrong in a file of a study.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The file cannot be read.
+    #[error("cannot be read: {0}")]
+    Unreadable(std::io::Error),
+    /// Not TOML, or a key or type that does not belong there; names the known ones.
+    #[error("{0}")]
+    Toml(String),
+    /// Not a table of comma-separated values.
+    #[error("{0}")]
+    Csv(String),
+    /// A formula that cannot be used.
+    #[error("`{key}`: {source}")]
+    Formula {
+        /// The key that holds it.
+        key: String,
+        /// What is wrong with it.
+        source: FormulaError,
+    },
+    /// A quantity whose unit is unknown or of another dimension.
+    #[error("`{key}`: {source}")]
+    Unit {
+        /// The key or column.
+        key: String,
+        /// What is wrong with it.
+        source: UnitError,
+    },
+    /// A name that nothing has.
+    #[error("there is no {what} called `{name}`; known: {known}")]
+    Unknown {
+        /// What kind of thing.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// All names that could stand here.
+        known: String,
+    },
+    /// Two things of one name.
+    #[error("a second {what} is called `{name}`; every name must be different")]
+    Duplicate {
+        /// What kind of thing.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// Something that must be there.
+    #[error("`{key}` is missing; {need}")]
+    Missing {
+        /// The key or column.
+        key: String,
+        /// What is needed.
+        need: &'static str,
+    },
+    /// A value that is no number, or not in its range.
+    #[error("`{key}` is `{value}`, but must be {need}")]
+    Value {
+        /// The key or column.
+        key: String,
+        /// What stands there.
+        value: String,
+        /// What must stand there.
+        need: &'static str,
+    },
+    /// A name that cannot be one.
+    #[error("`{name}` cannot be the name of a {what}: {why}")]
+    Name {
+        /// What kind of thing.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// Why.
+        why: &'static str,
+    },
+    /// A parameter or number that nothing uses.
+    #[error("`{name}` is used nowhere in {place}; use it or remove it")]
+    Unused {
+        /// The name.
+        name: String,
+        /// Where it is declared.
+        place: String,
+    },
+    /// A coefficient where it cannot act.
+    #[error("`{coefficient}` cannot act at `{place}`: ends take `reflection`, all other places mu, mp, eu and ep")]
+    WrongPlace {
+        /// The coefficient.
+        coefficient: &'static str,
+        /// The place.
+        place: String,
+    },
+    /// A prior that is no probability density.
+    #[error("the prior of `{parameter}` is not a density: {reason}")]
+    Prior {
+        /// The parameter.
+        parameter: String,
+        /// Why.
+        reason: String,
+    },
+    /// A covariance that is none.
+    #[error("the covariance of {of} is not positive definite; check the sizes and signs of its numbers")]
+    Covariance {
+        /// Of what.
+        of: String,
+    },
+    /// Something on which nothing could be based.
+    #[error("there is no {what}; {need}")]
+    Empty {
+        /// What is missing.
+        what: &'static str,
+        /// What to give.
+        need: &'static str,
+    },
+}

@@ -1,0 +1,83 @@
+//! The folder of a study, read as a whole.
+
+use crate::plan::Plan;
+use crate::source::Source;
+use crate::{Campaign, Catalogue, Observations, Problem, Rig, StudyError, read_modes};
+use rijke_rig::{ChannelErrors, DataKind};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Everything that a folder says of a rig, of what was measured on it, and of what is asked.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The folder.
+    pub folder: PathBuf,
+    /// The rig.
+    pub rig: Rig,
+    /// The operating points.
+    pub campaign: Campaign,
+    /// The candidates.
+    pub catalogue: Catalogue,
+    /// Stages and questions.
+    pub plan: Plan,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Origin {
+    kind: DataKind,
+    source: String,
+}
+
+impl Study {
+    /// Reads `rig.toml`, `campaign.csv`, `candidates/*.toml` and `study.toml`; the observations are read by
+    /// [`Study::observations`], because a study is checked before anything is measured.
+    ///
+    /// # Errors
+    /// File, line and remedy.
+    pub fn open(folder: &Path) -> Result<Self, StudyError> {
+        let campaign = Campaign::read(&folder.join("campaign.csv"))?;
+        let rig = Rig::read(&folder.join("rig.toml"), &campaign)?;
+        let catalogue = candidates(&folder.join("candidates"), &rig)?;
+        let plan = Plan::read(&folder.join("study.toml"), &rig, &campaign, &catalogue)?;
+        Ok(Self { folder: folder.to_owned(), rig, campaign, catalogue, plan })
+    }
+
+    /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it.
+    ///
+    /// # Errors
+    /// File, line and remedy.
+    pub fn observations(&self) -> Result<Observations, StudyError> {
+        let folder = self.folder.join("observations");
+        let origin: Origin = Source::read(&folder.join("observations.toml"))?.toml()?;
+        let table = folder.join("modes.csv");
+        let table = if table.is_file() { table } else { folder.join("pings.csv") };
+        let modes = read_modes(&table, &self.rig, &self.campaign)?;
+        Ok(Observations { kind: origin.kind, source: origin.source, modes })
+    }
+
+    /// What the calibration leaves of the channels, if `observations/channels.toml` says it.
+    ///
+    /// # Errors
+    /// File and remedy.
+    pub fn channels(&self) -> Result<Option<ChannelErrors>, StudyError> {
+        let path = self.folder.join("observations").join("channels.toml");
+        let others = self.rig.microphones.names.len().saturating_sub(1);
+        ChannelErrors::read(&path, others).map_err(|error| {
+            let problem = Box::new(Problem::Toml(error.to_string()));
+            StudyError { file: path.display().to_string(), line: None, problem }
+        })
+    }
+}
+
+fn candidates(folder: &Path, rig: &Rig) -> Result<Catalogue, StudyError> {
+    let mut catalogue = Catalogue::default();
+    let Ok(entries) = std::fs::read_dir(folder) else { return Ok(catalogue) };
+    let mut files: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
+    files.retain(|f| f.extension().is_some_and(|e| e == "toml"));
+    files.sort();
+    for file in files {
+        catalogue.join(Catalogue::read(&file, rig)?)?;
+    }
+    Ok(catalogue)
+}

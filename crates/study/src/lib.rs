@@ -1,0 +1,27 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # Conventions
+//!
+//! SI units inside; the units of files are converted once, where they are read. x runs from the upstream end, x = 0, to
+//! the downstream end. Factors without a value are NaN. Every error names file, line and remedy.
+
+mod base;
+mod campaign;
+mod catalogue;
+mod error;
+mod folder;
+mod law;
+mod modes;
+pub mod names;
+pub mod plan;
+mod rig;
+mod source;
+
+pub use base::{BaseError, BaseState, Cause, Sharing, Stretch};
+pub use campaign::{Campaign, Factor, Point};
+pub use catalogue::Catalogue;
+pub use error::{Problem, StudyError};
+pub use folder::Study;
+pub use law::{Candidate, Coefficient, Effect};
+pub use modes::{Observations, ObservedMode, hertz, read_modes};
+pub use rig::{Duct, DuctAt, GasModel, Instruments, Layout, Part, PartAt, Place, Rig, Shape, Value};

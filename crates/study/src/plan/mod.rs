@@ -1,0 +1,86 @@
+//! `study.toml`: the stages of a study and its questions.
+
+mod noise;
+mod questions;
+mod read;
+mod select;
+
+pub use noise::{LawError, NoiseSpec, SdSpec, Varying};
+pub use questions::Question;
+pub use select::{Condition, Selection};
+
+use std::collections::BTreeMap;
+
+/// What is asked of a rig, in which order.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What the study is called.
+    pub name: String,
+    /// The question that it answers.
+    pub question: String,
+    /// Where the state of the gas comes from.
+    pub base: Base,
+    /// The stages; each stands on earlier ones only.
+    pub stages: Vec<Stage>,
+    /// What is asked of the stages.
+    pub questions: Vec<Question>,
+}
+
+/// Where the state of the gas comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Base {
+    /// Everywhere the ambient temperature.
+    #[default]
+    Ambient,
+    /// The temperatures of the rig's ducts, and the ambient one where they have none.
+    Rig,
+    /// States that were inferred before, where a point has one; else the ambient temperature.
+    States,
+    /// Readings of thermometers along the ducts, in `observations/readings.csv`.
+    Readings,
+}
+
+/// Some points train some candidates.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// Its name.
+    pub id: String,
+    /// What it is called in tables.
+    pub title: String,
+    /// The points that train.
+    pub points: Selection,
+    /// Earlier stages whose posterior it takes for known.
+    pub on: Vec<String>,
+    /// Role and candidate: what the model consists of, besides what competes.
+    pub with: BTreeMap<String, String>,
+    /// Roles of earlier stages that are not part of this one.
+    pub without: Vec<String>,
+    /// The role whose candidates compete; none for a stage that trains one model.
+    pub compete: Option<String>,
+    /// Which of them, in the order of the table; all if empty.
+    pub among: Vec<String>,
+    /// Further rows: candidates that take the places of others together.
+    pub rows: Vec<Vec<String>>,
+    /// Parameters held at a value.
+    pub hold: BTreeMap<String, f64>,
+    /// A lead in nats below which the evidence does not decide: the first row that none beats by more goes on.
+    pub decides: f64,
+    /// What is assumed of the misfit.
+    pub noise: NoiseSpec,
+    /// As `noise`, for the model that goes on: what enters predictions but must not enter a comparison.
+    pub noise_of_predictions: Option<NoiseSpec>,
+    /// Whether the errors of the base states enter.
+    pub base_errors: bool,
+    /// Whether delays and gains of the channels are found together with the model.
+    pub channels: bool,
+    /// Only these microphones; all if empty.
+    pub microphones: Vec<String>,
+}
+
+impl Plan {
+    /// The stage called `id`, with its place.
+    #[must_use]
+    pub fn stage(&self, id: &str) -> Option<(usize, &Stage)> {
+        self.stages.iter().enumerate().find(|(_, s)| s.id == id)
+    }
+}

@@ -1,0 +1,258 @@
+//! From the text of `study.toml` to a plan that names only what exists.
+
+use super::{Base, NoiseSpec, Plan, Question, SdSpec, Selection, Stage};
+use crate::source::{Source, listed};
+use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    #[serde(default)]
+    question: String,
+    #[serde(default)]
+    base: BaseChoice,
+    #[serde(default)]
+    stage: Vec<Spanned<StageFile>>,
+    #[serde(default, rename = "ask")]
+    asked: Vec<Spanned<Question>>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum BaseChoice {
+    #[default]
+    Ambient,
+    Rig,
+    States,
+    Readings,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StageFile {
+    id: String,
+    title: Option<String>,
+    points: Selection,
+    #[serde(default)]
+    on: OneOrMore,
+    #[serde(default)]
+    with: BTreeMap<String, String>,
+    #[serde(default)]
+    without: Vec<String>,
+    compete: Option<String>,
+    #[serde(default)]
+    among: Vec<String>,
+    #[serde(default)]
+    rows: Vec<Vec<String>>,
+    #[serde(default)]
+    hold: BTreeMap<String, f64>,
+    #[serde(default = "three")]
+    decides: f64,
+    #[serde(default)]
+    noise: NoiseSpec,
+    noise_of_predictions: Option<NoiseSpec>,
+    #[serde(default)]
+    base_errors: bool,
+    #[serde(default)]
+    channels: bool,
+    #[serde(default)]
+    microphones: Vec<String>,
+}
+
+/// Three nats are odds of twenty to one.
+fn three() -> f64 {
+    3.0
+}
+
+#[derive(Default, Deserialize)]
+#[serde(untagged)]
+enum OneOrMore {
+    #[default]
+    None,
+    One(String),
+    More(Vec<String>),
+}
+
+impl Plan {
+    /// Reads `study.toml`.
+    ///
+    /// # Errors
+    /// File, line and remedy; every name is checked against the rig, the campaign and the candidates.
+    pub fn read(
+        path: &Path,
+        rig: &Rig,
+        campaign: &Campaign,
+        catalogue: &Catalogue,
+    ) -> Result<Self, StudyError> {
+        Self::parse(&Source::read(path)?, rig, campaign, catalogue)
+    }
+
+    pub(crate) fn parse(
+        source: &Source,
+        rig: &Rig,
+        campaign: &Campaign,
+        catalogue: &Catalogue,
+    ) -> Result<Self, StudyError> {
+        let file: File = source.toml()?;
+        let base = match file.base {
+            BaseChoice::Ambient => Base::Ambient,
+            BaseChoice::Rig => Base::Rig,
+            BaseChoice::States => Base::States,
+            BaseChoice::Readings => Base::Readings,
+        };
+        let (name, question) = (file.name, file.question);
+        let mut plan = Self { name, question, base, stages: Vec::new(), questions: Vec::new() };
+        for stage in file.stage {
+            let at = stage.span().start;
+            let check = Check { rig, campaign, catalogue };
+            let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
+            plan.stages.push(stage);
+        }
+        if plan.stages.is_empty() {
+            return Err(source.fail(0, Problem::Empty { what: "stage", need: "add a [[stage]]" }));
+        }
+        for question in file.asked {
+            let at = question.span().start;
+            let question = question.into_inner();
+            let fail = |problem| source.fail(at, problem);
+            known_stage(&plan, question.stage()).map_err(fail)?;
+            if plan.questions.iter().any(|q| q.id() == question.id()) {
+                let name = question.id().to_owned();
+                return Err(fail(Problem::Duplicate { what: "question", name }));
+            }
+            check_question(&question, campaign, catalogue).map_err(fail)?;
+            plan.questions.push(question);
+        }
+        Ok(plan)
+    }
+}
+
+fn check_question(question: &Question, campaign: &Campaign, catalogue: &Catalogue) -> Result<(), Problem> {
+    let check = |selection: &Selection| selection.check(campaign);
+    match question {
+        Question::Ranking { over, .. } => over.iter().try_for_each(|f| campaign.known_factor(f).map(drop)),
+        Question::Contours { .. } => Ok(()),
+        Question::PointByPoint { with, points, .. } => {
+            with.iter().try_for_each(|(role, id)| candidate_of(catalogue, role, id))?;
+            check(points)
+        }
+        Question::Prediction { points, trained_on, over, .. } => {
+            over.iter().try_for_each(|f| campaign.known_factor(f).map(drop))?;
+            check(points)?;
+            trained_on.iter().try_for_each(check)
+        }
+    }
+}
+
+fn known_stage(plan: &Plan, id: &str) -> Result<(), Problem> {
+    if plan.stage(id).is_some() {
+        return Ok(());
+    }
+    let known = listed(plan.stages.iter().map(|s| s.id.as_str()));
+    Err(Problem::Unknown { what: "earlier stage", name: id.to_owned(), known })
+}
+
+fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), Problem> {
+    match catalogue.get(id) {
+        Some(c) if c.role == role => Ok(()),
+        Some(c) => Err(Problem::Value {
+            key: format!("with.{role}"),
+            value: format!("{id}, whose role is {}", c.role),
+            need: "a candidate of that role",
+        }),
+        None => {
+            let known = listed(catalogue.competing(role).iter().map(|c| c.id.as_str()));
+            Err(Problem::Unknown { what: "candidate", name: id.to_owned(), known })
+        }
+    }
+}
+
+struct Check<'a> {
+    rig: &'a Rig,
+    campaign: &'a Campaign,
+    catalogue: &'a Catalogue,
+}
+
+impl Check<'_> {
+    fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, Problem> {
+        if plan.stage(&file.id).is_some() {
+            return Err(Problem::Duplicate { what: "stage", name: file.id });
+        }
+        file.points.check(self.campaign)?;
+        let on = match file.on {
+            OneOrMore::None => Vec::new(),
+            OneOrMore::One(id) => vec![id],
+            OneOrMore::More(list) => list,
+        };
+        on.iter().try_for_each(|id| known_stage(plan, id))?;
+        file.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
+        if let Some(role) = &file.compete
+            && self.catalogue.competing(role).is_empty()
+        {
+            let known = listed(self.catalogue.roles());
+            return Err(Problem::Unknown { what: "role", name: role.clone(), known });
+        }
+        for id in file.among.iter().chain(file.rows.iter().flatten()) {
+            if self.catalogue.get(id).is_none() {
+                let known = listed(self.catalogue.candidates().iter().map(|c| c.id.as_str()));
+                return Err(Problem::Unknown { what: "candidate", name: id.clone(), known });
+            }
+        }
+        for noise in [Some(&file.noise), file.noise_of_predictions.as_ref()].into_iter().flatten() {
+            self.noise(noise, plan)?;
+        }
+        for name in &file.microphones {
+            if !self.rig.microphones.names.contains(name) {
+                let known = listed(self.rig.microphones.names.iter().map(String::as_str));
+                return Err(Problem::Unknown { what: "microphone", name: name.clone(), known });
+            }
+        }
+        if !(file.decides >= 0.0 && file.decides.is_finite()) {
+            let (key, value) = ("decides".into(), file.decides.to_string());
+            return Err(Problem::Value { key, value, need: "a number of nats, zero or more" });
+        }
+        Ok(Stage {
+            title: file.title.unwrap_or_else(|| file.id.clone()),
+            id: file.id,
+            points: file.points,
+            on,
+            with: file.with,
+            without: file.without,
+            compete: file.compete,
+            among: file.among,
+            rows: file.rows,
+            hold: file.hold,
+            decides: file.decides,
+            noise: file.noise,
+            noise_of_predictions: file.noise_of_predictions,
+            base_errors: file.base_errors,
+            channels: file.channels,
+            microphones: file.microphones,
+        })
+    }
+
+    fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), Problem> {
+        let all = [&noise.growth_rate, &noise.angular_frequency, &noise.pressure]
+            .into_iter()
+            .chain(noise.installation.iter().flatten())
+            .chain(noise.varying.iter().map(|v| &v.sd));
+        for sd in all {
+            if let SdSpec::Like { stage, .. } = sd {
+                known_stage(plan, stage)?;
+            }
+        }
+        if let Some(law) = &noise.law {
+            self.campaign.known_factor(&law.over)?;
+            if self.catalogue.competing(&law.role).is_empty() {
+                let known = listed(self.catalogue.roles());
+                return Err(Problem::Unknown { what: "role", name: law.role.clone(), known });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,180 @@
+//! The library of elements: what each is made of, and the laws that it brings.
+
+use super::value::Given;
+use crate::law::Coefficient::{self, Ep, Eu, Mp, Mu, Reflection};
+
+/// A kind of element or end.
+pub(super) struct Kind {
+    /// Its `type` in files.
+    pub(super) name: &'static str,
+    /// Numbers that it has.
+    pub(super) keys: &'static [Key],
+    /// Laws that act at it, as formulas of its numbers.
+    pub(super) laws: &'static [(Coefficient, &'static str)],
+}
+
+/// A number of an element.
+pub(super) struct Key {
+    pub(super) name: &'static str,
+    /// SI.
+    pub(super) unit: &'static str,
+    /// What it is if it is not given; it must be given if there is none.
+    pub(super) default: Option<&'static str>,
+}
+
+const fn need(name: &'static str, unit: &'static str) -> Key {
+    Key { name, unit, default: None }
+}
+
+const fn or(name: &'static str, unit: &'static str, default: &'static str) -> Key {
+    Key { name, unit, default: Some(default) }
+}
+
+/// Compact elements between ducts. `transfer` is N(s)/D(s) e^(-s delay), with a first-order filter, see [`transfer`].
+pub(super) const COMPACT: [Kind; 8] = [
+    Kind { name: "device", keys: &[], laws: &[] },
+    // Heat release in proportion to velocity: k_eu = -gain F(s). With `n`, Q'/Q = n F u'/U and the mean heat is that of the
+    // temperature rise, so that gain = n (T_2 - T)/T A/A_2 (Dowling & Stow 2003, with the reference just upstream).
+    Kind { name: "flame", keys: &[need("gain", "1")], laws: &[(Eu, "-(gain)*(transfer)")] },
+    // A plate with a hole: inertia rho l_eff A/A_hole and drag. End correction of both sides with Fok's function of the ratio of
+    // diameters (Fok 1941; Melling 1973, J. Sound Vib. 29, eq. 15).
+    Kind {
+        name: "orifice",
+        keys: &[need("diameter", "m"), need("thickness", "m"), or("drag", "Pa s/m", "0")],
+        laws: &[(
+            Mu,
+            "s*rho*((thickness) + 8/(3*pi)*(diameter)*(1 - 1.4092*((diameter)/D) + 0.33818*((diameter)/D)^3 + 0.06793*((diameter)/D)^5 \
+             - 0.02287*((diameter)/D)^6 + 0.03015*((diameter)/D)^7 - 0.01641*((diameter)/D)^8))*A/(pi/4*(diameter)^2) + (drag)",
+        )],
+    },
+    // A thin resistive layer.
+    Kind { name: "screen", keys: &[need("resistance", "Pa s/m")], laws: &[(Mu, "(resistance)")] },
+    // A Helmholtz resonator on the wall.
+    Kind {
+        name: "helmholtz",
+        keys: &[
+            need("volume", "m^3"),
+            need("neck_area", "m^2"),
+            need("neck_length", "m"),
+            or("resistance", "Pa s/m", "0"),
+        ],
+        laws: &[(
+            Ep,
+            "s/(A*(s^2*rho*(neck_length)/(neck_area) + s*(resistance)/(neck_area) + rho*c^2/(volume)))",
+        )],
+    },
+    // A closed tube on the wall.
+    Kind {
+        name: "quarter-wave",
+        keys: &[need("length", "m"), need("area", "m^2")],
+        laws: &[(Ep, "(area)/(A*rho*c)*tanh(s*(length)/c)")],
+    },
+    // An open hole in the wall with a chimney of `length`: inertia of the chimney with its inner and outer end corrections
+    // (0.82 and 0.61 radii: Keefe 1982, J. Acoust. Soc. Am. 72), no interaction between holes, no radiation loss.
+    Kind {
+        name: "side-hole",
+        keys: &[need("radius", "m"), need("length", "m"), or("resistance", "Pa s/m", "0")],
+        laws: &[(Ep, "pi*(radius)^2/(A*(s*rho*((length) + (0.82 + 0.61)*(radius)) + (resistance)))")],
+    },
+    Kind {
+        name: "feedback",
+        keys: &[
+            or("mu", "kg/(m^2 s)", "0"),
+            or("mp", "1", "0"),
+            or("eu", "1", "0"),
+            or("ep", "m/(Pa s)", "0"),
+        ],
+        laws: &[(Mu, "(mu)"), (Mp, "(mp)"), (Eu, "(eu)"), (Ep, "(ep)")],
+    },
+];
+
+/// Ends of the rig.
+pub(super) const ENDS: [Kind; 9] = [
+    Kind { name: "free", keys: &[], laws: &[] },
+    Kind { name: "open", keys: &[], laws: &[(Reflection, "-1")] },
+    Kind { name: "closed", keys: &[], laws: &[(Reflection, "1")] },
+    Kind { name: "anechoic", keys: &[], laws: &[(Reflection, "0")] },
+    Kind {
+        name: "constant",
+        keys: &[need("modulus", "1"), need("angle", "rad")],
+        laws: &[(Reflection, "(modulus)*exp(i*(angle))")],
+    },
+    Kind {
+        name: "delayed",
+        keys: &[need("factor", "1"), need("delay", "s")],
+        laws: &[(Reflection, "(factor)*exp(-s*(delay))")],
+    },
+    // Levine & Schwinger 1948, with the end correction of a wall of finite thickness beyond that of a thin one: Dalmont,
+    // Nederveen & Joly 2001, J. Sound Vib. 244, eq. (39), with q the inner over the outer radius.
+    Kind {
+        name: "unflanged",
+        keys: &[or("wall_thickness", "m", "0"), or("modulus", "1", "1"), or("angle", "rad", "0")],
+        laws: &[(
+            Reflection,
+            "(modulus)*exp(i*(angle))*R_LS*exp(-s*D/c*(0.8216 - 0.6133 + (0.6133 - 0.8216)*(D/(D + 2*(wall_thickness))) \
+             + 0.057*(D/(D + 2*(wall_thickness)))*(1 - (D/(D + 2*(wall_thickness)))^5)))",
+        )],
+    },
+    Kind { name: "flanged", keys: &[], laws: &[(Reflection, "R_flanged")] },
+    // Normalised impedance p/(rho c u) into the end.
+    Kind {
+        name: "impedance",
+        keys: &[need("impedance", "1")],
+        laws: &[(Reflection, "((impedance) - 1)/((impedance) + 1)")],
+    },
+];
+
+/// Losses at the walls of a duct: viscous and thermal, per metre, as formulas of `wall_factor`.
+pub(super) const WALLS: [(&str, [&str; 2]); 3] = [
+    (
+        "paper",
+        [
+            "(wall_factor)*4/D*sqrt(s*rho*mu)",
+            "(wall_factor)*4/D*sqrt(s*rho*mu)*(gamma - 1)/(rho*c)^2*Pr^(-2/3)",
+        ],
+    ),
+    (
+        "kirchhoff",
+        [
+            "(wall_factor)*4/D*sqrt(s*rho*mu)",
+            "(wall_factor)*4/D*sqrt(s*rho*mu)*(gamma - 1)/(rho*c)^2*Pr^(-1/2)",
+        ],
+    ),
+    (
+        "zwikker-kosten",
+        [
+            "(wall_factor)*s*rho/(D/4*sqrt(s*rho/mu)/bessel_ratio(D/2*sqrt(s*rho/mu)) - 1)",
+            "(wall_factor)*s*(gamma - 1)/(rho*c^2)*bessel_ratio(D/2*sqrt(s*rho/mu*Pr))/(D/4*sqrt(s*rho/mu*Pr))",
+        ],
+    ),
+];
+
+/// N(s)/D(s) e^(-s delay)/(1 + s/(2 pi cutoff)) as a formula; polynomials have ascending coefficients.
+pub(super) fn transfer(
+    delay: Option<&Given>,
+    cutoff: bool,
+    numerator: &[String],
+    denominator: &[String],
+) -> String {
+    let horner = |k: &[String]| {
+        let mut text = k.last().map_or_else(|| "1".to_owned(), |k| format!("({k})"));
+        for k in k.iter().rev().skip(1) {
+            text = format!("(({k}) + s*{text})");
+        }
+        text
+    };
+    let mut text = String::from("1");
+    if !numerator.is_empty() {
+        text = horner(numerator);
+    }
+    if !denominator.is_empty() {
+        text = format!("{text}/{}", horner(denominator));
+    }
+    if cutoff {
+        text = format!("{text}/(1 + s/(2*pi*(cutoff_hz)))");
+    }
+    if delay.is_some() {
+        text = format!("{text}*exp(-s*(delay))");
+    }
+    text
+}

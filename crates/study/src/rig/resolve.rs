@@ -1,0 +1,228 @@
+//! The rig at one operating point: numbers in the place of formulas.
+
+use super::{Place, Rig, Shape};
+use crate::names::{AMBIENT, LENGTH};
+use crate::{Point, Problem};
+
+/// Places closer than this part of the length are the same.
+const SAME: f64 = 1e-9;
+
+/// Where everything is at one operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// Value of every name of the scope that is the same everywhere; NaN for all others.
+    pub numbers: Vec<f64>,
+    /// Total length, m.
+    pub length: f64,
+    /// The ducts, from upstream to downstream.
+    pub ducts: Vec<DuctAt>,
+    /// For every part, where it is.
+    pub parts: Vec<PartAt>,
+    /// Places of the microphones, m.
+    pub microphones: Vec<f64>,
+}
+
+/// A duct at an operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DuctAt {
+    /// The part that it is.
+    pub part: usize,
+    /// Where it begins and ends, m.
+    pub span: [f64; 2],
+    /// Areas at its ends, m^2.
+    pub area: [f64; 2],
+    /// Temperatures at equally spaced places, K; may be empty.
+    pub temperatures: Vec<f64>,
+    /// Into how many pieces it is cut at least.
+    pub pieces: usize,
+}
+
+/// A part at an operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PartAt {
+    /// It is not there.
+    Absent,
+    /// At places, ascending in the file's order, m.
+    Places(Vec<f64>),
+    /// Along a stretch, m.
+    Stretch([f64; 2]),
+}
+
+impl Rig {
+    /// The values of all names that are the same everywhere at `point`: factors, numbers of parts, ambient temperature.
+    #[must_use]
+    pub fn numbers(&self, factors: &[f64], ambient: f64) -> Vec<f64> {
+        let mut numbers = vec![f64::NAN; self.scope.len()];
+        for (place, value) in self.factors.iter().zip(factors) {
+            numbers[*place] = *value;
+        }
+        numbers[AMBIENT] = ambient;
+        for (place, value) in self.parts.iter().flat_map(|p| &p.numbers) {
+            numbers[*place] = value.at(&numbers);
+        }
+        numbers
+    }
+
+    /// The rig at an operating point; `ambient` in K.
+    ///
+    /// # Errors
+    /// A length, an area or a place that is impossible there.
+    pub fn at(&self, point: &Point, ambient: f64) -> Result<Layout, Problem> {
+        self.at_factors(&point.factors, ambient)
+    }
+
+    /// As [`Rig::at`], for any values of the factors.
+    ///
+    /// # Errors
+    /// As [`Rig::at`].
+    pub fn at_factors(&self, factors: &[f64], ambient: f64) -> Result<Layout, Problem> {
+        let mut numbers = self.numbers(factors, ambient);
+        let wrong = |key: String, value: f64, need: &'static str| Problem::Value { key, value: value.to_string(), need };
+        let mut ducts: Vec<DuctAt> = Vec::new();
+        let mut end = 0.0;
+        for (k, part) in self.parts.iter().enumerate() {
+            let Shape::Duct(duct) = &part.shape else { continue };
+            let length = duct.length.at(&numbers);
+            let [area, area_end] = [0, 1].map(|i| duct.area[i].at(&numbers));
+            for (key, value) in [("length", length), ("area", area), ("area_end", area_end)] {
+                if !(value > 0.0 && value.is_finite()) {
+                    return Err(wrong(format!("{}: {key}", part.name), value, "positive"));
+                }
+            }
+            let temperatures: Vec<f64> = duct.temperatures.iter().map(|t| t.at(&numbers)).collect();
+            if let Some(&t) = temperatures.iter().find(|t| !(**t > 0.0 && t.is_finite())) {
+                return Err(wrong(format!("{}: temperature", part.name), t, "above 0 K"));
+            }
+            let varies = area != area_end || temperatures.len() > 1;
+            let pieces = duct.pieces.unwrap_or(if varies { 40 } else { 1 });
+            let span = [end, end + length];
+            ducts.push(DuctAt { part: k, span, area: [area, area_end], temperatures, pieces });
+            end += length;
+        }
+        numbers[LENGTH] = end;
+        let mut before = 0.0;
+        let mut parts = Vec::with_capacity(self.parts.len());
+        for part in &self.parts {
+            let there = part.present.is_none_or(|factor| numbers[factor] > 0.0);
+            parts.push(match &part.shape {
+                Shape::Duct(_) => {
+                    let duct = ducts.iter().find(|d| d.part == parts.len());
+                    before = duct.map_or(before, |d| d.span[1]);
+                    PartAt::Stretch(duct.map_or([0.0; 2], |d| d.span))
+                }
+                _ if !there => PartAt::Absent,
+                Shape::Device(at) => {
+                    let places: Vec<f64> =
+                        if at.is_empty() { vec![before] } else { at.iter().map(|x| x.at(&numbers)).collect() };
+                    if places.iter().any(|x| x.is_nan()) {
+                        PartAt::Absent
+                    } else {
+                        for &x in &places {
+                            inside(&part.name, x, end)?;
+                        }
+                        PartAt::Places(places)
+                    }
+                }
+                Shape::Insert(from, to) => {
+                    let [from, to] = [from, to].map(|x| x.at(&numbers));
+                    if from.is_nan() || to.is_nan() {
+                        PartAt::Absent
+                    } else {
+                        inside(&part.name, from, end)?;
+                        inside(&part.name, to, end)?;
+                        PartAt::Stretch([from.min(to), from.max(to)])
+                    }
+                }
+            });
+        }
+        let mut microphones = Vec::with_capacity(self.microphones.at.len());
+        for (name, x) in self.microphones.names.iter().zip(&self.microphones.at) {
+            let x = x.at(&numbers);
+            inside(name, x, end)?;
+            microphones.push(x);
+        }
+        Ok(Layout { numbers, length: end, ducts, parts, microphones })
+    }
+}
+
+fn inside(name: &str, x: f64, length: f64) -> Result<(), Problem> {
+    if (-SAME * length..=length * (1.0 + SAME)).contains(&x) {
+        return Ok(());
+    }
+    let (key, value) = (format!("{name}: at"), format!("{x} m"));
+    Err(Problem::Value { key, value, need: "on the ducts, from 0 to their total length" })
+}
+
+impl Layout {
+    /// The places of a kind of place, and the share of the law at each; along a stretch nothing.
+    #[must_use]
+    pub fn places(&self, place: &Place) -> Vec<(f64, f64)> {
+        let whole = |x: f64| (x, 1.0);
+        match place {
+            Place::Upstream => vec![whole(0.0)],
+            Place::Downstream => vec![whole(self.length)],
+            Place::Ends => vec![whole(0.0), whole(self.length)],
+            Place::Duct(_) | Place::Along(_) => Vec::new(),
+            Place::Start(k) | Place::End(k) => match self.parts.get(*k) {
+                Some(PartAt::Stretch(span)) => vec![whole(span[usize::from(matches!(place, Place::End(_)))])],
+                _ => Vec::new(),
+            },
+            Place::Each(k) | Place::Shared(k) | Place::Middle(k) => match self.parts.get(*k) {
+                Some(PartAt::Places(list)) => {
+                    let n = list.len() as f64;
+                    match place {
+                        Place::Middle(_) => vec![whole(list.iter().sum::<f64>() / n)],
+                        Place::Shared(_) => list.iter().map(|x| (*x, 1.0 / n)).collect(),
+                        _ => list.iter().copied().map(whole).collect(),
+                    }
+                }
+                _ => Vec::new(),
+            },
+        }
+    }
+
+    /// The stretches along which a law acts, m.
+    #[must_use]
+    pub fn stretches(&self, place: &Place) -> Vec<[f64; 2]> {
+        match place {
+            Place::Duct(None) => vec![[0.0, self.length]],
+            Place::Duct(Some(k)) | Place::Along(k) => match self.parts.get(*k) {
+                Some(PartAt::Stretch(span)) => vec![*span],
+                _ => Vec::new(),
+            },
+            _ => Vec::new(),
+        }
+    }
+
+    /// Area of the ducts on the upstream side of `x`, and on the downstream side, m^2.
+    #[must_use]
+    pub fn areas(&self, x: f64) -> [f64; 2] {
+        let slack = SAME * self.length;
+        let side = |duct: Option<&DuctAt>| duct.map_or(f64::NAN, |d| d.area_at(x));
+        let before = self.ducts.iter().find(|d| x <= d.span[1] + slack).or(self.ducts.last());
+        let after = self.ducts.iter().rfind(|d| x >= d.span[0] - slack).or(self.ducts.first());
+        [side(before), side(after)]
+    }
+}
+
+impl DuctAt {
+    /// Area at `x` (m from the upstream end of the rig): the radius is linear along a cone.
+    #[must_use]
+    pub fn area_at(&self, x: f64) -> f64 {
+        let share = ((x - self.span[0]) / (self.span[1] - self.span[0])).clamp(0.0, 1.0);
+        let [start, end] = self.area.map(f64::sqrt);
+        if start == end { self.area[0] } else { (start + share * (end - start)).powi(2) }
+    }
+
+    /// Temperature of the file at `x`, if it says one.
+    #[must_use]
+    pub fn temperature_at(&self, x: f64) -> Option<f64> {
+        let (&first, n) = (self.temperatures.first()?, self.temperatures.len());
+        if n == 1 {
+            return Some(first);
+        }
+        let share = ((x - self.span[0]) / (self.span[1] - self.span[0])).clamp(0.0, 1.0) * (n - 1) as f64;
+        let k = (share as usize).min(n - 2);
+        Some(self.temperatures[k] + (share - k as f64) * (self.temperatures[k + 1] - self.temperatures[k]))
+    }
+}

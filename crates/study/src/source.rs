@@ -1,0 +1,59 @@
+//! The text of a file, and where in it something stands.
+
+use crate::{Problem, StudyError};
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use std::path::Path;
+
+/// A file that was read; every error names it and the line.
+pub(crate) struct Source {
+    pub(crate) file: String,
+    pub(crate) text: String,
+}
+
+/// What is wrong, and where in the text.
+pub(crate) type Outcome<T> = Result<T, (Range<usize>, Problem)>;
+
+impl Source {
+    pub(crate) fn read(path: &Path) -> Result<Self, StudyError> {
+        let file = path.display().to_string();
+        match rijke_rig::read_text(path) {
+            Ok(text) => Ok(Self { file, text }),
+            Err(error) => {
+                let cause = std::io::Error::other(error.to_string());
+                Err(StudyError { file, line: None, problem: Box::new(Problem::Unreadable(cause)) })
+            }
+        }
+    }
+
+    pub(crate) fn toml<T: DeserializeOwned>(&self) -> Result<T, StudyError> {
+        toml::from_str(&self.text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            self.fail(at, Problem::Toml(error.message().trim().replace('\n', " ")))
+        })
+    }
+
+    /// Line of an offset in bytes, from 1.
+    pub(crate) fn line(&self, at: usize) -> usize {
+        1 + self.text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count()
+    }
+
+    pub(crate) fn fail(&self, at: usize, problem: Problem) -> StudyError {
+        let (file, line) = (self.file.clone(), Some(self.line(at)));
+        StudyError { file, line, problem: Box::new(problem) }
+    }
+
+    pub(crate) fn at_line(&self, line: usize, problem: Problem) -> StudyError {
+        StudyError { file: self.file.clone(), line: Some(line), problem: Box::new(problem) }
+    }
+
+    pub(crate) fn located<T>(&self, outcome: Outcome<T>) -> Result<T, StudyError> {
+        outcome.map_err(|(at, problem)| self.fail(at.start, problem))
+    }
+}
+
+/// `a, b, c`, or `none`.
+pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let all: Vec<&str> = names.into_iter().collect();
+    if all.is_empty() { "none".to_owned() } else { all.join(", ") }
+}
