@@ -20,8 +20,8 @@ pub(crate) fn binary<T: Analytic>(operator: Binary, left: Operand<T>, right: Ope
         (Binary::Divide, J(a), N(b)) => J(a.scale(b.inv())),
         (Binary::Divide, J(a), J(b)) => J(a.times(&recip(&b))),
         (Binary::Power, J(a), N(b)) => J(power(&a, b)),
-        // 0^k with Re k > 0 is 0 with all its derivatives, where exp(k ln 0) is NaN: no power law of the heater's
-        // power would survive the cold rig.
+        // 0^k with Re k > 0 is 0 with all its derivatives, where exp(k ln 0) is NaN: no power law of the
+        // heater's power would survive the cold rig.
         (Binary::Power, N(a), J(b)) if a == C64::ZERO && b.value().re > 0.0 => J(b.scale(C64::ZERO)),
         (Binary::Power, N(a), J(b)) => J(call(Function::Exp, &b.scale(a.ln()))),
         (Binary::Power, J(a), J(b)) => J(call(Function::Exp, &b.times(&call(Function::Ln, &a)))),
@@ -76,7 +76,8 @@ fn power<T: Analytic>(x: &T, b: C64) -> T {
     }
 }
 
-/// An analytic function at z with its first two derivatives; none for the four that are not analytic, and `arg`.
+/// An analytic function at z with its first two derivatives; none for the four that are not analytic, and
+/// `arg`.
 fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
     Some(match function {
         Function::Sqrt => {

@@ -16,8 +16,8 @@ pub(crate) struct Definition<'a> {
 
 /// The tree of the formula `source`, its definitions put in.
 ///
-/// A definition may use only those before it, so there are no circles. Each must be used by a later one or by the
-/// formula, so each enters the formula in the end.
+/// A definition may use only those before it, so there are no circles. Each must be used by a later one or
+/// by the formula, so each enters the formula in the end.
 pub(crate) fn tree(source: &str, context: &Context<'_>) -> Result<Tree, FormulaError> {
     let mut before: Vec<Definition<'_>> = Vec::with_capacity(context.definitions.len());
     for (name, text) in context.definitions {
