@@ -76,7 +76,7 @@ fn value(text: &str) -> C64 {
 
 fn complaint(text: &str) -> (usize, Problem) {
     let error = parse(text).unwrap_err();
-    (error.at, error.problem)
+    (error.at, *error.problem)
 }
 
 #[test]

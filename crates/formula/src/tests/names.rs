@@ -10,7 +10,7 @@ fn with(text: &str, definitions: &[(&str, &str)]) -> Formula {
 /// The definition at fault, the offset in it, and the fault.
 fn fault(text: &str, definitions: &[(&str, &str)]) -> (Option<String>, usize, Problem) {
     let error = parse_without(text, &["R_LS"], definitions).unwrap_err();
-    (error.definition, error.at, error.problem)
+    (error.definition, error.at, *error.problem)
 }
 
 fn short(name: &str) -> Name {
