@@ -124,7 +124,7 @@ fn operand<T: Analytic>(
     match *operation {
         Operation::Number(z) => N(z),
         Operation::Global(index) | Operation::Local(index) => {
-            here.numbers.get(index).map_or_else(nothing, |&x| N(C64::new(x, 0.0)))
+            N(C64::new(here.numbers.get(index).copied().unwrap_or(f64::NAN), 0.0))
         }
         Operation::Analytic(index) => match here.analytic.get(index) {
             Some(Some(x)) => J((*x).clone()),
