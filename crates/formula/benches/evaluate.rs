@@ -1,5 +1,5 @@
-//! What one evaluation of a law costs, as read and folded at its place: with the slope in s, as in every step of a search for
-//! an eigenvalue, and with the Hessian in three parameters and s, as at its end.
+//! What one evaluation of a law costs, as read and folded at its place: with the slope in s, as in every
+//! step of a search for an eigenvalue, and with the Hessian in three parameters and s, as at its end.
 #![allow(clippy::unwrap_used, reason = "a bench stops at the first surprise")]
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

@@ -38,39 +38,50 @@ impl Analytic for Jet {
 }
 
 impl Dual {
+    #[inline]
     fn each(&self, f: impl Fn(C64) -> C64) -> Self {
         Self { value: f(self.value), slope: f(self.slope) }
     }
 }
 
 impl Analytic for Dual {
+    #[inline]
     fn value(&self) -> C64 {
         self.value
     }
+    #[inline]
     fn compose(&self, [f, slope, _]: [C64; 3]) -> Self {
         Self { value: f, slope: slope * self.slope }
     }
+    #[inline]
     fn plus(&self, other: &Self) -> Self {
         Self { value: self.value + other.value, slope: self.slope + other.slope }
     }
+    #[inline]
     fn minus(&self, other: &Self) -> Self {
         Self { value: self.value - other.value, slope: self.slope - other.slope }
     }
+    #[inline]
     fn times(&self, other: &Self) -> Self {
         Self { value: self.value * other.value, slope: self.slope * other.value + self.value * other.slope }
     }
+    #[inline]
     fn scale(&self, factor: C64) -> Self {
         self.each(|z| factor * z)
     }
+    #[inline]
     fn shift(&self, constant: C64) -> Self {
         Self { value: self.value + constant, ..*self }
     }
+    #[inline]
     fn re(&self) -> Self {
         self.each(|z| C64::new(z.re, 0.0))
     }
+    #[inline]
     fn im(&self) -> Self {
         self.each(|z| C64::new(z.im, 0.0))
     }
+    #[inline]
     fn conj(&self) -> Self {
         self.each(|z| z.conj())
     }

@@ -69,8 +69,8 @@ pub(crate) fn compile(tree: &Tree, program: &mut Vec<Operation>) {
     }
 }
 
-/// `program` where the real names have these values: what neither s nor a parameter enters is a number. Its value is the
-/// same to the last bit, because the operations and their order are.
+/// `program` where the real names have these values: what neither s nor a parameter enters is a number. Its
+/// value is the same to the last bit, because the operations and their order are.
 pub(crate) fn folded(program: &[Operation], numbers: &[f64]) -> Vec<Operation> {
     let mut short: Vec<Operation> = Vec::with_capacity(program.len());
     for &operation in program {
@@ -110,8 +110,8 @@ pub(crate) fn run<T: Analytic>(
     }
 }
 
-/// The operand whose last operation is just before `end`, which moves to its first: the program read backwards needs no
-/// stack, and its depth is that of the tree, which the parser limits.
+/// The operand whose last operation is just before `end`, which moves to its first: the program read
+/// backwards needs no stack, and its depth is that of the tree, which the parser limits.
 fn operand<T: Analytic>(
     program: &[Operation],
     end: &mut usize,
@@ -124,7 +124,7 @@ fn operand<T: Analytic>(
     match *operation {
         Operation::Number(z) => N(z),
         Operation::Global(index) | Operation::Local(index) => {
-            here.numbers.get(index).map_or_else(nothing, |&x| N(C64::new(x, 0.0)))
+            N(C64::new(here.numbers.get(index).copied().unwrap_or(f64::NAN), 0.0))
         }
         Operation::Analytic(index) => match here.analytic.get(index) {
             Some(Some(x)) => J((*x).clone()),

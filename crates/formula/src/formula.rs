@@ -6,7 +6,8 @@ use rijke_numerics::{C64, Jet};
 
 /// A formula in the names of a [`Scope`] and in parameters.
 ///
-/// It knows names by their indices: use it with the scope that it was read in, or with one that has grown from it.
+/// It knows names by their indices: use it with the scope that it was read in, or with one that has grown
+/// from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Formula {
     source: String,
@@ -31,16 +32,16 @@ impl Formula {
         &self.source
     }
 
-    /// Its value, with derivatives. A name without a value `here` (excluded when the formula was read in the right
-    /// context) or a missing parameter gives NaN, never a panic.
+    /// Its value, with derivatives. A name without a value `here` (excluded when the formula was read in
+    /// the right context) or a missing parameter gives NaN, never a panic.
     #[must_use]
     pub fn evaluate(&self, here: &Here<'_, Jet>, parameters: &[Jet]) -> Jet {
         let parameter = |index: usize| parameters.get(index).cloned().map(Operand::Full);
         evaluate::run(&self.program, here, parameter, |z| here.space.constant(z))
     }
 
-    /// As [`Formula::evaluate`], with the derivative with respect to s alone: without parameters as seeds it needs no
-    /// jets.
+    /// As [`Formula::evaluate`], with the derivative with respect to s alone: without parameters as seeds
+    /// it needs no jets.
     #[must_use]
     pub fn evaluate_in_s(&self, here: &Here<'_, Dual>, parameters: &[f64]) -> Dual {
         let number = |value: &f64| Operand::Number(C64::new(*value, 0.0));
@@ -48,8 +49,9 @@ impl Formula {
         evaluate::run(&self.program, here, parameter, |value| Dual { value, slope: C64::ZERO })
     }
 
-    /// The value of a formula of real names alone, as a place or the number of parts. `numbers` holds their values by
-    /// index. NaN if s or a parameter enters, if a name has no value, or if the value is not real.
+    /// The value of a formula of real names alone, as a place or the number of parts. `numbers` holds their
+    /// values by index. NaN if s or a parameter enters, if a name has no value, or if the value is not
+    /// real.
     #[must_use]
     pub fn real(&self, numbers: &[f64]) -> f64 {
         match evaluate::folded(&self.program, numbers).as_slice() {
@@ -58,18 +60,19 @@ impl Formula {
         }
     }
 
-    /// The same formula where the real names have these values by index, with all arithmetic done that neither s nor a
-    /// parameter enters. A name whose value is NaN stays a name.
+    /// The same formula where the real names have these values by index, with all arithmetic done that
+    /// neither s nor a parameter enters. A name whose value is NaN stays a name.
     #[must_use]
     pub fn at(&self, numbers: &[f64]) -> Self {
         Self { source: self.source.clone(), program: evaluate::folded(&self.program, numbers) }
     }
 
-    /// g such that the value is g times something that is the same at all places, if the form of the formula shows
-    /// that. `numbers` holds the values of the real names at this place by index, `analytic` the g of those that depend
-    /// on s: 1 for s itself, none for those that have no value here or no g.
+    /// g such that the value is g times something that is the same at all places, if the form of the
+    /// formula shows that. `numbers` holds the values of the real names at this place by index, `analytic`
+    /// the g of those that depend on s: 1 for s itself, none for those that have no value here or no g.
     ///
-    /// Ask a formula as it was read: one that comes from [`Formula::at`] no longer knows what differs between places.
+    /// Ask a formula as it was read: one that comes from [`Formula::at`] no longer knows what differs
+    /// between places.
     #[must_use]
     pub fn scale(&self, numbers: &[f64], analytic: &[Option<f64>]) -> Option<f64> {
         share::scale(&self.program, numbers, analytic)
@@ -104,8 +107,9 @@ impl Formula {
 
     /// Why the units of the formula do not agree, or do not give the unit `wanted`; none if they do.
     ///
-    /// Numbers have any unit where they are added, and none where they multiply. A unit that is not understood (see
-    /// [`crate::is_unit`]) is taken to be right, and so is a part whose unit depends on a parameter, as Q^k.
+    /// Numbers have any unit where they are added, and none where they multiply. A unit that is not
+    /// understood (see [`crate::is_unit`]) is taken to be right, and so is a part whose unit depends on a
+    /// parameter, as Q^k.
     #[must_use]
     pub fn unit_fault(&self, scope: &Scope, parameter_units: &[&str], wanted: &str) -> Option<String> {
         units::fault(&self.program, scope, parameter_units, wanted)

@@ -2,15 +2,17 @@
 
 use rijke_numerics::{C64, JetSpace};
 
-/// The values of all names at one place. `T` is a [`rijke_numerics::Jet`] where derivatives in the parameters are
-/// carried, and a [`Dual`] in a search for a root.
+/// The values of all names at one place. `T` is a [`rijke_numerics::Jet`] where derivatives in the
+/// parameters are carried, and a [`Dual`] in a search for a root.
 #[derive(Debug)]
 pub struct Here<'a, T> {
     /// Number and order of the derivatives that jets carry.
     pub space: JetSpace,
-    /// Values of the real names by index, in the units of the scope; NaN for those that have none here or depend on s.
+    /// Values of the real names by index, in the units of the scope; NaN for those that have none here or
+    /// depend on s.
     pub numbers: &'a [f64],
-    /// Values of the names that depend on s by index, `s` itself first; none for those that have none here or are real.
+    /// Values of the names that depend on s by index, `s` itself first; none for those that have none here
+    /// or are real.
     pub analytic: &'a [Option<&'a T>],
 }
 

@@ -1,20 +1,24 @@
-//! Formulas: text to a program in names that the caller gives, evaluated with exact derivatives. Does not know what
-//! the names mean.
+//! Formulas: text to a program in names that the caller gives, evaluated with exact derivatives. Does not
+//! know what the names mean.
 //!
-//! A [`Scope`] lists the names with their units, a [`Context`] says which of them have a value where a formula acts,
-//! and [`Formula::parse`] reads the text. The program then runs on jets ([`Formula::evaluate`]), on a value with its
-//! slope in s ([`Formula::evaluate_in_s`]) or on plain numbers ([`Formula::real`]).
+//! A [`Scope`] lists the names with their units, a [`Context`] says which of them have a value where a
+//! formula acts, and [`Formula::parse`] reads the text. The program then runs on jets
+//! ([`Formula::evaluate`]), on a value with its slope in s ([`Formula::evaluate_in_s`]) or on plain numbers
+//! ([`Formula::real`]).
 //!
 //! # Conventions
 //!
-//! * Numbers (`1.5e-3`, imaginary `2i`), names, `+ - * / ^`, parentheses, the constants `i`, `j` and `pi`, and the functions
-//!   `sqrt exp ln log sin cos tan sinh cosh tanh bessel_ratio re im abs arg conj`. `log` is the natural logarithm,
-//!   `bessel_ratio` is I1/I0. Names may be dotted, as `heater.length`.
-//! * Precedence is that of MATLAB and Python: `^` (or `**`) binds tighter than the minus before it, so `-2^2` is -4, and
-//!   `2^-1` is 0.5. A chain `a^b^c` is refused, because MATLAB reads it from the left and Python from the right.
-//! * Index 0 of every scope is `s` = sigma + i omega, time dependence e^{st}. Everything is analytic in s: `re`, `im`,
-//!   `abs`, `arg` and `conj` of anything that depends on s are refused when the formula is read.
-//! * Roots, logarithms and powers take their principal branches. 0^k is 0 with all its derivatives for Re k > 0.
+//! * Numbers (`1.5e-3`, imaginary `2i`), names, `+ - * / ^`, parentheses, the constants `i`, `j` and `pi`,
+//!   and the functions `sqrt exp ln log sin cos tan sinh cosh tanh bessel_ratio re im abs arg conj`. `log`
+//!   is the natural logarithm, `bessel_ratio` is I1/I0. Names may be dotted, as `heater.length`.
+//! * Precedence is that of MATLAB and Python: `^` (or `**`) binds tighter than the minus before it, so
+//!   `-2^2` is -4, and `2^-1` is 0.5. A chain `a^b^c` is refused, because MATLAB reads it from the left and
+//!   Python from the right.
+//! * Index 0 of every scope is `s` = sigma + i omega, time dependence e^{st}. Everything is analytic in s:
+//!   `re`, `im`, `abs`, `arg` and `conj` of anything that depends on s are refused when the formula is
+//!   read.
+//! * Roots, logarithms and powers take their principal branches. 0^k is 0 with all its derivatives where the
+//!   real part of k is positive.
 //! * Parameters are real. A complex coefficient is written `alpha_r + i*alpha_i`.
 //! * Values are in the units that the scope states; nothing is converted.
 //! * No text makes the reader panic, and no value makes a formula panic: what has no value is NaN.
@@ -34,7 +38,8 @@
 //! })?;
 //! let parameters = ["k".to_owned(), "tau".to_owned()];
 //! let definitions = [("lag".to_owned(), "exp(-s*tau)".to_owned())];
-//! let context = Context { scope: &scope, here: &|_| true, parameters: &parameters, definitions: &definitions };
+//! let (parameters, definitions) = (&parameters[..], &definitions[..]);
+//! let context = Context { scope: &scope, here: &|_| true, parameters, definitions };
 //!
 //! let law = Formula::parse("-k*heater.power*lag", &context)?;
 //! assert_eq!(law.names_used(), [0, power]);

@@ -10,7 +10,8 @@ use rijke_numerics::C64;
 /// Nesting beyond which a formula is refused rather than risk the stack.
 pub(crate) const DEEPEST: usize = 100;
 
-/// Tokens beyond which a formula with its definitions is refused: a chain of sums makes a tree as deep as it is long.
+/// Tokens beyond which a formula with its definitions is refused: a chain of sums makes a tree as deep as
+/// it is long.
 pub(crate) const LONGEST: usize = 1000;
 
 /// What was read, or the place and the kind of the fault.
@@ -33,8 +34,8 @@ const PRODUCT: u8 = 2;
 const SIGN: u8 = 3;
 const POWER: u8 = 4;
 
-/// The tree of a whole formula with the number of its words; `end` is the length of its text, where an error at the end
-/// points, and `before` holds the definitions that it may use.
+/// The tree of a whole formula with the number of its words; `end` is the length of its text, where an
+/// error at the end points, and `before` holds the definitions that it may use.
 pub(crate) fn parse(
     tokens: &[Token<'_>],
     end: usize,
@@ -92,8 +93,8 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// A number, name, call, parenthesis or signed operand. A sign inside an exponent binds as the exponent does, so
-    /// that `2^-1^2` is seen to be a chain.
+    /// A number, name, call, parenthesis or signed operand. A sign inside an exponent binds as the exponent
+    /// does, so that `2^-1^2` is seen to be a chain.
     fn operand(&mut self, weakest: u8) -> Outcome<Tree> {
         let sign = weakest.max(SIGN);
         let at = self.at();

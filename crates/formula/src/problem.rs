@@ -14,7 +14,7 @@ pub struct FormulaError {
     /// Offset in bytes from the start of `source_text`.
     pub at: usize,
     /// What is wrong there.
-    pub problem: Problem,
+    pub problem: Box<Problem>,
 }
 
 impl FormulaError {

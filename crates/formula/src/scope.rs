@@ -6,8 +6,8 @@ use crate::tree::is_reserved;
 /// What a name stands for, and what is told of it in messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name {
-    /// As written in formulas: a letter or `_`, then letters, digits and `_`; or two such words with a point between
-    /// them, as `heater.length`.
+    /// As written in formulas: a letter or `_`, then letters, digits and `_`; or two such words with a
+    /// point between them, as `heater.length`.
     pub name: String,
     /// Its unit, as `W/(m K)`; see [`crate::is_unit`]. A unit that is not understood is not judged.
     pub unit: String,
@@ -59,8 +59,8 @@ pub enum NameError {
 
 /// Where a formula is read: its names, which of them have a value there, parameters and definitions.
 ///
-/// A name is looked up among the parameters, then the definitions, the scope and the constants `i`, `j` and `pi`.
-/// Parameters are not checked here; [`Scope::check`] tells whether one hides a name of the scope.
+/// A name is looked up among the parameters, then the definitions, the scope and the constants `i`, `j` and
+/// `pi`. Parameters are not checked here; [`Scope::check`] tells whether one hides a name of the scope.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
     /// All names.
@@ -69,7 +69,8 @@ pub struct Context<'a> {
     pub here: &'a dyn Fn(usize) -> bool,
     /// Names of the parameters, in order.
     pub parameters: &'a [String],
-    /// Parts of the formula with a name: (name, text), in order. Each may use those before it, and each must be used.
+    /// Parts of the formula with a name: (name, text), in order. Each may use those before it, and each
+    /// must be used.
     pub definitions: &'a [(String, String)],
 }
 

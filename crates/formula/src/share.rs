@@ -1,7 +1,8 @@
 //! Laws that are a number of the place times something that is the same everywhere.
 //!
-//! The losses of fifty segments with fifty temperatures are often one function of s and the parameters, times a real
-//! number of the local gas: sqrt(s rho mu) = sqrt(rho mu) sqrt(s). Then the function is evaluated once.
+//! The losses of fifty segments with fifty temperatures are often one function of s and the parameters,
+//! times a real number of the local gas: sqrt(s rho mu) = sqrt(rho mu) sqrt(s). Then the function is
+//! evaluated once.
 
 use crate::calculus::{number_binary, number_call};
 use crate::evaluate::Operation;
@@ -21,8 +22,8 @@ enum Part {
 
 use Part::{Local, Number, Scaled};
 
-/// g such that the program's value is g times something that is the same at all places, if its form shows that it is.
-/// `numbers` are the values of the real names here, `analytic` the g of those that depend on s.
+/// g such that the program's value is g times something that is the same at all places, if its form shows
+/// that it is. `numbers` are the values of the real names here, `analytic` the g of those that depend on s.
 pub(crate) fn scale(program: &[Operation], numbers: &[f64], analytic: &[Option<f64>]) -> Option<f64> {
     let known = |index: usize| numbers.get(index).copied().filter(|x| !x.is_nan());
     let mut stack: Vec<Part> = Vec::with_capacity(8);

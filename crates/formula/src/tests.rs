@@ -76,7 +76,7 @@ fn value(text: &str) -> C64 {
 
 fn complaint(text: &str) -> (usize, Problem) {
     let error = parse(text).unwrap_err();
-    (error.at, error.problem)
+    (error.at, *error.problem)
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn exact_only_analytic_laws_of_s_are_accepted() {
     ] {
         let (_, problem) = complaint(text);
         assert!(
-            matches!(problem, Problem::NotAnalytic { through, .. } if through == name),
+            matches!(&problem, Problem::NotAnalytic { through, .. } if through == name),
             "{text}: {problem}"
         );
     }

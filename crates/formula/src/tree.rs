@@ -42,7 +42,8 @@ pub(crate) enum Function {
     Conj,
 }
 
-/// Names of the functions; `log` is the natural logarithm, as in MATLAB and Python; `bessel_ratio` is I1/I0 for Re z >= 0.
+/// Names of the functions; `log` is the natural logarithm, as in MATLAB and Python; `bessel_ratio` is I1/I0
+/// for Re z >= 0.
 pub(crate) const FUNCTIONS: [(&str, Function); 16] = [
     ("sqrt", Function::Sqrt),
     ("exp", Function::Exp),

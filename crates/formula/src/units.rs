@@ -26,14 +26,15 @@ const UNITS: [(&str, Dimension); 11] = [
     ("W", [1.0, 2.0, -3.0, 0.0]),
 ];
 
-/// Whether a unit can be judged: a product of powers of `kg m s K Hz N Pa J W rad 1`, over at most one such product, as
-/// `W/(m K)` or `kg/(m^2 s)`.
+/// Whether a unit can be judged: a product of powers of `kg m s K Hz N Pa J W rad 1`, over at most one such
+/// product, as `W/(m K)` or `kg/(m^2 s)`.
 #[must_use]
 pub fn is_unit(unit: &str) -> bool {
     dimension(unit).is_some()
 }
 
-/// The dimension of a unit such as `W/(m K)` or `kg/(m^2 s)`; none if it is not made of the units above, as `1/W^k_3`.
+/// The dimension of a unit such as `W/(m K)` or `kg/(m^2 s)`; none if it is not made of the units above, as
+/// `1/W^k_3`.
 fn dimension(unit: &str) -> Option<Dimension> {
     let (above, below) = unit.split_once('/').unwrap_or((unit, ""));
     let product = |text: &str| {

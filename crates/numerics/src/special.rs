@@ -36,7 +36,7 @@ fn asymptotic(inverse: C64, mu: f64) -> C64 {
 mod tests {
     use super::*;
 
-    /// I1/I0 as the continued fraction z/(2 + z^2/(4 + z^2/(6 + ...))) (DLMF 10.33.1 with z -> iz).
+    /// I1/I0 as the continued fraction z/(2 + z^2/(4 + z^2/(6 + ...))) (DLMF 10.33.1).
     fn continued_fraction(z: C64) -> C64 {
         let tail = (1..=300).rev().fold(C64::ZERO, |below, k| z * z / (f64::from(2 * k) + below));
         tail / z
@@ -44,7 +44,8 @@ mod tests {
 
     #[test]
     fn oracle_the_ratio_agrees_with_its_continued_fraction() {
-        // On both sides of the change to the asymptotic series at |z| = 40; the angle of z = R sqrt(s rho/mu) is near 45 degrees.
+        // On both sides of the change to the asymptotic series at |z| = 40; the angle of z = R sqrt(s
+        // rho/mu) is near 45 degrees.
         for modulus in [1e-3, 0.3, 2.0, 11.0, 39.9, 40.1, 75.0] {
             for angle in [-0.8, 0.0, 0.4, 0.8] {
                 let z = C64::from_polar(modulus, angle);

@@ -10,7 +10,7 @@ fn with(text: &str, definitions: &[(&str, &str)]) -> Formula {
 /// The definition at fault, the offset in it, and the fault.
 fn fault(text: &str, definitions: &[(&str, &str)]) -> (Option<String>, usize, Problem) {
     let error = parse_without(text, &["R_LS"], definitions).unwrap_err();
-    (error.definition, error.at, error.problem)
+    (error.definition, error.at, *error.problem)
 }
 
 fn short(name: &str) -> Name {
@@ -113,7 +113,8 @@ fn exact_definitions_that_grow_without_end_are_refused() {
     let all: Vec<(&str, &str)> =
         names.iter().map(String::as_str).zip(texts.iter().map(String::as_str)).collect();
     let (of, at, problem) = fault("a39", &all);
-    // Definition n has w(n) = 3 + 2 w(n - 1) words, w(0) = 1: 4 2^n - 3, and the first above 1000 is the ninth.
+    // Definition n has w(n) = 3 + 2 w(n - 1) words, w(0) = 1: 4 2^n - 3, and the first above 1000 is the
+    // ninth.
     assert_eq!((of.as_deref(), at, problem), (Some("a8"), 3, Problem::TooLong));
     assert!(parse_without("a7", &[], &all[..8]).is_ok());
 }
