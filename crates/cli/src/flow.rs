@@ -1,6 +1,7 @@
 //! `rijke flow`: from click arrival times to the base flow.
 
 mod plot;
+mod states;
 
 use crate::{
     failure::{Classify, Failure},
@@ -112,6 +113,10 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Fa
         std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))
     };
     states.write(&staged.path().join(BaseStates::FILE)).or_failed()?;
+    if let Some(observations) = settled.and_then(|folder| Observations::read(folder).ok()) {
+        let file = self::states::states(&states, &observations);
+        write("states.json", serde_json::to_string(&file).or_failed()? + "\n")?;
+    }
     write("flow.json", serde_json::to_string_pretty(&document).or_failed()? + "\n")?;
     write("unknowns.csv", unknowns_table(&document.runs))?;
     write("velocity.csv", velocity_table(&document.runs))?;

@@ -25,6 +25,7 @@ mod report;
 mod run;
 mod sensitivity;
 mod staging;
+mod study;
 mod ui;
 
 /// From microphone records of a thermoacoustic rig to a physics-based model with known uncertainty, chosen by evidence.

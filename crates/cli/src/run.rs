@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Example:\n  rijke run my-rig\n\n\
     Writes DIR/observations, DIR/base-flow and DIR/results with its page index.html and, in\n\
     DIR/results/priors, what the priors alone would have predicted. Steps that were finished before are kept,\n\
-    so an interrupted run goes on where it was. A folder with observations and no records starts from there.")]
+    so an interrupted run goes on where it was. A folder with observations and no records starts from there.\n\n\
+    A study folder (with study.toml, see docs/study-folder.md) is run stage by stage into DIR/results.")]
 pub(crate) struct Args {
     /// Folder of records with its manifest.toml, or with observations prepared by hand in DIR/observations.
     dir: PathBuf,
@@ -30,6 +31,9 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
+    if crate::study::is_study(dir) {
+        return crate::study::run(dir, args.force, ui);
+    }
     let mut candidates = args.candidates.clone();
     if candidates.is_empty() && dir.join("candidates.toml").is_file() {
         candidates.push(dir.join("candidates.toml"));

@@ -1,1 +1,24 @@
-//! x
+#![doc = include_str!("../README.md")]
+
+mod assembly;
+mod conditions;
+mod data;
+mod error;
+mod errors;
+mod noise;
+mod observed;
+mod point;
+mod prediction;
+mod predictor;
+pub mod run;
+mod training;
+
+pub use assembly::Assembly;
+pub use conditions::Conditions;
+pub use error::EngineError;
+pub use noise::{LawError, Misfit, Noise, Varying};
+pub use observed::Observed;
+pub use point::PointModel;
+pub use prediction::PointPrediction;
+pub use predictor::Predictor;
+pub use training::{Knowledge, Trained, Training, train};

@@ -30,6 +30,7 @@ mod prior;
 mod record;
 mod sheet;
 mod stability;
+mod study;
 mod table;
 
 pub use base_flow::{BaseFlow, FlowAt, FlowAtPower, FlowRun, FlowUnknown};
@@ -40,6 +41,7 @@ pub use numbers::Numbers;
 pub use prior::{PriorFigure, PriorModel, PriorSeries};
 pub use record::{Look, RecordCurve, RecordFigure, RecordPanel};
 pub use stability::StabilityMap;
+pub use study::{StudyHead, StudyPage};
 
 use std::{fs, path::Path};
 

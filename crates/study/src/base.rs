@@ -19,8 +19,8 @@ pub struct BaseState {
     pub places: Vec<f64>,
     /// Temperature at the places, K.
     pub temperature: Vec<f64>,
-    /// Where the slope of the temperature jumps, m: elements end there, and more closely beside it.
-    pub kinks: Vec<f64>,
+    /// Zones in which the temperature changes fast, m: elements end at their borders, and more closely beside them.
+    pub kinks: Vec<[f64; 2]>,
     /// Independent contributions to the error.
     pub errors: Vec<BaseError>,
 }
@@ -120,10 +120,13 @@ impl BaseState {
         let free: Vec<f64> = layout
             .ducts
             .iter()
-            .flat_map(|d| vec![if d.temperatures.is_empty() { ambient[1] } else { 0.0 }; d.temperatures.len().max(2)])
+            .flat_map(|d| {
+                vec![if d.temperatures.is_empty() { ambient[1] } else { 0.0 }; d.temperatures.len().max(2)]
+            })
             .collect();
         if free.iter().any(|sd| *sd > 0.0) {
-            state.errors = vec![BaseError { cause: day, mass_flow: 0.0, numbers: Vec::new(), temperature: free }];
+            state.errors =
+                vec![BaseError { cause: day, mass_flow: 0.0, numbers: Vec::new(), temperature: free }];
         }
         state
     }
@@ -133,7 +136,8 @@ impl BaseState {
     /// # Errors
     /// A temperature that is not positive, places that do not ascend, lists of different length.
     pub fn checked(self, point: &str) -> Result<Self, Problem> {
-        let wrong = |value: String, need| Err(Problem::Value { key: format!("base state of {point}"), value, need });
+        let wrong =
+            |value: String, need| Err(Problem::Value { key: format!("base state of {point}"), value, need });
         if let Some(t) = self.temperature.iter().find(|t| !(**t > 0.0 && t.is_finite())) {
             return wrong(format!("{t} K"), "a temperature above 0 K everywhere");
         }
@@ -177,7 +181,8 @@ impl BaseState {
     /// Averages over one stretch.
     #[must_use]
     pub fn stretch(&self, from: f64, to: f64) -> Stretch {
-        let [density, compliance] = self.means(from, to, |g| [g.density, 1.0 / (g.density * g.sound_speed.powi(2))]);
+        let [density, compliance] =
+            self.means(from, to, |g| [g.density, 1.0 / (g.density * g.sound_speed.powi(2))]);
         let temperature = self.pressure / (self.gas.constant() * density);
         let sound_speed = (density * compliance).sqrt().recip();
         Stretch { from, to, density, sound_speed, gas: self.gas.at(temperature, self.pressure) }
@@ -203,7 +208,12 @@ impl BaseState {
 
     /// Mean over [from, to] of properties, by three-point Gauss quadrature on each linear piece: errors below 1e-9 for
     /// pieces over which the temperature changes by less than a fifth.
-    fn means<const N: usize>(&self, from: f64, to: f64, properties: impl Fn(&GasState) -> [f64; N]) -> [f64; N] {
+    fn means<const N: usize>(
+        &self,
+        from: f64,
+        to: f64,
+        properties: impl Fn(&GasState) -> [f64; N],
+    ) -> [f64; N] {
         if to <= from {
             return properties(&self.at(from));
         }

@@ -140,8 +140,7 @@ impl Campaign {
 }
 
 fn column(text: &str) -> Result<Factor, Problem> {
-    let heading =
-        Heading::parse(text).map_err(|source| Problem::Unit { key: text.to_owned(), source })?;
+    let heading = Heading::parse(text).map_err(|source| Problem::Unit { key: text.to_owned(), source })?;
     let name = heading.name.clone();
     let wanted = match name.as_str() {
         "T_amb" | "T_amb_sd" => "K",
@@ -158,7 +157,8 @@ fn column(text: &str) -> Result<Factor, Problem> {
         let good = name.starts_with(|c: char| c.is_alphabetic())
             && name.chars().all(|c| c.is_alphanumeric() || c == '_');
         if !good {
-            let why = "formulas name it, so that it must start with a letter and have letters, digits and _ only";
+            let why =
+                "formulas name it, so that it must start with a letter and have letters, digits and _ only";
             return Err(Problem::Name { what: "factor", name, why });
         }
     }
@@ -214,7 +214,11 @@ impl Row<'_> {
         let ambient = self.number("T_amb", false)?;
         if let Some(t) = ambient.filter(|t| !(*t > 0.0 && *t < 1e4)) {
             let (key, value) = ("T_amb".to_owned(), format!("{t} K"));
-            return Err(Problem::Value { key, value, need: "a temperature above 0 K; say its unit in the heading" });
+            return Err(Problem::Value {
+                key,
+                value,
+                need: "a temperature above 0 K; say its unit in the heading",
+            });
         }
         let sd = self.number("T_amb_sd", true)?.unwrap_or(0.0);
         Ok(Point {

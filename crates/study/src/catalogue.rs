@@ -35,6 +35,8 @@ struct Spec {
     cite: Spanned<Vec<String>>,
     #[serde(default)]
     note: String,
+    /// The candidate of another role whose place it takes.
+    extends: Option<String>,
     #[serde(default)]
     parameters: Parameters,
     /// Named subexpressions.
@@ -182,6 +184,7 @@ fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
         name: spec.name,
         cite: spec.cite.into_inner(),
         note: spec.note,
+        extends: spec.extends,
         parameters: parameters.into_iter().map(|(p, _)| p).collect(),
         effects,
     })
@@ -253,9 +256,7 @@ pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Param
         // The checks on priors are those of the inference, where they are used.
         match rijke_inference::Parameters::new(vec![parameter.clone()]) {
             Ok(_) => Ok((parameter, at)),
-            Err(error) => {
-                Err((at, Problem::Prior { parameter: parameter.name, reason: error.to_string() }))
-            }
+            Err(error) => Err((at, Problem::Prior { parameter: parameter.name, reason: error.to_string() })),
         }
     };
     specs.into_iter().map(read).collect()

@@ -99,7 +99,9 @@ pub enum Problem {
         place: String,
     },
     /// A coefficient where it cannot act.
-    #[error("`{coefficient}` cannot act at `{place}`: ends take `reflection`, all other places mu, mp, eu and ep")]
+    #[error(
+        "`{coefficient}` cannot act at `{place}`: ends take `reflection`, all other places mu, mp, eu and ep"
+    )]
     WrongPlace {
         /// The coefficient.
         coefficient: &'static str,

@@ -1,10 +1,12 @@
 //! The folder of a study, read as a whole.
 
+use crate::modes::read_ambient;
 use crate::plan::Plan;
 use crate::source::Source;
 use crate::{Campaign, Catalogue, Observations, Problem, Rig, StudyError, read_modes};
 use rijke_rig::{ChannelErrors, DataKind};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Everything that a folder says of a rig, of what was measured on it, and of what is asked.
@@ -53,7 +55,9 @@ impl Study {
         let table = folder.join("modes.csv");
         let table = if table.is_file() { table } else { folder.join("pings.csv") };
         let modes = read_modes(&table, &self.rig, &self.campaign)?;
-        Ok(Observations { kind: origin.kind, source: origin.source, modes })
+        let points = folder.join("points.csv");
+        let ambient = if points.is_file() { read_ambient(&points, &self.campaign)? } else { BTreeMap::new() };
+        Ok(Observations { kind: origin.kind, source: origin.source, modes, ambient })
     }
 
     /// What the calibration leaves of the channels, if `observations/channels.toml` says it.

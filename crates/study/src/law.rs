@@ -22,6 +22,8 @@ pub struct Candidate {
     pub cite: Vec<String>,
     /// Anything else that a reader should know.
     pub note: String,
+    /// The candidate, of another role, whose place it takes in a model; it can be part of no model without that one.
+    pub extends: Option<String>,
     /// Its parameters, in the order of the file.
     pub parameters: Vec<Parameter>,
     /// What it does.

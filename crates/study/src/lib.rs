@@ -16,6 +16,7 @@ pub mod names;
 pub mod plan;
 mod rig;
 mod source;
+mod states;
 
 pub use base::{BaseError, BaseState, Cause, Sharing, Stretch};
 pub use campaign::{Campaign, Factor, Point};
@@ -25,3 +26,4 @@ pub use folder::Study;
 pub use law::{Candidate, Coefficient, Effect};
 pub use modes::{Observations, ObservedMode, hertz, read_modes};
 pub use rig::{Duct, DuctAt, GasModel, Instruments, Layout, Part, PartAt, Place, Rig, Shape, Value};
+pub use states::{ErrorRecord, StateRecord, StatesFile, read_states};

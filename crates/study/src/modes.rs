@@ -35,6 +35,9 @@ pub struct Observations {
     pub source: String,
     /// The modes, in the order of the file.
     pub modes: Vec<ObservedMode>,
+    /// Ambient temperatures that were read with the records, and their standard deviations, K, by operating point. They count before
+    /// those of the campaign.
+    pub ambient: BTreeMap<usize, [f64; 2]>,
 }
 
 impl ObservedMode {
@@ -76,6 +79,26 @@ enum Number {
 /// Columns that other tables have beside ours.
 const IGNORED: [&str; 3] = ["repeat", "comment", "note"];
 
+/// Reads the ambient temperatures of `points.csv`: columns `point`, `T_amb [unit]`, `T_amb_sd [unit]`.
+///
+/// # Errors
+/// File, line and remedy.
+pub(crate) fn read_ambient(
+    path: &Path,
+    campaign: &Campaign,
+) -> Result<BTreeMap<usize, [f64; 2]>, StudyError> {
+    let mut source = Source::read(path)?;
+    // What signal processing writes has the units in the names.
+    for (old, new) in [("ambient_temperature_K", "T_amb [K]"), ("ambient_temperature_sd_K", "T_amb_sd [K]")] {
+        let end = source.text.find('\n').unwrap_or(source.text.len());
+        let header = source.text[..end].replace(old, new);
+        source.text.replace_range(..end, &header);
+    }
+    let read = Campaign::parse(&source)?;
+    let ambient = |p: crate::Point| Some((campaign.point(&p.id)?.0, p.ambient?));
+    Ok(read.points.into_iter().filter_map(ambient).collect())
+}
+
 /// Reads the modes of a table.
 ///
 /// # Errors
@@ -85,8 +108,10 @@ pub fn read_modes(path: &Path, rig: &Rig, campaign: &Campaign) -> Result<Vec<Obs
 }
 
 fn parse(source: &Source, rig: &Rig, campaign: &Campaign) -> Result<Vec<ObservedMode>, StudyError> {
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(source.text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(source.text.as_bytes());
     let wrong = |error: csv::Error| {
         let line = error.position().map_or(1, |p| p.line() as usize);
         source.at_line(line, Problem::Csv(error.to_string()))
@@ -249,7 +274,9 @@ fn row(
             Column::Ignored => {}
         }
     }
-    let Some(point) = point else { return Err(Problem::Missing { key: "point".into(), need: "an operating point" }) };
+    let Some(point) = point else {
+        return Err(Problem::Missing { key: "point".into(), need: "an operating point" });
+    };
     assemble(point, label, &values, &sds, &covariances, &campaign.points[point].id)
 }
 
@@ -288,7 +315,10 @@ fn assemble(
     }
     let n = numbers.len();
     if n == 0 {
-        return Err(Problem::Empty { what: "number in this row", need: "give a growth rate, a frequency or pressures" });
+        return Err(Problem::Empty {
+            what: "number in this row",
+            need: "give a growth rate, a frequency or pressures",
+        });
     }
     let mut covariance = Matrix::zeros(n, n);
     if covariances.is_empty() {
@@ -342,4 +372,3 @@ fn assemble(
 pub fn hertz(angular_frequency: f64) -> f64 {
     angular_frequency / (2.0 * PI)
 }
-

@@ -72,10 +72,25 @@ const BUILT_IN: [(&str, &str, &str, Kind); 23] = [
     ("A_2", "m^2", "cross-section of the duct just downstream of a place", Kind::Local),
     ("T_amb", "K", "ambient temperature", Kind::Global),
     ("L", "m", "total length of the ducts", Kind::Global),
-    ("wall_mu", "kg/(m^3 s)", "viscous loss of the duct's wall per metre, as the wall model gives it", Kind::Analytic),
-    ("wall_ep", "1/(Pa s)", "thermal loss of the duct's wall per metre, as the wall model gives it", Kind::Analytic),
+    (
+        "wall_mu",
+        "kg/(m^3 s)",
+        "viscous loss of the duct's wall per metre, as the wall model gives it",
+        Kind::Analytic,
+    ),
+    (
+        "wall_ep",
+        "1/(Pa s)",
+        "thermal loss of the duct's wall per metre, as the wall model gives it",
+        Kind::Analytic,
+    ),
     ("R_LS", "1", "reflection coefficient of Levine & Schwinger 1948 at ka = s a/(i c)", Kind::Analytic),
-    ("R_flanged", "1", "reflection coefficient of an end in an infinite baffle, by Rayleigh's piston", Kind::Analytic),
+    (
+        "R_flanged",
+        "1",
+        "reflection coefficient of an end in an infinite baffle, by Rayleigh's piston",
+        Kind::Analytic,
+    ),
 ];
 
 /// The scope that every study starts from.
@@ -85,7 +100,11 @@ const BUILT_IN: [(&str, &str, &str, Kind); 23] = [
 pub(crate) fn built_in() -> Result<Scope, Problem> {
     let mut scope = Scope::new();
     for (name, unit, meaning, kind) in BUILT_IN {
-        add(&mut scope, "symbol", Name { name: name.into(), unit: unit.into(), meaning: meaning.into(), kind })?;
+        add(
+            &mut scope,
+            "symbol",
+            Name { name: name.into(), unit: unit.into(), meaning: meaning.into(), kind },
+        )?;
     }
     Ok(scope)
 }
@@ -96,7 +115,8 @@ pub(crate) fn add(scope: &mut Scope, what: &'static str, name: Name) -> Result<u
     if scope.find(&text).is_some() {
         return Err(Problem::Name { what, name: text, why: "formulas already know it as something else" });
     }
-    let why = "use letters, digits and _, start with a letter, and avoid the names of functions and constants";
+    let why =
+        "use letters, digits and _, start with a letter, and avoid the names of functions and constants";
     scope.add(name).map_err(|_| Problem::Name { what, name: text, why })
 }
 

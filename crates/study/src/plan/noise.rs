@@ -40,16 +40,23 @@ impl<'de> Deserialize<'de> for SdSpec {
         let need = "\"floated\", a number, { fixed = sd }, { median = sd, ln_sd = factor } or { like = \"stage\", ln_sd = factor }";
         let value = toml::Value::deserialize(from)?;
         let positive = |v: f64| {
-            if v >= 0.0 && v.is_finite() { Ok(v) } else { Err(Error::custom(format!("{v} is not a standard deviation; give {need}"))) }
+            if v >= 0.0 && v.is_finite() {
+                Ok(v)
+            } else {
+                Err(Error::custom(format!("{v} is not a standard deviation; give {need}")))
+            }
         };
         match &value {
             toml::Value::String(text) if text == "floated" => Ok(Self::Floated),
             toml::Value::Float(v) => positive(*v).map(Self::Fixed),
             toml::Value::Integer(v) => positive(*v as f64).map(Self::Fixed),
             toml::Value::Table(_) => {
-                let table: Table = Table::deserialize(value.clone()).map_err(|e| Error::custom(e.message()))?;
+                let table: Table =
+                    Table::deserialize(value.clone()).map_err(|e| Error::custom(e.message()))?;
                 match table {
-                    Table { fixed: Some(sd), median: None, ln_sd: None, like: None } => positive(sd).map(Self::Fixed),
+                    Table { fixed: Some(sd), median: None, ln_sd: None, like: None } => {
+                        positive(sd).map(Self::Fixed)
+                    }
                     Table { fixed: None, median: Some(median), ln_sd: Some(ln_sd), like: None }
                         if median > 0.0 && ln_sd > 0.0 =>
                     {

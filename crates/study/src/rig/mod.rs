@@ -42,6 +42,8 @@ pub struct Rig {
     pub scope: Scope,
     /// Places of the factors of the campaign in the scope, in the order of its columns.
     pub factors: Vec<usize>,
+    /// Places in the scope of the numbers that base states bring.
+    pub brought: Vec<usize>,
     /// Growth rates (1/s) and frequencies (Hz) between which modes are sought.
     pub search: [[f64; 2]; 2],
 }

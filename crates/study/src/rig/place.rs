@@ -90,7 +90,11 @@ impl Place {
     pub fn part(&self) -> Option<usize> {
         match *self {
             Self::Duct(part) => part,
-            Self::Along(k) | Self::Start(k) | Self::End(k) | Self::Each(k) | Self::Shared(k)
+            Self::Along(k)
+            | Self::Start(k)
+            | Self::End(k)
+            | Self::Each(k)
+            | Self::Shared(k)
             | Self::Middle(k) => Some(k),
             Self::Upstream | Self::Downstream | Self::Ends => None,
         }

@@ -1,6 +1,6 @@
 //! From the text of `rig.toml` to a rig.
 
-use super::elements::{COMPACT, ENDS, Kind, Key, WALLS, transfer};
+use super::elements::{COMPACT, ENDS, Key, Kind, WALLS, transfer};
 use super::value::{Given, Reader, Value};
 use super::{Duct, GasModel, Instruments, Part, Place, Rig, Shape};
 use crate::catalogue::{Parameters, parameters};
@@ -30,9 +30,18 @@ pub(super) struct File {
     thermometers: Option<Spanned<Table>>,
     #[serde(default)]
     unknown: Parameters,
+    #[serde(default)]
+    base: BaseNumbers,
     /// How records are taken: for the readers of records.
     #[serde(default, rename = "recording")]
     _recording: Table,
+}
+
+/// Numbers that base states bring for laws, with their units.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BaseNumbers {
+    numbers: std::collections::BTreeMap<String, String>,
 }
 
 #[derive(Deserialize)]
@@ -65,9 +74,16 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
     let mut scope = built_in().map_err(|problem| (0..0, problem))?;
     let mut factors = Vec::new();
     for factor in &campaign.factors {
-        let (name, unit, meaning) = (factor.name.clone(), factor.unit.clone(), "factor of the campaign".into());
+        let (name, unit, meaning) =
+            (factor.name.clone(), factor.unit.clone(), "factor of the campaign".into());
         let name = Name { name, unit, meaning, kind: NameKind::Global };
         factors.push(add(&mut scope, "factor", name).map_err(|problem| (0..0, problem))?);
+    }
+    let mut brought = Vec::new();
+    for (name, unit) in file.base.numbers {
+        let meaning = "number that the base state brings".into();
+        let name = Name { name, unit, meaning, kind: NameKind::Global };
+        brought.push(add(&mut scope, "number of the base state", name).map_err(|problem| (0..0, problem))?);
     }
     let unknowns = parameters(file.unknown, &scope)?;
     let names: Vec<String> = unknowns.iter().map(|(p, _)| p.name.clone()).collect();
@@ -99,6 +115,7 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         name: file.name.clone(),
         cite: vec![file.source.clone()],
         note: String::new(),
+        extends: None,
         parameters: unknowns.into_iter().map(|(p, _)| p).collect(),
         effects,
     };
@@ -114,6 +131,7 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         thermometers,
         scope: reading.scope,
         factors,
+        brought,
         search: [
             search.growth_rate.unwrap_or([-500.0, 500.0]),
             search.frequency_hz.unwrap_or([10.0, 1000.0]),
@@ -163,7 +181,11 @@ impl Reading<'_> {
                 .into();
             return Err((at, Problem::Unknown { what: "key of [gas]", name: key.clone(), known }));
         }
-        Ok((GasModel::Perfect { gamma, constant, viscosity: [viscosity, temperature], prandtl }, pressure, temperature))
+        Ok((
+            GasModel::Perfect { gamma, constant, viscosity: [viscosity, temperature], prandtl },
+            pressure,
+            temperature,
+        ))
     }
 
     fn element(&mut self, index: usize, table: Spanned<Table>) -> Outcome<()> {
@@ -206,8 +228,21 @@ impl Reading<'_> {
             present,
             near_field,
         });
-        for (key, value) in &free {
-            self.number(part, key, value, "", &at)?;
+        // A number may name another one, wherever that stands.
+        let mut waiting: Vec<(&String, &Toml)> = free.iter().collect();
+        while !waiting.is_empty() {
+            let before = waiting.len();
+            let mut fault = None;
+            waiting.retain(|(key, value)| match self.number(part, key, value, "", &at) {
+                Ok(()) => false,
+                Err(error) => {
+                    fault.get_or_insert(error);
+                    true
+                }
+            });
+            if let Some(fault) = fault.filter(|_| waiting.len() == before) {
+                return Err(fault);
+            }
         }
         if kind == "duct" {
             let duct = self.duct(part, &mut table, &at)?;
@@ -237,7 +272,9 @@ impl Reading<'_> {
         let Some(key) = table.keys().next() else { return Ok(()) };
         let keys = COMPACT.iter().chain(&ENDS).find(|k| k.name == kind).map_or(&[][..], |k| k.keys);
         let of_kind = match kind {
-            "duct" => "length, diameter, diameter_end, area, area_end, temperature, temperature_end, temperatures, pieces, wall, wall_factor",
+            "duct" => {
+                "length, diameter, diameter_end, area, area_end, temperature, temperature_end, temperatures, pieces, wall, wall_factor"
+            }
             "insert" => "from, to",
             "flame" => "n, delay, cutoff_hz, numerator, denominator, at",
             _ => "at",
@@ -309,19 +346,15 @@ impl Reading<'_> {
         let reader = Reader { scope: &self.scope, own: &[], unknowns: &[], at: at.clone() };
         match reader.value(key, &value, unit)? {
             Value::Number(v) => Ok(Some(v)),
-            _ => Err((at.clone(), Problem::Value { key: key.into(), value: value.to_string(), need: "a number" })),
+            _ => Err((
+                at.clone(),
+                Problem::Value { key: key.into(), value: value.to_string(), need: "a number" },
+            )),
         }
     }
 
     /// Adds a number to a part.
-    fn number(
-        &mut self,
-        part: usize,
-        key: &str,
-        value: &Toml,
-        unit: &str,
-        at: &Range<usize>,
-    ) -> Outcome<()> {
+    fn number(&mut self, part: usize, key: &str, value: &Toml, unit: &str, at: &Range<usize>) -> Outcome<()> {
         // A table { value, unit } states the unit of a formula.
         let (stated, value) = match value.as_table().map(|t| (t.get("unit"), t.get("value"), t.len())) {
             Some((Some(Toml::String(unit)), Some(value), 2)) => (unit.clone(), value.clone()),
@@ -342,17 +375,24 @@ impl Reading<'_> {
 
     fn duct(&mut self, part: usize, table: &mut Table, at: &Range<usize>) -> Outcome<Duct> {
         let length = self.needed(part, table, "length", "m", at)?;
-        let one_of = |what: &'static str| (at.clone(), Problem::Missing { key: what.into(), need: "give one of the two" });
+        let one_of = |what: &'static str| {
+            (at.clone(), Problem::Missing { key: what.into(), need: "give one of the two" })
+        };
         let mut area = |round: &'static str, plain: &'static str| -> Outcome<Option<Value>> {
             match (table.remove(round), table.remove(plain)) {
                 (Some(d), None) => {
                     // A disc, with the diameter in place.
                     let text = match self.read(part, round, &d, "m", at)? {
-                        Value::Number(d) => return Ok(Some(Value::Number(0.25 * std::f64::consts::PI * d * d))),
+                        Value::Number(d) => {
+                            return Ok(Some(Value::Number(0.25 * std::f64::consts::PI * d * d)));
+                        }
                         Value::Formula(f) => format!("pi/4*({})^2", f.source()),
                         Value::Table(..) => {
                             let need = "a number or a formula";
-                            return Err((at.clone(), Problem::Value { key: round.into(), value: "a table".into(), need }));
+                            return Err((
+                                at.clone(),
+                                Problem::Value { key: round.into(), value: "a table".into(), need },
+                            ));
                         }
                     };
                     self.read(part, round, &Toml::String(text), "m^2", at).map(Some)
@@ -385,7 +425,10 @@ impl Reading<'_> {
             Some(n) if (1.0..=1e5).contains(&n) && n.fract() == 0.0 => Some(n as usize),
             Some(n) => {
                 let need = "a whole number from 1 to 100000";
-                return Err((at.clone(), Problem::Value { key: "pieces".into(), value: n.to_string(), need }));
+                return Err((
+                    at.clone(),
+                    Problem::Value { key: "pieces".into(), value: n.to_string(), need },
+                ));
             }
         };
         if let Some(wall) = table.remove("wall") {
@@ -403,7 +446,10 @@ impl Reading<'_> {
                 None if wanted == "none" => {}
                 None => {
                     let known = listed(["none"].into_iter().chain(WALLS.iter().map(|w| w.0)));
-                    return Err((at.clone(), Problem::Unknown { what: "law of the wall", name: wanted.into(), known }));
+                    return Err((
+                        at.clone(),
+                        Problem::Unknown { what: "law of the wall", name: wanted.into(), known },
+                    ));
                 }
             }
         }
@@ -467,7 +513,13 @@ impl Reading<'_> {
         Ok(())
     }
 
-    fn key(&mut self, part: usize, key: &Key, table: &mut Table, at: &Range<usize>) -> Outcome<Vec<(String, String)>> {
+    fn key(
+        &mut self,
+        part: usize,
+        key: &Key,
+        table: &mut Table,
+        at: &Range<usize>,
+    ) -> Outcome<Vec<(String, String)>> {
         let value = match (table.remove(key.name), key.default) {
             (Some(value), _) => complex(value),
             (None, Some(default)) => Toml::Float(default.parse().unwrap_or(f64::NAN)),
@@ -484,7 +536,10 @@ impl Reading<'_> {
         let mut all = Vec::new();
         if let Some(n) = table.remove("n") {
             if table.contains_key("gain") {
-                return Err((at.clone(), Problem::Missing { key: "gain or n".into(), need: "give one of the two" }));
+                return Err((
+                    at.clone(),
+                    Problem::Missing { key: "gain or n".into(), need: "give one of the two" },
+                ));
             }
             all.extend(self.definition(part, "n", "1", &n, at)?);
             all.push(("gain".into(), "(n)*(T_2 - T)/T*A/A_2".into()));
@@ -559,7 +614,10 @@ impl Reading<'_> {
                 Given::Value(Value::Formula(f)) => f.source().to_owned(),
                 Given::Value(Value::Table(..)) => {
                     let need = "a number or a formula";
-                    return Err((at.clone(), Problem::Value { key: key.name.into(), value: "a table".into(), need }));
+                    return Err((
+                        at.clone(),
+                        Problem::Value { key: key.name.into(), value: "a table".into(), need },
+                    ));
                 }
             };
             definitions.push((key.name.to_owned(), text));
@@ -584,7 +642,9 @@ impl Reading<'_> {
         }
         let names: Vec<String> = match table.remove("names") {
             None => (1..=places.len()).map(|k| format!("{letter}{k}")).collect(),
-            Some(v) => v.as_array().into_iter().flatten().filter_map(|v| v.as_str().map(str::to_owned)).collect(),
+            Some(v) => {
+                v.as_array().into_iter().flatten().filter_map(|v| v.as_str().map(str::to_owned)).collect()
+            }
         };
         if names.len() != places.len() {
             let (value, need) = (format!("{} names", names.len()), "one name for every place of `at`");
@@ -593,7 +653,9 @@ impl Reading<'_> {
         let mut reference = 0;
         match table.remove("reference") {
             None => {}
-            Some(Toml::Integer(k)) if usize::try_from(k).is_ok_and(|k| k < names.len()) => reference = k as usize,
+            Some(Toml::Integer(k)) if usize::try_from(k).is_ok_and(|k| k < names.len()) => {
+                reference = k as usize
+            }
             Some(v) => {
                 let name = v.as_str().map_or_else(|| v.to_string(), str::to_owned);
                 reference = names.iter().position(|n| *n == name).ok_or_else(|| {

@@ -77,7 +77,11 @@ impl Rig {
     /// As [`Rig::at`].
     pub fn at_factors(&self, factors: &[f64], ambient: f64) -> Result<Layout, Problem> {
         let mut numbers = self.numbers(factors, ambient);
-        let wrong = |key: String, value: f64, need: &'static str| Problem::Value { key, value: value.to_string(), need };
+        let wrong = |key: String, value: f64, need: &'static str| Problem::Value {
+            key,
+            value: value.to_string(),
+            need,
+        };
         let mut ducts: Vec<DuctAt> = Vec::new();
         let mut end = 0.0;
         for (k, part) in self.parts.iter().enumerate() {
@@ -112,8 +116,11 @@ impl Rig {
                 }
                 _ if !there => PartAt::Absent,
                 Shape::Device(at) => {
-                    let places: Vec<f64> =
-                        if at.is_empty() { vec![before] } else { at.iter().map(|x| x.at(&numbers)).collect() };
+                    let places: Vec<f64> = if at.is_empty() {
+                        vec![before]
+                    } else {
+                        at.iter().map(|x| x.at(&numbers)).collect()
+                    };
                     if places.iter().any(|x| x.is_nan()) {
                         PartAt::Absent
                     } else {

@@ -1,0 +1,71 @@
+//! An operating point with the state of its gas, and what a law sees at a place of it.
+
+use rijke_rig::GasState;
+use rijke_study::names::{
+    AREA, AREA_AFTER, CONDUCTIVITY, DENSITY, DIAMETER, GAMMA, MACH, MASS_FLUX, PERIMETER, PRANDTL, PRESSURE,
+    SOUND_SPEED, SPECIFIC_HEAT, TEMPERATURE, TEMPERATURE_AFTER, VELOCITY, VISCOSITY,
+};
+use rijke_study::{BaseState, Layout, Point};
+
+/// An operating point with the state of its gas.
+#[derive(Clone, Debug)]
+pub struct Conditions {
+    /// Name of the operating point.
+    pub id: String,
+    /// The point.
+    pub point: Point,
+    /// Where everything is.
+    pub layout: Layout,
+    /// The gas along the ducts.
+    pub base: BaseState,
+}
+
+impl Conditions {
+    /// What a law sees in a segment of gas `gas` and cross-section `area`.
+    pub(crate) fn around_piece(&self, gas: &GasState, area: f64) -> Vec<f64> {
+        self.surroundings(gas, area, [gas.temperature, area])
+    }
+
+    /// What a law sees at `x`: the gas on the upstream side, and temperature and area on the downstream side beside it.
+    pub(crate) fn around(&self, x: f64) -> Vec<f64> {
+        let [before, after] = self.layout.areas(x);
+        let upstream_end = x <= 0.0;
+        let temperatures = self.base.temperatures(x);
+        let gas = self.base.gas.at(temperatures[usize::from(upstream_end)], self.base.pressure);
+        let area = if upstream_end { after } else { before };
+        self.surroundings(&gas, area, [temperatures[1], after])
+    }
+
+    fn surroundings(&self, gas: &GasState, area: f64, after: [f64; 2]) -> Vec<f64> {
+        let mut all = self.layout.numbers.clone();
+        let flux = self.base.mass_flow / area;
+        let velocity = flux / gas.density;
+        // Ducts are round unless their walls say otherwise.
+        let diameter = 2.0 * (area / std::f64::consts::PI).sqrt();
+        for (name, value) in [
+            (DENSITY, gas.density),
+            (SOUND_SPEED, gas.sound_speed),
+            (TEMPERATURE, gas.temperature),
+            (PRESSURE, gas.pressure),
+            (VISCOSITY, gas.viscosity),
+            (CONDUCTIVITY, gas.conductivity),
+            (SPECIFIC_HEAT, gas.specific_heat),
+            (GAMMA, gas.gamma),
+            (PRANDTL, gas.prandtl),
+            (VELOCITY, velocity),
+            (MACH, velocity / gas.sound_speed),
+            (MASS_FLUX, flux),
+            (DIAMETER, diameter),
+            (AREA, area),
+            (PERIMETER, std::f64::consts::PI * diameter),
+            (TEMPERATURE_AFTER, after[0]),
+            (AREA_AFTER, after[1]),
+        ] {
+            all[name] = value;
+        }
+        for (name, value) in &self.base.numbers {
+            all[*name] = *value;
+        }
+        all
+    }
+}

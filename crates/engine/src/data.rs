@@ -1,0 +1,195 @@
+//! Observations as the data of an inference.
+
+use crate::errors::{BaseErrors, Scatter};
+use crate::noise::{Groups, Noise};
+use crate::observed::{Observed, Used, same_installation};
+use crate::{Conditions, EngineError};
+use rijke_inference::{Data, Observation, relative_noise};
+use rijke_numerics::Matrix;
+use rijke_study::{PartAt, Rig};
+
+/// The data, and for each of their numbers its place in the prediction.
+pub(crate) type Ordered = (Data, Vec<usize>);
+
+/// Everything that the blocks of data are made of.
+pub(crate) struct Blocks<'a> {
+    pub(crate) rig: &'a Rig,
+    pub(crate) observed: &'a [Observed],
+    pub(crate) used: &'a [Used],
+    pub(crate) noise: &'a Noise,
+    /// Parameters that vary between installations.
+    pub(crate) scatter: &'a [Scatter],
+}
+
+impl Blocks<'_> {
+    fn offsets(&self) -> Vec<usize> {
+        let mut sum = 0;
+        let offset = |u: &Used| {
+            sum += u.size();
+            sum - u.size()
+        };
+        self.used.iter().map(offset).collect()
+    }
+
+    fn groups(&self) -> (Groups, Vec<Option<Matrix>>) {
+        let near: Vec<_> = self.observed.iter().zip(self.used).map(|(o, u)| self.near_field(o, u)).collect();
+        let pressures = self.used.iter().any(|u| !u.others.is_empty());
+        let groups = Groups::new(pressures, self.noise).near_field(near.iter().any(Option::is_some));
+        (groups, near)
+    }
+
+    fn floor(&self, own: &Matrix) -> Option<Matrix> {
+        self.noise.measured.then(|| own.clone())
+    }
+
+    /// One block per observation; every point is an installation of its own.
+    ///
+    /// # Errors
+    /// [`EngineError::Inference`] for numbers that are not finite or covariances that are not positive definite.
+    pub(crate) fn apart(&self) -> Result<Ordered, EngineError> {
+        let (groups, near) = self.groups();
+        let groups = groups.varying(self.scatter);
+        let offsets = self.offsets();
+        let (mut blocks, mut order) = (Vec::new(), Vec::new());
+        for (p, ((o, u), near)) in self.observed.iter().zip(self.used).zip(&near).enumerate() {
+            let places =
+                |row: usize| -> Vec<usize> { (0..u.rows.len()).filter(|&k| u.rows[k] == row).collect() };
+            let block = Observation::new(o.conditions.id.clone(), u.values.clone())
+                .with_independent_noise(0, &places(0))
+                .with_independent_noise(1, &places(1));
+            let block = self.floor(&u.covariance).into_iter().fold(block, Observation::with_floor);
+            let numbers: Vec<(usize, usize)> = u.rows.iter().map(|&row| (p, row)).collect();
+            let varying = self.scatter.iter().map(|s| s.structure(&numbers, |_, _| false));
+            let block = with(block, (groups.varying..).zip(varying));
+            order.extend(u.rows.iter().map(|row| offsets[p] + row));
+            if u.others.is_empty() {
+                blocks.push(block);
+                continue;
+            }
+            let own = [(2, padded(u, &relative_noise(&u.pressures)))];
+            let near = groups.near_field.zip(near.as_ref()).map(|(group, near)| (group, padded(u, near)));
+            blocks.push(with(block, near.into_iter().chain(own)));
+        }
+        Ok((Data::new(blocks, groups.list)?, order))
+    }
+
+    /// With the errors of the base states as a covariance that does not float, and what points of one installation share.
+    ///
+    /// Growth rates and frequencies of all points that share a cause of error are one block, so that what moves them together
+    /// is known to. The pressures of each point are a block of their own: what the errors do to pressures and eigenvalue together is left
+    /// out, because larger blocks would make the inference many times slower.
+    ///
+    /// # Errors
+    /// As [`Blocks::apart`].
+    pub(crate) fn together(&self, errors: &BaseErrors) -> Result<Ordered, EngineError> {
+        let same = |a: usize, b: usize| same_installation(&self.observed[a], &self.observed[b]);
+        let (groups, near) = self.groups();
+        let groups = groups.shared(self.noise).varying(self.scatter);
+        let varying = |numbers: &[(usize, usize)]| -> Vec<(usize, Matrix)> {
+            (groups.varying..).zip(self.scatter.iter().map(|s| s.structure(numbers, same))).collect()
+        };
+        let offsets = self.offsets();
+        let measured = if self.noise.measured { 1.0 } else { 0.0 };
+        let (mut blocks, mut order) = (Vec::new(), Vec::new());
+        for group in errors.together(same) {
+            // Each number: its point, its place among those measured there, and its row.
+            let numbers: Vec<(usize, usize, usize)> = group
+                .iter()
+                .flat_map(|&p| self.used[p].of_the_eigenvalue().into_iter().map(move |k| (p, k)))
+                .map(|(p, k)| (p, k, self.used[p].rows[k]))
+                .collect();
+            if numbers.is_empty() {
+                continue;
+            }
+            let n = numbers.len();
+            let values = numbers.iter().map(|&(p, k, _)| self.used[p].values[k]).collect();
+            let own = Matrix::from_fn(n, n, |i, j| {
+                let ((p, a, _), (q, b, _)) = (numbers[i], numbers[j]);
+                if p == q { self.used[p].covariance[(a, b)] } else { 0.0 }
+            });
+            let rows: Vec<(usize, usize)> = numbers.iter().map(|&(p, _, row)| (p, row)).collect();
+            let names: Vec<&str> = group.iter().map(|&p| self.observed[p].conditions.id.as_str()).collect();
+            let of = |row: usize| -> Vec<usize> { (0..n).filter(|&i| numbers[i].2 == row).collect() };
+            let shared = |row: usize| {
+                Matrix::from_fn(n, n, |i, j| {
+                    let ((a, _, r), (b, _, s)) = (numbers[i], numbers[j]);
+                    f64::from(u8::from(r == row && s == row && (a == b || same(a, b))))
+                })
+            };
+            let block = Observation::new(names.join(" "), values)
+                .with_floor(errors.covariance(&rows).plus(measured, &own))
+                .with_independent_noise(0, &of(0))
+                .with_independent_noise(1, &of(1));
+            let installations = groups.installation.into_iter().flatten().zip([shared(0), shared(1)]);
+            blocks.push(with(block, installations.chain(varying(&rows))));
+            order.extend(rows.iter().map(|(p, row)| offsets[*p] + row));
+        }
+        for (p, (o, u)) in self.observed.iter().zip(self.used).enumerate() {
+            let keep = u.of_the_pressures();
+            if keep.is_empty() {
+                continue;
+            }
+            let rows: Vec<(usize, usize)> = keep.iter().map(|&k| (p, u.rows[k])).collect();
+            let own = u.covariance.select(&keep);
+            let block =
+                Observation::new(o.conditions.id.clone(), keep.iter().map(|&k| u.values[k]).collect())
+                    .with_floor(errors.covariance(&rows).plus(measured, &own))
+                    .with_noise(2, relative_noise(&u.pressures));
+            let near = groups.near_field.zip(near[p].clone());
+            blocks.push(with(block, near.into_iter().chain(varying(&rows))));
+            order.extend(rows.iter().map(|(_, row)| offsets[p] + row));
+        }
+        Ok((Data::new(blocks, groups.list)?, order))
+    }
+
+    /// Variance of the relative pressures where microphones stand in the near field of a part, closer to it than the radius of the
+    /// duct; nothing where none does.
+    ///
+    /// There the pressure is that of the flow through and round the part, and no plane wave's. The reference microphone's share is one that
+    /// all others have. It is no part of the floor, from which the inference judges whether a floating noise is needed at all.
+    fn near_field(&self, observed: &Observed, used: &Used) -> Option<Matrix> {
+        let reference = self.rig.microphones.reference;
+        let variance = |m: usize| near_field(self.rig, &observed.conditions, m).powi(2);
+        let common = if used.others.is_empty() { 0.0 } else { variance(reference) };
+        let own: Vec<f64> = used.others.iter().map(|&m| variance(m)).collect();
+        if common == 0.0 && own.iter().all(|v| *v == 0.0) {
+            return None;
+        }
+        let shared = relative_noise(&used.pressures);
+        let size = 2 * own.len();
+        Some(Matrix::from_fn(size, size, |i, j| {
+            let diagonal = f64::from(u8::from(i == j));
+            // `relative_noise` is the identity, each microphone's own noise, and the reference's, which they share.
+            common * (shared[(i, j)] - diagonal) + own[i / 2] * diagonal
+        }))
+    }
+}
+
+/// The matrix of the pressures among all measured numbers of an observation.
+fn padded(used: &Used, of_pressures: &Matrix) -> Matrix {
+    let n = used.rows.len();
+    Matrix::from_fn(n, n, |i, j| match (used.rows[i].checked_sub(2), used.rows[j].checked_sub(2)) {
+        (Some(a), Some(b)) => of_pressures[(a, b)],
+        _ => 0.0,
+    })
+}
+
+/// Standard deviation that the near fields of parts give a microphone; 0 away from them.
+fn near_field(rig: &Rig, conditions: &Conditions, microphone: usize) -> f64 {
+    let layout = &conditions.layout;
+    let Some(&x) = layout.microphones.get(microphone) else { return 0.0 };
+    let radius = (layout.areas(x)[0] / std::f64::consts::PI).sqrt();
+    let felt = rig.parts.iter().zip(&layout.parts).filter_map(|(part, at)| match (part.near_field, at) {
+        (Some(sd), PartAt::Places(places)) => {
+            let middle = places.iter().sum::<f64>() / places.len() as f64;
+            ((middle - x).abs() < radius).then_some(sd)
+        }
+        _ => None,
+    });
+    felt.fold(0.0, f64::max)
+}
+
+/// A block with the noises that act on it: the group of each, and its structure.
+fn with(block: Observation, noises: impl IntoIterator<Item = (usize, Matrix)>) -> Observation {
+    noises.into_iter().fold(block, |block, (group, structure)| block.with_noise(group, structure))
+}

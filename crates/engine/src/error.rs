@@ -1,0 +1,161 @@
+//! What can go wrong between a study and its numbers.
+
+use rijke_inference::{InferenceError, Stop};
+use rijke_network::NetworkError;
+use rijke_numerics::DenseError;
+use rijke_study::StudyError;
+
+/// Why a model cannot be built, trained or asked.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EngineError {
+    /// The folder cannot be read.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// The rig is impossible at an operating point.
+    #[error("at operating point {point}: {source}")]
+    Rig {
+        /// The operating point.
+        point: String,
+        /// What is wrong there.
+        source: Box<rijke_study::Problem>,
+    },
+    /// The network of an operating point cannot be built or has no mode.
+    #[error("at operating point {point}: {source}")]
+    Network {
+        /// The operating point.
+        point: String,
+        /// Why.
+        source: NetworkError,
+    },
+    /// The mode that was measured is not one that the rig as described has.
+    #[error(
+        "at operating point {point}: {measured_hz:.1} Hz was measured, the rig as described rings at {described_hz:.1} Hz; check \
+         its ends, lengths and temperatures"
+    )]
+    OtherMode {
+        /// The operating point.
+        point: String,
+        /// Frequency measured, Hz.
+        measured_hz: f64,
+        /// Nearest mode of the model at the middle of its priors, Hz.
+        described_hz: f64,
+    },
+    /// Two measured modes of a point belong to one mode of the model.
+    #[error(
+        "at operating point {point}: the modes measured at {first_hz:.1} and {second_hz:.1} Hz are both nearest to that at \
+         {described_hz:.1} Hz of the rig as described; check which modes they are"
+    )]
+    AmbiguousModes {
+        /// The operating point.
+        point: String,
+        /// Frequency of one, Hz.
+        first_hz: f64,
+        /// Frequency of the other, Hz.
+        second_hz: f64,
+        /// The mode of the model, Hz.
+        described_hz: f64,
+    },
+    /// A frequency is needed to know which mode is meant.
+    #[error(
+        "at operating point {point}: a growth rate without a frequency does not say which mode is meant; give a frequency"
+    )]
+    NoFrequency {
+        /// The operating point.
+        point: String,
+    },
+    /// An ambient temperature is missing.
+    #[error(
+        "operating point {point} has no ambient temperature; give T_amb in campaign.csv, or temperatures in rig.toml"
+    )]
+    NoTemperature {
+        /// The operating point.
+        point: String,
+    },
+    /// Two candidates model the same role.
+    #[error("`{first}` and `{second}` both model {role}; take one")]
+    SameRole {
+        /// The role.
+        role: String,
+        /// A candidate.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// Two candidates have a parameter of one name.
+    #[error(
+        "the parameter `{parameter}` of `{first}` is also one of `{second}`, with which it acts; rename one"
+    )]
+    SameName {
+        /// The parameter.
+        parameter: String,
+        /// A candidate.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// A parameter that the model does not have.
+    #[error("there is no parameter `{name}`; known: {known}")]
+    UnknownParameter {
+        /// The name.
+        name: String,
+        /// Names of the parameters that there are.
+        known: String,
+    },
+    /// The wrong number of parameter values.
+    #[error("{found} parameter values were given, but the model has {expected}")]
+    Count {
+        /// How many the model has.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+    /// No point of a stage was observed.
+    #[error("stage `{stage}`: none of its points was observed; check its selection and the observations")]
+    NoPoint {
+        /// The stage.
+        stage: String,
+    },
+    /// A stage without a model that could be fitted.
+    #[error("stage `{stage}`: no model could be fitted; the first failed because {remark}")]
+    NoWinner {
+        /// The stage.
+        stage: String,
+        /// Why the first one failed.
+        remark: String,
+    },
+    /// The search for the most probable parameters gave up.
+    #[error("{model}: the search for the most probable parameters stopped: {stop}")]
+    NotConverged {
+        /// The candidates.
+        model: String,
+        /// Why it stopped.
+        stop: Stop,
+    },
+    /// The inference refuses.
+    #[error(transparent)]
+    Inference(#[from] InferenceError),
+    /// Dense algebra failed.
+    #[error(transparent)]
+    Dense(#[from] DenseError),
+    /// A file cannot be written or read.
+    #[error("{file}: {problem}")]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+}
+
+impl EngineError {
+    /// Whether a search may go on at other parameter values.
+    #[must_use]
+    pub fn is_recoverable(&self) -> bool {
+        match self {
+            Self::Network { source, .. } => source.is_recoverable(),
+            Self::Inference(source) => source.is_recoverable(),
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! What errors of the base states do to predictions: a systematic covariance that operating points share.
+
+use super::principal::{Principal, STEP};
+use crate::observed::{Observed, Used};
+use crate::point::parts;
+use crate::{Assembly, Conditions, EngineError, PointModel};
+use rayon::prelude::*;
+use rijke_network::Workspace;
+use rijke_numerics::{C64, Matrix, Order};
+use rijke_study::{BaseState, Cause};
+use std::collections::BTreeMap;
+
+/// Causes of error of a point, and the change of its prediction per standard deviation of each.
+pub(crate) type Changes = Vec<(Cause, Vec<f64>)>;
+
+/// For each operating point, the change of its prediction per standard deviation of each cause of error.
+///
+/// Points that name the same cause share it: it is one random number .
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct BaseErrors {
+    points: Vec<Changes>,
+}
+
+impl BaseErrors {
+    /// The changes at the parameter values `values`: slopes along the principal errors of each base state, by a small step.
+    ///
+    /// Cost: a value of the model per point and principal error, of which fifty causes have about seven; in parallel over points.
+    ///
+    /// # Errors
+    /// Those of the model at a displaced state.
+    pub(crate) fn new(
+        assembly: &Assembly,
+        observed: &[Observed],
+        used: &[Used],
+        values: &[f64],
+    ) -> Result<Self, EngineError> {
+        let at =
+            |(o, u): (&Observed, &Used)| changes(assembly, &o.conditions, o.near, &u.microphones, values);
+        Ok(Self { points: observed.par_iter().zip(used).map(at).collect::<Result<_, _>>()? })
+    }
+
+    /// With more causes of error, for each point.
+    pub(crate) fn and(mut self, more: Vec<Changes>) -> Self {
+        self.points.iter_mut().zip(more).for_each(|(list, more)| list.extend(more));
+        self
+    }
+
+    /// The causes that points of different installations share (`same` tells whether two are of one), what each does to all numbers,
+    /// point after point, `sizes` of each; and the errors without them.
+    pub(crate) fn apart(
+        self,
+        sizes: &[usize],
+        same: impl Fn(usize, usize) -> bool,
+    ) -> (Vec<Cause>, Vec<Vec<f64>>, Self) {
+        let mut first: BTreeMap<&Cause, (usize, bool)> = BTreeMap::new();
+        for (p, list) in self.points.iter().enumerate() {
+            for (cause, _) in list {
+                let (other, apart) = first.entry(cause).or_insert((p, false));
+                *apart |= !same(*other, p);
+            }
+        }
+        let causes: Vec<Cause> =
+            first.iter().filter(|(_, (_, apart))| *apart).map(|(cause, _)| (*cause).clone()).collect();
+        let mut columns = vec![vec![0.0; sizes.iter().sum()]; causes.len()];
+        let mut rest = Self { points: vec![Vec::new(); self.points.len()] };
+        let mut offset = 0;
+        for (p, list) in self.points.into_iter().enumerate() {
+            for (cause, change) in list {
+                match causes.binary_search(&cause) {
+                    Ok(j) => columns[j][offset..offset + sizes[p]].copy_from_slice(&change),
+                    Err(_) => rest.points[p].push((cause, change)),
+                }
+            }
+            offset += sizes[p];
+        }
+        (causes, columns, rest)
+    }
+
+    /// Points that share a cause, or are `linked`, directly or through others: each list ascends, and every point is in exactly one.
+    pub(crate) fn together(&self, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+        let shares = |a: usize, b: usize| {
+            linked(a, b)
+                || self.points[a]
+                    .iter()
+                    .any(|(cause, _)| self.points[b].iter().any(|(other, _)| other == cause))
+        };
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for point in 0..self.points.len() {
+            let (mut with, without): (Vec<_>, Vec<_>) =
+                groups.into_iter().partition(|g| g.iter().any(|&other| shares(point, other)));
+            with.push(vec![point]);
+            groups = without;
+            let mut merged = with.concat();
+            merged.sort_unstable();
+            groups.push(merged);
+        }
+        groups.sort();
+        groups
+    }
+
+    /// Covariance of numbers, each a point and a row of its prediction: the sum over causes of j j'.
+    pub(crate) fn covariance(&self, numbers: &[(usize, usize)]) -> Matrix {
+        let mut covariance = Matrix::zeros(numbers.len(), numbers.len());
+        let mut points: Vec<usize> = numbers.iter().map(|(p, _)| *p).collect();
+        points.dedup();
+        let mut causes: Vec<&Cause> = points.iter().flat_map(|&p| &self.points[p]).map(|(c, _)| c).collect();
+        causes.sort_unstable();
+        causes.dedup();
+        for cause in causes {
+            let mut j = vec![0.0; numbers.len()];
+            for (to, (point, row)) in j.iter_mut().zip(numbers) {
+                if let Some((_, change)) = self.points[*point].iter().find(|(c, _)| c == cause) {
+                    *to = change[*row];
+                }
+            }
+            covariance.add_outer(&j);
+        }
+        covariance
+    }
+}
+
+/// The change of the prediction of one point per standard deviation of each cause of error of its base state, by way of the
+/// state's [`Principal`] errors.
+pub(crate) fn changes(
+    assembly: &Assembly,
+    conditions: &Conditions,
+    near: C64,
+    microphones: &[usize],
+    values: &[f64],
+) -> Result<Changes, EngineError> {
+    let work = &mut Workspace::default();
+    let mut predicted = |base: BaseState, near: C64| -> Result<Vec<f64>, EngineError> {
+        let moved = Conditions { base, ..conditions.clone() };
+        let model = PointModel::new(assembly, &moved, microphones)?.starting_from(near);
+        let response = model.respond(values, Order::Value, work)?;
+        Ok(parts(model.numbers(&response).map(|z| z.value())))
+    };
+    let principal = Principal::of(&conditions.base)?;
+    let mut along = Vec::with_capacity(principal.states.len());
+    if !principal.states.is_empty() {
+        let here = predicted(conditions.base.clone(), near)?;
+        // So near that Newton's steps are one or two.
+        let near = C64::new(here[0], here[1]);
+        for moved in principal.states {
+            let moved = predicted(moved, near)?;
+            along.push(moved.iter().zip(&here).map(|(m, h)| (m - h) / STEP).collect::<Vec<f64>>());
+        }
+    }
+    let size = 2 * microphones.len().max(1);
+    let change = |(cause, shares): (Cause, Vec<f64>)| {
+        let mut change = vec![0.0; size];
+        for (share, along) in shares.iter().zip(&along) {
+            change.iter_mut().zip(along).for_each(|(c, a)| *c += share * a);
+        }
+        (cause, change)
+    };
+    Ok(principal.causes.into_iter().map(change).collect())
+}

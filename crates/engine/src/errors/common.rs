@@ -1,0 +1,244 @@
+//! Errors of the base states that several installations of the rig share, as parameters beside the model's.
+
+use super::{BaseErrors, Changes};
+use crate::observed::{Observed, Used, same_installation};
+use crate::{EngineError, Knowledge};
+use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
+use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use rijke_study::Cause;
+
+/// The errors that all installations have in common: those of the flow's own parameters, say, which one calibration gave to all states.
+///
+/// They act on the pressures and the eigenvalues of all points at once. As a covariance they would join all numbers into one block; taken
+/// as noise of each point, they would seem to vanish in the mean over points. As parameters with a prior of 0 +- 1, in which the
+/// prediction is linear, they do neither, and what the sound says of the flow is not lost.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Common {
+    /// The causes that more than one installation names.
+    causes: Vec<Cause>,
+    /// For each cause its shares in the directions, orthonormal columns, the most important first.
+    shares: Matrix,
+    /// The change of each number of each point, point after point, per direction.
+    slopes: Matrix,
+}
+
+/// The place of a direction in what is known, and the change of a prediction along it.
+type Along = (usize, Vec<f64>);
+
+/// Directions that move all data together by less than the root of this, in measured standard deviations, are left out.
+const NEGLIGIBLE: f64 = 0.01;
+
+impl Common {
+    /// The directions of the `errors` that installations share, and what is left of the errors.
+    ///
+    /// With D the changes by each cause in units of the measured standard deviations of `observed`, a column each, and D'D = U L U', direction
+    /// k is D times column k of U.
+    ///
+    /// # Errors
+    /// [`EngineError::Dense`] if the eigenvalue iteration fails.
+    pub(crate) fn of(
+        errors: BaseErrors,
+        observed: &[Observed],
+        used: &[Used],
+    ) -> Result<(Self, BaseErrors), EngineError> {
+        let same = |a: usize, b: usize| same_installation(&observed[a], &observed[b]);
+        let sizes: Vec<usize> = used.iter().map(Used::size).collect();
+        let (causes, columns, rest) = errors.apart(&sizes, same);
+        // Numbers that were not measured have no weight.
+        let weigh = |u: &Used| {
+            let mut weights = vec![0.0; u.size()];
+            u.rows
+                .iter()
+                .enumerate()
+                .for_each(|(k, &row)| weights[row] = u.covariance[(k, k)].sqrt().recip());
+            weights
+        };
+        let weights: Vec<f64> = used.iter().flat_map(weigh).collect();
+        let rows = weights.len();
+        let gram = Matrix::from_fn(causes.len(), causes.len(), |i, j| {
+            let pairs = columns[i].iter().zip(&columns[j]).zip(&weights);
+            pairs.map(|((a, b), w)| a * b * w * w).sum()
+        });
+        let (values, vectors) = symmetric_eigen(&gram)?;
+        let kept: Vec<usize> = (0..causes.len()).rev().filter(|&k| values[k] > NEGLIGIBLE).collect();
+        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| vectors[(j, kept[k])]);
+        let slopes = Matrix::from_fn(rows, kept.len(), |row, k| {
+            (0..causes.len()).map(|j| shares[(j, k)] * columns[j][row]).sum()
+        });
+        Ok((Self { causes, shares, slopes }, rest))
+    }
+
+    pub(crate) fn parameters(&self) -> Vec<Parameter> {
+        let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
+        let parameter = |k: usize| Parameter::new(name(k), format!("b_{}", k + 1), "1", prior);
+        (0..self.shares.columns()).map(parameter).collect()
+    }
+
+    /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction in what is `known`, and the change
+    /// along it; and what the other causes do. The prediction has `size` numbers.
+    pub(crate) fn along(
+        &self,
+        known: &Knowledge,
+        changes: &Changes,
+        size: usize,
+    ) -> (Vec<Along>, Vec<Vec<f64>>) {
+        let place = |k: usize| known.names.iter().position(|n| *n == name(k));
+        let mut along: Vec<_> =
+            (0..self.shares.columns()).filter_map(|k| Some((k, place(k)?, vec![0.0; size]))).collect();
+        let mut left = Vec::new();
+        for (cause, change) in changes {
+            let Some(j) = self.causes.iter().position(|c| c == cause) else {
+                left.push(change.clone());
+                continue;
+            };
+            for (k, _, sum) in &mut along {
+                sum.iter_mut().zip(change).for_each(|(s, c)| *s += self.shares[(j, *k)] * c);
+            }
+        }
+        (along.into_iter().map(|(_, place, sum)| (place, sum)).collect(), left)
+    }
+
+    pub(crate) fn has(&self, cause: &Cause) -> bool {
+        self.causes.contains(cause)
+    }
+
+    /// A model whose base states have these errors, which are parameters after its `own`.
+    pub(crate) fn carried_by<'a>(&'a self, inner: &'a dyn Forward, own: usize) -> Carried<'a> {
+        Carried { inner, own, slopes: &self.slopes }
+    }
+}
+
+/// No parameter of a formula has such a name.
+fn name(k: usize) -> String {
+    format!("error of the base states {}", k + 1)
+}
+
+/// A model with errors of its base states, to first order.
+pub(crate) struct Carried<'a> {
+    inner: &'a dyn Forward,
+    own: usize,
+    slopes: &'a Matrix,
+}
+
+impl Forward for Carried<'_> {
+    fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+        let (own, errors) = parameters.split_at(self.own);
+        let Prediction { mut values, jacobian, curvature } = self.inner.predict(own, order)?;
+        for (row, value) in values.iter_mut().enumerate() {
+            *value += errors.iter().enumerate().map(|(k, e)| self.slopes[(row, k)] * e).sum::<f64>();
+        }
+        let p = parameters.len();
+        let jacobian = if order >= Order::First {
+            Matrix::from_fn(values.len(), p, |row, i| {
+                if i < self.own { jacobian[(row, i)] } else { self.slopes[(row, i - self.own)] }
+            })
+        } else {
+            jacobian
+        };
+        let (inner_triangle, triangle) = (self.own * (self.own + 1) / 2, p * (p + 1) / 2);
+        let mut bent = vec![0.0; if curvature.is_empty() { 0 } else { values.len() * triangle }];
+        if inner_triangle > 0 && !curvature.is_empty() {
+            for (to, from) in bent.chunks_mut(triangle).zip(curvature.chunks(inner_triangle)) {
+                to[..inner_triangle].copy_from_slice(from);
+            }
+        }
+        Ok(Prediction { values, jacobian, curvature: bent })
+    }
+
+    fn highest_order(&self) -> Order {
+        self.inner.highest_order()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rijke_inference::{Data, MapOptions, NoiseGroup, Observation, Parameters, Posterior};
+
+    /// Two parameters, six numbers: y = A a, and a bend of the first parameter.
+    struct Bent;
+
+    const A: [[f64; 2]; 6] = [[1.0, 0.3], [0.2, -0.7], [0.5, 0.9], [-0.4, 0.6], [0.8, 0.1], [-0.3, 0.4]];
+
+    impl Forward for Bent {
+        fn predict(&self, p: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+            Ok(Prediction {
+                values: A.iter().map(|a| a[0] * p[0] + a[1] * p[1] + 0.05 * a[1] * p[0] * p[0]).collect(),
+                jacobian: Matrix::from_fn(6, 2, |row, i| {
+                    A[row][i] + if i == 0 { 0.1 * A[row][1] * p[0] } else { 0.0 }
+                }),
+                curvature: A.iter().flat_map(|a| [0.1 * a[1], 0.0, 0.0]).collect(),
+            })
+        }
+    }
+
+    fn common() -> Common {
+        let slopes = [[0.3, 0.1], [-0.2, 0.2], [0.4, 0.0], [0.1, -0.3], [0.2, 0.2], [-0.1, 0.4]];
+        let causes = ["one", "two"].map(|c| Cause::Inferred(c.to_owned())).to_vec();
+        Common { causes, shares: Matrix::identity(2), slopes: Matrix::from_fn(6, 2, |i, j| slopes[i][j]) }
+    }
+
+    fn posterior_of(
+        model: &dyn Forward,
+        parameters: Vec<Parameter>,
+        floor: Option<Matrix>,
+    ) -> (f64, Vec<f64>, Matrix) {
+        let values = vec![0.9, -0.2, 1.3, 0.1, 0.7, 0.4];
+        let all: Vec<usize> = (0..6).collect();
+        let block = Observation::new("all", values).with_independent_noise(0, &all);
+        let block = floor.into_iter().fold(block, Observation::with_floor);
+        let data = Data::new(vec![block], vec![NoiseGroup::fixed("noise", "1", 0.2)]).unwrap();
+        let parameters = Parameters::new(parameters).unwrap();
+        let posterior = Posterior::new(model, &data, &parameters).unwrap();
+        let fit = posterior.map(&MapOptions::default()).unwrap();
+        let laplace = posterior.laplace(&fit).unwrap();
+        (laplace.evidence.ln_marginal, fit.parameters, laplace.physical_covariance)
+    }
+
+    /// The slow way: one covariance of all numbers. The prediction is linear in the errors, so that both are the same but for the bend.
+    #[test]
+    fn oracle_errors_as_parameters_against_their_covariance() {
+        let own: Vec<Parameter> =
+            ["a", "b"].map(|n| Parameter::new(n, n, "1", Prior::Normal { mean: 0.5, sd: 1.0 })).into();
+        let common = common();
+        let carried = common.carried_by(&Bent, 2);
+        let (evidence, values, covariance) =
+            posterior_of(&carried, [own.clone(), common.parameters()].concat(), None);
+        let shared = common.slopes.product(&common.slopes.transpose());
+        let (slow_evidence, slow_values, slow_covariance) = posterior_of(&Bent, own, Some(shared));
+        assert!((evidence - slow_evidence).abs() < 1e-3, "{evidence} {slow_evidence}");
+        for i in 0..2 {
+            assert!((values[i] - slow_values[i]).abs() < 1e-6, "{values:?} {slow_values:?}");
+            for j in 0..2 {
+                assert!((covariance[(i, j)] - slow_covariance[(i, j)]).abs() < 1e-3 * covariance[(i, i)]);
+            }
+        }
+        assert!(covariance[(3, 3)] < 0.9, "the data say something of the errors: {values:?} {covariance:?}");
+    }
+
+    #[test]
+    fn exact_derivatives_of_a_carried_model_are_those_of_its_parts() {
+        let common = common();
+        let carried = common.carried_by(&Bent, 2);
+        let at = [0.4, 0.7, 0.5, -0.2];
+        let here = carried.predict(&at, Order::Second).unwrap();
+        let h = 1e-4;
+        for k in 0..4 {
+            let moved = |sign: f64| {
+                let mut p = at;
+                p[k] += sign * h;
+                carried.predict(&p, Order::Second).unwrap()
+            };
+            let (up, down) = (moved(1.0), moved(-1.0));
+            for row in 0..6 {
+                let slope = (up.values[row] - down.values[row]) / (2.0 * h);
+                assert!((slope - here.jacobian[(row, k)]).abs() < 1e-9);
+                for j in 0..4 {
+                    let bend = (up.jacobian[(row, j)] - down.jacobian[(row, j)]) / (2.0 * h);
+                    let (i, j) = (k.max(j), k.min(j));
+                    assert!((bend - here.curvature[row * 10 + i * (i + 1) / 2 + j]).abs() < 1e-9);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! Errors that are not of one number alone: of base states, of channels, of laws, and what differs between installations. What many
+//! data share is inferred with the model; the rest is covariance. Must not know which candidates compete.
+
+mod base;
+mod channels;
+mod common;
+mod law;
+mod principal;
+mod varying;
+
+pub(crate) use base::{BaseErrors, Changes, changes};
+pub(crate) use channels::{Channels, Heard};
+pub(crate) use common::Common;
+pub(crate) use law::LawErrors;
+pub(crate) use varying::{Scatter, any_varies};

@@ -1,0 +1,150 @@
+//! What is assumed of the misfit of a model, and what a training found of it.
+
+use crate::errors::Scatter;
+use rijke_inference::{NoiseEstimate, NoiseGroup, NoiseMode};
+
+const NONE: NoiseMode = NoiseMode::Fixed { sd: 0.0 };
+
+/// What is assumed of the difference between model and measurement: the plan's words with the numbers of earlier stages in place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    /// Standard deviations of growth rate (1/s), angular frequency (rad/s) and each part of a relative pressure.
+    pub of_a_point: [NoiseMode; 3],
+    /// Standard deviations of what all points of one installation share, in the growth rate and the angular frequency. Where every
+    /// point is an installation of its own, it cannot be told from the noise of the point.
+    pub of_an_installation: [NoiseMode; 2],
+    /// Whether the measured covariance is added to these.
+    pub measured: bool,
+    /// Parameters that come out a little different in every installation.
+    pub varying: Vec<Varying>,
+    /// A relative error of the laws of one role; enters with the errors of the base states only.
+    pub law: Option<LawError>,
+}
+
+/// A parameter whose value scatters from installation to installation about the one that is inferred: the ends, say, whose
+/// effective place moves with what stands near them.
+///
+/// Enters to first order, as noise along the slope of the prediction: it moves frequency and mode shape together, so that what the
+/// microphones say of it in one installation is not taken for knowledge of its mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Varying {
+    /// Name of the parameter; one that a model does not have is ignored.
+    pub parameter: String,
+    /// Standard deviation between installations, in the parameter's unit.
+    pub sd: NoiseMode,
+}
+
+/// A complex relative error of the laws of a role, the same at all points of one value of a factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LawError {
+    /// The role.
+    pub role: String,
+    /// Standard deviation of its real and of its imaginary part.
+    pub sd: f64,
+    /// Place of the factor among those of the campaign.
+    pub over: usize,
+}
+
+impl Noise {
+    /// The measured covariance and nothing else: for a model that is exact.
+    #[must_use]
+    pub fn measured() -> Self {
+        Self {
+            of_a_point: [NONE; 3],
+            of_an_installation: [NONE; 2],
+            measured: true,
+            varying: Vec::new(),
+            law: None,
+        }
+    }
+
+    /// The error of the law, as one of the noises that a training found.
+    pub(crate) fn of_the_law(&self) -> Option<NoiseEstimate> {
+        let law = self.law.as_ref()?;
+        Some(NoiseEstimate { name: LAW.into(), unit: "1".into(), sd: law.sd, floats: false })
+    }
+}
+
+/// What a new measurement in a new installation differs by from a model whose parameters and base state are known exactly.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Misfit {
+    /// Standard deviations of growth rate (1/s), angular frequency (rad/s) and each part of a relative pressure: noise of the
+    /// point and of its installation together.
+    pub measured: [f64; 3],
+    /// Relative error of a law ([`Noise::law`]).
+    pub law: f64,
+}
+
+impl Misfit {
+    /// From the noise that a training found.
+    #[must_use]
+    pub fn of(noise: &[NoiseEstimate]) -> Self {
+        let total = |wanted: &dyn Fn(&str) -> bool| {
+            noise.iter().filter(|n| wanted(&n.name)).map(|n| n.sd * n.sd).sum::<f64>().sqrt()
+        };
+        Self {
+            measured: MEASURED.map(|name| total(&|n| n.strip_suffix(BETWEEN).unwrap_or(n) == name)),
+            law: total(&|n| n == LAW),
+        }
+    }
+}
+
+/// The groups of noise that act on any block, and where the optional ones stand.
+pub(crate) struct Groups {
+    pub(crate) list: Vec<NoiseGroup>,
+    pub(crate) near_field: Option<usize>,
+    pub(crate) installation: Option<[usize; 2]>,
+    /// The first of the parameters that vary between installations.
+    pub(crate) varying: usize,
+}
+
+impl Groups {
+    /// Those of the measured numbers; pressures only where there are any.
+    pub(crate) fn new(pressures: bool, noise: &Noise) -> Self {
+        let measured = if pressures { 3 } else { 2 };
+        let group = |k: usize| NoiseGroup {
+            name: MEASURED[k].into(),
+            unit: UNITS[k].into(),
+            mode: noise.of_a_point[k],
+        };
+        Self { list: (0..measured).map(group).collect(), near_field: None, installation: None, varying: 0 }
+    }
+
+    /// And that of microphones near a part whose near field they feel, where there are any.
+    pub(crate) fn near_field(mut self, any: bool) -> Self {
+        if any {
+            self.near_field = Some(self.list.len());
+            self.list.push(NoiseGroup::fixed("near field", "1", 1.0));
+        }
+        self
+    }
+
+    /// And those of parameters that vary between installations.
+    pub(crate) fn varying(mut self, scatter: &[Scatter]) -> Self {
+        self.varying = self.list.len();
+        self.list.extend(scatter.iter().map(|s| s.group.clone()));
+        self
+    }
+
+    /// And those that the points of one installation share.
+    pub(crate) fn shared(mut self, noise: &Noise) -> Self {
+        if noise.of_an_installation != [NONE; 2] {
+            let first = self.list.len();
+            self.list.extend((0..2).map(|k| NoiseGroup {
+                name: format!("{}{BETWEEN}", MEASURED[k]),
+                unit: UNITS[k].into(),
+                mode: noise.of_an_installation[k],
+            }));
+            self.installation = Some([first, first + 1]);
+        }
+        self
+    }
+}
+
+const MEASURED: [&str; 3] = ["growth rate", "angular frequency", "relative pressure"];
+
+const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
+
+pub(crate) const BETWEEN: &str = ", between installations";
+
+const LAW: &str = "error of the law";

@@ -1,0 +1,105 @@
+//! Where the ducts are cut into segments, and the gas of each.
+
+use crate::assembly::Assembly;
+use crate::conditions::Conditions;
+use rijke_network::Segment;
+use rijke_rig::GasState;
+use rijke_study::{BaseState, Stretch};
+
+/// A segment of the network, where it lies, and its gas.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    pub(super) segment: Segment,
+    pub(super) from: f64,
+    pub(super) to: f64,
+    pub(super) gas: GasState,
+}
+
+/// Number of equal elements along the rig where the gas is not the same everywhere.
+const ELEMENTS: usize = 10;
+
+/// Distances from a zone of fast change at which elements end, m: the slope of the temperature jumps at its borders, and downstream of
+/// it the gas cools fastest.
+const BESIDE: [f64; 3] = [0.0, 0.02, 0.06];
+
+/// Length of the elements at the ends, m: a reflection coefficient refers to the wave impedance of the gas at the end.
+const AT_END: f64 = 1e-3;
+
+/// Every place where the chain is cut: instruments, devices, borders of ducts and of inserts, and, where the gas varies, the elements.
+pub(super) fn all(
+    assembly: &Assembly,
+    conditions: &Conditions,
+    instruments: impl Iterator<Item = f64>,
+) -> Vec<f64> {
+    let Conditions { layout, base, .. } = conditions;
+    let effects = || assembly.candidates().iter().flat_map(|c| &c.effects);
+    let devices = effects().flat_map(|e| layout.places(&e.place)).map(|(x, _)| x);
+    let inserts = effects().flat_map(|e| layout.stretches(&e.place)).flatten();
+    let mut cuts: Vec<f64> = instruments.chain(devices).chain(inserts).collect();
+    for duct in &layout.ducts {
+        let [from, to] = duct.span;
+        let cone = duct.area[0] != duct.area[1];
+        let pieces = if cone { duct.pieces } else { 1 };
+        cuts.extend((0..=pieces).map(|k| from + (to - from) * k as f64 / pieces as f64));
+    }
+    if !base.is_uniform() {
+        let length = layout.length;
+        cuts.extend((1..ELEMENTS).map(|k| length * k as f64 / ELEMENTS as f64));
+        cuts.extend([AT_END, length - AT_END]);
+        for [from, to] in &base.kinks {
+            cuts.extend(BESIDE.iter().flat_map(|d| [from - d, to + d]));
+        }
+        // A step of the temperature is a border.
+        cuts.extend(base.places.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0]));
+    }
+    edges(layout.length, cuts)
+}
+
+/// Ends and every cut between, ascending, without doubles.
+fn edges(length: f64, cuts: Vec<f64>) -> Vec<f64> {
+    let mut all: Vec<f64> =
+        [0.0, length].into_iter().chain(cuts.into_iter().filter(|x| *x > 0.0 && *x < length)).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * length);
+    // The last cut may have been kept in the place of the end.
+    if let Some(last) = all.last_mut() {
+        *last = length;
+    }
+    all
+}
+
+/// The segments between neighbouring `edges`, of which there are two for every element where the gas varies.
+pub(super) fn segments(conditions: &Conditions, edges: &[f64]) -> Vec<Piece> {
+    let Conditions { layout, base, .. } = conditions;
+    let stretches: Vec<Stretch> = if base.is_uniform() {
+        edges.windows(2).map(|w| base.stretch(w[0], w[1])).collect()
+    } else {
+        edges.windows(2).flat_map(|w| halves(base, w[0], w[1])).collect()
+    };
+    let piece = |s: &Stretch| {
+        let area = layout.areas(0.5 * (s.from + s.to))[0];
+        let segment = Segment::new(s.to - s.from, area, s.sound_speed, s.density);
+        Piece { segment, from: s.from, to: s.to, gas: s.gas }
+    };
+    stretches.iter().map(piece).collect()
+}
+
+/// Two halves of an element, of the element's gas, whose densities have the first moment of the gas along the element as well as its
+/// mean.
+///
+/// With one density an element is of second order in its length: what is left out is the commutator of its ends, that is the first
+/// moment of the density, as the compressibility hardly varies at uniform pressure. The density of two halves that differ by D has a
+/// moment of D h^2/8, a linear profile whose halves differ by D one of D h^2/6: hence 4/3 of the difference, and fourth order. It
+/// stays positive where the halves differ by less than a factor of seven.
+fn halves(base: &BaseState, from: f64, to: f64) -> [Stretch; 2] {
+    let middle = 0.5 * (from + to);
+    let [lower, upper] = [base.stretch(from, middle), base.stretch(middle, to)];
+    let mean = 0.5 * (lower.density + upper.density);
+    let gas = base.gas.at(base.pressure / (base.gas.constant() * mean), base.pressure);
+    let apart = 2.0 / 3.0 * (upper.density - lower.density);
+    [(lower, -apart), (upper, apart)].map(|(part, apart)| {
+        let density = mean + apart;
+        let compliance = 1.0 / (part.density * part.sound_speed.powi(2));
+        Stretch { density, sound_speed: (density * compliance).sqrt().recip(), gas, ..part }
+    })
+}

@@ -1,0 +1,181 @@
+//! The model at one operating point: a network whose coefficients are laws. Must not know what was measured.
+
+mod attach;
+mod cuts;
+mod fill;
+
+use crate::EngineError;
+use crate::assembly::Assembly;
+use crate::conditions::Conditions;
+use fill::Filled;
+use rijke_formula::Formula;
+use rijke_network::{Network, NetworkError, Newton, Places, Response, Root, Workspace};
+use rijke_numerics::{C64, Jet, Order};
+
+/// A network for one operating point, and the laws that fill its coefficients.
+#[derive(Clone, Debug)]
+pub struct PointModel<'a> {
+    pub(crate) assembly: &'a Assembly,
+    id: String,
+    network: Network,
+    laws: Vec<LawAt>,
+    /// For each law, one for its surroundings alone, if it has been prepared.
+    prepared: Vec<Formula>,
+    surroundings: Vec<Vec<f64>>,
+    /// Numbers of the laws, those of walls first, because what they lose is a name of the others.
+    order: Vec<usize>,
+    places: Places,
+    /// Place of the reference among the microphones that are predicted; none if there are no microphones.
+    reference: Option<usize>,
+    guess: C64,
+}
+
+/// Effect number `effect` of candidate number `candidate`, evaluated in surroundings number `around`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LawAt {
+    candidate: usize,
+    effect: usize,
+    around: usize,
+}
+
+/// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of the last term
+/// taken, so the error itself is smaller by the distance of the guess over that of the modes: near rounding.
+const EIGENVALUE_TOLERANCE: f64 = 1e-11;
+
+impl<'a> PointModel<'a> {
+    /// Lays out the network. `microphones` are those predicted, in order, the reference among them; none for the eigenvalue alone.
+    ///
+    /// # Errors
+    /// [`EngineError::Network`] for a geometry that is impossible.
+    pub fn new(
+        assembly: &'a Assembly,
+        conditions: &Conditions,
+        microphones: &[usize],
+    ) -> Result<Self, EngineError> {
+        let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
+        let layout = &conditions.layout;
+        let reference = microphones.iter().position(|m| *m == assembly.rig.microphones.reference);
+        let heard: Vec<f64> = microphones.iter().map(|&m| layout.microphones[m]).collect();
+        // Where nothing listens, the mode is scaled by the pressure at a place that is no simple fraction of the length.
+        let elsewhere = 0.3719 * layout.length;
+        let at_reference = reference.map_or(elsewhere, |k| heard[k]);
+        let cuts = cuts::all(assembly, conditions, heard.iter().copied().chain([at_reference]));
+        let stretches = cuts::segments(conditions, &cuts);
+        let network = Network::new(stretches.iter().map(|s| s.segment).collect()).map_err(fail)?;
+        let places = Places {
+            at: heard.iter().map(|x| network.place_at(*x)).collect::<Result<_, _>>().map_err(fail)?,
+            reference: network.place_at(at_reference).map_err(fail)?,
+        };
+        let travel = conditions.base.travel_time(0.0, layout.length);
+        let guess = C64::new(-10.0, std::f64::consts::PI / travel);
+        let mut model = Self {
+            assembly,
+            id: conditions.id.clone(),
+            network,
+            laws: Vec::new(),
+            prepared: Vec::new(),
+            surroundings: Vec::new(),
+            order: Vec::new(),
+            places,
+            reference,
+            guess,
+        };
+        model.attach(conditions, &stretches).map_err(fail)?;
+        model.complete_walls();
+        model.forget_unused();
+        Ok(model)
+    }
+
+    /// The same model with the root search started from `guess` (say, the measured s).
+    #[must_use]
+    pub fn starting_from(self, guess: C64) -> Self {
+        Self { guess, ..self }
+    }
+
+    /// The same model, faster from the second call on: arithmetic that no parameter enters is done now.
+    #[must_use]
+    pub fn prepared(mut self) -> Self {
+        let law = |at: &LawAt| self.effect(at).law.at(&self.surroundings[at.around]);
+        self.prepared = self.laws.iter().map(law).collect();
+        self
+    }
+
+    /// Name of the operating point.
+    #[must_use]
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// The network, for those who want more than s and pressures.
+    #[must_use]
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// The eigenvalue and the relative pressures with their derivatives in the free parameters.
+    ///
+    /// # Errors
+    /// [`EngineError::Count`], or [`EngineError::Network`] when there is no eigenvalue near the guess.
+    pub fn respond(
+        &self,
+        values: &[f64],
+        order: Order,
+        work: &mut Workspace,
+    ) -> Result<Response, EngineError> {
+        let (filled, root) = self.solve(values, work)?;
+        let found = self.network.respond(&filled, &root, &self.places, order, work);
+        found.map_err(|source| self.no_answer(source))
+    }
+
+    /// All modes of the rig's search region, at these values of the free parameters.
+    ///
+    /// # Errors
+    /// [`EngineError::Count`], or [`EngineError::Network`] if the search fails.
+    pub fn modes(&self, values: &[f64], work: &mut Workspace) -> Result<Vec<C64>, EngineError> {
+        let filled = self.filled(values)?;
+        let [sigma, hertz] = self.assembly.rig.search;
+        let region = rijke_network::Region { sigma, omega: hertz.map(|f| 2.0 * std::f64::consts::PI * f) };
+        let found = self.network.modes(&filled, &region, work).map_err(|source| self.no_answer(source))?;
+        Ok(found.modes.iter().map(|mode| mode.s).collect())
+    }
+
+    fn filled<'m>(&'m self, values: &'m [f64]) -> Result<Filled<'m>, EngineError> {
+        let expected = self.assembly.parameters().len();
+        if values.len() != expected {
+            return Err(EngineError::Count { expected, found: values.len() });
+        }
+        Ok(Filled::new(self, values))
+    }
+
+    fn solve<'m>(
+        &'m self,
+        values: &'m [f64],
+        work: &mut Workspace,
+    ) -> Result<(Filled<'m>, Root), EngineError> {
+        let filled = self.filled(values)?;
+        let settings = Newton { tolerance: EIGENVALUE_TOLERANCE, ..Newton::default() };
+        let root = self.network.solve(&filled, self.guess, &settings, work);
+        root.map(|root| (filled, root)).map_err(|source| self.no_answer(source))
+    }
+
+    fn no_answer(&self, source: NetworkError) -> EngineError {
+        EngineError::Network { point: self.id.clone(), source }
+    }
+
+    /// The complex numbers that a response of this model predicts: s, then the relative pressures but the reference's.
+    pub(crate) fn numbers<'r>(&self, response: &'r Response) -> impl Iterator<Item = &'r Jet> {
+        let reference = self.reference;
+        let others = response.pressures.iter().enumerate().filter(move |(m, _)| Some(*m) != reference);
+        std::iter::once(&response.s).chain(others.map(|(_, p)| p))
+    }
+
+    /// The derivative of the prediction with respect to free parameter `k`, of a response of first order.
+    pub(crate) fn slope(&self, response: &Response, k: usize) -> Vec<f64> {
+        parts(self.numbers(response).map(|z| z.gradient()[k]))
+    }
+}
+
+/// Real and imaginary parts in turn.
+pub(crate) fn parts(numbers: impl Iterator<Item = C64>) -> Vec<f64> {
+    numbers.flat_map(|z| [z.re, z.im]).collect()
+}

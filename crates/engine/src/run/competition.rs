@@ -1,0 +1,474 @@
+//! Candidates of one role, trained on the same points and ranked; stages that stand on each other.
+
+use super::inputs::{observed, selected};
+use super::record::{EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, misfit, parameters};
+use crate::noise::{LawError, Noise, Varying};
+use crate::{Assembly, EngineError, Knowledge, Misfit, Observed, PointModel, Trained, Training, train};
+use rayon::prelude::*;
+use rijke_inference::{AssessOptions, MapOptions, NoiseMode, RefereeKind, TrustRegion};
+use rijke_network::Workspace;
+use rijke_numerics::{Order, Streams};
+use rijke_rig::ChannelErrors;
+use rijke_study::plan::{NoiseSpec, SdSpec, Stage};
+use rijke_study::{Candidate, Observations, Rig, Study, hertz};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+/// How far an evidence is trusted or checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Trusted {
+    /// Laplace's method alone.
+    #[default]
+    Laplace,
+    /// Other starts, importance sampling and doubled priors as well: some hundred calls of the model.
+    Checked,
+    /// A referee too, to a statistical error in nats.
+    Refereed(RefereeKind, f64),
+}
+
+/// Role and candidate: what a model consists of.
+type Choice = BTreeMap<String, String>;
+
+/// A trained model and its training, kept for the stages that stand on it.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// The model.
+    pub assembly: Arc<Assembly>,
+    /// What training found.
+    pub trained: Arc<Trained>,
+    /// The observations that trained, as they were heard through the channels that earlier stages found.
+    pub observed: Arc<Vec<Observed>>,
+    /// The misfit, what was measured included.
+    misfit: [f64; 3],
+}
+
+/// A study with its observations, and what has been trained of it so far.
+pub struct Run {
+    /// The study.
+    pub study: Study,
+    rig: Arc<Rig>,
+    observed: Vec<Observed>,
+    channels: Option<ChannelErrors>,
+    trusted: Trusted,
+    /// What each stage chose, by its place.
+    chosen: Vec<(Choice, Chosen)>,
+    /// Trainings of earlier stages with other candidates than those that they chose.
+    others: Mutex<BTreeMap<(usize, Choice), Chosen>>,
+}
+
+/// One row of a table.
+struct Row {
+    /// The candidates in question.
+    own: Vec<Candidate>,
+    choice: Choice,
+}
+
+impl Run {
+    /// Reads what a study needs before its first stage.
+    ///
+    /// # Errors
+    /// Those of the files; an operating point without temperature or frequency.
+    pub fn new(study: Study, observations: &Observations, trusted: Trusted) -> Result<Self, EngineError> {
+        let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
+        let observed = observed(&study, observations)?;
+        let others = Mutex::new(BTreeMap::new());
+        Ok(Self { study, rig, observed, channels, trusted, chosen: Vec::new(), others })
+    }
+
+    /// All observations.
+    #[must_use]
+    pub fn observed(&self) -> &[Observed] {
+        &self.observed
+    }
+
+    /// What the stage called `id` chose, once it has run.
+    #[must_use]
+    pub fn chosen(&self, id: &str) -> Option<&Chosen> {
+        let (k, _) = self.study.plan.stage(id)?;
+        self.chosen.get(k).map(|(_, chosen)| chosen)
+    }
+
+    /// Runs the next stage; none after the last.
+    ///
+    /// # Errors
+    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], and models that cannot be assembled. One that cannot be fitted is a row
+    /// without evidence.
+    pub fn next_stage(&mut self) -> Result<Option<StageRecord>, EngineError> {
+        let index = self.chosen.len();
+        let Some(stage) = self.study.plan.stages.get(index).cloned() else { return Ok(None) };
+        let base = self.base_choice(&stage)?;
+        let rows = self.rows(&stage, &base)?;
+        let points = self.points(index, &stage, &base)?;
+        let results: Vec<(ModelRecord, Option<Chosen>)> =
+            rows.par_iter().map(|row| self.row(index, &stage, row)).collect::<Result<_, _>>()?;
+        let total = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
+        let best = results.iter().map(|(m, _)| total(m)).fold(f64::NEG_INFINITY, f64::max);
+        let first = |lead: f64| results.iter().position(|(m, c)| c.is_some() && total(m) >= best - lead);
+        let (Some(winner), Some(next)) = (first(0.0), first(stage.decides)) else {
+            let remark = results.iter().find_map(|(m, _)| m.remark.clone()).unwrap_or_default();
+            return Err(EngineError::NoWinner { stage: stage.id, remark });
+        };
+        let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());
+        let (models, trained): (Vec<ModelRecord>, Vec<_>) = results.into_iter().unzip();
+        if let Some(goes_on) = trained.into_iter().nth(next).flatten() {
+            self.chosen.push((rows[next].choice.clone(), goes_on));
+        }
+        Ok(Some(StageRecord {
+            id: stage.id.clone(),
+            title: stage.title.clone(),
+            measured: points.iter().map(MeasuredRecord::of).collect(),
+            models,
+            winner,
+            chosen,
+            decides: stage.decides,
+        }))
+    }
+
+    /// The model that goes on from a stage, trained with what enters predictions but not the comparison.
+    ///
+    /// # Errors
+    /// Those of the training.
+    pub fn for_predictions(&self, id: &str) -> Result<Option<Chosen>, EngineError> {
+        let (Some((index, stage)), Some(chosen)) = (self.study.plan.stage(id), self.chosen(id)) else {
+            return Ok(None);
+        };
+        let Some(noise) = &stage.noise_of_predictions else { return Ok(Some(chosen.clone())) };
+        let choice = &self.chosen[index].0;
+        let known = self.known(stage, choice)?;
+        let training = self.training(stage, self.noise(noise)?, known, Trusted::Laplace);
+        let trained = train(&chosen.assembly, &chosen.observed, &training)?;
+        Ok(Some(Chosen { trained: Arc::new(trained), ..chosen.clone() }))
+    }
+
+    /// The error of laws that enters the predictions of a stage.
+    #[must_use]
+    pub fn law_error(&self, id: &str) -> Option<LawError> {
+        let (_, stage) = self.study.plan.stage(id)?;
+        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).law.as_ref()?;
+        let over = self.study.campaign.factor(&spec.over)?;
+        Some(LawError { role: spec.role.clone(), sd: spec.sd, over })
+    }
+
+    /// The candidates that a stage takes from those before it, and those that it names itself.
+    fn base_choice(&self, stage: &Stage) -> Result<Choice, EngineError> {
+        let mut choice = Choice::new();
+        for id in &stage.on {
+            if let Some((choice_of, _)) = self.study.plan.stage(id).and_then(|(k, _)| self.chosen.get(k)) {
+                choice.extend(choice_of.clone());
+            }
+        }
+        choice.retain(|role, _| !stage.without.contains(role));
+        choice.extend(stage.with.clone());
+        Ok(choice)
+    }
+
+    /// The rows of the table of a stage.
+    fn rows(&self, stage: &Stage, base: &Choice) -> Result<Vec<Row>, EngineError> {
+        let catalogue = &self.study.catalogue;
+        let mut lists: Vec<Vec<Candidate>> = Vec::new();
+        if let Some(role) = &stage.compete {
+            let named = |c: &&Candidate| stage.among.is_empty() || stage.among.contains(&c.id);
+            lists.extend(catalogue.competing(role).into_iter().filter(named).map(|c| vec![c.clone()]));
+        }
+        for ids in &stage.rows {
+            lists.push(ids.iter().filter_map(|id| catalogue.get(id).cloned()).collect());
+        }
+        if lists.is_empty() {
+            // A stage that trains one model: the candidates that it names, in question together.
+            lists.push(stage.with.values().filter_map(|id| catalogue.get(id).cloned()).collect());
+        }
+        // A candidate that extends another can be part of no model without it.
+        let possible = |own: &Vec<Candidate>| {
+            own.iter().all(|c| c.extends.as_ref().is_none_or(|id| base.values().any(|b| b == id)))
+        };
+        let row = |own: Vec<Candidate>| {
+            let mut choice = base.clone();
+            for candidate in &own {
+                if let Some(extended) = &candidate.extends {
+                    choice.retain(|_, id| id != extended);
+                }
+                choice.insert(candidate.role.clone(), candidate.id.clone());
+            }
+            Row { own, choice }
+        };
+        Ok(lists.into_iter().filter(possible).map(row).collect())
+    }
+
+    /// The observations that train a stage, heard through the channels that earlier stages found.
+    fn points(&self, index: usize, stage: &Stage, choice: &Choice) -> Result<Vec<Observed>, EngineError> {
+        let mut points = selected(&self.study, &self.observed, &stage.points);
+        if points.is_empty() {
+            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+        }
+        if !stage.channels {
+            for id in &stage.on {
+                let before = self.stage_with(id, index, choice)?;
+                let known = before.trained.knowledge();
+                points = points.iter().map(|o| known.without_channels(&self.rig, o)).collect();
+            }
+        }
+        Ok(points)
+    }
+
+    /// An earlier stage, trained with the candidates of `choice` in the roles that it has.
+    fn stage_with(&self, id: &str, before: usize, choice: &Choice) -> Result<Chosen, EngineError> {
+        let Some((index, stage)) = self.study.plan.stage(id).filter(|(k, _)| *k < before) else {
+            return Err(EngineError::NoPoint { stage: id.to_owned() });
+        };
+        let (usual, chosen) = &self.chosen[index];
+        let mut wanted = usual.clone();
+        for (role, id) in &mut wanted {
+            if let Some(other) = choice.get(role) {
+                id.clone_from(other);
+            }
+        }
+        if wanted == *usual {
+            return Ok(chosen.clone());
+        }
+        let key = (index, wanted);
+        if let Some(found) = self.others.lock().ok().and_then(|others| others.get(&key).cloned()) {
+            return Ok(found);
+        }
+        let row = Row { own: Vec::new(), choice: key.1.clone() };
+        let found = self.train_row(index, stage, &row, Trusted::Laplace)?;
+        if let Ok(mut others) = self.others.lock() {
+            others.insert(key, found.clone());
+        }
+        Ok(found)
+    }
+
+    fn known(&self, stage: &Stage, choice: &Choice) -> Result<Vec<Knowledge>, EngineError> {
+        let index = self.study.plan.stage(&stage.id).map_or(0, |(k, _)| k);
+        stage.on.iter().map(|id| Ok(self.stage_with(id, index, choice)?.trained.knowledge())).collect()
+    }
+
+    fn training(&self, stage: &Stage, noise: Noise, known: Vec<Knowledge>, trusted: Trusted) -> Training {
+        let names = &self.rig.microphones.names;
+        let used = |m: &usize| stage.microphones.is_empty() || stage.microphones.contains(&names[*m]);
+        let search = gauss_newton();
+        let referee = if let Trusted::Refereed(kind, error) = trusted { Some((kind, error)) } else { None };
+        let checks = AssessOptions {
+            search: search.search,
+            // One stream per candidate: a further row must not change the others.
+            streams: Streams::new(u64::from_le_bytes(*b"evidence")),
+            referee,
+            ..AssessOptions::default()
+        };
+        Training {
+            microphones: (0..names.len()).filter(used).collect(),
+            noise,
+            known,
+            channels: self.channels.clone().filter(|_| stage.channels),
+            search,
+            base_errors: stage.base_errors,
+            checks: (trusted != Trusted::Laplace).then_some(checks),
+        }
+    }
+
+    fn train_row(
+        &self,
+        index: usize,
+        stage: &Stage,
+        row: &Row,
+        trusted: Trusted,
+    ) -> Result<Chosen, EngineError> {
+        let candidates = row.choice.values().filter_map(|id| self.study.catalogue.get(id).cloned()).collect();
+        let hold = &stage.hold;
+        let assembly = Assembly::new(self.rig.clone(), candidates, hold)?;
+        let points = self.points(index, stage, &row.choice)?;
+        let known = self.known(stage, &row.choice)?;
+        check_modes(&assembly, &points, &known)?;
+        let training = self.training(stage, self.noise(&stage.noise)?, known, trusted);
+        let trained = train(&assembly, &points, &training)?;
+        let found = Misfit::of(&trained.noise).measured;
+        let misfit = [0, 1, 2].map(|k| found[k].hypot(measured_sd(&points, k)));
+        Ok(Chosen {
+            assembly: Arc::new(assembly),
+            trained: Arc::new(trained),
+            observed: Arc::new(points),
+            misfit,
+        })
+    }
+
+    fn row(
+        &self,
+        index: usize,
+        stage: &Stage,
+        row: &Row,
+    ) -> Result<(ModelRecord, Option<Chosen>), EngineError> {
+        let joined =
+            |word: fn(&Candidate) -> &str, by: &str| row.own.iter().map(word).collect::<Vec<_>>().join(by);
+        let effects = row.own.iter().flat_map(|c| &c.effects);
+        let law = |e: &rijke_study::Effect| {
+            (format!("{} at {}", e.coefficient.name(), e.place_text), e.law.source().to_owned())
+        };
+        let mut record = ModelRecord {
+            id: joined(|c| &c.id, " + "),
+            label: joined(|c| &c.name, "; "),
+            candidates: row.choice.clone(),
+            laws: effects.map(law).collect(),
+            parameters: Vec::new(),
+            misfit: [0.0; 3],
+            evidence: None,
+            predicted: Vec::new(),
+            remark: None,
+        };
+        let found = match self.train_row(index, stage, row, self.trusted) {
+            Ok(found) => found,
+            Err(error) => {
+                record.remark = Some(error.to_string());
+                return Ok((record, None));
+            }
+        };
+        let Chosen { assembly, trained, .. } = &found;
+        let e = &trained.evidence;
+        record.evidence = Some(EvidenceRecord {
+            ln_best_fit: e.ln_best_fit,
+            ln_occam: e.ln_occam,
+            ln_marginal: e.ln_marginal,
+            observations: e.datapoints,
+        });
+        record.parameters = parameters(trained, assembly.parameters());
+        record.misfit = misfit(trained);
+        let said = trained.referee.iter().map(ToString::to_string);
+        let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).collect();
+        record.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
+        let values = &trained.values[..trained.own];
+        record.predicted = found
+            .observed
+            .iter()
+            .map(|o| {
+                let reference =
+                    Some(self.rig.microphones.reference).filter(|_| !self.rig.microphones.at.is_empty());
+                let model =
+                    PointModel::new(assembly, &o.conditions, reference.as_slice())?.starting_from(o.near);
+                let s = model.respond(values, Order::Value, &mut Workspace::default())?.s.value();
+                Ok([s.re, s.im])
+            })
+            .collect::<Result<_, EngineError>>()?;
+        Ok((record, Some(found)))
+    }
+
+    /// The plan's words, with what earlier stages found in the place of their names.
+    fn noise(&self, spec: &NoiseSpec) -> Result<Noise, EngineError> {
+        let of =
+            |stage: &str| self.chosen(stage).ok_or_else(|| EngineError::NoPoint { stage: stage.to_owned() });
+        let mode = |sd: &SdSpec, find: &dyn Fn(&Chosen) -> f64| -> Result<NoiseMode, EngineError> {
+            Ok(match sd {
+                SdSpec::Floated => NoiseMode::Floated,
+                SdSpec::Fixed(sd) => NoiseMode::Fixed { sd: *sd },
+                SdSpec::Inferred { median, ln_sd } => NoiseMode::Inferred { median: *median, ln_sd: *ln_sd },
+                SdSpec::Like { stage, ln_sd } => {
+                    let median = find(of(stage)?);
+                    if *ln_sd > 0.0 {
+                        NoiseMode::Inferred { median, ln_sd: *ln_sd }
+                    } else {
+                        NoiseMode::Fixed { sd: median }
+                    }
+                }
+            })
+        };
+        let number = |sd: &SdSpec, k: usize| mode(sd, &|c| c.misfit[k]);
+        let of_an_installation = match &spec.installation {
+            Some([growth, frequency]) => [number(growth, 0)?, number(frequency, 1)?],
+            None => [NoiseMode::Fixed { sd: 0.0 }; 2],
+        };
+        let varying = |v: &rijke_study::plan::Varying| -> Result<Varying, EngineError> {
+            // The scatter that the earlier stage found of this parameter.
+            let found = |c: &Chosen| {
+                let of =
+                    |n: &&rijke_inference::NoiseEstimate| n.name.starts_with(&format!("{},", v.parameter));
+                c.trained.noise.iter().find(of).map_or(0.0, |n| n.sd)
+            };
+            Ok(Varying { parameter: v.parameter.clone(), sd: mode(&v.sd, &found)? })
+        };
+        let law = |l: &rijke_study::plan::LawError| {
+            let over = self.study.campaign.factor(&l.over)?;
+            Some(LawError { role: l.role.clone(), sd: l.sd, over })
+        };
+        Ok(Noise {
+            of_a_point: [
+                number(&spec.growth_rate, 0)?,
+                number(&spec.angular_frequency, 1)?,
+                number(&spec.pressure, 2)?,
+            ],
+            of_an_installation,
+            measured: spec.measured,
+            varying: spec.varying.iter().map(varying).collect::<Result<_, _>>()?,
+            law: spec.law.as_ref().and_then(law),
+        })
+    }
+}
+
+/// Newton's search, done with Gauss and Newton's matrix, to 1e-5 posterior standard deviations.
+fn gauss_newton() -> MapOptions {
+    let options = MapOptions::default();
+    MapOptions { search: TrustRegion { tolerance: 1e-10, ..options.search }, ..options }
+}
+
+/// Root mean square of the measured standard deviations of growth rate (0) or frequency (1).
+fn measured_sd(points: &[Observed], k: usize) -> f64 {
+    let variance = |o: &Observed| {
+        let rows = o.used(&[], usize::MAX).rows;
+        rows.iter().position(|row| *row == k).map(|i| o.mode.covariance[(i, i)])
+    };
+    let all: Vec<f64> = match k {
+        0 | 1 => points.iter().filter_map(variance).collect(),
+        _ => points
+            .iter()
+            .filter_map(|o| {
+                let n = o.mode.covariance.rows();
+                let first = n - 2 * o.mode.pressures.len();
+                (first < n).then(|| o.mode.covariance[(first, first)])
+            })
+            .collect(),
+    };
+    (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
+}
+
+/// Parts of the distance between modes by which a measured mode may differ from the one of the model that is found from it.
+const SAME_MODE: f64 = 0.35;
+
+/// Checks that the modes that were measured are modes of the model at the middle of what is known, and that two of a point are two.
+fn check_modes(assembly: &Assembly, points: &[Observed], known: &[Knowledge]) -> Result<(), EngineError> {
+    let middle = |p: &rijke_inference::Parameter| {
+        let earlier = known.iter().rev().find_map(|k| {
+            let place = k.names.iter().position(|n| *n == p.name)?;
+            Some(k.mean[place])
+        });
+        earlier.unwrap_or_else(|| p.prior.quantile(0.5))
+    };
+    let values: Vec<f64> = assembly.parameters().iter().map(middle).collect();
+    let found: Vec<Option<f64>> = points
+        .par_iter()
+        .map(|o| {
+            let model = PointModel::new(assembly, &o.conditions, &[])?.starting_from(o.near);
+            let root = model.respond(&values, Order::Value, &mut Workspace::default());
+            Ok(root.ok().map(|r| r.s.value().im))
+        })
+        .collect::<Result<_, EngineError>>()?;
+    for (k, (o, omega)) in points.iter().zip(&found).enumerate() {
+        let layout = &o.conditions.layout;
+        let spacing = std::f64::consts::PI / o.conditions.base.travel_time(0.0, layout.length);
+        let point = o.conditions.id.clone();
+        let measured_hz = hertz(o.near.im);
+        let Some(omega) = *omega else { continue };
+        if (omega - o.near.im).abs() > SAME_MODE * spacing {
+            return Err(EngineError::OtherMode { point, measured_hz, described_hz: hertz(omega) });
+        }
+        let twin = (0..k).find(|&j| {
+            points[j].conditions.id == point
+                && found[j].is_some_and(|w| (w - omega).abs() < 1e-6 * omega.abs())
+        });
+        if let Some(j) = twin {
+            let (first_hz, described_hz) = (hertz(points[j].near.im), hertz(omega));
+            return Err(EngineError::AmbiguousModes {
+                point,
+                first_hz,
+                second_hz: measured_hz,
+                described_hz,
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,8 @@
+//! A study, run: its stages in order, each a competition of candidates on some points. Must not know how numbers are drawn.
+
+mod competition;
+mod inputs;
+mod record;
+
+pub use competition::{Chosen, Run, Trusted};
+pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};

@@ -1,0 +1,146 @@
+//! What a stage found, as numbers that are written and drawn.
+
+use crate::{Misfit, Observed, Trained};
+use rijke_inference::Prior;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A stage: its points, and its models with what training found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageRecord {
+    /// Name of the stage.
+    pub id: String,
+    /// What it is called.
+    pub title: String,
+    /// The observations that trained.
+    pub measured: Vec<MeasuredRecord>,
+    /// The models, in the order of the table.
+    pub models: Vec<ModelRecord>,
+    /// The model with the most evidence.
+    pub winner: String,
+    /// The model that goes on: the first that none beats by more than `decides` nats.
+    pub chosen: String,
+    /// Nats below which a lead does not decide.
+    pub decides: f64,
+}
+
+/// What was measured of one mode at one point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredRecord {
+    /// Operating point.
+    pub point: String,
+    /// Label of the mode, if the point has several.
+    pub mode: String,
+    /// Value of every factor, SI; none where it has none.
+    pub factors: Vec<Option<f64>>,
+    /// Growth rate, 1/s, and its standard deviation.
+    pub growth_rate: Option<[f64; 2]>,
+    /// Angular frequency, rad/s, and its standard deviation.
+    pub angular_frequency: Option<[f64; 2]>,
+}
+
+/// One row of a table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelRecord {
+    /// The candidates in question, joined by ` + `.
+    pub id: String,
+    /// What they are called.
+    pub label: String,
+    /// Role and candidate: the whole model.
+    pub candidates: BTreeMap<String, String>,
+    /// Coefficient and place, and formula, of the candidates in question.
+    pub laws: Vec<(String, String)>,
+    /// The model's parameters.
+    pub parameters: Vec<ParameterRecord>,
+    /// Misfit that the data chose: growth rate (1/s), angular frequency (rad/s), relative pressure.
+    pub misfit: [f64; 3],
+    /// Evidence; none if the model could not be fitted.
+    pub evidence: Option<EvidenceRecord>,
+    /// Growth rate and angular frequency at every measured point, in their order.
+    pub predicted: Vec<[f64; 2]>,
+    /// Warnings, or why there is no evidence.
+    pub remark: Option<String>,
+}
+
+/// A parameter with what is known of it before and after.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterRecord {
+    /// Name.
+    pub name: String,
+    /// Symbol in print.
+    pub symbol: String,
+    /// Unit.
+    pub unit: String,
+    /// Most probable value.
+    pub value: f64,
+    /// Standard deviation.
+    pub sd: f64,
+    /// How many standard deviations of its prior, as its candidate states it, the value lies from the prior's mean; none for a prior
+    /// that is not normal.
+    pub prior_sds: Option<f64>,
+}
+
+/// Evidence, in nats, in total.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EvidenceRecord {
+    /// ln of the best fit's likelihood.
+    pub ln_best_fit: f64,
+    /// ln of the Occam factor.
+    pub ln_occam: f64,
+    /// ln of the marginal likelihood.
+    pub ln_marginal: f64,
+    /// Number of observations, by which tables divide.
+    pub observations: usize,
+}
+
+impl EvidenceRecord {
+    /// ln ML per observation.
+    #[must_use]
+    pub fn per_observation(&self) -> [f64; 3] {
+        [self.ln_best_fit, self.ln_occam, self.ln_marginal].map(|v| v / self.observations.max(1) as f64)
+    }
+}
+
+impl MeasuredRecord {
+    pub(super) fn of(observed: &Observed) -> Self {
+        let mode = &observed.mode;
+        let sd = |k: usize| mode.covariance[(k, k)].sqrt();
+        let second = usize::from(mode.growth_rate.is_some());
+        Self {
+            point: observed.conditions.id.clone(),
+            mode: mode.label.clone(),
+            factors: observed
+                .conditions
+                .point
+                .factors
+                .iter()
+                .map(|v| Some(*v).filter(|v| !v.is_nan()))
+                .collect(),
+            growth_rate: mode.growth_rate.map(|v| [v, sd(0)]),
+            angular_frequency: mode.angular_frequency.map(|v| [v, sd(second)]),
+        }
+    }
+}
+
+pub(super) fn parameters(
+    trained: &Trained,
+    of_the_model: &[rijke_inference::Parameter],
+) -> Vec<ParameterRecord> {
+    let numbers = trained.values.iter().zip(trained.sd());
+    let record = |(p, (&value, sd)): (&rijke_inference::Parameter, (&f64, f64))| ParameterRecord {
+        name: p.name.clone(),
+        symbol: p.symbol.clone(),
+        unit: p.unit.clone(),
+        value,
+        sd,
+        prior_sds: match p.prior {
+            Prior::Normal { mean, sd } => Some((value - mean) / sd),
+            _ => None,
+        },
+    };
+    of_the_model.iter().zip(numbers).map(record).collect()
+}
+
+pub(super) fn misfit(trained: &Trained) -> [f64; 3] {
+    Misfit::of(&trained.noise).measured
+}

@@ -1,0 +1,236 @@
+//! From observations to the most probable parameters and the evidence.
+
+use crate::data::Blocks;
+use crate::errors::{BaseErrors, Channels, Common, Heard, LawErrors, Scatter, any_varies};
+use crate::noise::Noise;
+use crate::observed::{Observed, Used};
+use crate::predictor::{Predictor, Reordered};
+use crate::{Assembly, EngineError};
+use rijke_inference::{
+    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter,
+    Parameters, Posterior, Stop, Verdict,
+};
+use rijke_numerics::{Matrix, Order};
+use rijke_rig::ChannelErrors;
+
+/// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of the next.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Knowledge {
+    /// Names of the parameters.
+    pub names: Vec<String>,
+    /// Most probable values.
+    pub mean: Vec<f64>,
+    /// Covariance.
+    pub covariance: Matrix,
+}
+
+/// How a model is trained.
+#[derive(Clone, Debug)]
+pub struct Training {
+    /// Which microphones are used.
+    pub microphones: Vec<usize>,
+    /// What is assumed of noise and model error.
+    pub noise: Noise,
+    /// What earlier stages found; parameters that the assembly does not have are ignored.
+    pub known: Vec<Knowledge>,
+    /// What the observations share of the channels' calibration, if that is known: delays and gains are then parameters beside the
+    /// model's.
+    pub channels: Option<ChannelErrors>,
+    /// How the most probable parameters are searched.
+    pub search: MapOptions,
+    /// Whether the errors of the base states enter: those that all installations share as parameters, the others as a systematic
+    /// covariance. Costs a second fit: their effect is taken at the result of a first one that ignores them.
+    pub base_errors: bool,
+    /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some hundred
+    /// calls of the model.
+    pub checks: Option<AssessOptions>,
+}
+
+/// A trained model.
+#[derive(Clone, Debug)]
+pub struct Trained {
+    /// The free parameters: those of the model, then errors of the base states that all installations share and delays and gains of
+    /// channels, if the training had any.
+    pub parameters: Vec<Parameter>,
+    /// How many of them are the model's.
+    pub own: usize,
+    /// What the errors of the base states among them are.
+    pub(crate) common: Option<Common>,
+    /// Their most probable values.
+    pub values: Vec<f64>,
+    /// Their covariance.
+    pub covariance: Matrix,
+    /// Standard deviations of the noise, chosen by the data where they float.
+    pub noise: Vec<NoiseEstimate>,
+    /// The evidence, in nats, in total.
+    pub evidence: Evidence,
+    /// How the search ended.
+    pub stop: Stop,
+    /// Calls of the model that the last search made.
+    pub calls: Calls,
+    /// Reasons not to trust the evidence; empty if it passed its checks or was not checked.
+    pub warnings: Vec<String>,
+    /// What a referee said of the evidence, if one was asked.
+    pub referee: Option<Verdict>,
+}
+
+/// Finds the most probable parameters of `assembly`, their covariance and the evidence.
+///
+/// # Errors
+/// [`EngineError::NotConverged`] with the reason, and whatever the model or the inference cannot survive.
+pub fn train(
+    assembly: &Assembly,
+    observed: &[Observed],
+    training: &Training,
+) -> Result<Trained, EngineError> {
+    let rig = &assembly.rig;
+    let reference = rig.microphones.reference;
+    let mut used: Vec<Used> = observed.iter().map(|o| o.used(&training.microphones, reference)).collect();
+    let own = assembly.parameters().len();
+    let predictor = Predictor::new(assembly, observed, &used)?;
+    let heard_anything = used.iter().any(|u| !u.others.is_empty());
+    let channels = if heard_anything { Channels::of(rig, training) } else { None };
+    let parameters = parameters(assembly, &[], channels.as_ref(), training)?;
+    if let Some(channels) = &channels {
+        observed.iter().zip(&mut used).for_each(|(o, u)| channels.take_from(o, u));
+    }
+    let (used, noise) = (&used, &training.noise);
+    let heard = |inner, own| Heard::new(inner, own, channels.as_ref(), observed, used);
+    let through = heard(&predictor as &dyn Forward, own);
+    let fit = Fitting { assembly, training, model: &through, parameters: &parameters, common: None };
+    let blocks = Blocks { rig, observed, used, noise, scatter: &[] };
+    let (data, order) = blocks.apart()?;
+    if !training.base_errors && !any_varies(assembly, training) {
+        return fit.finish(&data, order, training.search.clone(), observed.len());
+    }
+    let rough = fit.search(&data, order, &training.search)?;
+    let values = &rough.parameters[..own];
+    let scatter = Scatter::of(assembly, observed, used, training, values)?;
+    let blocks = Blocks { scatter: &scatter, ..blocks };
+    if !training.base_errors {
+        let (data, order) = blocks.apart()?;
+        return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
+    }
+    let errors = BaseErrors::new(assembly, observed, used, values)?;
+    let law = noise.law.as_ref().map(|error| LawErrors::of(assembly, error)).transpose()?.flatten();
+    let errors = match &law {
+        Some(law) => errors.and(law.changes(observed, used, values)?),
+        None => errors,
+    };
+    let (common, errors) = Common::of(errors, observed, used)?;
+    let (data, order) = blocks.together(&errors)?;
+    let shared = common.parameters();
+    let parameters = self::parameters(assembly, &shared, channels.as_ref(), training)?;
+    let carried = common.carried_by(&predictor, own);
+    let through = heard(&carried as &dyn Forward, own + shared.len());
+    let start = [values, &vec![0.0; shared.len()], &rough.parameters[own..]].concat();
+    let common = Some(&common);
+    Fitting { assembly, training, model: &through, parameters: &parameters, common }.finish(
+        &data,
+        order,
+        training.search.clone().from(&start),
+        observed.len(),
+    )
+}
+
+/// The parameters of the model, those of the base states that all installations share, and those of the channels, with what earlier
+/// stages know.
+fn parameters(
+    assembly: &Assembly,
+    common: &[Parameter],
+    channels: Option<&Channels>,
+    training: &Training,
+) -> Result<Parameters, EngineError> {
+    let all = assembly.parameters().iter().chain(common).chain(channels.iter().flat_map(|c| &c.parameters));
+    let mut parameters = Parameters::new(all.cloned().collect())?;
+    if let Some(channels) = channels {
+        parameters = channels.prior(parameters, training)?;
+    }
+    // Not the directions of base states, which are others in each training.
+    let shared = channels.iter().flat_map(|c| &c.parameters);
+    let handed_on: Vec<&str> = assembly.parameters().iter().chain(shared).map(|p| p.name.as_str()).collect();
+    for known in &training.known {
+        let keep: Vec<usize> =
+            (0..known.names.len()).filter(|&k| handed_on.contains(&known.names[k].as_str())).collect();
+        if !keep.is_empty() {
+            let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
+            let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();
+            parameters = parameters.with_joint(&names, &mean, &known.covariance.select(&keep))?;
+        }
+    }
+    Ok(parameters)
+}
+
+/// What the fits of one training share.
+struct Fitting<'a> {
+    assembly: &'a Assembly,
+    training: &'a Training,
+    model: &'a dyn Forward,
+    parameters: &'a Parameters,
+    common: Option<&'a Common>,
+}
+
+impl Fitting<'_> {
+    /// The most probable parameters. Second derivatives of the model cost several times the first and change the path of the
+    /// search, not its end: a Newton search is done without them.
+    fn search(&self, data: &Data, order: Vec<usize>, options: &MapOptions) -> Result<Fit, EngineError> {
+        let quick = Reordered { inner: self.model, order, highest: Order::First };
+        let fit = Posterior::new(&quick, data, self.parameters)?.map(options)?;
+        if fit.stop.converged() {
+            return Ok(fit);
+        }
+        Err(EngineError::NotConverged { model: self.assembly.ids().join(" + "), stop: fit.stop })
+    }
+
+    /// The fit that counts, and what follows from it; the evidence is per observation, of which there are `points`.
+    fn finish(
+        &self,
+        data: &Data,
+        order: Vec<usize>,
+        options: MapOptions,
+        points: usize,
+    ) -> Result<Trained, EngineError> {
+        let exact = Reordered { inner: self.model, order: order.clone(), highest: Order::Second };
+        let posterior = Posterior::new(&exact, data, self.parameters)?;
+        let (fit, laplace, warnings, referee): (Fit, Option<Laplace>, Vec<String>, _) =
+            match &self.training.checks {
+                None => (self.search(data, order, &options)?, None, Vec::new(), None),
+                Some(checks) => {
+                    let starts = options.start.into_iter().chain(checks.starts.iter().cloned()).collect();
+                    let found = posterior.assess(&AssessOptions { starts, ..checks.clone() })?;
+                    (found.fit, found.laplace.ok(), found.health.warnings, found.health.referee)
+                }
+            };
+        let mut laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
+        // Blocks of data may hold several operating points or parts of one.
+        laplace.evidence.datapoints = points;
+        Ok(Trained {
+            parameters: self.parameters.list().to_vec(),
+            own: self.assembly.parameters().len(),
+            common: self.common.cloned(),
+            values: fit.parameters,
+            covariance: laplace.physical_covariance,
+            noise: fit.noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
+            evidence: laplace.evidence,
+            stop: fit.stop,
+            warnings,
+            referee,
+            calls: fit.calls,
+        })
+    }
+}
+
+impl Trained {
+    /// The posterior as knowledge for the next stage.
+    #[must_use]
+    pub fn knowledge(&self) -> Knowledge {
+        let names = self.parameters.iter().map(|p| p.name.clone()).collect();
+        Knowledge { names, mean: self.values.clone(), covariance: self.covariance.clone() }
+    }
+
+    /// Standard deviation of each parameter.
+    #[must_use]
+    pub fn sd(&self) -> Vec<f64> {
+        (0..self.values.len()).map(|i| self.covariance[(i, i)].sqrt()).collect()
+    }
+}

@@ -1,0 +1,163 @@
+//! Tables of a stage: models by evidence, parameters, laws, residuals.
+
+use super::{StudyHead, chosen, total};
+use crate::draw::html;
+use rijke_engine::run::{ModelRecord, StageRecord};
+
+/// Standard deviations of its prior beyond which a parameter contradicts what was known before.
+const CONFLICT: f64 = 4.0;
+
+/// The models, best first.
+pub(super) fn ranking(stage: &StageRecord) -> String {
+    let mut models: Vec<&ModelRecord> = stage.models.iter().collect();
+    if models.len() < 2 {
+        return String::new();
+    }
+    models.sort_by(|a, b| {
+        total(b).unwrap_or(f64::NEG_INFINITY).total_cmp(&total(a).unwrap_or(f64::NEG_INFINITY))
+    });
+    let best = models.first().and_then(|m| total(m)).unwrap_or(0.0);
+    let row = |m: &&ModelRecord| {
+        let class = if m.id == stage.chosen { " class=\"chosen\"" } else { "" };
+        let remark = m.remark.as_deref().map_or(String::new(), |r| format!("<br><small>{}</small>", html(r)));
+        let name = format!("<td>{}{remark}</td><td><code>{}</code></td>", html(&m.label), html(&m.id));
+        match m.evidence {
+            Some(e) => format!(
+                "<tr{class}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
+                 <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td></tr>\n",
+                e.ln_marginal - best,
+                e.ln_best_fit,
+                e.ln_occam,
+                e.ln_marginal,
+                m.misfit[0],
+                m.misfit[1]
+            ),
+            None => format!("<tr class=\"failed\">{name}<td colspan=\"6\">no evidence</td></tr>\n"),
+        }
+    };
+    let rows: String = models.iter().map(row).collect();
+    format!(
+        "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>ln best fit</th><th>ln Occam</th>\
+         <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+    )
+}
+
+/// The parameters of the chosen model.
+pub(super) fn parameters(model: &ModelRecord) -> String {
+    if model.parameters.is_empty() {
+        return String::new();
+    }
+    let row = |p: &rijke_engine::run::ParameterRecord| {
+        let unit = if p.unit == "1" { "" } else { &p.unit };
+        let prior = p.prior_sds.map_or(String::new(), |z| format!("{z:+.1}"));
+        format!(
+            "<tr><td>{}</td><td><code>{}</code></td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{prior}</td></tr>\n",
+            html(&p.symbol),
+            html(&p.name),
+            with_uncertainty(p.value, p.sd),
+            html(unit)
+        )
+    };
+    let rows: String = model.parameters.iter().map(row).collect();
+    format!(
+        "<div class=\"wide\"><table><thead><tr><th>parameter</th><th>name in files</th><th>value</th><th>unit</th><th>from its prior, in prior \
+         sd</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+    )
+}
+
+/// A value with its standard deviation in the last two digits: 1.0109(18).
+pub(super) fn with_uncertainty(value: f64, sd: f64) -> String {
+    if !(sd > 0.0 && sd.is_finite() && value.is_finite()) {
+        return format!("{value:.4e}");
+    }
+    let digits = 1 - sd.log10().floor() as i32;
+    let largest = value.abs().max(sd).log10().floor() as i32;
+    if (-4..=5).contains(&largest) && (0..=9).contains(&digits) {
+        let digits = digits as usize;
+        return format!("{value:.digits$}({:.0})", sd * 10f64.powi(digits as i32)).replace('-', "\u{2212}");
+    }
+    let scale = 10f64.powi(largest);
+    let shown = (digits + largest).max(0) as usize;
+    let text = format!("{:.shown$}({:.0})", value / scale, sd / scale * 10f64.powi(shown as i32));
+    format!("{} × 10<sup>{largest}</sup>", text.replace('-', "\u{2212}")).replace("<sup>-", "<sup>\u{2212}")
+}
+
+/// Sentences on parameters that contradict what was known before.
+pub(super) fn conflicts(model: &ModelRecord) -> Vec<String> {
+    let far = model.parameters.iter().filter(|p| p.prior_sds.is_some_and(|z| z.abs() > CONFLICT));
+    far.map(|p| {
+        format!(
+            "{} lies {:.1} standard deviations of its prior from what was known before: prior and data contradict each other, or the model is \
+             wrong.",
+            html(&p.symbol),
+            p.prior_sds.unwrap_or(0.0).abs()
+        )
+    })
+    .collect()
+}
+
+/// The formulas of the chosen model.
+pub(super) fn laws(model: &ModelRecord) -> String {
+    let row = |(place, law): &(String, String)| {
+        format!(
+            "<tr><td>{}</td><td><code>{}</code></td></tr>\n",
+            html(place),
+            html(&law.replace('*', " \u{b7} "))
+        )
+    };
+    let rows: String = model.laws.iter().map(row).collect();
+    format!(
+        "<details><summary>Laws of this model</summary><div class=\"wide\"><table><tbody>\n{rows}</tbody></table></div></details>\n"
+    )
+}
+
+/// Measured and predicted, point by point.
+pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
+    let Some(model) = chosen(stage).filter(|m| m.predicted.len() == stage.measured.len()) else {
+        return String::new();
+    };
+    let factors: String =
+        head.factors.iter().map(|(name, unit)| format!("<th>{} / {}</th>", html(name), html(unit))).collect();
+    let number = |pair: Option<[f64; 2]>, predicted: f64| match pair {
+        Some([value, sd]) => {
+            format!("<td class=\"n\">{}</td><td class=\"n\">{predicted:.3}</td>", with_uncertainty(value, sd))
+        }
+        None => format!("<td></td><td class=\"n\">{predicted:.3}</td>"),
+    };
+    let rows: String = stage
+        .measured
+        .iter()
+        .zip(&model.predicted)
+        .map(|(m, p)| {
+            let factors: String = m
+                .factors
+                .iter()
+                .map(|v| format!("<td class=\"n\">{}</td>", v.map_or(String::new(), |v| format!("{v:.4}"))))
+                .collect();
+            format!(
+                "<tr><td>{} {}</td>{factors}{}{}</tr>\n",
+                html(&m.point),
+                html(&m.mode),
+                number(m.growth_rate, p[0]),
+                number(m.angular_frequency, p[1])
+            )
+        })
+        .collect();
+    format!(
+        "<details><summary>Measured and predicted, point by point</summary><div class=\"wide\"><table><thead><tr><th>point</th>{factors}<th>growth \
+         rate, 1/s</th><th>predicted</th><th>angular frequency, rad/s</th><th>predicted</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_uncertainty;
+
+    #[test]
+    fn exact_the_last_two_digits_are_the_uncertain_ones() {
+        assert_eq!(with_uncertainty(1.01093, 0.0018), "1.0109(18)");
+        assert_eq!(with_uncertainty(-55.31, 0.12), "\u{2212}55.31(12)");
+        assert_eq!(with_uncertainty(0.0004, 2.1e-6), "0.0004000(21)");
+        assert_eq!(with_uncertainty(1.6e-7, 2e-9), "1.600(20) × 10<sup>\u{2212}7</sup>");
+    }
+}

@@ -1,0 +1,94 @@
+//! Base states on disk: `base/states.json`.
+
+use crate::base::{BaseError, BaseState, Cause};
+use crate::rig::Rig;
+use crate::source::{Source, listed};
+use crate::{Problem, StudyError};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The file.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StatesFile {
+    /// Name of the operating point, and its state.
+    pub points: BTreeMap<String, StateRecord>,
+}
+
+/// One state.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StateRecord {
+    /// kg/s.
+    pub mass_flow: f64,
+    /// Numbers for laws, by name, SI.
+    pub numbers: BTreeMap<String, f64>,
+    /// m.
+    pub places: Vec<f64>,
+    /// K.
+    pub temperature: Vec<f64>,
+    /// Zones in which the temperature changes fast, m.
+    pub kinks: Vec<[f64; 2]>,
+    /// Changes per standard deviation of each cause.
+    pub errors: Vec<ErrorRecord>,
+}
+
+/// One standard deviation of one cause.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ErrorRecord {
+    /// Its name: states that have the same share it.
+    pub cause: String,
+    /// kg/s.
+    pub mass_flow: f64,
+    /// By name, SI.
+    pub numbers: BTreeMap<String, f64>,
+    /// K.
+    pub temperature: Vec<f64>,
+}
+
+/// Reads the states of operating points.
+///
+/// # Errors
+/// File, operating point and remedy.
+pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, BaseState>, StudyError> {
+    let source = Source::read(path)?;
+    let fail = |problem| source.at_line(1, problem);
+    let file: StatesFile = serde_json::from_str(&source.text)
+        .map_err(|e| source.at_line(e.line(), Problem::Toml(e.to_string())))?;
+    let mut states = BTreeMap::new();
+    for (id, record) in file.points {
+        let place = |name: &String| {
+            let of = |p: &&usize| rig.scope.names()[**p].name == *name;
+            rig.brought.iter().find(of).copied().ok_or_else(|| {
+                let known = listed(rig.brought.iter().map(|p| rig.scope.names()[*p].name.as_str()));
+                Problem::Unknown {
+                    what: "number of the base state (see [base.numbers] of rig.toml)",
+                    name: name.clone(),
+                    known,
+                }
+            })
+        };
+        let names: Vec<&String> = record.numbers.keys().collect();
+        let places = record.numbers.keys().map(place).collect::<Result<Vec<_>, _>>().map_err(fail)?;
+        let error = |e: &ErrorRecord| BaseError {
+            cause: Cause::Inferred(e.cause.clone()),
+            mass_flow: e.mass_flow,
+            numbers: names.iter().map(|n| e.numbers.get(*n).copied().unwrap_or(0.0)).collect(),
+            temperature: e.temperature.clone(),
+        };
+        let state = BaseState {
+            gas: rig.gas.clone(),
+            pressure: rig.pressure,
+            mass_flow: record.mass_flow,
+            numbers: places.into_iter().zip(record.numbers.values().copied()).collect(),
+            errors: record.errors.iter().map(error).collect(),
+            places: record.places,
+            temperature: record.temperature,
+            kinks: record.kinks,
+        };
+        states.insert(id.clone(), state.checked(&id).map_err(fail)?);
+    }
+    Ok(states)
+}
