@@ -166,9 +166,17 @@ impl Run {
     fn rows(&self, stage: &Stage, base: &Choice) -> Result<Vec<Row>, EngineError> {
         let catalogue = &self.study.catalogue;
         let mut lists: Vec<Vec<Candidate>> = Vec::new();
-        if let Some(role) = &stage.compete {
+        if !stage.compete.is_empty() {
+            lists.push(Vec::new());
+        }
+        for role in &stage.compete {
             let named = |c: &&Candidate| stage.among.is_empty() || stage.among.contains(&c.id);
-            lists.extend(catalogue.competing(role).into_iter().filter(named).map(|c| vec![c.clone()]));
+            let competing: Vec<&Candidate> = catalogue.competing(role).into_iter().filter(named).collect();
+            let longer = |list: Vec<Candidate>| {
+                let one = |c: &&Candidate| [list.clone(), vec![(*c).clone()]].concat();
+                competing.iter().map(one).collect::<Vec<_>>()
+            };
+            lists = lists.into_iter().flat_map(longer).collect();
         }
         for ids in &stage.rows {
             lists.push(ids.iter().filter_map(|id| catalogue.get(id).cloned()).collect());

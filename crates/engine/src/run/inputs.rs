@@ -2,28 +2,64 @@
 
 use crate::{Conditions, EngineError, Observed};
 use rijke_study::plan::{Base, Selection};
-use rijke_study::{BaseState, Cause, Observations, Point, Sharing, Study, read_states};
+use rijke_study::{
+    BaseState, Cause, Observations, Point, Sharing, Study, heated_states, read_readings, read_states,
+};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Where the root of a mode is sought whose growth rate was not measured, 1/s.
 const GROWTH_RATE: f64 = -10.0;
 
-/// The conditions of an operating point of a study.
-pub(super) fn conditions(
+/// What is known of the temperature at a point, K: read with its records, or stated in the campaign.
+fn ambient(study: &Study, observations: &Observations, k: usize) -> Option<[f64; 2]> {
+    let stated = observations.ambient.get(&k).copied().or(study.campaign.points[k].ambient);
+    let of_the_file = matches!(study.plan.base, Base::Rig).then_some([study.rig.temperature, 0.0]);
+    stated.or(of_the_file)
+}
+
+/// The states that were inferred or read, by the place of their point.
+fn states(study: &Study, observations: &Observations) -> Result<BTreeMap<usize, BaseState>, EngineError> {
+    let campaign = &study.campaign;
+    match &study.plan.base {
+        Base::Ambient | Base::Rig => Ok(BTreeMap::new()),
+        Base::States => {
+            let states = read_states(&study.folder.join("base").join("states.json"), &study.rig)?;
+            let place = |(id, state): (String, BaseState)| Some((campaign.point(&id)?.0, state));
+            Ok(states.into_iter().filter_map(place).collect())
+        }
+        Base::HeatedFlow(heated) => {
+            let path = study.folder.join("observations").join("readings.csv");
+            let readings = read_readings(&path, campaign)?;
+            let ambient: Vec<_> =
+                (0..campaign.points.len()).map(|k| ambient(study, observations, k)).collect();
+            let layout = |(k, point): (usize, &Point)| {
+                let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
+                ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
+            };
+            let layouts = campaign.points.iter().enumerate().map(layout).collect::<Result<Vec<_>, _>>()?;
+            let fail =
+                |source| EngineError::Rig { point: "of readings.csv".into(), source: Box::new(source) };
+            let states =
+                heated_states(&study.rig, campaign, heated, &readings, &ambient, &layouts).map_err(fail)?;
+            Ok(states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect())
+        }
+    }
+}
+
+/// The conditions of an operating point of a study, of which `inferred` may be known.
+fn conditions(
     study: &Study,
-    states: &BTreeMap<String, BaseState>,
     point: &Point,
-    read: Option<[f64; 2]>,
+    inferred: Option<&BaseState>,
+    ambient: Option<[f64; 2]>,
 ) -> Result<Conditions, EngineError> {
     let rig = &study.rig;
     let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
-    let inferred = states.get(&point.id);
-    let ambient = match (inferred, read.or(point.ambient)) {
+    let ambient = match (inferred, ambient) {
         // What enters the rig is ambient gas.
         (Some(state), _) => [state.temperature[0], 0.0],
         (None, Some(ambient)) => ambient,
-        (None, None) if study.plan.base == Base::Rig => [rig.temperature, 0.0],
         (None, None) => return Err(EngineError::NoTemperature { point: point.id.clone() }),
     };
     let layout = rig.at(point, ambient[0]).map_err(fail)?;
@@ -41,10 +77,7 @@ pub(super) fn conditions(
 
 /// All observations of a study, in the order of its table.
 pub(super) fn observed(study: &Study, observations: &Observations) -> Result<Vec<Observed>, EngineError> {
-    let states = match study.plan.base {
-        Base::States => read_states(&study.folder.join("base").join("states.json"), &study.rig)?,
-        _ => BTreeMap::new(),
-    };
+    let states = states(study, observations)?;
     let mut known: BTreeMap<usize, Arc<Conditions>> = BTreeMap::new();
     let mut all = Vec::new();
     for mode in &observations.modes {
@@ -52,12 +85,8 @@ pub(super) fn observed(study: &Study, observations: &Observations) -> Result<Vec
         let conditions = match known.get(&mode.point) {
             Some(conditions) => conditions.clone(),
             None => {
-                let new = Arc::new(conditions(
-                    study,
-                    &states,
-                    point,
-                    observations.ambient.get(&mode.point).copied(),
-                )?);
+                let ambient = ambient(study, observations, mode.point);
+                let new = Arc::new(conditions(study, point, states.get(&mode.point), ambient)?);
                 known.insert(mode.point, new.clone());
                 new
             }

@@ -36,8 +36,20 @@ pub enum Base {
     Rig,
     /// States that were inferred before, where a point has one; else the ambient temperature.
     States,
-    /// Readings of thermometers along the ducts, in `observations/readings.csv`.
-    Readings,
+    /// Gas that a part heats in a forced flow, from readings of thermometers in `observations/readings.csv`.
+    HeatedFlow(HeatedFlow),
+}
+
+/// A part that heats a forced flow.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeatedFlow {
+    /// The part where the heat goes into the gas.
+    pub at: String,
+    /// The factor that is its power, W.
+    pub power: String,
+    /// The factor that is the volume flow from upstream at ambient temperature, m^3/s.
+    pub flow: String,
 }
 
 /// Some points train some candidates.
@@ -55,8 +67,8 @@ pub struct Stage {
     pub with: BTreeMap<String, String>,
     /// Roles of earlier stages that are not part of this one.
     pub without: Vec<String>,
-    /// The role whose candidates compete; none for a stage that trains one model.
-    pub compete: Option<String>,
+    /// The roles whose candidates compete, in all combinations; none for a stage that trains one model.
+    pub compete: Vec<String>,
     /// Which of them, in the order of the table; all if empty.
     pub among: Vec<String>,
     /// Further rows: candidates that take the places of others together.

@@ -1,6 +1,6 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
-use super::{Base, NoiseSpec, Plan, Question, SdSpec, Selection, Stage};
+use super::{Base, HeatedFlow, NoiseSpec, Plan, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
 use serde::Deserialize;
@@ -22,14 +22,14 @@ struct File {
     asked: Vec<Spanned<Question>>,
 }
 
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum BaseChoice {
     #[default]
     Ambient,
     Rig,
     States,
-    Readings,
+    HeatedFlow(HeatedFlow),
 }
 
 #[derive(Deserialize)]
@@ -44,7 +44,8 @@ struct StageFile {
     with: BTreeMap<String, String>,
     #[serde(default)]
     without: Vec<String>,
-    compete: Option<String>,
+    #[serde(default)]
+    compete: OneOrMore,
     #[serde(default)]
     among: Vec<String>,
     #[serde(default)]
@@ -78,6 +79,16 @@ enum OneOrMore {
     More(Vec<String>),
 }
 
+impl OneOrMore {
+    fn list(self) -> Vec<String> {
+        match self {
+            Self::None => Vec::new(),
+            Self::One(id) => vec![id],
+            Self::More(list) => list,
+        }
+    }
+}
+
 impl Plan {
     /// Reads `study.toml`.
     ///
@@ -103,7 +114,11 @@ impl Plan {
             BaseChoice::Ambient => Base::Ambient,
             BaseChoice::Rig => Base::Rig,
             BaseChoice::States => Base::States,
-            BaseChoice::Readings => Base::Readings,
+            BaseChoice::HeatedFlow(heated) => {
+                let check = Check { rig, campaign, catalogue };
+                check.heated(&heated).map_err(|problem| source.fail(0, problem))?;
+                Base::HeatedFlow(heated)
+            }
         };
         let (name, question) = (file.name, file.question);
         let mut plan = Self { name, question, base, stages: Vec::new(), questions: Vec::new() };
@@ -179,23 +194,30 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
+    fn heated(&self, heated: &HeatedFlow) -> Result<(), Problem> {
+        self.campaign.known_factor(&heated.power)?;
+        self.campaign.known_factor(&heated.flow)?;
+        if self.rig.part(&heated.at).is_none() {
+            let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
+            return Err(Problem::Unknown { what: "part", name: heated.at.clone(), known });
+        }
+        Ok(())
+    }
+
     fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, Problem> {
         if plan.stage(&file.id).is_some() {
             return Err(Problem::Duplicate { what: "stage", name: file.id });
         }
         file.points.check(self.campaign)?;
-        let on = match file.on {
-            OneOrMore::None => Vec::new(),
-            OneOrMore::One(id) => vec![id],
-            OneOrMore::More(list) => list,
-        };
+        let on = file.on.list();
         on.iter().try_for_each(|id| known_stage(plan, id))?;
         file.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
-        if let Some(role) = &file.compete
-            && self.catalogue.competing(role).is_empty()
-        {
-            let known = listed(self.catalogue.roles());
-            return Err(Problem::Unknown { what: "role", name: role.clone(), known });
+        let compete = file.compete.list();
+        for role in &compete {
+            if self.catalogue.competing(role).is_empty() {
+                let known = listed(self.catalogue.roles());
+                return Err(Problem::Unknown { what: "role", name: role.clone(), known });
+            }
         }
         for id in file.among.iter().chain(file.rows.iter().flatten()) {
             if self.catalogue.get(id).is_none() {
@@ -223,7 +245,7 @@ impl Check<'_> {
             on,
             with: file.with,
             without: file.without,
-            compete: file.compete,
+            compete,
             among: file.among,
             rows: file.rows,
             hold: file.hold,

@@ -1,0 +1,329 @@
+//! Gas that a part heats and the wall cools, in a forced flow that is a factor: the base states of all points from readings of
+//! thermometers.
+//!
+//! Upstream of the part the gas has the ambient temperature. There it rises by eta Q/(m c_p), and behind it falls as
+//! exp(-h P x/(m c_p)): a plug of gas in a duct of perimeter P whose wall stays at the ambient temperature (Incropera & DeWitt,
+//! Fundamentals of Heat and Mass Transfer, section 8.3). eta and h are one number each for all points, with priors of 0.9 +- 0.15 and
+//! 5 +- 3 W/(m^2 K); their error is shared by all. What the readings of a point differ by from that, beyond their own errors, is an
+//! error of its rise.
+
+use crate::base::{BaseError, BaseState, Cause, Sharing};
+use crate::campaign::Campaign;
+use crate::names::LENGTH;
+use crate::plan::HeatedFlow;
+use crate::rig::{Layout, PartAt, Rig};
+use crate::source::Source;
+use crate::{Problem, StudyError};
+use rijke_numerics::{Matrix, lu_solve, symmetric_eigen};
+use rijke_rig::{Heading, Unit};
+use std::path::Path;
+
+/// A reading of a thermometer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// Operating point, by its place in the campaign.
+    pub point: usize,
+    /// Place, m.
+    pub at: f64,
+    /// Temperature, K.
+    pub temperature: f64,
+    /// Its standard deviation, K.
+    pub sd: f64,
+}
+
+/// Prior means and standard deviations of eta (1) and h (W/(m^2 K)).
+const PRIOR: [[f64; 2]; 2] = [[0.9, 0.15], [5.0, 3.0]];
+
+/// Nodes of the profile behind the part.
+const NODES: usize = 16;
+
+/// Reads `readings.csv`: columns `point`, `at [m]`, `temperature [K]`, `sd [K]`.
+///
+/// # Errors
+/// File, line and remedy.
+pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, StudyError> {
+    let source = Source::read(path)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(source.text.as_bytes());
+    let wrong = |error: csv::Error| source.at_line(1, Problem::Csv(error.to_string()));
+    let header = reader.headers().map_err(wrong)?.clone();
+    let find = |name: &str, unit: &str| -> Result<(usize, Unit), StudyError> {
+        for (k, text) in header.iter().enumerate() {
+            let heading = Heading::parse(text)
+                .map_err(|e| source.at_line(1, Problem::Unit { key: text.to_owned(), source: e }))?;
+            if heading.name == name {
+                let unit = heading
+                    .of(unit)
+                    .map_err(|e| source.at_line(1, Problem::Unit { key: name.into(), source: e }))?;
+                return Ok((k, unit));
+            }
+        }
+        let need = "columns point, at [m], temperature [K], sd [K]";
+        Err(source.at_line(1, Problem::Missing { key: name.to_owned(), need }))
+    };
+    let [point, at, temperature, sd] =
+        [find("point", "1")?, find("at", "m")?, find("temperature", "K")?, find("sd", "K")?];
+    let mut readings = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(wrong)?;
+        let line = record.position().map_or(1, |p| p.line() as usize);
+        let id = record.get(point.0).unwrap_or_default();
+        let found = campaign.point(id).map(|(k, _)| k);
+        let found = found.ok_or_else(|| {
+            let known =
+                crate::source::listed(campaign.points.iter().take(8).map(|p| p.id.as_str())) + ", ...";
+            source.at_line(line, Problem::Unknown { what: "operating point", name: id.to_owned(), known })
+        })?;
+        let number = |k: usize, key: &str| -> Result<f64, StudyError> {
+            let text = record.get(k).unwrap_or_default();
+            text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
+                let (key, value) = (key.to_owned(), text.to_owned());
+                source.at_line(
+                    line,
+                    Problem::Value { key, value, need: "a finite number with a decimal point" },
+                )
+            })
+        };
+        let read = Reading {
+            point: found,
+            at: at.1.to_si(number(at.0, "at")?),
+            temperature: temperature.1.to_si(number(temperature.0, "temperature")?),
+            sd: sd.1.difference_to_si(number(sd.0, "sd")?),
+        };
+        if !(read.sd > 0.0 && read.temperature > 0.0) {
+            let (key, value) = ("sd, temperature".to_owned(), format!("{}, {}", read.sd, read.temperature));
+            return Err(source.at_line(
+                line,
+                Problem::Value { key, value, need: "both positive, in the unit of the heading" },
+            ));
+        }
+        readings.push(read);
+    }
+    Ok(readings)
+}
+
+/// What one operating point brings to the model of the heated gas.
+struct Heated {
+    ambient: [f64; 2],
+    /// kg/s.
+    mass_flow: f64,
+    /// Rise for eta = 1, K, and where.
+    rise: f64,
+    at: f64,
+    /// 1/m for h = 1.
+    cooling: f64,
+}
+
+impl Heated {
+    /// Temperature at `x` and its derivatives in eta and h.
+    fn temperature(&self, x: f64, [eta, h]: [f64; 2]) -> [f64; 3] {
+        if x <= self.at || self.rise == 0.0 {
+            return [self.ambient[0], 0.0, 0.0];
+        }
+        let d = x - self.at;
+        let decay = (-h * self.cooling * d).exp();
+        [
+            self.ambient[0] + eta * self.rise * decay,
+            self.rise * decay,
+            -eta * self.rise * self.cooling * d * decay,
+        ]
+    }
+}
+
+/// The base states of all points of a campaign whose ambient temperature is known; `ambient` by point.
+///
+/// # Errors
+/// A flow that is negative, or power without flow.
+pub fn heated_states(
+    rig: &Rig,
+    campaign: &Campaign,
+    plan: &HeatedFlow,
+    readings: &[Reading],
+    ambient: &[Option<[f64; 2]>],
+    layouts: &[Option<Layout>],
+) -> Result<Vec<Option<BaseState>>, Problem> {
+    let factor = |name: &str| campaign.known_factor(name);
+    let (power, flow) = (factor(&plan.power)?, factor(&plan.flow)?);
+    let part = rig.part(&plan.at).map(|(k, _)| k);
+    let heated = |p: usize| -> Result<Option<Heated>, Problem> {
+        let (Some(ambient), Some(layout)) = (ambient[p], &layouts[p]) else { return Ok(None) };
+        let point = &campaign.points[p];
+        let value = |k: usize| Some(point.factors[k]).filter(|v| !v.is_nan()).unwrap_or(0.0);
+        let gas = rig.gas.at(ambient[0], rig.pressure);
+        let mass_flow = gas.density * value(flow);
+        let at = match part.and_then(|k| layout.parts.get(k)) {
+            Some(PartAt::Places(places)) => places.iter().sum::<f64>() / places.len() as f64,
+            _ => layout.numbers[LENGTH],
+        };
+        let watts = if at < layout.length { value(power) } else { 0.0 };
+        if mass_flow < 0.0 || (watts > 0.0 && mass_flow <= 0.0) {
+            let (key, value) = (format!("{} of {}", plan.flow, point.id), value(flow).to_string());
+            return Err(Problem::Value { key, value, need: "above zero where there is power" });
+        }
+        let perimeter = 2.0 * (std::f64::consts::PI * layout.areas(at)[1]).sqrt();
+        let capacity = mass_flow * gas.specific_heat;
+        let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
+        Ok(Some(Heated { ambient, mass_flow, rise, at, cooling }))
+    };
+    let all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
+    let (values, covariance, misfit) = fit(&all, readings)?;
+    let shared = components(&covariance)?;
+    let state = |(p, heated): (usize, &Option<Heated>)| {
+        let (heated, layout) = (heated.as_ref()?, layouts[p].as_ref()?);
+        Some(state(rig, &campaign.points[p], heated, layout.length, values, &shared, misfit))
+    };
+    Ok(all.iter().enumerate().map(state).collect())
+}
+
+/// eta and h, their covariance, and the relative error of the rise of one point that the readings ask for: Gauss and Newton's method.
+fn fit(all: &[Option<Heated>], readings: &[Reading]) -> Result<([f64; 2], Matrix, f64), Problem> {
+    let mut values = PRIOR.map(|p| p[0]);
+    let hot: Vec<(&Heated, &Reading)> = readings
+        .iter()
+        .filter_map(|r| Some((all.get(r.point)?.as_ref()?, r)))
+        .filter(|(h, r)| h.rise > 0.0 && r.at > h.at)
+        .collect();
+    let mut covariance = Matrix::from_fn(2, 2, |i, j| if i == j { PRIOR[i][1].powi(2) } else { 0.0 });
+    let mut relative = 0.0;
+    // A few steps converge; the misfit of the rise is taken anew in each.
+    for _ in 0..12 {
+        let mut information = Matrix::from_fn(2, 2, |i, j| if i == j { PRIOR[i][1].powi(-2) } else { 0.0 });
+        let mut right: Vec<f64> = (0..2).map(|i| (PRIOR[i][0] - values[i]) / PRIOR[i][1].powi(2)).collect();
+        let mut excess = [0.0, 0.0];
+        for (h, r) in &hot {
+            let [t, by_eta, by_h] = h.temperature(r.at, values);
+            let own = r.sd.powi(2) + h.ambient[1].powi(2);
+            let rise = t - h.ambient[0];
+            let weight = 1.0 / (own + (relative * rise).powi(2));
+            let slope = [by_eta, by_h];
+            let off = r.temperature - t;
+            for i in 0..2 {
+                right[i] += weight * slope[i] * off;
+                for j in 0..2 {
+                    information[(i, j)] += weight * slope[i] * slope[j];
+                }
+            }
+            excess[0] += (off * off - own) * rise * rise;
+            excess[1] += rise.powi(4);
+        }
+        let step =
+            lu_solve(&information, &right).map_err(|_| Problem::Covariance { of: "the readings".into() })?;
+        values[0] += step[0];
+        values[1] = (values[1] + step[1]).max(0.0);
+        relative = if excess[1] > 0.0 { (excess[0] / excess[1]).max(0.0).sqrt() } else { 0.0 };
+        let column =
+            |j: usize| lu_solve(&information, &[f64::from(u8::from(j == 0)), f64::from(u8::from(j == 1))]);
+        if let (Ok(a), Ok(b)) = (column(0), column(1)) {
+            covariance = Matrix::from_fn(2, 2, |i, j| if j == 0 { a[i] } else { b[i] });
+        }
+    }
+    Ok((values, covariance, relative))
+}
+
+/// Independent directions of the error of eta and h, one standard deviation each.
+fn components(covariance: &Matrix) -> Result<Vec<[f64; 2]>, Problem> {
+    let symmetric = Matrix::from_fn(2, 2, |i, j| 0.5 * (covariance[(i, j)] + covariance[(j, i)]));
+    let (values, vectors) =
+        symmetric_eigen(&symmetric).map_err(|_| Problem::Covariance { of: "the readings".into() })?;
+    Ok((0..2).map(|k| [0, 1].map(|i| vectors[(i, k)] * values[k].max(0.0).sqrt())).collect())
+}
+
+fn state(
+    rig: &Rig,
+    point: &crate::Point,
+    heated: &Heated,
+    length: f64,
+    values: [f64; 2],
+    shared: &[[f64; 2]],
+    relative: f64,
+) -> BaseState {
+    let cause = Cause::Ambient(if point.day.is_empty() {
+        Sharing::Point(point.id.clone())
+    } else {
+        Sharing::Day(point.day.clone())
+    });
+    let mut state = BaseState::uniform(rig, length, heated.ambient[0], heated.ambient[1], cause);
+    state.mass_flow = heated.mass_flow;
+    if heated.rise == 0.0 || heated.at >= length {
+        return state;
+    }
+    // Closer nodes where the gas cools fastest.
+    let behind = |k: usize| heated.at + (length - heated.at) * (k as f64 / (NODES - 1) as f64).powf(1.5);
+    state.places = [0.0, heated.at].into_iter().chain((0..NODES).map(behind)).collect();
+    let at = |k: usize, x: f64| {
+        if k < 2 {
+            [heated.ambient[0], 0.0, 0.0]
+        } else {
+            heated.temperature(x.max(heated.at + 1e-12), values)
+        }
+    };
+    let nodes: Vec<[f64; 3]> = state.places.iter().enumerate().map(|(k, x)| at(k, *x)).collect();
+    state.temperature = nodes.iter().map(|t| t[0]).collect();
+    state.kinks = vec![[heated.at, heated.at]];
+    for error in &mut state.errors {
+        error.temperature = vec![heated.ambient[1]; nodes.len()];
+    }
+    let error = |cause, temperature| BaseError { cause, mass_flow: 0.0, numbers: Vec::new(), temperature };
+    for (k, direction) in shared.iter().enumerate() {
+        let change = nodes.iter().map(|t| t[1] * direction[0] + t[2] * direction[1]).collect();
+        state.errors.push(error(Cause::Reading(k, Sharing::All), change));
+    }
+    if relative > 0.0 {
+        let change = nodes.iter().map(|t| relative * (t[0] - heated.ambient[0])).collect();
+        state.errors.push(error(Cause::Reading(2, Sharing::Point(point.id.clone())), change));
+    }
+    state
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heated(power: f64, flow: f64) -> Heated {
+        let (mass_flow, c_p) = (1.2 * flow, 1005.0);
+        Heated {
+            ambient: [293.0, 0.1],
+            mass_flow,
+            rise: power / (mass_flow * c_p),
+            at: 0.3,
+            cooling: 0.157 / (mass_flow * c_p),
+        }
+    }
+
+    /// Readings without noise of a rise and a cooling inside the priors.
+    #[test]
+    fn oracle_readings_give_back_what_made_them() {
+        let truth = [0.82, 6.5];
+        let points = [(40.0, 7e-4), (80.0, 7e-4), (40.0, 1.3e-3)].map(|(q, v)| Some(heated(q, v)));
+        let mut readings = Vec::new();
+        for (point, h) in points.iter().flatten().enumerate() {
+            for at in [0.1, 0.35, 0.5, 0.7] {
+                readings.push(Reading { point, at, temperature: h.temperature(at, truth)[0], sd: 0.05 });
+            }
+        }
+        let (values, covariance, relative) = fit(&points, &readings).unwrap();
+        for i in 0..2 {
+            let sd = covariance[(i, i)].sqrt();
+            // The priors pull by less than the readings' own error.
+            assert!((values[i] - truth[i]).abs() < 0.5 * sd, "{values:?} +- {sd}");
+        }
+        assert_eq!(relative, 0.0);
+    }
+
+    #[test]
+    fn order_slopes_of_the_temperature_are_its_derivatives() {
+        let (h, at, x) = (heated(60.0, 9e-4), [0.8, 5.0], 0.55);
+        let slopes = &h.temperature(x, at)[1..];
+        for i in 0..2 {
+            let moved = |d: f64| {
+                let mut v = at;
+                v[i] += d;
+                h.temperature(x, v)[0]
+            };
+            let central = (moved(1e-4) - moved(-1e-4)) / 2e-4;
+            assert!((central - slopes[i]).abs() < 1e-6 * slopes[i].abs(), "{central} {}", slopes[i]);
+        }
+    }
+}
