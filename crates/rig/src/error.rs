@@ -1,5 +1,7 @@
 //! What can be wrong with a file, said with the file, the place in it and the remedy.
 
+use crate::UnitError;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -8,8 +10,8 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RigError {
-    /// The file is absent or may not be read.
-    #[error("{}: cannot be read ({cause}); check the name and the permissions", path.display())]
+    /// The file is absent, may not be read, is no file, or is too large.
+    #[error("{}: cannot be read ({cause}){}", path.display(), remedy(cause))]
     Read {
         /// Which file.
         path: PathBuf,
@@ -172,6 +174,155 @@ pub enum Problem {
         /// Channels in the manifest.
         need: usize,
     },
+    /// More channels in a file than the manifest says.
+    #[error(
+        "{have} channels, the manifest's `channels` lists {need}; surplus: {}; list every channel with its microphone, or with -1 if it \
+         is unused",
+        surplus.join(", ")
+    )]
+    SurplusChannels {
+        /// Channels in the file, without that of time.
+        have: usize,
+        /// Channels in the manifest.
+        need: usize,
+        /// Those not listed: number, from 1, and name where there is one.
+        surplus: Vec<String>,
+    },
+    /// A column by a name that the file does not have.
+    #[error("there is no column `{name}`; the file has {}; correct the name", listed(known))]
+    NoSuchHeading {
+        /// The name wanted.
+        name: String,
+        /// The headings of the file.
+        known: Vec<String>,
+    },
+    /// A column by a number that the file does not have.
+    #[error("there is no column {number}: the file has {width}, counted from 1")]
+    NoSuchColumn {
+        /// The number wanted.
+        number: usize,
+        /// Columns of the file.
+        width: usize,
+    },
+    /// Channels are listed by name, and the file has no names.
+    #[error(
+        "the file has no names of columns, and `channels` lists them by name; list them by their place: `channels = [0, 1, -1]`"
+    )]
+    NoNames,
+    /// Two columns that could be time.
+    #[error("`{}` could each be time; say which, with `time`, and list the other with -1", known.join("` and `"))]
+    TwoTimes {
+        /// Their headings.
+        known: Vec<String>,
+    },
+    /// A column of time that is listed as a microphone.
+    #[error(
+        "the column is time, and `channels` lists it as microphone {microphone}; list it with -1, or leave it out"
+    )]
+    TimeIsMicrophone {
+        /// The microphone, counted from 0.
+        microphone: usize,
+    },
+    /// Times that do not advance by one sample.
+    #[error(
+        "the time of sample {sample} is {step} s after the one before, {need} s were expected: samples are missing, or the \
+         times are too coarse; export the file again, or list the column with -1"
+    )]
+    TimeJumps {
+        /// The sample, from 0.
+        sample: usize,
+        /// The step found, s.
+        step: f64,
+        /// One over the sampling rate, s.
+        need: f64,
+    },
+    /// Numbers in V of a microphone without sensitivity.
+    #[error(
+        "the numbers are volts, and microphone {microphone} has no `sensitivity`; state it under [microphones] in the \
+         manifest, such as \"50 mV/Pa\""
+    )]
+    NoSensitivity {
+        /// The microphone, counted from 0.
+        microphone: usize,
+    },
+    /// Sensitivities of microphones whose numbers have no unit.
+    #[error(
+        "a `sensitivity` is stated, and nothing says whether the numbers are volts or Pa; give `unit = \"V\"` or \
+         `unit = \"Pa\"` in the manifest, or a unit in the heading"
+    )]
+    NoUnit,
+    /// Integers without a full scale.
+    #[error(
+        "the samples are integers, and the manifest states no full scale; give `full_scale_pa = 20.0`, or \
+         `full_scale = \"10 V\"` with sensitivities"
+    )]
+    NoFullScale,
+    /// A unit that cannot be read, or of another quantity.
+    #[error(transparent)]
+    Unit(#[from] UnitError),
+    /// A row of another width than the others.
+    #[error("{have} columns, the rows before have {need}; every row needs as many")]
+    OtherWidth {
+        /// Columns of this row.
+        have: usize,
+        /// Columns of those before.
+        need: usize,
+    },
+    /// A text file without any row of numbers.
+    #[error(
+        "no row of numbers in the first {lines} lines, which begin with `{text}`; use comma, semicolon, tab or blanks between \
+         columns, or say how many lines come before the names, with `header_lines`"
+    )]
+    NoNumbers {
+        /// Beginning of the first line.
+        text: String,
+        /// Lines looked at.
+        lines: usize,
+    },
+    /// A line without end.
+    #[error("is longer than {most} bytes; a text of numbers has one row per line")]
+    LongLine {
+        /// The longest line that is read, bytes.
+        most: u64,
+    },
+    /// A key that the table should have once.
+    #[error("`{key}` stands in line {first} already; keep one of the two")]
+    DuplicateKey {
+        /// The key.
+        key: String,
+        /// Where it was first.
+        first: usize,
+    },
+    /// Keys that do not ascend.
+    #[error("{second} follows {first}; sort the rows so that the column ascends")]
+    Unsorted {
+        /// The key before.
+        first: f64,
+        /// The key found.
+        second: f64,
+    },
+    /// A list of which each entry belongs to one microphone.
+    #[error("lists {have} values for {need} microphones; give one for each, or one for all")]
+    OtherCount {
+        /// Values found.
+        have: usize,
+        /// Microphones.
+        need: usize,
+    },
+    /// A microphone that all relative pressures need is dead.
+    #[error(
+        "microphone {microphone} is the rig's reference and is dead; choose another `reference` in rig.toml"
+    )]
+    DeadReference {
+        /// The microphone, counted from 0.
+        microphone: usize,
+    },
+    /// Two keys that exclude one another, or need one another.
+    #[error("{what}")]
+    Keys {
+        /// Which, and what to do.
+        what: &'static str,
+    },
     /// The file's sampling rate is not the declared one.
     #[error(
         "sampled at {have} Hz, expected {need} Hz; correct the rate in the manifest or the list of files"
@@ -301,6 +452,18 @@ pub enum Problem {
         "the covariance is not positive definite; give variances above zero and correlations inside -1 to 1"
     )]
     NotPositiveDefinite,
+}
+
+/// What can be done about a file that cannot be read.
+fn remedy(cause: &std::io::Error) -> &'static str {
+    match cause.kind() {
+        ErrorKind::InvalidInput | ErrorKind::FileTooLarge | ErrorKind::InvalidData => "",
+        _ => "; check the name and the permissions",
+    }
+}
+
+fn listed(names: &[String]) -> String {
+    if names.is_empty() { "no names".to_owned() } else { format!("`{}`", names.join("`, `")) }
 }
 
 impl RigError {

@@ -97,7 +97,7 @@ impl Campaign {
 
 /// The whole of a text file.
 pub(crate) fn read_text(path: &Path) -> Result<String, RigError> {
-    std::fs::read_to_string(path).map_err(RigError::read(path))
+    rijke_numerics::read_text(path).map_err(RigError::read(path))
 }
 
 /// Parses TOML; errors carry line and column.

@@ -26,10 +26,12 @@
 //! assert!((air.sound_speed - 343.3).abs() < 0.1);
 //! ```
 
+mod acquisition;
 mod arrays;
 mod blocks;
 mod campaign;
 mod channels;
+mod columns;
 mod contents;
 mod error;
 mod files;
@@ -40,23 +42,29 @@ mod hdf5;
 mod manifest;
 mod mat5;
 mod observation;
+mod reading;
 mod records;
 mod riff;
 mod span;
 mod table;
+mod text;
 mod units;
 mod wav;
 
+pub use acquisition::{Acquisition, Exception, StatedChannels};
 pub use arrays::Arrays;
 pub use campaign::{Campaign, OperatingPoint};
 pub use channels::ChannelErrors;
+pub use columns::Columns;
 pub use contents::{ChannelContents, FileContents, inspect};
 pub use error::{Problem, RigError};
 pub use gas::{Gas, GasState};
 pub use geometry::{Heater, Microphones, Prongs, Recording, Rig, Tube};
 pub use manifest::RecordFolder;
 pub use observation::{Click, Observations, Ping, PointObservations, Rejection};
+pub use reading::{Column, Reading};
 pub use records::{Calibration, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, Stretch};
 pub use span::{Event, read_event};
+pub use text::{Decimal, TextForm};
 pub use units::{Given, Heading, Quantity, Unit, UnitError};
 pub use wav::{Layout, Samples24, read_record};

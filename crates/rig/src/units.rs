@@ -118,13 +118,19 @@ impl Unit {
     /// A number of this unit in SI.
     #[must_use]
     pub fn to_si(&self, value: f64) -> f64 {
-        value * self.factor + self.offset
+        self.times(value) + self.offset
     }
 
     /// A difference of two numbers of this unit, or a standard deviation, in SI.
     #[must_use]
     pub fn difference_to_si(&self, difference: f64) -> f64 {
-        difference * self.factor
+        self.times(difference)
+    }
+
+    /// Divides by 1000 rather than multiplies by 0.001, so that `23.7 mm` and 0.0237 are the same to the last bit.
+    fn times(&self, value: f64) -> f64 {
+        let inverse = (1.0 / self.factor).round();
+        if inverse > 1.0 && 1.0 / inverse == self.factor { value / inverse } else { value * self.factor }
     }
 
     /// Exponents of kg, m, s, K, A and mol. Angles and cycles count as numbers.
