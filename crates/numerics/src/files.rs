@@ -8,7 +8,8 @@ use std::path::Path;
 /// Largest text that [`read_text`] takes, bytes: tables of the repeats of a large campaign have 100 MB.
 pub const LARGEST_TEXT: u64 = 1 << 30;
 
-/// Why a file is not read although it is there. The cause inside the [`std::io::Error`] of [`open_file`] and its like.
+/// Why a file is not read although it is there. The cause inside the [`std::io::Error`] of [`open_file`] and
+/// its like.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unreadable {

@@ -1,10 +1,10 @@
-//! What is known of files and channels without looking at a record: how the files are written, on which days or in which
-//! files that is otherwise, and what the channels do to a pressure.
+//! What is known of files and channels without looking at a record: how the files are written, on which days
+//! or in which files that is otherwise, and what the channels do to a pressure.
 
 use crate::reading::Reading;
 
-/// How the files of a set are written, and what is known of the channels. The default: numbers in Pa, all channels listed by
-/// place, nothing known of the channels but what clicks tell.
+/// How the files of a set are written, and what is known of the channels. The default: numbers in Pa, all
+/// channels listed by place, nothing known of the channels but what clicks tell.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Acquisition {
     /// How the files are written.
@@ -28,8 +28,8 @@ pub struct Exception {
     pub reading: Reading,
 }
 
-/// What each channel does to a pressure p(t), stated by whoever calibrated it: it gives g p(t - d), with errors of g and d that
-/// are independent from channel to channel. For each microphone of the rig one value.
+/// What each channel does to a pressure p(t), stated by whoever calibrated it: it gives g p(t - d), with
+/// errors of g and d that are independent from channel to channel. For each microphone of the rig one value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatedChannels {
     /// Gains g, after the sensitivity.

@@ -1,4 +1,5 @@
-//! Records in files of named arrays: MATLAB, HDF5. Which array holds which channel is declared in the manifest.
+//! Records in files of named arrays: MATLAB, HDF5. Which array holds which channel is declared in the
+//! manifest.
 
 use crate::reading::{Clock, Column, Numbers, Plan};
 use crate::wav::{Layout, finite};
@@ -12,11 +13,12 @@ use std::path::Path;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arrays {
-    /// Names of the arrays, `p` or `run/p` or `data.p`. Their channels are counted through in this order. Empty: the file
-    /// has one array that is longer than one sample, and it holds all channels.
+    /// Names of the arrays, `p` or `run/p` or `data.p`. Their channels are counted through in this order.
+    /// Empty: the file has one array that is longer than one sample, and it holds all channels.
     #[serde(default)]
     pub names: Vec<String>,
-    /// Name of the array that holds the sampling rate in Hz, to be compared with the manifest's; none if the file has none.
+    /// Name of the array that holds the sampling rate in Hz, to be compared with the manifest's; none if the
+    /// file has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<String>,
 }
@@ -29,7 +31,8 @@ pub(crate) struct Array {
     pub(crate) columns: usize,
     /// Column by column.
     pub(crate) values: Vec<f64>,
-    /// 2^(bits - 1) for signed integers, which are fractions of full scale; none for all others, which are in Pa.
+    /// 2^(bits - 1) for signed integers, which are fractions of full scale; none for all others, which are in
+    /// Pa.
     pub(crate) largest: Option<f64>,
 }
 
@@ -77,8 +80,8 @@ pub(crate) fn is_file_of_arrays(path: &Path) -> Result<bool, RigError> {
 /// First bytes of an HDF5 file; in a MATLAB 7.3 file they come after 512 bytes of MATLAB's.
 const HDF5: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
 
-/// Largest file of arrays that is read, bytes. All of it is held; a longer record goes into WAV or text, which are read a block at a
-/// time.
+/// Largest file of arrays that is read, bytes. All of it is held; a longer record goes into WAV or text,
+/// which are read a block at a time.
 pub(crate) const LARGEST: u64 = 1 << 30;
 
 /// Reads all arrays of a file.
@@ -109,8 +112,8 @@ fn heading((array, channel): (&Array, usize)) -> String {
 /// Reads one record.
 ///
 /// # Errors
-/// The file is absent, not of a known format or truncated; an array is missing, not numeric, of another length than the
-/// others or has too few channels; another sampling rate; NaN.
+/// The file is absent, not of a known format or truncated; an array is missing, not numeric, of another
+/// length than the others or has too few channels; another sampling rate; NaN.
 pub(crate) fn read_array_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
     let contents = read_arrays(path)?;
     let wrong = |place: &str, problem| RigError::invalid(path, place, problem);

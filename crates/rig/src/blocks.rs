@@ -79,7 +79,8 @@ impl<'a> Blocks<'a> {
         Self { path, width, wanted: plan.wanted(width), plan, full_scale, source }
     }
 
-    /// Opens a file of which nothing is known: all columns, integers as fractions of full scale. Its names, or nothing.
+    /// Opens a file of which nothing is known: all columns, integers as fractions of full scale. Its names,
+    /// or nothing.
     ///
     /// # Errors
     /// The file is absent or not of its format.
@@ -110,8 +111,8 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    /// The next frames, interleaved, in place of what `block` holds; their number, 0 at the end. Numbers are as the file has them:
-    /// the plan's scale makes them Pa.
+    /// The next frames, interleaved, in place of what `block` holds; their number, 0 at the end. Numbers are
+    /// as the file has them: the plan's scale makes them Pa.
     ///
     /// # Errors
     /// The file ends before its header says, a row has another width, or a cell is no number.

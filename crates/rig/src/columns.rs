@@ -1,5 +1,5 @@
-//! A table of numbers by the names of its columns: text, or the arrays of a MATLAB or HDF5 file. Of impedances, transfer functions,
-//! profiles, sensitivities, and whatever else a laboratory has as columns.
+//! A table of numbers by the names of its columns: text, or the arrays of a MATLAB or HDF5 file. Of
+//! impedances, transfer functions, profiles, sensitivities, and whatever else a laboratory has as columns.
 
 use crate::arrays::{is_file_of_arrays, named_columns};
 use crate::reading::named;
@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 
 /// Columns of a file, read as a whole. Numbers become SI where they are asked for.
 ///
-/// Text has one row per line, with comma, semicolon, tab or blanks between columns, a decimal point or comma, comments behind
-/// `#` or `%` in lines of their own, and names in the first other line: `frequency [Hz]; real; imaginary`. Cells may be words.
+/// Text has one row per line, with comma, semicolon, tab or blanks between columns, a decimal point or comma,
+/// comments behind `#` or `%` in lines of their own, and names in the first other line: `frequency [Hz];
+/// real; imaginary`. Cells may be words.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
     path: PathBuf,
@@ -28,12 +29,12 @@ enum Rows {
 }
 
 impl Columns {
-    /// Reads a file. A name that ends in .mat, .h5, .hdf5 or .hdf, or a file that begins like one, is read as arrays; else it is
-    /// text.
+    /// Reads a file. A name that ends in .mat, .h5, .hdf5 or .hdf, or a file that begins like one, is read as
+    /// arrays; else it is text.
     ///
     /// # Errors
-    /// The file is absent, no file, larger than 1 GiB, or damaged; a text without names or rows, or with a row of another
-    /// width; arrays of several lengths are all taken, see [`Columns::numbers`].
+    /// The file is absent, no file, larger than 1 GiB, or damaged; a text without names or rows, or with a
+    /// row of another width; arrays of several lengths are all taken, see [`Columns::numbers`].
     pub fn read(path: &Path) -> Result<Self, RigError> {
         if is_file_of_arrays(path)? {
             let (headings, values) = named_columns(path)?.into_iter().unzip();
@@ -78,8 +79,8 @@ impl Columns {
         !matches!(named(&self.headings, name), Err(Problem::NoSuchHeading { .. }))
     }
 
-    /// The first of several spellings that the file has; the first of all if it has none, so that asking for it says what is
-    /// missing.
+    /// The first of several spellings that the file has; the first of all if it has none, so that asking for
+    /// it says what is missing.
     #[must_use]
     pub fn spelling<'n>(&self, names: &[&'n str]) -> &'n str {
         names.iter().find(|name| self.has(name)).or(names.first()).copied().unwrap_or("")
@@ -115,7 +116,8 @@ impl Columns {
     /// A column as [`Columns::numbers`] gives it, whose numbers must ascend, each once: a key.
     ///
     /// # Errors
-    /// Those of [`Columns::numbers`]; a number that stands twice, with both lines; one that is smaller than the one before.
+    /// Those of [`Columns::numbers`]; a number that stands twice, with both lines; one that is smaller than
+    /// the one before.
     pub fn keys(&self, name: &str, wanted: &str) -> Result<Vec<f64>, RigError> {
         let keys = self.numbers(name, wanted)?;
         let mut order: Vec<usize> = (0..keys.len()).collect();

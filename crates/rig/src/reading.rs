@@ -7,12 +7,12 @@ use crate::wav::Layout;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What the manifest says of the files beyond the order of their channels. The default is a file of numbers in Pa whose
-/// columns are all listed.
+/// What the manifest says of the files beyond the order of their channels. The default is a file of numbers
+/// in Pa whose columns are all listed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// For every column by its name the microphone that it records; none for one that is unused. Empty if columns are
-    /// listed by their place.
+    /// For every column by its name the microphone that it records; none for one that is unused. Empty if
+    /// columns are listed by their place.
     pub names: BTreeMap<String, Option<usize>>,
     /// The column of time; if none is declared, the one whose name or unit says so.
     pub time: Option<Column>,
@@ -80,12 +80,12 @@ const TIMES: [&str; 7] = ["t", "time", "x_value", "zeit", "temps", "tijd", "temp
 pub(crate) type Wrong = (String, Problem);
 
 impl Plan {
-    /// Resolves what the manifest says against the columns of a file. `headings` are empty if the file has none; `width` is
-    /// the number of columns.
+    /// Resolves what the manifest says against the columns of a file. `headings` are empty if the file has
+    /// none; `width` is the number of columns.
     ///
     /// # Errors
-    /// Columns that are listed and not there, or there and not listed; a unit that is neither of pressure nor of voltage; a
-    /// voltage without sensitivity.
+    /// Columns that are listed and not there, or there and not listed; a unit that is neither of pressure nor
+    /// of voltage; a voltage without sensitivity.
     pub(crate) fn of(
         layout: Layout<'_>,
         headings: &[String],

@@ -10,13 +10,13 @@ use std::collections::BTreeSet;
 pub struct Record {
     /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// The first `quiet` samples were taken before the loudspeaker acts: noise only. A click's trigger, t = 0, is
-    /// at sample `quiet`. In a ping the recorder may skip from here to the last part of the forcing.
+    /// The first `quiet` samples were taken before the loudspeaker acts: noise only. A click's trigger, t =
+    /// 0, is at sample `quiet`. In a ping the recorder may skip from here to the last part of the forcing.
     pub quiet: usize,
     /// Largest pressure the instrument can record, Pa; infinite for floating-point files.
     pub full_scale: f64,
-    /// Pressure in Pa: `channels[m]` belongs to microphone m of the rig; all of the same length, but none at all of a microphone
-    /// that was dead.
+    /// Pressure in Pa: `channels[m]` belongs to microphone m of the rig; all of the same length, but none at
+    /// all of a microphone that was dead.
     pub channels: Vec<Vec<f64>>,
 }
 
@@ -92,8 +92,8 @@ pub struct RecordSet {
     pub channels: Vec<Option<usize>>,
     /// Which arrays hold a record, in files that have named arrays.
     pub arrays: Arrays,
-    /// Pressure of the largest integer of an integer file, Pa, or its voltage, V ([`Reading::full_scale_in_volts`]); infinite if
-    /// not stated.
+    /// Pressure of the largest integer of an integer file, Pa, or its voltage, V
+    /// ([`Reading::full_scale_in_volts`]); infinite if not stated.
     pub full_scale: f64,
     /// How pings are taken.
     pub ping: Stretch,

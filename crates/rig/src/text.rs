@@ -1,5 +1,5 @@
-//! How a text file of numbers is written: what stands between its columns, its decimal sign, the lines before the numbers,
-//! names and units of its columns. Found from the file, or declared.
+//! How a text file of numbers is written: what stands between its columns, its decimal sign, the lines before
+//! the numbers, names and units of its columns. Found from the file, or declared.
 
 use crate::units::{Heading, Unit};
 use crate::{Problem, RigError};
@@ -92,11 +92,13 @@ pub(crate) fn next_line(
 impl Form {
     /// How the file is written whose first lines these are.
     ///
-    /// The first row of which every cell is a number is the first row of data. A line before it is passed over if it is blank, a
-    /// comment (`#`, `%`, `!`, `//`), without any number, or if it begins with a word and has another number of cells.
+    /// The first row of which every cell is a number is the first row of data. A line before it is passed
+    /// over if it is blank, a comment (`#`, `%`, `!`, `//`), without any number, or if it begins with a word
+    /// and has another number of cells.
     ///
     /// # Errors
-    /// A row before the first good one that is neither; no row of numbers; names that are not as many as columns.
+    /// A row before the first good one that is neither; no row of numbers; names that are not as many as
+    /// columns.
     pub(crate) fn find(lines: &[String], declared: &TextForm) -> Result<Self, Wrong> {
         let skip = declared.header_lines.unwrap_or(0);
         let rows = || lines.iter().enumerate().skip(skip);
@@ -276,7 +278,8 @@ fn without_numbers(
     (first + 1, None, Problem::NoNumbers { text: row.chars().take(40).collect(), lines: lines.len() })
 }
 
-/// The cells of a row of names. Where blanks stand between columns, a unit in brackets belongs to the name before it.
+/// The cells of a row of names. Where blanks stand between columns, a unit in brackets belongs to the name
+/// before it.
 fn headings(row: &str, split: Split, width: usize) -> Vec<String> {
     // The last name may be empty, too.
     let mut cells: Vec<String> = split.every_cell(row).map(str::to_owned).collect();
@@ -320,7 +323,8 @@ fn with_units(names: &[String], units: &[String]) -> Vec<String> {
     names.iter().zip(units).map(both).collect()
 }
 
-/// What stands between columns, the headings, and line and cells of each row of a table that has names and may have words.
+/// What stands between columns, the headings, and line and cells of each row of a table that has names and
+/// may have words.
 type Table = (Split, Vec<String>, Vec<(usize, Vec<String>)>);
 
 /// Takes a table apart.

@@ -60,7 +60,8 @@ impl Samples24 {
         full_scale / SCALE_24
     }
 
-    /// The record that reading the file would give, bit for bit, where `layout` has channels by their place and pressures.
+    /// The record that reading the file would give, bit for bit, where `layout` has channels by their place
+    /// and pressures.
     #[must_use]
     pub fn record(&self, layout: Layout<'_>) -> Record {
         let (stride, unit) = (layout.channels.len().max(1), Self::unit(layout.full_scale));
@@ -96,14 +97,16 @@ impl Samples24 {
     }
 }
 
-/// Reads one record: text if the name ends in .csv, .tsv, .txt, .dat or .asc, else MATLAB, HDF5 or WAV. Text: comma, semicolon, tab or
-/// blanks between columns, lines before the numbers, names with units, a decimal point or comma; its sampling rate is the
-/// manifest's, with which a column of time is compared. A dead microphone has no samples.
+/// Reads one record: text if the name ends in .csv, .tsv, .txt, .dat or .asc, else MATLAB, HDF5 or WAV. Text:
+/// comma, semicolon, tab or blanks between columns, lines before the numbers, names with units, a decimal
+/// point or comma; its sampling rate is the manifest's, with which a column of time is compared. A dead
+/// microphone has no samples.
 ///
 /// # Errors
-/// The file is absent, not of its format, truncated, sampled at another rate, lacks a channel or an array, has one that is not listed, or
-/// holds NaN; in text, a cell is not a number; in WAV, a chunk is longer than the file, or the recorder did not finish it. A clipped record is not an error:
-/// that is for signal processing to judge.
+/// The file is absent, not of its format, truncated, sampled at another rate, lacks a channel or an array,
+/// has one that is not listed, or holds NaN; in text, a cell is not a number; in WAV, a chunk is longer than
+/// the file, or the recorder did not finish it. A clipped record is not an error: that is for signal
+/// processing to judge.
 pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
     if !is_text(path) && is_file_of_arrays(path)? {
         return read_array_record(path, layout);
@@ -124,8 +127,8 @@ pub(crate) fn finite(record: &Record) -> Result<(), (String, Problem)> {
 /// From the bytes of one sample to its value.
 pub(crate) type Decode = fn(&[u8]) -> f64;
 
-/// What turns the little-endian bytes of one sample into its integer or floating value, and the steps of full scale of
-/// an integer.
+/// What turns the little-endian bytes of one sample into its integer or floating value, and the steps of full
+/// scale of an integer.
 pub(crate) fn pcm(spec: WavSpec) -> Option<(Decode, Option<f64>)> {
     let steps = || Some(2.0_f64.powi(i32::from(spec.bits_per_sample) - 1));
     match (spec.sample_format, spec.bits_per_sample) {

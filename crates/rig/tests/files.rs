@@ -141,39 +141,6 @@ fn exact_messages_of_bad_records() {
 }
 
 #[test]
-fn exact_message_of_a_nan_in_a_float_file() {
-    let scratch = Scratch::new("nan");
-    let path = scratch.0.join("nan.wav");
-    let spec = hound::WavSpec {
-        channels: 2,
-        sample_rate: 10_000,
-        bits_per_sample: 32,
-        sample_format: hound::SampleFormat::Float,
-    };
-    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
-    for sample in [0.5_f32, 1.0, 0.25, f32::NAN] {
-        writer.write_sample(sample).unwrap();
-    }
-    writer.finalize().unwrap();
-    let channels = [Some(1), Some(0)];
-    let layout = rijke_rig::Layout {
-        channels: &channels,
-        full_scale: 1.0,
-        rate_hz: 10_000.0,
-        quiet: 0,
-        arrays: &rijke_rig::Arrays::default(),
-        reading: &rijke_rig::Reading::default(),
-    };
-    refused(read_record(&path, layout).unwrap_err(), "microphone 0: sample 1 is NaN", "remove the file");
-    let one = rijke_rig::Layout { channels: &channels[1..], ..layout };
-    refused(
-        read_record(&path, one).unwrap_err(),
-        "header: 2 channels, the manifest's `channels` lists 1; surplus: 2",
-        "with -1",
-    );
-}
-
-#[test]
 fn exact_text_and_wav_give_the_same_record() {
     let scratch = Scratch::new("text");
     let (set, samples) = (small_set(), samples(10_000));

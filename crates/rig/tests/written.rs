@@ -1,5 +1,5 @@
-//! Files as laboratories write them: names, units, decimal commas, time, headings, dead microphones, sensitivities; and a
-//! clear refusal of what could be taken for something else.
+//! Files as laboratories write them: names, units, decimal commas, time, headings, dead microphones,
+//! sensitivities; and a clear refusal of what could be taken for something else.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use rijke_rig::{Arrays, Column, Layout, Reading, Record, RigError, TextForm, Unit, inspect, read_record};
@@ -166,7 +166,8 @@ fn exact_a_dead_microphone_costs_its_channel_only() {
     assert_eq!((still.dead(), still.channels[0].as_slice()), (vec![1], &wave()[0][..]));
 }
 
-/// Every row: name of the file, its text, and what is said of it; two channels are listed by place unless the name says else.
+/// Every row: name of the file, its text, and what is said of it; two channels are listed by place unless the
+/// name says else.
 #[test]
 fn message_of_records_that_could_be_taken_for_something_else() {
     let by_name = Reading { names: names(&[("a", 0), ("b", 1)]), ..Reading::default() };
@@ -317,4 +318,34 @@ fn message_of_what_is_no_file_or_has_no_end() {
     let said = read_record(&large, layout).unwrap_err().to_string();
     assert!(said.contains("it is larger than 1024 MiB"), "{said}");
     std::fs::remove_file(large).unwrap();
+}
+
+#[test]
+fn exact_message_of_a_nan_in_a_float_file() {
+    let path = path("nan.wav");
+    let spec = hound::WavSpec {
+        channels: 2,
+        sample_rate: 10_000,
+        bits_per_sample: 32,
+        sample_format: hound::SampleFormat::Float,
+    };
+    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
+    for sample in [0.5_f32, 1.0, 0.25, f32::NAN] {
+        writer.write_sample(sample).unwrap();
+    }
+    writer.finalize().unwrap();
+    let (arrays, reading) = (Arrays::default(), Reading::default());
+    let read = |channels: &[Option<usize>]| {
+        let layout =
+            Layout { channels, full_scale: 1.0, rate_hz: 1e4, quiet: 0, arrays: &arrays, reading: &reading };
+        read_record(&path, layout).unwrap_err().to_string()
+    };
+    let said = read(&SWAPPED);
+    assert!(said.contains("microphone 0: sample 1 is NaN; remove the file"), "{said}");
+    let said = read(&SWAPPED[1..]);
+    assert!(
+        said.contains("header: 2 channels, the manifest's `channels` lists 1; surplus: 2; list every"),
+        "{said}"
+    );
+    std::fs::remove_file(path).unwrap();
 }

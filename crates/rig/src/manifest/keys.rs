@@ -83,7 +83,8 @@ pub(super) struct ExceptionEntry {
     pub(super) text: Option<TextForm>,
 }
 
-/// `[microphones]`: what is known of them without clicks. Each value is one for all, or a list with one for each.
+/// `[microphones]`: what is known of them without clicks. Each value is one for all, or a list with one for
+/// each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MicrophoneKeys {

@@ -1,4 +1,5 @@
-//! What is stated of the microphones: sensitivities, gains and delays with their errors, in the manifest or in a table.
+//! What is stated of the microphones: sensitivities, gains and delays with their errors, in the manifest or
+//! in a table.
 
 use super::keys::{Each, MicrophoneKeys};
 use crate::columns::Columns;

@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 type Wrong = (String, Problem);
 
 impl Manifest {
-    /// Replaces names by what they stand for. Microphones that are dead in all records are taken out of the rig.
+    /// Replaces names by what they stand for. Microphones that are dead in all records are taken out of the
+    /// rig.
     pub(super) fn resolve(
         self,
         mut rig: Rig,
@@ -229,8 +230,8 @@ fn remove_dead(rig: &mut Rig, dead: &[usize]) -> Result<Vec<Option<usize>>, Wron
     Ok(numbers)
 }
 
-/// Channels by their place and by their name, with the numbers that the microphones have after the dead ones are taken out. A
-/// number that the rig does not have stays, so that it is found.
+/// Channels by their place and by their name, with the numbers that the microphones have after the dead ones
+/// are taken out. A number that the rig does not have stays, so that it is found.
 fn columns(
     listed: &Listed,
     numbers: &[Option<usize>],

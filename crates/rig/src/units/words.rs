@@ -27,7 +27,8 @@ pub struct Heading {
     pub unit: Option<Unit>,
 }
 
-/// A value of a TOML key: a number, which is in SI, or a text with a unit (`length = 0.5` or `length = "500 mm"`).
+/// A value of a TOML key: a number, which is in SI, or a text with a unit (`length = 0.5` or `length = "500
+/// mm"`).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Given {
     /// A number in SI units.
@@ -67,8 +68,8 @@ impl Quantity {
 }
 
 impl Heading {
-    /// Reads a heading. The unit stands in brackets at the end, or behind a slash between blanks. `p[0]` is a name: the first
-    /// channel of p.
+    /// Reads a heading. The unit stands in brackets at the end, or behind a slash between blanks. `p[0]` is a
+    /// name: the first channel of p.
     ///
     /// # Errors
     /// [`UnitError::Heading`], or those of [`Unit::parse`]: what stands in brackets must be a unit.
@@ -198,7 +199,8 @@ pub(super) fn unit(text: &str) -> Result<Unit, UnitError> {
     if !unit.factor.is_normal() {
         return Err(form("is too large or too small for a number"));
     }
-    // In a product, degC is a difference; where nothing is left beside it, as in `1 degC`, either could be meant.
+    // In a product, degC is a difference; where nothing is left beside it, as in `1 degC`, either could be
+    // meant.
     let mut kelvin = [0; BASES];
     kelvin[KELVIN] = 1;
     if unit.dimension == kelvin && !text.contains('K') {
