@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use rijke_fuzz::{file, layout};
-use rijke_rig::{Arrays, inspect, read_record};
+use rijke_rig::{Arrays, Reading, inspect, read_record};
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(path) = file("record.mat", bytes) else { return };
@@ -11,7 +11,7 @@ fuzz_target!(|bytes: &[u8]| {
     for names in [&[][..], &["p"], &["left", "right"], &["run.left", "run.right"]] {
         let names = names.iter().map(|n| (*n).to_owned()).collect();
         let arrays = Arrays { names, rate: None };
-        let _ = read_record(&path, layout(&channels, &arrays));
+        let _ = read_record(&path, layout(&channels, &arrays, &Reading::default()));
     }
     let _ = inspect(&path);
 });

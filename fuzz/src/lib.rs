@@ -1,6 +1,6 @@
 //! What the fuzz targets share: files that a reader is given, and the layout of a record of two microphones.
 
-use rijke_rig::{Arrays, Layout};
+use rijke_rig::{Arrays, Layout, Reading};
 use std::{fs, io, path::Path, path::PathBuf};
 
 /// A folder of this process alone.
@@ -33,7 +33,7 @@ pub fn file(name: &str, bytes: &[u8]) -> io::Result<PathBuf> {
     Ok(path)
 }
 
-/// Two channels, named as the microphones that they record; 20 Pa, 10 kHz, two quiet samples.
-pub fn layout<'a>(channels: &'a [Option<usize>], arrays: &'a Arrays) -> Layout<'a> {
-    Layout { channels, full_scale: 20.0, rate_hz: 1e4, quiet: 2, arrays }
+/// Channels by their place or by what `reading` says; 20 Pa, 10 kHz, two quiet samples.
+pub fn layout<'a>(channels: &'a [Option<usize>], arrays: &'a Arrays, reading: &'a Reading) -> Layout<'a> {
+    Layout { channels, full_scale: 20.0, rate_hz: 1e4, quiet: 2, arrays, reading }
 }

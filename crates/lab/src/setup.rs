@@ -67,6 +67,7 @@ impl VirtualRig {
             source: source(&campaign.name, seed),
             channels: (0..rig.microphones.positions.len()).map(Some).collect(),
             arrays: rijke_rig::Arrays::default(),
+            acquisition: rijke_rig::Acquisition::default(),
             full_scale: truth.recorder.full_scale_pa,
             ping,
             click,

@@ -5,6 +5,7 @@
 //!   linear-algebra library never appears in a public signature.
 //! * [`Streams`]: named random streams from one seed, the same for any number of threads.
 //! * [`special`]: special functions of a complex variable.
+//! * [`read_text`], [`open_file`]: files of others, which may be pipes, devices, or too large.
 //! * [`check`]: Taylor slopes and orders of convergence, for tests.
 //!
 //! # Conventions
@@ -27,6 +28,7 @@
 pub mod check;
 mod cholesky;
 mod dense;
+mod files;
 mod jet;
 pub mod special;
 mod streams;
@@ -36,6 +38,7 @@ pub use dense::{
     DenseError, Matrix, complex_eigenvalues, complex_lu_solve, least_direction, least_squares_sd, lu_solve,
     symmetric_eigen,
 };
+pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use jet::{Jet, JetSpace, Order};
 pub use streams::{Stream, Streams};
 

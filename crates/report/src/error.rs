@@ -22,6 +22,18 @@ pub enum ReportError {
         /// Where and why.
         source: serde_json::Error,
     },
+    /// A list of a file is of another length than its figure needs.
+    #[error("{}: {place}: has {have} entries, needs {need}; the file is damaged: run the study again", path.display())]
+    Shape {
+        /// The file.
+        path: PathBuf,
+        /// The list.
+        place: String,
+        /// Entries found.
+        have: usize,
+        /// Entries needed.
+        need: usize,
+    },
     /// There is nothing to report.
     #[error("no numbers of any study")]
     Nothing,

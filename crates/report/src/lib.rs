@@ -28,6 +28,7 @@ mod numbers;
 mod page;
 mod prior;
 mod record;
+mod shape;
 mod sheet;
 mod stability;
 mod study;

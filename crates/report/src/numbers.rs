@@ -51,14 +51,14 @@ impl Numbers {
     /// Reads the files of a folder; a study without a file was not run.
     ///
     /// # Errors
-    /// [`ReportError::Read`] and [`ReportError::Malformed`] name the file and the place in it.
+    /// [`ReportError::Read`], [`ReportError::Malformed`] and [`ReportError::Shape`] name the file and the place in it.
     pub fn read(folder: &Path) -> Result<Self, ReportError> {
         if !folder.is_dir() {
             let source = std::io::ErrorKind::NotFound.into();
             return Err(ReportError::Read { path: folder.to_owned(), source });
         }
         let figure = |number: u32| record(folder, &format!("figure_{number}.json"));
-        Ok(Self {
+        let numbers = Self {
             campaign: record(folder, "campaign.json")?,
             flow: record(folder, "flow.json")?,
             empty_tube: record(folder, "empty_tube.json")?,
@@ -74,7 +74,9 @@ impl Numbers {
             lumped_convergence: record(folder, "lumped_convergence.json")?,
             flow_numerics: record(folder, "flow_numerics.json")?,
             truths: record(folder, "truths.json")?,
-        })
+        };
+        numbers.check_shapes(folder)?;
+        Ok(numbers)
     }
 
     /// What the page shows, in the order of the paper; what is not in the paper comes last.
@@ -109,6 +111,11 @@ fn record<T: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<T>, R
     let path = folder.join(name);
     if !path.exists() {
         return Ok(None);
+    }
+    // A pipe would wait for a writer.
+    if !path.is_file() {
+        let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, "it is not a file");
+        return Err(ReportError::Read { path, source });
     }
     let text =
         fs::read_to_string(&path).map_err(|source| ReportError::Read { path: path.clone(), source })?;

@@ -1,10 +1,13 @@
 //! WAV and text a block of frames at a time, so that a file may be larger than memory.
 
+use crate::reading::{Numbers, Plan};
 use crate::riff::{WavHeader, header};
+use crate::text::{Form, HEAD, TextForm, next_line, refused};
 use crate::wav::{Decode, Layout, pcm};
 use crate::{Problem, RigError};
+use rijke_numerics::open_file;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 /// Frames that a block holds at most.
@@ -16,73 +19,81 @@ const BYTES: usize = 1 << 23;
 /// The frames of a file, one after another: all that is held is one block.
 pub(crate) struct Blocks<'a> {
     path: &'a Path,
-    /// Values of a frame: one for each channel of the layout.
+    /// Values of a frame: one for each column of the file. Those that the plan does not want are not read.
     pub(crate) width: usize,
+    /// Which columns are taken, and what they are.
+    pub(crate) plan: Plan,
+    wanted: Vec<bool>,
     /// Largest pressure that the file can hold, Pa; infinite for floats and text.
     pub(crate) full_scale: f64,
     source: Source,
 }
 
 enum Source {
-    Wav {
-        file: BufReader<File>,
-        decode: Decode,
-        unit: f64,
-        sample: usize,
-        stride: usize,
-        frames: usize,
-        read: usize,
-    },
-    Text {
-        file: BufReader<File>,
-        separator: Option<char>,
-        line: usize,
-    },
+    Wav { file: BufReader<File>, decode: Decode, sample: usize, stride: usize, frames: usize, read: usize },
+    Text { file: BufReader<File>, form: Form, line: usize },
 }
 
 /// Whether the name is that of a text file.
 pub(crate) fn is_text(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    matches!(extension.as_str(), "csv" | "tsv" | "txt")
+    matches!(extension.as_str(), "csv" | "tsv" | "txt" | "dat" | "asc")
 }
 
 impl<'a> Blocks<'a> {
     /// Opens a file and checks it against what the manifest says.
     ///
     /// # Errors
-    /// The file is absent, not of its format, sampled at another rate, or lacks a channel.
+    /// The file is absent, not of its format, sampled at another rate, or its columns are not those listed.
     pub(crate) fn open(path: &'a Path, layout: Layout<'_>) -> Result<Self, RigError> {
-        let width = layout.channels.len();
-        if width == 0 {
+        if layout.channels.is_empty() && layout.reading.names.is_empty() {
             return Err(RigError::invalid(path, "header", Problem::Empty { need: "one channel" }));
         }
+        let wrong = |(place, problem): (String, Problem)| RigError::invalid(path, place, problem);
         if is_text(path) {
-            let file = BufReader::new(File::open(path).map_err(RigError::read(path))?);
-            let source = Source::Text { file, separator: None, line: 0 };
-            return Ok(Self { path, width, full_scale: f64::INFINITY, source });
+            let (source, form) = text(path, &layout.reading.text)?;
+            let width = form.width;
+            // An empty file has no columns that could be wrong; it is found too short.
+            let plan = if width == 0 {
+                Plan::default()
+            } else {
+                Plan::of(layout, &form.headings, width, |_| Numbers::AsWritten).map_err(wrong)?
+            };
+            return Ok(Self::over(path, width, plan, f64::INFINITY, source));
         }
-        let wrong = |problem| RigError::invalid(path, "header", problem);
-        let WavHeader { spec, frames, samples: file } = header(path)?;
-        let have = usize::from(spec.channels);
-        if have < width {
-            return Err(wrong(Problem::MissingChannel { have, need: width }));
+        let (source, largest, width, rate_hz) = wav(path)?;
+        if layout.full_scale.is_infinite() && largest.is_some() {
+            return Err(wrong(("header".into(), Problem::NoFullScale)));
         }
-        let (have_rate, need_rate) = (f64::from(spec.sample_rate), layout.rate_hz);
-        if (have_rate - need_rate).abs() > 0.5 {
-            return Err(wrong(Problem::WrongRate { have: have_rate, need: need_rate }));
+        let plan =
+            Plan::of(layout, &[], width, |_| Numbers::of(largest, layout.full_scale)).map_err(wrong)?;
+        let (have, need) = (rate_hz, layout.rate_hz);
+        if (have - need).abs() > 0.5 {
+            return Err(wrong(("header".into(), Problem::WrongRate { have, need })));
         }
-        let (decode, steps) = pcm(spec).ok_or_else(|| {
-            let reason = format!("{} bit {:?} samples", spec.bits_per_sample, spec.sample_format);
-            wrong(Problem::BadWav { reason })
-        })?;
-        let (unit, full_scale) = match steps {
-            Some(steps) => (layout.full_scale / steps, layout.full_scale),
-            None => (1.0, f64::INFINITY),
-        };
-        let sample = usize::from(spec.bits_per_sample / 8);
-        let stride = have * sample;
-        let source = Source::Wav { file, decode, unit, sample, stride, frames, read: 0 };
-        Ok(Self { path, width, full_scale, source })
+        let full_scale = plan.full_scale();
+        Ok(Self::over(path, width, plan, full_scale, source))
+    }
+
+    fn over(path: &'a Path, width: usize, plan: Plan, full_scale: f64, source: Source) -> Self {
+        Self { path, width, wanted: plan.wanted(width), plan, full_scale, source }
+    }
+
+    /// Opens a file of which nothing is known: all columns, integers as fractions of full scale. Its names,
+    /// or nothing.
+    ///
+    /// # Errors
+    /// The file is absent or not of its format.
+    pub(crate) fn raw(path: &'a Path) -> Result<(Self, Vec<String>), RigError> {
+        if is_text(path) {
+            let (source, form) = text(path, &TextForm::default())?;
+            let plan = Plan::whole(form.width, 1.0);
+            return Ok((Self::over(path, form.width, plan, f64::INFINITY, source), form.headings));
+        }
+        let (source, largest, width, _) = wav(path)?;
+        let plan = Plan::whole(width, largest.map_or(1.0, |steps| 1.0 / steps));
+        let full_scale = largest.map_or(f64::INFINITY, |_| 1.0);
+        Ok((Self::over(path, width, plan, full_scale, source), Vec::new()))
     }
 
     /// A number of frames that the file does not exceed, from its header or its size.
@@ -95,19 +106,20 @@ impl<'a> Blocks<'a> {
             Source::Text { file, .. } => {
                 let size = file.get_ref().metadata().map_err(RigError::read(self.path))?.len();
                 // A cell takes two bytes, its separator included.
-                Ok(size as usize / (2 * self.width))
+                Ok(size as usize / (2 * self.width.max(1)))
             }
         }
     }
 
-    /// The next frames, interleaved, in place of what `block` holds; their number, 0 at the end.
+    /// The next frames, interleaved, in place of what `block` holds; their number, 0 at the end. Numbers are
+    /// as the file has them: the plan's scale makes them Pa.
     ///
     /// # Errors
-    /// The file ends before its header says, a row lacks a channel, or a cell is no number.
+    /// The file ends before its header says, a row has another width, or a cell is no number.
     pub(crate) fn next(&mut self, block: &mut Vec<f64>) -> Result<usize, RigError> {
         block.clear();
         match &mut self.source {
-            Source::Wav { file, decode, unit, sample, stride, frames, read } => {
+            Source::Wav { file, decode, sample, stride, frames, read } => {
                 // A damaged header may announce thousands of channels.
                 let wanted = BLOCK.min(*frames - *read).min((BYTES / *stride).max(1));
                 let mut bytes = Vec::with_capacity(wanted * *stride);
@@ -118,80 +130,64 @@ impl<'a> Blocks<'a> {
                     let problem = Problem::Truncated { have, need: *frames };
                     return Err(RigError::invalid(self.path, "samples", problem));
                 }
-                for frame in bytes.chunks_exact(*stride) {
-                    let samples = frame.chunks_exact(*sample).take(self.width);
-                    block.extend(samples.map(|bytes| decode(bytes) * *unit));
-                }
+                block.extend(bytes.chunks_exact(*sample).map(*decode));
                 *read = have;
                 Ok(wanted)
             }
-            Source::Text { file, separator, line } => {
-                let mut bytes = Vec::new();
-                while block.len() < BLOCK * self.width {
-                    bytes.clear();
-                    if file.read_until(b'\n', &mut bytes).map_err(RigError::read(self.path))? == 0 {
-                        break;
-                    }
+            Source::Text { file, form, line } => {
+                let width = self.width;
+                let most = BLOCK.min(BYTES / (8 * width.max(1))).max(1);
+                while block.len() < most * width {
+                    let Some(row) = next_line(file, self.path, *line + 1)? else { break };
                     *line += 1;
-                    let text = String::from_utf8_lossy(&bytes);
-                    let mut row = text.trim_end_matches(['\n', '\r']);
-                    let separator = *separator.get_or_insert_with(|| {
-                        row = row.strip_prefix('\u{feff}').unwrap_or(row);
-                        shape(row).0
-                    });
-                    let names = *line == 1 && shape(row).1;
-                    if !names && !row.trim().is_empty() {
-                        cells(row, separator, self.width, block).map_err(|(column, problem)| {
-                            let place = match column {
-                                Some(column) => format!("line {line}, column {column}"),
-                                None => format!("line {line}"),
-                            };
-                            RigError::invalid(self.path, place, problem)
-                        })?;
+                    if *line <= form.before || Form::is_passed_over(&row) {
+                        continue;
                     }
+                    let start = block.len();
+                    block.resize(start + width, 0.0);
+                    form.row(
+                        &row,
+                        |column| self.wanted[column],
+                        |column, value| block[start + column] = value,
+                    )
+                    .map_err(|(column, problem)| refused(self.path)((*line, column, problem)))?;
                 }
-                Ok(block.len() / self.width.max(1))
+                Ok(block.len() / width.max(1))
             }
         }
     }
 }
 
-/// Appends the first `width` cells of a row; or the column, from 1, and what is wrong.
-fn cells(
-    row: &str,
-    separator: char,
-    width: usize,
-    out: &mut Vec<f64>,
-) -> Result<(), (Option<usize>, Problem)> {
-    let have = row.split(separator).count();
-    if have < width {
-        return Err((None, Problem::MissingChannel { have, need: width }));
-    }
-    for (column, cell) in row.split(separator).take(width).enumerate() {
-        let value = cell.trim().parse::<f64>().map_err(|_| {
-            let (text, expected) = (cell.trim().to_owned(), "a number with a decimal point");
-            (Some(column + 1), Problem::BadCell { text, expected })
-        })?;
-        out.push(value);
-    }
-    Ok(())
+/// A text file at its beginning, and how it is written.
+fn text(path: &Path, declared: &TextForm) -> Result<(Source, Form), RigError> {
+    let open = || open_file(path).map(BufReader::new).map_err(RigError::read(path));
+    let form = Form::find(&head(&mut open()?, path, declared)?, declared).map_err(refused(path))?;
+    Ok((Source::Text { file: open()?, form: form.clone(), line: 0 }, form))
 }
 
-/// The character between columns, and whether the row holds names: a row of names has no number in it; one with some
-/// numbers is data, and its bad cells are reported.
-fn shape(row: &str) -> (char, bool) {
-    let separator = [';', '\t', ','].into_iter().find(|c| row.contains(*c)).unwrap_or(',');
-    (separator, row.split(separator).all(|cell| cell.trim().parse::<f64>().is_err()))
+/// The lines that tell how a file is written.
+fn head(file: &mut BufReader<File>, path: &Path, declared: &TextForm) -> Result<Vec<String>, RigError> {
+    let (mut lines, most) = (Vec::new(), HEAD.saturating_add(declared.header_lines.unwrap_or(0)));
+    while lines.len() < most
+        && let Some(line) = next_line(file, path, lines.len() + 1)?
+    {
+        lines.push(line);
+    }
+    Ok(lines)
 }
 
-/// The columns of a text record, with their names if it has any.
-pub(crate) fn columns(path: &Path) -> Result<Vec<Option<String>>, RigError> {
-    let mut bytes = Vec::new();
-    let mut file = BufReader::new(File::open(path).map_err(RigError::read(path))?);
-    file.read_until(b'\n', &mut bytes).map_err(RigError::read(path))?;
-    let text = String::from_utf8_lossy(&bytes);
-    let row = text.trim_end_matches(['\n', '\r']);
-    let row = row.strip_prefix('\u{feff}').unwrap_or(row);
-    let (separator, named) = shape(row);
-    Ok(row.split(separator).map(|cell| named.then(|| cell.trim().to_owned())).collect())
+/// A WAV file at its first sample: the largest of its integers, its channels, its sampling rate.
+fn wav(path: &Path) -> Result<(Source, Option<f64>, usize, f64), RigError> {
+    let WavHeader { spec, frames, samples: file } = header(path)?;
+    let unreadable = |reason| RigError::invalid(path, "header", Problem::BadWav { reason });
+    let (decode, largest) = pcm(spec).ok_or_else(|| {
+        unreadable(format!("{} bit {:?} samples", spec.bits_per_sample, spec.sample_format))
+    })?;
+    let width = usize::from(spec.channels);
+    if width == 0 {
+        return Err(unreadable("no channels".into()));
+    }
+    let sample = usize::from(spec.bits_per_sample / 8);
+    let source = Source::Wav { file, decode, sample, stride: width * sample, frames, read: 0 };
+    Ok((source, largest, width, f64::from(spec.sample_rate)))
 }

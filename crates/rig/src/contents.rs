@@ -1,10 +1,9 @@
 //! What is in a file of records, before anything is known about it.
 
 use crate::arrays::{Array, is_file_of_arrays, read_arrays};
-use crate::blocks::{Blocks, columns, is_text};
+use crate::blocks::{Blocks, is_text};
 use crate::riff::header;
-use crate::wav::Layout;
-use crate::{Arrays, Problem, RigError};
+use crate::{Problem, RigError};
 use std::path::Path;
 
 /// What a file of records holds.
@@ -49,42 +48,34 @@ pub fn inspect(path: &Path) -> Result<FileContents, RigError> {
     if is_file_of_arrays(path)? {
         return arrays(path);
     }
-    let (format, rate_hz, names) = if is_text(path) {
+    let (format, rate_hz) = if is_text(path) {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        (format!("text, {extension}"), None, columns(path)?)
+        (format!("text, {extension}"), None)
     } else {
         let spec = header(path)?.spec;
         let kind = match spec.sample_format {
             hound::SampleFormat::Int => "integers",
             hound::SampleFormat::Float => "floats",
         };
-        let names = vec![None; usize::from(spec.channels)];
-        (format!("WAV, {} bit {kind}", spec.bits_per_sample), Some(f64::from(spec.sample_rate)), names)
-    };
-    if names.is_empty() {
-        return Err(RigError::invalid(path, "header", Problem::Empty { need: "one channel" }));
-    }
-    let all: Vec<Option<usize>> = (0..names.len()).map(Some).collect();
-    let layout = Layout {
-        channels: &all,
-        full_scale: 1.0,
-        rate_hz: rate_hz.unwrap_or(1.0),
-        quiet: 0,
-        arrays: &Arrays::default(),
+        (format!("WAV, {} bit {kind}", spec.bits_per_sample), Some(f64::from(spec.sample_rate)))
     };
     // A file may be larger than memory: one block is held at a time.
-    let (mut blocks, mut block) = (Blocks::open(path, layout)?, Vec::new());
-    let mut channels: Vec<Sums> = names.iter().map(|_| Sums::default()).collect();
+    let ((mut blocks, names), mut block) = (Blocks::raw(path)?, Vec::new());
+    if blocks.width == 0 {
+        return Err(RigError::invalid(path, "samples", Problem::TooShort { have: 0, quiet: 0 }));
+    }
+    let mut channels: Vec<Sums> = (0..blocks.width).map(|_| Sums::default()).collect();
     while blocks.next(&mut block)? > 0 {
         for (c, sums) in channels.iter_mut().enumerate() {
-            let column: Vec<f64> = block.iter().skip(c).step_by(blocks.width).copied().collect();
+            let scale = blocks.plan.takes[c].scale;
+            let column: Vec<f64> = block.iter().skip(c).step_by(blocks.width).map(|v| v * scale).collect();
             sums.add(&column, blocks.full_scale);
         }
     }
     if channels.iter().any(|c| c.samples == 0) {
         return Err(RigError::invalid(path, "samples", Problem::TooShort { have: 0, quiet: 0 }));
     }
-    let channels = names.into_iter().zip(channels).map(|(name, sums)| sums.contents(name));
+    let channels = channels.into_iter().enumerate().map(|(k, sums)| sums.contents(names.get(k).cloned()));
     Ok(FileContents { format, rate_hz, channels: channels.collect(), others: Vec::new() })
 }
 

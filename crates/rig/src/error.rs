@@ -1,5 +1,7 @@
 //! What can be wrong with a file, said with the file, the place in it and the remedy.
 
+use crate::Problem;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -8,8 +10,8 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RigError {
-    /// The file is absent or may not be read.
-    #[error("{}: cannot be read ({cause}); check the name and the permissions", path.display())]
+    /// The file is absent, may not be read, is no file, or is too large.
+    #[error("{}: cannot be read ({cause}){}", path.display(), remedy(cause))]
     Read {
         /// Which file.
         path: PathBuf,
@@ -65,242 +67,12 @@ pub enum RigError {
     },
 }
 
-/// What is wrong with a value, and the remedy.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum Problem {
-    /// A number outside its range.
-    #[error("{value} {unit} is outside {low} to {high} {unit}; give SI units")]
-    OutOfRange {
-        /// The value found.
-        value: f64,
-        /// Lowest value allowed.
-        low: f64,
-        /// Highest value allowed.
-        high: f64,
-        /// Unit of all three.
-        unit: &'static str,
-    },
-    /// A microphone or thermocouple that is not in the tube.
-    #[error(
-        "x = {position} m is outside the tube (0 to {length} m); positions are metres from the bottom end"
-    )]
-    OutsideTube {
-        /// Where it would be, m.
-        position: f64,
-        /// Length of the tube, m.
-        length: f64,
-    },
-    /// Two things at one place, or out of order.
-    #[error("{second} m follows {first} m; list positions from the bottom of the tube upward, each once")]
-    NotAscending {
-        /// The earlier position, m.
-        first: f64,
-        /// The later one, m.
-        second: f64,
-    },
-    /// An index that points nowhere.
-    #[error("{index} does not exist: there are {count}, counted from 0")]
-    NoSuchIndex {
-        /// The index found.
-        index: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// A name that is used nowhere else, or not declared.
-    #[error("`{name}` is not known; known: {}", known.join(", "))]
-    UnknownName {
-        /// The name found.
-        name: String,
-        /// The names that exist.
-        known: Vec<String>,
-    },
-    /// The same name twice.
-    #[error("`{name}` appears twice; every name must be different")]
-    Duplicate {
-        /// The name.
-        name: String,
-    },
-    /// A matrix of another size.
-    #[error(
-        "has {rows} rows, or rows of other lengths, but needs {need} of {need} numbers: one for each microphone but the reference"
-    )]
-    WrongSize {
-        /// Rows found.
-        rows: usize,
-        /// Rows and columns needed.
-        need: usize,
-    },
-    /// A list without entries.
-    #[error("is empty; give at least {need}")]
-    Empty {
-        /// What is needed.
-        need: &'static str,
-    },
-    /// The geometry contradicts itself.
-    #[error("{inner} m does not fit inside {outer} m; check both diameters")]
-    DoesNotFit {
-        /// The diameter that should be smaller, m.
-        inner: f64,
-        /// The diameter that should be larger, m.
-        outer: f64,
-    },
-    /// A channel map that is not one microphone per channel.
-    #[error(
-        "microphone {microphone} is recorded by {count} channels; `channels` lists, for every channel of a file, \
-         the microphone it records (or -1), each microphone once"
-    )]
-    ChannelMap {
-        /// The microphone, counted from 0.
-        microphone: usize,
-        /// How many channels claim it.
-        count: usize,
-    },
-    /// A file that a list names and that does not exist.
-    #[error("there is no file {}; copy it there or take it out of the list", path.display())]
-    AbsentFile {
-        /// Where it should be.
-        path: PathBuf,
-    },
-    /// Fewer channels in a file than the manifest says.
-    #[error(
-        "{have} channels, the manifest's `channels` lists {need}; record all channels or correct the list"
-    )]
-    MissingChannel {
-        /// Channels in the file.
-        have: usize,
-        /// Channels in the manifest.
-        need: usize,
-    },
-    /// The file's sampling rate is not the declared one.
-    #[error(
-        "sampled at {have} Hz, expected {need} Hz; correct the rate in the manifest or the list of files"
-    )]
-    WrongRate {
-        /// In the file, Hz.
-        have: f64,
-        /// In the manifest, Hz.
-        need: f64,
-    },
-    /// The file ends before its header says.
-    #[error("ends after sample {have} of {need}; the file is truncated: copy or record it again")]
-    Truncated {
-        /// Samples per channel that can be read.
-        have: usize,
-        /// Samples per channel announced.
-        need: usize,
-    },
-    /// Too few samples to hold the quiet stretch and an event.
-    #[error(
-        "{have} samples, but the quiet stretch alone is {quiet}; correct the quiet length in the manifest"
-    )]
-    TooShort {
-        /// Samples per channel.
-        have: usize,
-        /// Declared length of the quiet stretch.
-        quiet: usize,
-    },
-    /// A sample that is not a number, or infinite.
-    #[error("sample {sample} is {value}; remove the file from the manifest or export it again")]
-    NotFinite {
-        /// Index of the sample, from 0.
-        sample: usize,
-        /// What it is.
-        value: f64,
-    },
-    /// A file of National Instruments' TDMS.
-    #[error(
-        "NI TDMS, which is not read; save it as HDF5, .mat or text, which LabVIEW and the Python package npTDMS do"
-    )]
-    Tdms,
-    /// A WAV file of a kind that is not supported.
-    #[error("not a WAV file that can be read ({reason}); use 16, 24 or 32 bit integer, or 32 bit float PCM")]
-    BadWav {
-        /// The decoder's reason.
-        reason: String,
-    },
-    /// A chunk of a WAV file that cannot be as long as it says.
-    #[error(
-        "chunk `{name}` at byte {at} should have {stated} bytes, {left} are left in the file; it is damaged or truncated: copy or \
-         record it again"
-    )]
-    LongChunk {
-        /// Name of the chunk.
-        name: String,
-        /// Where it begins, bytes from the start of the file.
-        at: u64,
-        /// Length that it says it has, bytes.
-        stated: u32,
-        /// Length of what follows, bytes.
-        left: u64,
-    },
-    /// A WAV file whose recorder stopped before it wrote how long the record is.
-    #[error(
-        "the length of `data` at byte {at} is {stated} and {left} bytes follow: the recorder did not finish the file; have \
-         the length written (`sox --ignore-length in.wav out.wav`), or record again"
-    )]
-    Unfinished {
-        /// Where the chunk begins, bytes from the start of the file.
-        at: u64,
-        /// Length that it says it has, bytes.
-        stated: u32,
-        /// Length of what follows, bytes.
-        left: u64,
-    },
-    /// A file of arrays that is damaged, truncated or of another format.
-    #[error("not a MATLAB or HDF5 file that can be read ({reason}); save it again, or export WAV or CSV")]
-    BadArrays {
-        /// The reader's reason.
-        reason: String,
-    },
-    /// An array that the manifest names and the file does not have, or not as numbers.
-    #[error("there is no numeric array `{name}`; the file holds {}; correct `arrays` in the manifest", known.join(", "))]
-    NoSuchArray {
-        /// The name wanted.
-        name: String,
-        /// What the file holds.
-        known: Vec<String>,
-    },
-    /// A file of which it is not clear what the record is.
-    #[error(
-        "the file holds {}; say which of them is the record, with `arrays = {{ names = [...] }}` in the manifest",
-        if known.is_empty() { "nothing".to_owned() } else { known.join(", ") }
-    )]
-    WhichArray {
-        /// What the file holds.
-        known: Vec<String>,
-    },
-    /// Arrays of one record that differ in length.
-    #[error("has {have} samples, another array of the record {need}; all must have the same length")]
-    Uneven {
-        /// Samples of this array.
-        have: usize,
-        /// Samples of the first.
-        need: usize,
-    },
-    /// A CSV cell that is not a number.
-    #[error("`{text}` is not {expected}")]
-    BadCell {
-        /// The text found.
-        text: String,
-        /// What was expected.
-        expected: &'static str,
-    },
-    /// A CSV header that is not the one expected.
-    #[error("column {column} is `{have}`, expected `{need}`; keep the header as `rijke process` writes it")]
-    BadHeader {
-        /// Column, from 1.
-        column: usize,
-        /// Text found.
-        have: String,
-        /// Text expected.
-        need: String,
-    },
-    /// A covariance that no noise can have.
-    #[error(
-        "the covariance is not positive definite; give variances above zero and correlations inside -1 to 1"
-    )]
-    NotPositiveDefinite,
+/// What can be done about a file that cannot be read.
+fn remedy(cause: &std::io::Error) -> &'static str {
+    match cause.kind() {
+        ErrorKind::InvalidInput | ErrorKind::FileTooLarge | ErrorKind::InvalidData => "",
+        _ => "; check the name and the permissions",
+    }
 }
 
 impl RigError {

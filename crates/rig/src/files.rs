@@ -96,11 +96,8 @@ impl Campaign {
 }
 
 /// The whole of a text file.
-///
-/// # Errors
-/// The file and why it cannot be read.
-pub fn read_text(path: &Path) -> Result<String, RigError> {
-    std::fs::read_to_string(path).map_err(RigError::read(path))
+pub(crate) fn read_text(path: &Path) -> Result<String, RigError> {
+    rijke_numerics::read_text(path).map_err(RigError::read(path))
 }
 
 /// Parses TOML; errors carry line and column.

@@ -2,19 +2,24 @@
 //! records, pings and clicks, and the files that hold them. Knows no model.
 //!
 //! * [`Rig`], [`Campaign`]: what was built and what was measured, from TOML files.
-//! * [`RecordSource`]: raw records, one at a time; [`RecordFolder`] reads them from a manifest and its files: WAV,
-//!   text, MATLAB, and HDF5 with the feature `hdf5` (on by default).
+//! * [`RecordSource`]: raw records, one at a time; [`RecordFolder`] reads them from a manifest and its files:
+//!   WAV, text, MATLAB, and HDF5 with the feature `hdf5` (on by default).
 //! * [`Observations`]: pings and clicks with covariances, to and from CSV.
-//! * [`Unit`], [`Quantity`], [`Heading`], [`Given`]: units in headings and keys, converted once where they are read.
+//! * [`Columns`]: tables of numbers by the names and units of their columns.
+//! * [`Acquisition`], [`Reading`]: how files are written and what is known of the channels, where a manifest
+//!   says so.
+//! * [`Unit`], [`Quantity`], [`Heading`], [`Given`]: units in headings and keys, converted once where they
+//!   are read.
 //!
 //! # Conventions
 //!
 //! * SI units; a suffix in a file's key where a unit could be doubted (`power_w`, `positions_cm`).
 //! * x runs upward along the tube, x = 0 at the bottom (upstream) end.
-//! * Time dependence e^{st}, s = sigma + i omega: growth rate in 1/s (negative decays), angular frequency in rad/s.
+//! * Time dependence e^{st}, s = sigma + i omega: growth rate in 1/s (negative decays), angular frequency in
+//!   rad/s.
 //! * Pressures of a ping are relative to the reference microphone.
-//! * Microphones, channels and repeats are counted from 0 in code and in TOML; the columns of a CSV file (`p1_re`)
-//!   count from 1.
+//! * Microphones, channels and repeats are counted from 0 in code and in TOML; the columns of a CSV file
+//!   (`p1_re`) count from 1.
 //!
 //! # Example
 //!
@@ -26,10 +31,12 @@
 //! assert!((air.sound_speed - 343.3).abs() < 0.1);
 //! ```
 
+mod acquisition;
 mod arrays;
 mod blocks;
 mod campaign;
 mod channels;
+mod columns;
 mod contents;
 mod error;
 mod files;
@@ -40,24 +47,31 @@ mod hdf5;
 mod manifest;
 mod mat5;
 mod observation;
+mod problem;
+mod reading;
 mod records;
 mod riff;
 mod span;
 mod table;
+mod text;
 mod units;
 mod wav;
 
+pub use acquisition::{Acquisition, Exception, StatedChannels};
 pub use arrays::Arrays;
 pub use campaign::{Campaign, OperatingPoint};
 pub use channels::ChannelErrors;
+pub use columns::Columns;
 pub use contents::{ChannelContents, FileContents, inspect};
-pub use error::{Problem, RigError};
-pub use files::read_text;
+pub use error::RigError;
 pub use gas::{Gas, GasState};
 pub use geometry::{Heater, Microphones, Prongs, Recording, Rig, Tube};
 pub use manifest::RecordFolder;
 pub use observation::{Click, Observations, Ping, PointObservations, Rejection};
+pub use problem::Problem;
+pub use reading::{Column, Reading};
 pub use records::{Calibration, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, Stretch};
 pub use span::{Event, read_event};
+pub use text::{Decimal, TextForm};
 pub use units::{Given, Heading, Quantity, Unit, UnitError};
 pub use wav::{Layout, Samples24, read_record};

@@ -2,7 +2,7 @@
 //! by zlib ("MAT-File Format", The MathWorks, R2019b). Numeric arrays and fields of single structures are read; all else is
 //! listed.
 
-use crate::arrays::{Array, Contents};
+use crate::arrays::{Array, Contents, LARGEST};
 use std::io::Read;
 
 /// Structures inside structures are followed this far.
@@ -36,7 +36,12 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Contents, String> {
             COMPRESSED => {
                 let mut inflated = Vec::new();
                 let failed = |_| "a compressed array is damaged or cut off".to_owned();
-                flate2::read::ZlibDecoder::new(data).read_to_end(&mut inflated).map_err(failed)?;
+                // A megabyte of zeros packs into a kilobyte.
+                let unpacked =
+                    flate2::read::ZlibDecoder::new(data).take(LARGEST + 1).read_to_end(&mut inflated);
+                if unpacked.map_err(failed)? as u64 > LARGEST {
+                    return Err(format!("an array unpacks to more than {} MiB", LARGEST >> 20));
+                }
                 let (kind, data) = Bytes { bytes: &inflated, big }.element()?;
                 if kind == MATRIX {
                     matrix(Bytes { bytes: data, big }, None, 0, &mut contents)?;

@@ -1,7 +1,7 @@
 //! Raw records: what a record is, what a set of records is, and where records come from.
 
 use crate::files::in_range;
-use crate::{Arrays, OperatingPoint, Problem, Rig, RigError};
+use crate::{Acquisition, Arrays, OperatingPoint, Problem, Reading, Rig, RigError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -10,12 +10,13 @@ use std::collections::BTreeSet;
 pub struct Record {
     /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// The first `quiet` samples were taken before the loudspeaker acts: noise only. A click's trigger, t = 0, is
-    /// at sample `quiet`. In a ping the recorder may skip from here to the last part of the forcing.
+    /// The first `quiet` samples were taken before the loudspeaker acts: noise only. A click's trigger, t =
+    /// 0, is at sample `quiet`. In a ping the recorder may skip from here to the last part of the forcing.
     pub quiet: usize,
     /// Largest pressure the instrument can record, Pa; infinite for floating-point files.
     pub full_scale: f64,
-    /// Pressure in Pa: `channels[m]` belongs to microphone m of the rig; all of the same length.
+    /// Pressure in Pa: `channels[m]` belongs to microphone m of the rig; all of the same length, but none at
+    /// all of a microphone that was dead.
     pub channels: Vec<Vec<f64>>,
 }
 
@@ -91,7 +92,8 @@ pub struct RecordSet {
     pub channels: Vec<Option<usize>>,
     /// Which arrays hold a record, in files that have named arrays.
     pub arrays: Arrays,
-    /// Pressure of the largest integer of an integer file, Pa.
+    /// Pressure of the largest integer of an integer file, Pa, or its voltage, V
+    /// ([`Reading::full_scale_in_volts`]); infinite if not stated.
     pub full_scale: f64,
     /// How pings are taken.
     pub ping: Stretch,
@@ -103,6 +105,8 @@ pub struct RecordSet {
     pub points: Vec<PointRecords>,
     /// Calibration clicks, one entry per day and sampling rate.
     pub calibrations: Vec<Calibration>,
+    /// What else is known of files and channels.
+    pub acquisition: Acquisition,
 }
 
 /// Where records come from: files of a real rig, or the virtual laboratory. Records are made or read one at a
@@ -134,13 +138,22 @@ impl Record {
     /// Number of samples per channel.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.channels.first().map_or(0, Vec::len)
+        self.channels.iter().map(Vec::len).max().unwrap_or(0)
     }
 
     /// Whether there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Microphones that gave nothing: declared dead, or all samples the same while others have a signal.
+    #[must_use]
+    pub fn dead(&self) -> Vec<usize> {
+        let still = |samples: &Vec<f64>| samples.iter().all(|p| *p == samples[0]);
+        let dead: Vec<usize> = (0..self.channels.len()).filter(|m| still(&self.channels[*m])).collect();
+        let declared = |m: &usize| self.channels[*m].is_empty();
+        if dead.len() == self.channels.len() { dead.into_iter().filter(declared).collect() } else { dead }
     }
 
     /// Number of samples of channel `m` at the limit of the instrument.
@@ -158,19 +171,22 @@ impl RecordSet {
     /// Key of the manifest, and the problem.
     pub fn validate(&self) -> Result<(), (String, Problem)> {
         let microphones = self.rig.microphones.positions.len();
-        for &microphone in self.channels.iter().flatten() {
-            if microphone >= microphones {
-                let problem = Problem::NoSuchIndex { index: microphone, count: microphones };
-                return Err(("channels".into(), problem));
+        check_map(&self.channels, &self.acquisition.reading, microphones, "channels")?;
+        for (k, exception) in self.acquisition.exceptions.iter().enumerate() {
+            check_map(
+                &exception.channels,
+                &exception.reading,
+                microphones,
+                &format!("exception[{k}].channels"),
+            )?;
+            let microphone = self.rig.microphones.reference;
+            if exception.reading.dead.contains(&microphone) {
+                return Err((format!("exception[{k}].dead"), Problem::DeadReference { microphone }));
             }
         }
-        for microphone in 0..microphones {
-            let count = self.channels.iter().filter(|c| **c == Some(microphone)).count();
-            if count != 1 {
-                return Err(("channels".into(), Problem::ChannelMap { microphone, count }));
-            }
+        if self.full_scale != f64::INFINITY {
+            in_range("full_scale_pa", self.full_scale, 1e-9, 1e9, "Pa")?;
         }
-        in_range("full_scale_pa", self.full_scale, 1e-9, 1e9, "Pa")?;
         if self.days.is_empty() {
             return Err(("day".into(), Problem::Empty { need: "one [[day]] with its ambient temperature" }));
         }
@@ -197,6 +213,26 @@ impl RecordSet {
         }
         Ok(())
     }
+}
+
+/// Every microphone that is not dead has one channel.
+fn check_map(
+    channels: &[Option<usize>],
+    reading: &Reading,
+    microphones: usize,
+    place: &str,
+) -> Result<(), (String, Problem)> {
+    let listed = || channels.iter().chain(reading.names.values()).flatten();
+    if let Some(&index) = listed().find(|m| **m >= microphones) {
+        return Err((place.into(), Problem::NoSuchIndex { index, count: microphones }));
+    }
+    for microphone in 0..microphones {
+        let count = listed().filter(|m| **m == microphone).count();
+        if count > 1 || count == 0 && !reading.dead.contains(&microphone) {
+            return Err((place.into(), Problem::ChannelMap { microphone, count }));
+        }
+    }
+    Ok(())
 }
 
 /// No name twice.

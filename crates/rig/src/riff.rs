@@ -2,6 +2,7 @@
 
 use crate::{Problem, RigError};
 use hound::{WavReader, WavSpec};
+use rijke_numerics::open_file;
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -28,7 +29,7 @@ pub(crate) struct WavHeader {
 pub(crate) fn header(path: &Path) -> Result<WavHeader, RigError> {
     let wrong = |problem| RigError::invalid(path, "header", problem);
     let unreadable = |reason: String| wrong(Problem::BadWav { reason });
-    let file = File::open(path).map_err(RigError::read(path))?;
+    let file = open_file(path).map_err(RigError::read(path))?;
     let size = file.metadata().map_err(RigError::read(path))?.len();
     let mut file = BufReader::new(file);
     let mut read = |at: u64, count: u64| -> Result<Vec<u8>, RigError> {

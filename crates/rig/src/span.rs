@@ -1,7 +1,8 @@
 //! The part of a long record that a measurement needs, so that a record may be larger than memory: found in a first
 //! pass over the file, taken in a second.
 
-use crate::blocks::{BLOCK, Blocks, is_text};
+use crate::blocks::{Blocks, is_text};
+use crate::reading::{Clock, Take};
 use crate::wav::Layout;
 use crate::{Problem, Record, RigError, read_record};
 use std::ops::Range;
@@ -74,8 +75,7 @@ impl Survey {
                     let mean = column().sum::<f64>() / rows;
                     column().map(|p| (p - mean).powi(2)).sum::<f64>() / rows
                 };
-                let microphones = layout.channels.iter().enumerate().filter(|c| c.1.is_some());
-                energy.push(microphones.map(|(c, _)| of(c)).sum());
+                energy.push(blocks.plan.takes.iter().map(|t| t.scale.powi(2) * of(t.column)).sum());
             }
         }
     }
@@ -116,30 +116,36 @@ pub(crate) fn gather(
     quiet: usize,
 ) -> Result<Record, RigError> {
     let wrong = |place: String, problem| RigError::invalid(path, place, problem);
-    let (mut blocks, mut block) =
-        (Blocks::open(path, layout)?, Vec::with_capacity(BLOCK * layout.channels.len()));
-    let microphones = layout.channels.iter().flatten().max().map_or(0, |m| m + 1);
-    let mut channels = vec![Vec::new(); microphones];
+    let (mut blocks, mut block) = (Blocks::open(path, layout)?, Vec::new());
+    let mut channels = vec![Vec::new(); layout.microphones()];
+    let mut clock = blocks.plan.time.clone().map(|(column, unit)| (column, Clock::new(unit, layout.rate_hz)));
+    let timed = |problem| wrong("time".into(), problem);
     let mut frames = 0;
     loop {
         let count = blocks.next(&mut block)?;
         if count == 0 {
             break;
         }
-        for (c, microphone) in layout.channels.iter().enumerate() {
-            let Some(m) = microphone else { continue };
-            let column = || block.iter().skip(c).step_by(blocks.width);
-            if let Some((n, &value)) = column().enumerate().find(|(_, p)| !p.is_finite()) {
+        let width = blocks.width;
+        if let Some((column, clock)) = &mut clock {
+            block.iter().skip(*column).step_by(width).try_for_each(|t| clock.see(*t)).map_err(timed)?;
+        }
+        for &Take { column, microphone, scale, .. } in &blocks.plan.takes {
+            let column = || block.iter().skip(column).step_by(width).map(|p| p * scale);
+            if let Some((n, value)) = column().enumerate().find(|(_, p)| !p.is_finite()) {
                 let problem = Problem::NotFinite { sample: frames + n, value };
-                return Err(wrong(format!("microphone {m}"), problem));
+                return Err(wrong(format!("microphone {microphone}"), problem));
             }
             for range in ranges {
                 let from = range.start.clamp(frames, frames + count) - frames;
                 let to = range.end.clamp(frames, frames + count) - frames;
-                channels[*m].extend(column().take(to).skip(from));
+                channels[microphone].extend(column().take(to).skip(from));
             }
         }
         frames += count;
+    }
+    if let Some((_, clock)) = &clock {
+        clock.end().map_err(timed)?;
     }
     if frames <= layout.quiet {
         return Err(wrong("samples".into(), Problem::TooShort { have: frames, quiet: layout.quiet }));

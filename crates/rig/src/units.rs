@@ -1,7 +1,8 @@
-//! Units of quantities in files: `x [mm]`, `T (degC)`, `"12 mm"`. A file's number is converted once, where it is read.
+//! Units of quantities in files: `x [mm]`, `T (degC)`, `"12 mm"`. A file's number is converted once, where it
+//! is read.
 //!
-//! Of the kept crates, `uom` knows units as types, not as words in a file; the table here has the units that rigs and
-//! their recorders use.
+//! Of the kept crates, `uom` knows units as types, not as words in a file; the table here has the units that
+//! rigs and their recorders use.
 
 mod known;
 mod words;
@@ -15,8 +16,8 @@ pub use words::{Given, Heading, Quantity};
 
 /// A unit as a file names it, and how its numbers become SI.
 ///
-/// A number x in the unit is x * [`Unit::factor`] + [`Unit::offset`] in SI: kg, m, s, K, A, mol, rad and what is made of
-/// them. A frequency in Hz stays in Hz; rpm becomes Hz.
+/// A number x in the unit is x * [`Unit::factor`] + [`Unit::offset`] in SI: kg, m, s, K, A, mol, rad and what
+/// is made of them. A frequency in Hz stays in Hz; rpm becomes Hz.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
     text: String,
@@ -82,8 +83,9 @@ impl Unit {
 
     /// Reads a unit: `mm`, `degC`, `L/min`, `mV/Pa`, `W/(m K)`, `m^3/h`, `m³/h`, `kg s^-1`, `1`, `%`.
     ///
-    /// Factors stand beside one another or have `*` or `·` between them; one factor or a bracket follows `/`. A temperature
-    /// in degC or degF has an offset when it stands alone, and none inside a product (`W/(m degC)`).
+    /// Factors stand beside one another or have `*` or `·` between them; one factor or a bracket follows `/`.
+    /// A temperature in degC or degF has an offset when it stands alone, and none inside a product (`W/(m
+    /// degC)`).
     ///
     /// # Errors
     /// [`UnitError::Unknown`] with the units that are known, or [`UnitError::Form`].
@@ -118,13 +120,20 @@ impl Unit {
     /// A number of this unit in SI.
     #[must_use]
     pub fn to_si(&self, value: f64) -> f64 {
-        value * self.factor + self.offset
+        self.times(value) + self.offset
     }
 
     /// A difference of two numbers of this unit, or a standard deviation, in SI.
     #[must_use]
     pub fn difference_to_si(&self, difference: f64) -> f64 {
-        difference * self.factor
+        self.times(difference)
+    }
+
+    /// Divides by 1000 rather than multiplies by 0.001, so that `23.7 mm` and 0.0237 are the same to the last
+    /// bit.
+    fn times(&self, value: f64) -> f64 {
+        let inverse = (1.0 / self.factor).round();
+        if inverse > 1.0 && 1.0 / inverse == self.factor { value / inverse } else { value * self.factor }
     }
 
     /// Exponents of kg, m, s, K, A and mol. Angles and cycles count as numbers.
@@ -133,12 +142,13 @@ impl Unit {
         std::array::from_fn(|k| self.dimension[k])
     }
 
-    /// This unit for a quantity that is wanted in the SI unit `wanted`: [`Unit::to_si`] of what is returned gives numbers
-    /// in `wanted`. Cycles become radians where `wanted` has radians, and the reverse: 100 Hz is 628.3 rad/s. `rad/s` and
-    /// `1/s` are the same; `Hz` and `1/s` are not.
+    /// This unit for a quantity that is wanted in the SI unit `wanted`: [`Unit::to_si`] of what is returned
+    /// gives numbers in `wanted`. Cycles become radians where `wanted` has radians, and the reverse: 100 Hz
+    /// is 628.3 rad/s. `rad/s` and `1/s` are the same; `Hz` and `1/s` are not.
     ///
     /// # Errors
-    /// [`UnitError::OtherQuantity`] if the units have not the same dimension; those of [`Unit::parse`] on `wanted`.
+    /// [`UnitError::OtherQuantity`] if the units have not the same dimension; those of [`Unit::parse`] on
+    /// `wanted`.
     pub fn of(&self, wanted: &str) -> Result<Self, UnitError> {
         let target = Self::parse(wanted)?;
         let (have, need) = (&self.dimension, &target.dimension);

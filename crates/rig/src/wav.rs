@@ -4,7 +4,7 @@ use crate::arrays::{is_file_of_arrays, read_array_record};
 use crate::blocks::is_text;
 use crate::files::write_whole;
 use crate::span::{ALL, gather};
-use crate::{Arrays, Problem, Record, RigError};
+use crate::{Arrays, Problem, Reading, Record, RigError};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use std::io::Cursor;
 use std::path::Path;
@@ -22,6 +22,16 @@ pub struct Layout<'a> {
     pub quiet: usize,
     /// Which arrays hold the record, in a file that has named arrays.
     pub arrays: &'a Arrays,
+    /// All else that the manifest says of the file.
+    pub reading: &'a Reading,
+}
+
+impl Layout<'_> {
+    /// Number of microphones that a record has a channel for.
+    pub(crate) fn microphones(&self) -> usize {
+        let listed = self.channels.iter().chain(self.reading.names.values()).flatten();
+        listed.chain(&self.reading.dead).max().map_or(0, |m| m + 1)
+    }
 }
 
 /// The integers of one record as a 24-bit acquisition system delivers them.
@@ -50,13 +60,19 @@ impl Samples24 {
         full_scale / SCALE_24
     }
 
-    /// The record that reading the file would give, bit for bit.
+    /// The record that reading the file would give, bit for bit, where `layout` has channels by their place
+    /// and pressures.
     #[must_use]
     pub fn record(&self, layout: Layout<'_>) -> Record {
-        let count = layout.channels.len();
-        let frames = self.interleaved.len() / count.max(1);
-        let unit = Self::unit(layout.full_scale);
-        spread(layout, frames, layout.full_scale, |k| f64::from(self.interleaved[k]) * unit)
+        let (stride, unit) = (layout.channels.len().max(1), Self::unit(layout.full_scale));
+        let mut channels = vec![Vec::new(); layout.microphones()];
+        for (c, microphone) in layout.channels.iter().enumerate() {
+            if let Some(m) = microphone {
+                let column = self.interleaved.chunks_exact(stride).map(|frame| f64::from(frame[c]) * unit);
+                channels[*m] = column.collect();
+            }
+        }
+        Record { rate_hz: layout.rate_hz, quiet: layout.quiet, full_scale: layout.full_scale, channels }
     }
 
     /// Writes a 24-bit WAV file in one step.
@@ -81,36 +97,21 @@ impl Samples24 {
     }
 }
 
-/// Reads one record: text if the name ends in .csv, .tsv or .txt, else MATLAB, HDF5 or WAV. Text: comma, semicolon or
-/// tab between columns, an optional first line of names, a decimal point; its sampling rate is the manifest's.
+/// Reads one record: text if the name ends in .csv, .tsv, .txt, .dat or .asc, else MATLAB, HDF5 or WAV. Text:
+/// comma, semicolon, tab or blanks between columns, lines before the numbers, names with units, a decimal
+/// point or comma; its sampling rate is the manifest's, with which a column of time is compared. A dead
+/// microphone has no samples.
 ///
 /// # Errors
-/// The file is absent, not of its format, truncated, sampled at another rate, lacks a channel or an array, or holds NaN; in text, a
-/// cell is not a number; in WAV, a chunk is longer than the file, or the recorder did not finish it. A clipped record is not an error:
-/// that is for signal processing to judge.
+/// The file is absent, not of its format, truncated, sampled at another rate, lacks a channel or an array,
+/// has one that is not listed, or holds NaN; in text, a cell is not a number; in WAV, a chunk is longer than
+/// the file, or the recorder did not finish it. A clipped record is not an error: that is for signal
+/// processing to judge.
 pub fn read_record(path: &Path, layout: Layout<'_>) -> Result<Record, RigError> {
     if !is_text(path) && is_file_of_arrays(path)? {
         return read_array_record(path, layout);
     }
     gather(path, layout, &ALL, layout.quiet)
-}
-
-/// De-interleaves: `sample(k)` is the k-th value of the file in Pa.
-pub(crate) fn spread(
-    layout: Layout<'_>,
-    frames: usize,
-    full_scale: f64,
-    sample: impl Fn(usize) -> f64,
-) -> Record {
-    let stride = layout.channels.len();
-    let microphones = layout.channels.iter().flatten().max().map_or(0, |m| m + 1);
-    let mut channels = vec![Vec::new(); microphones];
-    for (c, microphone) in layout.channels.iter().enumerate() {
-        if let Some(m) = microphone {
-            channels[*m] = (0..frames).map(|n| sample(n * stride + c)).collect();
-        }
-    }
-    Record { rate_hz: layout.rate_hz, quiet: layout.quiet, full_scale, channels }
 }
 
 /// The first sample that is not a number, if any.
@@ -126,8 +127,8 @@ pub(crate) fn finite(record: &Record) -> Result<(), (String, Problem)> {
 /// From the bytes of one sample to its value.
 pub(crate) type Decode = fn(&[u8]) -> f64;
 
-/// What turns the little-endian bytes of one sample into its integer or floating value, and the steps of full scale of
-/// an integer.
+/// What turns the little-endian bytes of one sample into its integer or floating value, and the steps of full
+/// scale of an integer.
 pub(crate) fn pcm(spec: WavSpec) -> Option<(Decode, Option<f64>)> {
     let steps = || Some(2.0_f64.powi(i32::from(spec.bits_per_sample) - 1));
     match (spec.sample_format, spec.bits_per_sample) {

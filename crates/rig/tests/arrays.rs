@@ -1,7 +1,7 @@
 //! One record in every format: `fixtures/records`, written by SciPy, h5py and by hand (README there).
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
-use rijke_rig::{Arrays, Layout, Record, RigError, inspect, read_record};
+use rijke_rig::{Arrays, Layout, Reading, Record, RigError, inspect, read_record};
 use std::path::{Path, PathBuf};
 
 const CHANNELS: [Option<usize>; 2] = [Some(1), Some(0)];
@@ -18,7 +18,17 @@ fn arrays(names: &[&str], rate: &str) -> Arrays {
 }
 
 fn read(path: &Path, arrays: &Arrays) -> Result<Record, RigError> {
-    read_record(path, Layout { channels: &CHANNELS, full_scale: 20.0, rate_hz: 1e4, quiet: 10, arrays })
+    read_record(
+        path,
+        Layout {
+            channels: &CHANNELS,
+            full_scale: 20.0,
+            rate_hz: 1e4,
+            quiet: 10,
+            arrays,
+            reading: &Reading::default(),
+        },
+    )
 }
 
 /// Every file with the names of its arrays.

@@ -3,7 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use rijke_numerics::{Streams, check::damaged};
-use rijke_rig::{Arrays, Campaign, Layout, Observations, RecordFolder, Rig, inspect, read_record};
+use rijke_rig::{
+    Arrays, Campaign, Column, Columns, Decimal, Heading, Layout, Observations, Quantity, Reading,
+    RecordFolder, Rig, TextForm, Unit, inspect, read_record,
+};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -53,8 +56,14 @@ fn exact_no_damaged_record_makes_a_reader_panic() {
         each(&folder, &name, &fs::read(&path).unwrap(), 1000, |path| {
             for names in [&[][..], &["p"], &["left", "right"]] {
                 let arrays = Arrays { names: names.iter().map(|n| (*n).to_owned()).collect(), rate: None };
-                let layout =
-                    Layout { channels: &channels, full_scale: 20.0, rate_hz: 1e4, quiet: 2, arrays: &arrays };
+                let layout = Layout {
+                    channels: &channels,
+                    full_scale: 20.0,
+                    rate_hz: 1e4,
+                    quiet: 2,
+                    arrays: &arrays,
+                    reading: &Reading::default(),
+                };
                 let _ = read_record(path, layout);
             }
             let _ = inspect(path);
@@ -79,6 +88,22 @@ fn exact_no_damaged_description_makes_a_reader_panic() {
     fs::write(folder.join("manifest.toml"), MANIFEST).unwrap();
     RecordFolder::open(&folder).unwrap();
     each(&folder, "manifest.toml", MANIFEST.as_bytes(), 1000, |_| drop(RecordFolder::open(&folder)));
+    // Every key that may be there, and the table that one of them names.
+    let (first, rest) = MANIFEST.split_once("[[day]]").unwrap();
+    let full = first.replace(
+        "full_scale_pa = 20.0",
+        "full_scale = '10 V'\nunit = 'mV'\ndead = [1]\ntime = 2\ntext = { decimal = ',' }",
+    ) + "[microphones]\ntable = 'mics.csv'\ngain_sd = '2 %'\ndelay = 1e-6\n[[exception]]\ndays = ['one']\n\
+           channels = { a = 0, b = 2, c = 3, d = 4, e = 5, f = 6, g = 7, h = -1 }\ndead = [7]\n[[day]]"
+        + rest;
+    let rows: String = (0..8).map(|m| format!("{m},{}.5,{m}\n", 49 + m)).collect();
+    let table = format!("microphone,sensitivity [mV/Pa],delay_sd [us]\n{}", rows.replacen(",0\n", ",3\n", 1));
+    fs::write(folder.join("mics.csv"), &table).unwrap();
+    fs::write(folder.join("manifest.toml"), &full).unwrap();
+    RecordFolder::open(&folder).unwrap();
+    each(&folder, "mics.csv", table.as_bytes(), 1000, |_| drop(RecordFolder::open(&folder)));
+    fs::write(folder.join("mics.csv"), &table).unwrap();
+    each(&folder, "manifest.toml", full.as_bytes(), 1000, |_| drop(RecordFolder::open(&folder)));
     fs::remove_dir_all(folder).unwrap();
 }
 
@@ -116,4 +141,77 @@ fn exact_no_damaged_table_of_observations_makes_the_reader_panic() {
         fs::write(folder.join(file), whole).unwrap();
     }
     fs::remove_dir_all(folder).unwrap();
+}
+
+/// Text as laboratories write it, read with everything that a manifest may say of it.
+#[test]
+fn exact_no_damaged_text_makes_a_reader_panic() {
+    let folder = scratch("damaged-texts");
+    let texts = [
+        "# rig 3\nSamples\t3\n\nt\ta\tb\tdrive\ns\tkPa\tmV\tV\n0,000\t0,01\t-1,5\t9\n0,001\t-0,02\t2,5\t9\n0,002\t0,03\t-3\t9\n",
+        "a [Pa],b [mV],drive [V]\n1,2,3\n4,5,6\n7,8,9\n1,2,3\n",
+        "\u{feff}t [ms]; a; b\r\n0;1,5;2,5\r\n1;1,5;2,5\r\n2;1,5;2,5\r\n",
+        "a b\n1.5 2.5e-3\n3 4\n5 6\n",
+    ];
+    let names =
+        |list: &[(&str, Option<usize>)]| list.iter().map(|(name, m)| ((*name).to_owned(), *m)).collect();
+    let readings = [
+        Reading::default(),
+        Reading {
+            names: names(&[("a", Some(0)), ("b", Some(1)), ("drive", None)]),
+            sensitivities: vec![0.05; 2],
+            unit: Unit::parse("V").ok(),
+            ..Reading::default()
+        },
+        Reading {
+            time: Some(Column::Number(1)),
+            text: TextForm { header_lines: Some(1), decimal: Some(Decimal::Comma) },
+            dead: vec![1],
+            ..Reading::default()
+        },
+    ];
+    let (channels, arrays) = ([Some(0), Some(1)], Arrays::default());
+    for (k, text) in texts.into_iter().enumerate() {
+        let mut read = 0;
+        each(&folder, &format!("{k}.csv"), text.as_bytes(), 1000, |path| {
+            for reading in &readings {
+                let layout = Layout {
+                    channels: &channels,
+                    full_scale: 1.0,
+                    rate_hz: 1e3,
+                    quiet: 1,
+                    arrays: &arrays,
+                    reading,
+                };
+                read += usize::from(read_record(path, layout).is_ok());
+            }
+            let _ = inspect(path);
+            if let Ok(columns) = Columns::read(path) {
+                for name in columns.headings() {
+                    let _ = (columns.keys(name, "Pa"), columns.some_numbers(name, "s"), columns.words(name));
+                }
+            }
+        });
+        // Some damage does no harm; what is read is not only what is refused.
+        assert!(read > 0, "no damaged version of text {k} was read");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn exact_no_damaged_unit_makes_the_parser_panic() {
+    let streams = Streams::new(1);
+    let texts = ["12.5e-3 W/(m^2 degC)", "x [mV/Pa]", "T (°C) / K", "kg·s⁻¹ m³", "p[0]", "-3 µs^-9 / (m*s)"];
+    for (k, text) in texts.into_iter().enumerate() {
+        for n in 0..2000 {
+            let bytes = damaged(text.as_bytes(), &mut streams.stream(&format!("{k}/{n}")));
+            let text = String::from_utf8_lossy(&bytes);
+            if let Ok(unit) = Unit::parse(&text) {
+                // What is read has a size, and its own words mean the same again.
+                assert!(unit.factor() > 0.0 && unit.factor().is_finite(), "{text}");
+                assert_eq!(Unit::parse(unit.text()).as_ref(), Ok(&unit), "{text}");
+            }
+            let _ = (Quantity::parse(&text), Heading::parse(&text));
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Records larger than what is held of them.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-use rijke_rig::{Arrays, Event, Layout, Record, Samples24, inspect, read_event, read_record};
+use rijke_rig::{Arrays, Event, Layout, Reading, Record, Samples24, inspect, read_event, read_record};
 use std::path::PathBuf;
 
 const RATE: f64 = 1e4;
@@ -28,12 +28,14 @@ impl Drop for Scratch {
 
 fn layout(quiet: usize) -> Layout<'static> {
     static ARRAYS: std::sync::LazyLock<Arrays> = std::sync::LazyLock::new(Arrays::default);
+    static READING: std::sync::LazyLock<Reading> = std::sync::LazyLock::new(Reading::default);
     Layout {
         channels: &[Some(1), None, Some(0)],
         full_scale: 8.388_608,
         rate_hz: RATE,
         quiet,
         arrays: &ARRAYS,
+        reading: &READING,
     }
 }
 

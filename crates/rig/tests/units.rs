@@ -1,5 +1,5 @@
 //! Units of quantities: what is read, what it is in SI, and what is refused with which words.
-#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
 use rijke_rig::{Given, Heading, Quantity, Unit};
 use std::f64::consts::{PI, TAU};
@@ -43,6 +43,11 @@ fn exact_quantities_in_si() {
     is("28.96 g/mol", "kg/mol", 0.028_96);
     is("7 1/s", "1/s", 7.0);
     is("20 degC", "degF", 68.0);
+    for (text, wanted, value) in
+        [("23.7 mm", "m", 0.0237), ("5 us", "s", 5e-6), ("49.3 mV/Pa", "V/Pa", 0.0493)]
+    {
+        assert_eq!(Quantity::parse(text).unwrap().of(wanted), Ok(value), "to the last bit");
+    }
 }
 
 /// Cycles and radians are kept apart, and only these.
@@ -82,7 +87,8 @@ fn exact_headings() {
     assert_eq!(read("gain [W/(m K)]").name, "gain");
     assert_eq!(read("k (W/(m K))").unit, Some(Unit::parse("W/(m K)").unwrap()));
     assert_eq!(read("n [-]").unit.unwrap().to_si(3.0), 3.0);
-    assert_eq!(read("x_h").unit, None);
+    assert_eq!((read("x_h").unit, read("p[1]").name, read("p[1]").unit), (None, "p[1]".into(), None));
+    assert_eq!(read("n [1]").unit, Some(Unit::one()));
     assert_eq!(read("power").of("W").unwrap().to_si(3.0), 3.0);
 }
 

@@ -17,7 +17,7 @@ pub(crate) type Outcome<T> = Result<T, (Range<usize>, Problem)>;
 impl Source {
     pub(crate) fn read(path: &Path) -> Result<Self, StudyError> {
         let file = path.display().to_string();
-        match rijke_rig::read_text(path) {
+        match rijke_numerics::read_text(path) {
             Ok(text) => Ok(Self { file, text }),
             Err(error) => {
                 let cause = std::io::Error::other(error.to_string());

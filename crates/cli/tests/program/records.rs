@@ -17,6 +17,7 @@ pub(crate) fn write(folder: &Path) {
         source: "a test".into(),
         channels: (0..8).map(Some).collect(),
         arrays: rijke_rig::Arrays::default(),
+        acquisition: rijke_rig::Acquisition::default(),
         full_scale: 20.0,
         ping: stretch(10_000.0),
         click: stretch(62_500.0),

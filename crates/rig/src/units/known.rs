@@ -1,7 +1,7 @@
 //! The table of units.
 
-/// Exponents of kg, m, s, K, A, mol, rad and cycles. The last two are numbers in SI; they are kept apart here because a
-/// frequency in Hz and an angular frequency in rad/s differ by 2 pi.
+/// Exponents of kg, m, s, K, A, mol, rad and cycles. The last two are numbers in SI; they are kept apart here
+/// because a frequency in Hz and an angular frequency in rad/s differ by 2 pi.
 pub(super) type Dimension = [i32; BASES];
 
 /// How many base units there are.
@@ -61,8 +61,8 @@ const VOLTAGE: Dimension = [1, 2, -3, 0, -1, 0, 0, 0];
 const RESISTANCE: Dimension = [1, 2, -3, 0, -2, 0, 0, 0];
 const VOLUME: Dimension = [0, 3, 0, 0, 0, 0, 0, 0];
 
-/// Factors are exact by definition (SI brochure, 9th edition; NIST SP 811, Appendix B), but those of psi and torr, which are
-/// the ratios that define them to double precision.
+/// Factors are exact by definition (SI brochure, 9th edition; NIST SP 811, Appendix B), but those of psi and
+/// torr, which are the ratios that define them to double precision.
 const KNOWN: [Known; 37] = [
     unit("1", "", 1.0, NUMBER),
     unit("%", "", 1e-2, NUMBER),

@@ -27,7 +27,8 @@ pub struct Heading {
     pub unit: Option<Unit>,
 }
 
-/// A value of a TOML key: a number, which is in SI, or a text with a unit (`length = 0.5` or `length = "500 mm"`).
+/// A value of a TOML key: a number, which is in SI, or a text with a unit (`length = 0.5` or `length = "500
+/// mm"`).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Given {
     /// A number in SI units.
@@ -67,13 +68,18 @@ impl Quantity {
 }
 
 impl Heading {
-    /// Reads a heading. The unit stands in brackets at the end, or behind a slash between blanks.
+    /// Reads a heading. The unit stands in brackets at the end, or behind a slash between blanks. `p[0]` is a
+    /// name: the first channel of p.
     ///
     /// # Errors
     /// [`UnitError::Heading`], or those of [`Unit::parse`]: what stands in brackets must be a unit.
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         let text = text.trim();
         let wrong = |why| Err(UnitError::Heading { text: text.into(), why });
+        let index = text.strip_suffix(']').map(|t| t.trim_end_matches(|c: char| c.is_ascii_digit()));
+        if index.is_some_and(|t| t.ends_with('[') && !t.ends_with(" [") && text.len() > t.len() + 1) {
+            return Ok(Self { name: text.into(), unit: None });
+        }
         let bracket = [('[', ']'), ('(', ')')].into_iter().find(|(_, close)| text.ends_with(*close));
         let (name, unit) = match bracket {
             Some((open, close)) => {
@@ -190,7 +196,11 @@ pub(super) fn unit(text: &str) -> Result<Unit, UnitError> {
             return Err(form("has several factors behind a slash"));
         }
     }
-    // In a product, degC is a difference; where nothing is left beside it, as in `1 degC`, either could be meant.
+    if !unit.factor.is_normal() {
+        return Err(form("is too large or too small for a number"));
+    }
+    // In a product, degC is a difference; where nothing is left beside it, as in `1 degC`, either could be
+    // meant.
     let mut kelvin = [0; BASES];
     kelvin[KELVIN] = 1;
     if unit.dimension == kelvin && !text.contains('K') {
