@@ -76,7 +76,7 @@ pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// Those of [`read_bytes`], or that it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read_bytes(path, LARGEST_TEXT)?)
-        .map_err(|_| Error::new(ErrorKind::InvalidData, "it is not text in UTF-8"))
+        .map_err(|_| Error::new(ErrorKind::InvalidData, "it is not text in UTF-8; save it so"))
 }
 
 fn kind(kind: FileType) -> &'static str {

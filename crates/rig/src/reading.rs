@@ -73,8 +73,8 @@ impl Numbers {
     }
 }
 
-/// Headings that say that a column is time, in lower case.
-const TIMES: [&str; 7] = ["t", "time", "x_value", "zeit", "temps", "tijd", "tempo"];
+/// Headings that say that a column is time, in lower case, beside `t`; `T` may be a temperature.
+const TIMES: [&str; 6] = ["time", "x_value", "zeit", "temps", "tijd", "tempo"];
 
 /// A place in the file, and what is wrong there.
 pub(crate) type Wrong = (String, Problem);
@@ -194,9 +194,10 @@ fn time_column(reading: &Reading, headings: &[String], width: usize) -> Result<O
     }
     let is_time = |h: &String| {
         let heading = Heading::parse(h);
-        let name = heading.as_ref().map_or(h.as_str(), |h| h.name.as_str()).to_lowercase();
+        let name = heading.as_ref().map_or(h.as_str(), |h| h.name.as_str()).to_owned();
+        let says = name == "t" || TIMES.contains(&&*name.to_lowercase());
         let unit = heading.ok().and_then(|h| h.unit);
-        unit.map_or(TIMES.contains(&name.as_str()), |unit| unit.of("s").is_ok())
+        unit.map_or(says, |unit| unit.of("s").is_ok())
     };
     let mut found =
         headings.iter().enumerate().filter(|(_, h)| !reading.lists(h) && is_time(h)).map(|(k, _)| k);

@@ -45,7 +45,7 @@ fn exact_one_record_in_many_hands() {
     let by_name = Reading { names: names(&[("b", 1), ("a", 0), ("drive", -1)]), ..Reading::default() };
     let plain = Reading::default();
     let place = |n: usize| [&SWAPPED[..], &[None; 2]].concat()[..n].to_vec();
-    let files: [(&str, &str, Vec<Option<usize>>, &Reading); 13] = [
+    let files: [(&str, &str, Vec<Option<usize>>, &Reading); 14] = [
         ("plain.csv", "-1.5,10.5\n2.5,-20.25\n-3,30\n0.125,4\n", place(2), &plain),
         ("trailing.csv", "b,a,\n-1.5,10.5,\n2.5,-20.25,\n-3,30,\n0.125,4,\n", place(2), &plain),
         ("blanks.txt", "  -1.5   10.5\n  2.5 -20.25\n-3 30\n0.125 4\n", place(2), &plain),
@@ -78,6 +78,13 @@ fn exact_one_record_in_many_hands() {
             "Rig 3\nSamples\t4\n\nt\ta\tb\tdrive\ns\tkPa\tPa\tV\n0,000\t0,0105\t-1,5\t9\n0,001\t-0,02025\t2,5\t9\n0,002\t0,03\t-3\t9\n0,003\t0,004\t0,125\t9\n",
             vec![],
             &by_name,
+        ),
+        // A temperature is not time.
+        (
+            "warm.csv",
+            "T,b,a\n20,-1.5,10.5\n20,2.5,-20.25\n20,-3,30\n20,0.125,4\n",
+            vec![None, Some(1), Some(0)],
+            &plain,
         ),
         ("gap.csv", "b,a\n\n-1.5,10.5\n# knocked at the table\n2.5,-20.25\n-3,30\n0.125,4", place(2), &plain),
     ];

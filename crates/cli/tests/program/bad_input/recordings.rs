@@ -9,7 +9,13 @@ use std::{
 
 const CHECK: &str = "check records";
 
-pub(super) const CASES: [Case; 41] = [
+pub(super) const CASES: [Case; 42] = [
+    case(
+        "channel that is not listed",
+        |d| write_float(&file(d), 10_000, 9, None),
+        CHECK,
+        [records::PING, "9 channels, the manifest's `channels` lists 8; surplus: 9", "list every channel"],
+    ),
     case(
         "missing channel",
         |d| write_float(&file(d), 10_000, 7, None),
@@ -132,8 +138,8 @@ pub(super) const CASES: [Case; 41] = [
         ["C3-E/ping.csv", "line 2, column 3: `clipped`", "a number with a decimal point"],
     ),
     case(
-        "decimal comma in a CSV record",
-        |d| text(d, "ping.csv", "0;0;0;0;0;0;0;0\n0,1;0;0;0;0;0;0;0\n"),
+        "decimal comma below a decimal point in a CSV record",
+        |d| text(d, "ping.csv", "0.5;0;0;0;0;0;0;0\n0,1;0;0;0;0;0;0;0\n"),
         CHECK,
         ["C3-E/ping.csv", "line 2, column 1: `0,1`", "decimal point"],
     ),
@@ -141,7 +147,7 @@ pub(super) const CASES: [Case; 41] = [
         "short line in a CSV record",
         |d| text(d, "ping.csv", "0,0,0,0,0,0,0,0\n0,0,0\n"),
         CHECK,
-        ["C3-E/ping.csv", "line 2: 3 channels", "record all channels"],
+        ["C3-E/ping.csv", "line 2: 3 columns", "every row needs as many"],
     ),
     case(
         "NaN in a CSV record",
