@@ -5,6 +5,7 @@ use crate::{
     check::foresight::{self, Subject},
     failure::{Classify, Failure},
     rank::own,
+    staging::Lock,
     ui::Ui,
 };
 use clap::Parser;
@@ -30,6 +31,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
+    let _lock = dir.is_dir().then(|| Lock::within(dir)).transpose()?;
     let mut candidates = args.candidates.clone();
     if candidates.is_empty() && dir.join("candidates.toml").is_file() {
         candidates.push(dir.join("candidates.toml"));
