@@ -1,17 +1,17 @@
 //! Tasks of the workspace, run as `cargo xtask TASK`. Knows no crate of the project: it starts programs and reads files.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
+mod child;
 mod package;
 mod page;
 mod reference;
 mod reproduce;
 mod tidy;
+mod workspace;
 
 use clap::{Parser, Subcommand};
-use std::{
-    path::PathBuf,
-    process::{Command, ExitCode},
-};
+use std::process::ExitCode;
+use workspace::{Outcome, cargo, root, succeed};
 
 /// Tasks of the workspace.
 #[derive(Parser)]
@@ -42,14 +42,8 @@ enum Task {
 }
 
 fn main() -> ExitCode {
-    let outcome = match Program::parse().task {
-        Task::Reproduce(options) => reproduce::run(&options),
-        Task::Page => page::run(),
-        Task::Reference => reference::run(),
-        Task::Package => package::run(),
-        Task::Test { all } => test(all),
-        Task::Tidy => tidy::run(&root()),
-    };
+    let task = Program::parse().task;
+    let outcome = child::end_with_signals().and_then(|()| run(task));
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
@@ -59,13 +53,15 @@ fn main() -> ExitCode {
     }
 }
 
-/// What went wrong, for the terminal.
-type Outcome = Result<(), String>;
-
-/// The folder of the workspace.
-fn root() -> PathBuf {
-    let here = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    here.parent().map(PathBuf::from).unwrap_or(here)
+fn run(task: Task) -> Outcome {
+    match task {
+        Task::Reproduce(options) => reproduce::run(&options),
+        Task::Page => page::run(),
+        Task::Reference => reference::run(),
+        Task::Package => package::run(),
+        Task::Test { all } => test(all),
+        Task::Tidy => tidy::run(&root()),
+    }
 }
 
 fn test(all: bool) -> Outcome {
@@ -75,25 +71,4 @@ fn test(all: bool) -> Outcome {
         command.args(["--", "--include-ignored"]);
     }
     succeed(&mut command)
-}
-
-/// The cargo that runs this task.
-fn cargo() -> Command {
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root());
-    command
-}
-
-/// Runs a program to its end.
-fn succeed(command: &mut Command) -> Outcome {
-    let shown = || {
-        let words = std::iter::once(command.get_program()).chain(command.get_args());
-        words.map(|w| w.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
-    };
-    let shown = shown();
-    match command.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("`{shown}` ended with {status}")),
-        Err(error) => Err(format!("cannot start `{shown}`: {error}")),
-    }
 }

@@ -1,6 +1,6 @@
 //! `cargo xtask page`: opens the page of results in headless Chromium as a reader would, wide, narrow and on paper.
 
-use crate::{Outcome, root};
+use crate::workspace::{Outcome, root};
 use serde_json::Value;
 use std::{
     fs,

@@ -1,6 +1,6 @@
 //! `cargo xtask reference`: writes the page of the book that holds the help of every command.
 
-use crate::{Outcome, cargo, root};
+use crate::workspace::{Outcome, cargo, root};
 use std::fs;
 
 const PAGE: &str = "docs/reference/commands.md";

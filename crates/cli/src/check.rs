@@ -38,7 +38,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     candidates: Vec<PathBuf>,
     /// Noise of one operating point, model error included: growth rate (1/s), angular frequency (rad/s), relative pressure.
-    #[arg(long, value_name = "SD", num_args = 3, default_values_t = foresight::NOISE_SD)]
+    #[arg(long, value_name = "SD", num_args = 3, default_values_t = foresight::NOISE_SD, value_parser = crate::number::positive)]
     sd: Vec<f64>,
     /// Draw growth rate and frequency as the priors of each model allow them, with what was observed, into this folder.
     #[arg(long, value_name = "OUT")]

@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    number,
     staging::write_whole,
     ui::Ui,
 };
@@ -37,7 +38,7 @@ pub(crate) struct Args {
     #[arg(long)]
     referee: Option<Judge>,
     /// Statistical error of the referee, nats; its cost grows with the inverse square.
-    #[arg(long, value_name = "NATS", default_value_t = 0.3)]
+    #[arg(long, value_name = "NATS", default_value_t = 0.3, value_parser = number::positive)]
     referee_error: f64,
     /// Write all results of the checks as JSON to this file.
     #[arg(long, value_name = "FILE")]
@@ -72,13 +73,6 @@ impl Judge {
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    if !(args.referee_error > 0.0 && args.referee_error.is_finite()) {
-        return Err(Failure::bad_input(format!(
-            "--referee-error {} must be positive and finite",
-            args.referee_error
-        ))
-        .remedy("Give a number of nats, such as 0.3; see --help."));
-    }
     let referee = args.referee.map(|judge| Ok((judge.kind()?, args.referee_error))).transpose()?;
     let below = args.dir.join("observations");
     let folder = if below.is_dir() { &below } else { &args.dir };

@@ -93,7 +93,8 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Says of a library's error whose fault it is: `read(path).or_bad_input()?`.
+/// Turns an error of a library into a failure of a command, and says who must act, the user or the maintainers:
+/// `read(path).or_bad_input()?`.
 pub(crate) trait Classify<T> {
     /// The user's files or options: exit status 2.
     fn or_bad_input(self) -> Result<T, Failure>;

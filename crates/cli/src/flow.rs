@@ -5,6 +5,7 @@ mod states;
 
 use crate::{
     failure::{Classify, Failure},
+    number,
     staging::StagedFolder,
     ui::Ui,
 };
@@ -56,7 +57,7 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with = "dir")]
     twin: bool,
     /// Heater positions of the virtual record, m.
-    #[arg(long, value_delimiter = ',', default_values_t = [0.25, 0.75], requires = "twin")]
+    #[arg(long, value_delimiter = ',', default_values_t = [0.25, 0.75], requires = "twin", value_parser = number::positive)]
     heaters: Vec<f64>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]

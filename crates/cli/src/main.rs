@@ -3,8 +3,8 @@
 //! A subcommand is one file with an `Args` (its options, help and example) and a `run`. To add one: a `mod` line
 //! and a line in [`Command`] and in its `run`.
 
-use clap::{Parser, Subcommand};
-use std::process::ExitCode;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::{io, process::ExitCode, thread};
 
 mod candidate;
 mod check;
@@ -18,6 +18,7 @@ mod lab;
 mod man;
 mod modes;
 mod new;
+mod number;
 mod predict;
 mod process;
 mod rank;
@@ -37,6 +38,9 @@ mod ui;
 struct Program {
     #[command(flatten)]
     output: ui::Output,
+    /// End when standard input is closed: for a program that starts this one and may be killed.
+    #[arg(long, hide = true)]
+    until_stdin_closes: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -87,8 +91,27 @@ impl Command {
     }
 }
 
+/// The exit status of a program that was ended from outside.
+const ENDED: i32 = 130;
+
+/// Ends the program as soon as standard input is closed, as it is by the system when the program at the other end ends in
+/// whatever way. What was being written is left unfinished beside its place, as by any signal.
+fn end_with_stdin() {
+    thread::spawn(|| {
+        let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+        std::process::exit(ENDED);
+    });
+}
+
 fn main() -> ExitCode {
-    let program = Program::parse();
+    let matches = number::negative_is_no_option(Program::command()).get_matches();
+    let program = match Program::from_arg_matches(&matches) {
+        Ok(program) => program,
+        Err(error) => error.exit(),
+    };
+    if program.until_stdin_closes {
+        end_with_stdin();
+    }
     let ui = ui::Ui::new(&program.output);
     match program.command.run(&ui) {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,6 +3,7 @@
 use crate::{
     Program,
     failure::{Classify, Failure},
+    staging::Lock,
     ui::Ui,
 };
 use clap::CommandFactory;
@@ -31,6 +32,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     std::fs::create_dir_all(&partial)
         .or_bad_input()
         .map_err(|f| f.at(out).remedy("Give a place in which you may write."))?;
+    let _lock = Lock::take(out)?;
     let moved = clap_mangen::generate_to(Program::command(), &partial).and_then(|()| {
         for page in std::fs::read_dir(&partial)? {
             let page = page?;

@@ -5,6 +5,7 @@ mod plot;
 use crate::{
     failure::{Classify, Failure},
     lab::Laboratory,
+    number,
     staging::StagedFolder,
     ui::Ui,
 };
@@ -30,10 +31,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Frequencies between which the mode of interest is sought, Hz.
-    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = [80.0, 300.0])]
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = [80.0, 300.0], value_parser = number::positive)]
     band: Vec<f64>,
     /// Nominal frequency of the mains, Hz.
-    #[arg(long, value_name = "HZ", default_value_t = 50.0)]
+    #[arg(long, value_name = "HZ", default_value_t = 50.0, value_parser = number::positive)]
     mains: f64,
     /// Draw the first accepted ping and click of every operating point, every rejected record and the delays of the
     /// channels: plots/index.html in the output folder.
@@ -47,6 +48,13 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let [low, high] = args.band[..] else { return Err(Failure::bad_input("--band takes two numbers")) };
+    if low >= high {
+        return Err(Failure::bad_input(format!(
+            "--band {low} {high}: the first frequency must be the lower one"
+        ))
+        .remedy("Give the lower frequency first, such as --band 80 300."));
+    }
     let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
     let out = args.out.clone().unwrap_or_else(|| name.join("observations"));
     let source: Box<dyn RecordSource> = if args.virtual_rig {
@@ -62,7 +70,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     let folder = StagedFolder::new(&out, "observations.toml", args.force)?;
     let mut options = ProcessOptions::default();
-    options.ping.band_hz = (args.band[0], args.band[1]);
+    options.ping.band_hz = (low, high);
     options.ping.mains_hz = args.mains;
     let records = record_count(source.set());
     let progress = ui.progress("processing", records as u64);

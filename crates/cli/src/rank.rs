@@ -49,7 +49,7 @@ pub(crate) struct Args {
     #[arg(long)]
     referee: Option<crate::check_model::Judge>,
     /// Statistical error of the referee, nats; its cost grows with the inverse square.
-    #[arg(long, value_name = "NATS", default_value_t = 0.3)]
+    #[arg(long, value_name = "NATS", default_value_t = 0.3, value_parser = crate::number::positive)]
     referee_error: f64,
     /// Replace OUT if it exists.
     #[arg(long)]

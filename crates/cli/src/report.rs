@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    staging::Lock,
     ui::Ui,
 };
 use rijke_report::{Numbers, Report, ReportError};
@@ -18,6 +19,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let _lock = args.dir.is_dir().then(|| Lock::take(&args.dir)).transpose()?;
     let folder = args.dir.join("numbers");
     let rank_first = format!("Run `rijke rank RECORDS --out {}` first.", args.dir.display());
     let numbers = Numbers::read(&folder).or_bad_input().map_err(|f| f.remedy(&rank_first))?;

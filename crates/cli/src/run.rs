@@ -5,6 +5,7 @@ use crate::{
     check::foresight::{self, Subject},
     failure::{Classify, Failure},
     rank::own,
+    staging::Lock,
     ui::Ui,
 };
 use clap::Parser;
@@ -31,6 +32,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
+    let _lock = dir.is_dir().then(|| Lock::within(dir)).transpose()?;
     if crate::study::is_study(dir) {
         return crate::study::run(dir, args.force, ui);
     }

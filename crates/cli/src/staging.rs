@@ -1,51 +1,51 @@
-//! Output that is either whole or absent.
+//! Output that is either whole or absent, written by one run at a time.
+
+mod lock;
 
 use crate::failure::{Classify, Failure};
+pub(crate) use lock::Lock;
 use std::{
-    fs,
+    fs, io,
     path::{Path, PathBuf},
 };
 
-/// Writes a file that appears under its name only when it is complete.
-pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
-    if path.file_name().is_none() || path.is_dir() {
-        return Err(Failure::bad_input(format!("{}: not the name of a file", path.display()))
-            .remedy("Name a file to be written."));
-    }
-    let partial = beside(path, "partial");
-    fs::write(&partial, content)
-        .and_then(|()| fs::rename(&partial, path))
-        .or_bad_input()
-        .map_err(|f| f.at(path).remedy("Give a place in which you may write."))
+/// A folder that appears under its name only when it is complete. Until then it is written beside its place under a name of
+/// this process, which is removed when the command fails, and by the next run if the command was killed.
+pub(crate) struct StagedFolder {
+    target: PathBuf,
+    partial: PathBuf,
+    /// The right to write `target`; the last field, because it must outlive the others.
+    _lock: Lock,
 }
 
 /// Ending of the name of a folder that is being replaced.
 const REPLACED: &str = "replaced";
 
-/// A folder that appears under its name only when it is complete. Until then it is written beside its place as
-/// `NAME.partial`, which is removed when the command fails, and by the next run if the command was killed.
-pub(crate) struct StagedFolder {
-    target: PathBuf,
-    partial: PathBuf,
-}
-
 impl StagedFolder {
     /// Starts writing `target`. A non-empty `target` is refused, unless `force` is given and it holds `mark`, a file
-    /// that every finished folder of this kind has: a folder of anything else is never removed.
+    /// that every finished folder of this kind has: a folder of anything else is never removed. It is refused too while
+    /// another run writes it.
     pub(crate) fn new(target: &Path, mark: &str, force: bool) -> Result<Self, Failure> {
         let shown = target.display();
-        let replaced = beside(target, REPLACED);
-        if replaced.join(mark).is_file() {
-            // A run was killed while it put its folder in the place of this one.
-            let mended =
-                if target.exists() { fs::remove_dir_all(&replaced) } else { fs::rename(&replaced, target) };
-            mended.or_failed().map_err(|f| f.at(&replaced))?;
-        }
         if target.file_name().is_none() {
             return Err(Failure::bad_input(format!("{shown}: not the name of a folder"))
                 .remedy("Name a folder to be created, such as results."));
         }
-        let occupied = match fs::read_dir(target) {
+        // A link is followed, so that its folder has one lock whatever it is called.
+        let target = target.canonicalize().unwrap_or_else(|_| target.to_owned());
+        let place = |failure: Failure| failure.remedy("Give a place in which you may write.");
+        if let Some(parent) = target.parent() {
+            fs::create_dir_all(parent).or_bad_input().map_err(|f| place(f.at(parent)))?;
+        }
+        let lock = Lock::take(&target)?;
+        let replaced = replaced(&target);
+        if replaced.join(mark).is_file() {
+            // A run was killed while it put its folder in the place of this one.
+            let mended =
+                if target.exists() { fs::remove_dir_all(&replaced) } else { fs::rename(&replaced, &target) };
+            mended.or_failed().map_err(|f| f.at(&replaced))?;
+        }
+        let occupied = match fs::read_dir(&target) {
             Ok(mut entries) => entries.next().is_some(),
             Err(_) => target.exists(),
         };
@@ -59,14 +59,9 @@ impl StagedFolder {
             ))
             .remedy("Give another folder, or remove this one yourself."));
         }
-        let partial = beside(target, "partial");
-        if partial.exists() {
-            fs::remove_dir_all(&partial).or_failed().map_err(|f| f.at(&partial))?;
-        }
-        fs::create_dir_all(&partial)
-            .or_bad_input()
-            .map_err(|f| f.at(&partial).remedy("Give a place in which you may write."))?;
-        Ok(Self { target: target.to_owned(), partial })
+        let partial = start_afresh(&target).or_failed().map_err(|f| f.at(&target))?;
+        fs::create_dir(&partial).or_bad_input().map_err(|f| place(f.at(&partial)))?;
+        Ok(Self { target, partial, _lock: lock })
     }
 
     /// Where to write for now.
@@ -76,7 +71,7 @@ impl StagedFolder {
 
     /// Puts the finished folder in its place.
     pub(crate) fn commit(self) -> Result<(), Failure> {
-        let (target, old) = (&self.target, beside(&self.target, REPLACED));
+        let (target, old) = (&self.target, replaced(&self.target));
         if target.is_dir() {
             fs::rename(target, &old).or_failed().map_err(|f| f.at(target))?;
         }
@@ -88,14 +83,6 @@ impl StagedFolder {
     }
 }
 
-/// `NAME.ending` in the folder of `NAME`.
-fn beside(path: &Path, ending: &str) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".");
-    name.push(ending);
-    path.with_file_name(name)
-}
-
 impl Drop for StagedFolder {
     fn drop(&mut self) {
         // After a commit there is nothing left to remove; an error here could only hide the one that matters.
@@ -103,38 +90,162 @@ impl Drop for StagedFolder {
     }
 }
 
+/// Writes a file that appears under its name only when it is complete. Of several runs that write it at once, the last
+/// wins. What is no regular file (a pipe, a device) is written to as it is.
+pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    if path.file_name().is_none() || path.is_dir() {
+        return Err(Failure::bad_input(format!("{}: not the name of a file", path.display()))
+            .remedy("Name a file to be written."));
+    }
+    let place = |failure: Failure| failure.at(path).remedy("Give a place in which you may write.");
+    if path.exists() && !path.is_file() {
+        return fs::write(path, content).or_bad_input().map_err(place);
+    }
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    if target.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        return Err(place(Failure::bad_input("its folder does not exist")));
+    }
+    let _lock = Lock::wait(&target)?;
+    let staged = start_afresh(&target).and_then(|partial| {
+        let written = fs::write(&partial, content).and_then(|()| fs::rename(&partial, &target));
+        if written.is_err() {
+            let _ = fs::remove_file(&partial);
+        }
+        written
+    });
+    staged.or_bad_input().map_err(place)
+}
+
+/// The name under which this process writes `target` until it is whole. Removes what earlier runs left under such names: only
+/// the holder of the lock of `target` writes there, so they have ended.
+fn start_afresh(target: &Path) -> io::Result<PathBuf> {
+    let prefix = beside(target, "partial-");
+    let prefix = prefix.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let process = name.to_str().and_then(|name| name.strip_prefix(&*prefix));
+        if process.is_none_or(|id| id.is_empty() || !id.bytes().all(|b| b.is_ascii_digit())) {
+            continue;
+        }
+        if entry.file_type()?.is_dir() {
+            fs::remove_dir_all(entry.path())?;
+        } else {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(target.with_file_name(format!("{prefix}{}", std::process::id())))
+}
+
+/// `NAME.replaced` in the folder of `NAME`: what stood there before.
+fn replaced(target: &Path) -> PathBuf {
+    let mut name = target.file_name().unwrap_or_default().to_owned();
+    name.push(".");
+    name.push(REPLACED);
+    target.with_file_name(name)
+}
+
+/// `.NAME.ending` in the folder of `NAME`: a hidden file or folder of the program's own.
+fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(".");
+    name.push(ending);
+    path.with_file_name(name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn scratch(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("rijke-staging-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    /// Names of all that stands in a folder.
+    fn names(folder: &Path) -> Vec<String> {
+        let names = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
+    }
+
     #[test]
-    fn exact_a_folder_is_whole_or_absent_and_foreign_ones_are_kept() {
-        let target = std::env::temp_dir().join(format!("rijke-staging-{}", std::process::id())).join("out");
+    fn behaviour_a_folder_is_whole_or_absent_and_foreign_ones_are_kept() {
+        let folder = scratch("folder");
+        let target = folder.join("out");
         let start = |force| StagedFolder::new(&target, "mark.toml", force);
         let staged = start(false).unwrap();
         fs::write(staged.path().join("mark.toml"), "").unwrap();
         assert!(!target.exists());
         staged.commit().unwrap();
-        assert!(target.join("mark.toml").is_file() && !beside(&target, "partial").exists());
+        assert!(target.join("mark.toml").is_file());
+        assert_eq!(names(&folder), ["out"]);
 
         // Existing: only with force, and then whole or unchanged.
         assert!(start(false).is_err());
         let staged = start(true).unwrap();
         fs::write(staged.path().join("new"), "").unwrap();
         drop(staged);
-        assert!(target.join("mark.toml").is_file() && !beside(&target, "partial").exists());
+        assert!(target.join("mark.toml").is_file());
+        assert_eq!(names(&folder), ["out"]);
 
         // Killed between the two renames: the old folder comes back. Killed after them: it goes.
-        fs::rename(&target, beside(&target, REPLACED)).unwrap();
+        fs::rename(&target, replaced(&target)).unwrap();
         assert!(start(false).is_err() && target.join("mark.toml").is_file());
-        fs::create_dir(beside(&target, REPLACED)).unwrap();
-        fs::write(beside(&target, REPLACED).join("mark.toml"), "").unwrap();
-        assert!(start(false).is_err() && !beside(&target, REPLACED).exists());
+        fs::create_dir(replaced(&target)).unwrap();
+        fs::write(replaced(&target).join("mark.toml"), "").unwrap();
+        assert!(start(false).is_err() && !replaced(&target).exists());
 
         // Something else: never.
         fs::remove_file(target.join("mark.toml")).unwrap();
         fs::write(target.join("thesis.tex"), "").unwrap();
         assert!(start(true).is_err() && target.join("thesis.tex").is_file());
-        fs::remove_dir_all(target.parent().unwrap()).unwrap();
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn behaviour_what_a_killed_run_left_is_removed_and_nothing_else() {
+        let folder = scratch("left");
+        // A lock file that nobody holds and the staging folder of a process that has ended.
+        fs::write(folder.join(".out.lock"), "process 1").unwrap();
+        fs::create_dir(folder.join(".out.partial-4000000001")).unwrap();
+        fs::write(folder.join(".out.partial-4000000001/half"), "").unwrap();
+        fs::write(folder.join(".out.partial-mine"), "").unwrap();
+        fs::create_dir(folder.join(".other.partial-1")).unwrap();
+        drop(StagedFolder::new(&folder.join("out"), "mark.toml", false).unwrap());
+        assert_eq!(names(&folder), [".other.partial-1", ".out.partial-mine"]);
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn behaviour_a_folder_has_one_writer() {
+        let folder = scratch("writer");
+        let held = StagedFolder::new(&folder.join("out"), "mark.toml", true).unwrap();
+        let said = StagedFolder::new(&folder.join("out"), "mark.toml", true).err().unwrap().to_string();
+        assert!(said.contains("another run is writing it"), "{said}");
+        assert!(held.path().is_dir(), "the second leaves the first alone");
+        drop(held);
+        assert!(names(&folder).is_empty());
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn behaviour_a_file_is_whole_and_a_link_or_device_stays_what_it_is() {
+        let folder = scratch("file");
+        fs::write(folder.join("real.csv"), "old").unwrap();
+        fs::write(folder.join(".real.csv.partial-4000000001"), "half").unwrap();
+        std::os::unix::fs::symlink("real.csv", folder.join("link.csv")).unwrap();
+        write_whole(&folder.join("link.csv"), b"new").unwrap();
+        assert_eq!(fs::read_to_string(folder.join("real.csv")).unwrap(), "new");
+        assert_eq!(names(&folder), ["link.csv", "real.csv"]);
+        assert!(folder.join("link.csv").is_symlink());
+        write_whole(Path::new("/dev/null"), b"gone").unwrap();
+        assert!(!Path::new("/dev/null").is_file());
+        fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -30,7 +30,8 @@ impl Ui {
         Self { quiet: output.quiet, json: output.json }
     }
 
-    /// For a step of a larger command, which gives one result for all: with `--json` the step prints nothing.
+    /// For one step of a larger command. With `--json` the step prints nothing, because the command prints one result for
+    /// all steps.
     pub(crate) fn of_a_step(&self) -> Self {
         Self { quiet: self.quiet || self.json, json: false }
     }

@@ -311,7 +311,7 @@ proptest! {
 
     /// No bytes whatever make the WAV reader panic.
     #[test]
-    fn oracle_any_bytes_give_a_record_or_an_error(bytes in proptest::collection::vec(any::<u8>(), 0..400), header: bool) {
+    fn behaviour_no_bytes_make_the_reader_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400), header: bool) {
         let scratch = Scratch::new("fuzz");
         let path = scratch.0.join("x.wav");
         samples(10_000).write(8, &path).unwrap();

@@ -123,6 +123,15 @@ fn lab_arrival_times_above_prongs() {
                     per.0,
                     per.1
                 );
+                // Above a heater the delay of the heater itself is in the difference; a gain or a geometry that is wrong gives ten.
+                if row == "C3" {
+                    assert!(
+                        per.1 < 2.0 && largest < 4.0,
+                        "{what}, microphone {}: {} {largest}",
+                        m + 1,
+                        per.1
+                    );
+                }
             }
         }
     }

@@ -2,51 +2,29 @@
 
 mod hashes;
 mod items;
+mod options;
 mod reference;
 mod stages;
 
-use crate::{Outcome, cargo, root, succeed};
+use crate::child;
+use crate::workspace::{Outcome, cargo, root, succeed};
+pub(crate) use options::Options;
+use options::{RESULTS, WORK};
 use serde_json::{Value, json};
-use stages::{Made, Stage};
+use stages::{Done, Made, Stage};
 use std::{
-    fs,
-    path::PathBuf,
-    process::{Command, Stdio},
-    thread,
-    time::{Duration, Instant},
+    fs::{self, File, TryLockError},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    time::Instant,
 };
 
-#[derive(clap::Args)]
-pub(crate) struct Options {
-    /// Only this table or figure of the paper and what it rests on: table-1 to table-4, figure-2 to figure-12.
-    #[arg(long, value_name = "ITEM", value_parser = items::parse)]
-    only: Option<&'static items::Item>,
-    /// Four repeats of each operating point instead of the paper's forty.
-    #[arg(long)]
-    quick: bool,
-    /// Seed of all random numbers of the virtual laboratory.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Run every stage, also those that were finished before with the same inputs.
-    #[arg(long)]
-    fresh: bool,
-    /// Afterwards compare the numbers with those kept in reference/, and fail if one moved beyond its tolerance.
-    #[arg(long)]
-    check: bool,
-    /// Afterwards keep the numbers in reference/, to be compared with by --check.
-    #[arg(long, conflicts_with_all = ["check", "only"])]
-    accept: bool,
-}
-
-/// What `rijke` makes before it ranks: observations and base flow, in the root of the repository.
-const WORK: &str = "virtual-rig";
-/// Numbers, figures and the page.
-const RESULTS: &str = "results";
-
 pub(crate) fn run(options: &Options) -> Outcome {
+    let base = options.base();
+    let _lock = lock(&base.join(WORK))?;
     let start = Instant::now();
     println!("[build] cargo build --release --package rijke-cli");
-    succeed(cargo().args(["build", "--release", "--quiet", "--package", "rijke-cli"]))?;
+    succeed(cargo().args(["build", "--release", "--package", "rijke-cli"]))?;
     println!("[build] done in {:.1} s", start.elapsed().as_secs_f64());
 
     let program = program();
@@ -68,7 +46,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
                 let left = stages::time_left(&stages[..number], &done, &stages[number..]);
                 let left = left.map_or_else(String::new, |s| format!(" (about {s:.0} s left in all)"));
                 println!("{label} {command}{left}");
-                let made = take(stage, &program)?;
+                let made = take(stage, &program, &base)?;
                 stage.mark(&fingerprint, &made)?;
                 println!("{label} done in {:.1} s, at most {} MiB", made.seconds, made.peak_mib);
                 made
@@ -78,7 +56,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
     }
     println!("all stages in {:.1} s", start.elapsed().as_secs_f64());
 
-    let results = root().join(RESULTS);
+    let results = base.join(RESULTS);
     let path = results.join("manifest.json");
     let manifest = manifest(options, &program_hash, &stages, &done)?;
     fs::write(&path, format!("{manifest:#}\n")).map_err(|e| format!("{}: {e}", path.display()))?;
@@ -93,25 +71,32 @@ pub(crate) fn run(options: &Options) -> Outcome {
     }
 }
 
-/// Runs a stage to its end. What it prints as a result is left out; its progress with the time left, which it shows on a
-/// terminal, is not.
-fn take(stage: &Stage, program: &PathBuf) -> Result<Made, String> {
+/// The right to run the stages in a folder, which ends with this task.
+fn lock(folder: &Path) -> Result<File, String> {
+    let said = |error: std::io::Error| format!("{}: {error}", folder.display());
+    fs::create_dir_all(folder).map_err(said)?;
+    let path = folder.join(".lock");
+    let file = File::options().write(true).create(true).truncate(false).open(&path).map_err(said)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(format!(
+            "{}: another `cargo xtask reproduce` is at work there; wait until it has ended, or name another folder \
+             with --into",
+            folder.display()
+        )),
+        Err(TryLockError::Error(error)) => Err(said(error)),
+    }
+}
+
+/// Runs a stage to its end. Its result is discarded; its progress bar still reaches the terminal. It ends with this task.
+fn take(stage: &Stage, program: &Path, base: &Path) -> Result<Made, String> {
     let start = Instant::now();
-    let mut child = Command::new(program)
-        .args(&stage.arguments)
-        .current_dir(root())
-        .stdout(Stdio::null())
-        .spawn()
-        .map_err(|e| format!("cannot start {}: {e}", program.display()))?;
+    let mut command = Command::new(program);
+    command.arg("--until-stdin-closes").args(&stage.arguments).current_dir(base);
+    command.stdin(Stdio::piped()).stdout(Stdio::null());
     let mut peak_mib = 0;
-    let status = loop {
-        peak_mib = peak_mib.max(peak_memory_mib(child.id()).unwrap_or(0));
-        match child.try_wait() {
-            Ok(Some(status)) => break status,
-            Ok(None) => thread::sleep(Duration::from_millis(10)),
-            Err(error) => return Err(format!("{}: {error}", program.display())),
-        }
-    };
+    let look = |child: &Child| peak_mib = peak_mib.max(peak_memory_mib(child.id()).unwrap_or(0));
+    let status = child::run(&mut command, look).map_err(|e| format!("{}: {e}", program.display()))?;
     if !status.success() {
         return Err(format!("`rijke {}` ended with {status}", stage.arguments.join(" ")));
     }
@@ -128,7 +113,7 @@ fn peak_memory_mib(process: u32) -> Option<u64> {
 
 /// The picture of the README is Fig. 4 of the full run with the usual seed.
 fn keep_picture(options: &Options) -> Outcome {
-    if options.quick || options.only.is_some() || options.seed != 1 {
+    if options.quick || options.only.is_some() || options.into.is_some() || options.seed != 1 {
         return Ok(());
     }
     let folder = root().join("docs/images");
@@ -144,9 +129,6 @@ fn program() -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
     root().join(target).join("release").join(format!("rijke{}", std::env::consts::EXE_SUFFIX))
 }
-
-/// A finished stage: what it took, whether it was kept from before, and the hashes of its inputs.
-type Done = (Made, bool, Vec<(String, String)>);
 
 /// What was run, on what, by what.
 fn manifest(options: &Options, program_hash: &str, stages: &[Stage], done: &[Done]) -> Result<Value, String> {
@@ -170,7 +152,7 @@ fn manifest(options: &Options, program_hash: &str, stages: &[Stage], done: &[Don
         "seconds": done.iter().map(|(made, ..)| made.seconds).sum::<f64>(),
         "peak_memory_mib": done.iter().map(|(made, ..)| made.peak_mib).max(),
         "fixtures_sha256": hashes::folder(&root(), &root().join("fixtures"))?,
-        "numbers_sha256": hashes::folder(&root(), &root().join(RESULTS).join("numbers"))?,
+        "numbers_sha256": hashes::folder(&options.base(), &options.base().join(RESULTS).join("numbers"))?,
     }))
 }
 

@@ -1,6 +1,6 @@
 //! Numbers that were kept, each with its own tolerance, and what moved since.
 
-use crate::Outcome;
+use crate::workspace::Outcome;
 use serde_json::{Value, json};
 use std::{collections::BTreeMap, fs, path::Path};
 

@@ -1,13 +1,15 @@
 //! The stages of a run, and the marks by which a later run knows that one was finished.
 
-use super::{Done, Options, RESULTS, WORK, hashes};
-use crate::root;
+use super::hashes;
+use super::options::{Options, RESULTS, WORK};
 use std::{fs, path::PathBuf};
 
 /// One call of `rijke`.
 pub(super) struct Stage {
     /// Subcommand and options.
     pub(super) arguments: Vec<String>,
+    /// The folder in which it runs; all others are relative to it.
+    base: PathBuf,
     /// Folders that it reads.
     inputs: Vec<String>,
     /// The folder that it makes. Made anew, it has no mark, whoever made it.
@@ -25,12 +27,16 @@ pub(super) struct Made {
     pub(super) peak_mib: u64,
 }
 
+/// A finished stage: what it took, whether it was kept from before, and the hashes of its inputs.
+pub(super) type Done = (Made, bool, Vec<(String, String)>);
+
 /// File in the output of a finished stage: fingerprint, hash of the output, duration, memory.
 const MARK: &str = ".reproduce";
 
 /// All stages in order.
 pub(super) fn stages(options: &Options) -> Vec<Stage> {
     let stage = |text: String, inputs: &[&str], output: &str, share| Stage {
+        base: options.base(),
         arguments: text.split(' ').map(String::from).collect(),
         inputs: inputs.iter().map(|i| (*i).to_owned()).collect(),
         output: output.to_owned(),
@@ -78,7 +84,7 @@ impl Stage {
 
     /// Hash of the content of each folder that is read.
     pub(super) fn input_hashes(&self) -> Result<Vec<(String, String)>, String> {
-        self.inputs.iter().map(|folder| Ok((folder.clone(), content(&root().join(folder))?))).collect()
+        self.inputs.iter().map(|folder| Ok((folder.clone(), content(&self.base.join(folder))?))).collect()
     }
 
     /// What the stage took, if it was finished with this fingerprint and its output is as it left it.
@@ -86,7 +92,7 @@ impl Stage {
         let Ok(text) = fs::read_to_string(self.mark_file()) else { return Ok(None) };
         let words: Vec<_> = text.split_whitespace().collect();
         let [found, output, seconds, peak_mib] = words[..] else { return Ok(None) };
-        if found != fingerprint || output != content(&root().join(&self.output))? {
+        if found != fingerprint || output != content(&self.base.join(&self.output))? {
             return Ok(None);
         }
         let made = |(seconds, peak_mib)| Made { seconds, peak_mib };
@@ -95,13 +101,13 @@ impl Stage {
 
     /// Marks the stage as finished.
     pub(super) fn mark(&self, fingerprint: &str, made: &Made) -> Result<(), String> {
-        let (place, output) = (self.mark_file(), content(&root().join(&self.output))?);
+        let (place, output) = (self.mark_file(), content(&self.base.join(&self.output))?);
         let text = format!("{fingerprint} {output} {:.2} {}\n", made.seconds, made.peak_mib);
         fs::write(&place, text).map_err(|e| format!("{}: {e}", place.display()))
     }
 
     fn mark_file(&self) -> PathBuf {
-        root().join(&self.output).join(MARK)
+        self.base.join(&self.output).join(MARK)
     }
 }
 
@@ -118,7 +124,7 @@ mod tests {
 
     fn options(only: Option<&str>) -> Options {
         let only = only.map(|name| items::parse(name).unwrap());
-        Options { only, quick: true, seed: 7, fresh: false, check: false, accept: false }
+        Options { only, quick: true, seed: 7, fresh: false, check: false, accept: false, into: None }
     }
 
     fn commands(only: Option<&str>) -> Vec<String> {
@@ -145,9 +151,8 @@ mod tests {
     fn exact_a_stage_is_kept_only_with_its_fingerprint_and_untouched_output() {
         let folder = std::env::temp_dir().join(format!("rijke-stages-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
-        // An absolute path replaces the root.
-        let output = folder.display().to_string();
-        let stage = Stage { arguments: vec![], inputs: vec![], output, share: 1.0 };
+        let base = folder.clone();
+        let stage = Stage { base, arguments: vec![], inputs: vec![], output: ".".into(), share: 1.0 };
         fs::write(folder.join("a.csv"), "1").unwrap();
         assert_eq!(stage.finished("aa").unwrap(), None);
         let made = Made { seconds: 1.5, peak_mib: 70 };

@@ -1,6 +1,6 @@
 //! A crate is defined by what it must not know: the manifests hold the arrows of `docs/ARCHITECTURE.md` and no others.
 
-use super::{Complaint, File};
+use super::file::{Complaint, File};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The page that lists the arrows.
@@ -91,7 +91,7 @@ fn listed(page: &str, crates: &BTreeSet<String>) -> Arrows {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::file, *};
+    use super::{super::file::file, *};
 
     const ARROWS: &str = "rig -> numerics      flow  -> rig, numerics\ncli -> everything above\n";
 

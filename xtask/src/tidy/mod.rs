@@ -2,23 +2,20 @@
 //! tests can show it failing.
 
 mod arrows;
+mod assertions;
+mod circles;
+mod code;
+mod file;
+mod names;
 mod sources;
 mod texts;
 
-use crate::Outcome;
+use crate::workspace::Outcome;
+use file::File;
 use std::{
     fs,
     path::{Path, PathBuf},
 };
-
-/// One breach of a rule: where, what, and what to do.
-type Complaint = String;
-
-/// A file of the repository: its path from the root, with `/`, and its text.
-struct File {
-    path: String,
-    text: String,
-}
 
 /// Applies every rule; fails with all complaints.
 pub(crate) fn run(root: &Path) -> Outcome {
@@ -26,9 +23,13 @@ pub(crate) fn run(root: &Path) -> Outcome {
     let mut complaints = arrows::check(&files);
     complaints.extend(sources::check(&files));
     complaints.extend(texts::check(&files));
+    complaints.extend(assertions::check(&files));
+    complaints.extend(circles::check(&files));
+    complaints.extend(names::check(&files));
     complaints.sort();
     if complaints.is_empty() {
-        println!("tidy: {} files in order", files.len());
+        let median = sources::median_lines(&files);
+        println!("tidy: {} files in order, half of the sources below {median} lines", files.len());
         return Ok(());
     }
     Err(format!("tidy has {} complaints\n  {}", complaints.len(), complaints.join("\n  ")))
@@ -61,9 +62,4 @@ fn read(root: &Path) -> Result<Vec<File>, String> {
         Ok(File { path, text })
     };
     paths.into_iter().map(read).collect()
-}
-
-#[cfg(test)]
-fn file(path: &str, text: &str) -> File {
-    File { path: path.to_owned(), text: text.to_owned() }
 }

@@ -1,13 +1,14 @@
 //! Rules for sources: every file is part of a crate, short, finished, and its tests say the kind of evidence.
 
-use super::{Complaint, File};
+use super::file::{Complaint, File};
 use std::collections::BTreeSet;
 
 /// Files are meant to be near 200 lines; at twice that a file has become two.
 const MAX_LINES: usize = 400;
 
 /// Kinds of evidence (docs/conventions.md).
-const PREFIXES: [&str; 6] = ["exact_", "order_", "oracle_", "paper_", "lab_", "regress_"];
+const PREFIXES: [&str; 9] =
+    ["exact_", "order_", "oracle_", "paper_", "lab_", "regress_", "message_", "behaviour_", "coverage_"];
 
 pub(super) fn check(files: &[File]) -> Vec<Complaint> {
     let sources: Vec<_> = files.iter().filter(|f| f.path.ends_with(".rs")).collect();
@@ -15,6 +16,14 @@ pub(super) fn check(files: &[File]) -> Vec<Complaint> {
     let mut complaints: Vec<_> = sources.iter().flat_map(|f| check_text(f)).collect();
     complaints.extend(sources.iter().flat_map(|f| unused_files(f, &sources, &paths)));
     complaints
+}
+
+/// The median length of the sources of crates, lines.
+pub(super) fn median_lines(files: &[File]) -> usize {
+    let sources = files.iter().filter(|f| f.path.contains("/src/") && f.path.ends_with(".rs"));
+    let mut lines: Vec<usize> = sources.map(|f| f.text.lines().count()).collect();
+    lines.sort_unstable();
+    lines.get(lines.len() / 2).copied().unwrap_or(0)
 }
 
 fn check_text(File { path, text }: &File) -> Vec<Complaint> {
@@ -74,7 +83,7 @@ fn unused_files(file: &File, sources: &[&File], paths: &BTreeSet<&str>) -> Optio
 
 #[cfg(test)]
 mod tests {
-    use super::{super::file, *};
+    use super::{super::file::file, *};
 
     fn complaints(text: &str) -> String {
         check(&[file("crates/a/src/main.rs", text)]).join("\n")

@@ -1,6 +1,6 @@
 //! Rules for pages: links between files of the repository lead somewhere, and every page of the book stands in its table of contents.
 
-use super::{Complaint, File};
+use super::file::{Complaint, File};
 use std::collections::BTreeSet;
 
 /// The table of contents of the book.
@@ -62,7 +62,7 @@ fn resolve(folder: &str, target: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::file, *};
+    use super::{super::file::file, *};
 
     #[test]
     fn exact_links_are_followed() {

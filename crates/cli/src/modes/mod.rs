@@ -4,7 +4,7 @@ mod advice;
 mod chain;
 mod print;
 
-use crate::{failure::Failure, staging::write_whole, ui::Ui};
+use crate::{failure::Failure, number, staging::write_whole, ui::Ui};
 use chain::Case;
 use rijke_report::{ModeCurves, ModesFigure};
 use std::f64::consts::PI;
@@ -28,10 +28,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     oscilos: Option<PathBuf>,
     /// Lowest frequency, Hz [default: the file's].
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = number::not_negative)]
     min_hz: Option<f64>,
     /// Highest frequency, Hz [default: the file's].
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = number::not_negative)]
     max_hz: Option<f64>,
     /// What to print.
     #[arg(long, value_enum, default_value_t = Format::Table)]

@@ -1,6 +1,7 @@
 //! The program as a user meets it: exit status, messages, and what is left on disk.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
+mod at_once;
 mod bad_input;
 mod base_states;
 mod book;

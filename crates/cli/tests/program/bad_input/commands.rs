@@ -12,7 +12,7 @@ fn numbers(folder: &Path, text: &str) {
     fs::write(folder.join("results/numbers/prongs.json"), text).unwrap();
 }
 
-pub(super) const CASES: [Case; 18] = [
+pub(super) const CASES: [Case; 26] = [
     case(
         "results that do not exist",
         |_| (),
@@ -59,7 +59,55 @@ pub(super) const CASES: [Case; 18] = [
         "noise that is none",
         |_| (),
         "check . --sd 0 1 0.001",
-        ["--sd [0.0, 1.0, 0.001]", "positive and finite", "such as --sd 0.1 1 0.001"],
+        ["invalid value '0' for '--sd <SD> <SD> <SD>'", "must be positive", "--help"],
+    ),
+    case(
+        "band of no numbers",
+        |_| (),
+        "process records --band nan nan",
+        ["invalid value 'nan' for '--band <LOW> <HIGH>'", "must be finite", "--help"],
+    ),
+    case(
+        "band upside down",
+        |_| (),
+        "process records --band 300 80",
+        ["--band 300 80", "must be the lower one", "such as --band 80 300"],
+    ),
+    case(
+        "mains of no frequency",
+        |_| (),
+        "process records --mains inf",
+        ["invalid value 'inf' for '--mains <HZ>'", "must be finite", "--help"],
+    ),
+    case(
+        "negative mains",
+        |_| (),
+        "process records --mains -50",
+        ["invalid value '-50' for '--mains <HZ>'", "must be positive", "--help"],
+    ),
+    case(
+        "mains at zero",
+        |_| (),
+        "process records --mains 0",
+        ["invalid value '0' for '--mains <HZ>'", "must be positive", "--help"],
+    ),
+    case(
+        "heater of a virtual record nowhere",
+        |_| (),
+        "flow --twin --heaters nan --out clicks",
+        ["invalid value 'nan' for '--heaters <HEATERS>'", "must be finite", "--help"],
+    ),
+    case(
+        "negative frequency",
+        |_| (),
+        "modes tube.toml --min-hz -100",
+        ["invalid value '-100' for '--min-hz <F>'", "must not be negative", "--help"],
+    ),
+    case(
+        "negative seed",
+        |_| (),
+        "lab --seed -1 --out records",
+        ["invalid value '-1' for '--seed <N>'", "invalid digit", "--help"],
     ),
     case("plan without a rig", |_| (), "check . --plan", ["rig.toml", "cannot be read", "check the name"]),
     case("row that the campaign does not have", |_| (), "lab --row C9 --out records", ["C9", "C3", "H180"]),

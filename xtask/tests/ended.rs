@@ -1,0 +1,117 @@
+//! `cargo xtask reproduce` that is ended from outside leaves no program behind, and the next run completes.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+/// The quickest table of the paper with all stages of the cold experiments.
+fn start(folder: &Path, options: &[&str]) -> Child {
+    let mut command = Command::new("env");
+    // A test that runs in the background has SIGINT ignored, and all that it starts.
+    command.args(["--default-signal=INT", env!("CARGO_BIN_EXE_xtask")]);
+    command.args(["reproduce", "--quick", "--only", "table-2", "--into"]).arg(folder).args(options);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+}
+
+/// Programs `rijke` that work in a folder.
+fn left(folder: &Path) -> Vec<String> {
+    let working = |process: fs::DirEntry| {
+        let there = fs::read_link(process.path().join("cwd")).ok()? == folder;
+        let words = fs::read(process.path().join("cmdline")).ok()?;
+        let words = String::from_utf8_lossy(&words).replace('\0', " ");
+        (there && words.contains("rijke")).then_some(words)
+    };
+    fs::read_dir("/proc").unwrap().flatten().filter_map(working).collect()
+}
+
+/// Every number and table, by path; times and hidden marks are left out.
+fn made(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap().flatten() {
+        let (path, name) = (entry.path(), entry.file_name());
+        if path.is_dir() {
+            found.extend(made(&path));
+        } else if !name.to_string_lossy().starts_with('.') && name != "manifest.json" {
+            found.insert(path.clone(), fs::read(path).unwrap());
+        }
+    }
+    found
+}
+
+fn relative(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    made(folder).into_iter().map(|(p, b)| (p.strip_prefix(folder).unwrap().to_owned(), b)).collect()
+}
+
+/// Ends runs by each signal at `moments` moments spread over an undisturbed run. Then a run goes on to the end.
+fn end_at(name: &str, moments: u32) {
+    let folder = |part: &str| {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{part}"));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        path
+    };
+    let whole = folder("whole");
+    assert!(start(&whole, &[]).wait().unwrap().success());
+    // Once more after cargo has built, for the time.
+    let again = folder("again");
+    let begin = Instant::now();
+    assert!(start(&again, &[]).wait().unwrap().success());
+    let whole_time = begin.elapsed();
+    let whole = relative(&whole);
+    assert!(whole == relative(&again) && whole.len() > 5);
+    for signal in ["TERM", "INT", "KILL"] {
+        let torn = folder(signal);
+        for moment in 0..moments {
+            // All stages from the beginning, so that every moment of a run is met.
+            let run = start(&torn, &["--fresh"]);
+            thread::sleep(whole_time * moment / moments);
+            let _ = Command::new("kill").args([&format!("-{signal}"), &run.id().to_string()]).status();
+            let ended = { run }.wait().unwrap();
+            if signal != "KILL" {
+                assert_eq!(left(&torn), [""; 0], "SIG{signal} at moment {moment}: {ended}");
+                continue;
+            }
+            // Nobody can wait for it: it ends by itself, at once.
+            let patience = Instant::now();
+            while !left(&torn).is_empty() {
+                assert!(
+                    patience.elapsed() < Duration::from_secs(2),
+                    "left at moment {moment}: {:?}",
+                    left(&torn)
+                );
+            }
+        }
+        assert!(start(&torn, &[]).wait().unwrap().success(), "after SIG{signal}");
+        assert!(relative(&torn) == whole, "after SIG{signal}");
+    }
+}
+
+#[test]
+fn behaviour_a_run_that_is_ended_leaves_no_program_and_goes_on() {
+    end_at("ended", 2);
+}
+
+#[test]
+#[ignore = "long: ends 90 runs, three minutes"]
+fn behaviour_a_run_that_is_ended_at_many_moments_leaves_no_program() {
+    end_at("ended-long", 30);
+}
+
+#[test]
+fn behaviour_a_second_run_into_one_folder_is_refused() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reproduce-twice");
+    fs::create_dir_all(folder.join("virtual-rig")).unwrap();
+    let held = fs::File::create(folder.join("virtual-rig/.lock")).unwrap();
+    held.lock().unwrap();
+    let mut second = Command::new(env!("CARGO_BIN_EXE_xtask"));
+    let second = second.args(["reproduce", "--quick", "--into"]).arg(&folder).output().unwrap();
+    let said = String::from_utf8_lossy(&second.stderr);
+    assert!(!second.status.success() && said.contains("is at work there; wait"), "{said}");
+}
