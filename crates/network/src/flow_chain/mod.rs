@@ -15,7 +15,9 @@
 //! ([`FlowChain::without_entropy_waves`]).
 
 mod along;
+mod attach;
 mod budget;
+mod chain;
 mod gate;
 mod mean;
 pub(crate) mod number;
@@ -24,6 +26,7 @@ mod reference;
 mod response;
 mod sensitivity;
 
+pub use attach::FlowSlot;
 pub use budget::FlowBudget;
 pub use reference::Reference;
 pub use response::FlowParameter;
@@ -36,6 +39,7 @@ use crate::newton::{Newton, Root, iterate};
 use crate::search::zeros;
 use crate::sweep::Dual;
 use crate::wall::Wall;
+use attach::Attached;
 use gate::Basis;
 use mean::Mean;
 use reference::Ear;
@@ -188,6 +192,10 @@ pub struct FlowChain {
     entropy_waves: bool,
     states: Vec<FlowState>,
     ears: Vec<Ear>,
+    attached: Vec<Attached>,
+    /// Constant losses per metre beside those of walls: viscous, thermal.
+    losses: Vec<[C64; 2]>,
+    /// The chain without laws of a caller.
     basis: Basis<Dual>,
 }
 
@@ -228,18 +236,10 @@ impl FlowChain {
         let one = Dual::constant(C64::ONE);
         let basis = Basis::plain(&one, gamma, inlet, &ducts);
         let states: Vec<FlowState> = basis.after.iter().map(state_of).collect();
-        for (index, state) in states.iter().enumerate() {
-            let mut mach = state.mach(gamma);
-            if mach.is_nan() || basis.after[index].pressure.v.im != 0.0 {
-                // The flow would choke. What it would be at constant density says how far it is from possible.
-                mach = inlet.mach(gamma) * ducts[0].area / ducts[index].area * ducts[index].ratio.max(1.0);
-                mach = mach.max(1.0);
-            }
-            if !(0.0..0.3).contains(&mach) {
-                return Err(NetworkError::TooFast { index, mach });
-            }
-        }
-        Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, ears, basis })
+        basis.check(gamma)?;
+        let losses = vec![[C64::ZERO; 2]; ducts.len()];
+        let attached = Vec::new();
+        Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, ears, attached, losses, basis })
     }
 
     /// The same chain with entropy waves that are lost in every duct, as shear and turbulence do to them in slow flows.

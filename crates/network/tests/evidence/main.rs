@@ -5,6 +5,7 @@
 mod adjoint;
 mod along;
 mod certificate;
+mod chains;
 mod common_laws;
 mod derivatives;
 mod eigenvalues;
