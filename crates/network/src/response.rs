@@ -41,6 +41,11 @@ impl Response {
         places: &Places,
         order: Order,
     ) -> Result<Self, NetworkError> {
+        let value = |jet: Jet| Jet::from_parts(jet.value(), Vec::new(), Vec::new());
+        let keep = |jet: Jet| if order == Order::Value { value(jet) } else { jet };
+        if places.at.is_empty() {
+            return Ok(Self { s: keep(s), pressures: Vec::new() });
+        }
         let loudest = pressures.iter().flatten().map(|p| p.value().norm()).fold(0.0, f64::max);
         let reference = pressures[places.reference]
             .as_ref()
@@ -52,8 +57,6 @@ impl Response {
             relative.map(|p| eliminate(&p, &s)).ok_or(NetworkError::NotFinite { s: s.value() })
         };
         let pressures = places.at.iter().map(one).collect::<Result<Vec<_>, _>>()?;
-        let value = |jet: Jet| Jet::from_parts(jet.value(), Vec::new(), Vec::new());
-        let keep = |jet: Jet| if order == Order::Value { value(jet) } else { jet };
         Ok(Self { s: keep(s), pressures: pressures.into_iter().map(keep).collect() })
     }
 }

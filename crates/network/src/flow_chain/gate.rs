@@ -87,22 +87,23 @@ impl<T: Number> Basis<T> {
         self.after = vec![self.inlet.clone()];
         self.gates = vec![Gate::Open];
         for i in 1..self.area.len() {
-            let between = area_step(gamma, &self.after[i - 1], &self.area[i - 1], &self.area[i]);
+            let areas = [&self.area[i - 1], &self.area[i]];
+            let between = area_step(gamma, &self.after[i - 1], areas, ducts[i].smooth);
             self.after.push(heat_step(&between, &self.ratios[i]));
             self.between.push(between);
             let active = !ducts[i].actions.is_empty()
                 || !self.beside[i].is_empty()
                 || attached.iter().any(|a| a.acts_at(i));
-            let gate = self.gate(gamma, i, !active);
+            let gate = self.gate(gamma, i, !active, ducts[i].smooth);
             self.gates.push(gate);
         }
     }
 
-    fn gate(&self, gamma: f64, i: usize, passive: bool) -> Gate<T> {
+    fn gate(&self, gamma: f64, i: usize, passive: bool, smooth: bool) -> Gate<T> {
         let (before, between, after) = (&self.after[i - 1], &self.between[i], &self.after[i]);
         let (a1, a2) = (&self.area[i - 1], &self.area[i]);
         let step = (a1 != a2).then(|| {
-            let expands = a2.value().re >= a1.value().re;
+            let expands = !smooth && a2.value().re >= a1.value().re;
             let ratio = a1.over(a2);
             let [mass, force, energy] = fluxes(gamma, before, expands);
             let scale = |row: [T; 3]| row.map(|v| v * ratio.clone());

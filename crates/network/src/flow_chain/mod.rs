@@ -5,7 +5,7 @@
 //! ducts meet, the linearised balances of mass, momentum and energy hold, in two steps:
 //!
 //! 1. the area changes. An expansion keeps p A_2 + rho u^2 A over the step (the pressure on the face is the upstream one:
-//!    Borda and Carnot); a contraction keeps p/rho^gamma;
+//!    Borda and Carnot); a contraction keeps p/rho^gamma, and so does a step of a smooth wall ([`FlowDuct::smooth`]);
 //! 2. heat and devices act. Mean heat raises the temperature by a ratio and by itself does not fluctuate per volume; k_mu u
 //!    and k_mp p are forces on the gas, k_eu u and k_ep p take heat of gamma p/(gamma-1) times themselves per area, a flame
 //!    gives Q'/Q = F u'/U, and a side branch takes mass with the stagnation enthalpy and axial velocity of the stream. u and p are those upstream of
@@ -126,6 +126,8 @@ pub struct FlowDuct {
     pub area: f64,
     /// Temperature behind its upstream end over that before; 1 where nothing heats.
     pub ratio: f64,
+    /// Whether its area and that of the duct before belong to one smooth wall, so that a wider duct behind costs no pressure.
+    pub smooth: bool,
     /// What acts at its upstream end. The first duct has nothing before it: there nothing may act.
     pub actions: Vec<Action>,
     /// Losses at its wall.
@@ -136,7 +138,7 @@ impl FlowDuct {
     /// A plain duct of this length (m) and area (m^2).
     #[must_use]
     pub fn new(length: f64, area: f64) -> Self {
-        Self { length, area, ratio: 1.0, actions: Vec::new(), wall: None }
+        Self { length, area, ratio: 1.0, smooth: false, actions: Vec::new(), wall: None }
     }
 
     /// With heat at its upstream end that raises the temperature by `ratio` and does not fluctuate.

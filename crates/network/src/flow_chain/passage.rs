@@ -273,7 +273,7 @@ mod tests {
         let one = Dual::constant(C64::ONE);
         let mean = |v: f64| one.real(v);
         let before = Mean { pressure: mean(p), velocity: mean(u), density: mean(rho) };
-        let stepped = area_step(GAMMA, &before, &mean(areas[0]), &mean(areas[1]));
+        let stepped = area_step(GAMMA, &before, [&mean(areas[0]), &mean(areas[1])], false);
         let per_mass = power / (rho * u);
         // The ratio of temperatures that takes this much heat, by bisection.
         let (mut low, mut high) = (1.0, 5.0);

@@ -12,7 +12,8 @@ use rijke_network::{
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Jet, Order};
 
-const NEWTON: Newton = Newton { max_steps: 60, tolerance: 1e-14, max_step: Some(20.0), radius: Some(400.0) };
+const NEWTON: Newton =
+    Newton { max_steps: 60, tolerance: 1e-14, max_step: Some(20.0), radius: Some(400.0) };
 const REGION: Region = Region { sigma: [-150.0, 150.0], omega: [300.0, 3000.0] };
 
 /// A tube of three pieces: wall with a factor, a heater that lags, a screen, a leak, a step of area, ends of a factor.
