@@ -12,12 +12,12 @@ use rijke_network::{
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Jet, Order};
 
-const NEWTON: Newton =
+pub(crate) const NEWTON: Newton =
     Newton { max_steps: 60, tolerance: 1e-14, max_step: Some(20.0), radius: Some(400.0) };
 const REGION: Region = Region { sigma: [-150.0, 150.0], omega: [300.0, 3000.0] };
 
 /// A tube of three pieces: wall with a factor, a heater that lags, a screen, a leak, a step of area, ends of a factor.
-fn tube() -> Network {
+pub(crate) fn tube() -> Network {
     let segments = vec![
         Segment::new(0.25, 1.8e-3, 343.2, 1.2),
         Segment::new(0.35, 1.8e-3, 420.0, 1.2 * (343.2f64 / 420.0).powi(2)),
@@ -42,9 +42,9 @@ fn tube() -> Network {
     net
 }
 
-const VALUES: [f64; 7] = [1.3, 0.08, 1.7e-3, 0.4, 0.96, 0.013, 0.12];
+pub(crate) const VALUES: [f64; 7] = [1.3, 0.08, 1.7e-3, 0.4, 0.96, 0.013, 0.12];
 
-fn laws(a: [f64; 7]) -> Given<impl Fn(&At, &mut Laws)> {
+pub(crate) fn laws(a: [f64; 7]) -> Given<impl Fn(&At, &mut Laws)> {
     given(7, 7, move |at: &At, laws: &mut Laws| {
         let p = |i: usize| at.parameter(i, a[i]);
         let s = at.s_jet();

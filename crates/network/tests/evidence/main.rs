@@ -13,6 +13,7 @@ mod eigenvalues;
 mod elements;
 mod files;
 mod flow_adjoint;
+mod forced;
 mod fuzz;
 mod holes;
 mod invariances;
