@@ -231,6 +231,29 @@ impl Network {
         Ok(())
     }
 
+    /// Everything attached: slot, law, weight.
+    pub(crate) fn attachments(&self) -> impl Iterator<Item = (Slot, usize, f64)> {
+        let end = 2 + 2 * self.segments.len();
+        self.attachments.iter().map(move |a| {
+            let (i, place) = (a.key.saturating_sub(2) / 2, a.key.saturating_sub(1) / 2);
+            let slot = match (a.key, a.kind) {
+                (0, _) => Slot::Upstream,
+                (key, _) if key == end => Slot::Downstream,
+                (key, 0) if key % 2 == 1 => Slot::Mu(place),
+                (key, 1) if key % 2 == 1 => Slot::Mp(place),
+                (key, 2) if key % 2 == 1 => Slot::Eu(place),
+                (key, _) if key % 2 == 1 => Slot::Ep(place),
+                (_, LENGTH) => Slot::Length(i),
+                (_, AREA) => Slot::Area(i),
+                (_, SOUND_SPEED) => Slot::SoundSpeed(i),
+                (_, DENSITY) => Slot::Density(i),
+                (_, VISCOUS) => Slot::Viscous(i),
+                _ => Slot::Thermal(i),
+            };
+            (slot, a.law, a.weight)
+        })
+    }
+
     fn locate(&self, slot: Slot) -> Result<(usize, usize), NetworkError> {
         let n = self.segments.len();
         let (key, kind) = match slot {

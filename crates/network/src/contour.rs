@@ -59,6 +59,14 @@ pub struct Mode {
     pub multiplicity: usize,
 }
 
+impl Mode {
+    /// The mode as what asks for its response, sensitivities and budget.
+    #[must_use]
+    pub fn root(&self) -> Root {
+        Root { s: self.s, steps: 0, residual: self.residual }
+    }
+}
+
 /// All modes of a region, with the count that certifies them: `found == counted` always, or there is an error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
@@ -87,7 +95,7 @@ impl Network {
         work: &mut Workspace,
     ) -> Result<Modes, NetworkError> {
         region.check()?;
-        self.check_analytic(coefficients, region, work)?;
+        check_analytic(coefficients, region, work)?;
         let step = 0.25 * PI / self.travel_time();
         // Poles far outside do not change the count and would only scale G.
         let wide = region.widened(4.0 * step);
@@ -126,48 +134,6 @@ impl Network {
         Ok((root, nearer))
     }
 
-    /// Compares the slopes of every law along sigma and along omega at nine points of the region.
-    fn check_analytic<K: Coefficients + ?Sized>(
-        &self,
-        coefficients: &K,
-        region: &Region,
-        work: &mut Workspace,
-    ) -> Result<(), NetworkError> {
-        let count = coefficients.laws();
-        let [width, height] = [region.sigma[1] - region.sigma[0], region.omega[1] - region.omega[0]];
-        let mut values = |s: C64| -> Vec<C64> {
-            let at = At::search(s);
-            work.laws.reset(count, &at);
-            coefficients.fill(&at, &mut work.laws);
-            (0..count).map(|k| work.laws.value(k)).collect()
-        };
-        let poles = coefficients.poles_in(region)?;
-        for k in 0..9 {
-            let (a, b) = (0.17 + 0.33 * f64::from(k % 3), 0.17 + 0.33 * f64::from(k / 3));
-            let s = C64::new(region.sigma[0] + a * width, region.omega[0] + b * height);
-            let h = 1e-5 * s.norm().max(1e-3 * (width + height));
-            if poles.iter().any(|p| (p.at - s).norm() < 1e3 * h) {
-                continue;
-            }
-            let along = |values: &mut dyn FnMut(C64) -> Vec<C64>, d: C64| -> Vec<C64> {
-                let (up, down) = (values(s + d), values(s - d));
-                up.iter().zip(down).map(|(u, v)| (u - v) / (2.0 * d)).collect()
-            };
-            let centre = values(s);
-            let across = along(&mut values, C64::new(h, 0.0));
-            let upward = along(&mut values, C64::new(0.0, h));
-            for law in 0..count {
-                // Rounding of a central difference is eps |law|/h; its truncation h^2 law'''.
-                let size = across[law].norm() + upward[law].norm() + centre[law].norm() / s.norm();
-                let mismatch = (across[law] - upward[law]).norm() / size;
-                if mismatch > 1e-4 {
-                    return Err(NetworkError::NotAnalytic { law: coefficients.name(law), s, mismatch });
-                }
-            }
-        }
-        Ok(())
-    }
-
     /// Poles of F with their orders: those of every law that acts at a place or an end. All that lie in `region`; others may
     /// be among them.
     ///
@@ -194,4 +160,45 @@ impl Network {
         }
         Ok(poles)
     }
+}
+
+/// Compares the slopes of every law along sigma and along omega at nine points of the region.
+pub(crate) fn check_analytic<K: Coefficients + ?Sized>(
+    coefficients: &K,
+    region: &Region,
+    work: &mut Workspace,
+) -> Result<(), NetworkError> {
+    let count = coefficients.laws();
+    let [width, height] = [region.sigma[1] - region.sigma[0], region.omega[1] - region.omega[0]];
+    let mut values = |s: C64| -> Vec<C64> {
+        let at = At::search(s);
+        work.laws.reset(count, &at);
+        coefficients.fill(&at, &mut work.laws);
+        (0..count).map(|k| work.laws.value(k)).collect()
+    };
+    let poles = coefficients.poles_in(region)?;
+    for k in 0..9 {
+        let (a, b) = (0.17 + 0.33 * f64::from(k % 3), 0.17 + 0.33 * f64::from(k / 3));
+        let s = C64::new(region.sigma[0] + a * width, region.omega[0] + b * height);
+        let h = 1e-5 * s.norm().max(1e-3 * (width + height));
+        if poles.iter().any(|p| (p.at - s).norm() < 1e3 * h) {
+            continue;
+        }
+        let along = |values: &mut dyn FnMut(C64) -> Vec<C64>, d: C64| -> Vec<C64> {
+            let (up, down) = (values(s + d), values(s - d));
+            up.iter().zip(down).map(|(u, v)| (u - v) / (2.0 * d)).collect()
+        };
+        let centre = values(s);
+        let across = along(&mut values, C64::new(h, 0.0));
+        let upward = along(&mut values, C64::new(0.0, h));
+        for law in 0..count {
+            // Rounding of a central difference is eps |law|/h; its truncation h^2 law'''.
+            let size = across[law].norm() + upward[law].norm() + centre[law].norm() / s.norm();
+            let mismatch = (across[law] - upward[law]).norm() / size;
+            if mismatch > 1e-4 {
+                return Err(NetworkError::NotAnalytic { law: coefficients.name(law), s, mismatch });
+            }
+        }
+    }
+    Ok(())
 }

@@ -42,6 +42,28 @@ pub enum NetworkError {
         /// The other one.
         other: usize,
     },
+    /// A sound speed or density of a chain with flow, where both follow from the inlet and the temperature ratios.
+    #[error(
+        "{slot:?} follows from the inlet and the temperature ratios of a chain with flow: let the law act on those"
+    )]
+    SlotOfRest {
+        /// The slot asked for.
+        slot: Slot,
+    },
+    /// A law that moves the mean flow depends on s.
+    #[error(
+        "{law} acts on the mean flow but depends on s: an area, a temperature or the inlet is the same for every s"
+    )]
+    MeanFlowOfS {
+        /// Name of the law.
+        law: String,
+    },
+    /// A reflection law for a choked end.
+    #[error("end {end} is choked: its reflection follows from the mean flow and takes no law")]
+    ChokedEnd {
+        /// 0 upstream, 1 downstream.
+        end: usize,
+    },
     /// There is no such duct, place or end of a chain with flow.
     #[error("duct, place or end {index} does not exist: the chain with flow has {ducts}")]
     NoDuct {
@@ -174,6 +196,7 @@ impl NetworkError {
                 | Self::LostBranch { .. }
                 | Self::NotFinite { .. }
                 | Self::SilentReference { .. }
+                | Self::TooFast { .. }
         )
     }
 }

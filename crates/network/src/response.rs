@@ -41,6 +41,11 @@ impl Response {
         places: &Places,
         order: Order,
     ) -> Result<Self, NetworkError> {
+        let value = |jet: Jet| Jet::from_parts(jet.value(), Vec::new(), Vec::new());
+        let keep = |jet: Jet| if order == Order::Value { value(jet) } else { jet };
+        if places.at.is_empty() {
+            return Ok(Self { s: keep(s), pressures: Vec::new() });
+        }
         let loudest = pressures.iter().flatten().map(|p| p.value().norm()).fold(0.0, f64::max);
         let reference = pressures[places.reference]
             .as_ref()
@@ -52,8 +57,6 @@ impl Response {
             relative.map(|p| eliminate(&p, &s)).ok_or(NetworkError::NotFinite { s: s.value() })
         };
         let pressures = places.at.iter().map(one).collect::<Result<Vec<_>, _>>()?;
-        let value = |jet: Jet| Jet::from_parts(jet.value(), Vec::new(), Vec::new());
-        let keep = |jet: Jet| if order == Order::Value { value(jet) } else { jet };
         Ok(Self { s: keep(s), pressures: pressures.into_iter().map(keep).collect() })
     }
 }
@@ -87,9 +90,8 @@ impl Network {
         laws.reset(coefficients.laws(), &at);
         coefficients.fill(&at, laws);
         let laws = &*laws;
-        let space = at.space();
-        let area_laws = self.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
-        let context = Context { network: self, laws, space, area_laws };
+        let context = Context::new(self, laws, &at);
+        let area_laws = context.area_laws;
         let s = at.s_jet();
 
         let reflection = context.sum(self.ends[0], self.attached(0), 0);
@@ -126,7 +128,7 @@ impl Network {
 }
 
 /// Network and laws at one s, for the derivatives of local coefficients.
-struct Context<'a> {
+pub(crate) struct Context<'a> {
     network: &'a Network,
     laws: &'a Laws,
     space: JetSpace,
@@ -134,7 +136,45 @@ struct Context<'a> {
     area_laws: bool,
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// With laws that were filled at `at`.
+    pub(crate) fn new(network: &'a Network, laws: &'a Laws, at: &At) -> Self {
+        let area_laws = network.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
+        Self { network, laws, space: at.space(), area_laws }
+    }
+
+    /// R_u and R_d.
+    pub(crate) fn reflections(&self) -> [Jet; 2] {
+        let last = 2 + 2 * self.network.segments.len();
+        [(0, 0), (1, last)].map(|(end, key)| self.sum(self.network.ends[end], self.network.attached(key), 0))
+    }
+
+    /// The matrix of a place as jets.
+    pub(crate) fn joint_matrix(&self, j: usize) -> [[Jet; 2]; 2] {
+        let (network, here) = (self.network, self.network.attached(1 + 2 * j));
+        let minus = |kind: usize| -&self.sum(network.feedback[j][kind], here, kind);
+        let [mu, mp, eu, ep] = [0, 1, 2, 3].map(minus);
+        let inside = j > 0 && j < network.segments.len();
+        let ratio =
+            if inside { &self.property(j - 1, AREA) / &self.property(j, AREA) } else { self.space.real(1.0) };
+        [[mp.shift(C64::ONE), mu], [ep, &ratio + &eu]]
+    }
+
+    /// The matrix of a segment as jets.
+    pub(crate) fn line_matrix(&self, i: usize, s: &Jet) -> [[Jet; 2]; 2] {
+        let [mu, ep] = self.network.losses[i];
+        let here = self.network.attached(2 + 2 * i);
+        let (l, c, rho) =
+            (self.property(i, LENGTH), self.property(i, SOUND_SPEED), self.property(i, DENSITY));
+        let p = &l * &(&(s * &rho) + &self.sum(mu, here, VISCOUS));
+        let q = &l * &(&(s / &(&rho * &(&c * &c))) + &self.sum(ep, here, THERMAL));
+        let square = &p * &q;
+        let at = line(square.value());
+        let c = square.compose(at.c, 0.5 * at.s, 0.5 * at.s1);
+        let sh = square.compose(at.s, at.s1, curvature(square.value(), &at));
+        [[c.clone(), -&(&p * &sh)], [-&(&q * &sh), c]]
+    }
+
     fn sum(&self, base: C64, here: &[Attachment], kind: usize) -> Jet {
         let mut total = self.space.constant(base);
         for a in here.iter().filter(|a| a.kind == kind) {
@@ -153,7 +193,7 @@ impl Context<'_> {
         self.sum(base, self.network.attached(2 + 2 * i), kind)
     }
 
-    fn impedance(&self, i: usize) -> Jet {
+    pub(crate) fn impedance(&self, i: usize) -> Jet {
         &self.property(i, DENSITY) * &self.property(i, SOUND_SPEED)
     }
 

@@ -151,6 +151,8 @@ pub(super) struct Assembly<'a> {
     pub(super) laws: LawSet,
     pub(super) attach: Vec<Attached>,
     pub(super) flames: Vec<Flame>,
+    /// Place and loss coefficient of screens.
+    pub(super) screens: Vec<(usize, f64)>,
     pub(super) places: Vec<(usize, String)>,
     /// Place of each device, and what it is called in messages.
     pub(super) devices: Vec<(usize, String)>,
@@ -186,6 +188,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         laws: LawSet::default(),
         attach: Vec::new(),
         flames: Vec::new(),
+        screens: Vec::new(),
         places: Vec::new(),
         devices: Vec::new(),
         tables: Vec::new(),

@@ -1,11 +1,15 @@
 //! Devices between ducts: feedback, orifices, flames, resonators.
 
 use super::build::{Assembly, Attached, Item, Role};
-use super::schema::{self, Coefficient, Direction, Element, Transfer};
+use super::schema::{self, Coefficient, Direction, Element, Outlet, Transfer};
 use super::{FileError, Problem};
 use crate::chain::Slot;
 use crate::flow_chain::Effect;
-use crate::laws::{Entry, Law, Part, Probe, Side, Stretch, Table};
+use crate::laws::{
+    Entry, Law, Leg, Part, Probe, Side, SideHole, Stretch, Table, fok, inner_correction, matching_length,
+    series_correction,
+};
+use crate::wall::Wall;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -89,11 +93,68 @@ impl Assembly<'_> {
                 item.not_negative("thickness", *thickness)?;
                 item.not_negative("drag", *drag)?;
                 let hole = 0.25 * PI * diameter * diameter;
-                // l_eff = l + 2 (8/(3 pi)) sqrt(A_d/pi): Rienstra & Hirschberg, section 4.4.3, as in the paper.
-                let effective = thickness + 2.0 * (8.0 / (3.0 * PI)) * (hole / PI).sqrt();
+                // On either side 8/(3 pi) radii (Rienstra & Hirschberg, section 4.4.3, as in the paper), less by Fok's
+                // function in a tube of finite width.
+                let sides = [before, after].map(|i| self.relative_width(item, *diameter, i).map(fok));
+                let [inside, outside] = sides;
+                let corrections = 8.0 / (3.0 * PI) * 0.5 * diameter * (inside? + outside?);
+                let effective = thickness + corrections;
                 let inertia = here.density * effective * here.area / hole;
                 let law = Law::Linear { constant: C64::new(*drag, 0.0), per_s: C64::new(inertia, 0.0) };
                 self.add(Slot::Mu(place), name("orifice"), law, Role::Plain);
+            }
+            Element::Screen { resistance, open_area, loss, effective_length } => {
+                item.not_negative("resistance", *resistance)?;
+                item.not_negative("effective_length", *effective_length)?;
+                let loss = match (open_area, loss) {
+                    (None, loss) => item.not_negative("loss", loss.unwrap_or(0.0))?,
+                    (Some(part), None) if *part > 0.0 && *part <= 1.0 => {
+                        // Idelchik 1986, diagram 8-6: round wires, Re above 1000.
+                        1.3 * (1.0 - part) + (1.0 / part - 1.0).powi(2)
+                    }
+                    (Some(value), None) => {
+                        return Err(item.fail(Problem::Part { key: "open_area", value: *value }));
+                    }
+                    (Some(_), Some(_)) => {
+                        return Err(item.fail(Problem::OneOf { one: "open_area", other: "loss" }));
+                    }
+                };
+                self.screens.push((place, loss));
+                let per_s = C64::new(here.density * effective_length, 0.0);
+                let law = Law::Linear { constant: C64::new(*resistance, 0.0), per_s };
+                self.add(Slot::Mu(place), name("screen"), law, Role::Plain);
+            }
+            Element::SideHole { diameter, length, outlet, wall } => {
+                item.positive("diameter", *diameter)?;
+                item.positive("length", *length)?;
+                let delta = self.relative_width(item, *diameter, after)?;
+                let radius = 0.5 * diameter;
+                let sound_speed = here.sound_speed;
+                let hole = SideHole {
+                    area_ratio: PI * radius * radius / self.segments[after].area,
+                    length: length + radius * matching_length(delta),
+                    inner: radius * inner_correction(delta),
+                    series: radius * series_correction(delta, length / radius),
+                    gas: Wall {
+                        diameter: *diameter,
+                        ..self.wall(&here, self.temperatures[before.min(after)])
+                    },
+                    wall: wall.law(),
+                    outlet: match outlet {
+                        Outlet::Flanged => Law::Flanged { radius, sound_speed },
+                        Outlet::Unflanged => Law::Unflanged { radius, sound_speed, correction: 0.0 },
+                    },
+                    of: Leg::Ep,
+                };
+                for (slot, of, role) in [
+                    (Slot::Mu(place), Leg::Mu, Role::Plain),
+                    (Slot::Mp(place), Leg::Mp, Role::Plain),
+                    (Slot::Eu(place), Leg::Eu, Role::Plain),
+                    (Slot::Ep(place), Leg::Ep, Role::Branch),
+                ] {
+                    let law = Law::SideHole(Box::new(SideHole { of, ..hole.clone() }));
+                    self.add(slot, name("side hole"), law, role);
+                }
             }
             Element::Flame(flame) => self.flame(item, place, flame)?,
             Element::Helmholtz { volume, neck_area, neck_length, resistance } => {
@@ -122,6 +183,16 @@ impl Assembly<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Diameter of a hole over that of the duct of segment `i`.
+    fn relative_width(&self, item: &Item, diameter: f64, i: usize) -> Result<f64, FileError> {
+        let tube = 2.0 * (self.segments[i].area / PI).sqrt();
+        let relative = diameter / tube;
+        if relative > 1.0 + 1e-9 {
+            return Err(item.fail(Problem::HoleTooWide { diameter, tube }));
+        }
+        Ok(relative.min(1.0))
     }
 
     fn flame(&mut self, item: &Item, place: usize, flame: &schema::Flame) -> Result<(), FileError> {

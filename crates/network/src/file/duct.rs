@@ -11,7 +11,7 @@ use crate::wall::Wall;
 use std::f64::consts::PI;
 
 impl Assembly<'_> {
-    fn wall(&self, segment: &Segment, temperature: f64) -> Wall {
+    pub(super) fn wall(&self, segment: &Segment, temperature: f64) -> Wall {
         Wall {
             density: segment.density,
             sound_speed: segment.sound_speed,
@@ -109,6 +109,24 @@ impl Assembly<'_> {
                 borders.insert(next, (x, false));
             }
         }
+        if varies {
+            // Slivers of the local gas and area at both ends and beside devices, so that ends and devices refer to what is
+            // there and not to the middle of a piece, which would be of first order in its length.
+            let sliver = (SLIVER * length).max(100.0 * slack);
+            let within = |x: f64| x > slack && x < length - slack;
+            let devices = cuts.iter().map(|x| x - placed.x).filter(|x| within(*x));
+            let beside = devices.flat_map(|x| [x - sliver, x + sliver]);
+            for x in beside.chain([sliver, length - sliver]).collect::<Vec<_>>() {
+                let next = borders.partition_point(|b| b.0 < x);
+                if next > 0
+                    && next < borders.len()
+                    && x - borders[next - 1].0 > slack
+                    && borders[next].0 - x > slack
+                {
+                    borders.insert(next, (x, false));
+                }
+            }
+        }
         let at = |fraction: f64| {
             let position = fraction * (profile.len() - 1) as f64;
             let k = (position as usize).min(profile.len().saturating_sub(2));
@@ -155,6 +173,9 @@ impl Assembly<'_> {
         Ok(())
     }
 }
+
+/// Length of the pieces at the ends of a duct whose gas or area varies, over the length of the duct.
+const SLIVER: f64 = 1e-6;
 
 /// More pieces than any temperature profile needs.
 const MOST_PIECES: usize = 100_000;

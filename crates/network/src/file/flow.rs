@@ -28,6 +28,7 @@ impl Assembly<'_> {
         let mut ducts: Vec<FlowDuct> = (0..n)
             .map(|i| FlowDuct {
                 wall: self.walls[i].clone(),
+                smooth: i > 0 && self.owners[i] == self.owners[i - 1],
                 ratio: if i == 0 { 1.0 } else { self.temperatures[i] / self.temperatures[i - 1] },
                 ..FlowDuct::new(self.segments[i].length, self.segments[i].area)
             })
@@ -61,13 +62,26 @@ impl Assembly<'_> {
             ducts[flame.place].actions.push(Action { effect, law, reference });
         }
         let inlet = FlowState { pressure: self.gas.pressure, density: first.density, velocity };
-        let chain = FlowChain::new(self.gas.gamma, inlet, ducts, [FlowEnd::Choked, FlowEnd::Choked]);
-        let chain = chain.map_err(|error| match error {
-            NetworkError::TooFast { index, mach } => {
-                placed[self.owners[index]].item.fail(Problem::TooFast { mach })
+        let of = |ducts: Vec<FlowDuct>| {
+            let chain = FlowChain::new(self.gas.gamma, inlet, ducts, [FlowEnd::Choked, FlowEnd::Choked]);
+            chain.map_err(|error| match error {
+                NetworkError::TooFast { index, mach } => {
+                    placed[self.owners[index]].item.fail(Problem::TooFast { mach })
+                }
+                error => error.into(),
+            })
+        };
+        let mut chain = of(ducts)?;
+        if self.screens.iter().any(|screen| screen.1 > 0.0) {
+            // d(K rho U^2/2)/dU in the flow before the screen, whose own pressure drop the mean flow leaves out.
+            let mut ducts = chain.ducts().to_vec();
+            for &(place, loss) in &self.screens {
+                let before = chain.states()[place - 1];
+                let drag = C64::new(loss * before.density * before.velocity, 0.0);
+                ducts[place] = ducts[place].clone().with(Effect::Mu, Law::Constant(drag));
             }
-            error => error.into(),
-        })?;
+            chain = of(ducts)?;
+        }
         Ok(if flow.entropy_waves { chain } else { chain.without_entropy_waves() })
     }
 }

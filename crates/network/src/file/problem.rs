@@ -34,6 +34,22 @@ pub enum Problem {
         /// Its value.
         value: f64,
     },
+    /// A hole wider than its tube.
+    #[error("the hole is {diameter} m wide, but the tube only {tube} m: make it narrower, or leave it out")]
+    HoleTooWide {
+        /// Diameter of the hole, m.
+        diameter: f64,
+        /// Diameter of the narrower duct beside it, m.
+        tube: f64,
+    },
+    /// A part of an area.
+    #[error("{key} is {value}, but must be above 0 and at most 1")]
+    Part {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// Exactly one of two keys is needed.
     #[error("give either {one} or {other}")]
     OneOf {

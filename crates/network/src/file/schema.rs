@@ -249,6 +249,29 @@ pub(super) enum Element {
         #[serde(default)]
         drag: f64,
     },
+    /// A gauze across the tube.
+    Screen {
+        /// Pa s/m, of slow steady flow.
+        #[serde(default)]
+        resistance: f64,
+        /// Open part of its area; gives the loss coefficient.
+        open_area: Option<f64>,
+        /// Loss coefficient K of steady flow, pressure drop K rho U^2/2: acts with flow only.
+        loss: Option<f64>,
+        /// Length of the air that it moves, m.
+        #[serde(default)]
+        effective_length: f64,
+    },
+    /// An open hole or chimney in the wall of the tube.
+    SideHole {
+        diameter: f64,
+        /// Thickness of the wall, or height of the chimney, m.
+        length: f64,
+        #[serde(default)]
+        outlet: Outlet,
+        #[serde(default)]
+        wall: WallChoice,
+    },
     /// A compact heat source.
     Flame(Box<Flame>),
     /// A Helmholtz resonator on the wall.
@@ -263,6 +286,17 @@ pub(super) enum Element {
     },
     /// A closed tube on the wall.
     QuarterWave { length: f64, area: f64 },
+}
+
+/// What a side hole opens to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Outlet {
+    /// Flush with a large plane.
+    #[default]
+    Flanged,
+    /// The end of a thin tube.
+    Unflanged,
 }
 
 #[derive(Debug, Deserialize)]

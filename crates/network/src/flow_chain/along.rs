@@ -5,11 +5,10 @@
 //! mean flow included. The two closures of steps of area agree to first order in a, so that K is that of a smooth change.
 
 use super::gate::Basis;
-use super::mean::Mean;
 use super::number::{Number, Seeded};
 use super::passage::State;
 use super::sensitivity::{Back, EFFECTS, Passed, Row, dot, fixed, through};
-use super::{FlowChain, FlowDuct, FlowEnd};
+use super::{FlowChain, FlowDuct, FlowEnd, state_of};
 use crate::along::{Station, of_loudest};
 use crate::error::NetworkError;
 use crate::newton::Root;
@@ -35,27 +34,37 @@ impl FlowChain {
     /// # Errors
     /// [`NetworkError::NotFinite`] where dF/ds vanishes or a law has no value.
     pub fn along(&self, root: &Root, samples: usize) -> Result<Vec<Station>, NetworkError> {
-        let passed = Passed::new(self, root)?;
+        self.along_with(&self.basis, root, samples)
+    }
+
+    /// The same with the chain as `basis` has it.
+    pub(super) fn along_with(
+        &self,
+        basis: &Basis<Dual>,
+        root: &Root,
+        samples: usize,
+    ) -> Result<Vec<Station>, NetworkError> {
+        let passed = Passed::new(self, basis, root)?;
         let back = passed.eigenvalue();
         let (mut stations, mut start) = (Vec::new(), 0.0);
         let last = samples.max(2) - 1;
-        for (i, duct) in self.ducts.iter().enumerate() {
-            let effects = self.effects(i, root.s)?;
+        for i in 0..self.ducts.len() {
+            let (effects, length) = (self.effects(&passed.basis, i, root.s)?, basis.length[i].v.re);
             for k in 0..=last {
-                let within = duct.length * (k as f64 / last as f64);
+                let within = length * (k as f64 / last as f64);
                 let station = self.station(&passed, &back, &effects, i, within);
                 stations.push(Station { x: start + within, ..station });
             }
-            start += duct.length;
+            start += length;
         }
         of_loudest(stations, root.s)
     }
 
     fn station(&self, passed: &Passed<'_>, back: &Back, effects: &Effects, i: usize, within: f64) -> Station {
-        let (basis, s) = (&self.basis, &passed.s);
+        let (basis, s) = (&passed.basis, &passed.s);
         let real = |v: f64| Dual::constant(C64::new(v, 0.0));
         let here = self.convey(basis, i, &fixed(&passed.behind[i]), s, &real(within));
-        let left = real(self.ducts[i].length - within);
+        let left = real(basis.length[i].v.re - within);
         let mut row = through(&back.ends[i], |x| self.convey(basis, i, x, s, &left));
         for (ear, weight) in self.ears.iter().zip(&back.heard).filter(|(e, _)| e.duct == i) {
             let distance = ear.offset(basis).v.re - within;
@@ -88,11 +97,12 @@ impl FlowChain {
         }
     }
 
-    fn effects(&self, i: usize, s: C64) -> Result<Effects, NetworkError> {
-        let state = self.states[i];
+    fn effects(&self, basis: &Basis<Dual>, i: usize, s: C64) -> Result<Effects, NetworkError> {
+        let state = state_of(&basis.after[i]);
         let plain = FlowDuct { actions: Vec::new(), ratio: 1.0, ..self.ducts[i].clone() };
         let ends = [FlowEnd::Choked, FlowEnd::Choked];
-        let local = Self::new(self.gamma, state, vec![plain.clone(), plain.clone(), plain], ends)?;
+        let mut local = Self::new(self.gamma, state, vec![plain.clone(), plain.clone(), plain], ends)?;
+        local.losses = vec![basis.loss[i].map_or([C64::ZERO; 2], |loss| loss.map(|k| k.v)); 3];
         let constant = &local.basis;
         let devices = EFFECTS.map(|effect| local.effect(constant, 1, effect, 0));
         let impedance = state.density * state.sound_speed(self.gamma);
@@ -104,21 +114,15 @@ impl FlowChain {
         let space = JetSpace::new(2, Order::Second);
         let one = Seeded(space.real(1.0));
         let larger = one.clone() + Seeded(space.seed(0, C64::ZERO));
-        let mut basis = Basis::plain(&one, self.gamma, self.inlet, &self.ducts);
-        let mut ratios = [one.clone(), one.clone(), one.clone()];
+        let mut basis = self.unsettled_with(&one, &|_| one.real(0.0));
         basis.length[1] = Seeded(space.seed(1, C64::ZERO));
         if of_area {
             basis.area[1] = basis.area[1].clone() * larger;
         } else {
-            ratios[2] = larger.recip();
-            ratios[1] = larger;
+            basis.ratios[2] = larger.recip();
+            basis.ratios[1] = larger;
         }
-        let inlet = Mean {
-            pressure: one.real(self.inlet.pressure),
-            density: one.real(self.inlet.density),
-            velocity: one.real(self.inlet.velocity),
-        };
-        basis.settle(self.gamma, inlet, &ratios, &self.ducts);
+        basis.settle(self.gamma, &self.ducts, &[]);
         let s = one.like(s);
         std::array::from_fn(|k| {
             let mut x = [one.real(0.0), one.real(0.0), one.real(0.0)];

@@ -4,8 +4,9 @@
 //! w = rho |u|^2/4 + |p|^2/(4 rho c^2) + U Re(u* p)/(2 c^2) and its flux I = Re(J m*)/2 with J = p + rho U u, m = u + U p/(rho c^2). The equations of a duct
 //! give exactly d(A I)/dx = -A [2 sigma w + Re(kappa_mu u m*)/2 + Re(kappa_ep p J*)/2].
 
+use super::gate::Basis;
 use super::passage::State;
-use super::{FlowChain, FlowState};
+use super::{FlowChain, FlowState, state_of};
 use crate::newton::Root;
 use crate::sweep::Dual;
 use gauss_quad::GaussLegendre;
@@ -57,12 +58,23 @@ impl FlowChain {
     /// The energy budget of the mode at `root`, which must be an eigenvalue.
     #[must_use]
     pub fn budget(&self, root: &Root) -> FlowBudget {
+        self.budget_with(&self.basis, root).0
+    }
+
+    /// The same with the chain as `basis` has it, and what attached laws have in the power of their places: place, law, power.
+    pub(super) fn budget_with(
+        &self,
+        basis: &Basis<Dual>,
+        root: &Root,
+    ) -> (FlowBudget, Vec<(usize, usize, f64)>) {
         let s = Dual { v: root.s, d: C64::ONE };
         let mut budget = FlowBudget { growth: 2.0 * root.s.re, ..FlowBudget::default() };
         let (mut energy, n) = (0.0, self.ducts.len());
-        self.sweep(&self.basis, &s, |j, before, behind| {
+        let area = |j: usize| basis.area[j].v.re;
+        let mut shares: Vec<(usize, usize, f64)> = Vec::new();
+        self.sweep(basis, &s, |j, before, behind| {
             let incoming = if j > 0 {
-                self.ducts[j - 1].area * flux(self.gamma, &self.states[j - 1], before)
+                area(j - 1) * flux(self.gamma, &state_of(&basis.after[j - 1]), before)
             } else {
                 0.0
             };
@@ -70,15 +82,22 @@ impl FlowChain {
                 budget.downstream = -incoming;
                 return;
             }
-            let outgoing = self.ducts[j].area * flux(self.gamma, &self.states[j], behind);
+            let outgoing = area(j) * flux(self.gamma, &state_of(&basis.after[j]), behind);
             if j == 0 {
                 budget.upstream = outgoing;
-            } else if self.ducts[j].actions.is_empty() && self.ducts[j].ratio == 1.0 {
+            } else if self.ducts[j].actions.is_empty()
+                && basis.beside[j].is_empty()
+                && basis.ratios[j].v == C64::ONE
+            {
                 budget.mean_flow += outgoing - incoming;
             } else {
                 budget.places.push((j, outgoing - incoming));
             }
-            let [stored, viscous, thermal] = self.integrals(j, behind, &s);
+            if j > 0 {
+                let here = self.shares(basis, j, [before, behind]);
+                shares.extend(here.map(|(law, power)| (j, law, area(j) * power)));
+            }
+            let [stored, viscous, thermal] = self.integrals(basis, j, behind, &s);
             energy += stored;
             budget.viscous -= viscous;
             budget.thermal -= thermal;
@@ -93,36 +112,69 @@ impl FlowChain {
         for part in parts.into_iter().chain(budget.places.iter_mut().map(|p| &mut p.1)) {
             *part /= energy;
         }
-        budget
+        for share in &mut shares {
+            share.2 /= energy;
+        }
+        (budget, shares)
+    }
+
+    /// What laws that are attached at place `j` have in the power per area that the state behind it carries away: with d_k
+    /// what law k adds to the state x behind the place, D their sum and B the symmetric form of the flux, B(d_k, 2x - D).
+    fn shares(
+        &self,
+        basis: &Basis<Dual>,
+        j: usize,
+        [before, behind]: [&State<Dual>; 2],
+    ) -> impl Iterator<Item = (usize, f64)> {
+        let mean = state_of(&basis.after[j]);
+        let compliance = 1.0 / (self.gamma * mean.pressure);
+        let parts = |x: &State<Dual>| flux_factors(&mean, compliance, [x[0].v, x[1].v]);
+        let added = basis.beside[j].iter().map(|(effect, k)| {
+            let cause = if effect.of_velocity() { before[1].v } else { before[0].v };
+            let unit = parts(&self.effect(basis, j, *effect, j - 1));
+            (unit.0 * k.v * cause, unit.1 * k.v * cause)
+        });
+        let added: Vec<(C64, C64)> = added.collect();
+        let whole = parts(behind);
+        let sum = added.iter().fold((2.0 * whole.0, 2.0 * whole.1), |x, d| (x.0 - d.0, x.1 - d.1));
+        let laws = self.attached.iter().filter(move |a| a.acts_at(j)).map(|a| a.law);
+        let laws: Vec<usize> = laws.collect();
+        laws.into_iter()
+            .zip(added.into_iter().map(move |d| 0.25 * (d.0 * sum.1.conj() + sum.0 * d.1.conj()).re))
     }
 
     /// Energy in duct `i` and what viscosity and conduction at its wall take, from the state at its upstream end, by
     /// Gauss's rule on pieces over which the phase turns by less than one radian.
-    fn integrals(&self, i: usize, [p, u, _]: &State<Dual>, s: &Dual) -> [f64; 3] {
+    fn integrals(&self, basis: &Basis<Dual>, i: usize, [p, u, _]: &State<Dual>, s: &Dual) -> [f64; 3] {
         const POINTS: NonZeroUsize = NonZeroUsize::new(8).unwrap();
-        let (duct, mean) = (&self.ducts[i], &self.states[i]);
+        let (duct, mean) = (&self.ducts[i], state_of(&basis.after[i]));
+        let (length, area) = (basis.length[i].v.re, basis.area[i].v.re);
         let compliance = 1.0 / (self.gamma * mean.pressure);
         let slow = mean.sound_speed(self.gamma) - mean.velocity;
-        let pieces = (s.v.norm() * duct.length / slow).ceil().clamp(1.0, 1e4);
-        let (viscous, thermal) = duct.wall.as_ref().map_or((C64::ZERO, C64::ZERO), |wall| {
+        let pieces = (s.v.norm() * length / slow).ceil().clamp(1.0, 1e4);
+        let (mut viscous, mut thermal) = duct.wall.as_ref().map_or((C64::ZERO, C64::ZERO), |wall| {
             let loss = wall.law.loss(&wall.wall, s.v);
             (loss.viscous[0] * wall.factor, loss.thermal[0] * wall.factor)
         });
+        if let Some(more) = &basis.loss[i] {
+            viscous += more[0].v;
+            thermal += more[1].v;
+        }
         let rule = GaussLegendre::new(POINTS);
-        let step = duct.length / pieces;
+        let step = length / pieces;
         let mut sums = [0.0; 3];
         for k in 0..pieces as usize {
             for (node, weight) in rule.iter() {
                 let x = step * (k as f64 + 0.5 * (node + 1.0));
                 let x = Dual::constant(C64::new(x, 0.0));
-                let [p, u] = self.carry(&self.basis, i, [p, u], s, &x).map(|v| v.v);
-                let (j, m) = flux_factors(mean, compliance, [p, u]);
+                let [p, u] = self.carry(basis, i, [p, u], s, &x).map(|v| v.v);
+                let (j, m) = flux_factors(&mean, compliance, [p, u]);
                 let convected = 2.0 * mean.density * mean.velocity * compliance * (u * p.conj()).re;
                 let density = mean.density * u.norm_sqr() + compliance * p.norm_sqr() + convected;
                 let here =
                     [0.25 * density, 0.5 * (viscous * u * m.conj()).re, 0.5 * (thermal * p * j.conj()).re];
                 for (sum, v) in sums.iter_mut().zip(here) {
-                    *sum += 0.5 * step * weight * duct.area * v;
+                    *sum += 0.5 * step * weight * area * v;
                 }
             }
         }

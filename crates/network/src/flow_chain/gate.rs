@@ -1,8 +1,11 @@
 //! The places between ducts: mean states on both sides, and the matrices with which disturbances (p, u, e) pass them.
 
+use super::attach::Attached;
 use super::mean::{Mean, area_step, heat_step};
 use super::number::Number;
-use super::{Effect, FlowDuct, FlowState};
+use super::{Effect, FlowDuct, FlowState, state_of};
+use crate::error::NetworkError;
+use crate::sweep::Dual;
 
 /// Everything of a chain that may depend on parameters, by duct.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,13 +19,21 @@ pub(super) struct Basis<T> {
     pub(super) delay: Vec<T>,
     /// Logarithms of factors on the reflection coefficients.
     pub(super) ends: [T; 2],
+    /// Temperature ratio at the upstream end.
+    pub(super) ratios: Vec<T>,
+    pub(super) inlet: Mean<T>,
+    /// What laws of the caller add: viscous and thermal loss per metre, coefficients of actions (duct, action), reflection
+    /// coefficients.
+    pub(super) loss: Vec<Option<[T; 2]>>,
+    pub(super) extra: Vec<(usize, usize, T)>,
+    pub(super) reflections: [Option<T>; 2],
     /// Mean state between the change of area and the heat before a duct, and in the duct.
     pub(super) between: Vec<Mean<T>>,
     pub(super) after: Vec<Mean<T>>,
     /// How disturbances pass the places before the ducts; the first is empty.
     pub(super) gates: Vec<Gate<T>>,
-    /// Weak feedback beside what acts already: place, what it does, coefficient.
-    pub(super) weak: Vec<(usize, Effect, T)>,
+    /// Feedback beside the actions, by place: what it does, coefficient.
+    pub(super) beside: Vec<Vec<(Effect, T)>>,
 }
 
 /// A place: matrices on (p, u, e) that need computing once.
@@ -39,48 +50,60 @@ pub(super) enum Gate<T> {
 impl<T: Number> Basis<T> {
     /// The chain as it stands; `one` is the constant 1.
     pub(super) fn plain(one: &T, gamma: f64, inlet: FlowState, ducts: &[FlowDuct]) -> Self {
-        let ratios: Vec<T> = ducts.iter().map(|d| one.real(d.ratio)).collect();
-        let mut basis = Self {
-            length: ducts.iter().map(|d| one.real(d.length)).collect(),
-            area: ducts.iter().map(|d| one.real(d.area)).collect(),
-            wall: vec![one.real(1.0); ducts.len()],
-            gain: vec![one.real(1.0); ducts.len()],
-            delay: vec![one.real(0.0); ducts.len()],
-            ends: [one.real(0.0), one.real(0.0)],
-            between: Vec::new(),
-            after: Vec::new(),
-            gates: Vec::new(),
-            weak: Vec::new(),
-        };
-        let inlet = Mean {
-            pressure: one.real(inlet.pressure),
-            density: one.real(inlet.density),
-            velocity: one.real(inlet.velocity),
-        };
-        basis.settle(gamma, inlet, &ratios, ducts);
+        let mut basis = Self::unsettled(one, inlet, ducts);
+        basis.settle(gamma, ducts, &[]);
         basis
     }
 
-    /// Mean states from the inlet state, the areas and the temperature ratios.
-    pub(super) fn settle(&mut self, gamma: f64, inlet: Mean<T>, ratios: &[T], ducts: &[FlowDuct]) {
-        self.between = vec![inlet.clone()];
-        self.after = vec![inlet];
+    /// The same before [`Basis::settle`].
+    pub(super) fn unsettled(one: &T, inlet: FlowState, ducts: &[FlowDuct]) -> Self {
+        let all = |f: &dyn Fn(&FlowDuct) -> f64| ducts.iter().map(|d| one.real(f(d))).collect::<Vec<T>>();
+        Self {
+            length: all(&|d| d.length),
+            area: all(&|d| d.area),
+            wall: all(&|_| 1.0),
+            gain: all(&|_| 1.0),
+            delay: all(&|_| 0.0),
+            ends: [one.real(0.0), one.real(0.0)],
+            ratios: all(&|d| d.ratio),
+            inlet: Mean {
+                pressure: one.real(inlet.pressure),
+                density: one.real(inlet.density),
+                velocity: one.real(inlet.velocity),
+            },
+            loss: vec![None; ducts.len()],
+            extra: Vec::new(),
+            reflections: [None, None],
+            between: Vec::new(),
+            after: Vec::new(),
+            gates: Vec::new(),
+            beside: vec![Vec::new(); ducts.len()],
+        }
+    }
+
+    /// Mean states from the inlet state, the areas and the temperature ratios; `attached` laws act as feedback, too.
+    pub(super) fn settle(&mut self, gamma: f64, ducts: &[FlowDuct], attached: &[Attached]) {
+        self.between = vec![self.inlet.clone()];
+        self.after = vec![self.inlet.clone()];
         self.gates = vec![Gate::Open];
         for i in 1..self.area.len() {
-            let between = area_step(gamma, &self.after[i - 1], &self.area[i - 1], &self.area[i]);
-            self.after.push(heat_step(&between, &ratios[i]));
+            let areas = [&self.area[i - 1], &self.area[i]];
+            let between = area_step(gamma, &self.after[i - 1], areas, ducts[i].smooth);
+            self.after.push(heat_step(&between, &self.ratios[i]));
             self.between.push(between);
-            let passive = ducts[i].actions.is_empty() && !self.weak.iter().any(|w| w.0 == i);
-            let gate = self.gate(gamma, i, passive);
+            let active = !ducts[i].actions.is_empty()
+                || !self.beside[i].is_empty()
+                || attached.iter().any(|a| a.acts_at(i));
+            let gate = self.gate(gamma, i, !active, ducts[i].smooth);
             self.gates.push(gate);
         }
     }
 
-    fn gate(&self, gamma: f64, i: usize, passive: bool) -> Gate<T> {
+    fn gate(&self, gamma: f64, i: usize, passive: bool, smooth: bool) -> Gate<T> {
         let (before, between, after) = (&self.after[i - 1], &self.between[i], &self.after[i]);
         let (a1, a2) = (&self.area[i - 1], &self.area[i]);
         let step = (a1 != a2).then(|| {
-            let expands = a2.value().re >= a1.value().re;
+            let expands = !smooth && a2.value().re >= a1.value().re;
             let ratio = a1.over(a2);
             let [mass, force, energy] = fluxes(gamma, before, expands);
             let scale = |row: [T; 3]| row.map(|v| v * ratio.clone());
@@ -103,6 +126,37 @@ impl<T: Number> Basis<T> {
         } else {
             Gate::Active { step, before, behind }
         }
+    }
+}
+
+impl Basis<Dual> {
+    /// Refuses a flow that is too fast, or chokes.
+    pub(super) fn check(&self, gamma: f64) -> Result<(), NetworkError> {
+        for (index, mean) in self.after.iter().enumerate() {
+            let mut mach = state_of(mean).mach(gamma);
+            if mach.is_nan() || mean.pressure.v.im != 0.0 {
+                // The flow would choke. What it would be at constant density says how far it is from possible.
+                let [first, here] = [0, index].map(|i| self.area[i].v.re);
+                mach = state_of(&self.inlet).mach(gamma) * first / here * self.ratios[index].v.re.max(1.0);
+                mach = mach.max(1.0);
+            }
+            if !(0.0..0.3).contains(&mach) {
+                return Err(NetworkError::TooFast { index, mach });
+            }
+        }
+        Ok(())
+    }
+
+    /// The same with laws that stay as they are when s moves; mean flow and lengths never move with s.
+    pub(super) fn at_rest_in_s(&self) -> Self {
+        let still = |k: &Dual| Dual::constant(k.v);
+        let mut basis = self.clone();
+        basis.length.iter_mut().for_each(|k| *k = still(k));
+        basis.loss.iter_mut().flatten().flatten().for_each(|k| *k = still(k));
+        basis.extra.iter_mut().for_each(|k| k.2 = still(&k.2));
+        basis.reflections.iter_mut().flatten().for_each(|k| *k = still(k));
+        basis.beside.iter_mut().flatten().for_each(|k| k.1 = still(&k.1));
+        basis
     }
 }
 

@@ -29,9 +29,9 @@ impl<T: Number> Mean<T> {
 }
 
 /// The state behind a step from area `a1` to `a2`: mass and stagnation enthalpy are kept; an expansion keeps
-/// p A_2 + rho u^2 A, a contraction p/rho^gamma. By Newton in the density; two more steps than the value needs carry
+/// p A_2 + rho u^2 A, a contraction or a step of a smooth wall p/rho^gamma. By Newton in the density; two more steps than the value needs carry
 /// first and second derivatives over.
-pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, a1: &T, a2: &T) -> Mean<T> {
+pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, [a1, a2]: [&T; 2], smooth: bool) -> Mean<T> {
     if a1 == a2 {
         return before.clone();
     }
@@ -44,7 +44,7 @@ pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, a1: &T, a2: &T)
         let pressure = (stagnation.clone() - kinetic) * density.times(1.0 / k);
         Mean { pressure, density: density.clone(), velocity }
     };
-    let expands = a2.value().re >= a1.value().re;
+    let expands = !smooth && a2.value().re >= a1.value().re;
     let defect = |density: &T| {
         let s = state(density);
         if expands {

@@ -5,7 +5,7 @@
 //! ducts meet, the linearised balances of mass, momentum and energy hold, in two steps:
 //!
 //! 1. the area changes. An expansion keeps p A_2 + rho u^2 A over the step (the pressure on the face is the upstream one:
-//!    Borda and Carnot); a contraction keeps p/rho^gamma;
+//!    Borda and Carnot); a contraction keeps p/rho^gamma, and so does a step of a smooth wall ([`FlowDuct::smooth`]);
 //! 2. heat and devices act. Mean heat raises the temperature by a ratio and by itself does not fluctuate per volume; k_mu u
 //!    and k_mp p are forces on the gas, k_eu u and k_ep p take heat of gamma p/(gamma-1) times themselves per area, a flame
 //!    gives Q'/Q = F u'/U, and a side branch takes mass with the stagnation enthalpy and axial velocity of the stream. u and p are those upstream of
@@ -15,7 +15,9 @@
 //! ([`FlowChain::without_entropy_waves`]).
 
 mod along;
+mod attach;
 mod budget;
+mod chain;
 mod gate;
 mod mean;
 pub(crate) mod number;
@@ -24,6 +26,7 @@ mod reference;
 mod response;
 mod sensitivity;
 
+pub use attach::FlowSlot;
 pub use budget::FlowBudget;
 pub use reference::Reference;
 pub use response::FlowParameter;
@@ -36,6 +39,7 @@ use crate::newton::{Newton, Root, iterate};
 use crate::search::zeros;
 use crate::sweep::Dual;
 use crate::wall::Wall;
+use attach::Attached;
 use gate::Basis;
 use mean::Mean;
 use reference::Ear;
@@ -122,6 +126,8 @@ pub struct FlowDuct {
     pub area: f64,
     /// Temperature behind its upstream end over that before; 1 where nothing heats.
     pub ratio: f64,
+    /// Whether its area and that of the duct before belong to one smooth wall, so that a wider duct behind costs no pressure.
+    pub smooth: bool,
     /// What acts at its upstream end. The first duct has nothing before it: there nothing may act.
     pub actions: Vec<Action>,
     /// Losses at its wall.
@@ -132,7 +138,7 @@ impl FlowDuct {
     /// A plain duct of this length (m) and area (m^2).
     #[must_use]
     pub fn new(length: f64, area: f64) -> Self {
-        Self { length, area, ratio: 1.0, actions: Vec::new(), wall: None }
+        Self { length, area, ratio: 1.0, smooth: false, actions: Vec::new(), wall: None }
     }
 
     /// With heat at its upstream end that raises the temperature by `ratio` and does not fluctuate.
@@ -188,6 +194,10 @@ pub struct FlowChain {
     entropy_waves: bool,
     states: Vec<FlowState>,
     ears: Vec<Ear>,
+    attached: Vec<Attached>,
+    /// Constant losses per metre beside those of walls: viscous, thermal.
+    losses: Vec<[C64; 2]>,
+    /// The chain without laws of a caller.
     basis: Basis<Dual>,
 }
 
@@ -228,18 +238,10 @@ impl FlowChain {
         let one = Dual::constant(C64::ONE);
         let basis = Basis::plain(&one, gamma, inlet, &ducts);
         let states: Vec<FlowState> = basis.after.iter().map(state_of).collect();
-        for (index, state) in states.iter().enumerate() {
-            let mut mach = state.mach(gamma);
-            if mach.is_nan() || basis.after[index].pressure.v.im != 0.0 {
-                // The flow would choke. What it would be at constant density says how far it is from possible.
-                mach = inlet.mach(gamma) * ducts[0].area / ducts[index].area * ducts[index].ratio.max(1.0);
-                mach = mach.max(1.0);
-            }
-            if !(0.0..0.3).contains(&mach) {
-                return Err(NetworkError::TooFast { index, mach });
-            }
-        }
-        Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, ears, basis })
+        basis.check(gamma)?;
+        let losses = vec![[C64::ZERO; 2]; ducts.len()];
+        let attached = Vec::new();
+        Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, ears, attached, losses, basis })
     }
 
     /// The same chain with entropy waves that are lost in every duct, as shear and turbulence do to them in slow flows.

@@ -10,6 +10,15 @@ use crate::transfer::{curvature, line};
 /// p, u and e.
 pub(super) type State<T> = [T; 3];
 
+impl<T: Number> Basis<T> {
+    /// R of an end whose own law is `law`.
+    fn reflection(&self, end: usize, law: &Law, s: &T) -> T {
+        let own = s.law(law);
+        let whole = self.reflections[end].as_ref().map_or(own.clone(), |more| own + more.clone());
+        whole * self.ends[end].exp()
+    }
+}
+
 impl FlowChain {
     /// F at the downstream end; `visit` is told the state upstream of every place and behind it (the same at the ends).
     pub(super) fn sweep<T: Number>(
@@ -41,7 +50,7 @@ impl FlowChain {
         let impedance = mean.density.clone() * square.sqrt();
         let one = s.real(1.0);
         let (r, entropy) = match &self.ends[0] {
-            FlowEnd::Reflection(law) => (s.law(law) * basis.ends[0].exp(), s.real(0.0)),
+            FlowEnd::Reflection(law) => (basis.reflection(0, law, s), s.real(0.0)),
             FlowEnd::Choked => {
                 let mach = mean.velocity.over(&square.sqrt());
                 let below = (mach.clone() * mach.clone()).times(self.gamma - 1.0) + one.clone();
@@ -61,7 +70,7 @@ impl FlowChain {
         let wave = mean.density.clone() * c.clone() * u.clone();
         let (f, g) = ((p.clone() + wave.clone()).times(0.5), (p.clone() - wave).times(0.5));
         match &self.ends[1] {
-            FlowEnd::Reflection(law) => g - s.law(law) * basis.ends[1].exp() * f,
+            FlowEnd::Reflection(law) => g - basis.reflection(1, law, s) * f,
             FlowEnd::Choked => {
                 // g (1 + m) = f (1 - m) + c U e/2, m = (gamma-1) M/2.
                 let m = mean.velocity.over(&c).times(0.5 * (self.gamma - 1.0));
@@ -91,6 +100,10 @@ impl FlowChain {
             let factor = basis.wall[i].times(wall.factor);
             z = z + s.compose(loss.viscous) * factor.clone();
             y = y + s.compose(loss.thermal) * factor;
+        }
+        if let Some([viscous, thermal]) = &basis.loss[i] {
+            z = z + viscous.clone() * basis.wall[i].clone();
+            y = y + thermal.clone() * basis.wall[i].clone();
         }
         let flow = mean.velocity.clone();
         let scale = length.over(&(s.real(1.0) - (flow.clone() * flow.clone()).over(&square)));
@@ -164,12 +177,16 @@ impl FlowChain {
     /// What unit velocity at an ear adds to the state behind its place.
     pub(super) fn amplified<T: Number>(&self, basis: &Basis<T>, ear: &Ear, s: &T) -> State<T> {
         let action = &self.ducts[ear.place].actions[ear.action];
-        let k = self.strength(basis, ear.place, &action.law, s);
+        let k = self.strength(basis, ear.place, ear.action, s);
         self.effect(basis, ear.place, action.effect, ear.duct).map(|v| v * k.clone())
     }
 
-    fn strength<T: Number>(&self, basis: &Basis<T>, i: usize, law: &Law, s: &T) -> T {
-        s.law(law) * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp()
+    /// The coefficient of action `k` of duct `i`.
+    fn strength<T: Number>(&self, basis: &Basis<T>, i: usize, k: usize, s: &T) -> T {
+        let own = s.law(&self.ducts[i].actions[k].law);
+        let here = basis.extra.iter().filter(|e| (e.0, e.1) == (i, k));
+        let total = here.fold(own, |sum, e| sum + e.2.clone());
+        total * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp()
     }
 
     /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `heard` is the duct of its
@@ -230,10 +247,10 @@ impl FlowChain {
         };
         for (k, action) in self.ducts[i].actions.iter().enumerate() {
             if !self.ears.iter().any(|e| e.place == i && e.action == k) {
-                act(action.effect, self.strength(basis, i, &action.law, s));
+                act(action.effect, self.strength(basis, i, k, s));
             }
         }
-        for (_, effect, k) in basis.weak.iter().filter(|w| w.0 == i) {
+        for (effect, k) in &basis.beside[i] {
             act(*effect, k.clone());
         }
         apply(behind, &flux)
@@ -256,7 +273,7 @@ mod tests {
         let one = Dual::constant(C64::ONE);
         let mean = |v: f64| one.real(v);
         let before = Mean { pressure: mean(p), velocity: mean(u), density: mean(rho) };
-        let stepped = area_step(GAMMA, &before, &mean(areas[0]), &mean(areas[1]));
+        let stepped = area_step(GAMMA, &before, [&mean(areas[0]), &mean(areas[1])], false);
         let per_mass = power / (rho * u);
         // The ratio of temperatures that takes this much heat, by bisection.
         let (mut low, mut high) = (1.0, 5.0);

@@ -2,12 +2,13 @@
 //! chain, mean states included.
 
 use super::gate::Basis;
-use super::mean::Mean;
-use super::number::{Number, Seeded};
+use super::number::Seeded;
 use super::{Effect, FlowChain};
+use crate::coefficients::Laws;
 use crate::error::NetworkError;
 use crate::newton::Root;
 use crate::response::{Places, Response, implicit};
+use crate::sweep::Dual;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 
 /// A real quantity of a flow chain to differentiate by. Ducts are numbered from 0; "at" a duct means at its upstream end.
@@ -59,28 +60,31 @@ impl FlowChain {
         if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
             return Err(NetworkError::NoDuct { index: place, ducts: n });
         }
-        let (s, pressures) = self.eigenvalue(root, parameters, order)?;
+        let (s, pressures) = self.eigenvalue(root, parameters, order, None)?;
         Response::relative(s, &pressures, places, order)
     }
 
-    /// s as a function of the parameters, and the pressure at every place as one of parameters and s.
+    /// s as a function of the parameters, and the pressure at every place as one of parameters and s; laws of s alone with
+    /// their slopes, if there are any.
     fn eigenvalue(
         &self,
         root: &Root,
         parameters: &[FlowParameter],
         order: Order,
+        laws: Option<&Laws>,
     ) -> Result<(Jet, Vec<Option<Jet>>), NetworkError> {
         let (n, p) = (self.ducts.len(), parameters.len());
         let space = JetSpace::new(p + 1, order.max(Order::First));
         let one = Seeded(space.real(1.0));
-        let mut basis = Basis::plain(&one, self.gamma, self.inlet, &self.ducts);
-        let inlet = self.inlet;
-        let mut mean = Mean {
-            pressure: one.real(inlet.pressure),
-            density: one.real(inlet.density),
-            velocity: one.real(inlet.velocity),
-        };
-        let mut ratios: Vec<Seeded> = self.ducts.iter().map(|d| one.real(d.ratio)).collect();
+        let s = space.seed(p, root.s);
+        let law =
+            |k: usize| {
+                Seeded(laws.map_or_else(
+                    || space.real(0.0),
+                    |laws| s.compose(laws.value(k), laws.slope(k), C64::ZERO),
+                ))
+            };
+        let mut basis = self.unsettled_with(&one, &law);
         for (k, &parameter) in parameters.iter().enumerate() {
             use FlowParameter as P;
             let (index, count) = match parameter {
@@ -101,14 +105,14 @@ impl FlowChain {
             let seed = space.seed(k, C64::ZERO);
             let target = match parameter {
                 P::Weak(i, effect) => {
-                    basis.weak.push((i, effect, Seeded(seed)));
+                    basis.beside[i].push((effect, Seeded(seed)));
                     continue;
                 }
-                P::Velocity => &mut mean.velocity,
-                P::Density => &mut mean.density,
+                P::Velocity => &mut basis.inlet.velocity,
+                P::Density => &mut basis.inlet.density,
                 P::Length(i) => &mut basis.length[i],
                 P::Area(i) => &mut basis.area[i],
-                P::Ratio(i) => &mut ratios[i],
+                P::Ratio(i) => &mut basis.ratios[i],
                 P::Wall(i) => &mut basis.wall[i],
                 P::Gain(i) => &mut basis.gain[i],
                 P::Delay(i) => &mut basis.delay[i],
@@ -117,17 +121,26 @@ impl FlowChain {
             let factor = if matches!(parameter, P::Angle(_)) { C64::I } else { C64::ONE };
             *target = target.clone() + Seeded(seed.scale(factor));
         }
-        basis.settle(self.gamma, mean, &ratios, &self.ducts);
-        let mut pressures = vec![None; n + 1];
-        let s = Seeded(space.seed(p, root.s));
-        let f = self.sweep(&basis, &s, |j, x, _| {
+        basis.settle(self.gamma, &self.ducts, &self.attached);
+        self.of_seeds(&basis, s)
+    }
+
+    /// s as a function of the seeds of `basis`, and the pressure at every place as one of seeds and s, the last seed.
+    pub(super) fn of_seeds(
+        &self,
+        basis: &Basis<Seeded>,
+        s: Jet,
+    ) -> Result<(Jet, Vec<Option<Jet>>), NetworkError> {
+        let at = s.value();
+        let mut pressures = vec![None; self.ducts.len() + 1];
+        let f = self.sweep(basis, &Seeded(s), |j, x, _| {
             pressures[j] = Some(x[0].0.clone());
         });
-        let s = implicit(&f.0, root.s);
+        let s = implicit(&f.0, at);
         if s.gradient().iter().chain(s.hessian_packed()).all(|z| z.is_finite()) {
             Ok((s, pressures))
         } else {
-            Err(NetworkError::NotFinite { s: root.s })
+            Err(NetworkError::NotFinite { s: at })
         }
     }
 
@@ -138,27 +151,38 @@ impl FlowChain {
     /// # Errors
     /// [`NetworkError::NotFinite`].
     pub fn condition(&self, root: &Root) -> Result<f64, NetworkError> {
+        self.condition_with(&self.basis, root, None)
+    }
+
+    /// The same with laws of a caller, which `basis` has too.
+    pub(super) fn condition_with(
+        &self,
+        basis: &Basis<Dual>,
+        root: &Root,
+        laws: Option<&Laws>,
+    ) -> Result<f64, NetworkError> {
         use FlowParameter as P;
         let mut parameters = vec![
-            (P::Velocity, self.inlet.velocity),
-            (P::Density, self.inlet.density),
+            (P::Velocity, basis.inlet.velocity.v.re),
+            (P::Density, basis.inlet.density.v.re),
             (P::LogModulus(0), 1.0),
         ];
         parameters.push((P::LogModulus(1), 1.0));
         for (i, duct) in self.ducts.iter().enumerate() {
-            parameters.extend([(P::Length(i), duct.length), (P::Area(i), duct.area)]);
-            if duct.wall.is_some() {
+            parameters.extend([(P::Length(i), basis.length[i].v.re), (P::Area(i), basis.area[i].v.re)]);
+            if duct.wall.is_some() || basis.loss[i].is_some() {
                 parameters.push((P::Wall(i), 1.0));
             }
             if !duct.actions.is_empty() {
                 parameters.push((P::Gain(i), 1.0));
             }
+            parameters.extend(basis.beside[i].iter().map(|(effect, k)| (P::Weak(i, *effect), k.v.norm())));
         }
         let mut total = 0.0;
         // A few seeds at a time: the cost of a jet grows with their number.
         for some in parameters.chunks(16) {
             let seeds: Vec<P> = some.iter().map(|p| p.0).collect();
-            let s = self.eigenvalue(root, &seeds, Order::First)?.0;
+            let s = self.eigenvalue(root, &seeds, Order::First, laws)?.0;
             total += some.iter().zip(s.gradient()).map(|((_, v), d)| v * d.norm()).sum::<f64>();
         }
         Ok(total / root.s.norm())

@@ -4,8 +4,9 @@
 //! velocity that is heard elsewhere takes its own weight along: mu = Lambda x_1 k, what it adds at its place, enters Lambda
 //! where it is heard. For a loop mu is needed before it is known; Lambda is affine in it, and mu = a + b mu follows.
 
+use super::gate::Basis;
 use super::passage::State;
-use super::{Effect, FlowChain, FlowEnd};
+use super::{Effect, FlowChain, FlowEnd, state_of};
 use crate::error::NetworkError;
 use crate::newton::Root;
 use crate::response::Places;
@@ -43,6 +44,8 @@ pub(super) type Row = [C64; 3];
 /// A mode as it passed, and the chain at its s.
 pub(super) struct Passed<'a> {
     pub(super) chain: &'a FlowChain,
+    /// The chain at this s, all constants.
+    pub(super) basis: Basis<Dual>,
     pub(super) s: Dual,
     /// States before and behind every place; the same at the outlet.
     pub(super) before: Vec<State<Dual>>,
@@ -84,16 +87,16 @@ fn add_sources(row: &mut Row, place: usize, sources: &[(usize, C64)]) {
 }
 
 impl<'a> Passed<'a> {
-    pub(super) fn new(chain: &'a FlowChain, root: &Root) -> Result<Self, NetworkError> {
+    pub(super) fn new(chain: &'a FlowChain, basis: &Basis<Dual>, root: &Root) -> Result<Self, NetworkError> {
         let s = Dual { v: root.s, d: C64::ONE };
         let (mut before, mut behind) = (Vec::new(), Vec::new());
-        chain.sweep(&chain.basis, &s, |_, x, y| {
+        chain.sweep(basis, &s, |_, x, y| {
             before.push(*x);
             behind.push(*y);
         });
-        let f = chain.finish(&chain.basis, &before[chain.ducts.len()], &s);
+        let f = chain.finish(basis, &before[chain.ducts.len()], &s);
         if f.d.is_finite() && f.d != C64::ZERO {
-            Ok(Self { chain, s: Dual::constant(root.s), before, behind, f })
+            Ok(Self { chain, basis: basis.at_rest_in_s(), s: Dual::constant(root.s), before, behind, f })
         } else {
             Err(NetworkError::NotFinite { s: root.s })
         }
@@ -107,7 +110,7 @@ impl<'a> Passed<'a> {
     /// The row of `factor` times F plus sources times the pressure before places.
     fn back(&self, factor: C64, sources: &[(usize, C64)]) -> Back {
         let (chain, n) = (self.chain, self.chain.ducts.len());
-        let unit = |x: &State<Dual>| [chain.finish(&chain.basis, x, &self.s), self.s, self.s];
+        let unit = |x: &State<Dual>| [chain.finish(&self.basis, x, &self.s), self.s, self.s];
         let mut row = through(&[factor, C64::ZERO, C64::ZERO], unit);
         add_sources(&mut row, n, sources);
         let mut back = Back {
@@ -125,7 +128,7 @@ impl<'a> Passed<'a> {
             back.starts[j] = row;
             if j > 0 {
                 for (e, ear) in chain.ears.iter().enumerate().filter(|(_, e)| e.place == j && !e.is_loop()) {
-                    back.heard[e] = dot(&row, &chain.amplified(&chain.basis, ear, &self.s));
+                    back.heard[e] = dot(&row, &chain.amplified(&self.basis, ear, &self.s));
                 }
                 row = self.through_place(j, &row);
             }
@@ -137,7 +140,7 @@ impl<'a> Passed<'a> {
 
     /// From the downstream end of duct `j` to its upstream end.
     fn to_start(&self, j: usize, row: Row, heard: &[C64]) -> Row {
-        let basis = &self.chain.basis;
+        let basis = &self.basis;
         let mut out = through(&row, |x| self.chain.pass(basis, j, x, &self.s));
         for (ear, weight) in self.chain.ears.iter().zip(heard).filter(|(e, _)| e.duct == j) {
             let unit = |x: &State<Dual>| [self.chain.hear(basis, ear, x, &self.s), self.s, self.s];
@@ -148,13 +151,13 @@ impl<'a> Passed<'a> {
     }
 
     fn through_place(&self, j: usize, row: &Row) -> Row {
-        through(row, |x| self.chain.cross_alone(&self.chain.basis, j, x, &self.s))
+        through(row, |x| self.chain.cross_alone(&self.basis, j, x, &self.s))
     }
 
     /// Weight of what the ear of a loop hears, from the row at the downstream end of the duct in which it hears.
     fn loop_weight(&self, index: usize, row: Row, heard: &[C64], sources: &[(usize, C64)]) -> C64 {
         let ear = &self.chain.ears[index];
-        let unit = self.chain.amplified(&self.chain.basis, ear, &self.s);
+        let unit = self.chain.amplified(&self.basis, ear, &self.s);
         let at_place = |row: Row, heard: &[C64], sources: &[(usize, C64)]| {
             let mut row = row;
             for j in (ear.place..=ear.duct).rev() {
@@ -173,7 +176,7 @@ impl<'a> Passed<'a> {
 
     fn derivatives(&self, back: &Back, factor: C64) -> FlowDerivatives {
         let (chain, n) = (self.chain, self.chain.ducts.len());
-        let mut basis = chain.basis.clone();
+        let mut basis = self.basis.clone();
         let mut out = FlowDerivatives { feedback: vec![[C64::ZERO; 5]; n], ..FlowDerivatives::default() };
         let behind: Vec<State<Dual>> = self.behind.iter().map(fixed).collect();
         for j in 0..n {
@@ -184,7 +187,7 @@ impl<'a> Passed<'a> {
                 });
             }
             // What a seed in the basis changes: the passage of this duct, and what ears hear.
-            let local = |basis: &super::gate::Basis<Dual>| {
+            let local = |basis: &Basis<Dual>| {
                 let passed = chain.pass(basis, j, &behind[j], &self.s);
                 let mut total: C64 = (0..3).map(|k| back.ends[j][k] * passed[k].d).sum();
                 for (ear, weight) in chain.ears.iter().zip(&back.heard) {
@@ -199,13 +202,13 @@ impl<'a> Passed<'a> {
             out.walls.push(local(&basis));
             basis.wall[j].d = C64::ZERO;
         }
-        let mean = &chain.states[0];
         if matches!(chain.ends[0], FlowEnd::Reflection(_)) {
+            let mean = state_of(&self.basis.after[0]);
             let impedance = mean.density * mean.sound_speed(chain.gamma);
             out.ends[0] = back.inlet[0] + back.inlet[1] / impedance;
         }
         if matches!(chain.ends[1], FlowEnd::Reflection(_)) {
-            let mean = &chain.states[n - 1];
+            let mean = state_of(&self.basis.after[n - 1]);
             let impedance = mean.density * mean.sound_speed(chain.gamma);
             let [p, u, _] = &self.before[n];
             out.ends[1] = -0.5 * factor * (p.v + impedance * u.v);
@@ -228,11 +231,11 @@ impl FlowChain {
         if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
             return Err(NetworkError::NoDuct { index: place, ducts: n });
         }
-        let passed = Passed::new(self, root)?;
+        let passed = Passed::new(self, &self.basis, root)?;
         let pressure = |j: usize| passed.before[j][0];
         let reference = pressure(places.reference);
         let loudest = places.at.iter().map(|&j| pressure(j).v.norm()).fold(0.0, f64::max);
-        if reference.v.norm() <= 1e-12 * loudest {
+        if !places.at.is_empty() && reference.v.norm() <= 1e-12 * loudest {
             return Err(NetworkError::SilentReference { place: places.reference });
         }
         let output =

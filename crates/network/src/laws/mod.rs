@@ -1,11 +1,13 @@
 //! Analytic laws of s alone: what the elements of a network file, and users of the library, are made of.
 
 mod ends;
+mod holes;
 mod probe;
 mod roots;
 mod table;
 
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
+pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{Part, Probe, Side, Stretch};
 pub use table::{Entry, Table, TableError};
 
@@ -63,6 +65,8 @@ pub enum Law {
         /// rho c^2/V, Pa/m^3.
         stiffness: f64,
     },
+    /// One of the four coefficients of an open side hole.
+    SideHole(Box<SideHole>),
     /// Admittance of a closed side branch: k_ep = ratio/(rho c) tanh(s length/c).
     QuarterWave {
         /// Area of the branch over that of the duct.
@@ -134,6 +138,7 @@ impl Law {
             Self::QuarterWave { area_ratio, length, sound_speed, impedance } => {
                 s.scale(real(length / sound_speed)).tanh().scale(real(area_ratio / impedance))
             }
+            Self::SideHole(hole) => hole.at(s, space),
             Self::Unflanged { radius, sound_speed, correction } => {
                 let ka = s.scale(C64::new(0.0, -radius / sound_speed));
                 let [r, r1, r2] = levine_schwinger::reflection(ka.value());
@@ -188,6 +193,14 @@ impl Law {
                 let all = low.floor() as i64..=high.ceil() as i64;
                 all.map(|k| (C64::new(0.0, spacing * (k as f64 + 0.5)), 1)).collect()
             }
+            // All four coefficients have the poles of the branch, of which the determinant of the T has none: the network has
+            // them once, and k_ep declares them. Laws of open ends have a cut at omega = 0.
+            Self::SideHole(hole) if hole.of == Leg::Ep && region.omega[1] > LOWEST => {
+                let omega = [region.omega[0].max(LOWEST), region.omega[1]];
+                let upper = Region { omega, ..*region };
+                let poles = hole.outlet.poles_in(&upper.widened(1.0))?;
+                roots_of(|s, space| hole.mouth(s, space)[0].clone(), &upper, hole.travel_time(), &poles)?
+            }
             // Poles of R are the zeros of z + 1.
             Self::Impedance(z) => match z.as_ref() {
                 Self::Transfer { gain, numerator, denominator, delay } if *delay == 0.0 => {
@@ -215,6 +228,9 @@ impl Law {
         }
     }
 }
+
+/// Where the search for poles of open ends begins, rad/s.
+const LOWEST: f64 = 1.0;
 
 /// The zeros of an analytic function in `region`, or somewhat beyond if one lies on its border.
 fn roots_of(

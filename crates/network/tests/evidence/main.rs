@@ -5,13 +5,17 @@
 mod adjoint;
 mod along;
 mod certificate;
+mod chains;
 mod common_laws;
+mod constants;
 mod derivatives;
 mod eigenvalues;
 mod elements;
 mod files;
 mod flow_adjoint;
+mod forced;
 mod fuzz;
+mod holes;
 mod invariances;
 mod mean_flow;
 mod oscilos;

@@ -1,0 +1,183 @@
+//! A chain with flow and laws of a caller, behind the trait that it shares with the chain at rest.
+
+use super::gate::Basis;
+use super::number::Seeded;
+use super::{FlowChain, FlowSlot};
+use crate::along::Station;
+use crate::chain::Slot;
+use crate::chains::{Balance, Chain, Power};
+use crate::coefficients::{At, Coefficients, Laws, Pole};
+use crate::contour::{Modes, Region, check_analytic};
+use crate::error::NetworkError;
+use crate::newton::{Newton, Root, Workspace, iterate};
+use crate::response::{Places, Response};
+use crate::search::zeros;
+use crate::sweep::Dual;
+use rijke_numerics::{C64, Jet, Order};
+use std::f64::consts::PI;
+
+impl FlowChain {
+    /// The laws at `s`, values and slopes, and the chain with them.
+    fn with_laws(
+        &self,
+        laws: &dyn Coefficients,
+        s: C64,
+        at_s: &mut Laws,
+    ) -> Result<Basis<Dual>, NetworkError> {
+        fill(laws, s, at_s);
+        self.basis_at(at_s, laws)
+    }
+
+    /// F and its slope, with `basis` brought to `s`.
+    fn characteristic_with(
+        &self,
+        laws: &dyn Coefficients,
+        s: C64,
+        basis: &mut Basis<Dual>,
+        at_s: &mut Laws,
+    ) -> Dual {
+        fill(laws, s, at_s);
+        self.renew(basis, at_s);
+        self.sweep(basis, &Dual { v: s, d: C64::ONE }, |_, _, _| ())
+    }
+}
+
+fn fill(laws: &dyn Coefficients, s: C64, at_s: &mut Laws) {
+    let at = At::search(s);
+    at_s.reset(laws.laws(), &at);
+    laws.fill(&at, at_s);
+}
+
+impl Chain for FlowChain {
+    fn count(&self) -> usize {
+        self.ducts.len()
+    }
+
+    fn position(&self, place: usize) -> f64 {
+        self.ducts.iter().take(place).map(|d| d.length).sum()
+    }
+
+    fn travel_time(&self) -> f64 {
+        Self::travel_time(self)
+    }
+
+    fn attach(&mut self, slot: Slot, law: usize, weight: f64) -> Result<(), NetworkError> {
+        Self::attach(self, FlowSlot::try_from(slot)?, law, weight)
+    }
+
+    fn solve(
+        &self,
+        laws: &dyn Coefficients,
+        guess: C64,
+        settings: &Newton,
+        work: &mut Workspace,
+    ) -> Result<Root, NetworkError> {
+        let mut basis = self.with_laws(laws, guess, &mut work.laws)?;
+        let spacing = PI / self.travel_time();
+        iterate(guess, spacing, settings, |s| self.characteristic_with(laws, s, &mut basis, &mut work.laws))
+    }
+
+    fn modes(
+        &self,
+        laws: &dyn Coefficients,
+        region: &Region,
+        work: &mut Workspace,
+    ) -> Result<Modes, NetworkError> {
+        region.check()?;
+        check_analytic(laws, region, work)?;
+        let step = 0.25 * PI / self.travel_time();
+        let poles = Chain::poles(self, laws, &region.widened(4.0 * step))?;
+        let inside = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
+        let middle = region.sigma.map(|v| 0.5 * v).iter().sum::<f64>();
+        let middle = C64::new(middle, region.omega.map(|v| 0.5 * v).iter().sum());
+        let mut basis = self.with_laws(laws, middle, &mut work.laws)?;
+        let f = |s: C64| {
+            let f = self.characteristic_with(laws, s, &mut basis, &mut work.laws);
+            [f.v, f.d]
+        };
+        zeros(f, region, step, poles, inside)
+    }
+
+    fn poles(&self, laws: &dyn Coefficients, region: &Region) -> Result<Vec<(C64, usize)>, NetworkError> {
+        let mut poles = Self::poles(self, region)?;
+        for Pole { law, at, order } in laws.poles_in(region)? {
+            for a in self.attached.iter().filter(|a| a.law == law && a.weight != 0.0) {
+                match a.slot {
+                    FlowSlot::At(..) | FlowSlot::Action(..) | FlowSlot::Upstream | FlowSlot::Downstream => {
+                        poles.push((at, order));
+                    }
+                    _ => return Err(NetworkError::PoleInSegment { law: laws.name(law), at }),
+                }
+            }
+        }
+        Ok(poles)
+    }
+
+    fn respond(
+        &self,
+        laws: &dyn Coefficients,
+        root: &Root,
+        places: &Places,
+        order: Order,
+        work: &mut Workspace,
+    ) -> Result<Response, NetworkError> {
+        let n = self.ducts.len();
+        if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
+            return Err(NetworkError::NoDuct { index: place, ducts: n });
+        }
+        let at = At::full(root.s, laws.parameters(), order);
+        let filled = &mut work.laws;
+        filled.reset(laws.laws(), &at);
+        laws.fill(&at, filled);
+        let law = |k: usize| {
+            let parts = (filled.gradient(k).to_vec(), filled.hessian(k).to_vec());
+            Seeded(Jet::from_parts(filled.value(k), parts.0, parts.1))
+        };
+        let basis = self.basis_with(&Seeded(at.space().real(1.0)), &law);
+        let (s, pressures) = self.of_seeds(&basis, at.s_jet())?;
+        Response::relative(s, &pressures, places, order)
+    }
+
+    fn along(
+        &self,
+        laws: &dyn Coefficients,
+        root: &Root,
+        samples: usize,
+        work: &mut Workspace,
+    ) -> Result<Vec<Station>, NetworkError> {
+        let basis = self.with_laws(laws, root.s, &mut work.laws)?;
+        self.along_with(&basis, root, samples)
+    }
+
+    fn balance(
+        &self,
+        laws: &dyn Coefficients,
+        root: &Root,
+        work: &mut Workspace,
+    ) -> Result<Balance, NetworkError> {
+        let basis = self.with_laws(laws, root.s, &mut work.laws)?;
+        let (budget, shares) = self.budget_with(&basis, root);
+        let laws_at = |place: usize| shares.iter().filter(move |s| s.0 == place).map(|s| (s.1, s.2));
+        let of = |&(place, power): &(usize, f64)| Power { place, power, laws: laws_at(place).collect() };
+        let places = budget.places.iter().map(of).collect();
+        Ok(Balance {
+            growth: budget.growth,
+            upstream: budget.upstream,
+            downstream: budget.downstream,
+            viscous: budget.viscous,
+            thermal: budget.thermal,
+            mean_flow: budget.mean_flow,
+            places,
+        })
+    }
+
+    fn condition(
+        &self,
+        laws: &dyn Coefficients,
+        root: &Root,
+        work: &mut Workspace,
+    ) -> Result<f64, NetworkError> {
+        let basis = self.with_laws(laws, root.s, &mut work.laws)?;
+        self.condition_with(&basis, root, Some(&work.laws))
+    }
+}

@@ -1,0 +1,150 @@
+//! Forced response at s = i omega: closed forms, reciprocity, energy, derivatives, and poles that are the modes.
+
+use crate::chains::{NEWTON, VALUES, laws, tube};
+use crate::common_laws::c;
+use rijke_network::file::read;
+use rijke_network::{Constant, Forced, Network, NetworkError, Segment, Slot, Source, Workspace};
+use rijke_numerics::check::{slopes_from, slopes_near};
+use rijke_numerics::{C64, Jet, Order};
+
+const AIR: Segment = Segment { length: 1.0, area: 2e-3, sound_speed: 340.0, density: 1.2 };
+const Z: f64 = 408.0;
+
+fn value(jet: Result<Jet, NetworkError>) -> C64 {
+    jet.unwrap().value()
+}
+
+fn near(got: C64, exact: C64, tolerance: f64) {
+    assert!((got - exact).norm() < tolerance * exact.norm().max(1e-300), "{got} against {exact}");
+}
+
+#[test]
+fn exact_impedances_of_tubes_and_a_resonator() {
+    let mut work = Workspace::default();
+    for hertz in [40.0, 333.0, 1510.0] {
+        let s = c(0.0, std::f64::consts::TAU * hertz);
+        let k = s / 340.0;
+        let t = k.tanh();
+        for (end, exact) in [(1.0, Z / t), (-1.0, Z * t), (0.0, c(Z, 0.0))] {
+            let mut net = Network::cut_tube(AIR, &[0.3]).unwrap();
+            net.set(Slot::Downstream, c(end, 0.0)).unwrap();
+            near(value(net.impedance_at(&Constant, s, 0, Order::Value, &mut work)), exact, 1e-12);
+            let exact = end * (-2.0 * k).exp();
+            let r = value(net.reflection_at(&Constant, s, 0, Order::Value, &mut work));
+            assert!((r - exact).norm() < 1e-12, "{r} {exact}");
+        }
+        // A neck of 1/40 of the area and a closed volume of 0.1 m.
+        let neck = Segment { length: 0.03, area: 5e-5, ..AIR };
+        let mut net = Network::new(vec![neck, Segment { length: 0.1, ..AIR }]).unwrap();
+        net.set(Slot::Downstream, C64::ONE).unwrap();
+        let volume = Z / (0.1 * k).tanh() / 40.0;
+        let t = (0.03 * k).tanh();
+        let exact = Z * (volume + Z * t) / (Z + volume * t);
+        near(value(net.impedance_at(&Constant, s, 0, Order::Value, &mut work)), exact, 1e-12);
+    }
+}
+
+#[test]
+fn exact_a_source_between_closed_ends() {
+    // A velocity 1 at 0.3 m: p = -rho c cosh(k (1 - a)) cosh(k x)/sinh k upstream, symmetric beyond, up to the sign of u.
+    let mut net = Network::cut_tube(AIR, &[0.3, 0.8]).unwrap();
+    net.set(Slot::Upstream, C64::ONE).unwrap();
+    net.set(Slot::Downstream, C64::ONE).unwrap();
+    let s = c(0.0, 2.0 * 340.0);
+    let k = s / 340.0;
+    let Forced { before, behind } =
+        net.forced(&Constant, s, Source::Velocity(1), Order::Value, &mut Workspace::default()).unwrap();
+    let scale = Z / k.sinh();
+    near(before[0][0].value(), scale * (0.7 * k).cosh(), 1e-12);
+    near(before[1][0].value(), scale * (0.7 * k).cosh() * (0.3 * k).cosh(), 1e-12);
+    near(before[2][0].value(), scale * (0.3 * k).cosh() * (0.2 * k).cosh(), 1e-12);
+    near(behind[1][1].value() - before[1][1].value(), C64::ONE, 1e-12);
+    assert!(before[0][1].value().norm() < 1e-15 && before[3][1].value().norm() < 1e-14);
+    let none = net.forced(&Constant, s, Source::Velocity(9), Order::Value, &mut Workspace::default());
+    assert!(matches!(none, Err(NetworkError::Slot { .. })));
+}
+
+#[test]
+fn exact_reciprocity_and_energy() {
+    let mut work = Workspace::default();
+    // Pressure at j per volume flow at i is that at i per volume flow at j: areas, losses, a side hole, a resonator.
+    let text = "[upstream]\ntype = 'constant'\nmodulus = 0.7\nangle = 1\n[downstream]\ntype = 'unflanged'\n\
+                [[element]]\ntype = 'duct'\nlength = 0.3\ndiameter = 0.05\nwall = 'kirchhoff'\n\
+                [[element]]\ntype = 'side-hole'\ndiameter = 0.012\nlength = 0.004\nwall = 'kirchhoff'\n\
+                [[element]]\ntype = 'duct'\nlength = 0.4\ndiameter = 0.05\nwall = 'kirchhoff'\n\
+                [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.08\ntemperature = 500\n\
+                [[element]]\ntype = 'helmholtz'\nvolume = 5e-4\nneck_area = 4e-4\nneck_length = 0.03\n\
+                [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.08\ntemperature = 500\n";
+    let built = read(text).unwrap();
+    let areas: Vec<f64> = built.network.segments().iter().map(|s| s.area).collect();
+    for hertz in [70.0, 455.0, 1300.0] {
+        let s = c(0.0, std::f64::consts::TAU * hertz);
+        let mut at = |j: usize| {
+            built.network.forced(&built.laws, s, Source::Velocity(j), Order::Value, &mut work).unwrap()
+        };
+        let (one, two) = (at(1), at(2));
+        near(one.behind[2][0].value() / areas[1], two.behind[1][0].value() / areas[2], 1e-11);
+        let hole =
+            built.network.transfer(&built.laws, s, [1, 1], Order::Value, &mut Workspace::default()).unwrap();
+        let [[a, b], [c, d]] = hole.matrix.each_ref().map(|row| row.each_ref().map(Jet::value));
+        near(a * d - b * c, C64::ONE, 1e-12);
+        near(a, d, 1e-12);
+    }
+    // What a lossless change of area and gas reflects and lets pass carries all the energy.
+    let hot = Segment { area: 5e-3, sound_speed: 500.0, density: 0.5, ..AIR };
+    let net = Network::new(vec![AIR, hot]).unwrap();
+    let s = c(0.0, 800.0);
+    let whole = net.transfer(&Constant, s, [0, 2], Order::Value, &mut work).unwrap();
+    let [[r, back], [t, r2]] = whole.scattering().map(|row| row.map(|j| j.value().norm_sqr()));
+    let weight = (5e-3 / 250.0) / (2e-3 / 408.0);
+    assert!((r + t * weight - 1.0).abs() < 1e-12 && (r2 + back / weight - 1.0).abs() < 1e-12, "{r} {t}");
+    // R of a step: (Z2 - Z1)/(Z2 + Z1) with Z = rho c/A.
+    let (z1, z2) = (408.0 / 2e-3, 250.0 / 5e-3);
+    assert!((r - ((z2 - z1) / (z2 + z1) as f64).powi(2)).abs() < 1e-12);
+}
+
+#[test]
+fn exact_poles_of_the_response_are_the_modes() {
+    let (net, k, mut work) = (tube(), laws(VALUES), Workspace::default());
+    let root = net.solve(&k, c(-30.0, 1100.0), &NEWTON, &mut work).unwrap().s;
+    for source in [Source::Velocity(1), Source::Pressure(2), Source::Upstream, Source::Downstream] {
+        let mut pressure = |d: f64| {
+            let s = root + C64::from_polar(d, 0.7);
+            net.forced(&k, s, source, Order::Value, &mut work).unwrap().before[3][0].value() * d
+        };
+        let (near_one, nearer) = (pressure(1e-3), pressure(1e-5));
+        assert!((near_one / nearer - 1.0).norm() < 1e-4, "{source:?}: {near_one} {nearer}");
+    }
+    // And the impedance seen upstream meets the upstream end there: f = R_u g.
+    let r = value(net.reflection_at(&k, root, 0, Order::Value, &mut work));
+    let up = -VALUES[4] * (-8e-5 * root).exp();
+    near(r * up, C64::ONE, 1e-9);
+}
+
+#[test]
+fn order_taylor_remainders_of_forced_response() {
+    let net = tube();
+    let s = c(0.0, 900.0);
+    let direction = [0.3, 0.02, 3e-4, 0.1, 0.01, 0.01, 0.1, 0.0];
+    let turn = c(2.0, 30.0);
+    let outputs = |h: f64, order: Order| -> Vec<Jet> {
+        let (mut a, mut work) = (VALUES, Workspace::default());
+        a.iter_mut().zip(direction).for_each(|(a, d)| *a += h * d);
+        let (k, s) = (laws(a), s + turn * h);
+        let forced = net.forced(&k, s, Source::Velocity(1), order, &mut work).unwrap();
+        let transfer = net.transfer(&k, s, [0, 3], order, &mut work).unwrap();
+        let [[r, _], [t, _]] = transfer.scattering();
+        let seen = net.reflection_at(&k, s, 1, order, &mut work).unwrap();
+        vec![forced.before[2][0].clone(), forced.behind[1][1].clone(), r, t, seen]
+    };
+    let base = outputs(0.0, Order::Second);
+    let along = |i: usize| if i == 7 { turn } else { c(direction[i], 0.0) };
+    for (o, jet) in base.iter().enumerate() {
+        let first: C64 = (0..8).map(|i| jet.gradient()[i] * along(i)).sum();
+        let second: C64 =
+            (0..64).map(|k| 0.5 * jet.hessian(k / 8, k % 8) * along(k / 8) * along(k % 8)).sum();
+        let gap = |h: f64| outputs(h, Order::First)[o].value() - jet.value() - first * h;
+        slopes_near(&slopes_from(0.05, |h| gap(h).norm()), 2.0, 0.06);
+        slopes_near(&slopes_from(0.1, |h| (gap(h) - second * h * h).norm()), 3.0, 0.08);
+    }
+}
