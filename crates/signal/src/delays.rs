@@ -1,7 +1,8 @@
 //! Delays and gains of the channels, from impulses that travel at a known speed.
 
 use crate::click::{ClickFit, inverse_scaled};
-use crate::{Fault, PingFit};
+use crate::pool::{Group, variances_of_means};
+use crate::{Fault, PingFit, StatedChannels};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{ChannelErrors, Click, Ping};
 
@@ -14,7 +15,7 @@ pub struct ChannelDelays {
     pub rate_hz: f64,
     /// Delay of each channel, s, including that of loudspeaker and trigger.
     pub delays: Vec<f64>,
-    /// Gain of each channel; their mean square is 1. Negative if inverted.
+    /// Gain of each channel; their mean square is 1.
     pub gains: Vec<f64>,
     /// Covariance of the delays, s^2: noise of the clicks, and the error of the known sound speed, which is common to
     /// all channels in proportion to their distance.
@@ -29,10 +30,8 @@ pub struct ChannelDelays {
     frequencies: Vec<f64>,
 }
 
-/// Relative sd of the gain of a channel where the reflection begins before the impulse has peaked: what five taps, which stand for a
-/// reflection that depends smoothly on frequency, leave of it. On the virtual laboratory, whose end reflects otherwise
-/// than the taps expect, the gain of such a channel comes out 0.3 to 0.4 % from the truth (docs/records/signal.md).
-const REFLECTED_GAIN_SD: f64 = 4e-3;
+/// How far gains may lie from their median, relative to it: probe microphones of one kind differ by a few per cent.
+pub(crate) const GAIN_SPREAD: f64 = 0.3;
 
 /// Why a calibration cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -53,6 +52,34 @@ pub enum CalibrationError {
         frequencies: usize,
         /// Channels expected.
         expected: usize,
+    },
+    /// A gain that no calibration explains.
+    #[error(
+        "channel {channel} has a gain of {gain:.3} where the median of the channels has {median:.3}: either its wires are swapped or its sensitivity is wrong, or the clicks are not one impulse that passes all microphones; gains may differ by {:.0} %",
+        100.0 * spread
+    )]
+    ImplausibleGain {
+        /// The channel.
+        channel: usize,
+        /// Its gain.
+        gain: f64,
+        /// The median.
+        median: f64,
+        /// Difference from the median that is allowed, relative to it.
+        spread: f64,
+    },
+    /// A delay that belongs to another place.
+    #[error(
+        "channel {channel} hears the clicks {:.0} us after the time at which it should, compared with the median of the channels; sound takes {:.0} us from one microphone to the next: are the channels in the order that the manifest says?",
+        1e6 * delay, 1e6 * limit
+    )]
+    ImplausibleDelay {
+        /// The channel.
+        channel: usize,
+        /// Its delay less the median of all, s.
+        delay: f64,
+        /// Travel time between neighbouring microphones, s.
+        limit: f64,
     },
     /// The waveforms of the clicks cannot be brought in phase.
     #[error("the waveforms of the clicks cannot be compared: {0}")]
@@ -84,8 +111,22 @@ impl ChannelDelays {
     /// absolute arrival times count.
     ///
     /// # Errors
-    /// Fewer than two clicks, or clicks that do not belong together.
+    /// Fewer than two clicks, clicks that do not belong together, or delays and gains that cannot be those of channels: a
+    /// negative gain, one that lies more than 30 % from the median of all, a delay (less the median) longer than sound
+    /// takes between neighbouring microphones.
     pub fn calibrate(clicks: &[KnownClick], rate_hz: f64) -> Result<Self, CalibrationError> {
+        Self::calibrate_within(clicks, rate_hz, GAIN_SPREAD)
+    }
+
+    /// As [`Self::calibrate`], for channels whose gains may lie by `spread` from their median, relative to it.
+    ///
+    /// # Errors
+    /// Those of [`Self::calibrate`].
+    pub fn calibrate_within(
+        clicks: &[KnownClick],
+        rate_hz: f64,
+        spread: f64,
+    ) -> Result<Self, CalibrationError> {
         let (Some(first), count) = (clicks.first(), clicks.len()) else {
             return Err(CalibrationError::TooFew { have: 0 });
         };
@@ -147,21 +188,31 @@ impl ChannelDelays {
         for p in &placed {
             covariance = covariance.plus(inflation / (count * count) as f64, &p.covariance);
         }
+        for m in 0..channels {
+            covariance[(m, m)] += mean(&|n, m| clicks[n].fit.leaning[m][0], m).powi(2);
+        }
         for (share, sd, expected) in groups(clicks) {
             covariance = covariance.plus(
                 (share * sd).powi(2),
                 &Matrix::from_fn(channels, channels, |i, j| expected[i] * expected[j]),
             );
         }
-        // The variance of Student's t, which the mean of a few clicks follows.
-        let student = if count > 3 { (count - 1) as f64 / (count - 3) as f64 } else { 3.0 };
+        plausible(&delays, &gains, &first.expected, spread)?;
         // Noise is independent between channels. Their sample covariance would be, too, but from a dozen clicks it has
-        // directions that look far too certain.
-        let gain_variances: Vec<f64> = (0..channels)
+        // directions that look far too certain. From a few, what one channel's gain scatters says little: all do together.
+        let groups: Vec<Group> = (0..channels)
             .map(|m| {
-                let squares: f64 = (0..count).map(|n| (gain(n, m) - gains[m]).powi(2)).sum();
-                let leaning = if first.fit.overlapped[m] { REFLECTED_GAIN_SD * gains[m] } else { 0.0 };
-                (student * squares / ((count - 1) * count) as f64 + leaning * leaning) / (unit * unit)
+                let noise = |n: usize, m: usize| (gain(n, m) / clicks[n].fit.signal_to_noise[m]).powi(2);
+                let squares = (0..count).map(|n| (gain(n, m) - gains[m]).powi(2)).sum();
+                Group { within: mean(&noise, m), squares, count }
+            })
+            .collect();
+        let gain_variances: Vec<f64> = variances_of_means(&groups)
+            .into_iter()
+            .enumerate()
+            .map(|(m, variance)| {
+                let leaning = gains[m] * mean(&|n, m| clicks[n].fit.leaning[m][1], m);
+                (variance + leaning * leaning) / (unit * unit)
             })
             .collect();
         let frequencies = first.fit.frequencies.clone();
@@ -176,6 +227,29 @@ impl ChannelDelays {
             template,
             frequencies,
         })
+    }
+
+    /// Channels of which no click tells: gains of 1 and delays of 0, as well known as stated.
+    pub(crate) fn stated(channels: usize, rate_hz: f64, stated: StatedChannels) -> Self {
+        let diagonal = |sd: f64| Matrix::diagonal(&vec![sd * sd; channels]);
+        Self {
+            rate_hz,
+            delays: vec![0.0; channels],
+            gains: vec![1.0; channels],
+            covariance: diagonal(stated.delay_sd),
+            gain_covariance: diagonal(stated.gain_sd),
+            clicks: 0,
+            scatter: 0.0,
+            template: Vec::new(),
+            frequencies: Vec::new(),
+        }
+    }
+
+    /// The same channels at another sampling rate: their gains are the same, their delays only equal to `delay_sd`.
+    pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
+        let channels = self.gains.len();
+        let stated = Self::stated(channels, rate_hz, StatedChannels { gain_sd: 0.0, delay_sd });
+        Self { gains: self.gains.clone(), gain_covariance: self.gain_covariance.clone(), ..stated }
     }
 
     /// By how much a small dispersion kappa of the path ([`crate::ClickOptions::dispersion`]) delays the impulse, s per s^{1/2}: the
@@ -291,6 +365,32 @@ impl ChannelDelays {
     }
 }
 
+/// Refuses delays and gains that are none of channels.
+fn plausible(delays: &[f64], gains: &[f64], expected: &[f64], spread: f64) -> Result<(), CalibrationError> {
+    let median = median_of(gains);
+    let unlike = |gain: &f64| gain / median <= 0.0 || (gain / median - 1.0).abs() > spread;
+    if let Some(channel) = gains.iter().position(unlike) {
+        return Err(CalibrationError::ImplausibleGain { channel, gain: gains[channel], median, spread });
+    }
+    let mut sorted = expected.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let apart: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    let (middle, limit) =
+        (median_of(delays), if apart.is_empty() { f64::INFINITY } else { median_of(&apart) });
+    match delays.iter().position(|d| (d - middle).abs() > limit) {
+        Some(channel) => {
+            Err(CalibrationError::ImplausibleDelay { channel, delay: delays[channel] - middle, limit })
+        }
+        None => Ok(()),
+    }
+}
+
+fn median_of(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
 /// Share of all clicks, sd of the sound speed, and expected times of each group.
 fn groups(clicks: &[KnownClick]) -> Vec<(f64, f64, &[f64])> {
     let mut seen: Vec<(usize, f64, f64, &[f64])> = Vec::new();
@@ -348,7 +448,10 @@ fn coarse_shift(fit: &ClickFit, template: &[C64]) -> (f64, f64) {
         let terms = fit.waveform.iter().zip(template).zip(&fit.frequencies);
         terms.map(|((w, t), f)| (w * t.conj() * C64::from_polar(1.0, f * shift)).re).sum::<f64>() / power
     };
-    let grid = (-300..=300).map(|k| f64::from(k) * 1e-6);
+    // Two lobes of an impulse of low frequency are farther apart.
+    let highest = fit.frequencies.last().copied().unwrap_or(f64::INFINITY);
+    let reach = ((1.2e6 * std::f64::consts::TAU / highest) as i32 - 60).clamp(300, 3000);
+    let grid = (-reach..=reach).map(|k| f64::from(k) * 1e-6);
     let best = grid.max_by(|a, b| product(*a).abs().total_cmp(&product(*b).abs())).unwrap_or(0.0);
     (best, product(best))
 }

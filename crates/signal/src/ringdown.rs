@@ -24,6 +24,8 @@ pub(crate) enum Kind {
     Tone,
     /// A multiple of the mains: growth rate zero; all of them share one free fundamental frequency.
     Mains(u32),
+    /// A mode known from elsewhere: nothing is free but its amplitudes.
+    Known,
 }
 
 /// One exponential of the model.
@@ -44,9 +46,15 @@ pub(crate) struct White<'a> {
     pub(crate) step: f64,
 }
 
-impl White<'_> {
+impl<'a> White<'a> {
     pub(crate) fn rows(&self) -> usize {
         self.samples.len() / self.channels
+    }
+
+    /// The rows from one to before another; fewer if there are not so many.
+    pub(crate) fn slice(&self, from: usize, to: usize) -> Self {
+        let to = to.min(self.rows());
+        Self { samples: &self.samples[from.min(to) * self.channels..to * self.channels], ..*self }
     }
 
     pub(crate) fn energy(&self) -> f64 {
@@ -80,7 +88,7 @@ fn parameters(components: &[Component]) -> Vec<(usize, usize)> {
         match component.kind {
             Kind::Mode => list.extend([(k, 0), (k, 1)]),
             Kind::Tone => list.push((k, 1)),
-            Kind::Mains(_) => {}
+            Kind::Mains(_) | Kind::Known => {}
         }
     }
     if let Some(k) = components.iter().position(|c| matches!(c.kind, Kind::Mains(_))) {

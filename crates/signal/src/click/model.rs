@@ -2,6 +2,8 @@
 
 use super::{ClickFit, ClickOptions, Reflection};
 use crate::ClickPicture;
+use crate::end::unflanged;
+use crate::extent::EQUAL;
 use crate::kernels::{LANES, dot, four_dots_inline, run};
 use crate::parabola::Parabola;
 use crate::pulse::Located;
@@ -9,6 +11,7 @@ use crate::segment::Segment;
 use crate::waveform::Waveform;
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
+use std::f64::consts::TAU;
 
 /// Taps of the reflection and their spacing, s: an open end reflects high frequencies less and a little later (|R|
 /// falls from 1 to 0.5 at 3 kHz in a tube of 5 cm).
@@ -33,6 +36,9 @@ pub(super) struct Model {
     pace_sd: Option<f64>,
     waveform: Waveform,
 }
+
+/// Frequencies at which reflections are compared; with 32 below 4 kHz their sum repeats after 8 ms.
+const TONES: usize = 32;
 
 /// First and one past the last sample of the window of each channel.
 pub(super) type Rows = Vec<(usize, usize)>;
@@ -183,10 +189,16 @@ impl Model {
 
     /// Moves the origin of the waveform to its peak, so that all clicks sit alike in their windows.
     pub(super) fn centre(&mut self) {
+        let reach = ((0.5e5 * self.options.window.0.max(self.options.window.1)) as i32).max(40);
         // The impulse is band-limited: within 5 us of its peak its slope is a straight line.
-        let sizes: Vec<f64> = (-40..=40).map(|k| self.waveform.at(1e-5 * f64::from(k)).0.abs()).collect();
-        let largest = (0..sizes.len()).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(40);
-        let mut peak = 1e-5 * (largest as f64 - 40.0);
+        let sizes: Vec<f64> =
+            (-reach..=reach).map(|k| self.waveform.at(1e-5 * f64::from(k)).0.abs()).collect();
+        let top = sizes.iter().copied().fold(0.0, f64::max);
+        // Of two equal lobes the first one, so that noise does not choose.
+        let turns = |n: &usize| sizes[*n] >= sizes.get(n + 1).copied().unwrap_or(0.0);
+        let largest =
+            (0..sizes.len()).find(|n| sizes[*n] > EQUAL * top && turns(n)).unwrap_or(reach as usize);
+        let mut peak = 1e-5 * (largest as f64 - f64::from(reach));
         for _ in 0..6 {
             let slope = |t: f64| self.waveform.at(t).1;
             let curvature = (slope(peak + 1e-7) - slope(peak - 1e-7)) / 2e-7;
@@ -230,6 +242,44 @@ impl Model {
         ClickPicture { channels, impulse: times.map(|t| [t, self.waveform.at(t).0]).collect(), left }
     }
 
+    /// Error of each time (s) and relative error of each gain if the far end is that of an unflanged pipe: the answer of the fit, linear, to the difference
+    /// between what such an end reflects of the impulse and what the expected taps do.
+    pub(super) fn leaning(&self, segment: &Segment, rows: &Rows, inverse: &Matrix) -> Vec<[f64; 2]> {
+        let channels = self.times.len();
+        let mut errors = vec![[0.0; 2]; channels];
+        let Some(reflection) = &self.options.reflection else { return errors };
+        if self.taps.is_empty() || self.pace_sd.is_some() {
+            return errors;
+        }
+        let width = segment.highest_hz / TONES as f64;
+        let tones: Vec<(f64, C64)> = (0..TONES)
+            .map(|k| {
+                let omega = TAU * width * (k as f64 + 0.5);
+                let turn = |t: f64| C64::from_polar(1.0, -omega * t);
+                let tap = |(j, rho): (usize, &f64)| *rho * turn(TAP_SPACING * (j as f64 - (TAPS / 2) as f64));
+                let taps: C64 = self.expected.iter().enumerate().map(tap).sum();
+                let end = unflanged(omega * reflection.smoothing) * reflection.strength.abs();
+                (omega, 2.0 * width * self.waveform.transform(omega) * (end - taps))
+            })
+            .collect();
+        let mut changed = segment.clone();
+        for (m, &(from, to)) in rows.iter().enumerate().filter(|(m, _)| self.options.overlaps(*m)) {
+            for n in from..to {
+                let t = segment.time(n) - self.times[m] - reflection.lags[m];
+                let more: f64 = tones.iter().map(|(omega, a)| (a * C64::from_polar(1.0, omega * t)).re).sum();
+                changed.add(m, n, self.gains[m] * more);
+            }
+        }
+        // At the maximum of the likelihood the gradient of the record itself is zero.
+        let answer = inverse.times(&self.linearise(&changed, rows).1);
+        for (m, error) in errors.iter_mut().enumerate() {
+            *error = self.free(m).map_or([0.0; 2], |free| {
+                [answer[free].abs(), (answer[channels - 1 + free] / self.gains[m]).abs()]
+            });
+        }
+        errors
+    }
+
     pub(super) fn worst_channel(&self, segment: &Segment, rows: &Rows) -> usize {
         let squares = |m: usize| -> f64 {
             let (from, to) = rows[m];
@@ -268,9 +318,7 @@ impl Model {
         let joint = Matrix::from_fn(joint.rows(), joint.rows(), |i, j| excess * joint[(i, j)]);
         let values = spectrum.times(&self.waveform.coefficients);
         ClickFit {
-            overlapped: (0..channels)
-                .map(|m| self.options.lag(m).is_some_and(|lag| lag < self.options.window.0))
-                .collect(),
+            leaning: vec![[0.0; 2]; channels],
             covariance: Matrix::from_fn(channels, channels, |i, j| joint[(i, j)]),
             times: self.times,
             gains: self.gains,
