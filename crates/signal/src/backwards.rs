@@ -15,6 +15,9 @@ const STRIDE: f64 = 0.06;
 const LENGTH: f64 = 0.25;
 /// Deviations by which a mode must decay rather than last.
 const DECAYS: f64 = 3.0;
+/// Relative difference of amplitude from what the decay after it says, beyond which a stride holds forcing: that is half of it
+/// for a mode that decays with 8 1/s.
+const UNLIKE: f64 = 0.05;
 /// Length of the stretches in which the forcing is compared with its model, s, and share of the largest energy of any stretch
 /// that may be left: an interruption that changes the amplitude by a seventh leaves more.
 const STRETCH: f64 = 0.02;
@@ -56,7 +59,14 @@ pub(crate) fn last_decay(
     let mut decays: Vec<(usize, Solution)> = Vec::new();
     loop {
         match look(search, white.slice(start, start + rows(LENGTH).max(10 * block))) {
-            Seen::Decay(solution) => decays.push((start, solution)),
+            Seen::Decay(solution) => {
+                if let Some((later, known)) = decays.last()
+                    && !continues(white.slice(start, *later), known, *later - start)
+                {
+                    break;
+                }
+                decays.push((start, solution));
+            }
             // Near the noise nothing may be found yet.
             Seen::Nothing if decays.is_empty() => {}
             _ => break,
@@ -99,6 +109,18 @@ fn look(search: &Search<'_>, window: White<'_>) -> Seen {
     }
     let sd = (solution.variance() * solution.covariance[(0, 0)]).sqrt();
     if -solution.components[0].s.re > DECAYS * sd { Seen::Decay(solution) } else { Seen::Steady }
+}
+
+/// Whether a stretch is as loud as the decay after it, which begins `rows` rows later, says: forcing is less loud. A window that begins
+/// within the forcing may be explained to the noise by enough modes.
+fn continues(stretch: White<'_>, known: &Solution, rows: usize) -> bool {
+    let left = known.residuals(stretch, -(rows as f64));
+    let (mut product, mut square) = (0.0, 0.0);
+    for (y, left) in stretch.samples.iter().zip(&left) {
+        product += (y - left) * y;
+        square += (y - left) * (y - left);
+    }
+    (product / square - 1.0).abs() < UNLIKE
 }
 
 /// Something, if one tone, steady or slowly growing or fading, and the modes of `free` are all there is.

@@ -96,6 +96,8 @@ pub struct ClickFit {
     pub signal_to_noise: Vec<f64>,
     /// Sum of squared residuals over its number of degrees of freedom.
     pub chi_squared: f64,
+    /// Energy of the residuals beyond that of the noise, over the energy of the impulse in all channels.
+    pub misfit: f64,
     /// Covariance of times, then of real and imaginary parts of the waveform.
     pub(crate) joint: Matrix,
 }
@@ -248,8 +250,11 @@ impl Fitting {
         let frequencies = comparison_frequencies(band_hz);
         let inverse = inverse_scaled(&self.normal)?;
         let leaning = self.model.leaning(&self.segment, &self.rows, &inverse);
+        let energy: f64 = signal_to_noise.iter().map(|v| v * v).sum();
+        let misfit =
+            if self.segment.noise_known { (self.squares - self.freedom).max(0.0) / energy } else { 0.0 };
         let fit = self.model.report(&inverse, excess, chi_squared, signal_to_noise, frequencies);
-        Ok(ClickFit { leaning, ..fit })
+        Ok(ClickFit { leaning, misfit, ..fit })
     }
 }
 

@@ -33,6 +33,10 @@ pub struct ChannelDelays {
 /// How far gains may lie from their median, relative to it: probe microphones of one kind differ by a few per cent.
 pub(crate) const GAIN_SPREAD: f64 = 0.3;
 
+/// Energy that calibration clicks may leave, over their own: a twentieth of the amplitude. Clicks in warm gas may leave more, but
+/// gains of the channels come from these.
+const MISFIT: f64 = 2.5e-3;
+
 /// Why a calibration cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -52,6 +56,17 @@ pub enum CalibrationError {
         frequencies: usize,
         /// Channels expected.
         expected: usize,
+    },
+    /// The channels do not show the same impulse.
+    #[error(
+        "the channels do not show one impulse: what they leave of it has {:.2} % of its energy, {:.2} % are allowed; a shorter, simpler click will do",
+        100.0 * share, 100.0 * limit
+    )]
+    Misfit {
+        /// Energy left over, relative to that of the impulse.
+        share: f64,
+        /// What is allowed.
+        limit: f64,
     },
     /// A gain that no calibration explains.
     #[error(
@@ -198,6 +213,10 @@ impl ChannelDelays {
             );
         }
         plausible(&delays, &gains, &first.expected, spread)?;
+        let misfit = median_of(&clicks.iter().map(|c| c.fit.misfit).collect::<Vec<f64>>());
+        if misfit > MISFIT {
+            return Err(CalibrationError::Misfit { share: misfit, limit: MISFIT });
+        }
         // Noise is independent between channels. Their sample covariance would be, too, but from a dozen clicks it has
         // directions that look far too certain. From a few, what one channel's gain scatters says little: all do together.
         let groups: Vec<Group> = (0..channels)

@@ -74,6 +74,8 @@ const MIN_QUIET: usize = 256;
 /// With fewer samples of the quiet part than these the colour of the noise is learnt from the residuals of a first fit, too:
 /// from a few hundred it is known so badly that intervals cover 88 % instead of 95 %.
 const SHORT_QUIET: usize = 1500;
+/// Variance of the residuals, over that of the noise as measured, up to which they count as noise.
+const NOISE_ALONE: f64 = 1.3;
 /// The first part of the decay in which neighbours are sought, s: they die away sooner than the mode of interest, and
 /// a longer stretch would bury them in noise.
 const EARLY: f64 = 0.25;
@@ -155,7 +157,25 @@ fn learn_from_residuals(
     harmonics: &[u32],
 ) -> Result<Whitener, Fault> {
     let fit = |start| fit_whitened(trace, options, &Whitener::scaling(deviations), harmonics, start);
-    let left = fit(Start::Plateau).or_else(|fault| fit(Start::Backwards).or(Err(fault)))?.residuals();
+    // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would take the mode for noise.
+    let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
+    let found = match fit(Start::Plateau) {
+        Ok(found) if sound(&found) => found,
+        first => match fit(Start::Backwards) {
+            Ok(found) if sound(&found) => found,
+            _ => {
+                let found = first?;
+                let ratio = found.solution.variance();
+                if trace.quiet >= MIN_QUIET {
+                    let at = found.offset as f64 * found.step;
+                    let frequency_hz = found.guess.im / std::f64::consts::TAU;
+                    return Err(Fault::Residual { at, channel: 0, ratio, frequency_hz });
+                }
+                found
+            }
+        },
+    };
+    let left = found.residuals();
     let unscaled =
         |(m, d): (usize, &f64)| left.iter().skip(m).step_by(deviations.len()).map(|v| v * d).collect();
     let noise: Vec<Vec<f64>> = deviations.iter().enumerate().map(unscaled).collect();

@@ -319,6 +319,7 @@ impl Model {
         let values = spectrum.times(&self.waveform.coefficients);
         ClickFit {
             leaning: vec![[0.0; 2]; channels],
+            misfit: 0.0,
             covariance: Matrix::from_fn(channels, channels, |i, j| joint[(i, j)]),
             times: self.times,
             gains: self.gains,
