@@ -75,8 +75,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     options.ping.band_hz = (args.band[0], args.band[1]);
     options.ping.mains_hz = args.mains;
     options.gain_spread = Some(args.gain_spread);
-    options.stated =
-        args.channels.as_ref().map(|sds| StatedChannels { gain_sd: sds[0], delay_sd: sds[1] });
+    options.stated = args.channels.as_ref().map(|sds| StatedChannels { gain_sd: sds[0], delay_sd: sds[1] });
     let records = record_count(source.set());
     let progress = ui.progress("processing", records as u64);
     let processed = process(&*source, &options, &|| progress.advance(1)).map_err(|error| match error {
