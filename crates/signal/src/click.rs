@@ -10,6 +10,7 @@
 //! times, gains, taps, waveform and backgrounds together is the weighted sum of all pairwise cross-correlations at its
 //! maximum, interpolated without error between samples.
 
+mod leaning;
 mod model;
 mod steps;
 

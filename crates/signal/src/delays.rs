@@ -1,8 +1,14 @@
 //! Delays and gains of the channels, from impulses that travel at a known speed.
 
-use crate::click::{ClickFit, inverse_scaled};
+mod error;
+mod place;
+
+use crate::click::ClickFit;
 use crate::pool::{Group, variances_of_means};
 use crate::{Fault, PingFit, StatedChannels};
+pub use error::CalibrationError;
+use error::{median_of, plausible};
+use place::{Placed, absolute, place};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{ChannelErrors, Click, Ping};
 
@@ -37,70 +43,6 @@ pub(crate) const GAIN_SPREAD: f64 = 0.3;
 /// gains of the channels come from these.
 const MISFIT: f64 = 2.5e-3;
 
-/// Why a calibration cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CalibrationError {
-    /// Too few clicks.
-    #[error("a calibration needs at least 2 usable clicks, there are {have}")]
-    TooFew {
-        /// Usable clicks.
-        have: usize,
-    },
-    /// The clicks and the expected arrivals do not fit together.
-    #[error("the clicks have {channels} channels and {frequencies} frequencies, {expected} were expected")]
-    Mismatch {
-        /// Channels of the offending click.
-        channels: usize,
-        /// Frequencies of its waveform.
-        frequencies: usize,
-        /// Channels expected.
-        expected: usize,
-    },
-    /// The channels do not show the same impulse.
-    #[error(
-        "the channels do not show one impulse: what they leave of it has {:.2} % of its energy, {:.2} % are allowed; a shorter, simpler click will do",
-        100.0 * share, 100.0 * limit
-    )]
-    Misfit {
-        /// Energy left over, relative to that of the impulse.
-        share: f64,
-        /// What is allowed.
-        limit: f64,
-    },
-    /// A gain that no calibration explains.
-    #[error(
-        "channel {channel} has a gain of {gain:.3} where the median of the channels has {median:.3}: either its wires are swapped or its sensitivity is wrong, or the clicks are not one impulse that passes all microphones; gains may differ by {:.0} %",
-        100.0 * spread
-    )]
-    ImplausibleGain {
-        /// The channel.
-        channel: usize,
-        /// Its gain.
-        gain: f64,
-        /// The median.
-        median: f64,
-        /// Difference from the median that is allowed, relative to it.
-        spread: f64,
-    },
-    /// A delay that belongs to another place.
-    #[error(
-        "channel {channel} hears the clicks {:.0} us after the time at which it should, compared with the median of the channels; sound takes {:.0} us from one microphone to the next: are the channels in the order that the manifest says?",
-        1e6 * delay, 1e6 * limit
-    )]
-    ImplausibleDelay {
-        /// The channel.
-        channel: usize,
-        /// Its delay less the median of all, s.
-        delay: f64,
-        /// Travel time between neighbouring microphones, s.
-        limit: f64,
-    },
-    /// The waveforms of the clicks cannot be brought in phase.
-    #[error("the waveforms of the clicks cannot be compared: {0}")]
-    Waveform(#[from] Fault),
-}
-
 /// One calibration click and when it should have arrived.
 #[derive(Clone, Debug)]
 pub struct KnownClick {
@@ -112,13 +54,6 @@ pub struct KnownClick {
     pub group: usize,
     /// Relative standard deviation of that sound speed.
     pub speed_sd: f64,
-}
-
-/// Times and gains of one click on the scale of a template.
-struct Placed {
-    times: Vec<f64>,
-    gains: Vec<f64>,
-    covariance: Matrix,
 }
 
 impl ChannelDelays {
@@ -384,32 +319,6 @@ impl ChannelDelays {
     }
 }
 
-/// Refuses delays and gains that are none of channels.
-fn plausible(delays: &[f64], gains: &[f64], expected: &[f64], spread: f64) -> Result<(), CalibrationError> {
-    let median = median_of(gains);
-    let unlike = |gain: &f64| gain / median <= 0.0 || (gain / median - 1.0).abs() > spread;
-    if let Some(channel) = gains.iter().position(unlike) {
-        return Err(CalibrationError::ImplausibleGain { channel, gain: gains[channel], median, spread });
-    }
-    let mut sorted = expected.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let apart: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
-    let (middle, limit) =
-        (median_of(delays), if apart.is_empty() { f64::INFINITY } else { median_of(&apart) });
-    match delays.iter().position(|d| (d - middle).abs() > limit) {
-        Some(channel) => {
-            Err(CalibrationError::ImplausibleDelay { channel, delay: delays[channel] - middle, limit })
-        }
-        None => Ok(()),
-    }
-}
-
-fn median_of(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-}
-
 /// Share of all clicks, sd of the sound speed, and expected times of each group.
 fn groups(clicks: &[KnownClick]) -> Vec<(f64, f64, &[f64])> {
     let mut seen: Vec<(usize, f64, f64, &[f64])> = Vec::new();
@@ -421,70 +330,4 @@ fn groups(clicks: &[KnownClick]) -> Vec<(f64, f64, &[f64])> {
         }
     }
     seen.into_iter().map(|(_, share, sd, expected)| (share, sd, expected)).collect()
-}
-
-/// Shift and scale that bring a waveform on the template, by weighted least squares; and the row that maps an error
-/// of the waveform to one of the shift.
-fn place(fit: &ClickFit, template: &[C64]) -> Result<((f64, f64), Vec<f64>), Fault> {
-    let (channels, bins) = (fit.times.len(), template.len());
-    let rows: Vec<usize> = (channels..channels + 2 * bins).collect();
-    let weight = inverse_scaled(&fit.joint.select(&rows))?;
-    let (mut shift, mut scale) = coarse_shift(fit, template);
-    let mut row = vec![0.0; 2 * bins];
-    for _ in 0..8 {
-        let mut design = Matrix::zeros(2 * bins, 2);
-        let mut left = vec![0.0; 2 * bins];
-        for k in 0..bins {
-            let turned = template[k] * C64::from_polar(1.0, -fit.frequencies[k] * shift);
-            let slope = C64::new(0.0, -fit.frequencies[k]) * turned * scale;
-            let residual = fit.waveform[k] - turned * scale;
-            for (part, (d, t, r)) in [(slope.re, turned.re, residual.re), (slope.im, turned.im, residual.im)]
-                .into_iter()
-                .enumerate()
-            {
-                design[(2 * k + part, 0)] = d;
-                design[(2 * k + part, 1)] = t;
-                left[2 * k + part] = r;
-            }
-        }
-        let weighted = design.transpose().product(&weight);
-        let gain = inverse_scaled(&weighted.product(&design))?.product(&weighted);
-        let step = gain.times(&left);
-        shift += step[0];
-        scale += step[1];
-        row = gain.row(0).to_vec();
-        if step[0].abs() < 1e-12 {
-            break;
-        }
-    }
-    Ok(((shift, scale), row))
-}
-
-/// Shift at which the two waveforms correlate best, either sign, on a grid of a microsecond.
-fn coarse_shift(fit: &ClickFit, template: &[C64]) -> (f64, f64) {
-    let power: f64 = template.iter().map(C64::norm_sqr).sum();
-    let product = |shift: f64| -> f64 {
-        let terms = fit.waveform.iter().zip(template).zip(&fit.frequencies);
-        terms.map(|((w, t), f)| (w * t.conj() * C64::from_polar(1.0, f * shift)).re).sum::<f64>() / power
-    };
-    // Two lobes of an impulse of low frequency are farther apart.
-    let highest = fit.frequencies.last().copied().unwrap_or(f64::INFINITY);
-    let reach = ((1.2e6 * std::f64::consts::TAU / highest) as i32 - 60).clamp(300, 3000);
-    let grid = (-reach..=reach).map(|k| f64::from(k) * 1e-6);
-    let best = grid.max_by(|a, b| product(*a).abs().total_cmp(&product(*b).abs())).unwrap_or(0.0);
-    (best, product(best))
-}
-
-/// Times and gains of a fit, counted from the template.
-fn absolute(fit: &ClickFit, template: &[C64]) -> Result<Placed, Fault> {
-    let ((shift, scale), row) = place(fit, template)?;
-    let channels = fit.times.len();
-    let map = Matrix::from_fn(channels, fit.joint.rows(), |i, j| {
-        if j < channels { f64::from(u8::from(i == j)) } else { row[j - channels] }
-    });
-    Ok(Placed {
-        times: fit.times.iter().map(|t| t + shift).collect(),
-        gains: fit.gains.iter().map(|g| g * scale).collect(),
-        covariance: map.product(&fit.joint).product(&map.transpose()),
-    })
 }

@@ -7,6 +7,7 @@
 //! and component that still sounds.
 
 mod sums;
+mod white;
 
 use crate::Fault;
 use crate::click::inverse_scaled;
@@ -14,6 +15,7 @@ use crate::kernels::{Powers, run};
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
 use sums::{grams, lengths, project};
+pub(crate) use white::White;
 
 /// What is known about a component beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,31 +37,6 @@ pub(crate) struct Component {
     pub(crate) s: C64,
     /// Which of the two are free.
     pub(crate) kind: Kind,
-}
-
-/// White samples, one row of channels per sample.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct White<'a> {
-    pub(crate) samples: &'a [f64],
-    pub(crate) channels: usize,
-    /// Time between samples, s.
-    pub(crate) step: f64,
-}
-
-impl<'a> White<'a> {
-    pub(crate) fn rows(&self) -> usize {
-        self.samples.len() / self.channels
-    }
-
-    /// The rows from one to before another; fewer if there are not so many.
-    pub(crate) fn slice(&self, from: usize, to: usize) -> Self {
-        let to = to.min(self.rows());
-        Self { samples: &self.samples[from.min(to) * self.channels..to * self.channels], ..*self }
-    }
-
-    pub(crate) fn energy(&self) -> f64 {
-        self.samples.iter().map(|v| v * v).sum()
-    }
 }
 
 /// The maximum of the likelihood and its curvature.

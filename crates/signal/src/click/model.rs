@@ -2,7 +2,6 @@
 
 use super::{ClickFit, ClickOptions, Reflection};
 use crate::ClickPicture;
-use crate::end::unflanged;
 use crate::extent::EQUAL;
 use crate::kernels::{LANES, dot, four_dots_inline, run};
 use crate::parabola::Parabola;
@@ -11,12 +10,11 @@ use crate::segment::Segment;
 use crate::waveform::Waveform;
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
-use std::f64::consts::TAU;
 
 /// Taps of the reflection and their spacing, s: an open end reflects high frequencies less and a little later (|R|
 /// falls from 1 to 0.5 at 3 kHz in a tube of 5 cm).
-const TAPS: usize = 5;
-const TAP_SPACING: f64 = 0.06e-3;
+pub(super) const TAPS: usize = 5;
+pub(super) const TAP_SPACING: f64 = 0.06e-3;
 /// Relative weight of a prior that the waveform is zero: bounds what the samples leave open at its ends.
 const RIDGE: f64 = 1e-6;
 /// Coefficients at each end of the waveform that are zero: the impulse begins and ends inside its window.
@@ -27,18 +25,15 @@ pub(super) struct Model {
     pub(super) options: ClickOptions,
     pivot: usize,
     pub(super) times: Vec<f64>,
-    gains: Vec<f64>,
-    taps: Vec<f64>,
+    pub(super) gains: Vec<f64>,
+    pub(super) taps: Vec<f64>,
     /// The taps expected beforehand.
-    expected: Vec<f64>,
+    pub(super) expected: Vec<f64>,
     /// Lag of the reflection over the lag stated, and its sd beforehand; none if the lag is known.
     pub(super) pace: f64,
-    pace_sd: Option<f64>,
-    waveform: Waveform,
+    pub(super) pace_sd: Option<f64>,
+    pub(super) waveform: Waveform,
 }
-
-/// Frequencies at which reflections are compared; with 32 below 4 kHz their sum repeats after 8 ms.
-const TONES: usize = 32;
 
 /// First and one past the last sample of the window of each channel.
 pub(super) type Rows = Vec<(usize, usize)>;
@@ -94,7 +89,7 @@ impl Model {
     }
 
     /// Where the time of channel `m` sits among the unknowns; its gain follows `channels - 1` later.
-    fn free(&self, m: usize) -> Option<usize> {
+    pub(super) fn free(&self, m: usize) -> Option<usize> {
         match m.cmp(&self.pivot) {
             std::cmp::Ordering::Less => Some(m),
             std::cmp::Ordering::Equal => None,
@@ -240,44 +235,6 @@ impl Model {
         let (before, after) = self.options.window;
         let times = (0..=400).map(|k| (before + after) * f64::from(k) / 400.0 - before);
         ClickPicture { channels, impulse: times.map(|t| [t, self.waveform.at(t).0]).collect(), left }
-    }
-
-    /// Error of each time (s) and relative error of each gain if the far end is that of an unflanged pipe: the answer of the fit, linear, to the difference
-    /// between what such an end reflects of the impulse and what the expected taps do.
-    pub(super) fn leaning(&self, segment: &Segment, rows: &Rows, inverse: &Matrix) -> Vec<[f64; 2]> {
-        let channels = self.times.len();
-        let mut errors = vec![[0.0; 2]; channels];
-        let Some(reflection) = &self.options.reflection else { return errors };
-        if self.taps.is_empty() || self.pace_sd.is_some() {
-            return errors;
-        }
-        let width = segment.highest_hz / TONES as f64;
-        let tones: Vec<(f64, C64)> = (0..TONES)
-            .map(|k| {
-                let omega = TAU * width * (k as f64 + 0.5);
-                let turn = |t: f64| C64::from_polar(1.0, -omega * t);
-                let tap = |(j, rho): (usize, &f64)| *rho * turn(TAP_SPACING * (j as f64 - (TAPS / 2) as f64));
-                let taps: C64 = self.expected.iter().enumerate().map(tap).sum();
-                let end = unflanged(omega * reflection.smoothing) * reflection.strength.abs();
-                (omega, 2.0 * width * self.waveform.transform(omega) * (end - taps))
-            })
-            .collect();
-        let mut changed = segment.clone();
-        for (m, &(from, to)) in rows.iter().enumerate().filter(|(m, _)| self.options.overlaps(*m)) {
-            for n in from..to {
-                let t = segment.time(n) - self.times[m] - reflection.lags[m];
-                let more: f64 = tones.iter().map(|(omega, a)| (a * C64::from_polar(1.0, omega * t)).re).sum();
-                changed.add(m, n, self.gains[m] * more);
-            }
-        }
-        // At the maximum of the likelihood the gradient of the record itself is zero.
-        let answer = inverse.times(&self.linearise(&changed, rows).1);
-        for (m, error) in errors.iter_mut().enumerate() {
-            *error = self.free(m).map_or([0.0; 2], |free| {
-                [answer[free].abs(), (answer[channels - 1 + free] / self.gains[m]).abs()]
-            });
-        }
-        errors
     }
 
     pub(super) fn worst_channel(&self, segment: &Segment, rows: &Rows) -> usize {
