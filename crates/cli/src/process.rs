@@ -11,7 +11,9 @@ use crate::{
 };
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use rijke_rig::{PointObservations, RecordFolder, RecordSource, Rejection};
-use rijke_signal::{ChannelDelays, ProcessError, ProcessOptions, Processed, process, record_count};
+use rijke_signal::{
+    ChannelDelays, ProcessError, ProcessOptions, Processed, StatedChannels, process, record_count,
+};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -36,6 +38,14 @@ pub(crate) struct Args {
     /// Nominal frequency of the mains, Hz.
     #[arg(long, value_name = "HZ", default_value_t = 50.0, value_parser = number::positive)]
     mains: f64,
+    /// Without calibration clicks at the pings' rate: how equal the channels are, as relative standard deviation of the gains
+    /// and standard deviation of the delays in s. Mode shapes then stand on that.
+    #[arg(long, num_args = 2, value_names = ["GAIN_SD", "DELAY_SD"], value_parser = positive)]
+    channels: Option<Vec<f64>>,
+    /// How far the gains that the calibration clicks give may lie from their median, relative to it; farther ones are
+    /// refused.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.3, value_parser = positive)]
+    gain_spread: f64,
     /// Draw the first accepted ping and click of every operating point, every rejected record and the delays of the
     /// channels: plots/index.html in the output folder.
     #[arg(long)]
@@ -72,6 +82,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let mut options = ProcessOptions::default();
     options.ping.band_hz = (low, high);
     options.ping.mains_hz = args.mains;
+    options.gain_spread = Some(args.gain_spread);
+    options.stated = args.channels.as_ref().map(|sds| StatedChannels { gain_sd: sds[0], delay_sd: sds[1] });
     let records = record_count(source.set());
     let progress = ui.progress("processing", records as u64);
     let processed = process(&*source, &options, &|| progress.advance(1)).map_err(|error| match error {
@@ -94,8 +106,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     ui.say(table(&processed).to_string());
     for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
         if let Some(delays) = delays {
-            ui.say(describe(what, delays));
+            if delays.clicks > 0 {
+                ui.say(describe(what, delays));
+            }
         }
+    }
+    for note in &processed.notes {
+        ui.note(note);
     }
     let rejected = processed.observations.rejections.len();
     let corrected = match processed.corrections.len() {
@@ -116,7 +133,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         })
     };
     let points: Vec<_> = processed.observations.points.iter().map(of_point).collect();
-    ui.result(&json!({ "dir": out, "records": records, "rejected": rejected, "points": points }))
+    ui.result(&json!({ "dir": out, "records": records, "rejected": rejected, "notes": processed.notes, "points": points }))
+}
+
+/// A positive finite number.
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+    value.ok_or_else(|| "not a positive number".to_owned())
 }
 
 fn table(processed: &Processed) -> Table {

@@ -1,14 +1,16 @@
 //! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a time and
 //! in parallel; results keep the order of the set, whatever the number of threads.
 
+mod calibration;
 mod path;
 mod repeated;
 
-use crate::click::{ClickFit, ClickOptions, fit_click};
-use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
+use crate::click::{ClickOptions, fit_click};
+use crate::delays::{CalibrationError, ChannelDelays};
 use crate::ping::{PingOptions, fit_ping};
-use crate::repeats::Repeats;
-use crate::{Fault, Trace};
+use crate::repeats::{Repeats, pool};
+use crate::{Drift, Fault, Trace};
+use calibration::{Calibrated, calibrate};
 pub use path::click_options;
 use path::setting_covariance;
 use rayon::prelude::*;
@@ -22,8 +24,22 @@ use rijke_rig::{
 pub struct ProcessOptions {
     /// Fit of the pings; the reference microphone is replaced by the rig's.
     pub ping: PingOptions,
-    /// Fit of the clicks; dispersion and reflection are replaced by the rig's.
+    /// Fit of the clicks; dispersion and reflection are replaced by the rig's, window and band by those that the calibration
+    /// clicks need, if these do not hold them.
     pub click: ClickOptions,
+    /// What is known of the channels at the pings' sampling rate without calibration clicks at that rate: used if there are none.
+    pub stated: Option<StatedChannels>,
+    /// How far the gains of the channels may lie from their median, relative to it; none for 30 %.
+    pub gain_spread: Option<f64>,
+}
+
+/// What is known of channels without a calibration: gains of 1, delays of 0, and how well.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StatedChannels {
+    /// Relative standard deviation of each gain.
+    pub gain_sd: f64,
+    /// Standard deviation of each delay, s.
+    pub delay_sd: f64,
 }
 
 /// What processing made of a record set.
@@ -35,6 +51,10 @@ pub struct Processed {
     pub ping_delays: Option<ChannelDelays>,
     /// The same at the clicks' sampling rate.
     pub click_delays: Option<ChannelDelays>,
+    /// How the clicks were fitted: the options with the window and the band of the calibration clicks.
+    pub click: ClickOptions,
+    /// What a reader of the observations must know, in sentences: what was left out or assumed, and why.
+    pub notes: Vec<String>,
     /// Scatter and drift of each operating point's pings and clicks, before correction.
     pub scatter: Vec<PointScatter>,
     /// Records in which something was put right, and what: a channel of opposite polarity.
@@ -59,14 +79,6 @@ pub enum ProcessError {
     /// A record cannot be read.
     #[error(transparent)]
     Record(#[from] RigError),
-    /// There are no calibration clicks at a sampling rate.
-    #[error(
-        "no calibration clicks at {rate_hz} Hz: record a few clicks in the empty tube at ambient temperature at that rate, and list them as a [[calibration]] in the manifest"
-    )]
-    NoCalibration {
-        /// The sampling rate, Hz.
-        rate_hz: f64,
-    },
     /// The calibration clicks cannot be used.
     #[error("calibration at {rate_hz} Hz: {cause}{}", first_rejection.as_deref().map(|r| format!("; first rejected record: {r}")).unwrap_or_default())]
     Calibration {
@@ -95,6 +107,12 @@ pub enum ProcessError {
 /// that the calibration's error, which all repeats share, enters the covariance of a mean once and undiminished. So do, for
 /// arrival times, the shift of the setting that the rig declares ([`rijke_rig::Recording`]) and what is not known of the prongs'
 /// surface: both are common to all records of one setting, and differences within it are better than the covariance says.
+/// How much repeats scatter is learnt from all points together ([`pool`]).
+///
+/// Growth rate and frequency need no calibration. Without calibration clicks at the pings' sampling rate mode shapes stand on
+/// [`ProcessOptions::stated`], else on the gains found at the clicks' rate with delays known to a sample; if there is
+/// neither, the observations hold one microphone, the reference, and no shapes. Clicks without a calibration at their own
+/// rate are left out. [`Processed::notes`] says so.
 ///
 /// # Errors
 /// See [`ProcessError`].
@@ -104,17 +122,20 @@ pub fn process(
     advance: &(dyn Fn() + Sync),
 ) -> Result<Processed, ProcessError> {
     let set = source.set();
-    let mut rejections = Vec::new();
     let options = &ProcessOptions {
         ping: PingOptions { reference: set.rig.microphones.reference, ..options.ping.clone() },
-        click: options.click.clone(),
+        ..options.clone()
     };
     let has = |count: fn(&rijke_rig::PointRecords) -> usize| set.points.iter().any(|p| count(p) > 0);
-    let mut calibrate = |needed: bool, rate_hz: f64| -> Result<Option<ChannelDelays>, ProcessError> {
-        needed.then(|| calibrate(source, options, rate_hz, advance, &mut rejections)).transpose()
-    };
-    let ping_delays = calibrate(has(|p| p.pings.len()), set.ping.rate_hz)?;
-    let click_delays = calibrate(has(|p| p.clicks.len()), set.click.rate_hz)?;
+    let found = calibrate(source, options, has(|p| p.pings.len()), has(|p| p.clicks.len()), advance)?;
+    let Calibrated {
+        pings: ping_delays,
+        clicks: click_delays,
+        click: click_options_found,
+        mut notes,
+        mut rejections,
+        records,
+    } = found;
 
     let jobs: Vec<(usize, usize, bool)> = set
         .points
@@ -130,11 +151,14 @@ pub fn process(
         .map(|&(point, repeat, is_ping)| -> Result<Fitted, RigError> {
             let fitted = if is_ping {
                 let record = source.ping(point, repeat)?;
-                Fitted::Ping(fit_ping(&Trace::from(&record), &options.ping).map(|fit| fit.ping))
+                let fit = fit_ping(&Trace::from(&record), &options.ping);
+                Fitted::Ping(fit.map(|fit| (fit.ping, fit.drift)))
+            } else if click_delays.is_none() {
+                Fitted::Click(Ok(None))
             } else {
                 let record = source.click(point, repeat)?;
                 let records = &set.points[point];
-                let click = click_options(set, records.day, Some(&records.point), &options.click);
+                let click = click_options(set, records.day, Some(&records.point), &click_options_found);
                 let fit = fit_click(&Trace::from(&record), &click);
                 Fitted::Click(fit.and_then(|fit| {
                     let delays = click_delays.as_ref();
@@ -150,13 +174,13 @@ pub fn process(
     let calibration_clicks = rejections.len();
     // Fits are given up as their means are made: those of a whole campaign are not held twice.
     let mut fitted = jobs.iter().zip(fitted).peekable();
-    let (mut points, mut scatter, mut corrections) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut gathered, mut corrections) = (Vec::with_capacity(set.points.len()), Vec::new());
     for (k, records) in set.points.iter().enumerate() {
         let mut pings = Vec::new();
         let mut clicks = Vec::new();
         while let Some((&(_, repeat, _), fit)) = fitted.next_if(|(job, _)| job.0 == k) {
             match fit {
-                Fitted::Ping(Ok(ping)) => pings.push((repeat, ping)),
+                Fitted::Ping(Ok((ping, drift))) => pings.push((repeat, ping, drift)),
                 Fitted::Ping(Err(fault)) => rejections.push(rejection(&records.pings[repeat], &fault)),
                 Fitted::Click(Ok(Some((click, inverted)))) => {
                     // Polarity does not move an arrival.
@@ -170,13 +194,27 @@ pub fn process(
                 Fitted::Click(Err(fault)) => rejections.push(rejection(&records.clicks[repeat], &fault)),
             }
         }
+        let (mut pings, drift) = common_drift(pings);
+        notes.extend(drift.as_ref().map(|drift| drift_in_words(&records.point.id, drift, &pings)));
         corrections.extend(turn_inverted(&mut pings, &records.pings));
         let ping_repeats = combine_pings(&mut pings, &records.pings, &mut rejections);
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, &mut rejections);
-        let mean_ping = ping_repeats
-            .as_ref()
-            .zip(ping_delays.as_ref())
-            .map(|(repeats, delays)| delays.correct(&ping_of(repeats, options.ping.reference), false));
+        gathered.push(Gathered { pings, clicks, ping_repeats, click_repeats, drift });
+    }
+    pool(&mut gathered.iter_mut().filter_map(|g| g.ping_repeats.as_mut()).collect::<Vec<_>>());
+    pool(&mut gathered.iter_mut().filter_map(|g| g.click_repeats.as_mut()).collect::<Vec<_>>());
+    let (mut points, mut scatter) = (Vec::new(), Vec::new());
+    let shapes = ping_delays.is_some();
+    for (gathered, records) in gathered.into_iter().zip(&set.points) {
+        let Gathered { pings, clicks, mut ping_repeats, click_repeats, drift } = gathered;
+        if let (Some(repeats), Some(drift)) = (&mut ping_repeats, &drift) {
+            // The error of the drift is common to all repeats.
+            repeats.covariance[(1, 1)] += (drift.sd * drift.moment).powi(2);
+        }
+        let corrected =
+            |ping: &Ping| ping_delays.as_ref().map_or_else(|| alone(ping), |d| d.correct(ping, false));
+        let mean_ping =
+            ping_repeats.as_ref().map(|repeats| corrected(&ping_of(repeats, options.ping.reference)));
         // Errors that all clicks of the point share: of the calibration, of the setting, of what is known of the path.
         let shared = click_delays.as_ref().map(|delays| {
             let setting = setting_covariance(set, records.day, &records.point, delays.delay_per_dispersion());
@@ -193,10 +231,7 @@ pub fn process(
             ping_count: pings.len() as u32,
             click: mean_click,
             click_count: clicks.len() as u32,
-            pings: match &ping_delays {
-                Some(delays) => pings.iter().map(|(n, p)| (*n as u32, delays.correct(p, false))).collect(),
-                None => Vec::new(),
-            },
+            pings: pings.iter().map(|(n, p)| (*n as u32, corrected(p))).collect(),
             clicks: match &shared {
                 Some(shared) => clicks
                     .into_iter()
@@ -213,22 +248,69 @@ pub fn process(
         let (record, reason) = (first.record.clone(), first.reason.clone());
         return Err(ProcessError::NothingUsable { count: jobs.len(), record, reason });
     }
-    let records = jobs.len()
-        + ping_delays.as_ref().map_or(0, |d| d.clicks)
-        + click_delays.as_ref().map_or(0, |d| d.clicks);
+    let records = jobs.len() + records;
+    let mut rig = set.rig.clone();
+    if !shapes && has(|p| p.pings.len()) {
+        let position = rig.microphones.positions.get(options.ping.reference).copied();
+        rig.microphones.positions = position.into_iter().collect();
+        rig.microphones.reference = 0;
+    }
     let observations = Observations {
-        rig: set.rig.clone(),
+        rig,
         kind: set.kind,
         source: set.source.clone(),
         points,
         rejections,
         channels: ping_delays.as_ref().map(|delays| delays.left_over(options.ping.reference)),
     };
-    Ok(Processed { observations, ping_delays, click_delays, scatter, corrections, records })
+    let click = click_options_found;
+    Ok(Processed { observations, ping_delays, click_delays, click, notes, scatter, corrections, records })
+}
+
+/// What is left of one operating point's records.
+struct Gathered {
+    pings: Vec<(usize, Ping)>,
+    clicks: Vec<(usize, Click)>,
+    ping_repeats: Option<Repeats>,
+    click_repeats: Option<Repeats>,
+    /// The drift that was taken out of all pings.
+    drift: Option<Drift>,
+}
+
+/// A ping without its shape: that of the reference microphone alone.
+fn alone(ping: &Ping) -> Ping {
+    Ping { s: ping.s, pressures: vec![1.0.into()], reference: 0, covariance: ping.covariance.select(&[0, 1]) }
+}
+
+/// The pings of one point, and the drift of their frequency that was taken out of all of them. Single pings may hold a
+/// drift that none of them shows beyond its noise.
+fn common_drift(pings: Vec<(usize, Ping, Drift)>) -> (Vec<(usize, Ping)>, Option<Drift>) {
+    let drifts: Vec<Drift> = pings.iter().map(|p| p.2).collect();
+    let common = Some(Drift::common(&drifts)).filter(Drift::is_significant);
+    let clear = |(repeat, mut ping, own): (usize, Ping, Drift)| {
+        if let Some(common) = &common {
+            if own.is_significant() {
+                own.put_back(&mut ping);
+            }
+            ping.s.im -= common.rate * own.moment;
+        }
+        (repeat, ping)
+    };
+    (pings.into_iter().map(clear).collect(), common)
+}
+
+fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String {
+    let frequency = pings.iter().map(|(_, p)| p.s.im).sum::<f64>() / pings.len().max(1) as f64;
+    format!(
+        "{point}: the frequency drifts by {:.4} +- {:.4} rad/s^2 during the decays, the speed of sound by {:.1e} per second; frequencies are those at the end of the forcing",
+        drift.rate,
+        drift.sd,
+        drift.rate / frequency
+    )
 }
 
 enum Fitted {
-    Ping(Result<Ping, Fault>),
+    Ping(Result<(Ping, Drift), Fault>),
     /// Arrival times and the channel of opposite polarity, if any; none without a calibration.
     Click(Result<Option<(Click, Option<usize>)>, Fault>),
 }
@@ -253,57 +335,4 @@ impl<'a> From<&'a Record> for Trace<'a> {
 
 fn rejection(record: &str, fault: &Fault) -> Rejection {
     Rejection { record: record.to_owned(), reason: fault.to_string() }
-}
-
-fn calibrate(
-    source: &dyn RecordSource,
-    options: &ProcessOptions,
-    rate_hz: f64,
-    advance: &(dyn Fn() + Sync),
-    rejections: &mut Vec<Rejection>,
-) -> Result<ChannelDelays, ProcessError> {
-    let set = source.set();
-    let jobs: Vec<(usize, usize)> = set
-        .calibrations
-        .iter()
-        .enumerate()
-        .filter(|(_, c)| (c.stretch.rate_hz - rate_hz).abs() < 1e-6 * rate_hz)
-        .flat_map(|(k, c)| (0..c.clicks.len()).map(move |n| (k, n)))
-        .collect();
-    if jobs.is_empty() {
-        return Err(ProcessError::NoCalibration { rate_hz });
-    }
-    let fits: Vec<Result<ClickFit, Fault>> = jobs
-        .par_iter()
-        .map(|&(which, repeat)| -> Result<_, RigError> {
-            let record = source.calibration(which, repeat)?;
-            let click = click_options(set, set.calibrations[which].day, None, &options.click);
-            let fit = fit_click(&Trace::from(&record), &click);
-            advance();
-            Ok(fit)
-        })
-        .collect::<Result<_, _>>()?;
-    let mut clicks = Vec::new();
-    for (&(which, repeat), fit) in jobs.iter().zip(fits) {
-        let calibration = &set.calibrations[which];
-        let day = &set.days[calibration.day];
-        match fit {
-            Ok(fit) => {
-                let speed = set.rig.gas.at(day.ambient_temperature, set.rig.pressure).sound_speed;
-                clicks.push(KnownClick {
-                    fit,
-                    expected: set.rig.microphones.positions.iter().map(|x| x / speed).collect(),
-                    group: calibration.day,
-                    // c goes as the square root of the temperature.
-                    speed_sd: 0.5 * day.ambient_temperature_sd / day.ambient_temperature,
-                });
-            }
-            Err(fault) => rejections.push(rejection(&calibration.clicks[repeat], &fault)),
-        }
-    }
-    ChannelDelays::calibrate(&clicks, rate_hz).map_err(|cause| ProcessError::Calibration {
-        rate_hz,
-        cause,
-        first_rejection: rejections.first().map(|r| format!("{}: {}", r.record, r.reason)),
-    })
 }

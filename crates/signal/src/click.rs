@@ -10,6 +10,7 @@
 //! times, gains, taps, waveform and backgrounds together is the weighted sum of all pairwise cross-correlations at its
 //! maximum, interpolated without error between samples.
 
+mod leaning;
 mod model;
 mod steps;
 
@@ -88,13 +89,16 @@ pub struct ClickFit {
     pub waveform: Vec<C64>,
     /// Taps of the reflection; empty if none was fitted.
     pub reflection: Vec<f64>,
-    /// Whether the reflection begins before the impulse has peaked at each channel: its gain then leans on the model of
-    /// the reflection.
-    pub overlapped: Vec<bool>,
+    /// Error of the time (s) and relative error of the gain of each channel, if the far end reflects as an unflanged pipe does
+    /// (Levine & Schwinger 1948) instead of as the taps expect: where the reflection overlaps the impulse, both lean on the
+    /// model of the reflection. Zero where it does not, and where the lag of the reflection is not known.
+    pub leaning: Vec<[f64; 2]>,
     /// Root of (energy over noise energy) per channel: the amplitude that a matched filter sees.
     pub signal_to_noise: Vec<f64>,
     /// Sum of squared residuals over its number of degrees of freedom.
     pub chi_squared: f64,
+    /// Energy of the residuals beyond that of the noise, over the energy of the impulse in all channels.
+    pub misfit: f64,
     /// Covariance of times, then of real and imaginary parts of the waveform.
     pub(crate) joint: Matrix,
 }
@@ -243,9 +247,15 @@ impl Fitting {
         let chi_squared = self.squares / self.freedom;
         let excess = if self.exceeds(3.0) || !self.segment.noise_known { chi_squared } else { 1.0 };
         let signal_to_noise = self.model.signal_to_noise(&self.segment, &self.rows);
-        let frequencies = comparison_frequencies(self.model.options.band_hz);
+        let band_hz = (self.model.options.band_hz.0, self.segment.highest_hz);
+        let frequencies = comparison_frequencies(band_hz);
         let inverse = inverse_scaled(&self.normal)?;
-        Ok(self.model.report(&inverse, excess, chi_squared, signal_to_noise, frequencies))
+        let leaning = self.model.leaning(&self.segment, &self.rows, &inverse);
+        let energy: f64 = signal_to_noise.iter().map(|v| v * v).sum();
+        let misfit =
+            if self.segment.noise_known { (self.squares - self.freedom).max(0.0) / energy } else { 0.0 };
+        let fit = self.model.report(&inverse, excess, chi_squared, signal_to_noise, frequencies);
+        Ok(ClickFit { leaning, misfit, ..fit })
     }
 }
 

@@ -1,7 +1,14 @@
 //! Delays and gains of the channels, from impulses that travel at a known speed.
 
-use crate::click::{ClickFit, inverse_scaled};
-use crate::{Fault, PingFit};
+mod error;
+mod place;
+
+use crate::click::ClickFit;
+use crate::pool::{Group, variances_of_means};
+use crate::{Fault, PingFit, StatedChannels};
+pub use error::CalibrationError;
+use error::{median_of, plausible};
+use place::{Placed, absolute, place};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{ChannelErrors, Click, Ping};
 
@@ -14,7 +21,7 @@ pub struct ChannelDelays {
     pub rate_hz: f64,
     /// Delay of each channel, s, including that of loudspeaker and trigger.
     pub delays: Vec<f64>,
-    /// Gain of each channel; their mean square is 1. Negative if inverted.
+    /// Gain of each channel; their mean square is 1.
     pub gains: Vec<f64>,
     /// Covariance of the delays, s^2: noise of the clicks, and the error of the known sound speed, which is common to
     /// all channels in proportion to their distance.
@@ -29,35 +36,12 @@ pub struct ChannelDelays {
     frequencies: Vec<f64>,
 }
 
-/// Relative sd of the gain of a channel where the reflection begins before the impulse has peaked: what five taps, which stand for a
-/// reflection that depends smoothly on frequency, leave of it. On the virtual laboratory, whose end reflects otherwise
-/// than the taps expect, the gain of such a channel comes out 0.3 to 0.4 % from the truth (docs/records/signal.md).
-const REFLECTED_GAIN_SD: f64 = 4e-3;
+/// How far gains may lie from their median, relative to it: probe microphones of one kind differ by a few per cent.
+pub(crate) const GAIN_SPREAD: f64 = 0.3;
 
-/// Why a calibration cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CalibrationError {
-    /// Too few clicks.
-    #[error("a calibration needs at least 2 usable clicks, there are {have}")]
-    TooFew {
-        /// Usable clicks.
-        have: usize,
-    },
-    /// The clicks and the expected arrivals do not fit together.
-    #[error("the clicks have {channels} channels and {frequencies} frequencies, {expected} were expected")]
-    Mismatch {
-        /// Channels of the offending click.
-        channels: usize,
-        /// Frequencies of its waveform.
-        frequencies: usize,
-        /// Channels expected.
-        expected: usize,
-    },
-    /// The waveforms of the clicks cannot be brought in phase.
-    #[error("the waveforms of the clicks cannot be compared: {0}")]
-    Waveform(#[from] Fault),
-}
+/// Energy that calibration clicks may leave, over their own: a twentieth of the amplitude. Clicks in warm gas may leave more, but
+/// gains of the channels come from these.
+const MISFIT: f64 = 2.5e-3;
 
 /// One calibration click and when it should have arrived.
 #[derive(Clone, Debug)]
@@ -72,20 +56,27 @@ pub struct KnownClick {
     pub speed_sd: f64,
 }
 
-/// Times and gains of one click on the scale of a template.
-struct Placed {
-    times: Vec<f64>,
-    gains: Vec<f64>,
-    covariance: Matrix,
-}
-
 impl ChannelDelays {
     /// Learns delays and gains from clicks at known sound speed. The mean waveform becomes the template from which
     /// absolute arrival times count.
     ///
     /// # Errors
-    /// Fewer than two clicks, or clicks that do not belong together.
+    /// Fewer than two clicks, clicks that do not belong together, or delays and gains that cannot be those of channels: a
+    /// negative gain, one that lies more than 30 % from the median of all, a delay (less the median) longer than sound
+    /// takes between neighbouring microphones.
     pub fn calibrate(clicks: &[KnownClick], rate_hz: f64) -> Result<Self, CalibrationError> {
+        Self::calibrate_within(clicks, rate_hz, GAIN_SPREAD)
+    }
+
+    /// As [`Self::calibrate`], for channels whose gains may lie by `spread` from their median, relative to it.
+    ///
+    /// # Errors
+    /// Those of [`Self::calibrate`].
+    pub fn calibrate_within(
+        clicks: &[KnownClick],
+        rate_hz: f64,
+        spread: f64,
+    ) -> Result<Self, CalibrationError> {
         let (Some(first), count) = (clicks.first(), clicks.len()) else {
             return Err(CalibrationError::TooFew { have: 0 });
         };
@@ -147,21 +138,35 @@ impl ChannelDelays {
         for p in &placed {
             covariance = covariance.plus(inflation / (count * count) as f64, &p.covariance);
         }
+        for m in 0..channels {
+            covariance[(m, m)] += mean(&|n, m| clicks[n].fit.leaning[m][0], m).powi(2);
+        }
         for (share, sd, expected) in groups(clicks) {
             covariance = covariance.plus(
                 (share * sd).powi(2),
                 &Matrix::from_fn(channels, channels, |i, j| expected[i] * expected[j]),
             );
         }
-        // The variance of Student's t, which the mean of a few clicks follows.
-        let student = if count > 3 { (count - 1) as f64 / (count - 3) as f64 } else { 3.0 };
+        plausible(&delays, &gains, &first.expected, spread)?;
+        let misfit = median_of(&clicks.iter().map(|c| c.fit.misfit).collect::<Vec<f64>>());
+        if misfit > MISFIT {
+            return Err(CalibrationError::Misfit { share: misfit, limit: MISFIT });
+        }
         // Noise is independent between channels. Their sample covariance would be, too, but from a dozen clicks it has
-        // directions that look far too certain.
-        let gain_variances: Vec<f64> = (0..channels)
+        // directions that look far too certain. From a few, what one channel's gain scatters says little: all do together.
+        let groups: Vec<Group> = (0..channels)
             .map(|m| {
-                let squares: f64 = (0..count).map(|n| (gain(n, m) - gains[m]).powi(2)).sum();
-                let leaning = if first.fit.overlapped[m] { REFLECTED_GAIN_SD * gains[m] } else { 0.0 };
-                (student * squares / ((count - 1) * count) as f64 + leaning * leaning) / (unit * unit)
+                let noise = |n: usize, m: usize| (gain(n, m) / clicks[n].fit.signal_to_noise[m]).powi(2);
+                let squares = (0..count).map(|n| (gain(n, m) - gains[m]).powi(2)).sum();
+                Group { within: mean(&noise, m), squares, count }
+            })
+            .collect();
+        let gain_variances: Vec<f64> = variances_of_means(&groups)
+            .into_iter()
+            .enumerate()
+            .map(|(m, variance)| {
+                let leaning = gains[m] * mean(&|n, m| clicks[n].fit.leaning[m][1], m);
+                (variance + leaning * leaning) / (unit * unit)
             })
             .collect();
         let frequencies = first.fit.frequencies.clone();
@@ -176,6 +181,29 @@ impl ChannelDelays {
             template,
             frequencies,
         })
+    }
+
+    /// Channels of which no click tells: gains of 1 and delays of 0, as well known as stated.
+    pub(crate) fn stated(channels: usize, rate_hz: f64, stated: StatedChannels) -> Self {
+        let diagonal = |sd: f64| Matrix::diagonal(&vec![sd * sd; channels]);
+        Self {
+            rate_hz,
+            delays: vec![0.0; channels],
+            gains: vec![1.0; channels],
+            covariance: diagonal(stated.delay_sd),
+            gain_covariance: diagonal(stated.gain_sd),
+            clicks: 0,
+            scatter: 0.0,
+            template: Vec::new(),
+            frequencies: Vec::new(),
+        }
+    }
+
+    /// The same channels at another sampling rate: their gains are the same, their delays only equal to `delay_sd`.
+    pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
+        let channels = self.gains.len();
+        let stated = Self::stated(channels, rate_hz, StatedChannels { gain_sd: 0.0, delay_sd });
+        Self { gains: self.gains.clone(), gain_covariance: self.gain_covariance.clone(), ..stated }
     }
 
     /// By how much a small dispersion kappa of the path ([`crate::ClickOptions::dispersion`]) delays the impulse, s per s^{1/2}: the
@@ -302,67 +330,4 @@ fn groups(clicks: &[KnownClick]) -> Vec<(f64, f64, &[f64])> {
         }
     }
     seen.into_iter().map(|(_, share, sd, expected)| (share, sd, expected)).collect()
-}
-
-/// Shift and scale that bring a waveform on the template, by weighted least squares; and the row that maps an error
-/// of the waveform to one of the shift.
-fn place(fit: &ClickFit, template: &[C64]) -> Result<((f64, f64), Vec<f64>), Fault> {
-    let (channels, bins) = (fit.times.len(), template.len());
-    let rows: Vec<usize> = (channels..channels + 2 * bins).collect();
-    let weight = inverse_scaled(&fit.joint.select(&rows))?;
-    let (mut shift, mut scale) = coarse_shift(fit, template);
-    let mut row = vec![0.0; 2 * bins];
-    for _ in 0..8 {
-        let mut design = Matrix::zeros(2 * bins, 2);
-        let mut left = vec![0.0; 2 * bins];
-        for k in 0..bins {
-            let turned = template[k] * C64::from_polar(1.0, -fit.frequencies[k] * shift);
-            let slope = C64::new(0.0, -fit.frequencies[k]) * turned * scale;
-            let residual = fit.waveform[k] - turned * scale;
-            for (part, (d, t, r)) in [(slope.re, turned.re, residual.re), (slope.im, turned.im, residual.im)]
-                .into_iter()
-                .enumerate()
-            {
-                design[(2 * k + part, 0)] = d;
-                design[(2 * k + part, 1)] = t;
-                left[2 * k + part] = r;
-            }
-        }
-        let weighted = design.transpose().product(&weight);
-        let gain = inverse_scaled(&weighted.product(&design))?.product(&weighted);
-        let step = gain.times(&left);
-        shift += step[0];
-        scale += step[1];
-        row = gain.row(0).to_vec();
-        if step[0].abs() < 1e-12 {
-            break;
-        }
-    }
-    Ok(((shift, scale), row))
-}
-
-/// Shift at which the two waveforms correlate best, either sign, on a grid of a microsecond.
-fn coarse_shift(fit: &ClickFit, template: &[C64]) -> (f64, f64) {
-    let power: f64 = template.iter().map(C64::norm_sqr).sum();
-    let product = |shift: f64| -> f64 {
-        let terms = fit.waveform.iter().zip(template).zip(&fit.frequencies);
-        terms.map(|((w, t), f)| (w * t.conj() * C64::from_polar(1.0, f * shift)).re).sum::<f64>() / power
-    };
-    let grid = (-300..=300).map(|k| f64::from(k) * 1e-6);
-    let best = grid.max_by(|a, b| product(*a).abs().total_cmp(&product(*b).abs())).unwrap_or(0.0);
-    (best, product(best))
-}
-
-/// Times and gains of a fit, counted from the template.
-fn absolute(fit: &ClickFit, template: &[C64]) -> Result<Placed, Fault> {
-    let ((shift, scale), row) = place(fit, template)?;
-    let channels = fit.times.len();
-    let map = Matrix::from_fn(channels, fit.joint.rows(), |i, j| {
-        if j < channels { f64::from(u8::from(i == j)) } else { row[j - channels] }
-    });
-    Ok(Placed {
-        times: fit.times.iter().map(|t| t + shift).collect(),
-        gains: fit.gains.iter().map(|g| g * scale).collect(),
-        covariance: map.product(&fit.joint).product(&map.transpose()),
-    })
 }

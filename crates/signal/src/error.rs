@@ -78,6 +78,21 @@ pub enum Fault {
         /// Largest sample over the rms of the quiet part, both high-passed.
         ratio: f64,
     },
+    /// An impulse lasts too long for the way it travels.
+    #[error(
+        "the impulse at channel {channel} rises for {:.2} ms and falls for {:.2} ms, and its reflection comes {:.2} ms after it: use a shorter one",
+        1e3 * before, 1e3 * after, 1e3 * room
+    )]
+    LongImpulse {
+        /// The channel farthest from the reflecting end.
+        channel: usize,
+        /// From a twentieth of the peak to the peak, s.
+        before: f64,
+        /// From the peak to a twentieth of it, s.
+        after: f64,
+        /// Time between the impulse and its reflection, s.
+        room: f64,
+    },
     /// A channel holds its value for a stretch of time.
     #[error("channel {channel} drops out at {at:.4} s: {samples} equal samples in a row")]
     Dropout {

@@ -1,4 +1,5 @@
-//! Where the forcing ends and the free decay begins, found from the record itself.
+//! Where the forcing ends and the free decay begins, found from the record itself: for a record that holds a plateau. For
+//! others see [`crate::backwards`].
 
 use crate::Fault;
 use crate::ringdown::{Component, Kind, SETTLING, Solution, White, solve};
@@ -12,12 +13,24 @@ const PLATEAU: f64 = 0.85;
 /// times as loud as the first.
 const RISEN: f64 = 0.05;
 
+/// Fewest samples of a block. Where a block is not a whole number of periods, the energy of a steady tone ripples.
+const BLOCK: f64 = 20.0;
+/// Variance that a steady tone may leave of the forced plateau, over that of the noise; beyond, the build-up still sounds.
+const STEADY: f64 = 1.1;
+
+/// Time over which the fall of the energy is compared, s; energy over that of the noise that is asked for; and the share of a
+/// later fall below which the first one is too slow. Neighbours make a fall uneven by a tenth or two.
+const FALL: f64 = 0.05;
+const FAR: f64 = 1e4;
+const SLOW: f64 = 0.5;
+
 /// What the envelope of the strongest tone shows.
 #[derive(Clone, Debug)]
 pub(crate) struct Envelope {
     /// Angular frequency of the strongest tone, 1/s.
     pub(crate) omega: f64,
-    /// Samples per block: one period, so that steady harmonics of the tone cancel.
+    /// Samples per block: one period, or a few of a tone so high that a period has few samples. Steady harmonics of the
+    /// tone then cancel.
     pub(crate) block: usize,
     /// Energy of the tone in each block, all white channels together.
     energy: Vec<f64>,
@@ -60,7 +73,8 @@ impl Envelope {
         });
         let (k, _) = range.max_by(|a, b| a.1.norm_sqr().total_cmp(&b.1.norm_sqr())).ok_or(too_short)?;
         let omega = std::f64::consts::TAU * resolution * k.max(1) as f64;
-        let block = ((std::f64::consts::TAU / (omega * white.step)).round() as usize).max(2);
+        let period = std::f64::consts::TAU / (omega * white.step);
+        let block = (((BLOCK / period).ceil().max(1.0) * period).round() as usize).max(2);
         let turn = C64::from_polar(1.0, -omega * white.step);
         let mut sums = vec![C64::ZERO; white.channels];
         let mut energy = Vec::with_capacity(rows / block);
@@ -117,6 +131,28 @@ impl Envelope {
         Some(Regrowth { least, grown, factor: (self.energy[grown] / self.energy[least]).sqrt() })
     }
 
+    /// Whether the amplitude falls faster later on than just after the plateau: then the plateau was an overshoot, and the forcing
+    /// goes on after it. A free decay falls as fast from its beginning. Only what is far above the noise is asked.
+    pub(crate) fn falls_late(&self, channels: usize, step: f64) -> bool {
+        let span = ((FALL / step) as usize / self.block).max(2);
+        let first = self.plateau().1 + 1;
+        let floor = FAR * (channels * self.block) as f64;
+        let fall = |j: usize| {
+            let (a, b) = (self.energy.get(j)?, self.energy.get(j + span)?);
+            (*b > floor).then(|| (a / b).ln())
+        };
+        let Some(early) = fall(first) else { return false };
+        (first + span..).map_while(fall).any(|late| early < SLOW * late)
+    }
+
+    /// First block that is loud, and the last one before the record sinks into noise of unit variance, if any.
+    pub(crate) fn loud(&self, channels: usize) -> Option<(usize, usize)> {
+        let (floor, top) = (LOUD * (channels * self.block) as f64, self.top());
+        let first = self.energy.iter().position(|&e| e >= RISEN * top)?;
+        let last = self.energy.iter().rposition(|&e| e >= floor)?;
+        (first <= last).then_some((first, last))
+    }
+
     /// First sample of the free decay: the change point of highest likelihood between a steady tone and the decay
     /// `free` (fitted from sample `fitted_from` on), plus the shortest lag at which noise could still hide the tone.
     /// None if the record holds too little steady forcing to say.
@@ -132,38 +168,79 @@ impl Envelope {
         // The last blocks of the plateau may hold decay already: fit the tone well before its end.
         let decay = free.components.first().map_or(0.0, |c| -c.s.re).max(0.1);
         let end = end.saturating_sub((0.1 / (decay * white.step)) as usize);
-        let begin = ((first + 3) * self.block).max(end.saturating_sub((0.3 / white.step) as usize));
+        let begin = ((first + 3) * self.block).max(end.saturating_sub((FORCED / white.step) as usize));
         if end < begin + 8 * self.block {
             return None;
         }
-        let mut tones = vec![Component { s: C64::new(0.0, self.omega), kind: Kind::Tone }];
-        tones.extend(free.components.iter().filter(|c| matches!(c.kind, Kind::Mains(_))));
-        let slice = |a: usize, b: usize| White {
-            samples: &white.samples[a * white.channels..b * white.channels],
-            ..white
-        };
-        let forced = solve(slice(begin, end), &tones, SETTLING).ok()?;
-        let (scan_from, scan_to) = (end, fitted_from.min(white.rows()));
-        let region = slice(scan_from, scan_to);
-        let offset = scan_from as f64;
-        let squares = |left: Vec<f64>| -> Vec<f64> {
-            left.chunks_exact(white.channels).map(|row| row.iter().map(|v| v * v).sum()).collect()
-        };
-        let steady = squares(forced.residuals(region, offset - begin as f64));
-        let decaying = squares(free.residuals(region, offset - fitted_from as f64));
-        let (mut sum, mut best, mut change) = (0.0, 0.0, 0);
-        for (n, (a, b)) in steady.iter().zip(&decaying).enumerate() {
-            sum += a - b;
-            if sum < best {
-                (best, change) = (sum, n + 1);
-            }
-        }
-        let strength: f64 = forced.amplitudes[0].iter().map(|a| a.norm_sqr()).sum();
-        let split = (free.components[0].s - forced.components[0].s).norm();
-        // The difference of the two models grows as |b| |s - i omega_f| t: its sum of squares reaches 1/16 here.
-        let lag = ((0.375 * white.step / (strength * split * split)).cbrt() / white.step).ceil() as usize;
-        Some(scan_from + change + order + lag)
+        let forced = forced(white.slice(begin, end), self.omega, Kind::Tone, free)?;
+        Some(change(white, (&forced, begin), (free, fitted_from), end) + order)
     }
+}
+
+/// Longest stretch of forcing that is looked at, s.
+pub(crate) const FORCED: f64 = 0.3;
+/// Energy of a block over that of the noise above which a decay can be told from noise: amplitude ten times the noise of the block.
+const LOUD: f64 = 100.0;
+
+/// A stretch of forcing: a steady tone near `omega` and the mains; and, if these leave more than noise, the modes of `free`
+/// that the switching-on has excited. The tone is steady ([`Kind::Tone`]) or may grow and fade ([`Kind::Mode`]).
+pub(crate) fn forced(stretch: White<'_>, omega: f64, kind: Kind, free: &Solution) -> Option<Solution> {
+    let mut tones = vec![Component { s: C64::new(0.0, omega), kind }];
+    tones.extend(free.components.iter().filter(|c| matches!(c.kind, Kind::Mains(_))));
+    let steady = solve(stretch, &tones, SETTLING);
+    if let Ok(solution) = &steady
+        && solution.variance() < STEADY + 5.0 * (2.0 / solution.freedom).sqrt()
+    {
+        return steady.ok();
+    }
+    let known = free.components.iter().filter(|c| c.kind == Kind::Mode);
+    tones.splice(1..1, known.map(|c| Component { kind: Kind::Known, ..*c }));
+    solve(stretch, &tones, SETTLING).or(steady).ok()
+}
+
+/// The change point of highest likelihood, from row `scan_from` on, between `forced` and `free`, each with the first row of its
+/// fit, plus the shortest lag at which noise could still hide the difference.
+pub(crate) fn change(
+    white: White<'_>,
+    (forced, begin): (&Solution, usize),
+    (free, fitted_from): (&Solution, usize),
+    scan_from: usize,
+) -> usize {
+    let region = white.slice(scan_from, fitted_from);
+    let offset = scan_from as f64;
+    let squares = |left: Vec<f64>| -> Vec<f64> {
+        left.chunks_exact(white.channels).map(|row| row.iter().map(|v| v * v).sum()).collect()
+    };
+    let steady = squares(forced.residuals(region, offset - begin as f64));
+    let decaying = squares(free.residuals(region, offset - fitted_from as f64));
+    let (mut sum, mut best, mut change) = (0.0, 0.0, 0);
+    for (n, (a, b)) in steady.iter().zip(&decaying).enumerate() {
+        sum += a - b;
+        if sum < best {
+            (best, change) = (sum, n + 1);
+        }
+    }
+    let strength: f64 = forced.amplitudes[0].iter().map(|a| a.norm_sqr()).sum();
+    let split = (free.components[0].s - forced.components[0].s).norm();
+    // The difference of the two models grows as |b| |s - i omega_f| t: its sum of squares reaches 1/16 here.
+    let lag = ((0.375 * white.step / (strength * split * split)).cbrt() / white.step).ceil() as usize;
+    scan_from + change + lag
+}
+
+/// Angular frequency of the strongest tone of a stretch between two frequencies (Hz), 1/s, to a small part of its resolution.
+pub(crate) fn strongest(stretch: White<'_>, band_hz: (f64, f64)) -> Option<f64> {
+    let channel = strongest_channel(stretch);
+    let length = (4 * stretch.rows().max(16)).next_power_of_two();
+    let transform = transform::forward(length);
+    let (mut series, mut spectrum) = (transform.make_input_vec(), transform.make_output_vec());
+    let samples = stretch.samples.iter().skip(channel).step_by(stretch.channels);
+    series.iter_mut().zip(samples).for_each(|(out, y)| *out = *y);
+    transform.process(&mut series, &mut spectrum).ok()?;
+    let resolution = 1.0 / (length as f64 * stretch.step);
+    let inside = |k: usize| (band_hz.0..=band_hz.1).contains(&(k as f64 * resolution));
+    let range = spectrum.iter().enumerate().filter(|&(k, _)| inside(k));
+    let (k, _) = range.max_by(|a, b| a.1.norm_sqr().total_cmp(&b.1.norm_sqr()))?;
+    Some(std::f64::consts::TAU * resolution * k as f64)
 }
 
 fn strongest_channel(white: White<'_>) -> usize {

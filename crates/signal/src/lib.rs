@@ -4,7 +4,8 @@
 //! * [`fit_ping`]: one complex frequency and a mode shape from a ring-down.
 //! * [`fit_click`]: arrival times of one impulse at all channels.
 //! * [`ChannelDelays`]: delays and gains of the channels, learnt from impulses at a known speed of sound, and removed.
-//! * [`combine`]: the mean over repeats, scatter within and between them, drift, outliers.
+//! * [`combine`]: the mean over repeats, scatter within and between them, drift, outliers; [`pool`]: the same scatter
+//!   learnt from all points.
 //! * [`process`]: all of this for the records of a campaign.
 //!
 //! A record that must not be used is refused with a [`Fault`] that says why. The theory is in `docs/theory/signal.md`.
@@ -37,10 +38,14 @@
 //! # Ok::<(), rijke_signal::Fault>(())
 //! ```
 
+mod backwards;
 mod campaign;
+mod chirp;
 mod click;
 mod delays;
+mod end;
 mod error;
+mod extent;
 mod forcing;
 mod kernels;
 mod noise;
@@ -48,6 +53,7 @@ mod parabola;
 mod pencil;
 mod picture;
 mod ping;
+mod pool;
 mod pulse;
 mod repeats;
 mod ringdown;
@@ -59,12 +65,15 @@ mod verdict;
 mod waveform;
 
 pub use campaign::{
-    PointScatter, ProcessError, ProcessOptions, Processed, click_options, process, record_count,
+    PointScatter, ProcessError, ProcessOptions, Processed, StatedChannels, click_options, process,
+    record_count,
 };
+pub use chirp::Drift;
 pub use click::{ClickFit, ClickOptions, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, KnownClick};
 pub use error::Fault;
+pub use extent::Extent;
 pub use picture::{ClickPicture, PingPicture};
 pub use ping::{PingFit, PingOptions, fit_ping};
-pub use repeats::{Repeats, combine};
+pub use repeats::{Repeats, combine, pool};
 pub use trace::Trace;

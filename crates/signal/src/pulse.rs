@@ -6,6 +6,8 @@ use crate::segment::decimation;
 use crate::{Fault, Trace};
 use pulp::NullaryFnOnce;
 
+/// Window of the fit for which the lengths that follow are meant, s: for longer ones they grow in proportion.
+const WINDOW: f64 = 0.8e-3;
 /// Half length of the smoothing kernel of the high-pass filter, s: hum at 50 Hz falls to 3e-4, and what the filter
 /// smears from later reflections into the window is below their mean over 3 ms.
 const SMOOTHING: f64 = 1.5e-3;
@@ -54,19 +56,21 @@ pub(crate) struct Bursts {
     first: f64,
     rate_hz: f64,
     spread: usize,
+    scale: f64,
 }
 
 impl Bursts {
     pub(crate) fn find(trace: &Trace<'_>, options: &ClickOptions) -> Result<Self, Fault> {
         let factor = decimation(trace.rate_hz, options.band_hz.1);
         let rate_hz = trace.rate_hz / factor as f64;
-        let half = ((SMOOTHING * rate_hz).ceil() as usize).max(2);
+        let scale = (options.window.0.max(options.window.1) / WINDOW).max(1.0);
+        let half = ((scale * SMOOTHING * rate_hz).ceil() as usize).max(2);
         if trace.len() < 8 * half * factor {
             return Err(Fault::TooShort { what: "record", have: trace.len(), need: 8 * half * factor });
         }
         let quiet = trace.quiet.min(trace.len());
         let begin = 2 * (half - 1);
-        let spread = ((0.3e-3 * rate_hz).ceil() as usize).max(2);
+        let spread = ((scale * 0.3e-3 * rate_hz).ceil() as usize).max(2);
         let channels: Vec<Filtered> =
             trace.channels.chunks(LANES).flat_map(|group| high_pass(group, factor, half, spread)).collect();
         let silence = (quiet / factor).saturating_sub(begin + spread);
@@ -75,7 +79,7 @@ impl Bursts {
             let burst = first_burst(&channel.energy, silence, spread);
             found.push(burst.ok_or_else(|| no_impulse(m, &channel.z, silence))?);
         }
-        let margin = ((options.window.0 + options.window.1 + REACH) * rate_hz) as usize;
+        let margin = ((options.window.0 + options.window.1 + scale * REACH) * rate_hz) as usize;
         let length = channels[0].z.len();
         if found.iter().any(|&(n, _)| n < margin || n + margin >= length) {
             let (have, need) = (length * factor, 2 * margin * factor);
@@ -83,7 +87,7 @@ impl Bursts {
         }
         // The mean over `factor` samples belongs to their middle.
         let first = (begin * factor) as f64 + 0.5 * (factor - 1) as f64 - quiet as f64;
-        Ok(Self { channels, found, first: first / trace.rate_hz, rate_hz, spread })
+        Ok(Self { channels, found, first: first / trace.rate_hz, rate_hz, spread, scale })
     }
 
     /// Brings the channels in phase.
@@ -97,7 +101,7 @@ impl Bursts {
         let mut located = Located { times: Vec::new(), gains: Vec::new(), pivot };
         let centre = centroid(&channels[pivot].z, found[pivot].0, self.spread);
         for (channel, &(n, _)) in channels.iter().zip(found) {
-            let (place, gain) = align(&channels[pivot].z, centre, &channel.z, n, self.rate_hz);
+            let (place, gain) = align(&channels[pivot].z, centre, &channel.z, n, self.scale * self.rate_hz);
             located.times.push(self.first + place / self.rate_hz);
             located.gains.push(gain);
         }

@@ -7,6 +7,7 @@
 //! and component that still sounds.
 
 mod sums;
+mod white;
 
 use crate::Fault;
 use crate::click::inverse_scaled;
@@ -14,6 +15,7 @@ use crate::kernels::{Powers, run};
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
 use sums::{grams, lengths, project};
+pub(crate) use white::White;
 
 /// What is known about a component beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +26,8 @@ pub(crate) enum Kind {
     Tone,
     /// A multiple of the mains: growth rate zero; all of them share one free fundamental frequency.
     Mains(u32),
+    /// A mode known from elsewhere: nothing is free but its amplitudes.
+    Known,
 }
 
 /// One exponential of the model.
@@ -33,25 +37,6 @@ pub(crate) struct Component {
     pub(crate) s: C64,
     /// Which of the two are free.
     pub(crate) kind: Kind,
-}
-
-/// White samples, one row of channels per sample.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct White<'a> {
-    pub(crate) samples: &'a [f64],
-    pub(crate) channels: usize,
-    /// Time between samples, s.
-    pub(crate) step: f64,
-}
-
-impl White<'_> {
-    pub(crate) fn rows(&self) -> usize {
-        self.samples.len() / self.channels
-    }
-
-    pub(crate) fn energy(&self) -> f64 {
-        self.samples.iter().map(|v| v * v).sum()
-    }
 }
 
 /// The maximum of the likelihood and its curvature.
@@ -80,7 +65,7 @@ fn parameters(components: &[Component]) -> Vec<(usize, usize)> {
         match component.kind {
             Kind::Mode => list.extend([(k, 0), (k, 1)]),
             Kind::Tone => list.push((k, 1)),
-            Kind::Mains(_) => {}
+            Kind::Mains(_) | Kind::Known => {}
         }
     }
     if let Some(k) = components.iter().position(|c| matches!(c.kind, Kind::Mains(_))) {

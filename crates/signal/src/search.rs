@@ -189,6 +189,13 @@ impl Search<'_> {
     }
 }
 
+/// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch that begins within
+/// the forcing.
+pub(crate) fn has_close_neighbour(components: &[Component]) -> bool {
+    let close = |c: &&Component| c.kind == Kind::Mode && (c.s.im - components[0].s.im).abs() < TAU * APART_HZ;
+    components.iter().skip(1).any(|c| close(&c))
+}
+
 /// Number of modes; they come before the harmonics of the mains.
 fn modes(components: &[Component]) -> usize {
     components.iter().take_while(|c| c.kind == Kind::Mode).count()

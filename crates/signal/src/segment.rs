@@ -81,6 +81,11 @@ impl Segment {
         self.channels[m][n]
     }
 
+    /// Adds to a sample of channel `m`.
+    pub(crate) fn add(&mut self, m: usize, n: usize, value: f64) {
+        self.channels[m][n] += value;
+    }
+
     /// First and one past the last sample of the window of each channel.
     pub(crate) fn windows(&self, times: &[f64], options: &ClickOptions) -> Vec<(usize, usize)> {
         let length = self.channels[0].len();

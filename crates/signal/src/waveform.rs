@@ -119,6 +119,14 @@ impl Waveform {
         self.coefficients = (0..self.coefficients.len()).map(|k| self.at(centre(k) + lag).0).collect();
     }
 
+    /// Fourier transform at the angular frequency `omega`, below the highest frequency of the waveform.
+    pub(crate) fn transform(&self, omega: f64) -> C64 {
+        let term = |(k, c): (usize, &f64)| {
+            C64::from_polar(c * self.spacing, -omega * (self.first + self.spacing * k as f64))
+        };
+        self.coefficients.iter().enumerate().map(term).sum()
+    }
+
     /// The linear map from coefficients to real and imaginary parts of the spectrum at the given frequencies, up to a
     /// real factor of each frequency that is the same for all waveforms.
     pub(crate) fn spectrum_map(&self, frequencies: &[f64]) -> Matrix {

@@ -64,7 +64,7 @@ pub(super) fn write(
             entry(name, &RecordFigure { title, data: set.kind, panels }.svg())?;
         }
         let shown = first(&point.clicks.iter().map(|c| c.0).collect::<Vec<_>>());
-        let known = click_options(set, records.day, Some(&records.point), &options.click);
+        let known = click_options(set, records.day, Some(&records.point), &processed.click);
         for (n, name) in records.clicks.iter().enumerate().filter(|(n, r)| *n == shown || reason(r).is_some())
         {
             let record = source.click(k, n).or_bad_input()?;

@@ -2,6 +2,7 @@
 
 use super::{ClickFit, ClickOptions, Reflection};
 use crate::ClickPicture;
+use crate::extent::EQUAL;
 use crate::kernels::{LANES, dot, four_dots_inline, run};
 use crate::parabola::Parabola;
 use crate::pulse::Located;
@@ -12,8 +13,8 @@ use rijke_numerics::{C64, Cholesky, Matrix};
 
 /// Taps of the reflection and their spacing, s: an open end reflects high frequencies less and a little later (|R|
 /// falls from 1 to 0.5 at 3 kHz in a tube of 5 cm).
-const TAPS: usize = 5;
-const TAP_SPACING: f64 = 0.06e-3;
+pub(super) const TAPS: usize = 5;
+pub(super) const TAP_SPACING: f64 = 0.06e-3;
 /// Relative weight of a prior that the waveform is zero: bounds what the samples leave open at its ends.
 const RIDGE: f64 = 1e-6;
 /// Coefficients at each end of the waveform that are zero: the impulse begins and ends inside its window.
@@ -24,14 +25,14 @@ pub(super) struct Model {
     pub(super) options: ClickOptions,
     pivot: usize,
     pub(super) times: Vec<f64>,
-    gains: Vec<f64>,
-    taps: Vec<f64>,
+    pub(super) gains: Vec<f64>,
+    pub(super) taps: Vec<f64>,
     /// The taps expected beforehand.
-    expected: Vec<f64>,
+    pub(super) expected: Vec<f64>,
     /// Lag of the reflection over the lag stated, and its sd beforehand; none if the lag is known.
     pub(super) pace: f64,
-    pace_sd: Option<f64>,
-    waveform: Waveform,
+    pub(super) pace_sd: Option<f64>,
+    pub(super) waveform: Waveform,
 }
 
 /// First and one past the last sample of the window of each channel.
@@ -88,7 +89,7 @@ impl Model {
     }
 
     /// Where the time of channel `m` sits among the unknowns; its gain follows `channels - 1` later.
-    fn free(&self, m: usize) -> Option<usize> {
+    pub(super) fn free(&self, m: usize) -> Option<usize> {
         match m.cmp(&self.pivot) {
             std::cmp::Ordering::Less => Some(m),
             std::cmp::Ordering::Equal => None,
@@ -183,10 +184,16 @@ impl Model {
 
     /// Moves the origin of the waveform to its peak, so that all clicks sit alike in their windows.
     pub(super) fn centre(&mut self) {
+        let reach = ((0.5e5 * self.options.window.0.max(self.options.window.1)) as i32).max(40);
         // The impulse is band-limited: within 5 us of its peak its slope is a straight line.
-        let sizes: Vec<f64> = (-40..=40).map(|k| self.waveform.at(1e-5 * f64::from(k)).0.abs()).collect();
-        let largest = (0..sizes.len()).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(40);
-        let mut peak = 1e-5 * (largest as f64 - 40.0);
+        let sizes: Vec<f64> =
+            (-reach..=reach).map(|k| self.waveform.at(1e-5 * f64::from(k)).0.abs()).collect();
+        let top = sizes.iter().copied().fold(0.0, f64::max);
+        // Of two equal lobes the first one, so that noise does not choose.
+        let turns = |n: &usize| sizes[*n] >= sizes.get(n + 1).copied().unwrap_or(0.0);
+        let largest =
+            (0..sizes.len()).find(|n| sizes[*n] > EQUAL * top && turns(n)).unwrap_or(reach as usize);
+        let mut peak = 1e-5 * (largest as f64 - f64::from(reach));
         for _ in 0..6 {
             let slope = |t: f64| self.waveform.at(t).1;
             let curvature = (slope(peak + 1e-7) - slope(peak - 1e-7)) / 2e-7;
@@ -268,9 +275,8 @@ impl Model {
         let joint = Matrix::from_fn(joint.rows(), joint.rows(), |i, j| excess * joint[(i, j)]);
         let values = spectrum.times(&self.waveform.coefficients);
         ClickFit {
-            overlapped: (0..channels)
-                .map(|m| self.options.lag(m).is_some_and(|lag| lag < self.options.window.0))
-                .collect(),
+            leaning: vec![[0.0; 2]; channels],
+            misfit: 0.0,
             covariance: Matrix::from_fn(channels, channels, |i, j| joint[(i, j)]),
             times: self.times,
             gains: self.gains,

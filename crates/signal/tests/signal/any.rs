@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use rijke_numerics::Streams;
-use rijke_signal::{ClickOptions, PingOptions, Reflection, Trace, fit_click, fit_ping};
+use rijke_signal::{ClickOptions, Extent, PingOptions, Reflection, Trace, fit_click, fit_ping};
 
 /// One channel of a kind: noise, nothing, extreme, steps, a tone, an impulse, not a number.
 fn channel(kind: u8, length: usize, seed: u64) -> Vec<f64> {
@@ -49,6 +49,9 @@ proptest! {
             pace_sd: 0.2,
         };
         for reflection in [None, Some(reflection)] {
+            if let Ok(extent) = Extent::of(&trace, &ClickOptions { reflection: reflection.clone(), ..ClickOptions::default() }) {
+                prop_assert!(extent.before > 0.0 && extent.after.is_finite() && extent.band_hz.1 > 0.0);
+            }
             if let Ok(fit) = fit_click(&trace, &ClickOptions { reflection, ..ClickOptions::default() }) {
                 prop_assert!(fit.times.iter().chain(&fit.gains).all(|v| v.is_finite()));
             }

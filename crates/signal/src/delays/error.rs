@@ -1,0 +1,98 @@
+//! Why a calibration cannot be used.
+
+use crate::Fault;
+
+/// Why a calibration cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CalibrationError {
+    /// Too few clicks.
+    #[error("a calibration needs at least 2 usable clicks, there are {have}")]
+    TooFew {
+        /// Usable clicks.
+        have: usize,
+    },
+    /// The clicks and the expected arrivals do not fit together.
+    #[error("the clicks have {channels} channels and {frequencies} frequencies, {expected} were expected")]
+    Mismatch {
+        /// Channels of the offending click.
+        channels: usize,
+        /// Frequencies of its waveform.
+        frequencies: usize,
+        /// Channels expected.
+        expected: usize,
+    },
+    /// The channels do not show the same impulse.
+    #[error(
+        "the channels do not show one impulse: what they leave of it has {:.2} % of its energy, {:.2} % are allowed; a shorter, simpler click will do",
+        100.0 * share, 100.0 * limit
+    )]
+    Misfit {
+        /// Energy left over, relative to that of the impulse.
+        share: f64,
+        /// What is allowed.
+        limit: f64,
+    },
+    /// A gain that no calibration explains.
+    #[error(
+        "channel {channel} has a gain of {gain:.3} where the median of the channels has {median:.3}: either its wires are swapped or its sensitivity is wrong, or the clicks are not one impulse that passes all microphones; gains may differ by {:.0} %",
+        100.0 * spread
+    )]
+    ImplausibleGain {
+        /// The channel.
+        channel: usize,
+        /// Its gain.
+        gain: f64,
+        /// The median.
+        median: f64,
+        /// Difference from the median that is allowed, relative to it.
+        spread: f64,
+    },
+    /// A delay that belongs to another place.
+    #[error(
+        "channel {channel} hears the clicks {:.0} us after the time at which it should, compared with the median of the channels; sound takes {:.0} us from one microphone to the next: are the channels in the order that the manifest says?",
+        1e6 * delay, 1e6 * limit
+    )]
+    ImplausibleDelay {
+        /// The channel.
+        channel: usize,
+        /// Its delay less the median of all, s.
+        delay: f64,
+        /// Travel time between neighbouring microphones, s.
+        limit: f64,
+    },
+    /// The waveforms of the clicks cannot be brought in phase.
+    #[error("the waveforms of the clicks cannot be compared: {0}")]
+    Waveform(#[from] Fault),
+}
+
+/// Refuses delays and gains that are none of channels.
+pub(super) fn plausible(
+    delays: &[f64],
+    gains: &[f64],
+    expected: &[f64],
+    spread: f64,
+) -> Result<(), CalibrationError> {
+    let median = median_of(gains);
+    let unlike = |gain: &f64| gain / median <= 0.0 || (gain / median - 1.0).abs() > spread;
+    if let Some(channel) = gains.iter().position(unlike) {
+        return Err(CalibrationError::ImplausibleGain { channel, gain: gains[channel], median, spread });
+    }
+    let mut sorted = expected.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let apart: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    let (middle, limit) =
+        (median_of(delays), if apart.is_empty() { f64::INFINITY } else { median_of(&apart) });
+    match delays.iter().position(|d| (d - middle).abs() > limit) {
+        Some(channel) => {
+            Err(CalibrationError::ImplausibleDelay { channel, delay: delays[channel] - middle, limit })
+        }
+        None => Ok(()),
+    }
+}
+
+pub(super) fn median_of(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
