@@ -1,7 +1,7 @@
 //! Studies of rigs that have nothing in common with the paper's, from their files.
 
-use rijke_engine::run::{Run, StageRecord, Trusted};
 use rijke_engine::EngineError;
+use rijke_engine::run::{Run, StageRecord, Trusted};
 use rijke_study::Study;
 use std::path::{Path, PathBuf};
 
@@ -128,7 +128,8 @@ fn lab_quarter_wave_tube_finds_the_form_of_its_law() {
     let stages = run(&folder).unwrap();
     let heat = stages.last().unwrap();
     assert_eq!((heat.measured.len(), heat.chosen.as_str()), (48, "heat.king-lighthill"));
-    let total = |id: &str| heat.models.iter().find(|m| m.id == id).and_then(|m| m.evidence).unwrap().ln_marginal;
+    let total =
+        |id: &str| heat.models.iter().find(|m| m.id == id).and_then(|m| m.evidence).unwrap().ln_marginal;
     assert!(total("heat.king-lighthill") > total("heat.king") + 20.0);
     assert!(total("heat.king") > total("heat.constant") + 20.0);
 }
