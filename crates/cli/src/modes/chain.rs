@@ -26,6 +26,10 @@ pub(super) struct Case {
     remedy: &'static str,
 }
 
+/// What is said of open ends of that program.
+const OPEN_END: &str = "open ends (types 11, 12) are exact here; OSCILOS_lite evaluates a fit at the frequency alone, so that its \
+                        growth rates differ by some 1/s where modes are strongly damped";
+
 enum Chain {
     Rest(Box<Built>),
     /// With the names of what acts at places.
@@ -101,9 +105,13 @@ impl Case {
             }
             x += duct.length;
         }
+        // Kinds 11 and 12 are open ends, of which that program evaluates a fit.
+        let kind = |text: &str| text.lines().nth(1)?.split_whitespace().next()?.parse::<f64>().ok();
+        let open = [&texts.inlet, &texts.outlet].into_iter().filter_map(|text| kind(text)).any(|k| k >= 11.0);
+        let warnings = Vec::from_iter(open.then(|| OPEN_END.to_owned()));
         let chain = Chain::Flow(Box::new(chain), names);
         let remedy = "Change Scan_range.txt, or give --min-hz and --max-hz.";
-        Ok(Self { path, title: None, region, passive: false, warnings: Vec::new(), devices, chain, remedy })
+        Ok(Self { path, title: None, region, passive: false, warnings, devices, chain, remedy })
     }
 
     fn bad<T>(&self, outcome: Result<T, NetworkError>) -> Result<T, Failure> {

@@ -3,6 +3,7 @@
 mod ends;
 mod holes;
 mod probe;
+mod relocate;
 mod roots;
 mod table;
 

@@ -1,6 +1,7 @@
-//! Measured transfer functions: a rational function through a table of gain and phase, by the AAA algorithm
-//! (Nakatsukasa, Sete & Trefethen 2018), kept as partial fractions.
+//! Measured transfer functions: a rational function of lowest order near a table of gain and phase, kept as partial fractions.
+//! The AAA algorithm (Nakatsukasa, Sete & Trefethen 2018) finds poles, least squares better ones and the residues.
 
+use super::relocate::{Samples, relocate, residues, spread, upper};
 use rijke_numerics::{C64, DenseError, Jet, JetSpace, Matrix, complex_eigenvalues, least_direction};
 use std::f64::consts::PI;
 
@@ -129,16 +130,94 @@ impl Table {
             let free = (0..rows.len()).filter(|k| !supports.contains(k));
             let Some(worst) = free.max_by(|&a, &b| gap(a).total_cmp(&gap(b))) else { break };
             supports.push(worst);
-            fit = fractions(omega, &values, &supports, delay, range)?;
-            fit.deviation = fit.worst(omega, &values) / scale;
+            let samples = Samples { omega, values: &values };
+            let aaa = fractions(omega, &values, &supports, delay, range)?;
+            let order = aaa.terms.len();
+            // One order less first, which AAA cannot have: it counts in pairs of supports.
+            for poles in [spread(order - 1, range), upper(aaa.terms.iter().map(|t| t.0))] {
+                let better = aaa.with_poles(&samples, poles, scale);
+                if better.deviation < fit.deviation {
+                    fit = better;
+                }
+                if fit.deviation <= tolerance {
+                    break;
+                }
+            }
+            if fit.deviation > tolerance {
+                let deviation = aaa.worst(omega, &values) / scale;
+                if deviation < fit.deviation || fit.terms.len() + 1 < order {
+                    fit = Self { deviation, ..aaa };
+                }
+            }
             reached = reached.min(fit.deviation);
         }
-        // Growing poles far beyond the table are harmless: no search comes near them.
-        let near = |pole: C64| pole.re > 0.0 && pole.re < range[1] && pole.im.abs() < 1.5 * range[1];
-        match fit.terms.iter().find(|(pole, _)| near(*pole)) {
-            Some(&(at, _)) => Err(TableError::Unstable { at }),
-            None => Ok(fit),
+        fit.settled(&Samples { omega, values: &values }, scale, tolerance)
+    }
+
+    /// The best fit that least squares reach from these poles, in a few steps.
+    fn with_poles(&self, samples: &Samples<'_>, poles: Vec<C64>, scale: f64) -> Self {
+        const STEPS: usize = 8;
+        let mut best = Self { deviation: f64::INFINITY, ..self.clone() };
+        let mut poles = poles;
+        for _ in 0..STEPS {
+            if let Some(found) = residues(samples, &poles) {
+                let mut fit = Self { constant: found.constant, terms: found.terms, ..self.clone() };
+                fit.deviation = fit.worst(samples.omega, samples.values) / scale;
+                if fit.deviation < best.deviation {
+                    best = fit;
+                }
+            }
+            match relocate(samples, &poles) {
+                Ok(next) if !next.is_empty() => poles = next,
+                _ => break,
+            }
         }
+        best
+    }
+
+    /// Without the poles that the data do not ask for, and with none that grows: a growing pole that the noise made is mirrored,
+    /// if the table stays met.
+    fn settled(self, samples: &Samples<'_>, scale: f64, tolerance: f64) -> Result<Self, TableError> {
+        let mut fit = self;
+        let again = |fit: &Self, poles: &[C64]| {
+            let found = residues(samples, poles)?;
+            let mut next = Self { constant: found.constant, terms: found.terms, ..fit.clone() };
+            next.deviation = next.worst(samples.omega, samples.values) / scale;
+            (next.deviation <= tolerance).then_some(next)
+        };
+        // The pole that shows least at the frequencies of the table, as long as one can go.
+        loop {
+            let poles = upper(fit.terms.iter().map(|t| t.0));
+            let shows = |pole: &C64| {
+                let residue =
+                    fit.terms.iter().find(|t| (t.0 - pole).norm() <= 1e-9 * pole.norm()).map(|t| t.1.norm());
+                let nearest = samples
+                    .omega
+                    .iter()
+                    .map(|w| (C64::new(0.0, *w) - pole).norm())
+                    .fold(f64::INFINITY, f64::min);
+                residue.unwrap_or(0.0) / nearest
+            };
+            let least = (0..poles.len()).min_by(|&a, &b| shows(&poles[a]).total_cmp(&shows(&poles[b])));
+            let shorter = least.filter(|_| poles.len() > 1).and_then(|k| {
+                let rest: Vec<C64> =
+                    poles.iter().enumerate().filter(|(i, _)| *i != k).map(|p| *p.1).collect();
+                again(&fit, &rest)
+            });
+            match shorter {
+                Some(next) => fit = next,
+                None => break,
+            }
+        }
+        // Growing poles far beyond the table are harmless: no search comes near them.
+        let range = fit.range;
+        let near = |pole: C64| pole.re > 0.0 && pole.re < range[1] && pole.im.abs() < 1.5 * range[1];
+        let Some(&(at, _)) = fit.terms.iter().find(|(pole, _)| near(*pole)) else { return Ok(fit) };
+        let mirrored = upper(fit.terms.iter().map(|t| t.0))
+            .into_iter()
+            .map(|p| if near(p) { C64::new(-p.re, p.im) } else { p })
+            .collect::<Vec<_>>();
+        again(&fit, &mirrored).ok_or(TableError::Unstable { at })
     }
 
     /// Without the delay.

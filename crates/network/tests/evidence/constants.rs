@@ -25,8 +25,8 @@ fn oracle_the_long_wave_end_correction_is_that_of_the_integrals() {
 #[test]
 fn oracle_choked_ends_from_the_nonlinear_balances() {
     // Isentropic disturbances of a flow: p' = a, rho' = a/c^2, u' as the balance wants it.
-    let (p, rho, mach) = (1.0e5, 1.2, 0.23);
-    let speed = (GAMMA * p / rho as f64).sqrt();
+    let (p, rho, mach): (f64, f64, f64) = (1.0e5, 1.2, 0.23);
+    let speed = (GAMMA * p / rho).sqrt();
     let u = mach * speed;
     let h = 1e-4;
     let slope = |f: &dyn Fn(f64, f64, f64) -> f64, by_pressure: bool| {

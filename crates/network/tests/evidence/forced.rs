@@ -99,8 +99,8 @@ fn exact_reciprocity_and_energy() {
     let weight = (5e-3 / 250.0) / (2e-3 / 408.0);
     assert!((r + t * weight - 1.0).abs() < 1e-12 && (r2 + back / weight - 1.0).abs() < 1e-12, "{r} {t}");
     // R of a step: (Z2 - Z1)/(Z2 + Z1) with Z = rho c/A.
-    let (z1, z2) = (408.0 / 2e-3, 250.0 / 5e-3);
-    assert!((r - ((z2 - z1) / (z2 + z1) as f64).powi(2)).abs() < 1e-12);
+    let (z1, z2): (f64, f64) = (408.0 / 2e-3, 250.0 / 5e-3);
+    assert!((r - ((z2 - z1) / (z2 + z1)).powi(2)).abs() < 1e-12);
 }
 
 #[test]
