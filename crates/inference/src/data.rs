@@ -1,6 +1,6 @@
 //! What was measured, and what is known of its noise.
 
-use crate::InferenceError;
+use crate::{InferenceError, Prior};
 use rijke_numerics::{C64, Cholesky, Matrix};
 use serde::{Deserialize, Serialize};
 
@@ -160,6 +160,12 @@ impl Data {
                     if !(median > 0.0 && median.is_finite() && ln_sd > 0.0 && ln_sd.is_finite()) =>
                 {
                     Some(format!("median = {median}, ln_sd = {ln_sd}; both must be positive and finite"))
+                }
+                NoiseMode::Inferred { median, ln_sd } => {
+                    Prior::LogNormal { median, ln_sd }.in_range(&group.name).err().map(|e| e.to_string())
+                }
+                NoiseMode::Fixed { sd } if sd > 0.0 => {
+                    crate::scale::check(&group.name, "sd", sd, None).err().map(|e| e.to_string())
                 }
                 _ => None,
             };

@@ -97,6 +97,19 @@ impl Gaussian {
         0.5 * self.factor.ln_det() - 0.5 * xi.iter().map(|x| x * x + (2.0 * PI).ln()).sum::<f64>()
     }
 
+    /// Standard deviation of each coordinate.
+    #[must_use]
+    pub fn sd(&self) -> Vec<f64> {
+        let inverse = self.factor.inverse();
+        (0..self.mean.len()).map(|i| inverse[(i, i)].sqrt()).collect()
+    }
+
+    /// ln of the normalised density at a point.
+    pub(crate) fn ln_density_at(&self, z: &[f64]) -> f64 {
+        let square = self.distance(z).powi(2);
+        0.5 * (self.factor.ln_det() - square - z.len() as f64 * (2.0 * PI).ln())
+    }
+
     /// Distance of `z` from the mean in standard deviations (Mahalanobis).
     #[must_use]
     pub fn distance(&self, z: &[f64]) -> f64 {

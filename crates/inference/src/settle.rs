@@ -24,29 +24,33 @@ impl Settled {
 }
 
 impl Posterior<'_> {
-    /// Starting point: the given or central parameters, and for floating noise the standard deviation of the residuals there.
-    pub(crate) fn start(&self, physical: Option<&[f64]>) -> Result<Vec<f64>, InferenceError> {
-        let p = self.parameters().len();
-        let mut z = match physical {
-            Some(values) if values.len() != p => {
-                return Err(InferenceError::StartSize { found: values.len(), expected: p });
-            }
-            Some(values) => self.parameters().working(values),
-            None => self.parameters().centre(),
-        };
-        if self.floating().is_empty() {
-            return Ok(z);
-        }
+    /// Starting point, the given or central parameters, and the prediction there. The floating noise is set to one, or to its median.
+    pub(crate) fn start(&self, physical: Option<&[f64]>) -> Result<(Vec<f64>, Prediction), InferenceError> {
+        let mut z = self.start_alone(physical)?;
         let values = self.parameters().physical(&z);
-        let prediction = self
-            .predict(&values, Order::Value)
-            .map_err(|source| InferenceError::NoStart { at: values.clone(), source: Box::new(source) })?;
+        // Before the model is called: a point beyond a bound must not reach it.
+        let prediction =
+            self.parameters()
+                .ln_density(&z)
+                .and_then(|_| self.predict(&values, Order::Value))
+                .map_err(|source| InferenceError::NoStart { at: values, source: Box::new(source) })?;
         z.extend(self.floating().iter().map(|&g| match self.data().groups()[g].mode {
             NoiseMode::Inferred { median, .. } => median.ln(),
             _ => 0.0,
         }));
-        self.settle_noise(&mut z, &prediction.values);
-        Ok(z)
+        Ok((z, prediction))
+    }
+
+    /// The working coordinates of the given or central parameters, without noise.
+    pub(crate) fn start_alone(&self, physical: Option<&[f64]>) -> Result<Vec<f64>, InferenceError> {
+        let p = self.parameters().len();
+        match physical {
+            Some(values) if values.len() != p => {
+                Err(InferenceError::StartSize { found: values.len(), expected: p })
+            }
+            Some(values) => Ok(self.parameters().working(values)),
+            None => Ok(self.parameters().centre()),
+        }
     }
 
     /// Sets each floated (not inferred) noise to the root mean square of its residuals, less the floor, and says which
