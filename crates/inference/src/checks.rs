@@ -15,6 +15,9 @@ impl Posterior<'_> {
         for (g, noise) in fit.noise.iter().enumerate().filter(|(_, n)| n.floats) {
             let (mut size, mut count, mut bare) = (0.0_f64, 0, false);
             for observation in data {
+                if let Some(structured) = &observation.structured {
+                    count += structured.data_of(g);
+                }
                 for (_, s) in observation.noise.iter().filter(|(h, _)| *h == g) {
                     for i in (0..observation.values.len()).filter(|&i| s[(i, i)] > 0.0) {
                         size = size.max(observation.values[i].abs());

@@ -150,6 +150,19 @@ pub enum InferenceError {
         /// Name of the parameter.
         parameter: String,
     },
+    /// A block of data too large for what needs its covariance as a dense matrix: residuals with leave-one-out scores, standard deviations of
+    /// a regression.
+    #[error(
+        "observation '{observation}' has {size} data; at most {limit} can be treated with a dense covariance"
+    )]
+    TooLarge {
+        /// Its label.
+        observation: String,
+        /// Number of its data.
+        size: usize,
+        /// The most.
+        limit: usize,
+    },
     /// A referee that could not go on, or is not part of this build.
     #[error("{referee} stopped: {problem}")]
     Referee {

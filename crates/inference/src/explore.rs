@@ -55,7 +55,7 @@ pub(crate) struct Explored<F> {
     pub(crate) starts: usize,
     pub(crate) failed: usize,
     pub(crate) calls: Calls,
-    /// True if the last starts that were allowed still found a new maximum.
+    /// True if the last starts that were allowed still found a new maximum that may matter.
     pub(crate) open: bool,
 }
 
@@ -86,6 +86,7 @@ pub(crate) fn explore<G: Ground>(
     let mut imaged: Vec<Vec<f64>> = Vec::new();
     let batch = options.random_starts.max(1);
     let mut draws: Option<Vec<Approach>> = None;
+    let mut last_heavy = false;
     let mut left = options.most_starts.saturating_sub(search.found.starts);
     loop {
         let best = search.best();
@@ -111,12 +112,14 @@ pub(crate) fn explore<G: Ground>(
             break;
         }
         if left == 0 {
-            search.found.open = true;
+            search.found.open = last_heavy;
             break;
         }
         let next: Vec<Approach> = waiting.drain(..batch.min(left).min(waiting.len())).collect();
         left -= next.len();
+        let before = search.found.peaks.len();
         let new = search.batch(next);
+        last_heavy = search.found.peaks.len() > before;
         let places = search.found.peaks.len() + search.found.unpursued.len();
         if !(new || (places >= MANY && search.found.starts < PER_PLACE * places)) {
             break;

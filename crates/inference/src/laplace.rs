@@ -1,5 +1,6 @@
 //! Laplace's method: the posterior as a Gaussian at its maximum, and the evidence that follows.
 
+use crate::woodbury::dense_enough;
 use crate::{Fit, InferenceError, Method, Objective, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
 use serde::{Deserialize, Serialize};
@@ -218,6 +219,7 @@ impl Posterior<'_> {
         let mut white = Matrix::zeros(self.data().size(), p);
         let mut first = 0;
         for (k, observation) in self.data().observations().iter().enumerate() {
+            dense_enough(&observation.label, observation.values.len())?;
             let (n, factor) = (observation.values.len(), Cholesky::new(&self.covariance(k, &sds))?);
             for j in 0..p {
                 let column: Vec<f64> = (0..n).map(|i| jacobian[(first + i, j)]).collect();

@@ -27,6 +27,7 @@ pub mod check;
 mod cholesky;
 mod dense;
 mod jet;
+mod product;
 mod streams;
 
 pub use cholesky::Cholesky;

@@ -19,3 +19,4 @@ mod problems;
 mod referees;
 mod simulated;
 mod stages;
+mod structured;
