@@ -4,6 +4,7 @@ use crate::Observation;
 use crate::Prediction;
 use crate::posterior::Parts;
 use crate::quadratic::dot;
+use crate::woodbury::Factor;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
 
@@ -24,10 +25,10 @@ pub(crate) struct Problem<'a> {
 /// What one block adds. The lists are empty below the order that they belong to.
 #[derive(Default)]
 pub(crate) struct Block {
-    ln_likelihood: f64,
-    gradient: Vec<f64>,
-    gauss_newton: Matrix,
-    curvature: Matrix,
+    pub(crate) ln_likelihood: f64,
+    pub(crate) gradient: Vec<f64>,
+    pub(crate) gauss_newton: Matrix,
+    pub(crate) curvature: Matrix,
 }
 
 impl Block {
@@ -61,7 +62,15 @@ impl Problem<'_> {
     /// With r the residual, C the covariance, a = C^-1 r and t = sd^2:
     /// J = r'a/2 + ln det(2 pi C)/2, dJ/dz = f_z' a, dJ/dt = (-a'Sa + tr C^-1 S)/2,
     /// d2J/dz2 = f_z' C^-1 f_z + a f_zz, d2J/dz dt = -f_z' C^-1 S a, d2J/dt du = a'S C^-1 U a - tr(C^-1 S C^-1 U)/2.
-    pub(crate) fn block(&self, factor: &Cholesky, order: Order) -> Block {
+    pub(crate) fn block(&self, factor: &Factor, order: Order) -> Block {
+        let factor = match (factor, &self.observation.structured) {
+            (Factor::Structured(known), Some(structured)) => {
+                return self.structured_block(structured, known, order);
+            }
+            (Factor::Dense(factor), _) => factor,
+            // A structured factor is made from a structure.
+            (Factor::Structured(_), None) => return Block::default(),
+        };
         let (n, p) = (self.observation.values.len(), self.parameters);
         let residual: Vec<f64> =
             (0..n).map(|i| self.prediction.values[self.first + i] - self.observation.values[i]).collect();
@@ -105,7 +114,7 @@ impl Problem<'_> {
     }
 
     /// The sum of residual force times second derivatives of the prediction.
-    fn bend(&self, alpha: &[f64]) -> Matrix {
+    pub(crate) fn bend(&self, alpha: &[f64]) -> Matrix {
         let p = self.parameters;
         let triangle = p * (p + 1) / 2;
         let mut sum = vec![0.0; triangle];
@@ -183,7 +192,7 @@ fn sparse_product(left: &Matrix, right: &Matrix) -> Matrix {
     product
 }
 
-fn add_symmetric(matrix: &mut Matrix, i: usize, j: usize, value: f64) {
+pub(crate) fn add_symmetric(matrix: &mut Matrix, i: usize, j: usize, value: f64) {
     matrix[(i, j)] += value;
     if i != j {
         matrix[(j, i)] += value;

@@ -1,6 +1,6 @@
 //! What was measured, and what is known of its noise.
 
-use crate::InferenceError;
+use crate::{InferenceError, Prior, Structured};
 use rijke_numerics::{C64, Cholesky, Matrix};
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +25,8 @@ pub struct Observation {
     pub floor: Option<Matrix>,
     /// Group and structure matrix of each noise that acts on this block.
     pub noise: Vec<(usize, Matrix)>,
+    /// In their place, for blocks of many data: a diagonal and columns.
+    pub structured: Option<Structured>,
 }
 
 /// A noise of one standard deviation that acts on many data.
@@ -82,13 +84,19 @@ impl NoiseGroup {
 impl Observation {
     /// A block of numbers without noise so far.
     pub fn new(label: impl Into<String>, values: Vec<f64>) -> Self {
-        Self { label: label.into(), values, floor: None, noise: Vec::new() }
+        Self { label: label.into(), values, floor: None, noise: Vec::new(), structured: None }
     }
 
     /// Adds a covariance that does not float: usually the measured one.
     #[must_use]
     pub fn with_floor(self, covariance: Matrix) -> Self {
         Self { floor: Some(covariance), ..self }
+    }
+
+    /// A block of many data, whose covariance is a diagonal and columns. It has no other floor and noise.
+    #[must_use]
+    pub fn with_structure(self, structured: Structured) -> Self {
+        Self { structured: Some(structured), floor: None, noise: Vec::new(), ..self }
     }
 
     /// Adds `sd_g`^2 times `structure` to the covariance.
@@ -118,6 +126,12 @@ impl Observation {
             return bad(format!("value {i} is {v}"));
         }
         let n = self.values.len();
+        if let Some(structured) = &self.structured {
+            if self.floor.is_some() || !self.noise.is_empty() {
+                return bad("a structured covariance cannot have a floor or noise beside it".to_owned());
+            }
+            return structured.problem(n, groups).map_or(Ok(()), bad);
+        }
         for (name, m) in
             self.floor.iter().map(|m| ("floor", m)).chain(self.noise.iter().map(|(_, m)| ("structure", m)))
         {
@@ -160,6 +174,12 @@ impl Data {
                     if !(median > 0.0 && median.is_finite() && ln_sd > 0.0 && ln_sd.is_finite()) =>
                 {
                     Some(format!("median = {median}, ln_sd = {ln_sd}; both must be positive and finite"))
+                }
+                NoiseMode::Inferred { median, ln_sd } => {
+                    Prior::LogNormal { median, ln_sd }.in_range(&group.name).err().map(|e| e.to_string())
+                }
+                NoiseMode::Fixed { sd } if sd > 0.0 => {
+                    crate::scale::check(&group.name, "sd", sd, None).err().map(|e| e.to_string())
                 }
                 _ => None,
             };

@@ -15,6 +15,32 @@ pub enum InferenceError {
         /// What is wrong with it.
         problem: String,
     },
+    /// A width of a prior that double precision cannot work with: its square or inverse overflows, or it is lost beside the mean.
+    #[error(
+        "the prior of parameter '{parameter}' has {what} = {value:e}, but it must lie between {low:e} and {high:e}; choose a unit or a width in which it does"
+    )]
+    PriorScale {
+        /// Name of the parameter.
+        parameter: String,
+        /// Which number of the prior.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The smallest that is accepted.
+        low: f64,
+        /// The largest that is accepted.
+        high: f64,
+    },
+    /// An alias whose step is zero or not a number.
+    #[error(
+        "the model cannot repeat itself at {value} of parameter '{parameter}': give a finite step that is not zero"
+    )]
+    BadAlias {
+        /// Name of the parameter.
+        parameter: String,
+        /// The step, or the place of the mirror.
+        value: f64,
+    },
     /// Two parameters share a name, or a name is unknown.
     #[error("parameter '{parameter}' {problem}; known: {known}")]
     BadName {
@@ -124,6 +150,19 @@ pub enum InferenceError {
         /// Name of the parameter.
         parameter: String,
     },
+    /// A block of data too large for what needs its covariance as a dense matrix: residuals with leave-one-out scores, standard deviations of
+    /// a regression.
+    #[error(
+        "observation '{observation}' has {size} data; at most {limit} can be treated with a dense covariance"
+    )]
+    TooLarge {
+        /// Its label.
+        observation: String,
+        /// Number of its data.
+        size: usize,
+        /// The most.
+        limit: usize,
+    },
     /// A referee that could not go on, or is not part of this build.
     #[error("{referee} stopped: {problem}")]
     Referee {
@@ -131,6 +170,14 @@ pub enum InferenceError {
         referee: &'static str,
         /// Why.
         problem: String,
+    },
+    /// A stage that cannot be built on: it has no evidence.
+    #[error("stage '{stage}' has no evidence to carry on: {reason}")]
+    NoStage {
+        /// Its name.
+        stage: String,
+        /// Why.
+        reason: String,
     },
     /// Dense algebra failed.
     #[error(transparent)]

@@ -1,7 +1,8 @@
 //! A posterior as a function of some of its coordinates.
 
+use crate::woodbury::Factor;
 use crate::{Energy, Fit, InferenceError, NoiseMode, Objective, Posterior};
-use rijke_numerics::{Cholesky, Order};
+use rijke_numerics::Order;
 
 /// The posterior with all coordinates held but those that are `free`.
 pub(crate) struct Held<'a> {
@@ -10,7 +11,7 @@ pub(crate) struct Held<'a> {
     pub(crate) whole: Vec<f64>,
     pub(crate) free: Vec<usize>,
     /// Factors of all covariances, if no noise is free.
-    factors: Option<Vec<Cholesky>>,
+    factors: Option<Vec<Factor>>,
 }
 
 impl<'a> Held<'a> {

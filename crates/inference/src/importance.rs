@@ -59,6 +59,16 @@ pub fn importance(
     draws: usize,
     streams: Streams,
 ) -> Result<Importance, InferenceError> {
+    weighed(objective, &[(1.0, proposal.clone())], draws, streams)
+}
+
+/// As [`importance`], with points of a mixture of Gaussians, each with its weight: one for every maximum.
+pub(crate) fn weighed(
+    objective: &dyn Objective,
+    proposal: &[(f64, Gaussian)],
+    draws: usize,
+    streams: Streams,
+) -> Result<Importance, InferenceError> {
     let mut ln_weights = Vec::with_capacity(draws);
     let mut wanted = draws.min(FIRST_LOOK);
     loop {
@@ -78,14 +88,34 @@ pub fn importance(
 /// ln of the weight of draw number `k`.
 fn ln_weight(
     objective: &dyn Objective,
-    proposal: &Gaussian,
+    proposal: &[(f64, Gaussian)],
     k: usize,
     streams: Streams,
 ) -> Result<f64, InferenceError> {
+    let Some((_, first)) = proposal.first() else { return Ok(f64::NEG_INFINITY) };
     let mut stream = streams.stream(&format!("inference/importance/{k}"));
-    let xi: Vec<f64> = (0..proposal.mean.len()).map(|_| stream.sample(StandardNormal)).collect();
-    match objective.evaluate(&proposal.point(&xi), Order::Value) {
-        Ok(energy) => Ok(-energy.value - proposal.ln_density(&xi)),
+    let xi: Vec<f64> = (0..first.mean.len()).map(|_| stream.sample(StandardNormal)).collect();
+    let total: f64 = proposal.iter().map(|(weight, _)| weight).sum();
+    let (point, ln_density) = if let [(_, only)] = proposal {
+        (only.point(&xi), only.ln_density(&xi))
+    } else {
+        let (mut left, mut chosen) = (stream.random_range(0.0..1.0) * total, first);
+        for (weight, gaussian) in proposal {
+            chosen = gaussian;
+            left -= weight;
+            if left < 0.0 {
+                break;
+            }
+        }
+        let point = chosen.point(&xi);
+        let density = |(weight, g): &(f64, Gaussian)| (weight / total).ln() + g.ln_density_at(&point);
+        let ln: Vec<f64> = proposal.iter().map(density).collect();
+        let largest = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let sum = ln.iter().map(|l| (l - largest).exp()).sum::<f64>();
+        (point, largest + sum.ln())
+    };
+    match objective.evaluate(&point, Order::Value) {
+        Ok(energy) => Ok(-energy.value - ln_density),
         Err(error) if error.is_recoverable() => Ok(f64::NEG_INFINITY),
         Err(error) => Err(error),
     }

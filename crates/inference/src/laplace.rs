@@ -1,5 +1,6 @@
 //! Laplace's method: the posterior as a Gaussian at its maximum, and the evidence that follows.
 
+use crate::woodbury::dense_enough;
 use crate::{Fit, InferenceError, Method, Objective, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
 use serde::{Deserialize, Serialize};
@@ -95,6 +96,19 @@ impl Gaussian {
     #[must_use]
     pub fn ln_density(&self, xi: &[f64]) -> f64 {
         0.5 * self.factor.ln_det() - 0.5 * xi.iter().map(|x| x * x + (2.0 * PI).ln()).sum::<f64>()
+    }
+
+    /// Standard deviation of each coordinate.
+    #[must_use]
+    pub fn sd(&self) -> Vec<f64> {
+        let inverse = self.factor.inverse();
+        (0..self.mean.len()).map(|i| inverse[(i, i)].sqrt()).collect()
+    }
+
+    /// ln of the normalised density at a point.
+    pub(crate) fn ln_density_at(&self, z: &[f64]) -> f64 {
+        let square = self.distance(z).powi(2);
+        0.5 * (self.factor.ln_det() - square - z.len() as f64 * (2.0 * PI).ln())
     }
 
     /// Distance of `z` from the mean in standard deviations (Mahalanobis).
@@ -205,6 +219,7 @@ impl Posterior<'_> {
         let mut white = Matrix::zeros(self.data().size(), p);
         let mut first = 0;
         for (k, observation) in self.data().observations().iter().enumerate() {
+            dense_enough(&observation.label, observation.values.len())?;
             let (n, factor) = (observation.values.len(), Cholesky::new(&self.covariance(k, &sds))?);
             for j in 0..p {
                 let column: Vec<f64> = (0..n).map(|i| jacobian[(first + i, j)]).collect();

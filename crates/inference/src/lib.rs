@@ -53,12 +53,17 @@
 //! # Ok::<(), InferenceError>(())
 //! ```
 
+mod alias;
 mod block;
 #[cfg(feature = "nuts")]
 mod bridge;
+mod chain;
+mod checks;
+mod conflict;
 mod data;
 pub mod ensemble;
 mod error;
+mod explore;
 mod forward;
 mod health;
 mod held;
@@ -68,6 +73,8 @@ mod map;
 mod marginal;
 mod memory;
 mod minimise;
+mod misfit;
+mod modes;
 mod nested;
 mod normal;
 #[cfg(feature = "nuts")]
@@ -81,19 +88,30 @@ mod quadratic;
 mod rank;
 mod record;
 mod referee;
+mod scale;
 mod settle;
 mod simulate;
 mod starts;
+mod stop;
+mod structured;
+mod surveyed;
+mod tail;
+mod woodbury;
 
+pub use alias::{Alias, Move, Repeat};
+pub use chain::{Chain, ChainStage};
+pub use conflict::{Conflict, ConflictWarning, LEARNT, Offset, Tension};
 pub use data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
 pub use error::InferenceError;
 pub use forward::{Forward, ForwardError, Prediction};
-pub use health::{AssessOptions, Assessment, Health, Mode};
+pub use health::{AssessOptions, Assessment, Health, assess};
 pub use importance::{Importance, importance};
 pub use laplace::{Evidence, Gaussian, Laplace};
 pub use map::{Fit, MapOptions, NoiseEstimate};
 pub use marginal::MarginalFit;
-pub use minimise::{Calls, Method, Minimum, Stop, TrustRegion, minimise};
+pub use minimise::{Method, Minimum, TrustRegion, minimise};
+pub use misfit::Kernel;
+pub use modes::{Apart, Maximum, Mode};
 pub use nested::Nested;
 pub use normal::{normal_cdf, normal_quantile};
 #[cfg(feature = "nuts")]
@@ -107,3 +125,7 @@ pub use rank::{Entry, RankedModel, Ranking, rank};
 pub use record::{Draws, ParameterRecord, Record, evidence_csv};
 pub use referee::{Judged, LikelihoodTarget, Referee, RefereeKind, Target, Verdict};
 pub use simulate::{Calibration, ModelCheck, ParameterCheck};
+pub use stop::{Calls, Stop};
+pub use structured::{Correlated, Structured, complex_columns};
+pub use surveyed::{Surveyed, survey};
+pub use tail::chi_squared_sds;

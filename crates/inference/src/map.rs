@@ -24,7 +24,7 @@ const QUICK: usize = 60;
 pub(crate) struct Approach {
     pub(crate) z: Vec<f64>,
     /// The noises that the floor may explain.
-    small: Vec<Settled>,
+    pub(crate) small: Vec<Settled>,
     pub(crate) calls: Calls,
     /// J at `z`, nats.
     pub(crate) cost: f64,
@@ -111,11 +111,11 @@ impl Posterior<'_> {
     /// [`InferenceError::NoStart`] if the model fails at the start, and errors that are not recoverable. A search that
     /// ends without converging is a [`Fit`] whose `stop` says so.
     pub fn map(&self, options: &MapOptions) -> Result<Fit, InferenceError> {
-        let start = self.start(options.start.as_deref())?;
+        let start = options.start.as_deref();
         if self.floating().is_empty() {
-            return self.map_from(&start, &options.search);
+            return self.map_from(&self.start_alone(start)?, &options.search);
         }
-        self.finish(self.approach(start, &options.search, None)?, &options.search)
+        self.finish(self.approach(self.screen(start)?, &options.search, &[])?, &options.search)
     }
 
     /// The maximum next to where a rough search has come.
@@ -203,18 +203,16 @@ impl Posterior<'_> {
     /// Freed at once, the noise shrinks the trust region as the fit improves: J is then the logarithm of a sum of
     /// squares, concave far from the minimum. Held, it is the sum of squares itself.
     ///
-    /// Ends early at the maximum that `known` touches.
+    /// Ends early at a maximum that one of `known` touches.
     pub(crate) fn approach(
         &self,
-        mut z: Vec<f64>,
+        from: Approach,
         search: &TrustRegion,
-        known: Option<&Gaussian>,
+        known: &[Gaussian],
     ) -> Result<Approach, InferenceError> {
         let floats = !self.floating().is_empty();
-        // One call was spent on the noise at the start.
-        let mut calls = Calls { value: usize::from(floats), ..Calls::default() };
-        let (p, mut small, mut settled) = (self.parameters().len(), Vec::new(), false);
-        let (mut cost, mut ln_likelihood) = (f64::INFINITY, f64::NEG_INFINITY);
+        let Approach { mut z, mut small, mut calls, mut cost, mut ln_likelihood, .. } = from;
+        let (p, mut settled) = (self.parameters().len(), false);
         for turn in 0..STAGES {
             // Leave one call for the search that follows.
             let budget = search.max_evaluations.saturating_sub(calls.total() + 1);
@@ -228,7 +226,7 @@ impl Posterior<'_> {
             calls = calls.plus(minimum.calls);
             z[..p].copy_from_slice(&minimum.z);
             settled = minimum.stop.converged();
-            if settled && known.is_some_and(|gaussian| self.is_at(&z, gaussian)) {
+            if settled && known.iter().any(|gaussian| self.is_at(&z, gaussian)) {
                 break;
             }
             if !floats {
@@ -277,6 +275,12 @@ impl Posterior<'_> {
         let mut minimum = minimise(&held, &z[..p], &TrustRegion { max_evaluations: budget, ..rough })?;
         minimum.calls = minimum.calls.plus(spent);
         Ok((minimum, if search.method == Method::Newton { Order::Second } else { Order::First }))
+    }
+
+    /// Whether a point of a search belongs to the maximum that `gaussian` touches.
+    fn is_at(&self, z: &[f64], gaussian: &Gaussian) -> bool {
+        let inner: Vec<f64> = self.integrated().iter().map(|&i| z[i]).collect();
+        gaussian.distance(&inner) < crate::health::SAME_MODE
     }
 
     /// As [`Posterior::map`], from working coordinates.

@@ -1,10 +1,9 @@
 //! The minimiser: one trust-region loop, with the exact Hessian or with a BFGS matrix in its place.
 
 use crate::quadratic::{Quadratic, dot};
-use crate::{Energy, InferenceError, Objective};
+use crate::{Calls, Energy, InferenceError, Objective, Stop};
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
-use std::fmt;
 
 /// Where the second derivatives of a step come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,7 +23,8 @@ pub enum Method {
 pub struct TrustRegion {
     /// Source of second derivatives.
     pub method: Method,
-    /// Evaluations of the objective after which the search ends, whatever it has reached.
+    /// Evaluations of the objective after which the search ends, whatever it has reached. It has then converged if less than 1e-4 nats
+    /// are left to gain.
     pub max_evaluations: usize,
     /// The search has converged when half of g' H^-1 g, the drop in J that is left, is below this, in nats. Half the
     /// squared distance to the minimum in posterior standard deviations.
@@ -37,64 +37,6 @@ impl Default for TrustRegion {
     fn default() -> Self {
         Self { method: Method::Newton, max_evaluations: 500, tolerance: 1e-18, first_radius: 1.0 }
     }
-}
-
-/// Why a search ended.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Stop {
-    /// The drop in J that is left is below the tolerance, or below what rounding lets the gradient resolve.
-    Converged {
-        /// Half of g' H^-1 g at the end, nats.
-        decrement: f64,
-    },
-    /// The cap on evaluations was reached.
-    EvaluationCap {
-        /// Half of g' H^-1 g at the end, nats; infinite if the Hessian is not positive definite.
-        decrement: f64,
-    },
-    /// J is flat to rounding along a direction in which the Hessian is not positive: there is no isolated minimum here.
-    Flat {
-        /// Lowest eigenvalue of the Hessian as a fraction of the highest, in scaled coordinates.
-        eigenvalue_ratio: f64,
-    },
-    /// No shorter step helps although the gradient is not zero: a bound, or a model that fails beyond this point.
-    Blocked {
-        /// What the last refused step met.
-        reason: String,
-    },
-}
-
-/// In words, as the end of a sentence: "the search ended without converging: ...".
-impl fmt::Display for Stop {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Converged { decrement } => write!(f, "converged to {decrement:.1e} nats"),
-            Self::EvaluationCap { decrement } if decrement.is_finite() => {
-                write!(f, "too many evaluations, with {decrement:.1e} nats still to gain")
-            }
-            Self::EvaluationCap { .. } => f.write_str("too many evaluations, and no minimum near"),
-            Self::Flat { eigenvalue_ratio } => write!(
-                f,
-                "the cost is flat along a direction (lowest curvature {eigenvalue_ratio:.1e} of the highest), so the data do not determine it"
-            ),
-            Self::Blocked { reason } => write!(f, "no shorter step helps: {reason}"),
-        }
-    }
-}
-
-/// How often the objective was evaluated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Calls {
-    /// To value only.
-    pub value: usize,
-    /// With the gradient.
-    pub first: usize,
-    /// With gradient and Hessian.
-    pub second: usize,
-    /// Of all these, how many failed recoverably.
-    pub failed: usize,
 }
 
 /// Where a search ended.
@@ -114,42 +56,6 @@ pub struct Minimum {
     pub calls: Calls,
 }
 
-impl Stop {
-    /// True for [`Stop::Converged`].
-    #[must_use]
-    pub fn converged(&self) -> bool {
-        matches!(self, Self::Converged { .. })
-    }
-}
-
-impl Calls {
-    /// Evaluations of any order.
-    #[must_use]
-    pub fn total(&self) -> usize {
-        self.value + self.first + self.second
-    }
-
-    /// Counts one evaluation to `order`.
-    pub fn count(&mut self, order: Order) {
-        match order {
-            Order::Value => self.value += 1,
-            Order::First => self.first += 1,
-            Order::Second => self.second += 1,
-        }
-    }
-
-    /// The sum of both counts.
-    #[must_use]
-    pub fn plus(self, other: Self) -> Self {
-        Self {
-            value: self.value + other.value,
-            first: self.first + other.first,
-            second: self.second + other.second,
-            failed: self.failed + other.failed,
-        }
-    }
-}
-
 /// Steps with less of the predicted drop than this are refused (More & Sorensen 1983).
 const ACCEPT: f64 = 1e-4;
 /// The model of the next step changes when the other one missed the last drop by less than this fraction.
@@ -159,6 +65,11 @@ const ROUNDING: f64 = 1e-14;
 /// A search that no step improves has converged if the drop that is left is below this fraction of J: the noise of a
 /// model that itself iterates.
 const STALL: f64 = 1e-10;
+/// What is left to gain, nats, below which a search has converged if it can go no further, or its evaluations are used up: 0.014 posterior
+/// standard deviations. The tolerance is what is aimed at; rounding of many data, or of a model that iterates, may keep it out of reach.
+const ENOUGH: f64 = 1e-4;
+/// Evaluations within which that gain must halve for the search to go on below it.
+const PATIENCE: usize = 40;
 /// Drop in J, in nats, below which the gradient alone judges steps: 1e-4 posterior standard deviations from the minimum.
 const POLISH: f64 = 1e-8;
 
@@ -185,8 +96,13 @@ pub fn minimise(
         if decrement <= settings.tolerance {
             return Ok(search.end(Stop::Converged { decrement }));
         }
+        if decrement <= ENOUGH && search.lingers(decrement) {
+            return Ok(search.end(Stop::Converged { decrement }));
+        }
         if search.calls.total() >= settings.max_evaluations {
-            return Ok(search.end(Stop::EvaluationCap { decrement }));
+            let enough = decrement <= ENOUGH;
+            let stop = if enough { Stop::Converged { decrement } } else { Stop::EvaluationCap { decrement } };
+            return Ok(search.end(stop));
         }
         let rounding = ROUNDING * (1.0 + search.energy.value.abs());
         // So near the minimum J may drown in rounding: take Newton's step whole, and let the gradient judge it. A BFGS
@@ -240,7 +156,7 @@ pub fn minimise(
         if ratio > ACCEPT {
             search.accept(trial, energy);
         } else if let Some(stop) = search.collapsed("J does not fall along any short step") {
-            let drowned = decrement <= STALL * (1.0 + search.energy.value.abs());
+            let drowned = decrement <= ENOUGH.max(STALL * (1.0 + search.energy.value.abs()));
             return Ok(search.end(if drowned { Stop::Converged { decrement } } else { stop }));
         }
     }
@@ -260,6 +176,8 @@ struct Search {
     far: bool,
     /// BFGS has met no curvature yet, and still holds the guess from the scales.
     untaught: bool,
+    /// What was left to gain when it last halved, and the evaluations then.
+    halved: (f64, usize),
 }
 
 impl Search {
@@ -292,6 +210,7 @@ impl Search {
             method: settings.method,
             far: true,
             untaught: true,
+            halved: (f64::INFINITY, 0),
         };
         if energy.gauss_newton.is_none() && search.method == Method::GaussNewton {
             search.method = Method::Bfgs;
@@ -304,6 +223,15 @@ impl Search {
         let size: f64 = search.stretch.iter().zip(&scales).map(|(d, s)| (d * s).powi(2)).sum();
         search.radius = settings.first_radius * size.sqrt();
         Ok(search)
+    }
+
+    /// True if what is left to gain has not halved for [`PATIENCE`] evaluations.
+    fn lingers(&mut self, decrement: f64) -> bool {
+        let now = self.calls.total();
+        if decrement < 0.5 * self.halved.0 {
+            self.halved = (decrement, now);
+        }
+        now - self.halved.1 > PATIENCE
     }
 
     fn accept(&mut self, z: Vec<f64>, energy: Energy) {

@@ -1,6 +1,6 @@
 //! The unknowns of one model and their joint prior.
 
-use crate::{InferenceError, Parameter, Prior};
+use crate::{Alias, InferenceError, Parameter, Prior, scale};
 use rijke_numerics::{Cholesky, Matrix};
 use std::f64::consts::PI;
 
@@ -14,6 +14,8 @@ pub struct Parameters {
     joint: Vec<Joint>,
     /// True for parameters whose own prior is replaced by a joint one.
     tied: Vec<bool>,
+    /// Where the model repeats itself if several values change at once.
+    aliases: Vec<Alias>,
 }
 
 #[derive(Clone, Debug)]
@@ -45,7 +47,7 @@ impl Parameters {
             }
         }
         let tied = vec![false; list.len()];
-        Ok(Self { list, joint: Vec::new(), tied })
+        Ok(Self { list, joint: Vec::new(), tied, aliases: Vec::new() })
     }
 
     /// Replaces the priors of the named parameters by one Gaussian in their working coordinates.
@@ -62,7 +64,7 @@ impl Parameters {
         let bad = |problem: String| InferenceError::BadJoint { names: names.join(", "), problem };
         let mut members = Vec::new();
         for &name in names {
-            let index = self.index(name).ok_or_else(|| name_error(&self.list, name, "is unknown"))?;
+            let index = self.place(name)?;
             if self.tied[index] || members.contains(&index) {
                 return Err(name_error(&self.list, name, "is given twice"));
             }
@@ -79,6 +81,9 @@ impl Parameters {
         }
         if mean.iter().any(|v| !v.is_finite()) {
             return Err(bad(format!("the mean {mean:?} is not finite")));
+        }
+        for (k, name) in names.iter().enumerate() {
+            scale::check(name, "sd", covariance[(k, k)].sqrt(), Some(mean[k]))?;
         }
         let asymmetry = (0..n)
             .flat_map(|i| (0..i).map(move |j| (i, j)))
@@ -106,6 +111,20 @@ impl Parameters {
         Ok(self)
     }
 
+    /// Says where the model repeats itself, so that the other maxima are looked for; [`Parameter::repeating`] does so for one value alone.
+    ///
+    /// # Errors
+    /// [`InferenceError::BadName`] for an unknown name, [`InferenceError::BadAlias`] for a step of zero or no number.
+    pub fn with_alias(mut self, alias: Alias) -> Result<Self, InferenceError> {
+        alias.validate(&self)?;
+        self.aliases.push(alias);
+        Ok(self)
+    }
+
+    pub(crate) fn aliases(&self) -> &[Alias] {
+        &self.aliases
+    }
+
     /// The parameters, in order.
     #[must_use]
     pub fn list(&self) -> &[Parameter] {
@@ -128,6 +147,11 @@ impl Parameters {
     #[must_use]
     pub fn index(&self, name: &str) -> Option<usize> {
         self.list.iter().position(|p| p.name == name)
+    }
+
+    /// As [`Parameters::index`], with an error that lists the known names.
+    pub(crate) fn place(&self, name: &str) -> Result<usize, InferenceError> {
+        self.index(name).ok_or_else(|| name_error(&self.list, name, "is unknown"))
     }
 
     /// Physical values at the working coordinates `z`.
@@ -188,6 +212,19 @@ impl Parameters {
             }
         }
         z
+    }
+
+    /// True if a joint prior stands in the place of the declared one of parameter `i`.
+    pub(crate) fn is_tied(&self, i: usize) -> bool {
+        self.tied[i]
+    }
+
+    /// Each joint prior: its members, how far `z` is from its mean, and the factor of its covariance.
+    pub(crate) fn joints(&self, z: &[f64]) -> impl Iterator<Item = (&[usize], Vec<f64>, &Cholesky)> {
+        self.joint.iter().map(move |joint| {
+            let offset = joint.members.iter().zip(&joint.mean).map(|(&i, m)| z[i] - m).collect();
+            (joint.members.as_slice(), offset, &joint.factor)
+        })
     }
 
     /// Slopes with respect to the standard normal numbers `xi`, from slopes with respect to the working coordinates `z` that

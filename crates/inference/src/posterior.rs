@@ -2,6 +2,7 @@
 
 use crate::block::{Block, Problem};
 use crate::memory::Memory;
+use crate::woodbury::{Factor, Woodbury};
 use crate::{Data, Energy, Forward, InferenceError, NoiseMode, Objective, Parameters, Prediction};
 use rayon::prelude::*;
 use rijke_numerics::{Cholesky, Matrix, Order};
@@ -19,7 +20,7 @@ pub struct Posterior<'a> {
     /// For each coordinate after the parameters, the group of noise.
     floating: Vec<usize>,
     /// Factors of the covariance, if nothing floats.
-    fixed: Option<Vec<Cholesky>>,
+    fixed: Option<Vec<Factor>>,
     /// Place of the first datum of each block.
     firsts: Vec<usize>,
     memory: Memory,
@@ -111,18 +112,26 @@ impl<'a> Posterior<'a> {
         sds
     }
 
-    /// The covariance of block `k` with the standard deviations `sds`.
+    /// The covariance of block `k` with the standard deviations `sds`, as a dense matrix.
     #[must_use]
     pub fn covariance(&self, k: usize, sds: &[f64]) -> Matrix {
         let observation = &self.data.observations()[k];
         let n = observation.values.len();
+        if let Some(structured) = &observation.structured {
+            return structured.dense(sds);
+        }
         let floor = observation.floor.clone().unwrap_or_else(|| Matrix::zeros(n, n));
         observation.noise.iter().fold(floor, |sum, (g, s)| sum.plus(sds[*g] * sds[*g], s))
     }
 
-    fn factor(&self, k: usize, sds: &[f64]) -> Result<Cholesky, InferenceError> {
-        Cholesky::new(&self.covariance(k, sds)).map_err(|source| InferenceError::SingularCovariance {
-            observation: self.data.observations()[k].label.clone(),
+    pub(crate) fn factor(&self, k: usize, sds: &[f64]) -> Result<Factor, InferenceError> {
+        let observation = &self.data.observations()[k];
+        let factor = match &observation.structured {
+            Some(structured) => Woodbury::new(structured, sds).map(Factor::Structured),
+            None => Cholesky::new(&self.covariance(k, sds)).map(Factor::Dense),
+        };
+        factor.map_err(|source| InferenceError::SingularCovariance {
+            observation: observation.label.clone(),
             source,
         })
     }
@@ -167,7 +176,7 @@ impl<'a> Posterior<'a> {
         &self,
         z: &[f64],
         order: Order,
-        held: Option<&[Cholesky]>,
+        held: Option<&[Factor]>,
     ) -> Result<Parts, InferenceError> {
         let p = self.parameters.len();
         // Before the model is called: a point beyond a bound must not reach it.
@@ -185,7 +194,7 @@ impl<'a> Posterior<'a> {
         z: &[f64],
         prediction: Prediction,
         order: Order,
-        held: Option<&[Cholesky]>,
+        held: Option<&[Factor]>,
     ) -> Result<Parts, InferenceError> {
         let (p, n) = (self.parameters.len(), self.size());
         let prior = self.parameters.ln_density(&z[..p])?;
@@ -213,7 +222,7 @@ impl<'a> Posterior<'a> {
         p: usize,
         sds: &[f64],
         order: Order,
-        held: Option<&[Cholesky]>,
+        held: Option<&[Factor]>,
     ) -> Result<Vec<Block>, InferenceError> {
         let known = held.or(self.fixed.as_deref());
         let block = |k: usize| {
@@ -273,7 +282,7 @@ impl<'a> Posterior<'a> {
     }
 
     /// The factors of all covariances with the noise at `z`.
-    pub(crate) fn factors(&self, z: &[f64]) -> Result<Vec<Cholesky>, InferenceError> {
+    pub(crate) fn factors(&self, z: &[f64]) -> Result<Vec<Factor>, InferenceError> {
         let sds = self.noise_sd(z);
         (0..self.data.observations().len()).map(|k| self.factor(k, &sds)).collect()
     }
@@ -283,7 +292,7 @@ impl<'a> Posterior<'a> {
         &self,
         z: &[f64],
         order: Order,
-        held: Option<&[Cholesky]>,
+        held: Option<&[Factor]>,
     ) -> Result<Energy, InferenceError> {
         // The noise's own second derivatives are formed to second order only.
         let whole = order == Order::Second || held.is_some() || self.floating.is_empty();

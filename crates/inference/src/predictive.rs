@@ -1,5 +1,6 @@
 //! What a fitted model says about data: posterior predictions, residuals, and leave-one-out scores.
 
+use crate::woodbury::dense_enough;
 use crate::{Fit, Forward, InferenceError, Laplace, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order};
 use serde::{Deserialize, Serialize};
@@ -81,6 +82,7 @@ impl Posterior<'_> {
         let mut out = Vec::with_capacity(self.data().observations().len());
         for (k, observation) in self.data().observations().iter().enumerate() {
             let n = observation.values.len();
+            dense_enough(&observation.label, n)?;
             let f = Matrix::from_fn(n, p, |i, j| prediction.jacobian[(first + i, j)]);
             let spread = f.product(&laplace.physical_covariance).product(&f.transpose());
             let noise = self.covariance(k, &sds);

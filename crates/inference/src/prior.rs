@@ -1,6 +1,6 @@
 //! One unknown number: its name, its unit, and what is known of it before the data.
 
-use crate::{InferenceError, normal_cdf, normal_quantile};
+use crate::{InferenceError, Repeat, normal_cdf, normal_quantile};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -17,6 +17,9 @@ pub struct Parameter {
     pub prior: Prior,
     /// The coordinate in which the posterior is taken to be Gaussian.
     pub coordinates: Coordinates,
+    /// Where the model repeats itself if this value alone changes, so that a second maximum is looked for there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<Repeat>,
 }
 
 /// A probability density of a physical value.
@@ -89,7 +92,8 @@ impl Parameter {
             Prior::LogNormal { .. } | Prior::HalfNormal { .. } => Coordinates::Log,
             Prior::Uniform { .. } | Prior::Truncated { .. } => Coordinates::Logit,
         };
-        Self { name: name.into(), symbol: symbol.into(), unit: unit.into(), prior, coordinates }
+        let (name, symbol, unit) = (name.into(), symbol.into(), unit.into());
+        Self { name, symbol, unit, prior, coordinates, repeats: None }
     }
 
     /// A complex unknown as two reals, called `name.re` and `name.im`.
@@ -105,6 +109,18 @@ impl Parameter {
     #[must_use]
     pub fn in_coordinates(self, coordinates: Coordinates) -> Self {
         Self { coordinates, ..self }
+    }
+
+    /// The same parameter, of which the model repeats itself every `period`: a delay of a wave.
+    #[must_use]
+    pub fn repeating(self, period: f64) -> Self {
+        Self { repeats: Some(Repeat::Period(period)), ..self }
+    }
+
+    /// The same parameter, of which the model is the same on the other side of `about`.
+    #[must_use]
+    pub fn mirrored(self, about: f64) -> Self {
+        Self { repeats: Some(Repeat::Mirror(about)), ..self }
     }
 
     /// The physical value and its first two derivatives with respect to the working coordinate.
@@ -182,8 +198,14 @@ impl Parameter {
     /// Fails if the numbers of the prior contradict each other or the coordinate.
     ///
     /// # Errors
-    /// [`InferenceError::BadPrior`].
+    /// [`InferenceError::BadPrior`], [`InferenceError::PriorScale`] for a number whose square or inverse leaves double precision,
+    /// [`InferenceError::BadAlias`] for a period that is no number or zero.
     pub fn validate(&self) -> Result<(), InferenceError> {
+        if let Some(Repeat::Period(value) | Repeat::Mirror(value)) = self.repeats
+            && !(value.is_finite() && (value != 0.0 || matches!(self.repeats, Some(Repeat::Mirror(_)))))
+        {
+            return Err(InferenceError::BadAlias { parameter: self.name.clone(), value });
+        }
         let problem = self.prior.problem().or_else(|| {
             let (low, high) = self.prior.bounds();
             match self.coordinates {
@@ -196,8 +218,10 @@ impl Parameter {
                 _ => None,
             }
         });
-        problem
-            .map_or(Ok(()), |problem| Err(InferenceError::BadPrior { parameter: self.name.clone(), problem }))
+        problem.map_or(Ok(()), |problem| {
+            Err(InferenceError::BadPrior { parameter: self.name.clone(), problem })
+        })?;
+        self.prior.in_range(&self.name)
     }
 }
 

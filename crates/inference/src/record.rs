@@ -20,7 +20,7 @@ pub struct Record {
     pub covariance: Vec<Vec<f64>>,
     /// Standard deviations of the noise.
     pub noise: Vec<NoiseEstimate>,
-    /// Evidence, nats, or why there is none.
+    /// Evidence summed over all maxima, nats, or why there is none.
     pub evidence: Result<Evidence, String>,
     /// Size of the second-derivative part of the Hessian relative to the rest of it.
     pub curvature_ratio: Option<f64>,
@@ -79,7 +79,7 @@ impl Record {
             parameters: rows.collect(),
             covariance: laplace.map(|l| rows_of(&l.physical_covariance)).unwrap_or_default(),
             noise: assessment.fit.noise.clone(),
-            evidence: laplace.map(|l| l.evidence).map_err(Clone::clone),
+            evidence: assessment.evidence.clone(),
             curvature_ratio: laplace.ok().map(crate::Laplace::curvature_ratio),
             bfgs_distance: laplace.ok().and_then(|l| l.bfgs_distance),
             health: assessment.health.clone(),

@@ -1,7 +1,8 @@
 //! Referees: slow ways to the evidence and the posterior that do not rest on Laplace's approximation.
 
+use crate::woodbury::Factor;
 use crate::{Calls, Fit, InferenceError, Nested, NoiseMode, Posterior};
-use rijke_numerics::{Cholesky, Order, Streams};
+use rijke_numerics::{Order, Streams};
 use serde::{Deserialize, Serialize};
 
 /// A way to the evidence that needs no Gaussian approximation. Object safe.
@@ -62,7 +63,7 @@ pub struct LikelihoodTarget<'a> {
     /// Coordinate, ln median and sd of each inferred ln sd.
     inferred: Vec<(usize, f64, f64)>,
     /// Factors of all covariances, unless a noise is inferred.
-    factors: Option<Vec<Cholesky>>,
+    factors: Option<Vec<Factor>>,
 }
 
 impl<'a> LikelihoodTarget<'a> {

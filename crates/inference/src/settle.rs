@@ -24,29 +24,54 @@ impl Settled {
 }
 
 impl Posterior<'_> {
-    /// Starting point: the given or central parameters, and for floating noise the standard deviation of the residuals there.
-    pub(crate) fn start(&self, physical: Option<&[f64]>) -> Result<Vec<f64>, InferenceError> {
-        let p = self.parameters().len();
-        let mut z = match physical {
-            Some(values) if values.len() != p => {
-                return Err(InferenceError::StartSize { found: values.len(), expected: p });
-            }
-            Some(values) => self.parameters().working(values),
-            None => self.parameters().centre(),
-        };
-        if self.floating().is_empty() {
-            return Ok(z);
-        }
+    /// Starting point, the given or central parameters, and the prediction there. The floating noise is set to one, or to its median.
+    pub(crate) fn start(&self, physical: Option<&[f64]>) -> Result<(Vec<f64>, Prediction), InferenceError> {
+        let mut z = self.start_alone(physical)?;
         let values = self.parameters().physical(&z);
-        let prediction = self
-            .predict(&values, Order::Value)
-            .map_err(|source| InferenceError::NoStart { at: values.clone(), source: Box::new(source) })?;
+        // Before the model is called: a point beyond a bound must not reach it.
+        let prediction =
+            self.parameters()
+                .ln_density(&z)
+                .and_then(|_| self.predict(&values, Order::Value))
+                .map_err(|source| InferenceError::NoStart { at: values, source: Box::new(source) })?;
         z.extend(self.floating().iter().map(|&g| match self.data().groups()[g].mode {
             NoiseMode::Inferred { median, .. } => median.ln(),
             _ => 0.0,
         }));
-        self.settle_noise(&mut z, &prediction.values);
-        Ok(z)
+        self.guess_structured(&mut z, &prediction.values);
+        Ok((z, prediction))
+    }
+
+    /// Sets what floats in structured blocks to a size that suits the residuals.
+    fn guess_structured(&self, z: &mut [f64], predicted: &[f64]) {
+        let (p, mut first) = (self.parameters().len(), 0);
+        for observation in self.data().observations() {
+            let n = observation.values.len();
+            if let Some(structured) = &observation.structured {
+                let residuals: Vec<f64> =
+                    (0..n).map(|i| predicted[first + i] - observation.values[i]).collect();
+                for (group, size) in structured.guesses(&residuals) {
+                    let place = self.floating().iter().position(|g| *g == group);
+                    if let Some(k) = place.filter(|_| self.data().groups()[group].mode == NoiseMode::Floated)
+                    {
+                        z[p + k] = size.ln();
+                    }
+                }
+            }
+            first += n;
+        }
+    }
+
+    /// The working coordinates of the given or central parameters, without noise.
+    pub(crate) fn start_alone(&self, physical: Option<&[f64]>) -> Result<Vec<f64>, InferenceError> {
+        let p = self.parameters().len();
+        match physical {
+            Some(values) if values.len() != p => {
+                Err(InferenceError::StartSize { found: values.len(), expected: p })
+            }
+            Some(values) => Ok(self.parameters().working(values)),
+            None => Ok(self.parameters().centre()),
+        }
     }
 
     /// Sets each floated (not inferred) noise to the root mean square of its residuals, less the floor, and says which
@@ -86,7 +111,7 @@ impl Posterior<'_> {
     /// The floated noises that have become negligible beside the floor everywhere.
     pub(crate) fn vanished(&self, z: &[f64]) -> Vec<Settled> {
         let p = self.parameters().len();
-        let settled = |(k, &g): (usize, &usize)| {
+        let settled = |(k, g): (usize, usize)| {
             let floated = matches!(self.data().groups()[g].mode, NoiseMode::Floated);
             let lowest = self.data().observations().iter().flat_map(|o| {
                 let own = o.noise.iter().filter(move |(h, _)| *h == g);
@@ -95,11 +120,12 @@ impl Posterior<'_> {
                     (0..o.values.len()).filter(move |&i| s[(i, i)] > 0.0).map(known)
                 })
             });
-            let lowest = lowest.fold(f64::INFINITY, f64::min);
+            let structured = self.data().observations().iter().filter_map(|o| o.structured.as_ref());
+            let lowest = lowest.chain(structured.flat_map(|s| s.floors(g))).fold(f64::INFINITY, f64::min);
             let negligible = floated && (2.0 * z[p + k]).exp() < NEGLIGIBLE * lowest;
             negligible.then(|| Settled::at(p + k, lowest))
         };
-        self.floating().iter().enumerate().filter_map(settled).collect()
+        self.floating().iter().copied().enumerate().filter_map(settled).collect()
     }
 
     /// Brings the floating noise from the root mean square of the residuals to the maximum of the posterior with this
@@ -114,7 +140,8 @@ impl Posterior<'_> {
                 // Far below its residuals a noise leaves C to the floor, which may be singular: the search over
                 // everything decides that, not this one.
                 let near = minimum.z.iter().zip(&z[p..]).all(|(new, old)| (new - old).abs() < REACH);
-                if near {
+                // A structured block has its variance on the diagonal, and what its columns explain is not known before.
+                if near || self.data().observations().iter().all(|o| o.structured.is_some()) {
                     z[p..].copy_from_slice(&minimum.z);
                 }
             }

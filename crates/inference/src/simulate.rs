@@ -1,10 +1,11 @@
 //! Fits of simulated data: does the method recover what it should?
 
+use crate::woodbury::Factor;
 use crate::{Data, Fit, InferenceError, Laplace, MapOptions, Observation, Posterior, normal_cdf};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
-use rijke_numerics::{Cholesky, Order, Stream, Streams};
+use rijke_numerics::{Order, Stream, Streams};
 use serde::{Deserialize, Serialize};
 
 /// What refits of simulated data say of one parameter.
@@ -70,9 +71,14 @@ impl Posterior<'_> {
         let mut first = 0;
         for (k, observation) in self.data().observations().iter().enumerate() {
             let n = observation.values.len();
-            let factor = Cholesky::new(&self.covariance(k, &sds))?;
-            let xi: Vec<f64> = (0..n).map(|_| stream.sample(StandardNormal)).collect();
-            let noise = factor.lower().times(&xi);
+            let noise = match (self.factor(k, &sds)?, &observation.structured) {
+                (Factor::Structured(known), Some(structured)) => known.draw(structured, stream),
+                (Factor::Dense(factor), _) => {
+                    let xi: Vec<f64> = (0..n).map(|_| stream.sample(StandardNormal)).collect();
+                    factor.lower().times(&xi)
+                }
+                (Factor::Structured(_), None) => vec![0.0; n],
+            };
             let values = (0..n).map(|i| predicted[first + i] + noise[i]).collect();
             observations.push(Observation { values, ..observation.clone() });
             first += n;

@@ -1,104 +1,204 @@
-//! The search from several starts.
+//! A posterior as the ground of a search from several starts, and where to start.
 
-use crate::health::{MODE_LIMIT, SAME_MODE};
+use crate::explore::{Ground, Peak};
 use crate::map::Approach;
-use crate::{AssessOptions, Fit, Gaussian, Health, InferenceError, Mode, Posterior};
+use crate::{
+    AssessOptions, Calls, Fit, Gaussian, InferenceError, Laplace, Objective, Posterior, normal_quantile,
+};
 use rand::RngExt;
-use rand_distr::StandardNormal;
-use rayon::prelude::*;
+use rijke_numerics::{Order, Streams};
+
+/// A posterior with the settings of a search.
+pub(crate) struct Terrain<'a> {
+    pub(crate) posterior: &'a Posterior<'a>,
+    pub(crate) options: &'a AssessOptions,
+}
+
+/// A fit with Laplace's method at it, or why that does not apply.
+pub(crate) type Fitted = (Fit, Result<Laplace, String>);
+
+impl Ground for Terrain<'_> {
+    type Fit = Fitted;
+
+    fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError> {
+        self.posterior.screen(start)
+    }
+
+    fn approach(&self, from: Approach, known: &[Gaussian]) -> Result<Approach, InferenceError> {
+        self.posterior.approach(from, &self.options.search, known)
+    }
+
+    fn finish(&self, near: Approach) -> Result<Fitted, InferenceError> {
+        let fit = self.posterior.finish(near, &self.options.search)?;
+        let laplace = self.posterior.laplace(&fit).map_err(|e| e.to_string());
+        Ok((fit, laplace))
+    }
+
+    fn peak(&self, (fit, laplace): Fitted) -> Peak<Fitted> {
+        let z = self.inner(&fit.working);
+        let touching = |l: &Laplace| Gaussian::from_hessian(&l.mean, fit.cost, &l.hessian).ok();
+        let gaussian = match &laplace {
+            Ok(laplace) => touching(laplace),
+            // Improper priors have maxima, too.
+            Err(_) => self.posterior.laplace_of_likelihood(&fit).ok().as_ref().and_then(touching),
+        };
+        Peak {
+            z,
+            cost: fit.cost,
+            converged: fit.stop.converged(),
+            calls: fit.calls,
+            ln_marginal: laplace.as_ref().ok().map(|l| l.evidence.ln_marginal),
+            gaussian,
+            fit: (fit, laplace),
+        }
+    }
+
+    fn inner(&self, z: &[f64]) -> Vec<f64> {
+        self.posterior.integrated().iter().map(|&i| z[i]).collect()
+    }
+
+    fn images(&self, (fit, _): &Fitted) -> Vec<Vec<f64>> {
+        self.posterior.parameters().images(&fit.parameters, |a| self.posterior.forward().aliases(a))
+    }
+
+    fn spread(&self, count: usize) -> Vec<Vec<f64>> {
+        let parameters = self.posterior.parameters();
+        if parameters.improper().is_some() || parameters.is_empty() {
+            return Vec::new();
+        }
+        let cube = latin(count, parameters.len(), self.options.streams);
+        let physical = |u: Vec<f64>| {
+            let xi: Vec<f64> = u.into_iter().map(normal_quantile).collect();
+            parameters.physical(&parameters.from_standard_normal(&xi))
+        };
+        cube.into_iter().map(physical).collect()
+    }
+}
+
+/// A Latin hypercube: `count` points in the unit cube, one in each of `count` slices of every coordinate (McKay, Beckman & Conover
+/// 1979, Technometrics 21, 239). However many coordinates there are, one alone is spread evenly.
+pub(crate) fn latin(count: usize, size: usize, streams: Streams) -> Vec<Vec<f64>> {
+    let mut points = vec![vec![0.0; size]; count];
+    for i in 0..size {
+        let mut stream = streams.stream(&format!("inference/spread/{i}"));
+        let mut slices: Vec<usize> = (0..count).collect();
+        for k in (1..count).rev() {
+            slices.swap(k, stream.random_range(0..=k));
+        }
+        for (point, slice) in points.iter_mut().zip(slices) {
+            point[i] = (slice as f64 + stream.random_range(0.0..1.0)) / count as f64;
+        }
+    }
+    points
+}
 
 impl Posterior<'_> {
-    /// The maxima found from all starts, best first (converged before others); at least one. Calls and what was left
-    /// unfinished go into `health`.
-    pub(crate) fn maxima(
-        &self,
-        options: &AssessOptions,
-        health: &mut Health,
-    ) -> Result<Vec<Fit>, InferenceError> {
-        let starts = self.starts(options);
-        health.starts = starts.len();
-        let (first, tried) = self.first_fit(&starts, options, health)?;
-        let known = self.laplace_of_likelihood(&first).ok();
-        let touching = known.as_ref().and_then(|l| Gaussian::from_hessian(&l.mean, 0.0, &l.hessian).ok());
-        // Every other start is brought near a maximum; only those that are not near the first one go all the way.
-        let ends: Vec<Result<Approach, InferenceError>> = starts[tried..]
-            .par_iter()
-            .map(|start| self.approach(self.start(start.as_deref())?, &options.search, touching.as_ref()))
-            .collect();
-        health.failed_starts += ends.iter().filter(|end| end.is_err()).count();
-        let mut rest: Vec<Approach> = ends.into_iter().flatten().collect();
-        // Settled ends first, then by cost; the sort is stable, so ties keep the order of the starts.
-        rest.sort_by(|a, b| b.settled.cmp(&a.settled).then(a.cost.total_cmp(&b.cost)));
-        let (mut fits, mut other) = (vec![first], Vec::new());
-        for end in rest {
-            if end.settled && touching.as_ref().is_some_and(|g| self.is_at(&end.z, g)) {
-                health.calls = health.calls.plus(end.calls);
-            } else if end.settled
-                && known
-                    .as_ref()
-                    .is_some_and(|l| end.ln_likelihood + 1.0 < l.evidence.ln_marginal + MODE_LIMIT)
-            {
-                // An evidence is a mean of the likelihood, and cannot exceed its maximum: this one cannot matter.
-                health.calls = health.calls.plus(end.calls);
-                let parameters = self.parameters().physical(&end.z[..self.parameters().len()]);
-                health.other_modes.push(Mode { parameters, ln_marginal: None });
-            } else {
-                other.push(end);
+    /// The point that a start means, its floating noise set to its residuals, and J there. Costs one value of the model.
+    pub(crate) fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError> {
+        let (mut z, prediction) = self.start(start)?;
+        let small = self.settle_noise(&mut z, &prediction.values);
+        let calls = Calls { value: 1, ..Calls::default() };
+        let parts = self.parts_of(&z, prediction, Order::Value, None);
+        let (cost, ln_likelihood) = match parts {
+            Ok(parts) => (-(parts.ln_likelihood + parts.ln_prior), parts.ln_likelihood),
+            // A noise set to small residuals may leave a singular covariance, which a search gets away from.
+            Err(error) if error.is_recoverable() => (f64::INFINITY, f64::NEG_INFINITY),
+            Err(error) => return Err(error),
+        };
+        let cost = if cost.is_nan() { f64::INFINITY } else { cost };
+        Ok(Approach { z, small, calls, cost, ln_likelihood, settled: false })
+    }
+}
+
+/// Any objective as the ground of a search; its starts are points of its own coordinates.
+pub(crate) struct Plain<'a> {
+    pub(crate) objective: &'a dyn Objective,
+    pub(crate) start: &'a [f64],
+    pub(crate) options: &'a AssessOptions,
+}
+
+impl Ground for Plain<'_> {
+    type Fit = crate::Minimum;
+
+    fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError> {
+        let z = start.unwrap_or(self.start).to_vec();
+        let cost = self
+            .objective
+            .evaluate(&z, Order::Value)
+            .map_err(|source| InferenceError::NoStart { at: z.clone(), source: Box::new(source) })?;
+        let calls = Calls { value: 1, ..Calls::default() };
+        Ok(Approach {
+            z,
+            small: Vec::new(),
+            calls,
+            cost: cost.value,
+            ln_likelihood: f64::INFINITY,
+            settled: false,
+        })
+    }
+
+    fn approach(&self, from: Approach, _: &[Gaussian]) -> Result<Approach, InferenceError> {
+        let end = crate::minimise(self.objective, &from.z, &self.options.search)?;
+        Ok(Approach {
+            calls: from.calls.plus(end.calls),
+            cost: end.energy.value,
+            settled: end.stop.converged(),
+            z: end.z,
+            ..from
+        })
+    }
+
+    fn finish(&self, near: Approach) -> Result<crate::Minimum, InferenceError> {
+        let mut end = crate::minimise(self.objective, &near.z, &self.options.search)?;
+        end.calls = end.calls.plus(near.calls);
+        Ok(end)
+    }
+
+    fn peak(&self, minimum: crate::Minimum) -> Peak<crate::Minimum> {
+        let gaussian = Gaussian::at(self.objective, &minimum.z).ok();
+        Peak {
+            z: minimum.z.clone(),
+            cost: minimum.energy.value,
+            converged: minimum.stop.converged(),
+            calls: minimum.calls,
+            ln_marginal: gaussian.as_ref().map(|g| g.ln_integral),
+            gaussian,
+            fit: minimum,
+        }
+    }
+
+    fn inner(&self, z: &[f64]) -> Vec<f64> {
+        z.to_vec()
+    }
+
+    fn images(&self, fit: &crate::Minimum) -> Vec<Vec<f64>> {
+        self.objective.aliases(&fit.z)
+    }
+
+    fn spread(&self, count: usize) -> Vec<Vec<f64>> {
+        let scales = self.objective.scales();
+        let point = |u: Vec<f64>| {
+            self.objective.region(&u).unwrap_or_else(|| {
+                (0..u.len()).map(|i| self.start[i] + scales[i] * normal_quantile(u[i])).collect()
+            })
+        };
+        latin(count, self.objective.size(), self.options.streams).into_iter().map(point).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_every_slice_of_every_coordinate_holds_one_point() {
+        for (count, size) in [(32, 1), (17, 5), (8, 40)] {
+            let points = latin(count, size, Streams::new(3));
+            for i in 0..size {
+                let mut slices: Vec<usize> = points.iter().map(|p| (p[i] * count as f64) as usize).collect();
+                slices.sort_unstable();
+                assert_eq!(slices, (0..count).collect::<Vec<_>>());
             }
         }
-        let others: Vec<Result<Fit, InferenceError>> =
-            other.into_par_iter().map(|approach| self.finish(approach, &options.search)).collect();
-        health.failed_starts += others.iter().filter(|end| end.is_err()).count();
-        fits.extend(others.into_iter().flatten());
-        for fit in &fits {
-            health.calls = health.calls.plus(fit.calls);
-            health.failed_starts += usize::from(!fit.stop.converged());
-        }
-        fits.sort_by(|a, b| b.stop.converged().cmp(&a.stop.converged()).then(a.cost.total_cmp(&b.cost)));
-        Ok(fits)
-    }
-
-    /// The fit from the first start that leads anywhere, and how many starts that took.
-    fn first_fit(
-        &self,
-        starts: &[Option<Vec<f64>>],
-        options: &AssessOptions,
-        health: &mut Health,
-    ) -> Result<(Fit, usize), InferenceError> {
-        let mut first_error = None;
-        for (k, start) in starts.iter().enumerate() {
-            let fit = self
-                .start(start.as_deref())
-                .and_then(|z| self.approach(z, &options.search, None))
-                .and_then(|near| self.finish(near, &options.search));
-            match fit {
-                Ok(fit) => return Ok((fit, k + 1)),
-                Err(error) => {
-                    health.failed_starts += 1;
-                    first_error.get_or_insert(error);
-                }
-            }
-        }
-        Err(first_error.unwrap_or(InferenceError::StartSize { found: 0, expected: 1 }))
-    }
-
-    /// Whether a point of a search belongs to the maximum that `gaussian` touches.
-    pub(crate) fn is_at(&self, z: &[f64], gaussian: &Gaussian) -> bool {
-        let inner: Vec<f64> = self.integrated().iter().map(|&i| z[i]).collect();
-        gaussian.distance(&inner) < SAME_MODE
-    }
-
-    fn starts(&self, options: &AssessOptions) -> Vec<Option<Vec<f64>>> {
-        let mut starts = vec![None];
-        starts.extend(options.starts.iter().cloned().map(Some));
-        if self.parameters().improper().is_none() && !self.parameters().is_empty() {
-            starts.extend((0..options.random_starts).map(|k| {
-                let mut stream = options.streams.stream(&format!("inference/start/{k}"));
-                let xi: Vec<f64> =
-                    (0..self.parameters().len()).map(|_| stream.sample(StandardNormal)).collect();
-                Some(self.parameters().physical(&self.parameters().from_standard_normal(&xi)))
-            }));
-        }
-        starts
     }
 }

@@ -1,4 +1,4 @@
-//! Small dense algebra. With `cholesky`, the only files of the workspace that name the linear-algebra library.
+//! Small dense algebra. With `cholesky` and `product`, the only files of the workspace that name the linear-algebra library.
 
 use crate::C64;
 use faer::linalg::solvers::Solve;

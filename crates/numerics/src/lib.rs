@@ -31,6 +31,7 @@ mod dense;
 mod files;
 mod jet;
 pub mod special;
+mod product;
 mod streams;
 
 pub use cholesky::Cholesky;

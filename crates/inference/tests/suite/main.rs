@@ -7,12 +7,16 @@
     reason = "helpers of tests fail by panicking"
 )]
 
+mod convergence;
 mod evidence;
 mod health;
 mod invariance;
 mod linear;
+mod maxima;
 mod nist;
 mod posterior;
 mod problems;
 mod referees;
 mod simulated;
+mod stages;
+mod structured;

@@ -88,3 +88,41 @@ pub(crate) fn ringing() -> (Ringing, Data, Parameters) {
     .unwrap();
     (model, Data::new(observations, groups).unwrap(), parameters)
 }
+
+/// Real and imaginary parts of exp(-i 2 pi f tau), one pair per frequency in Hz; tau in seconds.
+pub(crate) struct Echo {
+    pub(crate) frequencies: Vec<f64>,
+    /// Says that it repeats with the mean period.
+    pub(crate) declared: bool,
+}
+
+impl Forward for Echo {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let mut out =
+            Prediction { jacobian: Matrix::zeros(2 * self.frequencies.len(), 1), ..Prediction::default() };
+        for (k, f) in self.frequencies.iter().enumerate() {
+            let w = 2.0 * std::f64::consts::PI * f;
+            let (s, c) = (w * a[0]).sin_cos();
+            out.values.extend([c, -s]);
+            out.jacobian[(2 * k, 0)] = -w * s;
+            out.jacobian[(2 * k + 1, 0)] = -w * c;
+            out.curvature.extend([-w * w * c, w * w * s]);
+        }
+        Ok(out)
+    }
+
+    fn aliases(&self, a: &[f64]) -> Vec<Vec<f64>> {
+        let period = self.frequencies.len() as f64 / self.frequencies.iter().sum::<f64>();
+        if self.declared { vec![vec![a[0] - period], vec![a[0] + period]] } else { Vec::new() }
+    }
+}
+
+/// f = a^2.
+pub(crate) struct Square;
+
+impl Forward for Square {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let jacobian = Matrix::from_fn(1, 1, |_, _| 2.0 * a[0]);
+        Ok(Prediction { values: vec![a[0] * a[0]], jacobian, curvature: vec![2.0] })
+    }
+}

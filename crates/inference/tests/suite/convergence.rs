@@ -1,0 +1,77 @@
+//! A search has converged when nothing that matters is left to gain.
+
+use crate::problems::{normal, numbers};
+use rijke_inference::*;
+use rijke_numerics::{Matrix, Order};
+
+/// exp(x'a) with an error of its own that changes with every bit of `a`: the end of an iteration, say of an eigenvalue.
+struct Iterated {
+    x: Matrix,
+    error: f64,
+}
+
+impl Forward for Iterated {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let (m, p) = (self.x.rows(), self.x.columns());
+        let smooth: Vec<f64> = self.x.times(a).iter().map(|v| v.exp()).collect();
+        let seed = a.iter().fold(17_u64, |h, v| (h ^ v.to_bits()).wrapping_mul(0x0100_0000_01b3));
+        let hash = |k: usize| {
+            let mut h = seed ^ (k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            h = (h ^ (h >> 31)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            ((h >> 11) as f64) / ((1_u64 << 53) as f64) - 0.5
+        };
+        Ok(Prediction {
+            values: smooth.iter().enumerate().map(|(k, v)| v + self.error * hash(k)).collect(),
+            jacobian: Matrix::from_fn(m, p, |k, i| smooth[k] * self.x[(k, i)]),
+            curvature: Vec::new(),
+        })
+    }
+
+    fn highest_order(&self) -> Order {
+        Order::First
+    }
+}
+
+#[test]
+fn behaviour_many_data_with_floated_noise_converge_by_nats() {
+    // As many numbers as 64 microphones give at some hundred points. The errors of the model leave about 1e-6 nats that no step can gain: of
+    // old the search ended with "too many evaluations" or "no shorter step helps".
+    let (blocks, n, p) = (300, 40, 8);
+    let x = numbers("iterated/x", blocks * n * p);
+    let x = Matrix::from_fn(blocks * n, p, |k, i| x[k * p + i]);
+    let truth: Vec<f64> = (0..p).map(|i| 0.3 - 0.1 * i as f64).collect();
+    for error in [0.0, 1e-4, 1e-3] {
+        let model = Iterated { x: x.clone(), error };
+        let values = model.predict(&truth, Order::Value).unwrap().values;
+        let noise = numbers("iterated/y", values.len());
+        let observations = (0..blocks).map(|b| {
+            let values = (b * n..(b + 1) * n).map(|k| values[k] + 0.2 * noise[k]).collect();
+            Observation::new(format!("{b}"), values)
+                .with_independent_noise(0, &(0..2).collect::<Vec<_>>())
+                .with_independent_noise(1, &(2..n).collect::<Vec<_>>())
+        });
+        let groups = ["frequency", "pressure"].map(|g| NoiseGroup::floated(g, "1"));
+        let data = Data::new(observations.collect(), groups.to_vec()).unwrap();
+        let parameters =
+            Parameters::new((0..p).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
+        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+        let search = TrustRegion { tolerance: 1e-10, max_evaluations: 120, ..TrustRegion::default() };
+        let fit = posterior.map(&MapOptions { search, start: None }).unwrap();
+        println!("{error}: {} after {:?}", fit.stop, fit.calls);
+        let Stop::Converged { decrement } = fit.stop else { panic!("{error}: {}", fit.stop) };
+        assert!(decrement < 1e-4 && fit.calls.total() <= 120, "{error}: {decrement} {:?}", fit.calls);
+        let laplace = posterior.laplace(&fit).unwrap();
+        for (i, sd) in laplace.sd().into_iter().enumerate() {
+            assert!((fit.parameters[i] - truth[i]).abs() < 4.5 * sd, "{error}: {i}");
+        }
+    }
+}
+
+#[test]
+fn behaviour_a_cap_far_from_the_maximum_is_no_convergence() {
+    let (model, data, parameters) = crate::problems::ringing();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let search = TrustRegion { max_evaluations: 3, ..TrustRegion::default() };
+    let fit = posterior.map(&MapOptions { search, start: None }).unwrap();
+    assert!(matches!(fit.stop, Stop::EvaluationCap { decrement } if decrement > 1e-4), "{:?}", fit.stop);
+}
