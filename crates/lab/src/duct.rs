@@ -93,7 +93,7 @@ impl Duct {
         for piece in &self.pieces {
             match piece {
                 Piece::Line { length, media: [lower, upper], drift } => {
-                    (p, u) = descend(&lines[*lower], &lines[*upper], *length, (p, u));
+                    (p, u) = Stretch::new(&lines[*lower], &lines[*upper], *length).descend((p, u));
                     delay += drift * length;
                 }
                 Piece::Obstacle(obstacle) => (p, u) = obstacle.descend(s, (p, u)),
@@ -145,24 +145,48 @@ fn slope(f: impl Fn(C64) -> C64, s: C64) -> C64 {
 /// A stretch is short if q^2 is below this: what the series of cosh q and sinh q / q leave out is below 1e-17.
 const SHORT: f64 = 0.02;
 
-/// From the top of a stretch to its bottom, but for the drift: the inverse of the exponential of the Magnus series
-/// h/2 (A1 + A2) - h^2 sqrt(3)/12 [A1, A2], A = [[0, -Z], [-Y, 0]].
-fn descend(lower: &Line, upper: &Line, h: f64, (p, u): (C64, C64)) -> (C64, C64) {
-    let (z1, z2, y1, y2) = (lower.impedance, upper.impedance, lower.admittance, upper.admittance);
-    let (b, c) = (-0.5 * h * (z1 + z2), -0.5 * h * (y1 + y2));
-    let a = -h * h * 3.0_f64.sqrt() / 12.0 * (z1 * y2 - z2 * y1);
-    // exp of the traceless matrix [[a, b], [c, -a]] with q^2 = a^2 + bc; even in q, so the branch does not matter.
-    let square = a * a + b * c;
-    let (cosh, sinhc) = if square.norm_sqr() < SHORT * SHORT {
-        let series = |orders: [f64; 5]| orders.iter().rev().fold(C64::ONE, |sum, n| 1.0 + sum * square / n);
-        (series([2.0, 12.0, 30.0, 56.0, 90.0]), series([6.0, 20.0, 42.0, 72.0, 110.0]))
-    } else {
-        let q = if square.re > 0.0 { principal_root(square) } else { C64::I * principal_root(-square) };
-        let up = q.exp();
-        let down = up.inv();
-        (0.5 * (up + down), 0.5 * (up - down) / q)
-    };
-    ((cosh - sinhc * a) * p - sinhc * b * u, (cosh + sinhc * a) * u - sinhc * c * p)
+/// The exponential of the Magnus series h/2 (A1 + A2) - h^2 sqrt(3)/12 [A1, A2], A = [[0, -Z], [-Y, 0]], of a stretch:
+/// cosh q + sinh q / q [[a, b], [c, -a]].
+pub(crate) struct Stretch {
+    cosh: C64,
+    sinhc: C64,
+    a: C64,
+    b: C64,
+    c: C64,
+}
+
+impl Stretch {
+    /// A stretch of length `h`, m, from its lines at the lower and the upper Gauss point.
+    pub(crate) fn new(lower: &Line, upper: &Line, h: f64) -> Self {
+        let (z1, z2, y1, y2) = (lower.impedance, upper.impedance, lower.admittance, upper.admittance);
+        let (b, c) = (-0.5 * h * (z1 + z2), -0.5 * h * (y1 + y2));
+        let a = -h * h * 3.0_f64.sqrt() / 12.0 * (z1 * y2 - z2 * y1);
+        // exp of the traceless matrix [[a, b], [c, -a]] with q^2 = a^2 + bc; even in q, so the branch does not matter.
+        let square = a * a + b * c;
+        let (cosh, sinhc) = if square.norm_sqr() < SHORT * SHORT {
+            let series =
+                |orders: [f64; 5]| orders.iter().rev().fold(C64::ONE, |sum, n| 1.0 + sum * square / n);
+            (series([2.0, 12.0, 30.0, 56.0, 90.0]), series([6.0, 20.0, 42.0, 72.0, 110.0]))
+        } else {
+            let q = if square.re > 0.0 { principal_root(square) } else { C64::I * principal_root(-square) };
+            let up = q.exp();
+            let down = up.inv();
+            (0.5 * (up + down), 0.5 * (up - down) / q)
+        };
+        Self { cosh, sinhc, a, b, c }
+    }
+
+    /// From the bottom of the stretch to its top.
+    pub(crate) fn ascend(&self, (p, u): (C64, C64)) -> (C64, C64) {
+        let Self { cosh, sinhc, a, b, c } = self;
+        ((cosh + sinhc * a) * p + sinhc * b * u, (cosh - sinhc * a) * u + sinhc * c * p)
+    }
+
+    /// From its top to its bottom: the inverse.
+    fn descend(&self, (p, u): (C64, C64)) -> (C64, C64) {
+        let Self { cosh, sinhc, a, b, c } = self;
+        ((cosh - sinhc * a) * p - sinhc * b * u, (cosh + sinhc * a) * u - sinhc * c * p)
+    }
 }
 
 #[cfg(test)]

@@ -111,7 +111,7 @@ pub(crate) fn thermocouple(rig: &Rig, truth: &Truth, x: f64, base: &BaseState) -
 
 /// Added length of a hole of radius `r` on one side of a plate that fills a tube of radius `outer`, m: 8 r/(3 pi)
 /// less what the wall of the tube confines (Ingard, J. Acoust. Soc. Am. 25, 1953, 1037; Fok's function to third order).
-fn end_correction(r: f64, outer: f64) -> f64 {
+pub(crate) fn end_correction(r: f64, outer: f64) -> f64 {
     let xi = r / outer;
     8.0 * r / (3.0 * PI) * (1.0 - 1.13 * xi - 0.09 * xi.powi(2) + 0.27 * xi.powi(3))
 }
