@@ -30,8 +30,8 @@ mod cholesky;
 mod dense;
 mod files;
 mod jet;
-pub mod special;
 mod product;
+pub mod special;
 mod streams;
 
 pub use cholesky::Cholesky;
