@@ -1,13 +1,10 @@
 //! The bench of the laboratory against networks of the same physics: two programs that share no acoustic code.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-use num_complex::Complex;
 use rijke_lab::bench::Bench;
+use rijke_numerics::C64;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::path::Path;
-
-type C64 = Complex<f64>;
 
 /// A perfect gas with the numbers that network files have by default, at 293.15 K.
 const GAS: &str = "
