@@ -105,10 +105,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     folder.commit()?;
     ui.say(table(&processed).to_string());
     for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
-        if let Some(delays) = delays {
-            if delays.clicks > 0 {
-                ui.say(describe(what, delays));
-            }
+        if let Some(delays) = delays.as_ref().filter(|d| d.clicks > 0) {
+            ui.say(describe(what, delays));
         }
     }
     for note in &processed.notes {

@@ -1,4 +1,5 @@
 //! Studies of rigs that have nothing in common with the paper's, from their files.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use rijke_engine::EngineError;
 use rijke_engine::run::{Run, StageRecord, Trusted};

@@ -1,3 +1,5 @@
+//! A study as a folder, read and checked. Must not know models.
+//!
 #![doc = include_str!("../README.md")]
 //!
 //! # Conventions

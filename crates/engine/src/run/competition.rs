@@ -1,16 +1,18 @@
 //! Candidates of one role, trained on the same points and ranked; stages that stand on each other.
 
+use super::assumed::measured_sd;
 use super::inputs::{observed, selected};
+use super::matching::check_modes;
 use super::record::{EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, misfit, parameters};
-use crate::noise::{LawError, Noise, Varying};
+use crate::noise::{LawError, Noise};
 use crate::{Assembly, EngineError, Knowledge, Misfit, Observed, PointModel, Trained, Training, train};
 use rayon::prelude::*;
-use rijke_inference::{AssessOptions, MapOptions, NoiseMode, RefereeKind, TrustRegion};
+use rijke_inference::{AssessOptions, MapOptions, RefereeKind, TrustRegion};
 use rijke_network::Workspace;
 use rijke_numerics::{Order, Streams};
 use rijke_rig::ChannelErrors;
-use rijke_study::plan::{NoiseSpec, SdSpec, Stage};
-use rijke_study::{Candidate, Observations, Rig, Study, hertz};
+use rijke_study::plan::Stage;
+use rijke_study::{Candidate, Observations, Rig, Study};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
@@ -39,7 +41,7 @@ pub struct Chosen {
     /// The observations that trained, as they were heard through the channels that earlier stages found.
     pub observed: Arc<Vec<Observed>>,
     /// The misfit, what was measured included.
-    misfit: [f64; 3],
+    pub(super) misfit: [f64; 3],
 }
 
 /// A study with its observations, and what has been trained of it so far.
@@ -356,127 +358,10 @@ impl Run {
             .collect::<Result<_, EngineError>>()?;
         Ok((record, Some(found)))
     }
-
-    /// The plan's words, with what earlier stages found in the place of their names.
-    fn noise(&self, spec: &NoiseSpec) -> Result<Noise, EngineError> {
-        let of =
-            |stage: &str| self.chosen(stage).ok_or_else(|| EngineError::NoPoint { stage: stage.to_owned() });
-        let mode = |sd: &SdSpec, find: &dyn Fn(&Chosen) -> f64| -> Result<NoiseMode, EngineError> {
-            Ok(match sd {
-                SdSpec::Floated => NoiseMode::Floated,
-                SdSpec::Fixed(sd) => NoiseMode::Fixed { sd: *sd },
-                SdSpec::Inferred { median, ln_sd } => NoiseMode::Inferred { median: *median, ln_sd: *ln_sd },
-                SdSpec::Like { stage, ln_sd } => {
-                    let median = find(of(stage)?);
-                    if *ln_sd > 0.0 {
-                        NoiseMode::Inferred { median, ln_sd: *ln_sd }
-                    } else {
-                        NoiseMode::Fixed { sd: median }
-                    }
-                }
-            })
-        };
-        let number = |sd: &SdSpec, k: usize| mode(sd, &|c| c.misfit[k]);
-        let of_an_installation = match &spec.installation {
-            Some([growth, frequency]) => [number(growth, 0)?, number(frequency, 1)?],
-            None => [NoiseMode::Fixed { sd: 0.0 }; 2],
-        };
-        let varying = |v: &rijke_study::plan::Varying| -> Result<Varying, EngineError> {
-            // The scatter that the earlier stage found of this parameter.
-            let found = |c: &Chosen| {
-                let of =
-                    |n: &&rijke_inference::NoiseEstimate| n.name.starts_with(&format!("{},", v.parameter));
-                c.trained.noise.iter().find(of).map_or(0.0, |n| n.sd)
-            };
-            Ok(Varying { parameter: v.parameter.clone(), sd: mode(&v.sd, &found)? })
-        };
-        let law = |l: &rijke_study::plan::LawError| {
-            let over = self.study.campaign.factor(&l.over)?;
-            Some(LawError { role: l.role.clone(), sd: l.sd, over })
-        };
-        Ok(Noise {
-            of_a_point: [
-                number(&spec.growth_rate, 0)?,
-                number(&spec.angular_frequency, 1)?,
-                number(&spec.pressure, 2)?,
-            ],
-            of_an_installation,
-            measured: spec.measured,
-            varying: spec.varying.iter().map(varying).collect::<Result<_, _>>()?,
-            law: spec.law.as_ref().and_then(law),
-        })
-    }
 }
 
 /// Newton's search, done with Gauss and Newton's matrix, to 1e-5 posterior standard deviations.
 fn gauss_newton() -> MapOptions {
     let options = MapOptions::default();
     MapOptions { search: TrustRegion { tolerance: 1e-10, ..options.search }, ..options }
-}
-
-/// Root mean square of the measured standard deviations of growth rate (0) or frequency (1).
-fn measured_sd(points: &[Observed], k: usize) -> f64 {
-    let variance = |o: &Observed| {
-        let rows = o.used(&[], usize::MAX).rows;
-        rows.iter().position(|row| *row == k).map(|i| o.mode.covariance[(i, i)])
-    };
-    let all: Vec<f64> = match k {
-        0 | 1 => points.iter().filter_map(variance).collect(),
-        _ => points
-            .iter()
-            .filter_map(|o| {
-                let n = o.mode.covariance.rows();
-                let first = n - 2 * o.mode.pressures.len();
-                (first < n).then(|| o.mode.covariance[(first, first)])
-            })
-            .collect(),
-    };
-    (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
-}
-
-/// Parts of the distance between modes by which a measured mode may differ from the one of the model that is found from it.
-const SAME_MODE: f64 = 0.35;
-
-/// Checks that the modes that were measured are modes of the model at the middle of what is known, and that two of a point are two.
-fn check_modes(assembly: &Assembly, points: &[Observed], known: &[Knowledge]) -> Result<(), EngineError> {
-    let middle = |p: &rijke_inference::Parameter| {
-        let earlier = known.iter().rev().find_map(|k| {
-            let place = k.names.iter().position(|n| *n == p.name)?;
-            Some(k.mean[place])
-        });
-        earlier.unwrap_or_else(|| p.prior.quantile(0.5))
-    };
-    let values: Vec<f64> = assembly.parameters().iter().map(middle).collect();
-    let found: Vec<Option<f64>> = points
-        .par_iter()
-        .map(|o| {
-            let model = PointModel::new(assembly, &o.conditions, &[])?.starting_from(o.near);
-            let root = model.respond(&values, Order::Value, &mut Workspace::default());
-            Ok(root.ok().map(|r| r.s.value().im))
-        })
-        .collect::<Result<_, EngineError>>()?;
-    for (k, (o, omega)) in points.iter().zip(&found).enumerate() {
-        let layout = &o.conditions.layout;
-        let spacing = std::f64::consts::PI / o.conditions.base.travel_time(0.0, layout.length);
-        let point = o.conditions.id.clone();
-        let measured_hz = hertz(o.near.im);
-        let Some(omega) = *omega else { continue };
-        if (omega - o.near.im).abs() > SAME_MODE * spacing {
-            return Err(EngineError::OtherMode { point, measured_hz, described_hz: hertz(omega) });
-        }
-        let twin = (0..k).find(|&j| {
-            points[j].conditions.id == point
-                && found[j].is_some_and(|w| (w - omega).abs() < 1e-6 * omega.abs())
-        });
-        if let Some(j) = twin {
-            let (first_hz, described_hz) = (hertz(points[j].near.im), hertz(omega));
-            return Err(EngineError::AmbiguousModes {
-                point,
-                first_hz,
-                second_hz: measured_hz,
-                described_hz,
-            });
-        }
-    }
-    Ok(())
 }

@@ -26,6 +26,7 @@ impl Pings {
             clicks: Vec::new(),
         };
         let set = RecordSet {
+            acquisition: rijke_rig::Acquisition::default(),
             rig: Rig::juniper_yoko_2022(),
             kind: DataKind::Measured,
             source: "a rig without clicks".into(),

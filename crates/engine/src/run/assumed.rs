@@ -1,0 +1,79 @@
+//! What a stage assumes of its misfit: the plan's words with the numbers of earlier stages.
+
+use super::competition::{Chosen, Run};
+use crate::noise::{LawError, Noise, Varying};
+use crate::{EngineError, Observed};
+use rijke_inference::NoiseMode;
+use rijke_study::plan::{NoiseSpec, SdSpec};
+
+impl Run {
+    /// The plan's words, with what earlier stages found in the place of their names.
+    pub(super) fn noise(&self, spec: &NoiseSpec) -> Result<Noise, EngineError> {
+        let of =
+            |stage: &str| self.chosen(stage).ok_or_else(|| EngineError::NoPoint { stage: stage.to_owned() });
+        let mode = |sd: &SdSpec, find: &dyn Fn(&Chosen) -> f64| -> Result<NoiseMode, EngineError> {
+            Ok(match sd {
+                SdSpec::Floated => NoiseMode::Floated,
+                SdSpec::Fixed(sd) => NoiseMode::Fixed { sd: *sd },
+                SdSpec::Inferred { median, ln_sd } => NoiseMode::Inferred { median: *median, ln_sd: *ln_sd },
+                SdSpec::Like { stage, ln_sd } => {
+                    let median = find(of(stage)?);
+                    if *ln_sd > 0.0 {
+                        NoiseMode::Inferred { median, ln_sd: *ln_sd }
+                    } else {
+                        NoiseMode::Fixed { sd: median }
+                    }
+                }
+            })
+        };
+        let number = |sd: &SdSpec, k: usize| mode(sd, &|c| c.misfit[k]);
+        let of_an_installation = match &spec.installation {
+            Some([growth, frequency]) => [number(growth, 0)?, number(frequency, 1)?],
+            None => [NoiseMode::Fixed { sd: 0.0 }; 2],
+        };
+        let varying = |v: &rijke_study::plan::Varying| -> Result<Varying, EngineError> {
+            // The scatter that the earlier stage found of this parameter.
+            let found = |c: &Chosen| {
+                let of =
+                    |n: &&rijke_inference::NoiseEstimate| n.name.starts_with(&format!("{},", v.parameter));
+                c.trained.noise.iter().find(of).map_or(0.0, |n| n.sd)
+            };
+            Ok(Varying { parameter: v.parameter.clone(), sd: mode(&v.sd, &found)? })
+        };
+        let law = |l: &rijke_study::plan::LawError| {
+            let over = self.study.campaign.factor(&l.over)?;
+            Some(LawError { role: l.role.clone(), sd: l.sd, over })
+        };
+        Ok(Noise {
+            of_a_point: [
+                number(&spec.growth_rate, 0)?,
+                number(&spec.angular_frequency, 1)?,
+                number(&spec.pressure, 2)?,
+            ],
+            of_an_installation,
+            measured: spec.measured,
+            varying: spec.varying.iter().map(varying).collect::<Result<_, _>>()?,
+            law: spec.law.as_ref().and_then(law),
+        })
+    }
+}
+
+/// Root mean square of the measured standard deviations of growth rate (0) or frequency (1).
+pub(super) fn measured_sd(points: &[Observed], k: usize) -> f64 {
+    let variance = |o: &Observed| {
+        let rows = o.used(&[], usize::MAX).rows;
+        rows.iter().position(|row| *row == k).map(|i| o.mode.covariance[(i, i)])
+    };
+    let all: Vec<f64> = match k {
+        0 | 1 => points.iter().filter_map(variance).collect(),
+        _ => points
+            .iter()
+            .filter_map(|o| {
+                let n = o.mode.covariance.rows();
+                let first = n - 2 * o.mode.pressures.len();
+                (first < n).then(|| o.mode.covariance[(first, first)])
+            })
+            .collect(),
+    };
+    (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
+}

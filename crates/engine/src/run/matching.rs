@@ -1,0 +1,58 @@
+//! Whether the modes that were measured are those of the model.
+
+use crate::{Assembly, EngineError, Knowledge, Observed, PointModel};
+use rayon::prelude::*;
+use rijke_network::Workspace;
+use rijke_numerics::Order;
+use rijke_study::hertz;
+
+/// Parts of the distance between modes by which a measured mode may differ from the one of the model that is found from it.
+const SAME_MODE: f64 = 0.35;
+
+/// Checks that the modes that were measured are modes of the model at the middle of what is known, and that two of a point are two.
+pub(super) fn check_modes(
+    assembly: &Assembly,
+    points: &[Observed],
+    known: &[Knowledge],
+) -> Result<(), EngineError> {
+    let middle = |p: &rijke_inference::Parameter| {
+        let earlier = known.iter().rev().find_map(|k| {
+            let place = k.names.iter().position(|n| *n == p.name)?;
+            Some(k.mean[place])
+        });
+        earlier.unwrap_or_else(|| p.prior.quantile(0.5))
+    };
+    let values: Vec<f64> = assembly.parameters().iter().map(middle).collect();
+    let found: Vec<Option<f64>> = points
+        .par_iter()
+        .map(|o| {
+            let model = PointModel::new(assembly, &o.conditions, &[])?.starting_from(o.near);
+            let root = model.respond(&values, Order::Value, &mut Workspace::default());
+            Ok(root.ok().map(|r| r.s.value().im))
+        })
+        .collect::<Result<_, EngineError>>()?;
+    for (k, (o, omega)) in points.iter().zip(&found).enumerate() {
+        let layout = &o.conditions.layout;
+        let spacing = std::f64::consts::PI / o.conditions.base.travel_time(0.0, layout.length);
+        let point = o.conditions.id.clone();
+        let measured_hz = hertz(o.near.im);
+        let Some(omega) = *omega else { continue };
+        if (omega - o.near.im).abs() > SAME_MODE * spacing {
+            return Err(EngineError::OtherMode { point, measured_hz, described_hz: hertz(omega) });
+        }
+        let twin = (0..k).find(|&j| {
+            points[j].conditions.id == point
+                && found[j].is_some_and(|w| (w - omega).abs() < 1e-6 * omega.abs())
+        });
+        if let Some(j) = twin {
+            let (first_hz, described_hz) = (hertz(points[j].near.im), hertz(omega));
+            return Err(EngineError::AmbiguousModes {
+                point,
+                first_hz,
+                second_hz: measured_hz,
+                described_hz,
+            });
+        }
+    }
+    Ok(())
+}

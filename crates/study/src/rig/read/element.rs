@@ -1,0 +1,220 @@
+//! One element of the chain: its name, its numbers, what kind it is.
+
+use super::Reading;
+use crate::Problem;
+use crate::names::add;
+use crate::rig::elements::{COMPACT, ENDS};
+use crate::rig::value::{Given, Reader, Value};
+use crate::rig::{Part, Shape, own_numbers};
+use crate::source::{Outcome, listed};
+use rijke_formula::{Kind as NameKind, Name};
+use std::ops::Range;
+use toml::{Spanned, Table, Value as Toml};
+
+impl Reading<'_> {
+    pub(super) fn element(&mut self, index: usize, table: Spanned<Table>) -> Outcome<()> {
+        let at = table.span();
+        let mut table = table.into_inner();
+        let wrong = |problem| (at.clone(), problem);
+        let text = |table: &mut Table, key: &'static str| match table.remove(key) {
+            None => Ok(None),
+            Some(Toml::String(text)) => Ok(Some(text)),
+            Some(other) => {
+                Err(wrong(Problem::Value { key: key.into(), value: other.to_string(), need: "a text" }))
+            }
+        };
+        let kind = text(&mut table, "type")?
+            .ok_or_else(|| wrong(Problem::Missing { key: "type".into(), need: "say what the element is" }))?;
+        let name = text(&mut table, "name")?.unwrap_or_else(|| format!("{kind}_{}", index + 1));
+        self.check_name(&name).map_err(wrong)?;
+        let present = text(&mut table, "present")?;
+        let present = match present {
+            None => None,
+            Some(factor) => Some(self.scope.find(&factor).ok_or_else(|| {
+                let known = listed(self.scope.names().iter().map(|n| n.name.as_str()));
+                wrong(Problem::Unknown { what: "factor", name: factor, known })
+            })?),
+        };
+        let near_field = self.plain(&mut table, "near_field", "1", &at)?;
+        let free = match table.remove("numbers") {
+            None => Table::new(),
+            Some(Toml::Table(numbers)) => numbers,
+            Some(other) => {
+                let need = "a table, { name = value, ... }";
+                return Err(wrong(Problem::Value { key: "numbers".into(), value: other.to_string(), need }));
+            }
+        };
+        let part = self.parts.len();
+        self.parts.push(Part {
+            name: name.clone(),
+            shape: Shape::Device(Vec::new()),
+            numbers: Vec::new(),
+            present,
+            near_field,
+        });
+        // A number may name another one, wherever that stands.
+        let mut waiting: Vec<(&String, &Toml)> = free.iter().collect();
+        while !waiting.is_empty() {
+            let before = waiting.len();
+            let mut fault = None;
+            waiting.retain(|(key, value)| match self.number(part, key, value, "", &at) {
+                Ok(()) => false,
+                Err(error) => {
+                    fault.get_or_insert(error);
+                    true
+                }
+            });
+            if let Some(fault) = fault.filter(|_| waiting.len() == before) {
+                return Err(fault);
+            }
+        }
+        if kind == "duct" {
+            let duct = self.duct(part, &mut table, &at)?;
+            self.parts[part].shape = Shape::Duct(duct);
+        } else if kind == "insert" {
+            let [from, to] = ["from", "to"].map(|key| self.needed(part, &mut table, key, "m", &at));
+            self.parts[part].shape = Shape::Insert(from?, to?);
+        } else {
+            let found = COMPACT.iter().find(|k| k.name == kind).ok_or_else(|| {
+                let known = listed(["duct", "insert"].into_iter().chain(COMPACT.iter().map(|k| k.name)));
+                wrong(Problem::Unknown { what: "type of element", name: kind.clone(), known })
+            })?;
+            let places = match table.remove("at") {
+                None => Vec::new(),
+                Some(Toml::Array(list)) => {
+                    list.iter().map(|v| self.read(part, "at", v, "m", &at)).collect::<Outcome<_>>()?
+                }
+                Some(value) => vec![self.read(part, "at", &value, "m", &at)?],
+            };
+            self.parts[part].shape = Shape::Device(places);
+            self.compact(part, found, &mut table, &at)?;
+        }
+        self.finished(&table, &kind, &at)
+    }
+
+    pub(super) fn finished(&self, table: &Table, kind: &str, at: &Range<usize>) -> Outcome<()> {
+        let Some(key) = table.keys().next() else { return Ok(()) };
+        let keys = COMPACT.iter().chain(&ENDS).find(|k| k.name == kind).map_or(&[][..], |k| k.keys);
+        let of_kind = match kind {
+            "duct" => {
+                "length, diameter, diameter_end, area, area_end, temperature, temperature_end, temperatures, pieces, wall, wall_factor"
+            }
+            "insert" => "from, to",
+            "flame" => "n, delay, cutoff_hz, numerator, denominator, at",
+            _ => "at",
+        };
+        let common = ["name", "type", "present", "near_field", "numbers"];
+        let known = listed(keys.iter().map(|k| k.name).chain([of_kind]).chain(common));
+        Err((at.clone(), Problem::Unknown { what: "key of this element", name: key.clone(), known }))
+    }
+
+    pub(super) fn check_name(&self, name: &str) -> Result<(), Problem> {
+        let why = "letters, digits, _ and - only, starting with a letter; upstream, downstream, ends and ducts are taken";
+        let good = name.starts_with(|c: char| c.is_alphabetic())
+            && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')
+            && !["upstream", "downstream", "ends", "ducts"].contains(&name);
+        if !good {
+            return Err(Problem::Name { what: "part", name: name.to_owned(), why });
+        }
+        if self.parts.iter().any(|p| p.name == name) {
+            return Err(Problem::Duplicate { what: "part", name: name.to_owned() });
+        }
+        Ok(())
+    }
+
+    /// Names of a part in the scope: `part.number`, with `_` in the place of `-`.
+    pub(super) fn scoped(&self, part: &str, key: &str) -> String {
+        format!("{}.{key}", part.replace('-', "_"))
+    }
+
+    pub(super) fn own(&self, part: usize) -> Vec<(String, String)> {
+        own_numbers(&self.scope, &self.parts[part])
+    }
+
+    pub(super) fn given(
+        &self,
+        part: usize,
+        key: &str,
+        value: &Toml,
+        unit: &str,
+        at: &Range<usize>,
+    ) -> Outcome<Given> {
+        let own = self.own(part);
+        let reader = Reader { scope: &self.scope, own: &own, unknowns: self.unknowns, at: at.clone() };
+        reader.given(key, value, unit)
+    }
+
+    pub(super) fn read(
+        &self,
+        part: usize,
+        key: &str,
+        value: &Toml,
+        unit: &str,
+        at: &Range<usize>,
+    ) -> Outcome<Value> {
+        let own = self.own(part);
+        let reader = Reader { scope: &self.scope, own: &own, unknowns: self.unknowns, at: at.clone() };
+        reader.value(key, value, unit)
+    }
+
+    pub(super) fn needed(
+        &self,
+        part: usize,
+        table: &mut Table,
+        key: &'static str,
+        unit: &str,
+        at: &Range<usize>,
+    ) -> Outcome<Value> {
+        let value = table.remove(key);
+        let value = value.ok_or_else(|| {
+            (at.clone(), Problem::Missing { key: key.into(), need: "a number, a quantity or a formula" })
+        })?;
+        self.read(part, key, &value, unit, at)
+    }
+
+    /// A plain number, if it is given.
+    pub(super) fn plain(
+        &self,
+        table: &mut Table,
+        key: &'static str,
+        unit: &str,
+        at: &Range<usize>,
+    ) -> Outcome<Option<f64>> {
+        let Some(value) = table.remove(key) else { return Ok(None) };
+        let reader = Reader { scope: &self.scope, own: &[], unknowns: &[], at: at.clone() };
+        match reader.value(key, &value, unit)? {
+            Value::Number(v) => Ok(Some(v)),
+            _ => Err((
+                at.clone(),
+                Problem::Value { key: key.into(), value: value.to_string(), need: "a number" },
+            )),
+        }
+    }
+
+    /// Adds a number to a part.
+    pub(super) fn number(
+        &mut self,
+        part: usize,
+        key: &str,
+        value: &Toml,
+        unit: &str,
+        at: &Range<usize>,
+    ) -> Outcome<()> {
+        // A table { value, unit } states the unit of a formula.
+        let (stated, value) = match value.as_table().map(|t| (t.get("unit"), t.get("value"), t.len())) {
+            Some((Some(Toml::String(unit)), Some(value), 2)) => (unit.clone(), value.clone()),
+            _ => (unit.to_owned(), value.clone()),
+        };
+        let read = self.read(part, key, &value, &stated, at)?;
+        let unit = match (&read, value.as_str().map(rijke_rig::Quantity::parse)) {
+            (Value::Number(_), Some(Ok(q))) if stated.is_empty() => crate::campaign::si_text(&q.unit),
+            _ => stated,
+        };
+        let full = self.scoped(&self.parts[part].name, key);
+        let meaning = format!("number of the part {}", self.parts[part].name);
+        let name = Name { name: full, unit, meaning, kind: NameKind::Global };
+        let place = add(&mut self.scope, "number of a part", name).map_err(|p| (at.clone(), p))?;
+        self.parts[part].numbers.push((place, read));
+        Ok(())
+    }
+}
