@@ -65,8 +65,10 @@ mod tests {
                 };
                 let long = format!("--{}", option.get_long().unwrap());
                 for text in texts {
-                    let words = ["rijke", command.get_name(), &long, text, text, text];
-                    let refused = program.clone().try_get_matches_from(words).unwrap_err();
+                    let values = option.get_num_args().map_or(1, |range| range.min_values().max(1));
+                    let words: Vec<&str> =
+                        ["rijke", command.get_name(), &long].into_iter().chain(vec![*text; values]).collect();
+                    let refused = program.clone().try_get_matches_from(&words).unwrap_err();
                     assert_eq!(refused.kind(), ErrorKind::ValueValidation, "{words:?}: {refused}");
                 }
             }

@@ -1,4 +1,5 @@
-//! Runs the stages of a study folder and prints its tables: `cargo run --release --example run_study -- DIR`.#![allow(clippy::print_stdout, reason = "an example shows its results")]
+//! Runs the stages of a study folder and prints its tables: `cargo run --release --example run_study -- DIR`.
+#![allow(clippy::print_stdout, reason = "an example shows its results")]
 
 use rijke_engine::run::{Run, Trusted};
 use rijke_study::Study;
