@@ -45,9 +45,9 @@ pub(super) const CASES: [Case; 26] = [
     ),
     case(
         "file of unknown format",
-        |d| fs::write(d.join("run.dat"), "GIF89a").unwrap(),
-        "inspect run.dat",
-        ["run.dat", "not a WAV file", "use 16, 24 or 32 bit"],
+        |d| fs::write(d.join("run.gif"), "GIF89a").unwrap(),
+        "inspect run.gif",
+        ["run.gif", "not a WAV file", "use 16, 24 or 32 bit"],
     ),
     case(
         "file of NI TDMS",
