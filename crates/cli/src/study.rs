@@ -18,7 +18,7 @@ pub(crate) fn is_study(dir: &Path) -> bool {
 }
 
 /// Reads a study, runs its stages in order, and writes their numbers and the page into DIR/results.
-pub(crate) fn run(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(dir: &Path, force: bool, trusted: Trusted, ui: &Ui) -> Result<(), Failure> {
     let study = Study::open(dir).map_err(|e| bad(&e))?;
     let observations = study.observations().map_err(|e| {
         bad(&e).remedy("Give observations/modes.csv and observations/observations.toml; docs/study-folder.md describes both.")
@@ -34,7 +34,7 @@ pub(crate) fn run(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
     let results = dir.join("results");
     let staged = StagedFolder::new(&results, "index.html", force)?;
     let progress = ui.progress("stages", study.plan.stages.len() as u64);
-    let mut run = Run::new(study, &observations, Trusted::Laplace).map_err(|e| of_the_engine(&e, dir))?;
+    let mut run = Run::new(study, &observations, trusted).map_err(|e| of_the_engine(&e, dir))?;
     let mut stages: Vec<StageRecord> = Vec::new();
     while let Some(stage) = run.next_stage().map_err(|e| of_the_engine(&e, dir))? {
         progress.advance(1);
@@ -64,7 +64,12 @@ fn table(ui: &Ui, stage: &StageRecord) {
     for model in models {
         let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
         match model.evidence {
-            Some(_) => ui.say(format!("  {:>9.1} nats  {}{mark}", total(model) - best, model.id)),
+            Some(_) => {
+                ui.say(format!("  {:>9.1} nats  {}{mark}", total(model) - best, model.id));
+                if let Some(remark) = &model.remark {
+                    ui.say(format!("                  {remark}"));
+                }
+            }
             None => {
                 ui.say(format!("  no evidence     {}: {}", model.id, model.remark.as_deref().unwrap_or("")))
             }

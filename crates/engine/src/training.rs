@@ -192,18 +192,18 @@ impl Fitting<'_> {
     ) -> Result<Trained, EngineError> {
         let exact = Reordered { inner: self.model, order: order.clone(), highest: Order::Second };
         let posterior = Posterior::new(&exact, data, self.parameters)?;
-        let (fit, laplace, warnings, referee): (Fit, Option<Laplace>, Vec<String>, _) =
-            match &self.training.checks {
-                None => (self.search(data, order, &options)?, None, Vec::new(), None),
-                Some(checks) => {
-                    let starts = options.start.into_iter().chain(checks.starts.iter().cloned()).collect();
-                    let found = posterior.assess(&AssessOptions { starts, ..checks.clone() })?;
-                    (found.fit, found.laplace.ok(), found.health.warnings, found.health.referee)
-                }
-            };
-        let mut laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
-        // Blocks of data may hold several operating points or parts of one.
-        laplace.evidence.datapoints = points;
+        let (fit, laplace, summed, warnings, referee) = match &self.training.checks {
+            None => (self.search(data, order, &options)?, None, None, Vec::new(), None),
+            Some(checks) => {
+                let starts = options.start.into_iter().chain(checks.starts.iter().cloned()).collect();
+                let found = posterior.assess(&AssessOptions { starts, ..checks.clone() })?;
+                let health = found.health;
+                (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.referee)
+            }
+        };
+        let laplace: Laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
+        // Blocks of data may hold several operating points or parts of one; all maxima that were found count.
+        let evidence = Evidence { datapoints: points, ..summed.unwrap_or(laplace.evidence) };
         Ok(Trained {
             parameters: self.parameters.list().to_vec(),
             own: self.assembly.parameters().len(),
@@ -211,7 +211,7 @@ impl Fitting<'_> {
             values: fit.parameters,
             covariance: laplace.physical_covariance,
             noise: fit.noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
-            evidence: laplace.evidence,
+            evidence,
             stop: fit.stop,
             warnings,
             referee,

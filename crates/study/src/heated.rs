@@ -3,8 +3,8 @@
 //!
 //! Upstream of the part the gas has the ambient temperature. There it rises by eta Q/(m c_p), and behind it falls as
 //! exp(-h P x/(m c_p)): a plug of gas in a duct of perimeter P whose wall stays at the ambient temperature (Incropera & DeWitt,
-//! Fundamentals of Heat and Mass Transfer, section 8.3). eta and h are one number each for all points, with priors of 0.9 +- 0.15 and
-//! 5 +- 3 W/(m^2 K); their error is shared by all. What the readings of a point differ by from that, beyond their own errors, is an
+//! Fundamentals of Heat and Mass Transfer, section 8.3). eta and h are one number each for all points, with the priors of
+//! `study.toml`; their error is shared by all. What the readings of a point differ by from that, beyond their own errors, is an
 //! error of its rise.
 
 use crate::base::{BaseError, BaseState, Cause, Sharing};
@@ -30,9 +30,6 @@ pub struct Reading {
     /// Its standard deviation, K.
     pub sd: f64,
 }
-
-/// Prior means and standard deviations of eta (1) and h (W/(m^2 K)).
-const PRIOR: [[f64; 2]; 2] = [[0.9, 0.15], [5.0, 3.0]];
 
 /// Nodes of the profile behind the part.
 const NODES: usize = 16;
@@ -168,7 +165,7 @@ pub fn heated_states(
         Ok(Some(Heated { ambient, mass_flow, rise, at, cooling }))
     };
     let all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
-    let (values, covariance, misfit) = fit(&all, readings)?;
+    let (values, covariance, misfit) = fit(&all, readings, [plan.share, plan.cooling])?;
     let shared = components(&covariance)?;
     let state = |(p, heated): (usize, &Option<Heated>)| {
         let (heated, layout) = (heated.as_ref()?, layouts[p].as_ref()?);
@@ -178,19 +175,23 @@ pub fn heated_states(
 }
 
 /// eta and h, their covariance, and the relative error of the rise of one point that the readings ask for: Gauss and Newton's method.
-fn fit(all: &[Option<Heated>], readings: &[Reading]) -> Result<([f64; 2], Matrix, f64), Problem> {
-    let mut values = PRIOR.map(|p| p[0]);
+fn fit(
+    all: &[Option<Heated>],
+    readings: &[Reading],
+    prior: [[f64; 2]; 2],
+) -> Result<([f64; 2], Matrix, f64), Problem> {
+    let mut values = prior.map(|p| p[0]);
     let hot: Vec<(&Heated, &Reading)> = readings
         .iter()
         .filter_map(|r| Some((all.get(r.point)?.as_ref()?, r)))
         .filter(|(h, r)| h.rise > 0.0 && r.at > h.at)
         .collect();
-    let mut covariance = Matrix::from_fn(2, 2, |i, j| if i == j { PRIOR[i][1].powi(2) } else { 0.0 });
+    let mut covariance = Matrix::from_fn(2, 2, |i, j| if i == j { prior[i][1].powi(2) } else { 0.0 });
     let mut relative = 0.0;
     // A few steps converge; the misfit of the rise is taken anew in each.
     for _ in 0..12 {
-        let mut information = Matrix::from_fn(2, 2, |i, j| if i == j { PRIOR[i][1].powi(-2) } else { 0.0 });
-        let mut right: Vec<f64> = (0..2).map(|i| (PRIOR[i][0] - values[i]) / PRIOR[i][1].powi(2)).collect();
+        let mut information = Matrix::from_fn(2, 2, |i, j| if i == j { prior[i][1].powi(-2) } else { 0.0 });
+        let mut right: Vec<f64> = (0..2).map(|i| (prior[i][0] - values[i]) / prior[i][1].powi(2)).collect();
         let mut excess = [0.0, 0.0];
         for (h, r) in &hot {
             let [t, by_eta, by_h] = h.temperature(r.at, values);
@@ -303,7 +304,7 @@ mod tests {
                 readings.push(Reading { point, at, temperature: h.temperature(at, truth)[0], sd: 0.05 });
             }
         }
-        let (values, covariance, relative) = fit(&points, &readings).unwrap();
+        let (values, covariance, relative) = fit(&points, &readings, [[0.9, 0.15], [5.0, 3.0]]).unwrap();
         for i in 0..2 {
             let sd = covariance[(i, i)].sqrt();
             // The priors pull by less than the readings' own error.

@@ -19,6 +19,7 @@ mod plots;
 mod profiles;
 mod records;
 mod same_seed;
+mod studies;
 
 use std::{
     path::{Path, PathBuf},

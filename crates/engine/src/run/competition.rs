@@ -287,9 +287,15 @@ impl Run {
         let assembly = Assembly::new(self.rig.clone(), candidates, hold)?;
         let points = self.points(index, stage, &row.choice)?;
         let known = self.known(stage, &row.choice)?;
-        check_modes(&assembly, &points, &known)?;
         let training = self.training(stage, self.noise(&stage.noise)?, known, trusted);
-        let trained = train(&assembly, &points, &training)?;
+        let trained = match train(&assembly, &points, &training) {
+            Ok(trained) => trained,
+            // If the rig as described has other modes, that is the reason, and not where the search then stopped.
+            Err(error) => {
+                return Err(check_modes(&assembly, &points, &training.known).err().unwrap_or(error));
+            }
+        };
+        check_modes(&assembly, &points, &[trained.knowledge()])?;
         let found = Misfit::of(&trained.noise).measured;
         let misfit = [0, 1, 2].map(|k| found[k].hypot(measured_sd(&points, k)));
         Ok(Chosen {

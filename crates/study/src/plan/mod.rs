@@ -27,7 +27,7 @@ pub struct Plan {
 }
 
 /// Where the state of the gas comes from.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Base {
     /// Everywhere the ambient temperature.
     #[default]
@@ -41,7 +41,7 @@ pub enum Base {
 }
 
 /// A part that heats a forced flow.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeatedFlow {
     /// The part where the heat goes into the gas.
@@ -50,6 +50,12 @@ pub struct HeatedFlow {
     pub power: String,
     /// The factor that is the volume flow from upstream at ambient temperature, m^3/s.
     pub flow: String,
+    /// Share of the power that goes into the gas, before the readings: mean and standard deviation.
+    #[serde(default = "share")]
+    pub share: [f64; 2],
+    /// Coefficient of heat transfer to the wall behind the part, W/(m^2 K), before the readings: mean and standard deviation.
+    #[serde(default = "cooling")]
+    pub cooling: [f64; 2],
 }
 
 /// Some points train some candidates.
@@ -87,6 +93,16 @@ pub struct Stage {
     pub channels: bool,
     /// Only these microphones; all if empty.
     pub microphones: Vec<String>,
+}
+
+/// Radiation and holders take a tenth or so.
+fn share() -> [f64; 2] {
+    [0.9, 0.15]
+}
+
+/// Laminar to mixed convection in a tube of a few centimetres.
+fn cooling() -> [f64; 2] {
+    [5.0, 3.0]
 }
 
 impl Plan {

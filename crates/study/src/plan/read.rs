@@ -197,6 +197,12 @@ impl Check<'_> {
     fn heated(&self, heated: &HeatedFlow) -> Result<(), Problem> {
         self.campaign.known_factor(&heated.power)?;
         self.campaign.known_factor(&heated.flow)?;
+        for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
+            if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
+                let (key, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
+                return Err(Problem::Value { key, value, need: "[mean, standard deviation], both positive" });
+            }
+        }
         if self.rig.part(&heated.at).is_none() {
             let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
             return Err(Problem::Unknown { what: "part", name: heated.at.clone(), known });

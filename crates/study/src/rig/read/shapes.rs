@@ -105,6 +105,8 @@ impl Reading<'_> {
         at: &Range<usize>,
     ) -> Outcome<Vec<(String, String)>> {
         match self.given(part, key, value, unit, at)? {
+            // An unknown that is called as the number is it.
+            Given::Law(text) if text.trim() == key => Ok(Vec::new()),
             Given::Law(text) => Ok(vec![(key.to_owned(), text)]),
             Given::Value(_) => self.number(part, key, value, unit, at).map(|()| Vec::new()),
         }
