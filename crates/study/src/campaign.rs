@@ -69,7 +69,7 @@ impl Campaign {
             source.at_line(line, Problem::Csv(error.to_string()))
         };
         let header = reader.headers().map_err(wrong)?.clone();
-        let top = reader.headers().ok().and_then(|h| h.position()).map_or(1, |p| p.line() as usize);
+        let top = source.header_line();
         let columns = header
             .iter()
             .map(|text| column(text).map_err(|problem| source.at_line(top, problem)))

@@ -44,21 +44,22 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .from_reader(source.text.as_bytes());
-    let wrong = |error: csv::Error| source.at_line(1, Problem::Csv(error.to_string()));
+    let wrong = |error: csv::Error| source.at_line(source.header_line(), Problem::Csv(error.to_string()));
     let header = reader.headers().map_err(wrong)?.clone();
     let find = |name: &str, unit: &str| -> Result<(usize, Unit), StudyError> {
         for (k, text) in header.iter().enumerate() {
-            let heading = Heading::parse(text)
-                .map_err(|e| source.at_line(1, Problem::Unit { key: text.to_owned(), source: e }))?;
+            let heading = Heading::parse(text).map_err(|e| {
+                source.at_line(source.header_line(), Problem::Unit { key: text.to_owned(), source: e })
+            })?;
             if heading.name == name {
-                let unit = heading
-                    .of(unit)
-                    .map_err(|e| source.at_line(1, Problem::Unit { key: name.into(), source: e }))?;
+                let unit = heading.of(unit).map_err(|e| {
+                    source.at_line(source.header_line(), Problem::Unit { key: name.into(), source: e })
+                })?;
                 return Ok((k, unit));
             }
         }
         let need = "columns point, at [m], temperature [K], sd [K]";
-        Err(source.at_line(1, Problem::Missing { key: name.to_owned(), need }))
+        Err(source.at_line(source.header_line(), Problem::Missing { key: name.to_owned(), need }))
     };
     let [point, at, temperature, sd] =
         [find("point", "1")?, find("at", "m")?, find("temperature", "K")?, find("sd", "K")?];

@@ -117,7 +117,7 @@ fn parse(source: &Source, rig: &Rig, campaign: &Campaign) -> Result<Vec<Observed
         source.at_line(line, Problem::Csv(error.to_string()))
     };
     let header = reader.headers().map_err(wrong)?.clone();
-    let top = header.position().map_or(1, |p| p.line() as usize);
+    let top = source.header_line();
     let mut columns = Vec::new();
     for text in &header {
         columns.push(column(text, rig).map_err(|problem| source.at_line(top, problem))?);

@@ -47,6 +47,11 @@ impl Source {
         StudyError { file: self.file.clone(), line: Some(line), problem: Box::new(problem) }
     }
 
+    /// Line of the first row of a table that is no comment, from 1.
+    pub(crate) fn header_line(&self) -> usize {
+        1 + self.text.lines().position(|l| !l.starts_with('#') && !l.trim().is_empty()).unwrap_or(0)
+    }
+
     pub(crate) fn located<T>(&self, outcome: Outcome<T>) -> Result<T, StudyError> {
         outcome.map_err(|(at, problem)| self.fail(at.start, problem))
     }
