@@ -100,7 +100,7 @@ pub fn minimise(
             return Ok(search.end(Stop::Converged { decrement }));
         }
         if search.calls.total() >= settings.max_evaluations {
-            let enough = decrement <= ENOUGH;
+            let enough = decrement <= ENOUGH && search.lingers(decrement);
             let stop = if enough { Stop::Converged { decrement } } else { Stop::EvaluationCap { decrement } };
             return Ok(search.end(stop));
         }
@@ -176,8 +176,8 @@ struct Search {
     far: bool,
     /// BFGS has met no curvature yet, and still holds the guess from the scales.
     untaught: bool,
-    /// What was left to gain when it last halved, and the evaluations then.
-    halved: (f64, usize),
+    /// What was left to gain when it last halved, the evaluations then, and J.
+    halved: (f64, usize, f64),
 }
 
 impl Search {
@@ -210,7 +210,7 @@ impl Search {
             method: settings.method,
             far: true,
             untaught: true,
-            halved: (f64::INFINITY, 0),
+            halved: (f64::INFINITY, 0, f64::INFINITY),
         };
         if energy.gauss_newton.is_none() && search.method == Method::GaussNewton {
             search.method = Method::Bfgs;
@@ -225,11 +225,13 @@ impl Search {
         Ok(search)
     }
 
-    /// True if what is left to gain has not halved for [`PATIENCE`] evaluations.
+    /// True if what is left to gain has not halved for [`PATIENCE`] evaluations, in which J fell by less than that: along a flat valley the
+    /// gain stays small, but J goes on falling.
     fn lingers(&mut self, decrement: f64) -> bool {
-        let now = self.calls.total();
-        if decrement < 0.5 * self.halved.0 {
-            self.halved = (decrement, now);
+        let (now, value) = (self.calls.total(), self.energy.value);
+        let (before, then, energy) = self.halved;
+        if decrement < 0.5 * before || (now - then > PATIENCE && energy - value > decrement) {
+            self.halved = (decrement, now, value);
         }
         now - self.halved.1 > PATIENCE
     }
