@@ -69,7 +69,10 @@ mod tests {
                     let words: Vec<&str> =
                         ["rijke", command.get_name(), &long].into_iter().chain(vec![*text; values]).collect();
                     let refused = program.clone().try_get_matches_from(&words).unwrap_err();
-                    assert_eq!(refused.kind(), ErrorKind::ValueValidation, "{words:?}: {refused}");
+                    // What begins like an option and is no number is refused as an option.
+                    let as_option = *text == "-inf" && refused.kind() == ErrorKind::UnknownArgument;
+                    let as_value = refused.kind() == ErrorKind::ValueValidation;
+                    assert!(as_value || as_option, "{words:?}: {refused}");
                 }
             }
         }
