@@ -6,7 +6,7 @@
 //! file, `fixtures/lab/truth.toml`, each value with a source; the records carry none of it.
 //!
 //! * [`duct`]: the lossy line with continuous c(x), integrated from mouth to mouth; [`walls`], [`radiation`].
-//! * [`bench`]: any chain of ducts, heat sources, obstacles and dampers, told by a truth file, observed with noise.
+//! * [`bench`](mod@bench): any chain of ducts, heat sources, obstacles and dampers, told by a truth file, observed with noise.
 //! * [`VirtualRig`]: records as the acquisition system writes them, one at a time; a [`rijke_rig::RecordSource`].
 //!
 //! Knows no network, no candidate, no inference.
