@@ -60,14 +60,8 @@ impl Campaign {
     }
 
     pub(crate) fn parse(source: &Source) -> Result<Self, StudyError> {
-        let mut reader = csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .from_reader(source.text.as_bytes());
-        let wrong = |error: csv::Error| {
-            let line = error.position().map_or(1, |p| p.line() as usize);
-            source.at_line(line, Problem::Csv(error.to_string()))
-        };
+        let mut reader = source.table();
+        let wrong = |error: csv::Error| source.csv(&error);
         let header = reader.headers().map_err(wrong)?.clone();
         let top = source.header_line();
         let columns = header

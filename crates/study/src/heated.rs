@@ -40,11 +40,8 @@ const NODES: usize = 16;
 /// File, line and remedy.
 pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, StudyError> {
     let source = Source::read(path)?;
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(source.text.as_bytes());
-    let wrong = |error: csv::Error| source.at_line(source.header_line(), Problem::Csv(error.to_string()));
+    let mut reader = source.table();
+    let wrong = |error: csv::Error| source.csv(&error);
     let header = reader.headers().map_err(wrong)?.clone();
     let find = |name: &str, unit: &str| -> Result<(usize, Unit), StudyError> {
         for (k, text) in header.iter().enumerate() {

@@ -108,14 +108,8 @@ pub fn read_modes(path: &Path, rig: &Rig, campaign: &Campaign) -> Result<Vec<Obs
 }
 
 fn parse(source: &Source, rig: &Rig, campaign: &Campaign) -> Result<Vec<ObservedMode>, StudyError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(source.text.as_bytes());
-    let wrong = |error: csv::Error| {
-        let line = error.position().map_or(1, |p| p.line() as usize);
-        source.at_line(line, Problem::Csv(error.to_string()))
-    };
+    let mut reader = source.table();
+    let wrong = |error: csv::Error| source.csv(&error);
     let header = reader.headers().map_err(wrong)?.clone();
     let top = source.header_line();
     let mut columns = Vec::new();

@@ -52,6 +52,17 @@ impl Source {
         1 + self.text.lines().position(|l| !l.starts_with('#') && !l.trim().is_empty()).unwrap_or(0)
     }
 
+    /// The rows of a table of comma-separated values; lines that begin with `#` are comments.
+    pub(crate) fn table(&self) -> csv::Reader<&[u8]> {
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(self.text.as_bytes())
+    }
+
+    /// A fault of such a table, at its line.
+    pub(crate) fn csv(&self, error: &csv::Error) -> StudyError {
+        let line = error.position().map_or_else(|| self.header_line(), |p| p.line() as usize);
+        self.at_line(line, Problem::Csv(error.to_string()))
+    }
+
     pub(crate) fn located<T>(&self, outcome: Outcome<T>) -> Result<T, StudyError> {
         outcome.map_err(|(at, problem)| self.fail(at.start, problem))
     }

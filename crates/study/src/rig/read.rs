@@ -69,8 +69,6 @@ struct Reading<'a> {
     parts: Vec<Part>,
     waiting: Vec<Waiting>,
     unknowns: &'a [String],
-    /// Numbers of the two ends by bare name.
-    end_numbers: Vec<(String, String)>,
 }
 
 pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
@@ -90,8 +88,7 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
     }
     let unknowns = parameters(file.unknown, &scope)?;
     let names: Vec<String> = unknowns.iter().map(|(p, _)| p.name.clone()).collect();
-    let mut reading =
-        Reading { scope, parts: Vec::new(), waiting: Vec::new(), unknowns: &names, end_numbers: Vec::new() };
+    let mut reading = Reading { scope, parts: Vec::new(), waiting: Vec::new(), unknowns: &names };
     let gas_at = file.gas.as_ref().map_or(0..0, Spanned::span);
     let (gas, pressure, temperature) = reading.gas(file.gas)?;
     for (k, element) in file.element.into_iter().enumerate() {
@@ -289,7 +286,7 @@ impl Reading<'_> {
         for waiting in std::mem::take(&mut self.waiting) {
             let Waiting { at, place: place_text, coefficient, text, definitions, part } = waiting;
             let place = Place::parse(&place_text, &self.parts).map_err(|problem| (at.clone(), problem))?;
-            let own = part.map_or_else(|| self.end_numbers.clone(), |part| self.own(part));
+            let own = part.map_or_else(Vec::new, |part| self.own(part));
             let words =
                 Words { scope: &self.scope, parameters: self.unknowns, definitions: &definitions, own: &own };
             let law = words.law(&text, &place, at, &place_text, &mut BTreeSet::new())?;
