@@ -30,17 +30,17 @@ const LOOKS: [Look; 3] = [
 
 /// Fails with everything that is wrong with the page. Without Chromium says so and passes.
 pub(crate) fn run() -> Outcome {
-    let page = root().join("results/index.html");
-    if !page.is_file() {
-        return Err(format!("{}: run `cargo xtask reproduce` first", page.display()));
-    }
+    let made = |size: &str| root().join("virtual-rig").join(size).join("results/index.html");
+    let Some(page) = ["quick", "full"].map(made).into_iter().find(|page| page.is_file()) else {
+        return Err("there is no page in virtual-rig/: run `cargo xtask reproduce` first".to_owned());
+    };
     let Some(browser) = browser() else {
         eprintln!("page: not opened, because there is no Chromium (Debian: apt-get install chromium)");
         return Ok(());
     };
     let scratch = root().join("target/page");
     fs::create_dir_all(&scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
-    let drawn = files_of(&root().join("results/figures"), "svg")?;
+    let drawn = files_of(&page.with_file_name("figures"), "svg")?;
     let mut faults = Vec::new();
     for look in &LOOKS {
         let (found, console) = open(browser, &scratch, &page, look)?;

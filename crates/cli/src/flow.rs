@@ -84,6 +84,15 @@ struct Document {
     runs: Vec<RunReport>,
 }
 
+/// Infers the base flow of a study with the usual options.
+pub(crate) fn of_study(dir: &Path, out: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+    let words = ["flow".into(), dir.as_os_str().to_owned(), "--out".into(), out.as_os_str().to_owned()];
+    let force = force.then(|| "--force".into());
+    let matches = <Args as clap::Args>::augment_args(clap::Command::new("flow"))
+        .get_matches_from(words.into_iter().chain(force));
+    run(&<Args as clap::FromArgMatches>::from_arg_matches(&matches).or_failed()?, ui)
+}
+
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let closures = args.closures.as_deref().map_or(Ok(Closures::default()), read_closures)?;
     match &args.dir {

@@ -6,9 +6,7 @@
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::{io, process::ExitCode, thread};
 
-mod candidate;
 mod check;
-mod check_model;
 mod completions;
 mod failure;
 mod flow;
@@ -24,7 +22,6 @@ mod process;
 mod rank;
 mod report;
 mod run;
-mod sensitivity;
 mod staging;
 mod study;
 mod ui;
@@ -55,14 +52,11 @@ enum Command {
     Run(run::Args),
     Process(process::Args),
     Flow(flow::Args),
-    Candidate(candidate::Args),
     Rank(rank::Args),
-    CheckModel(check_model::Args),
     Modes(modes::Args),
     Infer(infer::Args),
     Report(report::Args),
     Predict(predict::Args),
-    Sensitivity(sensitivity::Args),
     Completions(completions::Args),
     Man(man::Args),
 }
@@ -77,14 +71,11 @@ impl Command {
             Self::Run(args) => run::run(args, ui),
             Self::Process(args) => process::run(args, ui),
             Self::Flow(args) => flow::run(args, ui),
-            Self::Candidate(args) => candidate::run(args, ui),
             Self::Rank(args) => rank::run(args, ui),
-            Self::CheckModel(args) => check_model::run(args, ui),
             Self::Modes(args) => modes::run(args, ui),
             Self::Infer(args) => infer::run(args, ui),
             Self::Report(args) => report::run(args, ui),
             Self::Predict(args) => predict::run(args, ui),
-            Self::Sensitivity(args) => sensitivity::run(args, ui),
             Self::Completions(args) => completions::run(args, ui),
             Self::Man(args) => man::run(args, ui),
         }

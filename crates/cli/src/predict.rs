@@ -1,171 +1,167 @@
-//! `rijke predict`: what the chosen model says of operating points.
+//! `rijke predict`: what a trained model says of operating points, measured or not.
 
 use crate::{
     failure::{Classify, Failure},
+    rank::{kept, no_stage},
     staging::write_whole,
+    study::{observations, of_the_engine, open},
     ui::Ui,
 };
-use rayon::prelude::*;
-use rijke_flow::BaseStates;
-use rijke_inference::normal_cdf;
-use rijke_model::{Conditions, Misfit, SavedModel};
+use rijke_engine::SavedModel;
+use rijke_engine::run::{Forecast, forecast, with_points};
 use rijke_report::StabilityMap;
-use rijke_rig::{Campaign, OperatingPoint};
-use serde::Serialize;
-use std::{fmt::Write as _, path::PathBuf};
+use rijke_study::Study;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
-/// Predict growth rate and frequency with their uncertainty, and the probability of instability, with a trained model.
+/// Predict growth rate and frequency with their uncertainty, and the probability of instability, at any values of the factors.
 #[derive(clap::Args)]
-#[command(
-    after_help = "Examples:\n  rijke predict my-rig/results/model.json --flow my-rig/base-flow --campaign my-rig/campaign.toml\n  \
-    rijke predict my-rig/results/model.json --flow my-rig/base-flow --out stability.csv --map stability.svg\n\n\
-    Prints CSV: one row per hot operating point of the campaign whose base flow is known. Standard deviations are those of a\n\
-    new measurement: parameters, base flow, noise and model error. The growth rate is taken as normal. The map is bilinear\n\
-    between these points."
-)]
+#[command(after_help = "Examples:\n  rijke predict examples/quarter-wave\n  \
+    rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \
+    rijke predict examples/quarter-wave --map x_g,Q --svg stability.svg\n\n\
+    Prints CSV, a row per operating point: those given with --at, else all of the campaign. Factors that --at leaves out are those\n\
+    of the nearest point of the campaign. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
+    new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.")]
 pub(crate) struct Args {
-    #[command(flatten)]
-    trained: Trained,
+    /// Folder of a study that was ranked.
+    dir: PathBuf,
+    /// The stage whose model predicts [default: the last].
+    #[arg(long, value_name = "ID")]
+    stage: Option<String>,
+    /// Values of factors, in SI units; may be repeated.
+    #[arg(long, value_name = "FACTOR=VALUE,...")]
+    at: Vec<String>,
+    /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign.
+    #[arg(long, value_name = "X,Y", conflicts_with = "at")]
+    map: Option<String>,
+    /// Draw the map, contours of growth rate and probability, into this SVG file.
+    #[arg(long, value_name = "FILE", requires = "map")]
+    svg: Option<PathBuf>,
     /// File to write instead of printing.
     #[arg(long, value_name = "CSV")]
     out: Option<PathBuf>,
-    /// Draw the stability map, contours of growth rate and probability over position and power, into this SVG file.
-    #[arg(long, value_name = "SVG")]
-    map: Option<PathBuf>,
 }
 
-/// A trained model and the operating points at which it is asked.
-#[derive(clap::Args)]
-pub(crate) struct Trained {
-    /// The model, as `rijke rank` saved it.
-    model: PathBuf,
-    /// Folder that `rijke flow` wrote: the base flow of the operating points.
-    #[arg(long, value_name = "FLOWDIR")]
-    flow: PathBuf,
-    /// Campaign file with the operating points [default: Table 1 of Juniper & Yoko 2022].
-    #[arg(long, value_name = "FILE")]
-    campaign: Option<PathBuf>,
-}
-
-/// The same, read.
-pub(crate) struct Opened {
-    pub(crate) model: SavedModel,
-    states: BaseStates,
-    /// Those with power and a base flow.
-    pub(crate) points: Vec<OperatingPoint>,
-}
-
-/// What is predicted at one operating point; a value, then its standard deviation.
-#[derive(Serialize)]
-pub(crate) struct Row {
-    pub(crate) point: String,
-    position_m: Option<f64>,
-    power_w: f64,
-    pub(crate) growth_rate: [f64; 2],
-    angular_frequency: [f64; 2],
-    probability_of_instability: f64,
-}
-
-const HEAD: &str = "point,position_m,power_w,growth_rate_per_s,growth_rate_sd_per_s,angular_frequency_rad_per_s,\
-    angular_frequency_sd_rad_per_s,probability_of_instability\n";
+/// Values of each factor of a map.
+const GRID: usize = 15;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let opened = args.trained.open()?;
-    let rows = opened.predictions()?;
-    let mut text = HEAD.to_owned();
-    for row in &rows {
-        let position = row.position_m.map_or_else(String::new, |x| x.to_string());
-        let _ = write!(text, "{},{position},{}", row.point, row.power_w);
-        for number in [row.growth_rate, row.angular_frequency].concat() {
-            let _ = write!(text, ",{number}");
-        }
-        let _ = writeln!(text, ",{:e}", row.probability_of_instability);
+    let dir = &args.dir;
+    let study = open(dir)?;
+    let observed = observations(&study)?;
+    let last = study.plan.stages.last().map(|s| s.id.clone()).unwrap_or_default();
+    let id = args.stage.clone().unwrap_or(last);
+    if study.plan.stage(&id).is_none() {
+        return Err(no_stage(&id, &study.plan, dir));
     }
-    if let Some(path) = &args.map {
-        write_whole(path, map(&opened, &rows)?.svg().as_bytes())?;
+    let model: SavedModel = kept(dir, "models", &id)?;
+    let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
+    let map = args.map.as_deref().map(|text| Grid::parse(text, &study)).transpose()?;
+    let asked = match &map {
+        Some(grid) => grid.points(),
+        None => args.at.iter().map(|text| values(text)).collect::<Result<_, _>>()?,
+    };
+    let every = (0..study.campaign.points.len()).collect();
+    let (study, places) =
+        if asked.is_empty() { (study, every) } else { with_points(&study, &asked).map_err(wrong)? };
+    let found = forecast(&study, &observed, &model, &places).map_err(wrong)?;
+    if let (Some(path), Some(grid)) = (&args.svg, &map) {
+        write_whole(path, grid.drawn(&found, observed.kind, &id).svg().as_bytes())?;
+        ui.note(format!("wrote {}", path.display()));
     }
+    let text = table(&study, &found)?;
     match &args.out {
-        None => ui.say(text.trim_end()),
         Some(path) => write_whole(path, text.as_bytes())?,
+        None => ui.say(text.trim_end()),
     }
-    ui.result(&rows)
+    ui.result(&json!({ "stage": id, "candidates": model.candidates, "points": found }))
 }
 
-impl Trained {
-    pub(crate) fn open(&self) -> Result<Opened, Failure> {
-        let model = SavedModel::read(&self.model)
-            .or_bad_input()
-            .map_err(|f| f.remedy("Give the model.json that `rijke rank --flow` writes."))?;
-        let states = BaseStates::read(&self.flow)
-            .or_bad_input()
-            .map_err(|f| f.remedy("Give the folder that `rijke flow` writes."))?;
-        let campaign = self.campaign.as_deref().map_or(Ok(Campaign::juniper_yoko_2022()), Campaign::read);
-        let wanted = |p: &OperatingPoint| p.power > 0.0 && states.points.contains_key(&p.id);
-        let points: Vec<_> = campaign.or_bad_input()?.points.into_iter().filter(wanted).collect();
-        if points.is_empty() {
-            let problem = format!("{}: has no hot operating point of the campaign", self.flow.display());
-            return Err(Failure::bad_input(problem)
-                .remedy("Give the campaign whose points the base flow was inferred for, with --campaign."));
-        }
-        Ok(Opened { model, states, points })
-    }
-}
-
-impl Opened {
-    pub(crate) fn conditions(&self, point: &OperatingPoint) -> Conditions {
-        let base = self.states.points[&point.id].clone();
-        Conditions { point: point.clone(), ambient: base.temperature[0], base }
-    }
-
-    /// The prediction at every point, in the order of the campaign.
-    pub(crate) fn predictions(&self) -> Result<Vec<Row>, Failure> {
-        let misfit = Misfit::of(&self.model.noise);
-        let row = |point: &OperatingPoint| {
-            let microphones = [self.model.rig.microphones.reference];
-            let found = self.model.predict(&self.conditions(point), &microphones).or_failed()?;
-            let [growth_rate, angular_frequency] = [0, 1].map(|k| [found.values[k], found.sd(k, &misfit)]);
-            let [mean, sd] = growth_rate;
-            Ok(Row {
-                point: point.id.clone(),
-                position_m: point.position,
-                power_w: point.power,
-                growth_rate,
-                angular_frequency,
-                probability_of_instability: normal_cdf(mean / sd),
-            })
-        };
-        self.points.par_iter().map(row).collect()
-    }
-}
-
-/// The rows on the grid of all their positions and powers.
-fn map(opened: &Opened, rows: &[Row]) -> Result<StabilityMap, Failure> {
-    let sorted = |values: Vec<f64>| {
-        let mut values = values;
-        values.sort_by(f64::total_cmp);
-        values.dedup();
-        values
+/// `x=0.3,Q=50`.
+fn values(text: &str) -> Result<BTreeMap<String, f64>, Failure> {
+    let one = |part: &str| {
+        let (name, value) = part.split_once('=')?;
+        Some((name.trim().to_owned(), value.trim().parse::<f64>().ok().filter(|v| v.is_finite())?))
     };
-    let positions = sorted(rows.iter().filter_map(|r| r.position_m).collect());
-    let powers = sorted(rows.iter().map(|r| r.power_w).collect());
-    if positions.len() < 2 || powers.len() < 2 {
-        let problem = format!("{} positions and {} powers make no map", positions.len(), powers.len());
-        return Err(Failure::bad_input(format!("--map: {problem}"))
-            .remedy("Leave out --map, or give a base flow of two positions and two powers at least."));
-    }
-    let grid = |value: fn(&Row) -> f64| {
-        let at = |power: f64, x: f64| {
-            rows.iter().find(|r| r.power_w == power && r.position_m == Some(x)).map(value)
-        };
-        let row = |power: &f64| positions.iter().map(|x| at(*power, *x).unwrap_or(f64::NAN)).collect();
-        powers.iter().map(row).collect()
-    };
-    Ok(StabilityMap {
-        title: format!("Stability of {}", opened.model.rig.name),
-        data: opened.model.kind,
-        growth_rate: grid(|r| r.growth_rate[0]),
-        probability: grid(|r| r.probability_of_instability),
-        positions,
-        powers,
+    text.split(',').map(one).collect::<Option<_>>().ok_or_else(|| {
+        Failure::bad_input(format!("--at {text}: not a list of factors with numbers"))
+            .remedy("Write it as --at x_g=0.15,Q=12, numbers in SI units.")
     })
+}
+
+/// Two factors, each with its values.
+struct Grid {
+    axes: [(String, String, Vec<f64>); 2],
+}
+
+impl Grid {
+    fn parse(text: &str, study: &Study) -> Result<Self, Failure> {
+        let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
+        let bad = |what: String| {
+            Failure::bad_input(format!("--map {text}: {what}")).remedy(format!("Give two of: {known}."))
+        };
+        let (x, y) =
+            text.split_once(',').ok_or_else(|| bad("takes two factors with a comma between".into()))?;
+        let axis = |name: &str| {
+            let k = study.campaign.factor(name).ok_or_else(|| bad(format!("there is no factor `{name}`")))?;
+            let all = study.campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());
+            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            if high <= low {
+                return Err(bad(format!("`{name}` has one value only in the campaign")));
+            }
+            let values = (0..GRID).map(|i| low + (high - low) * i as f64 / (GRID - 1) as f64).collect();
+            Ok((name.to_owned(), study.campaign.factors[k].unit.clone(), values))
+        };
+        Ok(Self { axes: [axis(x.trim())?, axis(y.trim())?] })
+    }
+
+    /// Row after row of the second factor.
+    fn points(&self) -> Vec<BTreeMap<String, f64>> {
+        let [(x, _, xs), (y, _, ys)] = &self.axes;
+        let point = |b: &f64| {
+            xs.iter().map(|a| BTreeMap::from([(x.clone(), *a), (y.clone(), *b)])).collect::<Vec<_>>()
+        };
+        ys.iter().flat_map(point).collect()
+    }
+
+    fn drawn(&self, found: &[Forecast], kind: rijke_rig::DataKind, stage: &str) -> StabilityMap {
+        let [x, y] = &self.axes;
+        let rows = |of: fn(&Forecast) -> f64| {
+            found.chunks(x.2.len()).map(|row| row.iter().map(of).collect()).collect()
+        };
+        StabilityMap {
+            title: format!("Growth rate and probability of instability, by the model of {stage}"),
+            data: kind,
+            labels: [x, y].map(|(name, unit, _)| format!("{name} / {unit}")),
+            x: x.2.clone(),
+            y: y.2.clone(),
+            growth_rate: rows(|f| f.growth_rate[0]),
+            probability: rows(|f| f.unstable),
+        }
+    }
+}
+
+fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit));
+    let numbers = [
+        "growth_rate [1/s]",
+        "growth_rate_sd [1/s]",
+        "growth_rate_model_sd [1/s]",
+        "angular_frequency [rad/s]",
+        "angular_frequency_sd [rad/s]",
+        "angular_frequency_model_sd [rad/s]",
+        "probability_of_instability",
+    ];
+    let head = std::iter::once("point".to_owned()).chain(factors).chain(numbers.map(String::from));
+    table.write_record(head).or_failed()?;
+    for f in found {
+        let factors = f.factors.iter().map(|v| v.map_or(String::new(), |v| v.to_string()));
+        let numbers = f.growth_rate.iter().chain(&f.angular_frequency).map(|v| format!("{v:.6}"));
+        let row = std::iter::once(f.point.clone()).chain(factors).chain(numbers);
+        table.write_record(row.chain([format!("{:.6}", f.unstable)])).or_failed()?;
+    }
+    let bytes = table.into_inner().map_err(|e| Failure::failed(e.to_string()))?;
+    String::from_utf8(bytes).or_failed()
 }

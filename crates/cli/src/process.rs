@@ -15,7 +15,7 @@ use rijke_signal::{
     ChannelDelays, ProcessError, ProcessOptions, Processed, StatedChannels, process, record_count,
 };
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Turn raw records into observations: growth rate, frequency and mode shape of every ping, arrival times of every
 /// click, with uncertainties, corrected for the delays of the channels. Bad records are rejected with a reason.
@@ -57,6 +57,18 @@ pub(crate) struct Args {
     laboratory: Laboratory,
 }
 
+/// Processes the records of a folder with the usual options.
+pub(crate) fn records(records: &Path, out: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+    let words =
+        ["process".into(), records.as_os_str().to_owned(), "--out".into(), out.as_os_str().to_owned()];
+    let force = force.then(|| "--force".into());
+    let args = <Args as clap::FromArgMatches>::from_arg_matches(
+        &<Args as clap::Args>::augment_args(clap::Command::new("process"))
+            .get_matches_from(words.into_iter().chain(force)),
+    );
+    run(&args.or_failed()?, ui)
+}
+
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let [low, high] = args.band[..] else { return Err(Failure::bad_input("--band takes two numbers")) };
     if low >= high {
@@ -76,7 +88,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ))
         .remedy("Leave these options out, or give --virtual-rig instead of the folder."));
     } else {
-        Box::new(RecordFolder::open(&name).or_bad_input()?)
+        Box::new(open(&name)?)
     };
     let folder = StagedFolder::new(&out, "observations.toml", args.force)?;
     let mut options = ProcessOptions::default();
@@ -132,6 +144,16 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     let points: Vec<_> = processed.observations.points.iter().map(of_point).collect();
     ui.result(&json!({ "dir": out, "records": records, "rejected": rejected, "notes": processed.notes, "points": points }))
+}
+
+/// Opens a folder of records, or of a study whose records lie in DIR/records.
+pub(crate) fn open(dir: &Path) -> Result<RecordFolder, Failure> {
+    let below = dir.join("records");
+    let (folder, study) =
+        if dir.join("study.toml").is_file() { (below.as_path(), Some(dir)) } else { (dir, dir.parent()) };
+    let study = study.filter(|s| s.join("study.toml").is_file()).map(crate::study::open).transpose()?;
+    let described = study.map(|s| s.for_records()).transpose().or_bad_input()?;
+    RecordFolder::open_of(folder, described).or_bad_input()
 }
 
 /// A positive finite number.

@@ -1,240 +1,201 @@
-//! `rijke rank`: train the candidates on observations and rank them.
-
-mod hot;
-pub(crate) mod own;
+//! `rijke rank`: trains the stages of a study on its observations, and answers its questions.
 
 use crate::{
-    check::foresight::refuse_boundless,
     failure::{Classify, Failure},
+    number,
     staging::StagedFolder,
+    study::{observations, of_the_engine, open},
     ui::Ui,
 };
-use rijke_lab::Truth;
-use rijke_rig::{DataKind, Observations, PointObservations};
-use rijke_studies::{
-    Check, Depth, ProngModel, Prongs, Terms, campaign, cold, cold_heater, consistency, empty_tube,
-    flow_numerics, lumped_convergence, microphones, prongs_stage, true_empty_tube,
-};
-use serde::Serialize;
+use rijke_engine::run::{Answer, ModelRecord, Run, StageRecord, Trusted, Verdict, verdicts};
+use rijke_inference::RefereeKind;
+use serde::{Serialize, de::DeserializeOwned};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Train the candidate models on observations, rank them by evidence, and answer the questions of the studies.
+/// Train the stages of a study, rank their models by evidence, and answer the questions of study.toml.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  rijke rank virtual-rig --out results\n  \
-    rijke rank virtual-rig --flow base-flow --candidates candidates.toml --out results\n\n\
-    Reads DIR/observations (or DIR itself) as `rijke process` writes them. Writes OUT/numbers/*.json, from which\n\
-    `rijke report OUT` draws, and with --flow the chosen model OUT/model.json.")]
+#[command(after_help = "Example:\n  rijke rank examples/quarter-wave\n\n\
+    Reads DIR/observations. Writes DIR/results/numbers, from which `rijke report DIR` draws, and DIR/results/models,\n\
+    with which `rijke predict DIR` predicts.")]
 pub(crate) struct Args {
-    /// Folder of records with their observations, or of observations.
-    dir: PathBuf,
-    /// Folder to write.
-    #[arg(long, value_name = "OUT")]
-    out: PathBuf,
-    /// Folder that `rijke flow` wrote for the same observations: the base flow of the hot points. Without it only the
-    /// cold experiments are ranked.
-    #[arg(long, value_name = "FLOWDIR")]
-    flow: Option<PathBuf>,
-    /// Files of candidates of your own, which compete with those of the project: prongs, heater, heat release.
-    #[arg(long, value_name = "FILE", num_args = 1..)]
-    candidates: Vec<PathBuf>,
-    /// Truth file of the virtual laboratory, to mark true values [default: fixtures/lab/truth.toml of the project];
-    /// not used for measured data.
-    #[arg(long, value_name = "FILE")]
-    truth: Option<PathBuf>,
-    /// Check every evidence by other starts, importance sampling and doubled priors; takes some ten times longer.
+    /// Folder of the study.
+    pub(crate) dir: PathBuf,
+    #[command(flatten)]
+    pub(crate) trust: Trust,
+    /// Stop after this stage, and answer only the questions about the stages that have run.
+    #[arg(long, value_name = "STAGE")]
+    pub(crate) until: Option<String>,
+    /// Replace DIR/results if it exists.
     #[arg(long)]
-    thorough: bool,
-    /// Compare the evidences of Tables 2 and 3 with a slow method that needs no Gaussian approximation; implies --thorough.
-    #[arg(long)]
-    referee: Option<crate::check_model::Judge>,
+    pub(crate) force: bool,
+}
+
+/// How far evidences are checked.
+#[derive(Clone, Copy, clap::Args)]
+pub(crate) struct Trust {
+    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are several.
+    #[arg(long, conflicts_with = "referee")]
+    one_start: bool,
+    /// Compare every evidence with a slow method that needs no Gaussian approximation.
+    #[arg(long, value_name = "METHOD")]
+    referee: Option<Referee>,
     /// Statistical error of the referee, nats; its cost grows with the inverse square.
-    #[arg(long, value_name = "NATS", default_value_t = 0.3, value_parser = crate::number::positive)]
+    #[arg(long, value_name = "NATS", default_value_t = 0.3, value_parser = number::positive)]
     referee_error: f64,
-    /// Replace OUT if it exists.
-    #[arg(long)]
-    force: bool,
+}
+
+/// Slow methods of evidence.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Referee {
+    /// Nested sampling.
+    Nested,
+    /// The gradient sampler NUTS with bridge sampling; only if the program was built with the feature `nuts`.
+    Nuts,
+}
+
+impl Trust {
+    fn trusted(self) -> Result<Trusted, Failure> {
+        let kind = match self.referee {
+            Some(Referee::Nested) => RefereeKind::Nested,
+            Some(Referee::Nuts) if cfg!(feature = "nuts") => RefereeKind::Nuts,
+            Some(Referee::Nuts) => {
+                return Err(Failure::bad_input("--referee nuts: this program was built without NUTS")
+                    .remedy("Build it with `cargo build --release -p rijke-cli --features nuts`, or use --referee nested."));
+            }
+            None if self.one_start => return Ok(Trusted::Laplace),
+            None => return Ok(Trusted::Checked),
+        };
+        Ok(Trusted::Refereed(kind, self.referee_error))
+    }
+}
+
+/// Everything that ranking finds.
+pub(crate) struct Results {
+    pub(crate) stages: Vec<StageRecord>,
+    pub(crate) answers: Vec<Answer>,
+    pub(crate) verdicts: Vec<Verdict>,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let depth = depth(args)?;
-    let below = args.dir.join("observations");
-    let folder = if below.is_dir() { &below } else { &args.dir };
-    let observations = Observations::read(folder)
-        .or_bad_input()
-        .map_err(|f| f.remedy(format!("Run `rijke process {}` first.", args.dir.display())))?;
-    let points: Vec<_> = observations.points.iter().map(|p| p.point.clone()).collect();
-    let terms = Terms { depth, own: own::candidates(&args.candidates, &observations.rig, &points)? };
-    refuse_boundless(&observations, &terms.own).map_err(|f| f.at(folder))?;
-    let truth = args.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
-    let virtual_data = observations.kind == DataKind::Virtual;
-    let known = virtual_data.then(|| true_empty_tube(&observations, &truth)).flatten();
-    let staged = StagedFolder::new(&args.out, "numbers/prongs.json", args.force)?;
-    let numbers = staged.path().join("numbers");
-    std::fs::create_dir_all(&numbers).or_failed().map_err(|f| f.at(&numbers))?;
-
-    let progress = ui.progress("studies", 7 + args.flow.as_ref().map_or(0, |_| hot::STEPS));
-    let wrong = |f: Failure| f.at(folder);
-    let tube = empty_tube(&observations, known).or_bad_input().map_err(wrong)?;
-    progress.advance(1);
-    let (prongs, after_prongs) = prongs_stage(&observations, terms.clone()).or_bad_input().map_err(wrong)?;
-    progress.advance(1);
-    // Only a campaign with the heater attached and cold can say anything of it, and so on.
-    let has = |thermocouples: bool| {
-        let cold = |p: &PointObservations| p.point.heater && p.point.power == 0.0;
-        observations.points.iter().any(|p| cold(p) && p.point.thermocouples == thermocouples)
-    };
-    let heater = has(false)
-        .then(|| cold_heater(&observations, &after_prongs, terms.clone()))
-        .transpose()
-        .or_bad_input()
-        .map_err(wrong)?;
-    progress.advance(1);
-    let cold = match &heater {
-        Some((_, after_heater)) if has(true) => {
-            Some(cold(&observations, after_heater).or_bad_input().map_err(wrong)?)
-        }
-        _ => None,
-    };
-    progress.advance(1);
-    let microphones = microphones(&observations, known).or_bad_input().map_err(wrong)?;
-    progress.advance(1);
-    let consistency = consistency(&observations.rig).or_failed()?;
-    progress.advance(1);
-    let lumped = lumped_convergence(&observations.rig).or_failed()?;
-    progress.advance(1);
-    write(&numbers, "campaign", &campaign(&observations))?;
-    write(&numbers, "empty_tube", &tube)?;
-    write(&numbers, "prongs", &prongs)?;
-    write(&numbers, "microphones", &microphones)?;
-    write(&numbers, "consistency", &consistency)?;
-    write(&numbers, "lumped_convergence", &lumped)?;
-    if let Some((heater, _)) = &heater {
-        write(&numbers, "heater", heater)?;
+    let dir = &args.dir;
+    let study = open(dir)?;
+    let observations = observations(&study)?;
+    let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?;
+    let (mut plan, claims) = (study.plan.clone(), study.claims.clone());
+    if let Some(id) = &args.until {
+        let Some((k, _)) = plan.stage(id) else { return Err(no_stage(id, &plan, dir)) };
+        plan.stages.truncate(k + 1);
+        plan.questions.retain(|q| study.plan.stage(&q.stage).is_some_and(|(at, _)| at <= k));
     }
-    let (figure_5, stage) = cold.unzip();
-    if let Some(figure_5) = &figure_5 {
-        write(&numbers, "cold", figure_5)?;
+    let steps = 2 * plan.stages.len() + plan.questions.len();
+    let progress = ui.progress("stages", steps as u64);
+    let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
+    let mut run = Run::new(study, &observations, args.trust.trusted()?).map_err(wrong)?;
+    let (mut stages, mut answers) = (Vec::new(), Vec::new());
+    let models = staged.path().join("models");
+    for _ in &plan.stages {
+        let Some(stage) = run.next_stage().map_err(wrong)? else { break };
+        progress.advance(1);
+        answers.push(run.overview(&stage.id).map_err(wrong)?);
+        keep(&models, &stage.id, &run.saved(&stage.id).map_err(wrong)?)?;
+        progress.advance(1);
+        stages.push(stage);
     }
-    let found = match (&args.flow, stage) {
-        (Some(flow), Some(stage)) => {
-            keep_flow(flow, &numbers)?;
-            // The powers of the paper may be too much for another rig.
-            if let Ok(numerics) = flow_numerics(&observations.rig) {
-                write(&numbers, "flow_numerics", &numerics)?;
-            }
-            Some(hot::hot(
-                &observations,
-                flow,
-                stage,
-                Terms { depth: (args.thorough || args.referee.is_some()).into(), ..terms.clone() },
-                virtual_data.then_some(&truth),
-                staged.path(),
-                &progress,
-            )?)
-        }
-        (Some(_), None) => {
-            let message = "the observations lack what the hot stages build on: a cold heater without and with thermocouples";
-            return Err(Failure::bad_input(message)
-                .at(folder)
-                .remedy("Leave out --flow to rank the cold experiments."));
-        }
-        (None, _) => None,
-    };
+    for question in &plan.questions {
+        answers.push(run.answer(question).map_err(wrong)?);
+        progress.advance(1);
+    }
     drop(progress);
+    let verdicts = verdicts(&claims, &stages, &answers);
+    let numbers = staged.path().join("numbers");
+    for stage in &stages {
+        keep(&numbers, &format!("stage-{}", stage.id), stage)?;
+    }
+    for answer in &answers {
+        keep(&numbers, &format!("answer-{}", answer.id), answer)?;
+    }
+    // Last: a folder with this file is finished.
+    keep(&numbers, "claims", &verdicts)?;
     staged.commit()?;
-    table(ui, &prongs, &terms);
-    if let Some((heater, _)) = &heater {
-        table(ui, heater, &terms);
+    stages.iter().for_each(|stage| table(ui, stage));
+    for v in &verdicts {
+        ui.say(format!("{}: {} ({})", if v.holds { "holds" } else { "fails" }, v.statement, v.figure));
     }
-    let ranked = [Some("prongs"), heater.as_ref().map(|_| "heater"), found.as_ref().map(|_| "heat-release")];
-    own::left_out(ui, &terms.own, &ranked.into_iter().flatten().collect::<Vec<_>>());
-    let tables = json!({
-        "prongs": rows(&prongs.models),
-        "heater": heater.as_ref().map(|(h, _)| rows(&h.models)),
-        "heat_release": found.as_ref().map(|f| rows(f.models())),
-    });
-    let of_heater = heater.map(|(h, _)| h.checks).unwrap_or_default();
-    let of_cold = figure_5.map(|f| f.checks).unwrap_or_default();
-    let mut checks = [tube.checks, prongs.checks, of_heater, of_cold, microphones.checks]
-        .into_iter()
-        .flatten()
-        .collect::<Vec<_>>();
-    checks.iter().for_each(|check| say(ui, check));
-    if let Some(found) = found {
-        found.show(ui, &terms);
-        checks.extend(found.into_checks());
-    }
-    ui.result(&json!({ "dir": args.out, "tables": tables, "checks": checks }))
+    ui.result(&json!({ "dir": dir.join("results"), "stages": stages, "claims": verdicts }))
 }
 
-/// The rows of a table for `--json`; evidences per operating point.
-fn rows(models: &[ProngModel]) -> Vec<serde_json::Value> {
-    let row =
-        |m: &ProngModel| json!({ "id": m.id, "label": m.label, "evidence": m.evidence, "remark": m.remark });
-    models.iter().map(row).collect()
+/// A stage that the study does not have.
+pub(crate) fn no_stage(id: &str, plan: &rijke_study::plan::Plan, dir: &Path) -> Failure {
+    let known = plan.stages.iter().map(|s| s.id.as_str()).collect::<Vec<_>>().join(", ");
+    Failure::bad_input(format!("there is no stage called `{id}`"))
+        .at(&dir.join("study.toml"))
+        .remedy(format!("Give one of: {known}."))
 }
 
-/// The record of the base flow belongs to the numbers from which the report draws (Fig. 2).
-fn keep_flow(flow: &Path, numbers: &Path) -> Result<(), Failure> {
-    let record = flow.join("flow.json");
-    if record.is_file() {
-        std::fs::copy(&record, numbers.join("flow.json")).or_failed().map_err(|f| f.at(&record))?;
-    }
-    Ok(())
-}
-
-fn write(folder: &Path, name: &str, numbers: &impl Serialize) -> Result<(), Failure> {
+fn keep(folder: &Path, name: &str, what: &impl Serialize) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).or_failed().map_err(|f| f.at(folder))?;
     let path = folder.join(format!("{name}.json"));
-    let text = serde_json::to_string_pretty(numbers).or_failed()?;
+    let text = serde_json::to_string_pretty(what).or_failed()?;
     std::fs::write(&path, text + "\n").or_failed().map_err(|f| f.at(&path))
 }
 
-/// How far the evidences of Tables 2 and 3 are checked.
-fn depth(args: &Args) -> Result<Depth, Failure> {
-    if !(args.referee_error > 0.0 && args.referee_error.is_finite()) {
-        let problem = format!("--referee-error {} must be positive and finite", args.referee_error);
-        return Err(Failure::bad_input(problem).remedy("Give a number of nats, such as 0.3; see --help."));
-    }
-    match args.referee {
-        Some(judge) => Ok(Depth::Refereed(judge.kind()?, args.referee_error)),
-        None => Ok(args.thorough.into()),
+/// One file of DIR/results.
+pub(crate) fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) -> Result<T, Failure> {
+    let path = dir.join("results").join(folder).join(format!("{name}.json"));
+    let remedy = format!("Run `rijke rank {}` first, again if the study has changed.", dir.display());
+    let text = rijke_numerics::read_text(&path).or_bad_input().map_err(|f| f.at(&path).remedy(&remedy))?;
+    serde_json::from_str(&text).or_bad_input().map_err(|f| f.at(&path).remedy(&remedy))
+}
+
+impl Results {
+    /// Reads what `rijke rank` wrote for a study, up to the stage after which it stopped.
+    pub(crate) fn read(dir: &Path, plan: &rijke_study::plan::Plan) -> Result<Self, Failure> {
+        let verdicts = kept(dir, "numbers", "claims")?;
+        let numbers = dir.join("results/numbers");
+        let there = |name: &String| numbers.join(format!("{name}.json")).is_file();
+        let stages = plan.stages.iter().map(|s| format!("stage-{}", s.id)).filter(there);
+        let ids = plan.stages.iter().map(|s| &s.id).chain(plan.questions.iter().map(|q| &q.id));
+        let answers = ids.map(|id| format!("answer-{id}")).filter(there);
+        Ok(Self {
+            stages: stages.map(|name| kept(dir, "numbers", &name)).collect::<Result<_, _>>()?,
+            answers: answers.map(|name| kept(dir, "numbers", &name)).collect::<Result<_, _>>()?,
+            verdicts,
+        })
     }
 }
 
-fn table(ui: &Ui, study: &Prongs, terms: &Terms) {
-    table_head(ui);
-    for model in &study.models {
-        table_row(ui, model, &study.winner);
-    }
-    // The empty tube, at 0, trains no row.
-    let points = study.measured.iter().filter(|m| m.position_m > 0.0).count();
-    own::standing(ui, &study.models, points, &terms.own);
-}
-
-fn table_head(ui: &Ui) {
-    ui.say(format!("{:<14} {:>10} {:>10} {:>10}   {}", "model", "ln BFL", "ln OF", "ln ML", "what it is"));
-}
-
-fn table_row(ui: &Ui, model: &ProngModel, best: &str) {
-    // Candidates beyond the paper have long names; their label says the same.
-    let name = if model.id.contains(" + ") { "combination" } else { &model.id };
-    let mark = if model.id == best { " (highest evidence)" } else { "" };
-    match &model.evidence {
-        Some(e) => ui.say(format!(
-            "{name:<14} {:>10.4} {:>10.4} {:>10.4}   {}{mark}",
-            e.ln_best_fit, e.ln_occam, e.ln_marginal, model.label
-        )),
-        None => {
-            return ui.say(format!("{name:<14} no evidence: {}", model.remark.as_deref().unwrap_or("")));
+/// The models of a stage, best first.
+fn table(ui: &Ui, stage: &StageRecord) {
+    ui.say(format!("{} ({} modes)", stage.title, stage.measured.len()));
+    let total = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
+    let mut models: Vec<_> = stage.models.iter().collect();
+    models.sort_by(|a, b| total(b).total_cmp(&total(a)));
+    let best = models.first().map_or(0.0, |m| total(m));
+    for model in models {
+        let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
+        match model.evidence {
+            Some(_) => {
+                ui.say(format!("  {:>9.1} nats  {}{mark}", total(model) - best, model.id));
+                if let Some(remark) = &model.remark {
+                    ui.say(format!("                  {remark}"));
+                }
+            }
+            None => {
+                ui.say(format!("  no evidence     {}: {}", model.id, model.remark.as_deref().unwrap_or("")));
+            }
         }
     }
-    if let Some(remark) = &model.remark {
-        ui.say(format!("{:<14} {remark}", ""));
+    if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
+        for p in &model.parameters {
+            ui.say(format!("      {} = {:.6} +- {:.2e} {}", p.name, p.value, p.sd, p.unit));
+            if let Some(z) = p.prior_sds.filter(|z| z.abs() > 4.0) {
+                ui.note(format!(
+                    "warning: {} lies {:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",
+                    p.name,
+                    z.abs()
+                ));
+            }
+        }
     }
-}
-
-fn say(ui: &Ui, check: &Check) {
-    let mark = if check.holds { "holds" } else { "fails" };
-    ui.say(format!("{mark}: {} ({})", check.statement, check.figure));
 }

@@ -1,34 +1,48 @@
-//! `rijke report`: figures, tables and the page from the numbers of the studies.
+//! `rijke report`: figures, tables and the page from the numbers of a ranking.
 
 use crate::{
     failure::{Classify, Failure},
+    rank::Results,
     staging::Lock,
+    study::{observations, open},
     ui::Ui,
 };
-use rijke_report::{Numbers, Report, ReportError};
-use std::path::PathBuf;
+use rijke_report::{StudyHead, StudyPage};
+use std::path::{Path, PathBuf};
 
-/// Draw the figures and write the page from the numbers of a ranking.
+/// Draw the figures and write the page of a study from the numbers of its ranking.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  rijke rank virtual-rig --out results\n  rijke report results\n\n\
-    Reads DIR/numbers/*.json. Writes DIR/index.html, DIR/figures/*.svg and DIR/tables/*.csv.\n\
-    The same numbers give the same bytes.")]
+#[command(
+    after_help = "Example:\n  rijke rank examples/quarter-wave\n  rijke report examples/quarter-wave\n\n\
+    Reads DIR/results/numbers. Writes DIR/results/index.html, figures/*.svg and tables/*.csv beside it.\n\
+    The same numbers give the same bytes."
+)]
 pub(crate) struct Args {
-    /// The folder of results, as written by `rijke rank`.
+    /// Folder of the study.
     dir: PathBuf,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let _lock = args.dir.is_dir().then(|| Lock::take(&args.dir)).transpose()?;
-    let folder = args.dir.join("numbers");
-    let rank_first = format!("Run `rijke rank RECORDS --out {}` first.", args.dir.display());
-    let numbers = Numbers::read(&folder).or_bad_input().map_err(|f| f.remedy(&rank_first))?;
-    let report = Report::new(&numbers);
-    if matches!(report, Err(ReportError::Nothing)) {
-        return report.map(drop).or_bad_input().map_err(|f| f.at(&folder).remedy(&rank_first));
-    }
-    report.or_failed()?.write(&args.dir).or_failed()?;
-    let page = args.dir.join("index.html");
+    let page = draw(&args.dir)?;
     ui.say(page.display().to_string());
     ui.result(&serde_json::json!({ "page": page }))
+}
+
+/// Writes the page of a study that was ranked.
+pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
+    let study = open(dir)?;
+    let observations = observations(&study)?;
+    let Results { stages, answers, verdicts } = Results::read(dir, &study.plan)?;
+    let head = StudyHead {
+        name: study.plan.name.clone(),
+        question: study.plan.question.clone(),
+        kind: observations.kind,
+        source: observations.source,
+        factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit.clone())).collect(),
+        claims: study.claims,
+    };
+    let results = dir.join("results");
+    let _lock = Lock::take(&results)?;
+    StudyPage::new(&head, &stages, &answers, &verdicts).or_failed()?.write(&results).or_failed()?;
+    Ok(results.join("index.html"))
 }

@@ -9,6 +9,28 @@ use rijke_study::StudyError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EngineError {
+    /// A model that was kept on disk is damaged.
+    #[error("the model that stage `{stage}` left is damaged; rank the study again")]
+    Damaged {
+        /// The stage.
+        stage: String,
+    },
+    /// The gas at a point is not known.
+    #[error(
+        "nothing is known of the gas at `{point}`: base/states.json has no state of it; ask for a point of the campaign that has one"
+    )]
+    NoState {
+        /// The operating point.
+        point: String,
+    },
+    /// Something is asked of factors that the campaign does not have, or without a number.
+    #[error("{what}; the factors are {known}")]
+    Factors {
+        /// What is wrong.
+        what: String,
+        /// All factors.
+        known: String,
+    },
     /// The folder cannot be read.
     #[error(transparent)]
     Study(#[from] StudyError),

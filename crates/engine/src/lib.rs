@@ -18,6 +18,7 @@ mod point;
 mod prediction;
 mod predictor;
 pub mod run;
+mod saved;
 mod training;
 
 pub use assembly::Assembly;
@@ -26,6 +27,7 @@ pub use error::EngineError;
 pub use noise::{LawError, Misfit, Noise, Varying};
 pub use observed::Observed;
 pub use point::PointModel;
-pub use prediction::PointPrediction;
+pub use prediction::{PointPrediction, Posterior};
 pub use predictor::Predictor;
+pub use saved::SavedModel;
 pub use training::{Knowledge, Trained, Training, train};

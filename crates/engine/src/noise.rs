@@ -2,6 +2,7 @@
 
 use crate::errors::Scatter;
 use rijke_inference::{NoiseEstimate, NoiseGroup, NoiseMode};
+use serde::{Deserialize, Serialize};
 
 const NONE: NoiseMode = NoiseMode::Fixed { sd: 0.0 };
 
@@ -35,7 +36,7 @@ pub struct Varying {
 }
 
 /// A complex relative error of the laws of a role, the same at all points of one value of a factor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LawError {
     /// The role.
     pub role: String,

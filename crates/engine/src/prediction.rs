@@ -1,9 +1,10 @@
 //! Predictions of a trained model with their uncertainty, at any operating point.
 
-use crate::errors::{LawErrors, changes};
+use crate::errors::{Common, LawErrors, changes};
 use crate::noise::{LawError, Misfit};
 use crate::point::parts;
-use crate::{Assembly, Conditions, EngineError, PointModel, Trained};
+use crate::{Assembly, Conditions, EngineError, Knowledge, PointModel, Trained};
+use rijke_inference::NoiseEstimate;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Matrix, Order};
 
@@ -30,7 +31,26 @@ impl PointPrediction {
     }
 }
 
+/// What training found, as far as predictions need it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Posterior {
+    /// The parameters: those of the model, then errors that all installations share.
+    pub knowledge: Knowledge,
+    /// What the errors of the base states among them are.
+    pub(crate) common: Option<Common>,
+    /// The misfit.
+    pub noise: Vec<NoiseEstimate>,
+}
+
 impl Trained {
+    /// What predictions need.
+    #[must_use]
+    pub fn posterior(&self) -> Posterior {
+        Posterior { knowledge: self.knowledge(), common: self.common.clone(), noise: self.noise.clone() }
+    }
+}
+
+impl Posterior {
     /// Predicts the numbers of `microphones` at `conditions`, in a new installation of the rig. Where the base state comes of the same
     /// inference as those that were trained on, what the training found of the errors of that inference is made use of. `near` is where
     /// the root is searched, if not near the first mode.
@@ -45,7 +65,20 @@ impl Trained {
         near: Option<C64>,
         law: Option<&LawError>,
     ) -> Result<PointPrediction, EngineError> {
-        let known = self.knowledge().in_a_new_installation(&self.noise);
+        let known = self.knowledge.in_a_new_installation(&self.noise);
+        self.predict_from(&known, assembly, conditions, microphones, near, law)
+    }
+
+    /// As [`Posterior::predict`], from what is `known` of the parameters.
+    pub(crate) fn predict_from(
+        &self,
+        known: &Knowledge,
+        assembly: &Assembly,
+        conditions: &Conditions,
+        microphones: &[usize],
+        near: Option<C64>,
+        law: Option<&LawError>,
+    ) -> Result<PointPrediction, EngineError> {
         let place = |name: &str| known.names.iter().position(|n| n == name);
         let places: Vec<usize> = assembly
             .parameters()
@@ -81,7 +114,7 @@ impl Trained {
             }
         }
         let (along, left) = match &self.common {
-            Some(common) => common.along(&known, &changes, size),
+            Some(common) => common.along(known, &changes, size),
             None => (Vec::new(), changes.into_iter().map(|(_, change)| change).collect()),
         };
         let mut base = Matrix::zeros(size, size);

@@ -88,7 +88,6 @@ impl ModesFigure {
             legend.push(Key { mark: Mark::Cross(POLE), label: "pole of a law".to_owned() });
         }
         let figure = Figure {
-            id: "modes",
             title: self.title.clone(),
             caption: String::new(),
             columns: 2,

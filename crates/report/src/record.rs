@@ -1,7 +1,7 @@
 //! Pictures of one record: curves over time or frequency, panel by panel.
 
 use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
-use rijke_studies::DataKind;
+use rijke_rig::DataKind;
 
 /// What was recorded and what was fitted to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,7 +72,6 @@ impl RecordFigure {
         }
         let tagged = self.panels.iter().enumerate();
         let figure = Figure {
-            id: "record",
             title: self.title.clone(),
             caption: String::new(),
             columns: self.panels.len().min(2),

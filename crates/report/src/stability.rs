@@ -1,9 +1,9 @@
-//! Where a trained model says that the rig is stable: growth rate and probability of instability over position and power.
+//! Where a trained model says that the rig is stable: growth rate and probability of instability over two factors.
 
 use crate::draw::{Axis, Figure, Key, Mark, Panel, Stroke, fixed, scale_colour};
-use rijke_studies::DataKind;
+use rijke_rig::DataKind;
 
-/// Numbers of the map, on a grid of positions and powers. Between the nodes the map is bilinear; where a node is missing it is
+/// Numbers of the map, on a grid of two factors. Between the nodes the map is bilinear; where a node is missing it is
 /// blank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StabilityMap {
@@ -11,11 +11,13 @@ pub struct StabilityMap {
     pub title: String,
     /// Whether the data that trained it were measured.
     pub data: DataKind,
-    /// Positions of the heater, m, ascending.
-    pub positions: Vec<f64>,
-    /// Powers, W, ascending.
-    pub powers: Vec<f64>,
-    /// Growth rate, 1/s, of power k at position j: `growth_rate[k][j]`; NaN where there is none.
+    /// Labels of both axes.
+    pub labels: [String; 2],
+    /// Values of the horizontal factor, ascending.
+    pub x: Vec<f64>,
+    /// Values of the vertical factor, ascending.
+    pub y: Vec<f64>,
+    /// Growth rate, 1/s, of vertical value k at horizontal value j: `growth_rate[k][j]`; NaN where there is none.
     pub growth_rate: Vec<Vec<f64>>,
     /// Probability that the growth rate is positive, in the same order.
     pub probability: Vec<Vec<f64>>,
@@ -52,7 +54,6 @@ impl StabilityMap {
         }
         legend.extend(more);
         let figure = Figure {
-            id: "stability",
             title: self.title.clone(),
             caption: String::new(),
             columns: 2,
@@ -73,10 +74,10 @@ impl StabilityMap {
         words: impl Fn(f64) -> String,
     ) -> (Panel, Vec<Key>) {
         let ends = |list: &[f64]| [list.first(), list.last()].map(|v| v.copied().unwrap_or(0.0));
-        let ([left, right], [bottom, top]) = (ends(&self.positions), ends(&self.powers));
+        let ([left, right], [bottom, top]) = (ends(&self.x), ends(&self.y));
         // Room for the operating points at the edges.
         let axis = |label: &str, low: f64, high: f64| Axis::covering(label, [low, high]);
-        let (x, y) = (axis("heater position / m", left, right), axis("power / W", bottom, top));
+        let (x, y) = (axis(&self.labels[0], left, right), axis(&self.labels[1], bottom, top));
         let mut panel = Panel::new(tag, SIZE, x, y);
         let mut legend = Vec::new();
         for (k, &level) in levels.iter().enumerate() {
@@ -89,8 +90,8 @@ impl StabilityMap {
             panel.curve(&lines, &stroke);
             legend.push(Key { mark: Mark::Line(stroke), label: words(level) });
         }
-        for (k, &power) in self.powers.iter().enumerate() {
-            for (j, &x) in self.positions.iter().enumerate().filter(|(j, _)| values[k][*j].is_finite()) {
+        for (k, &power) in self.y.iter().enumerate() {
+            for (j, &x) in self.x.iter().enumerate().filter(|(j, _)| values[k][*j].is_finite()) {
                 panel.dot([x, power], 1.8, NODE, &words(values[k][j]));
             }
         }
@@ -100,14 +101,14 @@ impl StabilityMap {
     /// Pieces of the line on which a quantity has a value, apart by points that are not finite.
     fn contour(&self, values: &[Vec<f64>], level: f64) -> Vec<[f64; 2]> {
         let mut lines = Vec::new();
-        for k in 1..self.powers.len() {
-            for j in 1..self.positions.len() {
+        for k in 1..self.y.len() {
+            for j in 1..self.x.len() {
                 let at = |u: f64, v: f64| {
                     let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
                     let low = mix(values[k - 1][j - 1], values[k - 1][j], u);
                     let value = mix(low, mix(values[k][j - 1], values[k][j], u), v);
-                    let x = mix(self.positions[j - 1], self.positions[j], u);
-                    [x, mix(self.powers[k - 1], self.powers[k], v), value - level]
+                    let x = mix(self.x[j - 1], self.x[j], u);
+                    [x, mix(self.y[k - 1], self.y[k], v), value - level]
                 };
                 for (a, b) in (0..PIECES).flat_map(|a| (0..PIECES).map(move |b| (a, b))) {
                     let corner = |da: usize, db: usize| {
@@ -158,18 +159,19 @@ mod tests {
     use super::*;
 
     fn map() -> StabilityMap {
-        let (positions, powers) = (vec![0.0, 0.5, 1.0], vec![0.0, 100.0]);
+        let (x, y) = (vec![0.0, 0.5, 1.0], vec![0.0, 100.0]);
         // The plane 2 x - 0.01 y - 0.5.
         let value = |x: f64, y: f64| 2.0 * x - 0.01 * y - 0.5;
         let growth_rate: Vec<Vec<f64>> =
-            powers.iter().map(|y| positions.iter().map(|x| value(*x, *y)).collect()).collect();
+            y.iter().map(|y| x.iter().map(|x| value(*x, *y)).collect()).collect();
         let probability =
             growth_rate.iter().map(|row| row.iter().map(|v| f64::from(*v > 0.0)).collect()).collect();
         StabilityMap {
             title: "T".into(),
             data: DataKind::Virtual,
-            positions,
-            powers,
+            labels: ["x / m", "y / W"].map(String::from),
+            x,
+            y,
             growth_rate,
             probability,
         }

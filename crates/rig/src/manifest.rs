@@ -25,13 +25,30 @@ impl RecordFolder {
     /// # Errors
     /// The file, the place in it and the remedy.
     pub fn open(folder: &Path) -> Result<Self, RigError> {
+        Self::open_of(folder, None)
+    }
+
+    /// As [`RecordFolder::open`], for records of a rig and a campaign that are described elsewhere; a manifest that names files of its
+    /// own for them counts first.
+    ///
+    /// # Errors
+    /// As [`RecordFolder::open`].
+    pub fn open_of(folder: &Path, described: Option<(Rig, Campaign)>) -> Result<Self, RigError> {
         let path = folder.join("manifest.toml");
         if !path.is_file() {
             return Err(RigError::NotARecordSet { path });
         }
         let manifest: Manifest = parse_toml(&read_text(&path)?, &path)?;
-        let rig = Rig::read(&folder.join(&manifest.rig))?;
-        let campaign = Campaign::read(&folder.join(&manifest.campaign))?;
+        let (rig, campaign) = match (&manifest.rig, &manifest.campaign, described) {
+            (Some(rig), Some(campaign), _) => {
+                (Rig::read(&folder.join(rig))?, Campaign::read(&folder.join(campaign))?)
+            }
+            (None, None, Some(both)) => both,
+            _ => {
+                let what = "are missing; name the files, or leave both out where the records lie in the folder of a study";
+                return Err(RigError::invalid(&path, "`rig` and `campaign`", Problem::Keys { what }));
+            }
+        };
         let wrong = |(place, problem): (String, Problem)| RigError::invalid(&path, place, problem);
         let channels =
             microphones::Channels::read(&manifest.microphones, rig.microphones.positions.len(), &path)?;

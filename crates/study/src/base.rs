@@ -39,7 +39,8 @@ pub struct BaseError {
 }
 
 /// A cause of error, and who shares it: two equal causes are one random number.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Cause {
     /// The ambient temperature, as read at one point or on one day.
     Ambient(Sharing),
@@ -61,7 +62,8 @@ pub enum Cause {
 }
 
 /// Who shares an error.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Sharing {
     /// One operating point.
     Point(String),

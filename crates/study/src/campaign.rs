@@ -16,6 +16,15 @@ pub struct Factor {
     pub shown: Unit,
 }
 
+impl Factor {
+    /// The unit of its numbers as a reader knows it: the file's, where one of it is one in SI, as in W; else that of formulas.
+    #[must_use]
+    pub fn unit_in_print(&self) -> String {
+        let one = (self.shown.to_si(1.0) - 1.0).abs() < 1e-12 && self.shown.to_si(0.0).abs() < 1e-12;
+        if one { self.shown.to_string() } else { self.unit.clone() }
+    }
+}
+
 /// One operating point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {

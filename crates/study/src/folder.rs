@@ -3,7 +3,7 @@
 use crate::modes::read_ambient;
 use crate::plan::Plan;
 use crate::source::Source;
-use crate::{Campaign, Catalogue, Observations, Problem, Rig, StudyError, read_modes};
+use crate::{Campaign, Catalogue, Claims, Observations, Problem, Rig, StudyError, read_modes};
 use rijke_rig::{ChannelErrors, DataKind};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -22,6 +22,8 @@ pub struct Study {
     pub catalogue: Catalogue,
     /// Stages and questions.
     pub plan: Plan,
+    /// What somebody published of it.
+    pub claims: Claims,
 }
 
 #[derive(Deserialize)]
@@ -32,7 +34,7 @@ struct Origin {
 }
 
 impl Study {
-    /// Reads `rig.toml`, `campaign.csv`, `candidates/*.toml` and `study.toml`; the observations are read by
+    /// Reads `rig.toml`, `campaign.csv`, `candidates/*.toml`, `study.toml` and, if there, `paper.toml`; the observations are read by
     /// [`Study::observations`], because a study is checked before anything is measured.
     ///
     /// # Errors
@@ -42,7 +44,8 @@ impl Study {
         let rig = Rig::read(&folder.join("rig.toml"), &campaign)?;
         let catalogue = candidates(&folder.join("candidates"), &rig)?;
         let plan = Plan::read(&folder.join("study.toml"), &rig, &campaign, &catalogue)?;
-        Ok(Self { folder: folder.to_owned(), rig, campaign, catalogue, plan })
+        let claims = Claims::read(&folder.join("paper.toml"), &plan, &catalogue)?;
+        Ok(Self { folder: folder.to_owned(), rig, campaign, catalogue, plan, claims })
     }
 
     /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it.

@@ -7,27 +7,27 @@ pub(crate) struct Item {
     pub(crate) name: &'static str,
     /// Rows of the campaign that must be measured; all if none is named.
     pub(super) rows: &'static [&'static str],
-    /// Whether the base flow of the hot points is needed.
-    pub(super) flow: bool,
+    /// The last stage of the study that is needed; all for hot points, whose base flow is inferred too.
+    pub(super) until: Option<&'static str>,
 }
 
-const fn cold(name: &'static str, rows: &'static [&'static str]) -> Item {
-    Item { name, rows, flow: false }
+const fn cold(name: &'static str, rows: &'static [&'static str], until: &'static str) -> Item {
+    Item { name, rows, until: Some(until) }
 }
 
 const fn hot(name: &'static str) -> Item {
-    Item { name, rows: &[], flow: true }
+    Item { name, rows: &[], until: None }
 }
 
 /// Every table and figure that is computed. Fig. 1 is a drawing of the heater.
 const ITEMS: [Item; 15] = [
-    cold("table-1", &[]),
+    cold("table-1", &[], "empty-tube"),
     hot("figure-2"),
-    cold("figure-3", &["C3"]),
-    cold("table-2", &["C3"]),
-    cold("figure-4", &["C3"]),
-    cold("table-3", &["C1", "C2", "C3"]),
-    hot("figure-5"),
+    cold("figure-3", &["C3"], "ends-and-wall"),
+    cold("table-2", &["C3"], "prongs"),
+    cold("figure-4", &["C3"], "prongs"),
+    cold("table-3", &["C1", "C2", "C3"], "heater"),
+    cold("figure-5", &["C1", "C2", "C3", "H0"], "thermocouples"),
     hot("figure-6"),
     hot("figure-7"),
     hot("table-4"),
@@ -35,7 +35,7 @@ const ITEMS: [Item; 15] = [
     hot("figure-9"),
     hot("figure-10"),
     hot("figure-11"),
-    cold("figure-12", &["C3"]),
+    cold("figure-12", &["C3"], "ends-and-wall"),
 ];
 
 /// The item of a name.
@@ -51,7 +51,7 @@ mod tests {
     #[test]
     fn exact_an_item_needs_its_rows_and_a_wrong_one_is_named() {
         assert_eq!(parse("table-3").unwrap().rows, ["C1", "C2", "C3"]);
-        assert!(parse("table-4").unwrap().flow);
+        assert_eq!(parse("table-4").unwrap().until, None);
         assert!(parse("table-9").unwrap_err().contains("table-4, figure-8"));
     }
 }

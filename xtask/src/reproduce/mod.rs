@@ -9,7 +9,7 @@ mod stages;
 use crate::child;
 use crate::workspace::{Outcome, cargo, root, succeed};
 pub(crate) use options::Options;
-use options::{RESULTS, WORK};
+use options::{STUDY, WORK};
 use serde_json::{Value, json};
 use stages::{Done, Made, Stage};
 use std::{
@@ -28,7 +28,9 @@ pub(crate) fn run(options: &Options) -> Outcome {
     println!("[build] done in {:.1} s", start.elapsed().as_secs_f64());
 
     let program = program();
-    let program_hash = hashes::file(&program)?;
+    // The study itself counts among the reasons to run a stage again.
+    let study = copy_study(&base.join(options.study()))?;
+    let program_hash = hashes::text(&format!("{}{study}", hashes::file(&program)?));
     let stages = stages::stages(options);
     let (mut done, start) = (Vec::new(), Instant::now());
     for (number, stage) in stages.iter().enumerate() {
@@ -56,7 +58,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
     }
     println!("all stages in {:.1} s", start.elapsed().as_secs_f64());
 
-    let results = base.join(RESULTS);
+    let results = base.join(options.study()).join("results");
     let path = results.join("manifest.json");
     let manifest = manifest(options, &program_hash, &stages, &done)?;
     fs::write(&path, format!("{manifest:#}\n")).map_err(|e| format!("{}: {e}", path.display()))?;
@@ -69,6 +71,24 @@ pub(crate) fn run(options: &Options) -> Outcome {
         (_, true) => reference::accept(&results.join("numbers"), &reference),
         _ => Ok(()),
     }
+}
+
+/// Copies the files of the study to where it is run; what they hold, as a hash.
+fn copy_study(to: &Path) -> Result<String, String> {
+    let from = root().join(STUDY);
+    let mut all = String::new();
+    for (name, hash) in hashes::folder(&from, &from)? {
+        let written = [".toml", ".csv"].iter().any(|ending| name.ends_with(ending))
+            && !["observations", "base", "results"].iter().any(|made| name.starts_with(made));
+        if written {
+            let (source, target) = (from.join(&name), to.join(&name));
+            let made = target.parent().map_or(Ok(()), fs::create_dir_all);
+            made.and_then(|()| fs::copy(&source, &target))
+                .map_err(|e| format!("{}: {e}", target.display()))?;
+            all += &format!("{name} {hash}\n");
+        }
+    }
+    Ok(hashes::text(&all))
 }
 
 /// The right to run the stages in a folder, which ends with this task.
@@ -119,7 +139,10 @@ fn keep_picture(options: &Options) -> Outcome {
     let folder = root().join("docs/images");
     let copy = || {
         fs::create_dir_all(&folder)?;
-        fs::copy(root().join(RESULTS).join("figures/figure-4.svg"), folder.join("figure-4.svg"))
+        fs::copy(
+            root().join(options.study()).join("results/figures/figure-4.svg"),
+            folder.join("figure-4.svg"),
+        )
     };
     copy().map(drop).map_err(|e| format!("{}: {e}", folder.display()))
 }
@@ -152,7 +175,7 @@ fn manifest(options: &Options, program_hash: &str, stages: &[Stage], done: &[Don
         "seconds": done.iter().map(|(made, ..)| made.seconds).sum::<f64>(),
         "peak_memory_mib": done.iter().map(|(made, ..)| made.peak_mib).max(),
         "fixtures_sha256": hashes::folder(&root(), &root().join("fixtures"))?,
-        "numbers_sha256": hashes::folder(&options.base(), &options.base().join(RESULTS).join("numbers"))?,
+        "numbers_sha256": hashes::folder(&options.base(), &options.base().join(options.study()).join("results/numbers"))?,
     }))
 }
 

@@ -25,12 +25,18 @@ pub(crate) struct Options {
     /// Afterwards keep the numbers in reference/, to be compared with by --check.
     #[arg(long, conflicts_with_all = ["check", "only"])]
     pub(super) accept: bool,
-    /// Folder in which virtual-rig/ and results/ are made [default: the repository].
+    /// Folder in which virtual-rig/ is made [default: the repository].
     #[arg(long, value_name = "DIR", conflicts_with = "accept")]
     pub(super) into: Option<PathBuf>,
 }
 
 impl Options {
+    /// The folder of the study: runs of different size do not replace each other's observations.
+    pub(super) fn study(&self) -> String {
+        let size = if self.quick { "quick" } else { "full" };
+        self.only.map_or_else(|| format!("{WORK}/{size}"), |item| format!("{WORK}/{size}-{}", item.name))
+    }
+
     /// Where everything is made.
     pub(super) fn base(&self) -> PathBuf {
         self.into
@@ -39,7 +45,7 @@ impl Options {
     }
 }
 
-/// What `rijke` makes before it ranks: observations and base flow.
+/// Where the study of the paper is run on records of the virtual laboratory.
 pub(super) const WORK: &str = "virtual-rig";
-/// Numbers, figures and the page.
-pub(super) const RESULTS: &str = "results";
+/// The study of the paper.
+pub(super) const STUDY: &str = "examples/juniper-yoko-2022";

@@ -8,29 +8,18 @@ use std::{collections::BTreeMap, fs, path::Path};
 type Kept = BTreeMap<String, Value>;
 
 /// Data, and what is drawn from parameters that are kept themselves.
-const LEFT_OUT: [&str; 10] = [
-    "line",
-    "at_points",
-    "measured",
-    "predicted",
-    "points",
-    "sets",
-    "covariance",
-    "correlation",
-    "rejected",
-    "profile",
-];
+const LEFT_OUT: [&str; 3] = ["measured", "predicted", "panels"];
 
 /// Words that are answers, and must not change at all.
 const ANSWERS: [&str; 3] = ["winner", "chosen", "holds"];
 
 /// The tolerance of a number that nobody set by hand. A parameter may move by a twentieth of its standard deviation, a
-/// logarithm of a likelihood by a hundredth, both without any consequence; a standard deviation by 1 %. Any other number
+/// logarithm of a likelihood, of all points together, by one nat, both without any consequence; a standard deviation by 1 %. Any other number
 /// may move by what another processor's arithmetic is worth after a long computation.
 fn usual_tolerance(name: &str, value: f64, sd: Option<f64>) -> f64 {
     match (name, sd) {
         ("value" | "mean", Some(sd)) if sd > 0.0 => 0.05 * sd,
-        ("ln_best_fit" | "ln_occam" | "ln_marginal", _) => 0.01,
+        ("ln_best_fit" | "ln_occam" | "ln_marginal", _) => 1.0,
         (name, _) if name == "sd" || name.ends_with("_sd") => 0.01 * value.abs(),
         _ => 1e-4f64.mul_add(value.abs(), 1e-8),
     }

@@ -6,14 +6,10 @@ mod print;
 
 use crate::{failure::Failure, number, staging::write_whole, ui::Ui};
 use chain::Case;
+use print::along;
 use rijke_report::{ModeCurves, ModesFigure};
 use std::f64::consts::PI;
 use std::path::PathBuf;
-pub(crate) use {
-    advice::{of as best, print as print_advice},
-    chain::curves_of,
-    print::along,
-};
 
 /// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour integral, with
 /// its residual, its condition number and where its energy goes.

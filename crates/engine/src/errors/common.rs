@@ -98,6 +98,20 @@ impl Common {
         (along.into_iter().map(|(_, place, sum)| (place, sum)).collect(), left)
     }
 
+    /// For each cause its shares in the directions.
+    pub(crate) fn causes_and_shares(&self) -> Vec<(Cause, Vec<f64>)> {
+        let shares = |j: usize| (0..self.shares.columns()).map(|k| self.shares[(j, k)]).collect();
+        self.causes.iter().enumerate().map(|(j, cause)| (cause.clone(), shares(j))).collect()
+    }
+
+    /// What [`Common::causes_and_shares`] says, without the slopes of the points that trained: enough to predict.
+    pub(crate) fn of_shares(all: &[(Cause, Vec<f64>)]) -> Self {
+        let columns = all.first().map_or(0, |(_, shares)| shares.len());
+        let shares = Matrix::from_fn(all.len(), columns, |j, k| all[j].1[k]);
+        let causes = all.iter().map(|(cause, _)| cause.clone()).collect();
+        Self { causes, shares, slopes: Matrix::default() }
+    }
+
     pub(crate) fn has(&self, cause: &Cause) -> bool {
         self.causes.contains(cause)
     }

@@ -1,6 +1,6 @@
 //! What a stage assumes of its misfit: the plan's words with the numbers of earlier stages.
 
-use super::competition::{Chosen, Run};
+use super::stages::{Chosen, Run};
 use crate::noise::{LawError, Noise, Varying};
 use crate::{EngineError, Observed};
 use rijke_inference::NoiseMode;
@@ -11,13 +11,21 @@ impl Run {
     pub(super) fn noise(&self, spec: &NoiseSpec) -> Result<Noise, EngineError> {
         let of =
             |stage: &str| self.chosen(stage).ok_or_else(|| EngineError::NoPoint { stage: stage.to_owned() });
-        let mode = |sd: &SdSpec, find: &dyn Fn(&Chosen) -> f64| -> Result<NoiseMode, EngineError> {
+        let mode = |sd: &SdSpec,
+                    k: Option<usize>,
+                    find: &dyn Fn(&Chosen) -> f64|
+         -> Result<NoiseMode, EngineError> {
             Ok(match sd {
                 SdSpec::Floated => NoiseMode::Floated,
                 SdSpec::Fixed(sd) => NoiseMode::Fixed { sd: *sd },
                 SdSpec::Inferred { median, ln_sd } => NoiseMode::Inferred { median: *median, ln_sd: *ln_sd },
-                SdSpec::Like { stage, ln_sd } => {
-                    let median = find(of(stage)?);
+                SdSpec::Like { stage, ln_sd, new_installation } => {
+                    let like = of(stage)?;
+                    let between = match k.filter(|k| *new_installation && *k < 2) {
+                        Some(k) => self.between_installations(like)?[k],
+                        None => 0.0,
+                    };
+                    let median = find(like).hypot(between);
                     if *ln_sd > 0.0 {
                         NoiseMode::Inferred { median, ln_sd: *ln_sd }
                     } else {
@@ -26,7 +34,7 @@ impl Run {
                 }
             })
         };
-        let number = |sd: &SdSpec, k: usize| mode(sd, &|c| c.misfit[k]);
+        let number = |sd: &SdSpec, k: usize| mode(sd, Some(k), &|c| c.misfit[k]);
         let of_an_installation = match &spec.installation {
             Some([growth, frequency]) => [number(growth, 0)?, number(frequency, 1)?],
             None => [NoiseMode::Fixed { sd: 0.0 }; 2],
@@ -38,7 +46,7 @@ impl Run {
                     |n: &&rijke_inference::NoiseEstimate| n.name.starts_with(&format!("{},", v.parameter));
                 c.trained.noise.iter().find(of).map_or(0.0, |n| n.sd)
             };
-            Ok(Varying { parameter: v.parameter.clone(), sd: mode(&v.sd, &found)? })
+            Ok(Varying { parameter: v.parameter.clone(), sd: mode(&v.sd, None, &found)? })
         };
         let law = |l: &rijke_study::plan::LawError| {
             let over = self.study.campaign.factor(&l.over)?;
@@ -55,6 +63,28 @@ impl Run {
             varying: spec.varying.iter().map(varying).collect::<Result<_, _>>()?,
             law: spec.law.as_ref().and_then(law),
         })
+    }
+}
+
+impl Run {
+    /// How far growth rate (1/s) and angular frequency (rad/s) differ between installations by the parameters that vary, as a root mean
+    /// square over the points that trained.
+    fn between_installations(&self, like: &Chosen) -> Result<[f64; 2], EngineError> {
+        let Chosen { trained, assembly, observed, .. } = like;
+        let posterior = trained.posterior();
+        let known = trained.knowledge();
+        let varied = known.in_a_new_installation(&trained.noise);
+        let microphones = self.reference();
+        let mut sums = [0.0; 2];
+        for o in observed.iter() {
+            let of = |known| {
+                let near = Some(o.near);
+                posterior.predict_from(known, assembly, &o.conditions, microphones.as_slice(), near, None)
+            };
+            let (with, without) = (of(&varied)?.parameters, of(&known)?.parameters);
+            (0..2).for_each(|k| sums[k] += with[(k, k)] - without[(k, k)]);
+        }
+        Ok(sums.map(|sum| (sum / observed.len().max(1) as f64).max(0.0).sqrt()))
     }
 }
 

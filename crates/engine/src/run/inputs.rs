@@ -11,15 +11,18 @@ use std::sync::Arc;
 /// Where the root of a mode is sought whose growth rate was not measured, 1/s.
 const GROWTH_RATE: f64 = -10.0;
 
-/// What is known of the temperature at a point, K: read with its records, or stated in the campaign.
-fn ambient(study: &Study, observations: &Observations, k: usize) -> Option<[f64; 2]> {
-    let stated = observations.ambient.get(&k).copied().or(study.campaign.points[k].ambient);
+/// What is known of the temperature at every point, K: read with its records, or stated in the campaign.
+pub(super) fn ambient_of_all(study: &Study, observations: &Observations) -> Vec<Option<[f64; 2]>> {
     let of_the_file = matches!(study.plan.base, Base::Rig).then_some([study.rig.temperature, 0.0]);
-    stated.or(of_the_file)
+    let points = study.campaign.points.iter().enumerate();
+    points.map(|(k, point)| observations.ambient.get(&k).copied().or(point.ambient).or(of_the_file)).collect()
 }
 
 /// The states that were inferred or read, by the place of their point.
-fn states(study: &Study, observations: &Observations) -> Result<BTreeMap<usize, BaseState>, EngineError> {
+pub(super) fn states(
+    study: &Study,
+    ambient: &[Option<[f64; 2]>],
+) -> Result<BTreeMap<usize, BaseState>, EngineError> {
     let campaign = &study.campaign;
     match &study.plan.base {
         Base::Ambient | Base::Rig => Ok(BTreeMap::new()),
@@ -31,8 +34,6 @@ fn states(study: &Study, observations: &Observations) -> Result<BTreeMap<usize, 
         Base::HeatedFlow(heated) => {
             let path = study.folder.join("observations").join("readings.csv");
             let readings = read_readings(&path, campaign)?;
-            let ambient: Vec<_> =
-                (0..campaign.points.len()).map(|k| ambient(study, observations, k)).collect();
             let layout = |(k, point): (usize, &Point)| {
                 let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
                 ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
@@ -41,14 +42,14 @@ fn states(study: &Study, observations: &Observations) -> Result<BTreeMap<usize, 
             let fail =
                 |source| EngineError::Rig { point: "of readings.csv".into(), source: Box::new(source) };
             let states =
-                heated_states(&study.rig, campaign, heated, &readings, &ambient, &layouts).map_err(fail)?;
+                heated_states(&study.rig, campaign, heated, &readings, ambient, &layouts).map_err(fail)?;
             Ok(states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect())
         }
     }
 }
 
 /// The conditions of an operating point of a study, of which `inferred` may be known.
-fn conditions(
+pub(super) fn conditions(
     study: &Study,
     point: &Point,
     inferred: Option<&BaseState>,
@@ -76,8 +77,12 @@ fn conditions(
 }
 
 /// All observations of a study, in the order of its table.
-pub(super) fn observed(study: &Study, observations: &Observations) -> Result<Vec<Observed>, EngineError> {
-    let states = states(study, observations)?;
+pub(super) fn observed(
+    study: &Study,
+    observations: &Observations,
+    states: &BTreeMap<usize, BaseState>,
+    ambient: &[Option<[f64; 2]>],
+) -> Result<Vec<Observed>, EngineError> {
     let mut known: BTreeMap<usize, Arc<Conditions>> = BTreeMap::new();
     let mut all = Vec::new();
     for mode in &observations.modes {
@@ -85,10 +90,8 @@ pub(super) fn observed(study: &Study, observations: &Observations) -> Result<Vec
         let conditions = match known.get(&mode.point) {
             Some(conditions) => conditions.clone(),
             None => {
-                let ambient = ambient(study, observations, mode.point);
-                let new = Arc::new(conditions(study, point, states.get(&mode.point), ambient)?);
-                known.insert(mode.point, new.clone());
-                new
+                let new = conditions(study, point, states.get(&mode.point), ambient[mode.point])?;
+                known.entry(mode.point).or_insert_with(|| Arc::new(new)).clone()
             }
         };
         let near =

@@ -1,10 +1,22 @@
-//! A study, run: its stages in order, each a competition of candidates on some points. Must not know how numbers are drawn.
+//! The stages of a study and its questions: numbers, never drawings.
 
+mod answers;
+mod asked;
 mod assumed;
-mod competition;
+mod claims;
+mod earlier;
+mod foresight;
+mod frame;
 mod inputs;
 mod matching;
 mod record;
+mod rows;
+mod stages;
 
-pub use competition::{Chosen, Run, Trusted};
+pub use answers::{Answer, AnswerPanel, Layer, Look};
+pub use asked::{Forecast, forecast, with_points};
+pub use claims::{Verdict, agreement, models, verdicts};
+pub use foresight::{Foreseen, StageForesight, foresight};
+pub use frame::{Column, Frame, FrameRow};
 pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};
+pub use stages::{Chosen, Run, Trusted};

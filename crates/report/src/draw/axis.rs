@@ -1,5 +1,8 @@
 //! Axes: a range, ticks at round numbers, a label.
 
+/// At most this many labelled ticks.
+const MOST_TICKS: f64 = 6.0;
+
 /// A linear axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Axis {
@@ -9,10 +12,6 @@ pub(crate) struct Axis {
     pub(crate) low: f64,
     /// Value at the right or upper end.
     pub(crate) high: f64,
-    /// At most this many labelled ticks.
-    pub(crate) most_ticks: usize,
-    /// A distance of ticks to prefer to the automatic one.
-    pub(crate) step: Option<f64>,
 }
 
 /// Where the ticks are.
@@ -27,7 +26,7 @@ pub(super) struct Ticks {
 
 impl Axis {
     pub(crate) fn new(label: &str, low: f64, high: f64) -> Self {
-        Self { label: label.to_owned(), low, high, most_ticks: 6, step: None }
+        Self { label: label.to_owned(), low, high }
     }
 
     /// An axis that holds all finite values with a margin of a twentieth on either side.
@@ -43,18 +42,6 @@ impl Axis {
         Self::new(label, middle - 1.1 * half, middle + 1.1 * half)
     }
 
-    /// Ticks every `step` instead of at automatic distances.
-    pub(crate) fn with_step(mut self, step: f64) -> Self {
-        self.step = Some(step);
-        self
-    }
-
-    /// At most this many labelled ticks.
-    pub(crate) fn with_most_ticks(mut self, most_ticks: usize) -> Self {
-        self.most_ticks = most_ticks;
-        self
-    }
-
     /// Place of a value between the ends, 0 to 1.
     pub(super) fn place(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
@@ -62,7 +49,7 @@ impl Axis {
 
     pub(super) fn ticks(&self) -> Ticks {
         let range = self.high - self.low;
-        let step = self.step.unwrap_or_else(|| round_step(range / self.most_ticks as f64));
+        let step = round_step(range / MOST_TICKS);
         let decimals = (-step.log10()).ceil().max(0.0) as usize;
         // A step of 2.5 or 0.25 needs one decimal more than its size suggests.
         let shown = step * 10f64.powi(decimals as i32);

@@ -1,7 +1,7 @@
 //! Figures: panels, a legend and the statement where the data come from.
 
-use super::{INK, Panel, Stroke, Symbol, panel, px, text};
-use rijke_studies::DataKind;
+use super::{INK, Panel, Stroke, panel, px, text};
+use rijke_rig::DataKind;
 
 const FONT: &str = "'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif";
 
@@ -14,8 +14,6 @@ const GAP: f64 = 18.0;
 
 /// A figure. On a page its panels flow to fit the window; as a file they stand in rows of `columns`.
 pub(crate) struct Figure {
-    /// File name without ending, such as `figure-4`.
-    pub(crate) id: &'static str,
     /// What it shows, in one line.
     pub(crate) title: String,
     /// Caption as a reader of the paper expects it, in the markup of labels.
@@ -44,8 +42,6 @@ pub(crate) enum Mark {
     Line(Stroke),
     /// A dot of this colour.
     Dot(&'static str),
-    /// A symbol of this colour.
-    Symbol(Symbol, &'static str),
     /// A patch of this colour.
     Patch(&'static str),
     /// A diagonal cross.
@@ -129,9 +125,6 @@ impl Mark {
         match self {
             Self::Line(stroke) => format!("<path d=\"M1 0H25\" fill=\"none\" {}/>", stroke.attributes()),
             Self::Dot(colour) => format!("<circle cx=\"13\" cy=\"0\" r=\"3.2\" fill=\"{colour}\"/>"),
-            Self::Symbol(symbol, colour) => {
-                format!("<path d=\"{}\" fill=\"{colour}\"/>", symbol.path([13.0, 0.0], 3.8))
-            }
             Self::Patch(colour) => {
                 format!("<path d=\"M1 -5H25V5H1Z\" fill=\"{colour}\" fill-opacity=\"0.2\"/>")
             }

@@ -10,7 +10,7 @@ mod text;
 pub(crate) use axis::Axis;
 pub(crate) use figure::{Figure, Key, Mark};
 pub(crate) use panel::Panel;
-pub(crate) use style::{INK, Stroke, Symbol, model_stroke, scale_colour};
+pub(crate) use style::{INK, Stroke, model_stroke, scale_colour};
 pub(crate) use text::{fixed, html};
 
 /// A coordinate with two decimals, the same bytes on every run.

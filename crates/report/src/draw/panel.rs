@@ -1,6 +1,6 @@
 //! One pair of axes and what is drawn in it, in data coordinates.
 
-use super::{Axis, INK, Stroke, Symbol, px, text};
+use super::{Axis, INK, Stroke, px, text};
 
 /// Font sizes in pixels of the panel's own coordinates.
 const LABEL: f64 = 13.5;
@@ -55,12 +55,6 @@ impl Panel {
         self.body += &format!(
             "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{colour}\"><title>{remark}</title></circle>"
         );
-    }
-
-    /// A filled symbol with a remark, as [`Panel::dot`].
-    pub(crate) fn symbol(&mut self, point: [f64; 2], symbol: Symbol, colour: &str, remark: &str) {
-        let (path, remark) = (symbol.path(self.at(point), 3.2), text::escape(remark));
-        self.body += &format!("<path d=\"{path}\" fill=\"{colour}\"><title>{remark}</title></path>");
     }
 
     /// A patch between a lower and an upper line over the same places, `[x, low, high]`. A gap is a point not finite.

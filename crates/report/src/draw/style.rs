@@ -55,36 +55,3 @@ pub(crate) fn scale_colour(index: usize, count: usize) -> &'static str {
     let last = SCALE.len() - 1;
     SCALE[(index * last).checked_div(count.saturating_sub(1)).unwrap_or(last).min(last)]
 }
-
-/// The symbol of a measured point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Symbol {
-    /// A circle.
-    Circle,
-    /// A square.
-    Square,
-    /// A triangle that points up.
-    Triangle,
-}
-
-impl Symbol {
-    /// The outline about a centre; `size` is half its width in pixels.
-    pub(super) fn path(self, [x, y]: [f64; 2], size: f64) -> String {
-        let px = super::px;
-        match self {
-            Self::Circle => {
-                let (left, r, d) = (px(x - size), px(size), px(2.0 * size));
-                format!("M{left} {}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0Z", px(y))
-            }
-            Self::Square => {
-                let half = 0.9 * size;
-                let (left, right, top, bottom) = (px(x - half), px(x + half), px(y - half), px(y + half));
-                format!("M{left} {top}H{right}V{bottom}H{left}Z")
-            }
-            Self::Triangle => {
-                let (half, top, bottom) = (1.1 * size, px(y - 1.2 * size), px(y + 0.8 * size));
-                format!("M{} {bottom}L{} {top}L{} {bottom}Z", px(x - half), px(x), px(x + half))
-            }
-        }
-    }
-}

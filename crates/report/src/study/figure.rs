@@ -1,102 +1,226 @@
-//! The figure of a stage: measured points and what its models predict, over the factor that varies most.
+//! The figure of an answer: any question, any factor. One table, one colour per series.
 
-use super::StudyHead;
-use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, model_stroke};
-use rijke_engine::run::{ModelRecord, StageRecord};
+use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
+use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, Look};
+use rijke_rig::DataKind;
 
 const SIZE: [f64; 2] = [520.0, 360.0];
 
-/// How many models a figure shows.
-const MOST_MODELS: usize = 7;
+/// Steps of an ellipse.
+const ELLIPSE: usize = 72;
 
-/// Growth rate and frequency over the factor with the most values; nothing where none varies.
-pub(super) fn of(head: &StudyHead, stage: &StageRecord) -> Vec<Figure> {
-    let values = |k: usize| -> Vec<f64> {
-        let mut all: Vec<f64> =
-            stage.measured.iter().filter_map(|m| m.factors.get(k).copied().flatten()).collect();
-        all.sort_by(f64::total_cmp);
-        all.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
-        all
-    };
-    let Some((factor, axis)) =
-        (0..head.factors.len()).map(|k| (k, values(k))).max_by_key(|(k, v)| (v.len(), std::cmp::Reverse(*k)))
-    else {
-        return Vec::new();
-    };
-    if axis.len() < 2 {
-        return Vec::new();
-    }
-    let mut models: Vec<&ModelRecord> =
-        stage.models.iter().filter(|m| m.predicted.len() == stage.measured.len()).collect();
-    let evidence = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
-    models.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
-    models.truncate(MOST_MODELS);
-    let (name, unit) = &head.factors[factor];
-    let label = format!("{name} / {unit}");
-    let panels = [("Growth rate / s^{\u{2212}1}", 0), ("Angular frequency / rad s^{\u{2212}1}", 1)]
-        .into_iter()
-        .filter_map(|(title, k)| panel(stage, &models, factor, [&label, title], &axis, k))
-        .collect();
-    let key =
-        |(i, m): (usize, &&ModelRecord)| Key { mark: Mark::Line(model_stroke(i)), label: m.label.clone() };
-    let legend = std::iter::once(Key { mark: Mark::Dot(INK), label: "measured".into() })
-        .chain(models.iter().enumerate().map(key))
-        .collect();
-    vec![Figure {
-        id: "stage",
-        title: stage.title.clone(),
-        caption: format!(
-            "{}: measured modes (dots) and the models with the most evidence (dashes at the measured points).",
-            stage.title
-        ),
-        columns: 2,
-        panels,
-        legend,
-        data: Some(head.kind),
-    }]
-}
-
-fn panel(
-    stage: &StageRecord,
-    models: &[&ModelRecord],
-    factor: usize,
-    [x_label, y_label]: [&str; 2],
-    axis: &[f64],
-    k: usize,
-) -> Option<Panel> {
-    let measured =
-        |m: &rijke_engine::run::MeasuredRecord| if k == 0 { m.growth_rate } else { m.angular_frequency };
-    let points: Vec<(f64, [f64; 2], String)> = stage
-        .measured
-        .iter()
-        .filter_map(|m| Some((m.factors[factor]?, measured(m)?, m.point.clone())))
-        .collect();
-    let all =
-        points.iter().map(|p| p.1[0]).chain(models.iter().flat_map(|m| m.predicted.iter().map(|p| p[k])));
-    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-    if !(low.is_finite() && high.is_finite()) {
+/// The figure of an answer; none where there is nothing to draw.
+pub(super) fn of(kind: Option<DataKind>, answer: &Answer) -> Option<Figure> {
+    if answer.panels.is_empty() {
         return None;
     }
-    let room = (0.08 * (high - low)).max(1e-6 * high.abs());
-    let (from, to) = (axis[0], axis[axis.len() - 1]);
-    let side = 0.06 * (to - from);
-    let mut panel = Panel::new(
-        "",
-        SIZE,
-        Axis::new(x_label, from - side, to + side),
-        Axis::new(y_label, low - room, high + room),
-    );
-    let half = 0.018 * (to - from + 2.0 * side);
-    for (i, model) in models.iter().enumerate().rev() {
-        for (m, p) in stage.measured.iter().zip(&model.predicted) {
-            if let Some(x) = m.factors[factor] {
-                panel.curve(&[[x - half, p[k]], [x + half, p[k]]], &model_stroke(i));
+    let colours = Colours::of(answer);
+    let tag = |k: usize| {
+        if answer.panels.len() > 1 { format!("({})", char::from(b'a' + k as u8)) } else { String::new() }
+    };
+    let panels = answer.panels.iter().enumerate().map(|(k, p)| panel(answer, p, &tag(k), &colours)).collect();
+    Some(Figure {
+        title: answer.title.clone(),
+        caption: answer.caption.clone(),
+        columns: answer.panels.len().min(if answer.panels.len() == 3 { 3 } else { 2 }),
+        panels,
+        legend: colours.legend(answer),
+        data: kind,
+    })
+}
+
+/// The colour of each series, in the order in which they appear.
+struct Colours {
+    names: Vec<String>,
+}
+
+impl Colours {
+    fn of(answer: &Answer) -> Self {
+        let mut names: Vec<String> = Vec::new();
+        for layer in answer.panels.iter().flat_map(|p| &p.layers).filter(|l| is_coloured(l.look, answer)) {
+            for row in &answer.frames[layer.frame].rows {
+                if !names.contains(&row.series) {
+                    names.push(row.series.clone());
+                }
+            }
+        }
+        // Series of one factor stand in the order of its values.
+        let value = |name: &String| {
+            let (_, value) = name.split_once(" = ")?;
+            value.split(' ').next()?.parse::<f64>().ok()
+        };
+        if names.iter().all(|n| value(n).is_some()) {
+            names.sort_by(|a, b| value(a).unwrap_or(0.0).total_cmp(&value(b).unwrap_or(0.0)));
+        }
+        Self { names }
+    }
+
+    fn place(&self, series: &str) -> Option<usize> {
+        self.names.iter().position(|n| n == series)
+    }
+
+    /// Ordered series have ordered colours.
+    fn stroke(&self, series: &str) -> Stroke {
+        match self.place(series) {
+            Some(k) if series.contains(" = ") => Stroke::solid(scale_colour(k, self.names.len()), 1.6),
+            Some(k) => model_stroke(k),
+            None => Stroke::solid(INK, 1.2),
+        }
+    }
+
+    fn legend(&self, answer: &Answer) -> Vec<Key> {
+        let mut keys: Vec<Key> = Vec::new();
+        let dots = |l: &&Layer| l.look == Look::Dots;
+        let all = || answer.panels.iter().flat_map(|p| &p.layers);
+        if all().filter(dots).any(|l| !is_coloured(l.look, answer)) {
+            let label = if all().any(|l| l.look == Look::Ellipse) { "prior mean" } else { "measured" };
+            keys.push(Key { mark: Mark::Dot(INK), label: label.into() });
+        }
+        for name in &self.names {
+            let stroke = self.stroke(name);
+            let line = all().any(|l| matches!(l.look, Look::Line | Look::Dashes | Look::Ellipse));
+            let mark = if line { Mark::Line(stroke) } else { Mark::Dot(stroke.colour) };
+            keys.push(Key { mark, label: name.clone() });
+        }
+        keys
+    }
+}
+
+/// Everything but dots has the colour of its series; dots have where nothing else says which series is which.
+fn is_coloured(look: Look, answer: &Answer) -> bool {
+    let mut layers = answer.panels.iter().flat_map(|p| &p.layers);
+    look != Look::Dots || !layers.any(|l| !matches!(l.look, Look::Dots | Look::Band))
+}
+
+fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours) -> Panel {
+    let number = |row: &FrameRow, column: usize| row.values.get(column).copied().flatten();
+    let (mut xs, mut ys) = (Vec::new(), Vec::new());
+    for layer in &panel.layers {
+        for row in &answer.frames[layer.frame].rows {
+            let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) else { continue };
+            let half = match (layer.look, layer.sd) {
+                (Look::Ellipse, Some(c)) => {
+                    let variance = |k: usize| number(row, c - k).map_or(0.0, f64::sqrt);
+                    [2.0 * variance(2), 2.0 * variance(1)]
+                }
+                _ => [0.0, layer.sd.and_then(|k| number(row, k)).map_or(0.0, |sd| 2.0 * sd)],
+            };
+            xs.push((x, half[0]));
+            ys.push((y, half[1]));
+        }
+    }
+    let x_axis = Axis::covering(&panel.x, spans(&xs));
+    let y_axis = Axis::covering(&panel.y, spans(&ys));
+    let dash = 0.012 * (x_axis.high - x_axis.low);
+    let mut drawn = Panel::new(tag, SIZE, x_axis, y_axis);
+    for layer in &panel.layers {
+        draw(
+            &mut drawn,
+            &answer.frames[layer.frame],
+            layer,
+            is_coloured(layer.look, answer).then_some(colours),
+            dash,
+        );
+    }
+    drawn
+}
+
+/// The ends of every value with its error; an error larger than all values are apart does not stretch the axis.
+fn spans(values: &[(f64, f64)]) -> Vec<f64> {
+    let low = values.iter().map(|v| v.0).fold(f64::INFINITY, f64::min);
+    let high = values.iter().map(|v| v.0).fold(f64::NEG_INFINITY, f64::max);
+    let room = if high > low && values.len() > 2 { high - low } else { f64::INFINITY };
+    values.iter().flat_map(|(v, half)| [v - half.min(room), v + half.min(room)]).collect()
+}
+
+fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colours>, dash: f64) {
+    let number = |row: &FrameRow, column: usize| row.values.get(column).copied().flatten();
+    let stroke = |row: &FrameRow| colours.map_or(Stroke::solid(INK, 1.2), |c| c.stroke(&row.series));
+    let mut series: Vec<&str> = frame.rows.iter().map(|r| r.series.as_str()).collect();
+    series.dedup();
+    match layer.look {
+        Look::Dots => {
+            for row in &frame.rows {
+                let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) else { continue };
+                let Stroke { colour, .. } = stroke(row);
+                let sd = layer.sd.and_then(|k| number(row, k));
+                if let Some(sd) = sd {
+                    panel.error_bar([x, y], 2.0 * sd, 0.0, &Stroke::solid(colour, 1.0));
+                }
+                let sd = sd.map_or(String::new(), |sd| format!(" \u{b1} {sd:.2e}"));
+                panel.dot([x, y], 2.8, colour, &format!("{}: {y:.5}{sd}", row.label));
+            }
+        }
+        Look::Dashes => {
+            for row in &frame.rows {
+                if let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) {
+                    panel.curve(&[[x - dash, y], [x + dash, y]], &stroke(row));
+                }
+            }
+        }
+        Look::Line | Look::Band => {
+            series.sort_unstable();
+            series.dedup();
+            for name in series {
+                let mut rows: Vec<(f64, f64, f64, &FrameRow)> = frame
+                    .rows
+                    .iter()
+                    .filter(|r| r.series == name)
+                    .filter_map(|r| {
+                        let sd = layer.sd.and_then(|k| number(r, k)).unwrap_or(0.0);
+                        Some((number(r, layer.x)?, number(r, layer.y)?, sd, r))
+                    })
+                    .collect();
+                rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let Some((.., first)) = rows.first() else { continue };
+                let look = stroke(first);
+                if layer.look == Look::Band {
+                    let band: Vec<[f64; 3]> =
+                        rows.iter().map(|r| [r.0, r.1 - 2.0 * r.2, r.1 + 2.0 * r.2]).collect();
+                    panel.band(&band, look.colour, 0.25);
+                }
+                let line: Vec<[f64; 2]> = rows.iter().map(|r| [r.0, r.1]).collect();
+                panel.curve(&line, &look);
+            }
+        }
+        Look::Ellipse => {
+            let Some(c) = layer.sd else { return };
+            for row in &frame.rows {
+                let all = [layer.x, layer.y, c - 2, c - 1, c].map(|k| number(row, k));
+                let [Some(x), Some(y), Some(xx), Some(yy), Some(xy)] = all else { continue };
+                for size in [1.0, 2.0] {
+                    panel.contour(&ellipse([x, y], [xx, yy, xy], size), &stroke(row), "none", 0.0);
+                }
             }
         }
     }
-    for (x, [value, sd], id) in &points {
-        panel.error_bar([*x, *value], 2.0 * sd, 0.0, &crate::draw::Stroke::solid(INK, 1.0));
-        panel.dot([*x, *value], 2.8, INK, &format!("{id}: {value:.3} \u{b1} {sd:.3}"));
+}
+
+/// The line of `size` standard deviations of a Gaussian: mean + size L (cos t, sin t), with L the Cholesky factor.
+fn ellipse([x, y]: [f64; 2], [xx, yy, xy]: [f64; 3], size: f64) -> Vec<[f64; 2]> {
+    let a = xx.max(0.0).sqrt();
+    let b = if a > 0.0 { xy / a } else { 0.0 };
+    let d = (yy - b * b).max(0.0).sqrt();
+    let at = |k: usize| {
+        let (sin, cos) = (2.0 * std::f64::consts::PI * k as f64 / ELLIPSE as f64).sin_cos();
+        [x + size * a * cos, y + size * (b * cos + d * sin)]
+    };
+    (0..ELLIPSE).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_an_ellipse_touches_its_standard_deviations() {
+        let line = ellipse([1.0, 2.0], [4.0, 9.0, 3.0], 1.0);
+        let widest = |k: usize| line.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
+        assert!(
+            (widest(0) - 3.0).abs() < 1e-12 && (widest(1) - 5.0).abs() < 0.01,
+            "{} {}",
+            widest(0),
+            widest(1)
+        );
     }
-    Some(panel)
 }

@@ -1,16 +1,18 @@
-//! The page of a study: any rig, any stages. Draws the records of the engine and computes nothing of its own.
+//! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes nothing of its own.
 
+mod claims;
 mod figure;
 mod tables;
 
-use crate::draw::html;
-use crate::{ReportError, draw};
-use rijke_engine::run::{ModelRecord, StageRecord};
-use rijke_studies::DataKind;
+use crate::ReportError;
+use crate::draw::{self, html};
+use rijke_engine::run::{Answer, Frame, ModelRecord, StageRecord, Verdict, models};
+use rijke_rig::DataKind;
+use rijke_study::Claims;
 use std::{fs, path::Path};
 
 /// What a page says of a study, beside its stages.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct StudyHead {
     /// Its name.
     pub name: String,
@@ -20,8 +22,10 @@ pub struct StudyHead {
     pub kind: DataKind,
     /// Where the data come from.
     pub source: String,
-    /// The factors of the campaign: name, unit on axes, and SI units per that unit.
+    /// The factors of the campaign: name and unit.
     pub factors: Vec<(String, String)>,
+    /// What others published of the rig.
+    pub claims: Claims,
 }
 
 /// The files of the page of a study, in memory.
@@ -30,35 +34,44 @@ pub struct StudyPage {
     files: Vec<(String, Vec<u8>)>,
 }
 
-const STYLE: &str = "body{font:16px/1.5 'Helvetica Neue',Helvetica,Arial,sans-serif;max-width:72rem;margin:0 auto;padding:1rem;color:#1a1a1a;\
-background:#fff}h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.5rem;border-top:1px solid #bbb;padding-top:1rem}.answer{font-size:1.1rem;\
-border-left:4px solid #0072b2;padding-left:.8rem}.data{color:#555}.wide{overflow-x:auto}table{border-collapse:collapse;margin:.5rem 0}\
-td,th{padding:.2rem .6rem;text-align:left;border-bottom:1px solid #ddd}td.n{text-align:right;font-variant-numeric:tabular-nums}\
-tr.chosen{background:#eef5fb;font-weight:600}tr.failed{color:#777}code{font-size:.9em}.panels{display:flex;flex-wrap:wrap;gap:.5rem}\
-.panels svg{max-width:100%;height:auto}.legend .key{margin-right:1rem;white-space:nowrap}details{margin:.5rem 0}.warn{background:#fff4e0;\
-padding:.5rem .8rem;border-left:4px solid #d55e00}@media print{details{display:block}}";
+const STYLE: &str = include_str!("page.css");
+
+/// The figure of an answer as the text of an SVG file; none where there is nothing to draw.
+#[must_use]
+pub fn answer_svg(kind: Option<DataKind>, answer: &Answer) -> Option<String> {
+    figure::of(kind, answer).map(|figure| figure.svg())
+}
 
 impl StudyPage {
-    /// The page, `index.html`, and a figure for every stage that has one.
+    /// The page, `index.html`; a figure and a table for every stage and every question that has one. `overviews` are the figures of stages,
+    /// by the stage's name.
     ///
     /// # Errors
     /// [`ReportError::Nothing`] if no stage was run.
-    pub fn new(head: &StudyHead, stages: &[StageRecord]) -> Result<Self, ReportError> {
+    pub fn new(
+        head: &StudyHead,
+        stages: &[StageRecord],
+        answers: &[Answer],
+        verdicts: &[Verdict],
+    ) -> Result<Self, ReportError> {
         if stages.is_empty() {
             return Err(ReportError::Nothing);
         }
-        let mut files = Vec::new();
+        let mut page = Self { files: Vec::new() };
         let mut body = String::new();
         for stage in stages {
             body += &section(head, stage);
-            for (k, figure) in figure::of(head, stage).iter().enumerate() {
-                body += &format!(
-                    "<figure>{}<figcaption>{}</figcaption></figure>\n",
-                    figure.html(),
-                    html(&figure.caption)
-                );
-                files.push((format!("figures/{}-{}.svg", stage.id, k + 1), figure.svg().into_bytes()));
+            page.table(&stage.id, &models(stage))?;
+            for answer in answers.iter().filter(|a| a.id == stage.id) {
+                body += &page.figure(head, answer)?;
             }
+            body += &claims::of(verdicts, &stage.id);
+        }
+        for answer in answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id)) {
+            body += &format!("<h2 id=\"{}\">{}</h2>\n", answer.id, html(&answer.title));
+            body += &page.figure(head, answer)?;
+            body += &tables::parameter_table(&answer.parameters);
+            body += &claims::of(verdicts, &answer.id);
         }
         let data = match head.kind {
             DataKind::Measured => "Measured data",
@@ -66,16 +79,48 @@ impl StudyPage {
         };
         let answer: String =
             stages.iter().filter_map(answer).map(|a| format!("<p class=\"answer\">{a}</p>\n")).collect();
-        let page = format!(
+        let text = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
-             initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<h1>{name}</h1>\n<p>{question}</p>\n{answer}\
-             <p class=\"data\">{data}. Source: {source}.</p>\n{body}</body></html>\n",
-            name = draw::html(&head.name),
-            question = draw::html(&head.question),
-            source = draw::html(&head.source),
+             initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<main>\n<h1>{name}</h1>\n<p>{question}</p>\n{answer}\
+             {published}<p class=\"data\">{data}. Source: {source}.</p>\n{contents}{body}</main>\n</body></html>\n",
+            name = html(&head.name),
+            question = html(&head.question),
+            source = html(&head.source),
+            published = claims::summary(&head.claims, verdicts),
+            contents = contents(stages, answers),
         );
-        files.push(("index.html".to_owned(), page.into_bytes()));
-        Ok(Self { files })
+        page.files.push(("index.html".to_owned(), text.into_bytes()));
+        Ok(page)
+    }
+
+    /// Keeps the figure of an answer and its tables; the figure as HTML.
+    fn figure(&mut self, head: &StudyHead, answer: &Answer) -> Result<String, ReportError> {
+        let prefix = if answer.frames.len() > 1 { "-measured" } else { "" };
+        for (k, frame) in answer.frames.iter().enumerate() {
+            let name =
+                if k == 0 { format!("{}{prefix}", answer.id) } else { format!("{}-{}", answer.id, k + 1) };
+            // The table of a stage's models has the stage's name.
+            self.table(&name, frame)?;
+        }
+        let Some(figure) = figure::of(Some(head.kind), answer) else { return Ok(String::new()) };
+        self.files.push((format!("figures/{}.svg", answer.id), figure.svg().into_bytes()));
+        Ok(format!("<figure>{}<figcaption>{}</figcaption></figure>\n", figure.html(), html(&figure.caption)))
+    }
+
+    fn table(&mut self, name: &str, frame: &Frame) -> Result<(), ReportError> {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        let unit = |c: &rijke_engine::run::Column| format!("{} [{}]", c.name, c.unit);
+        let head = ["name".to_owned(), "series".to_owned()].into_iter().chain(frame.columns.iter().map(unit));
+        table.write_record(head)?;
+        for row in &frame.rows {
+            let numbers = row.values.iter().map(|v| v.map_or(String::new(), |v| format!("{v}")));
+            table.write_record([row.label.clone(), row.series.clone()].into_iter().chain(numbers.chain(
+                std::iter::repeat_n(String::new(), frame.columns.len().saturating_sub(row.values.len())),
+            )))?;
+        }
+        let bytes = table.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
+        self.files.push((format!("tables/{name}.csv"), bytes));
+        Ok(())
     }
 
     /// Writes the files into a folder, the page last.
@@ -91,6 +136,14 @@ impl StudyPage {
         }
         Ok(())
     }
+}
+
+fn contents(stages: &[StageRecord], answers: &[Answer]) -> String {
+    let link = |id: &str, title: &str| format!("<li><a href=\"#{id}\">{}</a></li>\n", html(title));
+    let of_stages: String = stages.iter().map(|s| link(&s.id, &s.title)).collect();
+    let others = answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id));
+    let of_answers: String = others.map(|a| link(&a.id, &a.title)).collect();
+    format!("<nav aria-label=\"Contents\"><ul>\n{of_stages}{of_answers}</ul></nav>\n")
 }
 
 /// The model that goes on.
@@ -128,18 +181,24 @@ fn answer(stage: &StageRecord) -> Option<String> {
 }
 
 fn section(head: &StudyHead, stage: &StageRecord) -> String {
-    let mut text = format!("<h2 id=\"{}\">{}</h2>\n", stage.id, draw::html(&stage.title));
+    let mut text = format!("<h2 id=\"{}\">{}</h2>\n", stage.id, html(&stage.title));
     let n = stage.measured.len();
     let modes = if n == 1 { "mode".to_owned() } else { format!("{n} modes") };
-    text += &format!(
-        "<p>Trained on {modes} at {} operating points.</p>\n",
-        stage.measured.iter().map(|m| &m.point).collect::<std::collections::BTreeSet<_>>().len()
-    );
+    let points = stage.measured.iter().map(|m| &m.point).collect::<std::collections::BTreeSet<_>>().len();
+    let points =
+        if points == 1 { "one operating point".to_owned() } else { format!("{points} operating points") };
+    text += &format!("<p>Trained on {modes} at {points}.</p>\n");
     let doubtful = chosen(stage).map(tables::conflicts).unwrap_or_default();
     for conflict in doubtful {
         text += &format!("<p class=\"warn\">{conflict}</p>\n");
     }
-    text += &tables::ranking(stage);
+    text += &tables::ranking(stage, head.claims.published.get(&stage.id));
+    if let Some(tau) = rijke_engine::run::agreement(&head.claims, stage) {
+        text += &format!(
+            "<p>Kendall's tau between this order and that of {}: {tau:.2}.</p>\n",
+            html(&head.claims.source)
+        );
+    }
     if let Some(model) = chosen(stage) {
         text += &tables::parameters(model);
         text += &tables::laws(model);

@@ -2,13 +2,14 @@
 
 use super::{StudyHead, chosen, total};
 use crate::draw::html;
-use rijke_engine::run::{ModelRecord, StageRecord};
+use rijke_engine::run::{ModelRecord, ParameterRecord, StageRecord};
+use std::collections::BTreeMap;
 
 /// Standard deviations of its prior beyond which a parameter contradicts what was known before.
 const CONFLICT: f64 = 4.0;
 
 /// The models, best first.
-pub(super) fn ranking(stage: &StageRecord) -> String {
+pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [f64; 3]>>) -> String {
     let mut models: Vec<&ModelRecord> = stage.models.iter().collect();
     if models.len() < 2 {
         return String::new();
@@ -21,10 +22,17 @@ pub(super) fn ranking(stage: &StageRecord) -> String {
         let class = if m.id == stage.chosen { " class=\"chosen\"" } else { "" };
         let remark = m.remark.as_deref().map_or(String::new(), |r| format!("<br><small>{}</small>", html(r)));
         let name = format!("<td>{}{remark}</td><td><code>{}</code></td>", html(&m.label), html(&m.id));
+        let printed = published.map_or(String::new(), |rows| match rows.get(&m.id) {
+            Some([.., ml]) => format!(
+                "<td class=\"n\">{:.4}</td><td class=\"n\">{ml:.4}</td>",
+                m.evidence.map_or(f64::NAN, |e| e.per_observation()[2])
+            ),
+            None => "<td></td><td></td>".to_owned(),
+        });
         match m.evidence {
             Some(e) => format!(
                 "<tr{class}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
-                 <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td></tr>\n",
+                 <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td>{printed}</tr>\n",
                 e.ln_marginal - best,
                 e.ln_best_fit,
                 e.ln_occam,
@@ -32,22 +40,28 @@ pub(super) fn ranking(stage: &StageRecord) -> String {
                 m.misfit[0],
                 m.misfit[1]
             ),
-            None => format!("<tr class=\"failed\">{name}<td colspan=\"6\">no evidence</td></tr>\n"),
+            None => format!("<tr class=\"failed\">{name}<td colspan=\"6\">no evidence</td>{printed}</tr>\n"),
         }
     };
     let rows: String = models.iter().map(row).collect();
+    let printed = if published.is_some() { "<th>per point</th><th>published</th>" } else { "" };
     format!(
         "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>ln best fit</th><th>ln Occam</th>\
-         <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+         <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th>{printed}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
     )
 }
 
 /// The parameters of the chosen model.
 pub(super) fn parameters(model: &ModelRecord) -> String {
-    if model.parameters.is_empty() {
+    parameter_table(&model.parameters)
+}
+
+/// A row per parameter.
+pub(super) fn parameter_table(parameters: &[ParameterRecord]) -> String {
+    if parameters.is_empty() {
         return String::new();
     }
-    let row = |p: &rijke_engine::run::ParameterRecord| {
+    let row = |p: &ParameterRecord| {
         let unit = if p.unit == "1" { "" } else { &p.unit };
         let prior = p.prior_sds.map_or(String::new(), |z| format!("{z:+.1}"));
         format!(
@@ -58,7 +72,7 @@ pub(super) fn parameters(model: &ModelRecord) -> String {
             html(unit)
         )
     };
-    let rows: String = model.parameters.iter().map(row).collect();
+    let rows: String = parameters.iter().map(row).collect();
     format!(
         "<div class=\"wide\"><table><thead><tr><th>parameter</th><th>name in files</th><th>value</th><th>unit</th><th>from its prior, in prior \
          sd</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"

@@ -10,8 +10,10 @@ use std::collections::BTreeMap;
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Manifest {
-    pub(super) rig: String,
-    pub(super) campaign: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) rig: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) campaign: Option<String>,
     pub(super) kind: DataKind,
     pub(super) source: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -125,8 +125,8 @@ impl Manifest {
         let volts =
             || Unit::parse("V").ok().map(|unit| Given::Stated(Quantity { value: set.full_scale, unit }));
         Self {
-            rig: "rig.toml".into(),
-            campaign: "campaign.toml".into(),
+            rig: Some("rig.toml".into()),
+            campaign: Some("campaign.toml".into()),
             kind: set.kind,
             source: set.source.clone(),
             arrays: set.arrays.clone(),

@@ -6,7 +6,7 @@ mod read;
 mod select;
 
 pub use noise::{LawError, NoiseSpec, SdSpec, Varying};
-pub use questions::Question;
+pub use questions::{Ask, PointByPoint, Question};
 pub use select::{Condition, Selection};
 
 use std::collections::BTreeMap;

@@ -22,6 +22,8 @@ pub enum SdSpec {
         stage: String,
         /// Standard deviation of its logarithm; 0 holds it there.
         ln_sd: f64,
+        /// Whether what installations differ by is counted in.
+        new_installation: bool,
     },
 }
 
@@ -32,12 +34,13 @@ struct Table {
     median: Option<f64>,
     ln_sd: Option<f64>,
     like: Option<String>,
+    new_installation: Option<bool>,
 }
 
 impl<'de> Deserialize<'de> for SdSpec {
     fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         use serde::de::Error;
-        let need = "\"floated\", a number, { fixed = sd }, { median = sd, ln_sd = factor } or { like = \"stage\", ln_sd = factor }";
+        let need = "\"floated\", a number, { fixed = sd }, { median = sd, ln_sd = factor } or { like = \"stage\", ln_sd = factor, new_installation = true }";
         let value = toml::Value::deserialize(from)?;
         let positive = |v: f64| {
             if v >= 0.0 && v.is_finite() {
@@ -54,16 +57,23 @@ impl<'de> Deserialize<'de> for SdSpec {
                 let table: Table =
                     Table::deserialize(value.clone()).map_err(|e| Error::custom(e.message()))?;
                 match table {
-                    Table { fixed: Some(sd), median: None, ln_sd: None, like: None } => {
-                        positive(sd).map(Self::Fixed)
-                    }
-                    Table { fixed: None, median: Some(median), ln_sd: Some(ln_sd), like: None }
-                        if median > 0.0 && ln_sd > 0.0 =>
-                    {
-                        Ok(Self::Inferred { median, ln_sd })
-                    }
-                    Table { fixed: None, median: None, ln_sd, like: Some(stage) } => {
-                        Ok(Self::Like { stage, ln_sd: positive(ln_sd.unwrap_or(0.0))? })
+                    Table {
+                        fixed: Some(sd),
+                        median: None,
+                        ln_sd: None,
+                        like: None,
+                        new_installation: None,
+                    } => positive(sd).map(Self::Fixed),
+                    Table {
+                        fixed: None,
+                        median: Some(median),
+                        ln_sd: Some(ln_sd),
+                        like: None,
+                        new_installation: None,
+                    } if median > 0.0 && ln_sd > 0.0 => Ok(Self::Inferred { median, ln_sd }),
+                    Table { fixed: None, median: None, ln_sd, like: Some(stage), new_installation } => {
+                        let new_installation = new_installation.unwrap_or_default();
+                        Ok(Self::Like { stage, ln_sd: positive(ln_sd.unwrap_or(0.0))?, new_installation })
                     }
                     _ => Err(Error::custom(format!("{value} is no standard deviation; give {need}"))),
                 }

@@ -1,6 +1,7 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
-use super::{Base, HeatedFlow, NoiseSpec, Plan, Question, SdSpec, Selection, Stage};
+use super::questions::Asked;
+use super::{Ask, Base, HeatedFlow, NoiseSpec, Plan, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
 use serde::Deserialize;
@@ -19,7 +20,7 @@ struct File {
     #[serde(default)]
     stage: Vec<Spanned<StageFile>>,
     #[serde(default, rename = "ask")]
-    asked: Vec<Spanned<Question>>,
+    asked: Vec<Spanned<Asked>>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -131,36 +132,20 @@ impl Plan {
         if plan.stages.is_empty() {
             return Err(source.fail(0, Problem::Empty { what: "stage", need: "add a [[stage]]" }));
         }
-        for question in file.asked {
-            let at = question.span().start;
-            let question = question.into_inner();
+        for asked in file.asked {
+            let at = asked.span().start;
             let fail = |problem| source.fail(at, problem);
-            known_stage(&plan, question.stage()).map_err(fail)?;
-            if plan.questions.iter().any(|q| q.id() == question.id()) {
-                let name = question.id().to_owned();
-                return Err(fail(Problem::Duplicate { what: "question", name }));
+            let question = asked.into_inner().question(rig, campaign).map_err(fail)?;
+            known_stage(&plan, &question.stage).map_err(fail)?;
+            let taken = plan.questions.iter().map(|q| &q.id).chain(plan.stages.iter().map(|s| &s.id));
+            if taken.into_iter().any(|id| *id == question.id) {
+                return Err(fail(Problem::Duplicate { what: "stage or question", name: question.id }));
             }
-            check_question(&question, campaign, catalogue).map_err(fail)?;
+            let check = Check { rig, campaign, catalogue };
+            check.question(&question, &plan).map_err(fail)?;
             plan.questions.push(question);
         }
         Ok(plan)
-    }
-}
-
-fn check_question(question: &Question, campaign: &Campaign, catalogue: &Catalogue) -> Result<(), Problem> {
-    let check = |selection: &Selection| selection.check(campaign);
-    match question {
-        Question::Ranking { over, .. } => over.iter().try_for_each(|f| campaign.known_factor(f).map(drop)),
-        Question::Contours { .. } => Ok(()),
-        Question::PointByPoint { with, points, .. } => {
-            with.iter().try_for_each(|(role, id)| candidate_of(catalogue, role, id))?;
-            check(points)
-        }
-        Question::Prediction { points, trained_on, over, .. } => {
-            over.iter().try_for_each(|f| campaign.known_factor(f).map(drop))?;
-            check(points)?;
-            trained_on.iter().try_for_each(check)
-        }
     }
 }
 
@@ -194,6 +179,14 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
+    fn question(&self, question: &Question, plan: &Plan) -> Result<(), Problem> {
+        if let Ask::PointByPoint(one) = &question.ask {
+            one.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
+            self.noise(&one.noise, plan)?;
+        }
+        Ok(())
+    }
+
     fn heated(&self, heated: &HeatedFlow) -> Result<(), Problem> {
         self.campaign.known_factor(&heated.power)?;
         self.campaign.known_factor(&heated.flow)?;

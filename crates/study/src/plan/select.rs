@@ -67,7 +67,9 @@ impl<'de> Deserialize<'de> for Condition {
 }
 
 impl Condition {
-    fn holds(&self, value: f64) -> bool {
+    /// Whether a value, NaN for none, meets it.
+    #[must_use]
+    pub fn holds(&self, value: f64) -> bool {
         let same = |a: f64| (value - a).abs() <= 1e-9 * (1.0 + a.abs());
         match self {
             Self::Equals(a) => same(*a),

@@ -1,0 +1,116 @@
+//! The records of a folder, every sample of every file.
+
+use crate::{failure::Failure, ui::Ui};
+use rayon::prelude::*;
+use rijke_rig::{DataKind, Record, RecordFolder, RecordSet, RecordSource, RigError};
+use serde_json::json;
+use std::path::Path;
+
+/// At most this many wrong files are listed.
+const MOST: usize = 20;
+
+/// Reads every record of a folder, and says what it holds.
+pub(super) fn records_of(dir: &Path, ui: &Ui) -> Result<serde_json::Value, Failure> {
+    let folder = crate::process::open(dir)?;
+    let set = folder.set();
+    let records = records(set);
+    let bar = ui.progress("reading", records.len() as u64);
+    let read: Vec<Result<usize, RigError>> = records
+        .par_iter()
+        .map(|record| {
+            let samples = record.read(&folder);
+            bar.advance(1);
+            samples.map(|r| clipped(&r))
+        })
+        .collect();
+    drop(bar);
+
+    let wrong: Vec<_> = read.iter().filter_map(|r| r.as_ref().err()).collect();
+    if !wrong.is_empty() {
+        let shown: Vec<_> = wrong.iter().take(MOST).map(ToString::to_string).collect();
+        let rest = wrong.len().saturating_sub(MOST);
+        let rest = if rest > 0 { format!("\nand {rest} more") } else { String::new() };
+        let text = format!("{} of {} files are wrong\n{}{rest}", wrong.len(), read.len(), shown.join("\n"));
+        return Err(Failure::bad_input(text)
+            .at(dir)
+            .remedy("Mend each file as its line says, or take it out of the manifest; then check again."));
+    }
+    describe(set, ui);
+    for (record, clipped) in records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0) {
+        ui.say(format!("clipped: {} ({clipped} samples); `rijke process` will reject it", record.name(set)));
+    }
+    let clipped = records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0);
+    let clipped: Vec<_> = clipped.map(|(r, c)| json!({ "file": r.name(set), "samples": c })).collect();
+    let answer = json!({
+        "rig": set.rig.name, "kind": set.kind, "source": set.source, "points": set.points.len(), "days": set.days.len(),
+        "pings": set.points.iter().map(|p| p.pings.len()).sum::<usize>(),
+        "clicks": set.points.iter().map(|p| p.clicks.len()).sum::<usize>(), "clipped": clipped,
+    });
+    Ok(answer)
+}
+
+/// One file of a set.
+enum Item {
+    Ping(usize, usize),
+    Click(usize, usize),
+    Calibration(usize, usize),
+}
+
+impl Item {
+    fn read(&self, folder: &RecordFolder) -> Result<Record, RigError> {
+        match *self {
+            Self::Ping(point, repeat) => folder.ping(point, repeat),
+            Self::Click(point, repeat) => folder.click(point, repeat),
+            Self::Calibration(which, repeat) => folder.calibration(which, repeat),
+        }
+    }
+
+    fn name<'a>(&self, set: &'a RecordSet) -> &'a str {
+        match *self {
+            Self::Ping(point, repeat) => &set.points[point].pings[repeat],
+            Self::Click(point, repeat) => &set.points[point].clicks[repeat],
+            Self::Calibration(which, repeat) => &set.calibrations[which].clicks[repeat],
+        }
+    }
+}
+
+fn records(set: &RecordSet) -> Vec<Item> {
+    let points = set.points.iter().enumerate().flat_map(|(i, point)| {
+        let pings = (0..point.pings.len()).map(move |r| Item::Ping(i, r));
+        pings.chain((0..point.clicks.len()).map(move |r| Item::Click(i, r)))
+    });
+    let calibrations = set.calibrations.iter().enumerate();
+    points
+        .chain(calibrations.flat_map(|(i, c)| (0..c.clicks.len()).map(move |r| Item::Calibration(i, r))))
+        .collect()
+}
+
+fn clipped(record: &Record) -> usize {
+    let limit = record.full_scale * (1.0 - 1e-6);
+    record.channels.iter().flatten().filter(|p| p.abs() >= limit).count()
+}
+
+fn describe(set: &RecordSet, ui: &Ui) {
+    let kind = match set.kind {
+        DataKind::Measured => "measured",
+        DataKind::Virtual => "virtual",
+    };
+    ui.say(format!("{}: {kind} data, {}", set.rig.name, set.source));
+    let pings: usize = set.points.iter().map(|p| p.pings.len()).sum();
+    let clicks: usize = set.points.iter().map(|p| p.clicks.len()).sum();
+    ui.say(format!(
+        "{} operating points on {} days: {pings} pings at {} Hz, {clicks} clicks at {} Hz",
+        set.points.len(),
+        set.days.len(),
+        set.ping.rate_hz,
+        set.click.rate_hz
+    ));
+    for calibration in &set.calibrations {
+        ui.say(format!(
+            "{} calibration clicks at {} Hz on {}",
+            calibration.clicks.len(),
+            calibration.stretch.rate_hz,
+            set.days[calibration.day].id
+        ));
+    }
+}

@@ -1,0 +1,137 @@
+//! The axis of a figure and its series, from the factors of a campaign.
+
+use super::super::frame::{Column, FrameRow, finite};
+use super::super::stages::Run;
+use super::{AnswerPanel, Layer, Look};
+use crate::Observed;
+use rijke_study::Point;
+use rijke_study::plan::Question;
+
+/// Unit and label of what modes are compared by.
+pub(super) const GROWTH_RATE: [&str; 3] = ["growth_rate", "Growth rate", "1/s"];
+pub(super) const ANGULAR_FREQUENCY: [&str; 3] = ["angular_frequency", "Angular frequency", "rad/s"];
+
+impl Run {
+    /// The factor along the axis: the one that the question names, or that has the most values at these points.
+    pub(super) fn axis<'p>(
+        &self,
+        question: &Question,
+        points: impl Iterator<Item = &'p Point> + Clone,
+    ) -> Option<usize> {
+        let values = |k: usize| {
+            let mut all: Vec<f64> = points.clone().map(|p| p.factors[k]).filter(|v| v.is_finite()).collect();
+            all.sort_by(f64::total_cmp);
+            all.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
+            all.len()
+        };
+        let usual = || {
+            let counted = (0..self.study.campaign.factors.len()).map(|k| (k, values(k)));
+            let most = counted.max_by_key(|(k, count)| (*count, std::cmp::Reverse(*k)));
+            most.filter(|(_, count)| *count > 1).map(|(k, _)| k)
+        };
+        question.over.or_else(usual)
+    }
+
+    /// The name of the series of a point: the value of the question's factor, or the row of the campaign.
+    pub(super) fn series(&self, question: &Question, point: &Point) -> String {
+        match question.series {
+            Some(k) if point.factors[k].is_finite() => {
+                let factor = &self.study.campaign.factors[k];
+                format!("{} = {} {}", factor.name, point.factors[k], factor.unit_in_print())
+            }
+            _ => point.row.clone(),
+        }
+    }
+
+    /// A column per factor.
+    pub(super) fn factor_columns(&self) -> Vec<Column> {
+        self.study
+            .campaign
+            .factors
+            .iter()
+            .map(|f| Column::new(&f.name, &f.name, &f.unit_in_print()))
+            .collect()
+    }
+
+    /// A row that begins with the factors of a point.
+    pub(super) fn row_of(&self, question: &Question, point: &Point, numbers: &[f64]) -> FrameRow {
+        FrameRow {
+            label: point.id.clone(),
+            series: self.series(question, point),
+            values: point.factors.iter().chain(numbers).map(|v| finite(*v)).collect(),
+        }
+    }
+}
+
+/// Growth rate and angular frequency of an observation with their standard deviations; NaN where they were not measured.
+pub(super) fn measured(observed: &Observed) -> [f64; 4] {
+    let mode = &observed.mode;
+    let sd = |k: usize| mode.covariance[(k, k)].sqrt();
+    let growth = mode.growth_rate.map_or([f64::NAN; 2], |v| [v, sd(0)]);
+    let second = usize::from(mode.growth_rate.is_some());
+    let frequency = mode.angular_frequency.map_or([f64::NAN; 2], |v| [v, sd(second)]);
+    [growth[0], growth[1], frequency[0], frequency[1]]
+}
+
+/// The columns of [`measured`].
+pub(super) fn measured_columns() -> Vec<Column> {
+    let [g, w] = [GROWTH_RATE, ANGULAR_FREQUENCY];
+    [g, w]
+        .into_iter()
+        .flat_map(|[name, label, unit]| {
+            let label = format!("{label}, measured");
+            [
+                Column::new(name, &label, unit),
+                Column::new(&format!("{name}_sd"), &format!("{label}, sd"), unit),
+            ]
+        })
+        .collect()
+}
+
+/// A label with its unit.
+pub(super) fn axis_label(column: &Column) -> String {
+    if column.unit == "1" {
+        column.label.clone()
+    } else {
+        format!("{} / {}", column.label, in_print(&column.unit))
+    }
+}
+
+/// A unit as figures print it: `1/s` becomes s^{-1}.
+fn in_print(unit: &str) -> String {
+    match unit {
+        "1/s" => "s^{\u{2212}1}".to_owned(),
+        "rad/s" => "rad s^{\u{2212}1}".to_owned(),
+        other => other.to_owned(),
+    }
+}
+
+/// Two panels over column `x`: growth rate and angular frequency, which stand at `first` and two columns further in table 0; `others` are
+/// layers below them, in table and columns of growth rate and angular frequency.
+pub(super) fn growth_and_frequency(
+    x_label: &str,
+    x: usize,
+    first: usize,
+    others: &[(usize, Look, [usize; 2], [Option<usize>; 2])],
+) -> Vec<AnswerPanel> {
+    [GROWTH_RATE, ANGULAR_FREQUENCY]
+        .into_iter()
+        .enumerate()
+        .map(|(k, [_, label, unit])| {
+            let below = others.iter().map(|(frame, look, y, sd)| Layer {
+                frame: *frame,
+                look: *look,
+                x,
+                y: y[k],
+                sd: sd[k],
+            });
+            let y = first + 2 * k;
+            let dots = Layer { frame: 0, look: Look::Dots, x, y, sd: Some(y + 1) };
+            AnswerPanel {
+                x: x_label.to_owned(),
+                y: axis_label(&Column::new("", label, unit)),
+                layers: below.chain([dots]).collect(),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,139 @@
+//! The posterior of a stage's model for some sets of microphones (Figs. 3 and 12 of Juniper & Yoko 2022).
+
+use super::super::frame::{Column, Frame, FrameRow, finite};
+use super::super::record::parameters;
+use super::super::stages::Run;
+use super::axes::axis_label;
+use super::{AnswerPanel, Found, Layer, Look};
+use crate::noise::Noise;
+use crate::{EngineError, Training, train};
+use rayon::prelude::*;
+use rijke_inference::{NoiseMode, Prior};
+use rijke_study::plan::Question;
+
+impl Run {
+    /// All sets assume the noise of the pressures that the stage found with all microphones: a set of two measures no more than it fits, and
+    /// could not choose any.
+    pub(super) fn contours(&self, question: &Question, sets: &[Vec<usize>]) -> Result<Found, EngineError> {
+        let no_stage = || EngineError::NoPoint { stage: question.stage.clone() };
+        let (_, stage) = self.study.plan.stage(&question.stage).ok_or_else(no_stage)?;
+        let chosen = self.chosen(&question.stage).ok_or_else(no_stage)?;
+        let found = crate::Misfit::of(&chosen.trained.noise).measured;
+        let mut noise = self.noise(&stage.noise)?;
+        noise = Noise {
+            of_a_point: [0, 1, 2].map(|k| match noise.of_a_point[k] {
+                fixed @ NoiseMode::Fixed { .. } => fixed,
+                _ => NoiseMode::Fixed { sd: found[k] },
+            }),
+            ..noise
+        };
+        let known = chosen.known.to_vec();
+        let training = self.training(stage, noise, known, super::super::Trusted::Laplace);
+        let names = &self.rig.microphones.names;
+        let all: Vec<usize> = (0..names.len()).collect();
+        let every =
+            if sets.is_empty() { subsets(names.len(), self.rig.microphones.reference) } else { Vec::new() };
+        let wanted: Vec<&Vec<usize>> = sets.iter().chain(&every).collect();
+        let one = |set: &&Vec<usize>| {
+            let microphones = if set.is_empty() { all.clone() } else { (*set).clone() };
+            let training = Training { microphones: microphones.clone(), ..training.clone() };
+            let trained = train(&chosen.assembly, &chosen.observed, &training)?;
+            Ok((microphones, trained))
+        };
+        let cases = wanted.par_iter().map(one).collect::<Result<Vec<_>, EngineError>>()?;
+        let free = chosen.assembly.parameters();
+        let p = free.len();
+        let most = cases.iter().max_by_key(|(m, _)| m.len()).ok_or_else(no_stage)?;
+        let widest = most.1.sd();
+        let mut columns = vec![
+            Column::new("microphones", "Number of microphones", "1"),
+            Column::new("width", "sd over that of all microphones, worst parameter", "1"),
+        ];
+        for q in free {
+            columns.push(Column::new(&q.name, &q.symbol, &q.unit));
+            columns.push(Column::new(&format!("{}_sd", q.name), &format!("{}, sd", q.symbol), &q.unit));
+        }
+        let pairs: Vec<(usize, usize)> = (0..p).flat_map(|i| (i + 1..p).map(move |j| (i, j))).collect();
+        let triple = |(i, j): &(usize, usize)| {
+            let (a, b) = (&free[*i].name, &free[*j].name);
+            [format!("var_{a}|{b}"), format!("var_{b}|{a}"), format!("cov_{a}_{b}"), format!("corr_{a}_{b}")]
+        };
+        columns.extend(pairs.iter().flat_map(triple).map(|name| Column::new(&name, &name, "1")));
+        let row = |(microphones, trained): &(Vec<usize>, crate::Trained)| {
+            let (c, sd) = (&trained.covariance, trained.sd());
+            let width = (0..p).map(|i| sd[i] / widest[i]).fold(0.0, f64::max);
+            let values = [microphones.len() as f64, width]
+                .into_iter()
+                .chain((0..p).flat_map(|i| [trained.values[i], sd[i]]))
+                .chain(
+                    pairs
+                        .iter()
+                        .flat_map(|&(i, j)| [c[(i, i)], c[(j, j)], c[(i, j)], c[(i, j)] / (sd[i] * sd[j])]),
+                )
+                .map(finite)
+                .collect();
+            let label = microphones.iter().map(|m| names[*m].as_str()).collect::<Vec<_>>().join(" ");
+            let n = microphones.len();
+            let series = if n == 1 { "1 microphone".to_owned() } else { format!("{n} microphones") };
+            FrameRow { label, series, values }
+        };
+        let rows = cases.iter().map(row).collect();
+        let prior = |q: &rijke_inference::Parameter| match q.prior {
+            Prior::Normal { mean, .. } => [Some(mean), None],
+            _ => [None; 2],
+        };
+        let expected = FrameRow {
+            label: "prior".into(),
+            series: "prior mean".into(),
+            values: [None, None].into_iter().chain(free.iter().flat_map(prior)).collect(),
+        };
+        let panels = pairs
+            .iter()
+            .enumerate()
+            .map(|(k, &(i, j))| AnswerPanel {
+                x: axis_label(&columns[2 + 2 * i]),
+                y: axis_label(&columns[2 + 2 * j]),
+                layers: vec![
+                    Layer {
+                        frame: 0,
+                        look: Look::Ellipse,
+                        x: 2 + 2 * i,
+                        y: 2 + 2 * j,
+                        sd: Some(2 + 2 * p + 4 * k + 2),
+                    },
+                    Layer { frame: 1, look: Look::Dots, x: 2 + 2 * i, y: 2 + 2 * j, sd: None },
+                ],
+            })
+            .collect();
+        let columns_of_prior = columns[..2 + 2 * p].to_vec();
+        let frames = vec![Frame { columns, rows }, Frame { columns: columns_of_prior, rows: vec![expected] }];
+        let caption = format!(
+            "Posterior of {} for sets of microphones: ellipses of one and two standard deviations.",
+            chosen.assembly.ids().join(", ")
+        );
+        Ok((frames, panels, parameters(&most.1, free), caption))
+    }
+}
+
+/// Every set of `count` microphones that holds `reference`, small sets first.
+fn subsets(count: usize, reference: usize) -> Vec<Vec<usize>> {
+    let mut all: Vec<Vec<usize>> = (0_u64..1 << count.min(16))
+        .filter(|bits| bits >> reference & 1 == 1)
+        .map(|bits| (0..count).filter(|m| bits >> m & 1 == 1).collect())
+        .collect();
+    all.sort_by_key(Vec::len);
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paper_eight_microphones_have_the_sets_of_figure_12() {
+        let all = subsets(8, 5);
+        let counts: Vec<usize> = (1..=8).map(|k| all.iter().filter(|s| s.len() == k).count()).collect();
+        assert_eq!(counts, [1, 7, 21, 35, 35, 21, 7, 1]);
+        assert!(all.iter().all(|s| s.contains(&5)));
+    }
+}

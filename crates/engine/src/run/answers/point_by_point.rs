@@ -1,0 +1,130 @@
+//! A coefficient inferred at every point by itself (Figs. 6 and 7 of Juniper & Yoko 2022).
+
+use super::super::frame::{Column, Frame};
+use super::super::inputs::selected;
+use super::super::rows::{assembly_of, with_candidates};
+use super::super::stages::Run;
+use super::axes::axis_label;
+use super::{AnswerPanel, Found, Layer, Look};
+use crate::{Assembly, EngineError, Observed, Trained, train};
+use rayon::prelude::*;
+use rijke_formula::Here;
+use rijke_numerics::{C64, JetSpace, Order};
+use rijke_study::Candidate;
+use rijke_study::names::{FLANGED, S};
+use rijke_study::plan::{PointByPoint, Question};
+
+impl Run {
+    /// Every point is an inference of its own: the parameters of the candidate are free, and the parameters of all others have the
+    /// posterior of the stage as their prior, so that their uncertainty is part of the standard deviation.
+    pub(super) fn point_by_point(
+        &self,
+        question: &Question,
+        one: &PointByPoint,
+    ) -> Result<Found, EngineError> {
+        let no_stage = || EngineError::NoPoint { stage: question.stage.clone() };
+        let (_, stage) = self.study.plan.stage(&question.stage).ok_or_else(no_stage)?;
+        let done = self.stage_done(&question.stage).ok_or_else(no_stage)?;
+        let mut choice = done.choice.clone();
+        choice.retain(|role, _| !one.without.contains(role));
+        let own: Vec<Candidate> =
+            one.with.values().filter_map(|id| self.study.catalogue.get(id).cloned()).collect();
+        let choice = with_candidates(choice, &own);
+        let assembly = assembly_of(&self.study, &choice, &one.hold)?;
+        let known = done.chosen.trained.knowledge();
+        let points: Vec<Observed> = selected(&self.study, &self.observed, &one.points)
+            .iter()
+            .map(|o| known.without_channels(&self.rig, o))
+            .collect();
+        if points.is_empty() {
+            return Err(EngineError::NoPoint { stage: question.id.clone() });
+        }
+        let mut training =
+            self.training(stage, self.noise(&one.noise)?, vec![known], super::super::Trusted::Laplace);
+        (training.base_errors, training.channels) = (one.base_errors, None);
+        // The one that brings a role of its own; the others take the places of those that the stage has.
+        let free = own.iter().find(|c| !done.choice.contains_key(&c.role)).or(own.first());
+        let place = assembly.candidates().iter().position(|c| free.is_some_and(|o| o.id == c.id));
+        let at = |o: &Observed| {
+            let trained = train(&assembly, std::slice::from_ref(o), &training)?;
+            let per = one.per.map_or(1.0, |k| o.conditions.point.factors[k]);
+            Ok(numbers(&assembly, place.unwrap_or(0), o, &trained, per))
+        };
+        let found = points.par_iter().map(at).collect::<Result<Vec<_>, EngineError>>()?;
+        let (name, unit) = self.coefficient(free, one.per);
+        let mut columns = self.factor_columns();
+        let first = columns.len();
+        for (column, label, unit) in [
+            ("real", format!("Re {name}"), &unit),
+            ("imaginary", format!("Im {name}"), &unit),
+            ("modulus", format!("|{name}|"), &unit),
+            ("modulus_sd", format!("|{name}|, sd"), &unit),
+            ("angle", format!("Angle of {name}"), &"rad".to_owned()),
+            ("angle_sd", format!("Angle of {name}, sd"), &"rad".to_owned()),
+        ] {
+            columns.push(Column::new(column, &label, unit));
+        }
+        let rows = points.iter().zip(&found);
+        let rows = rows.map(|(o, n)| self.row_of(question, &o.conditions.point, n)).collect();
+        let axis = self.axis(question, points.iter().map(|o| &o.conditions.point));
+        let panel = |axis: usize, y: usize| AnswerPanel {
+            x: axis_label(&columns[axis]),
+            y: axis_label(&columns[y]),
+            layers: vec![Layer { frame: 0, look: Look::Dots, x: axis, y, sd: Some(y + 1) }],
+        };
+        let panels = axis.map_or_else(Vec::new, |k| vec![panel(k, first + 2), panel(k, first + 4)]);
+        let caption =
+            format!("{name}, inferred at each point by itself, in the model {}.", assembly.ids().join(", "));
+        Ok((vec![Frame { columns, rows }], panels, Vec::new(), caption))
+    }
+
+    /// The name and the unit of the coefficient of a candidate.
+    fn coefficient(&self, candidate: Option<&Candidate>, per: Option<usize>) -> (String, String) {
+        let Some(effect) = candidate.and_then(|c| c.effects.first()) else { return Default::default() };
+        let (name, unit) = (effect.coefficient.name(), effect.coefficient.unit(effect.place.is_along()));
+        match per.map(|k| &self.study.campaign.factors[k]) {
+            Some(factor) => {
+                (format!("k_{{{name}}}/{}", factor.name), format!("{unit} per {}", factor.unit_in_print()))
+            }
+            None => (format!("k_{{{name}}}"), unit.to_owned()),
+        }
+    }
+}
+
+/// Real and imaginary part, modulus and angle of the first law of a candidate at the mode that was found, each of the last two with its
+/// standard deviation to first order; over `per`.
+fn numbers(
+    assembly: &Assembly,
+    candidate: usize,
+    observed: &Observed,
+    trained: &Trained,
+    per: f64,
+) -> [f64; 6] {
+    let c = &assembly.candidates()[candidate];
+    let Some(effect) = c.effects.first() else { return [f64::NAN; 6] };
+    let layout = &observed.conditions.layout;
+    let x = layout.places(&effect.place).first().map_or(0.0, |(x, _)| *x);
+    let around = observed.conditions.around(x);
+    let seeds: Vec<usize> = (0..assembly.parameters().len()).collect();
+    let space = JetSpace::new(seeds.len() + 1, Order::First);
+    let s = space.seed(seeds.len(), observed.near);
+    let mut analytic = [None; FLANGED + 1];
+    analytic[S] = Some(&s);
+    let here = Here { space, numbers: &around, analytic: &analytic };
+    let jets = assembly.jets(candidate, &seeds, space, &trained.values[..trained.own]);
+    let k = effect.law.evaluate(&here, &jets);
+    let value = k.value() / per;
+    let gradient: Vec<C64> = k.gradient()[..seeds.len()].iter().map(|d| d / per).collect();
+    let modulus = value.norm();
+    // d|k| = Re(conj(k) dk)/|k|; d arg k = Im(conj(k) dk)/|k|^2.
+    let sd = |part: fn(C64) -> f64, over: f64| {
+        let slope: Vec<f64> = gradient.iter().map(|d| part(value.conj() * d) / over).collect();
+        let sum: f64 = (0..slope.len())
+            .flat_map(|i| (0..slope.len()).map(move |j| (i, j)))
+            .map(|(i, j)| slope[i] * trained.covariance[(i, j)] * slope[j])
+            .sum();
+        sum.max(0.0).sqrt()
+    };
+    let angle = value.arg().rem_euclid(2.0 * std::f64::consts::PI);
+    [value.re, value.im, modulus, sd(|z| z.re, modulus), angle, sd(|z| z.im, modulus * modulus)]
+}

@@ -1,0 +1,161 @@
+//! Predictions of the model that a stage chose, trained on its points or on a few (Figs. 5 and 8 to 11 of Juniper & Yoko 2022).
+
+use super::super::frame::{Column, Frame};
+use super::super::inputs::{conditions, selected};
+use super::super::record::parameters;
+use super::super::stages::{Chosen, Run};
+use super::axes::{axis_label, growth_and_frequency, measured, measured_columns};
+use super::{Found, Look};
+use crate::{Conditions, EngineError, Misfit, Observed, Trained, train};
+use rayon::prelude::*;
+use rijke_numerics::C64;
+use rijke_study::plan::{Question, Selection};
+use std::sync::Arc;
+
+impl Run {
+    pub(super) fn prediction(
+        &self,
+        question: &Question,
+        points: &Selection,
+        trained_on: Option<&Selection>,
+    ) -> Result<Found, EngineError> {
+        let no_point = || EngineError::NoPoint { stage: question.id.clone() };
+        let chosen = self.chosen(&question.stage).ok_or_else(no_point)?;
+        let few = match trained_on {
+            Some(selection) => {
+                let meant = |o: &&Observed| selection.holds(&self.study.campaign, &o.conditions.point);
+                let few: Vec<Observed> = chosen.observed.iter().filter(meant).cloned().collect();
+                if few.is_empty() {
+                    return Err(no_point());
+                }
+                Arc::new(few)
+            }
+            None => chosen.observed.clone(),
+        };
+        let trained = self.for_predictions(&question.stage, &few)?;
+        let law = self.law_error(&question.stage);
+        let posterior = trained.posterior();
+        let misfit = Misfit::of(&trained.noise);
+        let seen = selected(&self.study, &self.observed, points);
+        let campaign = self.study.campaign.points.iter().enumerate();
+        let unseen = campaign
+            .filter(|(_, p)| points.holds(&self.study.campaign, p))
+            .filter(|(_, p)| seen.iter().all(|o| o.conditions.id != p.id));
+        // A point that was not measured and of whose gas nothing is known is not predicted.
+        let unseen = unseen.filter_map(|(k, p)| {
+            let found = conditions(&self.study, p, self.states.get(&k), self.ambient[k]);
+            found.ok().map(|c| (Arc::new(c), None))
+        });
+        let all: Vec<(Arc<Conditions>, Option<&Observed>)> =
+            seen.iter().map(|o| (o.conditions.clone(), Some(o))).chain(unseen).collect();
+        if all.is_empty() {
+            return Err(no_point());
+        }
+        let one = |(conditions, observed): &(Arc<Conditions>, Option<&Observed>)| {
+            let near: Option<C64> = observed.map(|o| o.near);
+            let heard = self.reference();
+            let p = posterior.predict(&chosen.assembly, conditions, heard.as_slice(), near, law.as_ref())?;
+            let m = observed.map_or([f64::NAN; 4], measured);
+            let (s, sd) = ([p.values[0], p.values[1]], [0, 1].map(|k| p.sd(k, &misfit)));
+            let of_the_model = [0, 1].map(|k| p.sd(k, &Misfit::default()));
+            let residual = [m[0] - s[0], m[2] - s[1]];
+            let inside = [0, 1].map(|k| {
+                if residual[k].is_nan() {
+                    f64::NAN
+                } else {
+                    f64::from(u8::from(residual[k].abs() < 2.0 * sd[k]))
+                }
+            });
+            let used = few.iter().any(|o| o.conditions.id == conditions.id);
+            let c_in = conditions.base.at(0.0).sound_speed;
+            let helmholtz = m[2] * conditions.layout.length / c_in;
+            let numbers = [
+                &m[..],
+                &[s[0], sd[0], s[1], sd[1]],
+                &of_the_model,
+                &residual,
+                &inside,
+                &[f64::from(u8::from(used)), helmholtz],
+            ]
+            .concat();
+            Ok(self.row_of(question, &conditions.point, &numbers))
+        };
+        let rows = all.par_iter().map(one).collect::<Result<Vec<_>, EngineError>>()?;
+        let mut columns = [self.factor_columns(), measured_columns()].concat();
+        let first = self.study.campaign.factors.len();
+        let predicted = columns.len();
+        for (name, label, unit) in [
+            ("predicted_growth_rate", "Growth rate, predicted", "1/s"),
+            ("predicted_growth_rate_sd", "Growth rate, sd of a new measurement", "1/s"),
+            ("predicted_angular_frequency", "Angular frequency, predicted", "rad/s"),
+            ("predicted_angular_frequency_sd", "Angular frequency, sd of a new measurement", "rad/s"),
+            ("model_growth_rate_sd", "Growth rate, sd of the model", "1/s"),
+            ("model_angular_frequency_sd", "Angular frequency, sd of the model", "rad/s"),
+            ("growth_rate_residual", "Growth rate, measured minus predicted", "1/s"),
+            ("angular_frequency_residual", "Angular frequency, measured minus predicted", "rad/s"),
+            ("growth_rate_inside", "Growth rate within 2 sd", "1"),
+            ("angular_frequency_inside", "Angular frequency within 2 sd", "1"),
+            ("trained", "Trained on", "1"),
+            ("helmholtz", "Helmholtz number omega L/c of what was measured", "1"),
+        ] {
+            columns.push(Column::new(name, label, unit));
+        }
+        let axis = self.axis(question, all.iter().map(|(c, _)| &c.point));
+        let layer = (0, Look::Band, [predicted, predicted + 2], [Some(predicted + 1), Some(predicted + 3)]);
+        let panels = axis
+            .map_or_else(Vec::new, |k| growth_and_frequency(&axis_label(&columns[k]), k, first, &[layer]));
+        let caption = format!(
+            "Measured modes (dots) and predictions with two standard deviations of a new measurement (bands), by the model {}, trained on {} \
+             observations.",
+            chosen.assembly.ids().join(", "),
+            few.len()
+        );
+        let free = chosen.assembly.parameters();
+        Ok((vec![Frame { columns, rows }], panels, parameters(&trained, free), caption))
+    }
+
+    /// The model that goes on from a stage, to be kept on disk.
+    ///
+    /// # Errors
+    /// [`EngineError::NoPoint`] if the stage has not run, and those of training.
+    pub fn saved(&self, id: &str) -> Result<crate::SavedModel, EngineError> {
+        let no_stage = || EngineError::NoPoint { stage: id.to_owned() };
+        let (_, stage) = self.study.plan.stage(id).ok_or_else(no_stage)?;
+        let done = self.stage_done(id).ok_or_else(no_stage)?;
+        let trained = self.for_predictions(id, &done.chosen.observed)?;
+        let mut points: Vec<String> = done.chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
+        points.dedup();
+        let law = self.law_error(id);
+        Ok(crate::SavedModel::of(id, done.choice.clone(), stage.hold.clone(), points, &trained, law))
+    }
+
+    /// The model that goes on from a stage, trained on `points` with what enters predictions but not the comparison.
+    fn for_predictions(&self, id: &str, points: &Arc<Vec<Observed>>) -> Result<Arc<Trained>, EngineError> {
+        let no_stage = || EngineError::NoPoint { stage: id.to_owned() };
+        let (_, stage) = self.study.plan.stage(id).ok_or_else(no_stage)?;
+        let chosen: &Chosen = self.chosen(id).ok_or_else(no_stage)?;
+        let all = Arc::ptr_eq(points, &chosen.observed);
+        if stage.noise_of_predictions.is_none() && all {
+            return Ok(chosen.trained.clone());
+        }
+        let before = || self.predicting.lock().ok()?.get(id).cloned();
+        if let Some(trained) = before().filter(|_| all) {
+            return Ok(trained);
+        }
+        let noise = self.noise(stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise))?;
+        let training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
+        let trained = Arc::new(train(&chosen.assembly, points, &training)?);
+        if let (Ok(mut kept), true) = (self.predicting.lock(), all) {
+            kept.insert(id.to_owned(), trained.clone());
+        }
+        Ok(trained)
+    }
+
+    /// The error of laws that enters the predictions of a stage.
+    pub(super) fn law_error(&self, id: &str) -> Option<crate::LawError> {
+        let (_, stage) = self.study.plan.stage(id)?;
+        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).law.as_ref()?;
+        let over = self.study.campaign.factor(&spec.over)?;
+        Some(crate::LawError { role: spec.role.clone(), sd: spec.sd, over })
+    }
+}

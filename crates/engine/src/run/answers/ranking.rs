@@ -1,0 +1,111 @@
+//! The models of a stage against what was measured, over a factor (Fig. 4 of Juniper & Yoko 2022).
+
+use super::super::frame::{Column, Frame, FrameRow, finite};
+use super::super::inputs::conditions;
+use super::super::record::ModelRecord;
+use super::super::stages::{Chosen, Run};
+use super::axes::{axis_label, growth_and_frequency, measured, measured_columns};
+use super::{Found, Look};
+use crate::{Conditions, EngineError, Observed, PointModel};
+use rijke_network::Workspace;
+use rijke_numerics::{C64, Order};
+use rijke_study::plan::Question;
+
+/// How many models a figure shows: those with the most evidence.
+const MOST_MODELS: usize = 7;
+
+/// Number of places at which lines are computed.
+const LINE_POINTS: usize = 121;
+
+impl Run {
+    pub(super) fn ranking(&self, question: &Question) -> Result<Found, EngineError> {
+        let Some(done) = self.stage_done(&question.stage) else {
+            return Err(EngineError::NoPoint { stage: question.stage.clone() });
+        };
+        let points = done.chosen.observed.clone();
+        let mut models: Vec<&(ModelRecord, Chosen)> = done.rows.iter().collect();
+        let evidence = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
+        models.sort_by(|a, b| evidence(&b.0).total_cmp(&evidence(&a.0)));
+        models.truncate(MOST_MODELS);
+        let row = |o: &Observed| self.row_of(question, &o.conditions.point, &measured(o));
+        let columns = [self.factor_columns(), measured_columns()].concat();
+        let mut frames = vec![Frame { columns, rows: points.iter().map(row).collect() }];
+        let Some(axis) = self.axis(question, points.iter().map(|o| &o.conditions.point)) else {
+            return Ok((frames, Vec::new(), Vec::new(), String::new()));
+        };
+        let factor = &self.study.campaign.factors[axis];
+        let x = Column::new(&factor.name, &factor.name, &factor.unit_in_print());
+        let line = self.line(axis, &points)?;
+        let mut rows = Vec::new();
+        for (record, chosen) in &models {
+            let values = &chosen.trained.values[..chosen.trained.own];
+            let mut work = Workspace::default();
+            let mut at = |conditions: &Conditions, near: C64| {
+                let heard = self.reference();
+                let model =
+                    PointModel::new(&chosen.assembly, conditions, heard.as_slice())?.starting_from(near);
+                let s = model.respond(values, Order::Value, &mut work)?.s.value();
+                let values = [conditions.point.factors[axis], s.re, s.im].map(finite).to_vec();
+                Ok::<_, EngineError>(FrameRow {
+                    label: conditions.id.clone(),
+                    series: record.label.clone(),
+                    values,
+                })
+            };
+            for (conditions, near) in &line {
+                rows.push(at(conditions, *near)?);
+            }
+            if line.is_empty() {
+                for (o, s) in points.iter().zip(&record.predicted) {
+                    let values = [o.conditions.point.factors[axis], s[0], s[1]].map(finite).to_vec();
+                    let (label, series) = (o.conditions.id.clone(), record.label.clone());
+                    rows.push(FrameRow { label, series, values });
+                }
+            }
+        }
+        let look = if line.is_empty() { Look::Dashes } else { Look::Line };
+        let columns = vec![
+            x.clone(),
+            Column::new("growth_rate", "Growth rate", "1/s"),
+            Column::new("angular_frequency", "Angular frequency", "rad/s"),
+        ];
+        frames.push(Frame { columns, rows });
+        let first = self.study.campaign.factors.len();
+        let mut panels = growth_and_frequency(&axis_label(&x), axis, first, &[(1, look, [1, 2], [None; 2])]);
+        for layer in panels.iter_mut().flat_map(|p| &mut p.layers).filter(|l| l.frame == 1) {
+            layer.x = 0;
+        }
+        let caption = "Measured modes (dots) and the models with the most evidence.".to_owned();
+        Ok((frames, panels, Vec::new(), caption))
+    }
+
+    /// Operating points between those of a figure, where the gas is at rest in one temperature; none where it is not.
+    fn line(&self, axis: usize, points: &[Observed]) -> Result<Vec<(Conditions, C64)>, EngineError> {
+        let x = |o: &Observed| o.conditions.point.factors[axis];
+        let mut ordered: Vec<&Observed> = points.iter().filter(|o| x(o).is_finite()).collect();
+        ordered.sort_by(|a, b| x(a).total_cmp(&x(b)));
+        // Several points of one place are of several series or modes, between which there is no line.
+        let one_each = ordered.windows(2).all(|w| x(w[1]) > x(w[0]));
+        let others = |a: &Observed, b: &Observed| {
+            let both = a.conditions.point.factors.iter().zip(&b.conditions.point.factors).enumerate();
+            both.filter(|(k, _)| *k != axis).all(|(_, (a, b))| a.to_bits() == b.to_bits() || a == b)
+        };
+        let alike = ordered.windows(2).all(|w| others(w[0], w[1]));
+        let at_rest = |o: &&Observed| o.conditions.base.is_uniform() && o.conditions.base.mass_flow == 0.0;
+        if ordered.len() < 3 || !one_each || !alike || !ordered.iter().all(at_rest) {
+            return Ok(Vec::new());
+        }
+        let (from, to) = (x(ordered[0]), x(ordered[ordered.len() - 1]));
+        let at = |k: usize| {
+            let here = from + (to - from) * k as f64 / (LINE_POINTS - 1) as f64;
+            let after = ordered.iter().position(|o| x(o) >= here).unwrap_or(ordered.len() - 1);
+            let (left, right) = (ordered[after.saturating_sub(1)], ordered[after]);
+            let share = if x(right) > x(left) { (here - x(left)) / (x(right) - x(left)) } else { 1.0 };
+            let [t0, t1] = [left, right].map(|o| o.conditions.base.temperature[0]);
+            let mut point = right.conditions.point.clone();
+            point.factors[axis] = here;
+            Ok((conditions(&self.study, &point, None, Some([t0 + (t1 - t0) * share, 0.0]))?, right.near))
+        };
+        (0..LINE_POINTS).map(at).collect()
+    }
+}

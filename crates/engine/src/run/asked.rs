@@ -1,0 +1,125 @@
+//! Predictions of a saved model at any values of the factors, measured or not.
+
+use super::inputs::{ambient_of_all, conditions, states};
+use super::rows::assembly_of;
+use crate::{Conditions, EngineError, Misfit, PointPrediction, SavedModel};
+use rayon::prelude::*;
+use rijke_inference::normal_cdf;
+use rijke_study::plan::Base;
+use rijke_study::{Observations, Point, Study};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What a model says of one operating point.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Forecast {
+    /// Name of the point.
+    pub point: String,
+    /// Value of every factor, SI; none where it has none.
+    pub factors: Vec<Option<f64>>,
+    /// Growth rate, 1/s; the standard deviation of a new measurement, and that of the model alone.
+    pub growth_rate: [f64; 3],
+    /// Angular frequency, rad/s, likewise.
+    pub angular_frequency: [f64; 3],
+    /// Probability that the growth rate is above zero, taken as normal, without the noise of a measurement.
+    pub unstable: f64,
+}
+
+/// The operating points of the campaign with others, each given by the factors in which it differs from the first point of the campaign
+/// that has a value of them all.
+///
+/// # Errors
+/// [`EngineError::Factors`].
+pub fn with_points(
+    study: &Study,
+    asked: &[BTreeMap<String, f64>],
+) -> Result<(Study, Vec<usize>), EngineError> {
+    let known = || study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
+    let fail = |what: String| EngineError::Factors { what, known: known() };
+    let mut study = study.clone();
+    let mut places = Vec::new();
+    for values in asked {
+        let mut given = Vec::new();
+        for (name, value) in values {
+            let k = study
+                .campaign
+                .factor(name)
+                .ok_or_else(|| fail(format!("there is no factor called `{name}`")))?;
+            given.push((k, *value));
+        }
+        let has = |p: &&Point| given.iter().all(|(k, _)| p.factors[*k].is_finite());
+        // As like it as possible in what was asked: what is not asked is taken from there.
+        let scale = |k: usize| {
+            let all = study.campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());
+            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            if high > low { high - low } else { 1.0 }
+        };
+        let distance =
+            |p: &Point| given.iter().map(|(k, v)| ((p.factors[*k] - v) / scale(*k)).powi(2)).sum::<f64>();
+        let like =
+            study.campaign.points.iter().filter(has).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let like =
+            like.ok_or_else(|| fail("no point of the campaign has a value of all these factors".to_owned()))?;
+        let name = values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ");
+        let mut point = Point { id: name.clone(), installation: name, row: "asked".into(), ..like.clone() };
+        given.iter().for_each(|(k, value)| point.factors[*k] = *value);
+        let same = |p: &&Point| {
+            p.factors.iter().zip(&point.factors).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
+        };
+        // A point of the campaign is itself: what is known of its gas is known.
+        let there =
+            study.campaign.points.iter().filter(same).find(|p| p.row == like.row).map(|p| p.id.clone());
+        let place = match there.and_then(|id| study.campaign.point(&id).map(|(k, _)| k)) {
+            Some(k) => k,
+            None => {
+                study.campaign.points.push(point);
+                study.campaign.points.len() - 1
+            }
+        };
+        places.push(place);
+    }
+    Ok((study, places))
+}
+
+/// What the saved model says of points of the campaign, by their places.
+///
+/// # Errors
+/// [`EngineError::NoState`] where the gas of a heated point was not inferred, and those of the model.
+pub fn forecast(
+    study: &Study,
+    observations: &Observations,
+    model: &SavedModel,
+    points: &[usize],
+) -> Result<Vec<Forecast>, EngineError> {
+    let ambient = ambient_of_all(study, observations);
+    let states = states(study, &ambient)?;
+    let assembly = assembly_of(study, &model.candidates, &model.hold)?;
+    let rig = &study.rig;
+    let posterior = model.posterior()?;
+    let misfit = Misfit::of(&posterior.noise);
+    let heard = Some(rig.microphones.reference).filter(|_| !rig.microphones.at.is_empty());
+    let trained: Vec<&Point> =
+        model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(_, p)| p)).collect();
+    let had_states = study.plan.base == Base::States
+        && trained.iter().any(|p| study.campaign.point(&p.id).is_some_and(|(k, _)| states.contains_key(&k)));
+    let one = |&k: &usize| -> Result<Forecast, EngineError> {
+        let point = &study.campaign.points[k];
+        if had_states && !states.contains_key(&k) {
+            return Err(EngineError::NoState { point: point.id.clone() });
+        }
+        let ambient = ambient[k].or_else(|| trained.iter().find_map(|p| p.ambient));
+        let conditions: Conditions = conditions(study, point, states.get(&k), ambient)?;
+        let p: PointPrediction =
+            posterior.predict(&assembly, &conditions, heard.as_slice(), None, model.law.as_ref())?;
+        let number = |k: usize| [p.values[k], p.sd(k, &misfit), p.sd(k, &Misfit::default())];
+        let growth_rate = number(0);
+        Ok(Forecast {
+            point: point.id.clone(),
+            factors: point.factors.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
+            growth_rate,
+            angular_frequency: number(1),
+            unstable: normal_cdf(growth_rate[0] / growth_rate[2]),
+        })
+    };
+    points.par_iter().map(one).collect()
+}

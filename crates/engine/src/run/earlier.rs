@@ -1,0 +1,86 @@
+//! What earlier stages know of a model, trained again where one of its candidates is not the one that they chose.
+
+use super::rows::{Choice, Row};
+use super::stages::{Chosen, Run};
+use crate::{EngineError, Knowledge, Observed};
+use rijke_study::plan::Stage;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What a row stands on: the knowledge of earlier stages, and the observations as heard through the channels that they found.
+#[derive(Clone)]
+pub(super) struct StandsOn {
+    pub(super) known: Arc<Vec<Knowledge>>,
+    pub(super) points: Arc<Vec<Observed>>,
+}
+
+/// The place of a stage, and the candidates that it is trained with.
+type Key = (usize, Choice);
+
+/// Trainings of earlier stages, each done once.
+pub(super) struct Earlier<'a> {
+    run: &'a Run,
+    trained: BTreeMap<Key, Chosen>,
+    ready: BTreeMap<Vec<Key>, StandsOn>,
+}
+
+impl<'a> Earlier<'a> {
+    pub(super) fn new(run: &'a Run) -> Self {
+        Self { run, trained: BTreeMap::new(), ready: BTreeMap::new() }
+    }
+
+    /// What a model of `choice` in `stage` stands on.
+    pub(super) fn of(
+        &mut self,
+        stage: &Stage,
+        choice: &Choice,
+        points: &[Observed],
+    ) -> Result<StandsOn, EngineError> {
+        let keys: Vec<Key> = stage.on.iter().map(|id| self.key(id, choice)).collect::<Result<_, _>>()?;
+        if let Some(ready) = self.ready.get(&keys) {
+            return Ok(ready.clone());
+        }
+        let trained: Vec<Chosen> = keys.iter().map(|key| self.trained(key)).collect::<Result<_, _>>()?;
+        let known: Vec<Knowledge> = trained.iter().map(|c| c.trained.knowledge()).collect();
+        let mut points = points.to_vec();
+        if !stage.channels {
+            for known in &known {
+                points = points.iter().map(|o| known.without_channels(&self.run.rig, o)).collect();
+            }
+        }
+        let ready = StandsOn { known: Arc::new(known), points: Arc::new(points) };
+        self.ready.insert(keys, ready.clone());
+        Ok(ready)
+    }
+
+    /// The stage `id` with the candidates of `choice` in the roles that it has.
+    fn key(&self, id: &str, choice: &Choice) -> Result<Key, EngineError> {
+        let found = self.run.study.plan.stage(id).and_then(|(k, _)| Some((k, self.run.done.get(k)?)));
+        let Some((k, done)) = found else { return Err(EngineError::NoPoint { stage: id.to_owned() }) };
+        let mut wanted = done.choice.clone();
+        for (role, id) in &mut wanted {
+            if let Some(other) = choice.get(role) {
+                id.clone_from(other);
+            }
+        }
+        Ok((k, wanted))
+    }
+
+    fn trained(&mut self, key: &Key) -> Result<Chosen, EngineError> {
+        let (k, choice) = key;
+        let done = &self.run.done[*k];
+        if *choice == done.choice {
+            return Ok(done.chosen.clone());
+        }
+        if let Some(found) = self.trained.get(key) {
+            return Ok(found.clone());
+        }
+        let stage = &self.run.study.plan.stages[*k];
+        let points = super::inputs::selected(&self.run.study, &self.run.observed, &stage.points);
+        let stands_on = self.of(stage, choice, &points)?;
+        let row = Row { own: Vec::new(), choice: choice.clone() };
+        let found = self.run.train_row(stage, &row, stands_on, super::Trusted::Laplace)?;
+        self.trained.insert(key.clone(), found.clone());
+        Ok(found)
+    }
+}

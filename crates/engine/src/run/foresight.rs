@@ -1,0 +1,186 @@
+//! What planned measurements would tell of the models of a study, before anything is measured.
+
+use super::inputs::{ambient_of_all, conditions, states};
+use super::rows::{Choice, Row, assembly_of, rows_of};
+use crate::{Assembly, Conditions, EngineError, PointModel};
+use rayon::prelude::*;
+use rijke_inference::Parameters;
+use rijke_network::Workspace;
+use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use rijke_study::plan::Stage;
+use rijke_study::{Observations, Study};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Width of the posterior relative to the prior above which a direction counts as not identified.
+const UNIDENTIFIED: f64 = 0.9;
+/// Components of a direction below this are left out of its name.
+const MINOR: f64 = 0.2;
+
+/// A stage before its measurements.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageForesight {
+    /// Name of the stage.
+    pub id: String,
+    /// What it is called.
+    pub title: String,
+    /// How many operating points train it.
+    pub points: usize,
+    /// Its models.
+    pub models: Vec<Foreseen>,
+}
+
+/// What measurements would leave of the prior of a model, to first order at the centre of the prior.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Foreseen {
+    /// The candidates in question, joined by ` + `.
+    pub id: String,
+    /// Each parameter with its standard deviation after the measurements, relative to that of the prior.
+    pub widths: Vec<(String, f64)>,
+    /// Combinations that keep more than 0.9 of the width of the prior: in words, and that share.
+    pub unidentified: Vec<(String, f64)>,
+    /// Operating points at which the model, at the centre of its priors, has no mode to start from.
+    pub lost: Vec<String>,
+}
+
+/// The information of a stage about parameters, by name: J' C^-1 J in prior standard deviations.
+#[derive(Clone, Default)]
+struct Information {
+    names: Vec<String>,
+    matrix: Matrix,
+}
+
+/// What each stage would tell, at the noise `sd` of growth rate (1/s), angular frequency (rad/s) and each part of a relative pressure at
+/// every point. Stages stand on the first row of those before them. `ambient` (K) is where no temperature is known.
+///
+/// The posterior width of a Gaussian with the prior's scale S, the Jacobian J at the centre and the noise C is that of
+/// (1 + S J' C^-1 J S)^-1, by whose eigenvectors the parameters are told apart.
+///
+/// # Errors
+/// Those of the files and of the models.
+pub fn foresight(
+    study: &Study,
+    observations: Option<&Observations>,
+    sd: [f64; 3],
+    ambient: f64,
+) -> Result<Vec<StageForesight>, EngineError> {
+    let known = match observations {
+        Some(observations) => ambient_of_all(study, observations),
+        None => study.campaign.points.iter().map(|p| p.ambient).collect(),
+    };
+    let known: Vec<Option<[f64; 2]>> = known.into_iter().map(|t| t.or(Some([ambient, 0.0]))).collect();
+    // What is inferred from readings is not there yet: the gas is then as if nothing heated it.
+    let states = if observations.is_some() { states(study, &known)? } else { BTreeMap::new() };
+    let mut done: BTreeMap<String, (Choice, Information)> = BTreeMap::new();
+    let mut all = Vec::new();
+    for stage in &study.plan.stages {
+        let meant = study.campaign.points.iter().enumerate();
+        let meant = meant.filter(|(_, p)| stage.points.holds(&study.campaign, p));
+        let points: Vec<Conditions> = meant
+            .take(stage.points.first.unwrap_or(usize::MAX))
+            .map(|(k, p)| conditions(study, p, states.get(&k), known[k]))
+            .collect::<Result<_, _>>()?;
+        if points.is_empty() {
+            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+        }
+        let rows = rows_of(study, stage, &|id| done.get(id).map(|(choice, _)| choice.clone()));
+        let before: Vec<&Information> = stage.on.iter().filter_map(|id| Some(&done.get(id)?.1)).collect();
+        let one = |row: &Row| foreseen(study, stage, row, &points, &before, sd);
+        let found = rows.par_iter().map(one).collect::<Result<Vec<_>, EngineError>>()?;
+        let (models, information): (Vec<Foreseen>, Vec<Information>) = found.into_iter().unzip();
+        if let (Some(row), Some(first)) = (rows.into_iter().next(), information.into_iter().next()) {
+            done.insert(stage.id.clone(), (row.choice, first));
+        }
+        let (id, title) = (stage.id.clone(), stage.title.clone());
+        all.push(StageForesight { id, title, points: points.len(), models });
+    }
+    Ok(all)
+}
+
+fn foreseen(
+    study: &Study,
+    stage: &Stage,
+    row: &Row,
+    points: &[Conditions],
+    before: &[&Information],
+    sd: [f64; 3],
+) -> Result<(Foreseen, Information), EngineError> {
+    let assembly = assembly_of(study, &row.choice, &stage.hold)?;
+    let list = assembly.parameters();
+    let (own, lost) = information(&assembly, points, sd)?;
+    let n = list.len();
+    let mut total = own;
+    for known in before {
+        let place = |i: usize| known.names.iter().position(|name| *name == list[i].name);
+        let add = |i: usize, j: usize| match (place(i), place(j)) {
+            (Some(a), Some(b)) => known.matrix[(a, b)],
+            _ => 0.0,
+        };
+        total = Matrix::from_fn(n, n, |i, j| total[(i, j)] + add(i, j));
+    }
+    let (values, vectors) = symmetric_eigen(&total)?;
+    let left = |k: usize| 1.0 / (1.0 + values[k].max(0.0));
+    let width = |i: usize| (0..n).map(|k| vectors[(i, k)].powi(2) * left(k)).sum::<f64>().sqrt();
+    let in_words = |k: usize| {
+        let mut parts: Vec<(f64, &str)> = (0..n).map(|i| (vectors[(i, k)], list[i].name.as_str())).collect();
+        parts.retain(|(share, _)| share.abs() > MINOR);
+        parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+        match &parts[..] {
+            [(_, only)] => (*only).to_owned(),
+            several => several
+                .iter()
+                .map(|(share, name)| format!("{share:+.2} {name}"))
+                .collect::<Vec<_>>()
+                .join(" "),
+        }
+    };
+    let unidentified = (0..n).map(|k| (k, left(k).sqrt())).filter(|(_, share)| *share > UNIDENTIFIED);
+    let found = Foreseen {
+        id: row.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + "),
+        widths: (0..n).map(|i| (list[i].name.clone(), width(i))).collect(),
+        unidentified: unidentified.map(|(k, share)| (in_words(k), share)).collect(),
+        lost,
+    };
+    Ok((found, Information { names: list.iter().map(|p| p.name.clone()).collect(), matrix: total }))
+}
+
+/// The information of the points about the free parameters at the centre of their priors, and the points without a mode there.
+fn information(
+    assembly: &Assembly,
+    points: &[Conditions],
+    sd: [f64; 3],
+) -> Result<(Matrix, Vec<String>), EngineError> {
+    let parameters = Parameters::new(assembly.parameters().to_vec())?;
+    let centre = parameters.physical(&parameters.centre());
+    let n = centre.len();
+    // Width of each prior in the units of its parameter.
+    let scale: Vec<f64> = assembly
+        .parameters()
+        .iter()
+        .map(|p| 0.5 * (p.prior.quantile(0.841_344_746) - p.prior.quantile(0.158_655_254)))
+        .collect();
+    let microphones: Vec<usize> = (0..assembly.rig.microphones.at.len()).collect();
+    let one = |c: &Conditions| -> Result<Option<Matrix>, EngineError> {
+        let model = PointModel::new(assembly, c, &microphones)?;
+        let Ok(found) = model.respond(&centre, Order::First, &mut Workspace::default()) else {
+            return Ok(None);
+        };
+        let slopes: Vec<Vec<f64>> = (0..n).map(|k| model.slope(&found, k)).collect();
+        let rows = slopes.first().map_or(0, Vec::len);
+        Ok(Some(Matrix::from_fn(n, n, |i, j| {
+            (0..rows).map(|r| slopes[i][r] * slopes[j][r] / sd[r.min(2)].powi(2)).sum::<f64>()
+                * scale[i]
+                * scale[j]
+        })))
+    };
+    let found = points.par_iter().map(one).collect::<Result<Vec<_>, EngineError>>()?;
+    let mut total = Matrix::zeros(n, n);
+    let mut lost = Vec::new();
+    for (information, c) in found.into_iter().zip(points) {
+        match information {
+            Some(m) => total = Matrix::from_fn(n, n, |i, j| total[(i, j)] + m[(i, j)]),
+            None => lost.push(c.id.clone()),
+        }
+    }
+    Ok((total, lost))
+}

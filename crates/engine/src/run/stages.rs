@@ -1,0 +1,169 @@
+//! Candidates that compete on the same points; stages that stand on each other.
+
+use super::earlier::Earlier;
+use super::inputs::{ambient_of_all, observed, selected, states};
+use super::record::{MeasuredRecord, ModelRecord, StageRecord};
+use super::rows::{Choice, Row};
+use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
+use rayon::prelude::*;
+use rijke_inference::RefereeKind;
+use rijke_rig::ChannelErrors;
+use rijke_study::{BaseState, Observations, Rig, Study};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+/// How far an evidence is trusted or checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Trusted {
+    /// Laplace's method alone.
+    #[default]
+    Laplace,
+    /// Other starts, importance sampling and doubled priors as well: some hundred calls of the model.
+    Checked,
+    /// A referee too, to a statistical error in nats.
+    Refereed(RefereeKind, f64),
+}
+
+/// Rows within so many nats of the best are searched for other maxima and checked. A start that misses the main maximum has been seen to
+/// cost 59 nats.
+const CONTENDS: f64 = 150.0;
+
+/// A trained model and its training, kept for the stages that stand on it.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// The model.
+    pub assembly: Arc<Assembly>,
+    /// What training found.
+    pub trained: Arc<Trained>,
+    /// The observations that trained, as they were heard through the channels that earlier stages found.
+    pub observed: Arc<Vec<Observed>>,
+    /// What earlier stages knew of it.
+    pub(super) known: Arc<Vec<Knowledge>>,
+    /// The misfit, what was measured included.
+    pub(super) misfit: [f64; 3],
+}
+
+/// A stage that has run.
+pub(super) struct Done {
+    /// The model that goes on: its candidates, and what training found.
+    pub(super) choice: Choice,
+    pub(super) chosen: Chosen,
+    /// Every row of the table that could be fitted.
+    pub(super) rows: Vec<(ModelRecord, Chosen)>,
+}
+
+/// A study with its observations, and what has been trained of it so far.
+pub struct Run {
+    /// The study.
+    pub study: Study,
+    pub(super) rig: Arc<Rig>,
+    pub(super) observed: Vec<Observed>,
+    pub(super) channels: Option<ChannelErrors>,
+    pub(super) trusted: Trusted,
+    pub(super) done: Vec<Done>,
+    /// States of the gas that were inferred, by the place of their point, and what is known of the temperature at each.
+    pub(super) states: BTreeMap<usize, BaseState>,
+    pub(super) ambient: Vec<Option<[f64; 2]>>,
+    /// Models trained with what enters predictions but not the comparison, by stage.
+    pub(super) predicting: Mutex<BTreeMap<String, Arc<Trained>>>,
+}
+
+impl Run {
+    /// Reads what a study needs before its first stage.
+    ///
+    /// # Errors
+    /// Those of the files; an operating point without temperature or frequency.
+    pub fn new(study: Study, observations: &Observations, trusted: Trusted) -> Result<Self, EngineError> {
+        let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
+        let ambient = ambient_of_all(&study, observations);
+        let states = states(&study, &ambient)?;
+        let observed = observed(&study, observations, &states, &ambient)?;
+        Ok(Self {
+            study,
+            rig,
+            observed,
+            channels,
+            trusted,
+            done: Vec::new(),
+            states,
+            ambient,
+            predicting: Mutex::default(),
+        })
+    }
+
+    /// What the stage called `id` chose, once it has run.
+    #[must_use]
+    pub fn chosen(&self, id: &str) -> Option<&Chosen> {
+        self.stage_done(id).map(|done| &done.chosen)
+    }
+
+    pub(super) fn stage_done(&self, id: &str) -> Option<&Done> {
+        let (k, _) = self.study.plan.stage(id)?;
+        self.done.get(k)
+    }
+
+    /// Runs the next stage; none after the last.
+    ///
+    /// # Errors
+    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], and models that cannot be assembled. One that cannot be fitted is a row
+    /// without evidence.
+    pub fn next_stage(&mut self) -> Result<Option<StageRecord>, EngineError> {
+        let Some(stage) = self.study.plan.stages.get(self.done.len()).cloned() else { return Ok(None) };
+        let points = selected(&self.study, &self.observed, &stage.points);
+        if points.is_empty() {
+            return Err(EngineError::NoPoint { stage: stage.id });
+        }
+        let rows = self.rows(&stage);
+        let mut earlier = Earlier::new(self);
+        let known: Vec<_> = rows
+            .iter()
+            .map(|row| earlier.of(&stage, &row.choice, &points))
+            .collect::<Result<_, EngineError>>()?;
+        let mut results: Vec<(ModelRecord, Option<Chosen>)> = rows
+            .par_iter()
+            .zip(&known)
+            .map(|(row, known)| self.row(&stage, row, known.clone(), Trusted::Laplace))
+            .collect::<Result<_, _>>()?;
+        let total = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
+        let best_of = |results: &[(ModelRecord, Option<Chosen>)]| {
+            results.iter().map(|(m, _)| total(m)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        if self.trusted != Trusted::Laplace {
+            let best = best_of(&results);
+            results = results
+                .into_par_iter()
+                .zip(rows.par_iter().zip(&known))
+                .map(|((mut model, chosen), (row, known))| {
+                    if total(&model) >= best - CONTENDS || chosen.is_none() {
+                        return self.row(&stage, row, known.clone(), self.trusted);
+                    }
+                    let said = format!("too far behind to be checked for other maxima ({CONTENDS} nats)");
+                    model.remark = Some(model.remark.map_or(said.clone(), |r| format!("{r}; {said}")));
+                    Ok((model, chosen))
+                })
+                .collect::<Result<_, EngineError>>()?;
+        }
+        let best = best_of(&results);
+        let first = |lead: f64| results.iter().position(|(m, c)| c.is_some() && total(m) >= best - lead);
+        let (Some(winner), Some(next)) = (first(0.0), first(stage.decides)) else {
+            let remark = results.iter().find_map(|(m, _)| m.remark.clone()).unwrap_or_default();
+            return Err(EngineError::NoWinner { stage: stage.id, remark });
+        };
+        let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());
+        let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
+        let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
+        if let Some(goes_on) = results[next].1.clone() {
+            let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
+            self.done.push(Done { choice, chosen: goes_on, rows });
+        }
+        Ok(Some(StageRecord {
+            id: stage.id,
+            title: stage.title,
+            measured: points.iter().map(MeasuredRecord::of).collect(),
+            models,
+            winner,
+            chosen,
+            decides: stage.decides,
+        }))
+    }
+}

@@ -1,0 +1,91 @@
+//! A trained model on disk: everything that a prediction needs. One posterior for figures, `predict` and `modes`.
+
+use crate::errors::Common;
+use crate::{EngineError, Trained};
+use rijke_inference::NoiseEstimate;
+use rijke_numerics::Matrix;
+use rijke_study::Cause;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What training leaves: a joint Gaussian of parameters and shared errors, and the misfit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SavedModel {
+    /// The stage that trained it.
+    pub stage: String,
+    /// Role and candidate.
+    pub candidates: BTreeMap<String, String>,
+    /// Parameters that are held.
+    pub hold: BTreeMap<String, f64>,
+    /// The operating points that trained.
+    pub trained_on: Vec<String>,
+    /// Names of the parameters, the model's first.
+    names: Vec<String>,
+    /// How many of them are the model's.
+    own: usize,
+    mean: Vec<f64>,
+    covariance: Vec<Vec<f64>>,
+    noise: Vec<(String, f64)>,
+    /// Causes of errors that all installations share, and for each its shares in the directions that are parameters.
+    causes: Vec<(Cause, Vec<f64>)>,
+    /// The relative error of a law that enters predictions.
+    pub law: Option<crate::LawError>,
+}
+
+impl SavedModel {
+    /// Keeps what a training found.
+    #[must_use]
+    pub fn of(
+        stage: &str,
+        candidates: BTreeMap<String, String>,
+        hold: BTreeMap<String, f64>,
+        trained_on: Vec<String>,
+        trained: &Trained,
+        law: Option<crate::LawError>,
+    ) -> Self {
+        let n = trained.values.len();
+        Self {
+            stage: stage.to_owned(),
+            candidates,
+            hold,
+            trained_on,
+            names: trained.parameters.iter().map(|p| p.name.clone()).collect(),
+            own: trained.own,
+            mean: trained.values.clone(),
+            covariance: (0..n).map(|i| (0..n).map(|j| trained.covariance[(i, j)]).collect()).collect(),
+            noise: trained.noise.iter().map(|e| (e.name.clone(), e.sd)).collect(),
+            causes: trained.common.as_ref().map(Common::causes_and_shares).unwrap_or_default(),
+            law,
+        }
+    }
+
+    /// As it was before it was kept, as far as predictions need it.
+    ///
+    /// # Errors
+    /// [`EngineError::Damaged`] if its lists do not fit together.
+    pub fn posterior(&self) -> Result<crate::Posterior, EngineError> {
+        let n = self.names.len();
+        let whole = self.mean.len() == n
+            && self.own <= n
+            && self.covariance.len() == n
+            && self.covariance.iter().all(|row| row.len() == n)
+            && self.causes.windows(2).all(|w| w[0].1.len() == w[1].1.len())
+            && self.mean.iter().chain(self.covariance.iter().flatten()).all(|v| v.is_finite());
+        if !whole {
+            return Err(EngineError::Damaged { stage: self.stage.clone() });
+        }
+        let knowledge = crate::Knowledge {
+            names: self.names.clone(),
+            mean: self.mean.clone(),
+            covariance: Matrix::from_fn(n, n, |i, j| self.covariance[i][j]),
+        };
+        let noise = |(name, sd): &(String, f64)| NoiseEstimate {
+            name: name.clone(),
+            unit: String::new(),
+            sd: *sd,
+            floats: false,
+        };
+        let common = (!self.causes.is_empty()).then(|| Common::of_shares(&self.causes));
+        Ok(crate::Posterior { knowledge, common, noise: self.noise.iter().map(noise).collect() })
+    }
+}
