@@ -3,7 +3,7 @@
 use crate::EngineError;
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::{C64, Jet, JetSpace};
-use rijke_study::{Candidate, Coefficient, Effect, Rig};
+use rijke_study::{Candidate, Coefficient, Effect, MeanFlow, Rig};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -104,6 +104,12 @@ impl Assembly {
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.free
+    }
+
+    /// The mean flow of which the waves are, if a candidate says so.
+    #[must_use]
+    pub fn mean_flow(&self) -> Option<MeanFlow> {
+        self.candidates.iter().find_map(|c| c.mean_flow)
     }
 
     /// The candidates; the first is what the file of the rig itself says, where it says anything.

@@ -19,6 +19,7 @@ mod prediction;
 mod predictor;
 pub mod run;
 mod saved;
+mod spectrum;
 mod training;
 
 pub use assembly::Assembly;
@@ -30,4 +31,5 @@ pub use point::PointModel;
 pub use prediction::{PointPrediction, Posterior};
 pub use predictor::Predictor;
 pub use saved::SavedModel;
+pub use spectrum::{ModeDetails, Spectrum};
 pub use training::{Knowledge, Trained, Training, train};

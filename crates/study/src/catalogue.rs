@@ -1,6 +1,6 @@
 //! Candidates read from TOML.
 
-use crate::law::{Candidate, Coefficient, Effect};
+use crate::law::{Candidate, Coefficient, Effect, MeanFlow};
 use crate::rig::{Place, Rig};
 use crate::source::{Outcome, Source, listed};
 use crate::{Problem, StudyError};
@@ -37,6 +37,8 @@ struct Spec {
     note: String,
     /// The candidate of another role whose place it takes.
     extends: Option<String>,
+    /// Whether waves are those of a mean flow.
+    mean_flow: Option<MeanFlow>,
     #[serde(default)]
     parameters: Parameters,
     /// Named subexpressions.
@@ -162,7 +164,7 @@ fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
         effects.extend(read_effect(effect, rig, &names, &definitions, &mut used)?);
     }
     let id = spec.id.get_ref().clone();
-    if effects.is_empty() {
+    if effects.is_empty() && spec.mean_flow.is_none() {
         let need = "add a [[candidate.effect]] with acts_at and one of mu, mp, eu, ep, reflection";
         return Err((spec.id.span(), Problem::Empty { what: "effect", need }));
     }
@@ -179,6 +181,7 @@ fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
         }
     }
     Ok(Candidate {
+        mean_flow: spec.mean_flow,
         id,
         role: spec.role,
         name: spec.name,

@@ -28,6 +28,18 @@ pub struct Candidate {
     pub parameters: Vec<Parameter>,
     /// What it does.
     pub effects: Vec<Effect>,
+    /// The mean flow of which its waves are; none for waves of a gas at rest.
+    pub mean_flow: Option<MeanFlow>,
+}
+
+/// Waves in a gas that flows: convection, and the balances of mass, momentum and energy across every jump of area and temperature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeanFlow {
+    /// With entropy waves, which the flow carries without loss.
+    Full,
+    /// With entropy waves that are lost in every duct, as in slow flows.
+    WithoutEntropy,
 }
 
 /// One law that acts on one coefficient at one kind of place.

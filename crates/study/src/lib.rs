@@ -30,7 +30,7 @@ pub use claims::{Claims, Quantity, Statement, Take};
 pub use error::{Problem, StudyError};
 pub use folder::Study;
 pub use heated::{Reading, heated_states, read_readings};
-pub use law::{Candidate, Coefficient, Effect};
+pub use law::{Candidate, Coefficient, Effect, MeanFlow};
 pub use modes::{Observations, ObservedMode, hertz, read_modes};
 pub use rig::{Duct, DuctAt, GasModel, Instruments, Layout, Part, PartAt, Place, Rig, Shape, Value};
 pub use states::{ErrorRecord, StateRecord, StatesFile, read_states};

@@ -2,6 +2,8 @@
 
 use super::advice::{CHANGES, Change};
 use crate::failure::{Classify, Failure};
+use rijke_engine::run::modes_at;
+use rijke_engine::{SavedModel, Spectrum};
 use rijke_network::file::{Built, OscilosTexts, read, read_oscilos};
 use rijke_network::flow_chain::FlowChain;
 use rijke_network::{
@@ -34,6 +36,8 @@ enum Chain {
     Rest(Box<Built>),
     /// With the names of what acts at places.
     Flow(Box<FlowChain>, Vec<(usize, String)>),
+    /// A model of a study at an operating point.
+    Point(Box<Spectrum>),
 }
 
 /// One mode as printed. Shares of the growth rate are half the power over the energy of the mode; they add up to it.
@@ -114,6 +118,48 @@ impl Case {
         Ok(Self { path, title: None, region, passive: false, warnings, devices, chain, remedy })
     }
 
+    /// A point of a study, by the model of a stage if it was ranked.
+    pub(super) fn point(
+        dir: &Path,
+        id: &str,
+        stage: Option<&str>,
+        limits: [Option<f64>; 2],
+    ) -> Result<Self, Failure> {
+        let study = crate::study::open(dir)?;
+        let there = dir.join("observations").is_dir();
+        let observed = there.then(|| crate::study::observations(&study)).transpose()?;
+        let last = study.plan.stages.last().map(|s| s.id.as_str()).unwrap_or_default();
+        let name = stage.unwrap_or(last);
+        if study.plan.stage(name).is_none() {
+            return Err(crate::rank::no_stage(name, &study.plan, dir));
+        }
+        let ranked = dir.join("results/models").join(format!("{name}.json")).is_file();
+        let model: Option<SavedModel> =
+            (ranked || stage.is_some()).then(|| crate::rank::kept(dir, "models", name)).transpose()?;
+        let Some((k, _)) = study.campaign.point(id) else {
+            let some: Vec<&str> = study.campaign.points.iter().take(8).map(|p| p.id.as_str()).collect();
+            return Err(Failure::bad_input(format!("there is no operating point called `{id}`"))
+                .at(&dir.join("campaign.csv"))
+                .remedy(format!("Give one of its names: {} ...", some.join(", "))));
+        };
+        let (region, spectrum, devices) = modes_at(&study, observed.as_ref(), model.as_ref(), k, limits)
+            .map_err(|e| crate::study::of_the_engine(&e, dir))?;
+        let by = match &model {
+            Some(model) => model.candidates.values().cloned().collect::<Vec<_>>().join(", "),
+            None => "the first candidates, at the centre of their priors".to_owned(),
+        };
+        Ok(Self {
+            path: dir.to_owned(),
+            title: Some(format!("{} at {id}, by {by}", study.plan.name)),
+            region,
+            passive: false,
+            warnings: Vec::new(),
+            devices,
+            chain: Chain::Point(Box::new(spectrum)),
+            remedy: "Change the region with [search] of rig.toml, --min-hz or --max-hz.",
+        })
+    }
+
     fn bad<T>(&self, outcome: Result<T, NetworkError>) -> Result<T, Failure> {
         outcome.or_bad_input().map_err(|failure| failure.at(&self.path).remedy(self.remedy))
     }
@@ -122,6 +168,7 @@ impl Case {
         self.bad(match &self.chain {
             Chain::Rest(built) => built.network.modes(&built.laws, &self.region, &mut Workspace::default()),
             Chain::Flow(chain, _) => chain.modes(&self.region),
+            Chain::Point(spectrum) => Ok(spectrum.modes.clone()),
         })
     }
 
@@ -130,6 +177,7 @@ impl Case {
         let poles = self.bad(match &self.chain {
             Chain::Rest(built) => built.network.poles(&built.laws, &self.region),
             Chain::Flow(chain, _) => chain.poles(&self.region),
+            Chain::Point(spectrum) => Ok(spectrum.poles.iter().map(|s| (*s, 1)).collect()),
         })?;
         let inside = poles.into_iter().map(|p| p.0).filter(|s| self.region.contains(*s));
         Ok(inside.map(|s| [s.re, s.im / (2.0 * PI)]).collect())
@@ -176,6 +224,17 @@ impl Case {
                 }
                 line.add("mean flow", 0.5 * budget.mean_flow);
             }
+            Chain::Point(spectrum) => {
+                if let Some(found) = spectrum.of(mode) {
+                    let b = &found.balance;
+                    line.condition = found.condition;
+                    line.set([b.upstream, b.downstream, b.viscous, b.thermal]);
+                    found.laws.iter().for_each(|(name, share)| line.add(name, *share));
+                    if b.mean_flow != 0.0 {
+                        line.add("mean flow", 0.5 * b.mean_flow);
+                    }
+                }
+            }
         }
         Ok(line)
     }
@@ -192,6 +251,7 @@ impl Case {
                 built.network.along(&built.laws, &root, samples, &mut Workspace::default())
             }
             Chain::Flow(chain, _) => chain.along(&root, samples(chain.ducts().len())),
+            Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Vec::new, |m| m.stations.clone())),
         }
         .or_failed()?;
         Ok(curves_of(mode.s, &stations))

@@ -14,15 +14,23 @@ use std::path::PathBuf;
 /// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour integral, with
 /// its residual, its condition number and where its energy goes.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700\n  \
-                  rijke modes fixtures/networks/rijke-tube.toml --sensitivity --plot modes.svg --along along.csv")]
+#[command(
+    after_help = "Examples:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700\n  rijke modes examples/quarter-wave --point cold-08\n  \
+                  rijke modes fixtures/networks/rijke-tube.toml --sensitivity --plot modes.svg --along along.csv"
+)]
 pub(crate) struct Args {
-    /// Network file (TOML).
+    /// Network file (TOML), or with --point the folder of a study.
     #[arg(value_name = "FILE", required_unless_present = "oscilos", conflicts_with = "oscilos")]
     file: Option<PathBuf>,
     /// Folder of OSCILOS_lite text inputs (Geometry.txt and so on), or one that holds them in Inputs.
     #[arg(long, value_name = "DIR")]
     oscilos: Option<PathBuf>,
+    /// An operating point of a study: its modes by the model that was ranked, else by the first candidates at the centre of their priors.
+    #[arg(long, value_name = "ID", conflicts_with = "oscilos")]
+    point: Option<String>,
+    /// The stage whose model is taken [default: the last].
+    #[arg(long, value_name = "STAGE", requires = "point")]
+    stage: Option<String>,
     /// Lowest frequency, Hz [default: the file's].
     #[arg(long, value_name = "F", value_parser = number::not_negative)]
     min_hz: Option<f64>,
@@ -56,6 +64,12 @@ enum Format {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let mut case = match (&args.oscilos, &args.file) {
         (Some(folder), _) => Case::oscilos(folder)?,
+        (None, Some(dir)) if args.point.is_some() => {
+            let id = args.point.as_deref().unwrap_or_default();
+            // The file of a study's rig names its folder too.
+            let dir = if dir.is_file() { dir.parent().unwrap_or(dir) } else { dir };
+            Case::point(dir, id, args.stage.as_deref(), [args.min_hz, args.max_hz])?
+        }
         (None, Some(file)) => Case::file(file)?,
         (None, None) => return Err(Failure::bad_input("no network file is named")),
     };

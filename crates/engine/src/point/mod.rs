@@ -9,8 +9,10 @@ use crate::assembly::Assembly;
 use crate::conditions::Conditions;
 use fill::Filled;
 use rijke_formula::Formula;
-use rijke_network::{Network, NetworkError, Newton, Places, Response, Root, Workspace};
+use rijke_network::flow_chain::FlowChain;
+use rijke_network::{Chain, Network, NetworkError, Newton, Places, Response, Root, Workspace};
 use rijke_numerics::{C64, Jet, Order};
+use rijke_study::MeanFlow;
 
 /// A network for one operating point, and the laws that fill its coefficients.
 #[derive(Clone, Debug)]
@@ -18,6 +20,8 @@ pub struct PointModel<'a> {
     pub(crate) assembly: &'a Assembly,
     id: String,
     network: Network,
+    /// The same ducts and laws in the mean flow, if the model has one and the gas flows here.
+    flowing: Option<FlowChain>,
     laws: Vec<LawAt>,
     /// For each law, one for its surroundings alone, if it has been prepared.
     prepared: Vec<Formula>,
@@ -72,6 +76,7 @@ impl<'a> PointModel<'a> {
             assembly,
             id: conditions.id.clone(),
             network,
+            flowing: None,
             laws: Vec::new(),
             prepared: Vec::new(),
             surroundings: Vec::new(),
@@ -83,6 +88,7 @@ impl<'a> PointModel<'a> {
         model.attach(conditions, &stretches).map_err(fail)?;
         model.complete_walls();
         model.forget_unused();
+        model.flowing = model.in_flow(conditions, &stretches).map_err(fail)?;
         Ok(model)
     }
 
@@ -106,10 +112,30 @@ impl<'a> PointModel<'a> {
         &self.id
     }
 
-    /// The network, for those who want more than s and pressures.
-    #[must_use]
-    pub fn network(&self) -> &Network {
-        &self.network
+    /// The chain that is solved.
+    pub(crate) fn chain(&self) -> &dyn Chain {
+        match &self.flowing {
+            Some(flowing) => flowing,
+            None => &self.network,
+        }
+    }
+
+    /// The network in the mean flow of the base state; none for a model of gas at rest, or where nothing flows.
+    fn in_flow(
+        &self,
+        conditions: &Conditions,
+        pieces: &[cuts::Piece],
+    ) -> Result<Option<FlowChain>, NetworkError> {
+        let (Some(kind), Some(first)) = (self.assembly.mean_flow(), pieces.first()) else { return Ok(None) };
+        let velocity = conditions.base.mass_flow / (first.segment.density * first.segment.area);
+        if velocity <= 0.0 {
+            return Ok(None);
+        }
+        let chain = FlowChain::of(&self.network, first.gas.gamma, velocity)?;
+        Ok(Some(match kind {
+            MeanFlow::Full => chain,
+            MeanFlow::WithoutEntropy => chain.without_entropy_waves(),
+        }))
     }
 
     /// The eigenvalue and the relative pressures with their derivatives in the free parameters.
@@ -123,23 +149,11 @@ impl<'a> PointModel<'a> {
         work: &mut Workspace,
     ) -> Result<Response, EngineError> {
         let (filled, root) = self.solve(values, work)?;
-        let found = self.network.respond(&filled, &root, &self.places, order, work);
+        let found = self.chain().respond(&filled, &root, &self.places, order, work);
         found.map_err(|source| self.no_answer(source))
     }
 
-    /// All modes of the rig's search region, at these values of the free parameters.
-    ///
-    /// # Errors
-    /// [`EngineError::Count`], or [`EngineError::Network`] if the search fails.
-    pub fn modes(&self, values: &[f64], work: &mut Workspace) -> Result<Vec<C64>, EngineError> {
-        let filled = self.filled(values)?;
-        let [sigma, hertz] = self.assembly.rig.search;
-        let region = rijke_network::Region { sigma, omega: hertz.map(|f| 2.0 * std::f64::consts::PI * f) };
-        let found = self.network.modes(&filled, &region, work).map_err(|source| self.no_answer(source))?;
-        Ok(found.modes.iter().map(|mode| mode.s).collect())
-    }
-
-    fn filled<'m>(&'m self, values: &'m [f64]) -> Result<Filled<'m>, EngineError> {
+    pub(crate) fn filled<'m>(&'m self, values: &'m [f64]) -> Result<Filled<'m>, EngineError> {
         let expected = self.assembly.parameters().len();
         if values.len() != expected {
             return Err(EngineError::Count { expected, found: values.len() });
@@ -154,11 +168,11 @@ impl<'a> PointModel<'a> {
     ) -> Result<(Filled<'m>, Root), EngineError> {
         let filled = self.filled(values)?;
         let settings = Newton { tolerance: EIGENVALUE_TOLERANCE, ..Newton::default() };
-        let root = self.network.solve(&filled, self.guess, &settings, work);
+        let root = self.chain().solve(&filled, self.guess, &settings, work);
         root.map(|root| (filled, root)).map_err(|source| self.no_answer(source))
     }
 
-    fn no_answer(&self, source: NetworkError) -> EngineError {
+    pub(crate) fn no_answer(&self, source: NetworkError) -> EngineError {
         EngineError::Network { point: self.id.clone(), source }
     }
 

@@ -1,10 +1,11 @@
 //! Predictions of a saved model at any values of the factors, measured or not.
 
 use super::inputs::{ambient_of_all, conditions, states};
-use super::rows::assembly_of;
-use crate::{Conditions, EngineError, Misfit, PointPrediction, SavedModel};
+use super::rows::{Choice, assembly_of, rows_of};
+use crate::{Conditions, EngineError, Misfit, PointModel, PointPrediction, SavedModel, Spectrum};
 use rayon::prelude::*;
-use rijke_inference::normal_cdf;
+use rijke_inference::{Parameter, normal_cdf};
+use rijke_network::Region;
 use rijke_study::plan::Base;
 use rijke_study::{Observations, Point, Study};
 use serde::Serialize;
@@ -79,6 +80,62 @@ pub fn with_points(
         places.push(place);
     }
     Ok((study, places))
+}
+
+/// Every mode of a model at a point of the campaign: of the saved one at its mean, else of the first row of the last stage at the centre of
+/// its priors. Also the places of devices, m.
+///
+/// # Errors
+/// [`EngineError::NoState`], and those of the model.
+pub fn modes_at(
+    study: &Study,
+    observations: Option<&Observations>,
+    model: Option<&SavedModel>,
+    point: usize,
+    limits_hz: [Option<f64>; 2],
+) -> Result<(Region, Spectrum, Vec<f64>), EngineError> {
+    let point_of = &study.campaign.points[point];
+    let mut ambient = match observations {
+        Some(observations) => ambient_of_all(study, observations),
+        None => study.campaign.points.iter().map(|p| p.ambient).collect(),
+    };
+    ambient.iter_mut().for_each(|t| *t = t.or(Some([study.rig.temperature, 0.0])));
+    let states = if observations.is_some() { states(study, &ambient)? } else { BTreeMap::new() };
+    let conditions = conditions(study, point_of, states.get(&point), ambient[point])?;
+    let (assembly, values) = match model {
+        Some(model) => {
+            let assembly = assembly_of(study, &model.candidates, &model.hold)?;
+            let known = model.posterior()?.knowledge;
+            let value = |p: &Parameter| {
+                known.names.iter().position(|n| *n == p.name).map_or(f64::NAN, |k| known.mean[k])
+            };
+            let values: Vec<f64> = assembly.parameters().iter().map(value).collect();
+            (assembly, values)
+        }
+        None => {
+            let mut done: BTreeMap<String, Choice> = BTreeMap::new();
+            for stage in &study.plan.stages {
+                let rows = rows_of(study, stage, &|id| done.get(id).cloned());
+                if let Some(row) = rows.into_iter().next() {
+                    done.insert(stage.id.clone(), row.choice);
+                }
+            }
+            let last = study.plan.stages.iter().rev().find_map(|s| Some((s, done.get(&s.id)?)));
+            let (stage, choice) =
+                last.ok_or_else(|| EngineError::NoPoint { stage: study.plan.name.clone() })?;
+            let assembly = assembly_of(study, choice, &stage.hold)?;
+            let values = assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
+            (assembly, values)
+        }
+    };
+    let (region, spectrum) = PointModel::new(&assembly, &conditions, &[])?.spectrum(&values, limits_hz)?;
+    let effects = assembly.candidates().iter().flat_map(|c| &c.effects);
+    let places = effects.filter(|e| !e.place.is_along() && !e.place.is_end());
+    let mut devices: Vec<f64> =
+        places.flat_map(|e| conditions.layout.places(&e.place)).map(|(x, _)| x).collect();
+    devices.sort_by(f64::total_cmp);
+    devices.dedup();
+    Ok((region, spectrum, devices))
 }
 
 /// What the saved model says of points of the campaign, by their places.

@@ -36,18 +36,22 @@ impl<'a> Earlier<'a> {
         choice: &Choice,
         points: &[Observed],
     ) -> Result<StandsOn, EngineError> {
-        let keys: Vec<Key> = stage.on.iter().map(|id| self.key(id, choice)).collect::<Result<_, _>>()?;
+        let on = stage.on.iter().map(|id| self.key(id, choice));
+        // Channels are those that the stage found with the model that it chose, whatever the model here.
+        let heard = stage.heard_through.iter().map(|id| self.key(id, &Choice::new()));
+        let keys: Vec<Key> = on.chain(heard).collect::<Result<_, _>>()?;
         if let Some(ready) = self.ready.get(&keys) {
             return Ok(ready.clone());
         }
         let trained: Vec<Chosen> = keys.iter().map(|key| self.trained(key)).collect::<Result<_, _>>()?;
-        let known: Vec<Knowledge> = trained.iter().map(|c| c.trained.knowledge()).collect();
+        let mut known: Vec<Knowledge> = trained.iter().map(|c| c.trained.knowledge()).collect();
         let mut points = points.to_vec();
         if !stage.channels {
             for known in &known {
                 points = points.iter().map(|o| known.without_channels(&self.run.rig, o)).collect();
             }
         }
+        known.truncate(stage.on.len());
         let ready = StandsOn { known: Arc::new(known), points: Arc::new(points) };
         self.ready.insert(keys, ready.clone());
         Ok(ready)

@@ -14,7 +14,7 @@ mod rows;
 mod stages;
 
 pub use answers::{Answer, AnswerPanel, Layer, Look};
-pub use asked::{Forecast, forecast, with_points};
+pub use asked::{Forecast, forecast, modes_at, with_points};
 pub use claims::{Verdict, agreement, models, verdicts};
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use frame::{Column, Frame, FrameRow};

@@ -7,7 +7,10 @@ use rijke_rig::DataKind;
 const SIZE: [f64; 2] = [520.0, 360.0];
 
 /// Steps of an ellipse.
-const ELLIPSE: usize = 72;
+const ELLIPSE: usize = 48;
+
+/// Of more ellipses than these the inner one is drawn alone.
+const FEW: usize = 8;
 
 /// The figure of an answer; none where there is nothing to draw.
 pub(super) fn of(kind: Option<DataKind>, answer: &Answer) -> Option<Figure> {
@@ -44,11 +47,7 @@ impl Colours {
                 }
             }
         }
-        // Series of one factor stand in the order of its values.
-        let value = |name: &String| {
-            let (_, value) = name.split_once(" = ")?;
-            value.split(' ').next()?.parse::<f64>().ok()
-        };
+        // Series of one factor, and numbers of microphones, stand in the order of their values.
         if names.iter().all(|n| value(n).is_some()) {
             names.sort_by(|a, b| value(a).unwrap_or(0.0).total_cmp(&value(b).unwrap_or(0.0)));
         }
@@ -62,7 +61,9 @@ impl Colours {
     /// Ordered series have ordered colours.
     fn stroke(&self, series: &str) -> Stroke {
         match self.place(series) {
-            Some(k) if series.contains(" = ") => Stroke::solid(scale_colour(k, self.names.len()), 1.6),
+            Some(k) if self.names.len() > 2 && value(series).is_some() => {
+                Stroke::solid(scale_colour(k, self.names.len()), 1.4)
+            }
             Some(k) => model_stroke(k),
             None => Stroke::solid(INK, 1.2),
         }
@@ -84,6 +85,12 @@ impl Colours {
         }
         keys
     }
+}
+
+/// The number in the name of a series, `Q_h = 7 W` or `3 microphones`.
+fn value(series: &str) -> Option<f64> {
+    let after = series.split_once(" = ").map_or(series, |(_, after)| after);
+    after.split(' ').next()?.parse().ok()
 }
 
 /// Everything but dots has the colour of its series; dots have where nothing else says which series is which.
@@ -188,8 +195,11 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
             for row in &frame.rows {
                 let all = [layer.x, layer.y, c - 2, c - 1, c].map(|k| number(row, k));
                 let [Some(x), Some(y), Some(xx), Some(yy), Some(xy)] = all else { continue };
-                for size in [1.0, 2.0] {
-                    panel.contour(&ellipse([x, y], [xx, yy, xy], size), &stroke(row), "none", 0.0);
+                let sizes: &[f64] = if frame.rows.len() > FEW { &[1.0] } else { &[1.0, 2.0] };
+                for &size in sizes {
+                    let look =
+                        Stroke { width: if frame.rows.len() > FEW { 0.7 } else { 1.6 }, ..stroke(row) };
+                    panel.contour(&ellipse([x, y], [xx, yy, xy], size), &look, "none", 0.0);
                 }
             }
         }

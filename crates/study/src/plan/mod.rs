@@ -69,6 +69,8 @@ pub struct Stage {
     pub points: Selection,
     /// Earlier stages whose posterior it takes for known.
     pub on: Vec<String>,
+    /// Earlier stages whose delays and gains of channels are taken for known, besides those of `on`.
+    pub heard_through: Vec<String>,
     /// Role and candidate: what the model consists of, besides what competes.
     pub with: BTreeMap<String, String>,
     /// Roles of earlier stages that are not part of this one.

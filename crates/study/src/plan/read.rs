@@ -42,6 +42,8 @@ struct StageFile {
     #[serde(default)]
     on: OneOrMore,
     #[serde(default)]
+    heard_through: OneOrMore,
+    #[serde(default)]
     with: BTreeMap<String, String>,
     #[serde(default)]
     without: Vec<String>,
@@ -209,7 +211,8 @@ impl Check<'_> {
         }
         file.points.check(self.campaign)?;
         let on = file.on.list();
-        on.iter().try_for_each(|id| known_stage(plan, id))?;
+        let heard_through = file.heard_through.list();
+        on.iter().chain(&heard_through).try_for_each(|id| known_stage(plan, id))?;
         file.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
         let compete = file.compete.list();
         for role in &compete {
@@ -242,6 +245,7 @@ impl Check<'_> {
             id: file.id,
             points: file.points,
             on,
+            heard_through,
             with: file.with,
             without: file.without,
             compete,

@@ -110,6 +110,7 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
     }
     let search = file.search.unwrap_or(Search { growth_rate: None, frequency_hz: None });
     let own = Candidate {
+        mean_flow: None,
         id: "rig".into(),
         role: "rig".into(),
         name: file.name.clone(),

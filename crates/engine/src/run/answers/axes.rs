@@ -49,7 +49,7 @@ impl Run {
             .campaign
             .factors
             .iter()
-            .map(|f| Column::new(&f.name, &f.name, &f.unit_in_print()))
+            .map(|f| Column::new(&f.name, &symbol(&f.name), &f.unit_in_print()))
             .collect()
     }
 
@@ -94,6 +94,15 @@ pub(super) fn axis_label(column: &Column) -> String {
         column.label.clone()
     } else {
         format!("{} / {}", column.label, in_print(&column.unit))
+    }
+}
+
+/// A name of files in print: `X_h` becomes an italic X with h below.
+pub(super) fn symbol(name: &str) -> String {
+    match name.split_once('_') {
+        Some((base, below)) if base.chars().count() == 1 => format!("*{base}*_{{{below}}}"),
+        None if name.chars().count() == 1 => format!("*{name}*"),
+        _ => name.replace('_', " "),
     }
 }
 

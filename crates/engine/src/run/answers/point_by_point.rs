@@ -4,7 +4,7 @@ use super::super::frame::{Column, Frame};
 use super::super::inputs::selected;
 use super::super::rows::{assembly_of, with_candidates};
 use super::super::stages::Run;
-use super::axes::axis_label;
+use super::axes::{axis_label, symbol};
 use super::{AnswerPanel, Found, Layer, Look};
 use crate::{Assembly, EngineError, Observed, Trained, train};
 use rayon::prelude::*;
@@ -83,9 +83,10 @@ impl Run {
         let Some(effect) = candidate.and_then(|c| c.effects.first()) else { return Default::default() };
         let (name, unit) = (effect.coefficient.name(), effect.coefficient.unit(effect.place.is_along()));
         match per.map(|k| &self.study.campaign.factors[k]) {
-            Some(factor) => {
-                (format!("k_{{{name}}}/{}", factor.name), format!("{unit} per {}", factor.unit_in_print()))
-            }
+            Some(factor) => (
+                format!("k_{{{name}}}/{}", symbol(&factor.name)),
+                format!("{unit} per {}", factor.unit_in_print()),
+            ),
             None => (format!("k_{{{name}}}"), unit.to_owned()),
         }
     }

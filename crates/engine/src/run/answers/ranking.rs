@@ -4,7 +4,7 @@ use super::super::frame::{Column, Frame, FrameRow, finite};
 use super::super::inputs::conditions;
 use super::super::record::ModelRecord;
 use super::super::stages::{Chosen, Run};
-use super::axes::{axis_label, growth_and_frequency, measured, measured_columns};
+use super::axes::{axis_label, growth_and_frequency, measured, measured_columns, symbol};
 use super::{Found, Look};
 use crate::{Conditions, EngineError, Observed, PointModel};
 use rijke_network::Workspace;
@@ -34,7 +34,7 @@ impl Run {
             return Ok((frames, Vec::new(), Vec::new(), String::new()));
         };
         let factor = &self.study.campaign.factors[axis];
-        let x = Column::new(&factor.name, &factor.name, &factor.unit_in_print());
+        let x = Column::new(&factor.name, &symbol(&factor.name), &factor.unit_in_print());
         let line = self.line(axis, &points)?;
         let mut rows = Vec::new();
         for (record, chosen) in &models {
