@@ -1,8 +1,7 @@
-//! Any text as each of the files that are written by hand: rig, campaign, manifest, candidates.
+//! Any text as each of the files of a folder of records that are written by hand: rig, campaign, manifest.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use rijke_candidates::{Catalogue, unit_fault};
 use rijke_fuzz::{folder, replace};
 use rijke_rig::{Campaign, RecordFolder, Rig};
 use std::{fs, path::Path};
@@ -14,11 +13,6 @@ fuzz_target!(|text: &str| {
     let _ = Rig::parse(text, Path::new("rig.toml"));
     if let Ok(campaign) = Campaign::parse(text, Path::new("campaign.toml")) {
         let _ = campaign.to_toml();
-    }
-    if let Ok(catalogue) = Catalogue::from_toml(text, "candidates.toml") {
-        for candidate in catalogue.candidates() {
-            let _ = candidate.effects.iter().map(|effect| unit_fault(candidate, effect)).count();
-        }
     }
     let Ok(folder) = folder("descriptions") else { return };
     if !folder.join("rig.toml").exists() {

@@ -1,4 +1,6 @@
-//! `rijke new`: a folder to fill in.
+//! `rijke new`: the folder of a study, to fill in.
+
+mod templates;
 
 use crate::{
     failure::{Classify, Failure},
@@ -8,76 +10,56 @@ use crate::{
 use rijke_rig::{Campaign, OperatingPoint};
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use templates::{HEATED_TUBE_MANIFEST, RECORDED, Template};
 
-/// Write a commented rig, campaign, manifest and candidate file for a tube with one heat source, to be filled in.
+/// Write a commented study to fill in: rig.toml, campaign.csv, candidates, study.toml, and drafts of records and observations.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  rijke new my-rig\n  rijke check my-rig\n  rijke run my-rig\n\n\
-    Tried without a rig, with records of the virtual laboratory:\n  \
-    rijke lab --rig my-rig/rig.toml --campaign my-rig/campaign.toml --out records\n  rijke run records")]
+#[command(after_help = "Example:\n  rijke new my-rig --template quarter-wave\n  rijke check my-rig\n\n\
+    The study passes `rijke check` as it is: no data, and what the planned points would tell. Then move draft/records or\n\
+    draft/observations up into the folder, with your files or numbers in it, and `rijke run my-rig`.")]
 pub(crate) struct Args {
     /// Folder to write.
     dir: PathBuf,
+    /// The kind of rig that is nearest to yours.
+    #[arg(long, value_enum)]
+    template: Template,
 }
 
-const RIG: &str = include_str!("new/rig.toml");
-const CAMPAIGN: &str = include_str!("new/campaign.toml");
-const CANDIDATES: &str = include_str!("new/candidates.toml");
-
-/// The head of the manifest; the operating points follow.
-const MANIFEST: &str = "\
-# What was recorded. Paths are relative to this file. Each file, WAV or CSV, holds all microphones of one record.
-
-rig = \"rig.toml\"
-campaign = \"campaign.toml\"
-kind = \"measured\"
-source = \"who recorded, when, where\"
-full_scale_pa = 20.0                   # pressure of the largest integer of an integer WAV file; float WAV and CSV are in Pa
-channels = [0, 1, 2, 3, 4, 5, 6, 7]    # for every channel of a file, the microphone it records; -1 for none
-ping = { rate_hz = 10000.0, quiet_samples = 1000 }  # samples before the loudspeaker acts
-click = { rate_hz = 62500.0, quiet_samples = 1000 } # a click's trigger is at that sample
-
-[[day]] # as many as there were
-id = \"day-1\"
-ambient_temperature_k = 293.15
-ambient_temperature_sd_k = 0.1
-
-[[calibration]] # clicks in the empty tube at ambient temperature give the delays of the channels, one per sampling rate
-day = \"day-1\"
-rate_hz = 10000.0
-quiet_samples = 1000
-clicks = [\"calibration/10000-0.wav\", \"calibration/10000-1.wav\"]
-
-[[calibration]]
-day = \"day-1\"
-rate_hz = 62500.0
-quiet_samples = 1000
-clicks = [\"calibration/62500-0.wav\", \"calibration/62500-1.wav\"]
-";
-
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let campaign = Campaign::parse(CAMPAIGN, Path::new("campaign.toml")).or_failed()?;
     // Never replaces anything: these files are written by hand.
-    let folder = StagedFolder::new(&args.dir, "manifest.toml", false)?;
-    let manifest: String = campaign.points.iter().map(point).collect();
-    let files = [
-        ("rig.toml", RIG.to_owned()),
-        ("campaign.toml", CAMPAIGN.to_owned()),
-        ("candidates.toml", CANDIDATES.to_owned()),
-        ("manifest.toml", format!("{MANIFEST}{manifest}")),
-    ];
-    let names = files.each_ref().map(|f| f.0);
-    for (name, text) in files {
+    let folder = StagedFolder::new(&args.dir, "study.toml", false)?;
+    let mut files: Vec<(&str, String)> =
+        args.template.files().iter().map(|(name, text)| (*name, (*text).to_owned())).collect();
+    if args.template == Template::HeatedTube {
+        let name = "draft/records/manifest.toml";
+        files.push((name, manifest().map_err(|f| f.at(Path::new(name)))?));
+    }
+    for (name, text) in &files {
         let path = folder.path().join(name);
-        std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))?;
+        let write = |path: &Path| {
+            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+            std::fs::write(path, text)
+        };
+        write(&path).or_failed().map_err(|f| f.at(&path))?;
     }
     folder.commit()?;
     let dir = args.dir.display();
-    ui.say(format!("{dir}: fill in rig.toml, campaign.toml and manifest.toml, put the records where manifest.toml names them"));
-    ui.say(format!("then: rijke check {dir}"));
+    ui.say(format!("{dir}: fill in rig.toml, campaign.csv, candidates/*.toml and study.toml"));
+    ui.say(format!(
+        "then: rijke check {dir}; and with draft/records or draft/observations filled in and moved up: rijke run {dir}"
+    ));
+    let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
     ui.result(&json!({ "dir": args.dir, "files": names }))
 }
 
-/// The entry of an operating point, with the names that its records may have.
+/// The manifest of the heated tube, with the names that the records of its campaign may have.
+fn manifest() -> Result<String, Failure> {
+    let campaign = Campaign::parse(RECORDED, Path::new("campaign.toml")).or_failed()?;
+    let points: String = campaign.points.iter().map(point).collect();
+    Ok(format!("{HEATED_TUBE_MANIFEST}{points}"))
+}
+
+/// The entry of an operating point.
 fn point(point: &OperatingPoint) -> String {
     let names = |kind: &str| {
         let names = (0..point.repeats).map(|k| format!("\"{}/{kind}-{k}.wav\"", point.id));

@@ -20,8 +20,8 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:\n  rijke predict examples/quarter-wave\n  \
     rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \
     rijke predict examples/quarter-wave --map x_g,Q --svg stability.svg\n\n\
-    Prints CSV, a row per operating point: those given with --at, else all of the campaign. Factors that --at leaves out are those\n\
-    of the nearest point of the campaign. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
+    Prints CSV, a row per operating point: those given with --at, else those of the stage. Factors that --at leaves out are those of\n\
+    the nearest point of the campaign. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.")]
 pub(crate) struct Args {
     /// Folder of a study that was ranked.
@@ -52,9 +52,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let observed = observations(&study)?;
     let last = study.plan.stages.last().map(|s| s.id.clone()).unwrap_or_default();
     let id = args.stage.clone().unwrap_or(last);
-    if study.plan.stage(&id).is_none() {
-        return Err(no_stage(&id, &study.plan, dir));
-    }
+    let Some((_, stage)) = study.plan.stage(&id) else { return Err(no_stage(&id, &study.plan, dir)) };
+    let of_the_stage = |k: &usize| stage.points.holds(&study.campaign, &study.campaign.points[*k]);
+    let every: Vec<usize> = (0..study.campaign.points.len()).filter(of_the_stage).collect();
     let model: SavedModel = kept(dir, "models", &id)?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let map = args.map.as_deref().map(|text| Grid::parse(text, &study)).transpose()?;
@@ -62,7 +62,6 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Some(grid) => grid.points(),
         None => args.at.iter().map(|text| values(text)).collect::<Result<_, _>>()?,
     };
-    let every = (0..study.campaign.points.len()).collect();
     let (study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &asked).map_err(wrong)? };
     let found = forecast(&study, &observed, &model, &places).map_err(wrong)?;

@@ -5,7 +5,7 @@ mod models;
 pub(crate) mod observations;
 mod recordings;
 
-use crate::{records, rijke, scratch};
+use crate::{copy, records, rijke, scratch};
 use std::{fs, path::Path};
 
 /// How a folder is spoilt, which command must refuse it, and what its message must say.
@@ -30,7 +30,7 @@ fn edit(folder: &Path, file: &str, from: &str, to: &str) {
 }
 
 #[test]
-fn exact_bad_input_is_refused_with_file_place_and_remedy() {
+fn message_bad_input_is_refused_with_file_place_and_remedy() {
     type Table = (fn(&Path), &'static [Case]);
     let tables: [Table; 4] = [
         (|d| records::write(&d.join("records")), &recordings::CASES),
@@ -53,20 +53,6 @@ fn exact_bad_input_is_refused_with_file_place_and_remedy() {
     }
     assert!(found.is_empty(), "{} of {count}\n{}", found.len(), found.join("\n\n"));
     assert!(count >= 60, "{count} kinds");
-}
-
-/// Copies a folder.
-fn copy(from: &Path, to: &Path) {
-    for entry in fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let target = to.join(path.file_name().unwrap());
-        if path.is_dir() {
-            fs::create_dir_all(&target).unwrap();
-            copy(&path, &target);
-        } else {
-            fs::copy(&path, &target).unwrap();
-        }
-    }
 }
 
 #[test]

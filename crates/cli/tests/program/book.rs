@@ -1,7 +1,7 @@
 //! The book: what its pages say is what the program does.
 
-use crate::{rijke, scratch};
-use rijke_candidates::SYMBOLS;
+use crate::{copy, example, rijke, scratch};
+use serde_json::Value;
 use std::{fs, path::Path};
 
 /// Fenced blocks of a page that begin with "```" and `kind`.
@@ -76,11 +76,24 @@ fn exact_expected_lines_match_what_they_should() {
     assert!(!matches(&["a", "d"], &["a"]) && !matches(&["b 1 c"], &["b ... d"]) && !matches(&["ab"], &["a"]));
 }
 
+/// The names that every study knows, whatever its rig and campaign.
 #[test]
 fn exact_the_page_of_symbols_is_that_of_the_program() {
+    let folder = scratch("symbols");
+    copy(&example("quarter-wave"), &folder.join("study"));
+    let output = rijke(&folder, &["check", "study", "--names", "--json"]);
+    let names: Vec<Value> = serde_json::from_slice(&output.stdout).unwrap();
+    let text = |name: &Value, key: &str| name[key].as_str().unwrap().to_owned();
+    let of_this_study = |name: &Value| {
+        let meaning = text(name, "meaning");
+        meaning == "factor of the campaign" || meaning.starts_with("number of the part")
+    };
+    let everywhere: Vec<&Value> = names.iter().filter(|name| !of_this_study(name)).collect();
+    assert!(everywhere.len() > 20 && everywhere.len() < names.len());
+    let row =
+        |n: &&Value| format!("| `{}` | {} | {} |\n", text(n, "name"), text(n, "unit"), text(n, "meaning"));
+    let rows: String = everywhere.iter().map(row).collect();
     let page = include_str!("../../../../docs/symbols.md");
-    let rows: String =
-        SYMBOLS.iter().map(|m| format!("| `{}` | {} | {} |\n", m.name, m.unit, m.text)).collect();
     assert!(page.ends_with(&rows), "docs/symbols.md should end with\n{rows}");
 }
 
@@ -103,7 +116,8 @@ fn exact_every_page_of_the_book_exists_and_the_matlab_example_is_a_candidate() {
     }
     let matlab = fs::read_to_string(docs.join("from-matlab.md")).unwrap();
     let folder = scratch("from-matlab");
-    fs::write(folder.join("own.toml"), blocks(&matlab, "toml")[0]).unwrap();
-    let output = rijke(&folder, &["candidate", "own.toml"]);
+    copy(&example("juniper-yoko-2022"), &folder.join("study"));
+    fs::write(folder.join("study/candidates/own.toml"), blocks(&matlab, "toml")[0]).unwrap();
+    let output = rijke(&folder, &["check", "study"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

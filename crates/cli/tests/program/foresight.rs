@@ -1,6 +1,6 @@
-//! What `rijke check` says of the models before anything is measured, and what `rijke rank` refuses because of it.
+//! What `rijke check` says of the models before anything is measured.
 
-use crate::{bad_input::observations, rijke, scratch};
+use crate::{copy, example, rijke, scratch, short};
 use std::{fs, path::Path};
 
 fn said(folder: &Path, command: &str) -> (Option<i32>, String) {
@@ -10,68 +10,85 @@ fn said(folder: &Path, command: &str) -> (Option<i32>, String) {
 }
 
 #[test]
-fn exact_a_plan_is_checked_and_drawn_without_records() {
+fn behaviour_a_plan_is_checked_before_anything_is_measured() {
     let folder = scratch("plan");
-    assert_eq!(said(&folder, "new my-rig").0, Some(0));
-    let (code, text) = said(&folder, "check my-rig --plan --plots priors");
-    assert!(code == Some(0) && text.contains("My rig: planned, 35 operating points"), "{text}");
-    // Eleven heat releases of the project and two of the file; nothing is in doubt.
-    assert!(text.contains("heat-release: 13 models on 14 points") && !text.contains("warning"), "{text}");
-    for name in ["prongs", "heater", "thermocouples", "heat-release", "heat-release-2"] {
-        let svg = fs::read_to_string(folder.join(format!("priors/{name}.svg"))).unwrap();
-        assert!(svg.contains("computed, no data") && !svg.contains("NaN"), "{name}");
-    }
-    // Existing pictures stay.
-    assert_eq!(said(&folder, "check my-rig --plan --plots priors").0, Some(2));
-    assert_eq!(said(&folder, "check my-rig --plan --plots priors --force").0, Some(0));
-}
-
-#[test]
-fn exact_what_no_measurement_can_tell_is_named() {
-    let folder = scratch("unidentified");
-    said(&folder, "new my-rig");
-    let candidate = "[[candidate]]\nid = 'twice'\nrole = 'prongs'\nname = 'two factors'\ncite = ['none']\n\
-        parameters.a = { symbol = 'a', unit = '1', prior = { normal = { mean = 1.0, sd = 0.3 } } }\n\
-        parameters.b = { symbol = 'b', unit = '1', prior = { normal = { mean = 1.0, sd = 0.3 } } }\n\
-        [[candidate.effect]]\nacts_at = 'prong-end'\neu = 'a*b*A_p/A'\n";
-    fs::write(folder.join("twice.toml"), candidate).unwrap();
-    let (code, text) = said(&folder, "check my-rig --plan --candidates twice.toml");
-    let warning = text.lines().find(|line| line.contains("warning: twice")).unwrap();
-    assert!(code == Some(0) && warning.contains("0.71 a") && warning.ends_with("b at 1.00"), "{text}");
-}
-
-/// Observations without records are drawn beside what the priors allow.
-#[test]
-fn exact_observations_stand_in_the_pictures() {
-    let folder = scratch("observed-priors");
-    observations::write(&folder);
-    let (code, text) = said(&folder, "check data --plots priors");
-    assert!(code == Some(0) && text.contains("heater: needs a cold heater without thermocouples"), "{text}");
-    let svg = fs::read_to_string(folder.join("priors/prongs.svg")).unwrap();
-    // Three positions with prongs, eight models, two panels.
-    assert_eq!(svg.matches("<title>observed</title>").count(), 3 * 8 * 2);
-    assert!(svg.contains("virtual data"));
-}
-
-/// Two positions, through which every model goes: the noise would float to zero.
-#[test]
-fn exact_too_few_positions_are_refused_with_the_number_that_is_needed() {
-    let folder = scratch("too-few");
-    observations::write(&folder);
-    let data = folder.join("data/observations");
-    for file in ["points.csv", "pings.csv"] {
-        let text = fs::read_to_string(data.join(file)).unwrap();
-        let kept: Vec<&str> = text.lines().filter(|line| !line.starts_with("C3-15,")).collect();
-        fs::write(data.join(file), kept.join("\n") + "\n").unwrap();
-    }
-    let (code, text) = said(&folder, "rank data --out results");
-    assert!(code == Some(2) && !folder.join("results").exists(), "{text}");
+    short::write(&folder.join("rig"));
+    let (code, text) = said(&folder, "check rig");
+    assert_eq!(code, Some(0), "{text}");
     for part in [
-        "data/observations: row C3",
-        "2 points, of which",
-        "at 3 positions or more",
-        "remedy: Measure row C3",
+        "17 operating points",
+        "5 stages, 1 questions",
+        "nothing is measured yet",
+        "The cold heater (4 operating points)",
     ] {
         assert!(text.contains(part), "no `{part}` in\n{text}");
     }
+    // Prongs alone, three models of four points each; the losses of ends and wall are known from all of them.
+    let line = text.lines().find(|line| line.trim_start().starts_with("prongs.6:")).unwrap();
+    assert!(line.contains("alpha 0.") && line.contains("beta 0."), "{line}");
+}
+
+#[test]
+fn behaviour_what_no_measurement_can_tell_is_named() {
+    let folder = scratch("unidentified");
+    copy(&example("quarter-wave"), &folder.join("rig"));
+    let (code, sound) = said(&folder, "check rig");
+    assert!(code == Some(0) && !sound.contains("gauze.twice"), "{sound}");
+    // Two factors of which the data see the product.
+    let candidate = "[[candidate]]\nid = 'gauze.twice'\nrole = 'gauze'\nname = 'two factors'\ncite = ['none']\n\
+        parameters.a = { symbol = 'a', unit = '1', prior = { normal = { mean = 1.0, sd = 0.3 } } }\n\
+        parameters.b = { symbol = 'b', unit = '1', prior = { normal = { mean = 1.0, sd = 0.3 } } }\n\
+        [[candidate.effect]]\nacts_at = 'gauze'\nmu = '0.005*a*b*rho*c'\n";
+    fs::write(folder.join("rig/candidates/twice.toml"), candidate).unwrap();
+    let (code, text) = said(&folder, "check rig");
+    assert_eq!(code, Some(0), "{text}");
+    let mut lines = text.lines().skip_while(|line| !line.contains("gauze.twice:"));
+    let (widths, direction) = (lines.next().unwrap(), lines.next().unwrap());
+    // Of a and b together the data say much, of their ratio nothing: each keeps 1/sqrt(2) of its width.
+    assert!(widths.contains("a 0.71, b 0.71"), "{text}");
+    assert!(
+        direction.contains("not identified: ") && direction.contains("keeps 100 % of its prior width"),
+        "{text}"
+    );
+}
+
+/// The unit of a coefficient is checked before a model is trained.
+#[test]
+fn message_a_formula_of_another_unit_is_refused() {
+    let folder = scratch("wrong-unit");
+    copy(&example("quarter-wave"), &folder.join("rig"));
+    let path = folder.join("rig/candidates/gauze.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains("mu = \"drag*rho*c\""));
+    fs::write(path, text.replacen("mu = \"drag*rho*c\"", "mu = \"drag*rho\"", 1)).unwrap();
+    let (code, text) = said(&folder, "check rig");
+    assert_eq!(code, Some(2), "{text}");
+    for part in ["rig/candidates", "gauze.resistance, mu at gauze", "kg", "remedy: Correct the formula"] {
+        assert!(text.contains(part), "no `{part}` in\n{text}");
+    }
+}
+
+/// A candidate that cannot be trained is told with its reason; the others compete.
+#[test]
+fn behaviour_a_candidate_that_cannot_act_has_no_evidence() {
+    let folder = scratch("no-evidence");
+    copy(&example("quarter-wave"), &folder.join("rig"));
+    let own = |id: &str, parameter: &str, law: &str| {
+        format!(
+            "[[candidate]]\nid = '{id}'\nrole = 'gauze'\nname = 'my own'\ncite = ['none']\n\
+             parameters.{parameter} = {{ symbol = 'k', unit = '1', prior = {{ normal = {{ mean = 1.0, sd = 0.3 }} }} }}\n\
+             [[candidate.effect]]\nacts_at = 'gauze'\nmu = '{law}'\n"
+        )
+    };
+    let both = own("gauze.clash", "eta", "eta*rho*c") + &own("gauze.pole", "k_p", "k_p*rho*c*Q/Q");
+    fs::write(folder.join("rig/candidates/own.toml"), both).unwrap();
+    let (code, text) = said(&folder, "rank rig --until gauze --one-start");
+    assert_eq!(code, Some(0), "{text}");
+    let line = |id: &str| {
+        text.lines().find(|line| line.trim_start().starts_with("no evidence") && line.contains(id)).unwrap()
+    };
+    let clash = line("gauze.clash: ");
+    assert!(clash.contains("the parameter `eta`") && clash.contains("rename one"), "{clash}");
+    assert!(line("gauze.pole: ").contains("cannot be evaluated"), "{text}");
+    assert!(text.contains("<- goes on"), "{text}");
 }

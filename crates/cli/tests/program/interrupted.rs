@@ -1,6 +1,6 @@
 //! Ctrl-C leaves no torn file, and the next run goes on where it was.
 
-use crate::{rijke, scratch};
+use crate::{copy, rijke, scratch, short};
 use std::{
     collections::BTreeMap,
     fs,
@@ -11,62 +11,21 @@ use std::{
     time::Duration,
 };
 
-const CAMPAIGN: &str = "name = \"short\"
-[[row]]
-id = \"P\"
-heater = false
-thermocouples = false
-power_w = 0.0
-repeats = 2
-empty_tube = true
-positions_cm = [25, 45, 60, 75]
-[[row]]
-id = \"C\"
-heater = true
-thermocouples = false
-power_w = 0.0
-repeats = 2
-positions_cm = [25, 45, 60, 75]
-[[row]]
-id = \"T\"
-heater = true
-thermocouples = true
-power_w = 0.0
-repeats = 2
-positions_cm = [25, 45, 60, 75]
-[[row]]
-id = \"H50\"
-heater = true
-thermocouples = true
-power_w = 50.0
-repeats = 2
-positions_cm = [25, 45, 60, 75]
-";
-
 /// Folders that a run writes, each with the file that makes it whole.
-const WRITTEN: [(&str, &str); 4] = [
-    ("observations", "observations.toml"),
-    ("base-flow", "flow.json"),
-    ("results", "numbers/prongs.json"),
-    ("results/priors", "index.html"),
-];
+const WRITTEN: [(&str, &str); 3] =
+    [("observations", "observations.toml"), ("base", "flow.json"), ("results", "numbers/claims.json")];
 
 #[test]
-fn exact_interrupted_runs_leave_nothing_torn_and_go_on() {
+fn behaviour_interrupted_runs_leave_nothing_torn_and_go_on() {
     let folder = scratch("interrupted");
-    fs::write(folder.join("campaign.toml"), CAMPAIGN).unwrap();
-    let done = |words: &str| {
-        let output = rijke(&folder, &words.split(' ').collect::<Vec<_>>());
-        assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));
-    };
-    done("lab --campaign campaign.toml --out whole");
-    done("lab --campaign campaign.toml --out torn");
-    done("run whole");
-    each_command(&folder);
+    short::record(&folder.join("whole"));
+    copy(&folder.join("whole"), &folder.join("torn"));
+    let output = rijke(&folder, &["run", "whole", "--one-start"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (mut interrupted, mut wait) = (0, 20);
     loop {
         let run = program()
-            .args(["run", "torn"])
+            .args(["run", "torn", "--one-start"])
             .current_dir(&folder)
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
@@ -94,78 +53,71 @@ fn exact_interrupted_runs_leave_nothing_torn_and_go_on() {
     }
 }
 
-/// A command and what it writes beside `whole`, which is what it writes undisturbed.
+/// A command that goes on from what the one before it left in a study, and the folder or file that it writes.
 struct Step {
     words: &'static str,
-    /// File or folder written, and the same from the undisturbed run.
-    writes: [&'static str; 2],
+    writes: &'static str,
     /// What to remove before it is tried again.
     made: &'static str,
 }
 
 const STEPS: [Step; 5] = [
     Step {
-        words: "process whole --out torn-observations",
-        writes: ["torn-observations", "whole/observations"],
-        made: "torn-observations",
+        words: "process STUDY/records --out STUDY/observations",
+        writes: "observations",
+        made: "observations",
     },
-    Step { words: "flow whole --out torn-flow", writes: ["torn-flow", "whole/base-flow"], made: "torn-flow" },
-    Step {
-        words: "rank whole --out torn-results --flow whole/base-flow",
-        writes: ["torn-results/numbers", "whole/results/numbers"],
-        made: "torn-results",
-    },
+    Step { words: "flow STUDY --out STUDY/base", writes: "base", made: "base" },
+    Step { words: "rank STUDY --one-start", writes: "results", made: "results" },
     // Draws into the folder that the ranking left.
+    Step { words: "report STUDY", writes: "results", made: "results/index.html" },
     Step {
-        words: "report torn-results",
-        writes: ["torn-results", "whole/results"],
-        made: "torn-results/index.html",
+        words: "predict STUDY --stage prongs --out STUDY/growth.csv",
+        writes: "growth.csv",
+        made: "growth.csv",
     },
-    Step { words: "predict MODEL --out torn.csv", writes: ["torn.csv", "whole.csv"], made: "torn.csv" },
 ];
 
-const MODEL: &str = "whole/results/model.json --flow whole/base-flow --campaign campaign.toml";
-
 /// Commands whose undisturbed run is quick enough to be made for the comparison: OUT is what they write.
-const QUICK: [&str; 11] = [
-    "new OUT",
-    "lab --campaign campaign.toml --row P --repeats 1 --out OUT",
-    "check whole --plots OUT",
-    "check-model whole --sets 0 --record OUT",
-    "check-model whole --sets 0 --draws OUT",
+const QUICK: [&str; 8] = [
+    "new OUT --template quarter-wave",
+    "lab --row C3 --repeats 1 --out OUT",
+    "predict whole --stage prongs --map X_h,heater --svg OUT",
     "infer EXAMPLES/ducted-flame/n-tau.toml --data EXAMPLES/ducted-flame/modes.csv --fitted OUT",
     "modes NETWORK --plot OUT",
     "modes NETWORK --along OUT",
-    "sensitivity MODEL --plot OUT",
-    "sensitivity MODEL --along OUT",
+    "flow --twin --heaters 0.25 --out OUT",
     "man --out OUT",
 ];
 
 /// Every command ended by Ctrl-C, later and later: it dies of the signal (130 in a shell), what it left is what the undisturbed run
 /// wrote or nothing, and the run that is left alone writes all of it.
-fn each_command(folder: &Path) {
-    assert!(start(folder, "predict MODEL --out whole.csv").wait().unwrap().success());
-    for Step { words, writes: [torn, whole], made } in STEPS {
-        let mut whole = files(&folder.join(whole));
-        // Of `rijke run` alone.
-        whole.retain(|name, _| !name.starts_with("priors/"));
-        let interrupted =
-            interrupt(folder, words, [torn, made].map(|p| folder.join(p)).each_ref().map(|p| &**p), &whole);
+#[test]
+fn behaviour_every_interrupted_command_leaves_all_or_nothing() {
+    let folder = scratch("interrupted-commands");
+    short::record(&folder.join("whole"));
+    copy(&folder.join("whole"), &folder.join("torn"));
+    for Step { words, writes, made } in STEPS {
+        assert!(start(&folder, &words.replace("STUDY", "whole")).wait().unwrap().success(), "{words}");
+        let whole = files(&folder.join("whole").join(writes));
+        assert!(!whole.is_empty(), "{words} writes nothing");
+        let [torn, made] = [writes, made].map(|p| folder.join("torn").join(p));
+        let interrupted = interrupt(&folder, &words.replace("STUDY", "torn"), [&torn, &made], &whole);
         assert!(interrupted > 0, "{words} was too short to be interrupted");
     }
     for (k, words) in QUICK.iter().enumerate() {
         let (torn, whole) = (format!("torn-{k}"), format!("whole-{k}"));
-        assert!(start(folder, &words.replace("OUT", &whole)).wait().unwrap().success(), "{words}");
+        assert!(start(&folder, &words.replace("OUT", &whole)).wait().unwrap().success(), "{words}");
         let whole = files(&folder.join(whole));
         assert!(!whole.is_empty(), "{words} writes nothing");
         let made = &*folder.join(&torn);
-        interrupt(folder, &words.replace("OUT", &torn), [made, made], &whole);
+        interrupt(&folder, &words.replace("OUT", &torn), [made, made], &whole);
     }
 }
 
 fn start(folder: &Path, words: &str) -> Child {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let words = words.replace("MODEL", MODEL).replace("EXAMPLES", &format!("{root}/examples"));
+    let words = words.replace("EXAMPLES", &format!("{root}/examples"));
     let words = words.replace("NETWORK", &format!("{root}/fixtures/networks/rijke-tube.toml"));
     let mut command = program();
     command.args(words.split(' ')).current_dir(folder).stdout(Stdio::null()).stderr(Stdio::null());

@@ -1,35 +1,39 @@
 //! `--json`: one document per command, nothing else on standard output; errors as one line of JSON.
 
-use crate::{bad_input::observations, records, rijke, scratch};
+use crate::{copy, example, records, rijke, scratch};
 use serde_json::Value;
 
 #[test]
 fn exact_every_result_is_one_document() {
     let folder = scratch("json");
     records::write(&folder.join("records"));
-    observations::write(&folder);
+    copy(&example("quarter-wave"), &folder.join("study"));
     let answer = |words: &str| -> Value {
         let words: Vec<&str> = words.split(' ').chain(["--json"]).collect();
         let output = rijke(&folder, &words);
         assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{words:?}: {error}"))
     };
-    assert_eq!(answer("new my-rig")["files"].as_array().unwrap().len(), 4);
+    let files = answer("new my-rig --template burner");
+    assert!(files["files"].as_array().unwrap().iter().any(|f| f == "study.toml"), "{files}");
     assert_eq!(answer("inspect records/C3-E/ping-0.wav")["channels"].as_array().unwrap().len(), 8);
     let check = answer("check records");
     assert_eq!((&check["points"], &check["pings"]), (&Value::from(2), &Value::from(4)));
-    assert_eq!(answer("candidate my-rig/candidates.toml")[0]["id"], "my-heat-release.1");
-    assert_eq!(answer("candidate --symbols")[0]["name"], "s");
+    assert_eq!(answer("check study")["stages"][1]["id"], "gauze");
+    assert_eq!(answer("check study --names")[0]["name"], "s");
     let network = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/networks/rig-tube.toml");
     assert!(
         answer(&format!("modes {network} --max-hz 300"))["modes"][0]["growth_rate"].as_f64().unwrap() < 0.0
     );
-    let ranked = answer("rank data --out results");
-    assert!(
-        ranked["tables"]["prongs"].as_array().unwrap().len() >= 7 && ranked["tables"]["heater"].is_null()
-    );
-    assert!(answer("report results")["page"].as_str().unwrap().ends_with("index.html"));
+    let ranked = answer("rank study --until gauze --one-start");
+    assert_eq!(ranked["stages"].as_array().unwrap().len(), 2);
+    assert!(ranked["stages"][1]["models"].as_array().unwrap().len() >= 4);
+    assert!(answer("report study")["page"].as_str().unwrap().ends_with("index.html"));
+    assert_eq!(answer("predict study --stage gauze --at x_g=0.3,Q=0,flow=0.001,gauze=1")["stage"], "gauze");
 
+    let output = rijke(&folder, &["predict", "study", "--stage", "gauze", "--at", "x_g", "--json"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("--at x_g: not a list of factors"), "{said}");
     let output = rijke(&folder, &["inspect", "absent.wav", "--json"]);
     let error: Value = serde_json::from_slice(&output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && output.stdout.is_empty());
@@ -43,18 +47,13 @@ fn exact_quiet_says_nothing_and_pipes_get_no_colours() {
     records::write(&folder.join("records"));
     for words in [
         &["check", "records", "--quiet"][..],
-        &["new", "my-rig", "-q"],
+        &["new", "my-rig", "--template", "kundt-tube", "-q"],
         &["inspect", "records/C3-E/ping-0.wav", "-q"],
     ] {
         let output = rijke(&folder, words);
         assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty(), "{words:?}");
     }
-    for words in [
-        &["--help"][..],
-        &["check", "records"],
-        &["check", "absent"],
-        &["candidate", "my-rig/candidates.toml"],
-    ] {
+    for words in [&["--help"][..], &["check", "records"], &["check", "absent"], &["check", "my-rig"]] {
         let output = rijke(&folder, words);
         assert!(
             ![output.stdout, output.stderr].concat().contains(&0x1b),

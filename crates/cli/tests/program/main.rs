@@ -19,6 +19,7 @@ mod plots;
 mod profiles;
 mod records;
 mod same_seed;
+mod short;
 mod studies;
 
 use std::{
@@ -29,6 +30,24 @@ use std::{
 /// Runs `rijke` in a folder.
 fn rijke(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rijke")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+/// The folder of examples, or one of them.
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples").join(name)
+}
+
+/// Copies a folder with all that it holds.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
+        }
+    }
 }
 
 /// An empty folder for one test.

@@ -1,6 +1,6 @@
 //! One seed gives the same bytes, from records to figures, whatever the number of threads.
 
-use crate::scratch;
+use crate::{copy, example, scratch};
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
 /// Runs the steps in a folder with a number of threads.
@@ -14,11 +14,15 @@ fn run_steps(folder: &Path, threads: &str, steps: &[&[&str]]) {
 }
 
 fn run(folder: &Path, threads: &str, seed: &str) -> BTreeMap<String, Vec<u8>> {
+    let study = folder.join("study");
+    copy(&example("juniper-yoko-2022"), &study);
+    let plan = fs::read_to_string(study.join("study.toml")).unwrap();
+    fs::write(study.join("study.toml"), plan.replacen("base = \"states\"", "base = \"ambient\"", 1)).unwrap();
     let steps: [&[&str]; 4] = [
-        &["lab", "--out", "rig", "--row", "C3", "--repeats", "2", "--seed", seed],
-        &["process", "rig"],
-        &["rank", "rig", "--out", "results"],
-        &["report", "results"],
+        &["lab", "--out", "study/records", "--row", "C3", "--repeats", "2", "--seed", seed],
+        &["process", "study/records", "--out", "study/observations"],
+        &["rank", "study", "--until", "prongs", "--one-start"],
+        &["report", "study"],
     ];
     run_steps(folder, threads, &steps);
     let mut files = BTreeMap::new();
@@ -47,13 +51,17 @@ fn exact_same_seed_same_bytes_for_one_and_two_threads() {
     for (name, content) in &one {
         assert!(two[name] == *content, "{name} differs");
     }
-    for file in ["results/index.html", "results/figures/figure-3.svg", "results/figures/figure-4.svg"] {
+    for file in [
+        "study/results/index.html",
+        "study/results/figures/figure-3.svg",
+        "study/results/figures/figure-4.svg",
+    ] {
         assert!(one.contains_key(file), "{file} is missing");
     }
     // The comparison can fail: another seed gives other records.
     let other = run(&scratch("other-seed"), "2", "4");
-    assert!(other["rig/C3-E/ping-00.wav"] != one["rig/C3-E/ping-00.wav"]);
-    assert!(other["results/figures/figure-4.svg"] != one["results/figures/figure-4.svg"]);
+    assert!(other["study/records/C3-E/ping-00.wav"] != one["study/records/C3-E/ping-00.wav"]);
+    assert!(other["study/results/figures/figure-4.svg"] != one["study/results/figures/figure-4.svg"]);
 }
 
 #[test]

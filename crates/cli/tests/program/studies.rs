@@ -1,33 +1,17 @@
 //! `rijke run` on the folder of a study.
 
-use crate::{rijke, scratch};
+use crate::{copy, example, rijke, scratch};
 use serde_json::Value;
-use std::{f64::consts::TAU, fs, path::Path};
-
-fn examples() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples")
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target)
-        } else {
-            fs::copy(entry.path(), target).map(drop).unwrap()
-        }
-    }
-}
+use std::{f64::consts::TAU, fs};
 
 /// The same networks, priors and data by the engine of studies, with exact derivatives, and by `rijke infer`, with differences.
 #[test]
 fn oracle_a_ducted_flame_has_the_fit_that_infer_gives() {
     let folder = scratch("study-ducted-flame");
-    let example = examples().join("ducted-flame");
-    let network = fs::read_to_string(example.join("n-tau.toml")).unwrap();
+    let flame = example("ducted-flame");
+    let network = fs::read_to_string(flame.join("n-tau.toml")).unwrap();
     fs::write(folder.join("rig.toml"), network.replace("\"$chamber_length\"", "\"chamber_length\"")).unwrap();
-    let table = fs::read_to_string(example.join("modes.csv")).unwrap();
+    let table = fs::read_to_string(flame.join("modes.csv")).unwrap();
     let rows: Vec<Vec<&str>> =
         table.lines().filter(|l| !l.starts_with('#')).skip(1).map(|l| l.split(',').collect()).collect();
     let (mut campaign, mut modes) = (String::from("point,chamber_length [m]\n"), String::new());
@@ -51,7 +35,7 @@ fn oracle_a_ducted_flame_has_the_fit_that_infer_gives() {
         serde_json::from_slice(&output.stdout).unwrap()
     };
     let ours = json(&["run", ".", "--one-start", "--json"]);
-    let files = ["n-tau.toml", "modes.csv"].map(|f| example.join(f).display().to_string());
+    let files = ["n-tau.toml", "modes.csv"].map(|f| flame.join(f).display().to_string());
     let theirs = json(&["infer", &files[0], "--data", &files[1], "--json"]);
     let model = &ours["stages"][0]["models"][0];
     let here = model["evidence"]["ln_best_fit"].as_f64().unwrap();
@@ -70,13 +54,13 @@ fn oracle_a_ducted_flame_has_the_fit_that_infer_gives() {
 #[test]
 fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     let folder = scratch("study-page");
-    copy(&examples().join("quarter-wave"), &folder.join("rig"));
+    copy(&example("quarter-wave"), &folder.join("rig"));
     let output = rijke(&folder, &["run", "rig", "--one-start"]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success() && said.contains("heat.king-lighthill  <- goes on"), "{said}");
     let page = fs::read_to_string(folder.join("rig/results/index.html")).unwrap();
     assert!(page.contains("Virtual data") && page.contains("Heat release of the gauze"));
-    assert!(folder.join("rig/results/figures/heat-1.svg").is_file());
+    assert!(folder.join("rig/results/figures/heat.svg").is_file());
     // A second run does not overwrite what a first one found.
     let again = rijke(&folder, &["run", "rig", "--one-start"]);
     assert_eq!(again.status.code(), Some(2));
@@ -85,7 +69,7 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
 #[test]
 fn message_what_is_wrong_in_a_study_is_refused_with_file_and_line() {
     let folder = scratch("study-wrong");
-    copy(&examples().join("quarter-wave"), &folder.join("sound"));
+    copy(&example("quarter-wave"), &folder.join("sound"));
     let refused = |file: &str, from: &str, to: &str, says: &[&str]| {
         let _ = fs::remove_dir_all(folder.join("rig"));
         copy(&folder.join("sound"), &folder.join("rig"));

@@ -7,29 +7,39 @@ fn network(folder: &Path, text: &str) {
     fs::write(folder.join("tube.toml"), text).unwrap();
 }
 
-fn numbers(folder: &Path, text: &str) {
-    fs::create_dir_all(folder.join("results/numbers")).unwrap();
-    fs::write(folder.join("results/numbers/prongs.json"), text).unwrap();
+/// A study that was ranked as far as this.
+fn ranked(folder: &Path, numbers: Option<&str>) {
+    crate::copy(&crate::example("quarter-wave"), &folder.join("study"));
+    if let Some(text) = numbers {
+        fs::create_dir_all(folder.join("study/results/numbers")).unwrap();
+        fs::write(folder.join("study/results/numbers/claims.json"), text).unwrap();
+    }
 }
 
-pub(super) const CASES: [Case; 26] = [
+pub(super) const CASES: [Case; 27] = [
     case(
         "results that do not exist",
-        |_| (),
-        "report results",
-        ["results/numbers", "cannot be read", "rijke rank"],
-    ),
-    case(
-        "results without numbers",
-        |d| fs::create_dir_all(d.join("results/numbers")).unwrap(),
-        "report results",
-        ["results/numbers", "no numbers", "rijke rank"],
+        |d| ranked(d, None),
+        "report study",
+        ["study/results/numbers/claims.json", "No such file", "Run `rijke rank study` first"],
     ),
     case(
         "numbers that are damaged",
-        |d| numbers(d, "{\"provenance\":\n [}"),
-        "report results",
-        ["prongs.json", "line 2, column 3", "rijke rank"],
+        |d| ranked(d, Some("[{\"provenance\":\n [}")),
+        "report study",
+        ["study/results/numbers/claims.json", "line 2", "Run `rijke rank study` first"],
+    ),
+    case(
+        "prediction before the ranking",
+        |d| ranked(d, None),
+        "predict study --at x_g=0.3",
+        ["study/results/models/heat.json", "No such file", "Run `rijke rank study` first"],
+    ),
+    case(
+        "report of no study",
+        |_| (),
+        "report elsewhere",
+        ["elsewhere", "holds no study.toml", "`rijke new DIR --template NAME`"],
     ),
     case(
         "file that does not exist",
@@ -109,7 +119,17 @@ pub(super) const CASES: [Case; 26] = [
         "lab --seed -1 --out records",
         ["invalid value '-1' for '--seed <N>'", "invalid digit", "--help"],
     ),
-    case("plan without a rig", |_| (), "check . --plan", ["rig.toml", "cannot be read", "check the name"]),
+    case("check of nothing", |_| (), "check .", [".", "holds no study.toml", "docs/study-folder.md"]),
+    case(
+        "template that does not exist",
+        |_| (),
+        "new my-rig --template trumpet",
+        [
+            "invalid value 'trumpet' for '--template",
+            "heated-tube, quarter-wave, burner, kundt-tube",
+            "--help",
+        ],
+    ),
     case("row that the campaign does not have", |_| (), "lab --row C9 --out records", ["C9", "C3", "H180"]),
     case(
         "rig of the laboratory that does not exist",
@@ -135,7 +155,7 @@ pub(super) const CASES: [Case; 26] = [
             fs::create_dir(d.join("my-rig")).unwrap();
             fs::write(d.join("my-rig/rig.toml"), "").unwrap();
         },
-        "new my-rig",
+        "new my-rig --template heated-tube",
         ["my-rig", "exists already", "Give another folder"],
     ),
     case(
@@ -151,15 +171,9 @@ pub(super) const CASES: [Case; 26] = [
         ["tube.toml", "line 1", "expected"],
     ),
     case(
-        "candidates that do not exist",
-        |_| (),
-        "candidate own.toml",
-        ["own.toml", "cannot be read", "rijke candidate --symbols"],
-    ),
-    case(
         "nothing to run",
         |_| (),
         "run elsewhere",
-        ["elsewhere/manifest.toml", "not a record set", "rijke lab"],
+        ["elsewhere", "holds no study.toml", "`rijke new DIR --template NAME`"],
     ),
 ];

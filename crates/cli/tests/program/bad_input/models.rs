@@ -1,87 +1,77 @@
-//! Candidates of the user's own, and trained models.
+//! Candidates of the user's own, stages, questions, and trained models.
 
 use super::{Case, case, edit, observations};
 use std::{fs, path::Path};
 
-const RANK: &str = "rank data --candidates own.toml --out results";
-const PREDICT: &str = "predict model.json --flow base-flow";
+const RANK: &str = "rank data --until prongs --one-start";
+const PREDICT: &str = "predict data --stage prongs";
 
-/// Observations, and a file of one candidate.
+/// Observations, and a candidate beside those of the paper.
 pub(super) fn write(folder: &Path) {
     observations::write(folder);
     let own = "[[candidate]]\nid = \"my-prongs\"\nrole = \"prongs\"\nname = \"drag of a sphere\"\ncite = [\"nobody\"]\n\
                parameters.kd = { symbol = \"k_1\", unit = \"1\", prior = { normal = { mean = 1.0, sd = 1.0 } } }\n\
-               [[candidate.effect]]\nacts_at = \"prong-end\"\nmu = \"kd * rho * c\"\n";
-    fs::write(folder.join("own.toml"), own).unwrap();
+               [[candidate.effect]]\nacts_at = \"prongs.end\"\nmu = \"kd * rho * c\"\n";
+    fs::write(folder.join("data/candidates/own.toml"), own).unwrap();
 }
 
 fn own(folder: &Path, from: &str, to: &str) {
-    edit(folder, "own.toml", from, to);
+    edit(folder, "data/candidates/own.toml", from, to);
 }
 
-pub(super) const CASES: [Case; 20] = [
+fn plan(folder: &Path, from: &str, to: &str) {
+    edit(folder, "data/study.toml", from, to);
+}
+
+pub(super) const CASES: [Case; 30] = [
+    case("no study", |_| (), "rank elsewhere", ["elsewhere", "holds no study.toml", "`rijke new"]),
     case(
-        "no file of candidates",
-        |d| fs::remove_file(d.join("own.toml")).unwrap(),
+        "no rig",
+        |d| fs::remove_file(d.join("data/rig.toml")).unwrap(),
         RANK,
-        ["own.toml", "cannot be read", "rijke candidate --symbols"],
+        ["data/rig.toml", "cannot be read", "No such file"],
     ),
     case(
-        "role that does not exist",
-        |d| own(d, "\"prongs\"", "\"flame\""),
-        RANK,
-        ["own.toml, line 2", "the role `flame`", "prongs, heater, heat-release"],
-    ),
-    case(
-        "id of the project",
+        "id of another candidate",
         |d| own(d, "my-prongs", "prongs.6"),
         RANK,
-        ["own.toml, line 2", "another candidate is called `prongs.6`", "Give it another id"],
+        ["candidates/prongs.toml", "a second candidate is called `prongs.6`", "every name must be different"],
     ),
     case(
-        "parameter of another component",
-        |d| {
-            own(d, "parameters.kd", "parameters.eta");
-            own(d, "kd * rho", "eta * rho");
-        },
-        RANK,
-        ["own.toml, line 2", "the parameter `eta`", "Rename the parameter"],
-    ),
-    case(
-        "symbol that does not exist",
+        "name that does not exist",
         |d| own(d, "rho * c", "rho * c0"),
         RANK,
-        ["own.toml, line 9", "c0", "rijke candidate --symbols"],
+        ["own.toml, line 7", "`c0` is not known", "did you mean `c`"],
     ),
     case(
         "formula that ends too soon",
         |d| own(d, "kd * rho * c", "kd * (rho * c"),
         RANK,
-        ["own.toml, line 9", "this parenthesis is never closed", "rijke candidate --symbols"],
+        ["own.toml, line 7", "`mu`", "this parenthesis is never closed"],
     ),
     case(
         "formula that is not analytic",
         |d| own(d, "kd * rho * c", "kd * rho * abs(s)"),
         RANK,
-        ["own.toml, line 9", "abs", "analytic"],
+        ["own.toml, line 7", "abs", "analytic"],
     ),
     case(
-        "formula that is not finite",
-        |d| own(d, "kd * rho * c", "kd * rho * c * (Q_h/Q_h)"),
-        RANK,
-        ["own.toml, line 2", "not finite at", "rijke candidate own.toml"],
+        "formula of another unit",
+        |d| own(d, "kd * rho * c", "kd * rho"),
+        "check data",
+        ["data/candidates", "my-prongs, mu at prongs.end", "remedy: Correct the formula"],
     ),
     case(
         "parameter without effect",
         |d| own(d, "kd * rho * c", "rho * c"),
         RANK,
-        ["own.toml, line 6", "`kd` appears in no formula", "use it or remove it"],
+        ["own.toml, line 6", "`kd` is used nowhere", "use it or remove it"],
     ),
     case(
         "model without a source",
         |d| own(d, "[\"nobody\"]", "[]"),
         RANK,
-        ["own.toml, line 5", "`cite` is empty", "own judgement"],
+        ["own.toml", "cite", "own judgement"],
     ),
     case(
         "prior of negative width",
@@ -90,28 +80,29 @@ pub(super) const CASES: [Case; 20] = [
         ["own.toml, line 6", "the prior of `kd`", "-1"],
     ),
     case(
-        "reflection at the heater",
+        "reflection inside",
         |d| own(d, "mu = ", "reflection = "),
         RANK,
-        ["own.toml, line 9", "`reflection` cannot act at", "ends take `reflection`"],
+        ["own.toml, line 7", "`reflection` cannot act at", "ends take `reflection`"],
     ),
     case(
         "place that does not exist",
-        |d| own(d, "prong-end", "nozzle"),
+        |d| own(d, "prongs.end", "nozzle"),
         RANK,
-        ["own.toml, line 8", "unknown variant `nozzle`", "expected one of"],
+        ["own.toml, line 7", "`nozzle`", "prongs.end"],
     ),
     case(
         "effect on nothing",
         |d| own(d, "mu = \"kd * rho * c\"", ""),
         RANK,
-        ["own.toml, line 7", "nothing is affected here", "give at least one of"],
+        ["own.toml, line 2", "there is no effect", "add a [[candidate.effect]]"],
     ),
+    case("broken TOML", |d| own(d, "role = ", "role "), RANK, ["own.toml, line 3", "=", "expected"]),
     case(
-        "broken TOML",
-        |d| own(d, "role = ", "role "),
+        "unknown key",
+        |d| own(d, "cite = ", "cited = "),
         RANK,
-        ["own.toml, line 3", "=", "rijke candidate --symbols"],
+        ["own.toml, line 5", "unknown field `cited`", "expected"],
     ),
     case(
         "parameter that is called like a symbol",
@@ -120,31 +111,97 @@ pub(super) const CASES: [Case; 20] = [
             own(d, "kd * rho", "rho * rho");
         },
         RANK,
-        ["own.toml, line 6", "`rho` has the name of a symbol", "call it something else"],
+        ["own.toml, line 6", "`rho` cannot be the name of a parameter", "formulas already know it"],
     ),
     case(
         "the same candidate twice",
         |d| {
-            let text = fs::read_to_string(d.join("own.toml")).unwrap();
-            fs::write(d.join("own.toml"), text.repeat(2)).unwrap();
+            let path = d.join("data/candidates/own.toml");
+            let text = fs::read_to_string(&path).unwrap();
+            fs::write(path, text.repeat(2)).unwrap();
         },
         RANK,
-        ["own.toml, line 11", "a second candidate is called `my-prongs`", "give it another id"],
+        ["own.toml, line 11", "a second candidate is called `my-prongs`", "every name must be different"],
     ),
     case(
-        "candidates before a run",
-        |d| {
-            own(d, "rho * c", "rho * c0");
-            fs::rename(d.join("own.toml"), d.join("data/candidates.toml")).unwrap();
-        },
-        "run data",
-        ["data/candidates.toml, line 9", "c0", "rijke candidate --symbols"],
+        "stage of no role",
+        |d| plan(d, "compete = \"prongs\"", "compete = \"rods\""),
+        RANK,
+        ["study.toml, line", "no role called `rods`", "known: "],
     ),
-    case("no trained model", |_| (), PREDICT, ["model.json", "No such file", "rijke rank --flow"]),
+    case(
+        "stage on a stage that does not come before",
+        |d| plan(d, "on = \"empty-tube\"", "on = \"heater\""),
+        RANK,
+        ["study.toml, line", "no earlier stage called `heater`", "known: empty-tube"],
+    ),
+    case(
+        "condition on a factor that is none",
+        |d| plan(d, "X_h = \"absent\"", "X_m = \"absent\""),
+        RANK,
+        ["study.toml, line", "no factor called `X_m`", "X_h, heater, thermocouples, Q_h"],
+    ),
+    case(
+        "stage to stop at that does not exist",
+        |_| (),
+        "rank data --until rods",
+        ["data/study.toml", "no stage called `rods`", "Give one of: empty-tube"],
+    ),
+    case(
+        "question of another kind",
+        |d| plan(d, "ask = \"contours\"", "ask = \"contour\""),
+        RANK,
+        ["study.toml, line", "contour", "contours"],
+    ),
+    case(
+        "published row of no candidate",
+        |d| edit(d, "data/paper.toml", "\"prongs.1\" = ", "\"prongs.99\" = "),
+        RANK,
+        ["paper.toml, line", "prongs.99", "known: "],
+    ),
+    case(
+        "statement that is no comparison",
+        |d| edit(d, "data/paper.toml", "holds = \"sd < 0.02\"", "holds = \"sd\""),
+        RANK,
+        ["paper.toml, line", "sd", "<"],
+    ),
+    case(
+        "position with another unit",
+        |d| edit(d, "data/campaign.csv", "Q_h [W]", "Q_h [Wh/]"),
+        RANK,
+        ["campaign.csv, line 3", "Q_h [Wh/]", "unit"],
+    ),
+    case(
+        "power with its unit",
+        |d| edit(d, "data/campaign.csv", "C1-15,C1,0.15,1,0,0,", "C1-15,C1,0.15,1,0,0 W,"),
+        RANK,
+        ["campaign.csv, line 4", "`Q_h` is `0 W`", "a finite number"],
+    ),
+    case(
+        "part without a place",
+        |d| edit(d, "data/rig.toml", "to = \"X_h\"", "to = \"Y_h\""),
+        RANK,
+        ["rig.toml, line", "`to` is `Y_h`", "a formula of factors"],
+    ),
+    case(
+        "length in seconds",
+        |d| edit(d, "data/rig.toml", "\"47.4 mm\"", "\"47.4 ms\""),
+        RANK,
+        ["rig.toml, line", "`diameter`", "in m"],
+    ),
+    case(
+        "no trained model",
+        |_| (),
+        PREDICT,
+        ["models/prongs.json", "No such file", "Run `rijke rank data`"],
+    ),
     case(
         "trained model that is cut off",
-        |d| fs::write(d.join("model.json"), "{\"kind\": \"virtual\",\n").unwrap(),
+        |d| {
+            fs::create_dir_all(d.join("data/results/models")).unwrap();
+            fs::write(d.join("data/results/models/prongs.json"), "{\"candidates\":\n").unwrap();
+        },
         PREDICT,
-        ["model.json", "line 2", "rijke rank --flow"],
+        ["models/prongs.json", "line 1", "Run `rijke rank data`"],
     ),
 ];

@@ -1,14 +1,17 @@
 //! Observations that were prepared by hand, and what is asked of them.
 
 use super::{Case, case, edit};
+use crate::{copy, example};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{Campaign, DataKind, Day, Observations, Ping, PointObservations, Rig};
 use std::{fs, path::Path};
 
-const RANK: &str = "rank data --out results";
+const RANK: &str = "rank data --until empty-tube --one-start";
 
-/// Four cold points without heater, as plain as possible, in `data/observations`.
+/// The study of the paper with four cold points without heater, as plain as possible, in `data/observations`.
 pub(crate) fn write(folder: &Path) {
+    copy(&example("juniper-yoko-2022"), &folder.join("data"));
+    edit(folder, "data/study.toml", "base = \"states\"", "base = \"ambient\"");
     let rig = Rig::juniper_yoko_2022();
     let size = 2 * rig.microphones.positions.len();
     let ping = |k: f64| {
@@ -56,80 +59,75 @@ fn cell(folder: &Path, file: &str, n: usize, value: &str) {
     fs::write(path, lines.join("\n") + "\n").unwrap();
 }
 
-pub(super) const CASES: [Case; 23] = [
+pub(super) const CASES: [Case; 19] = [
     case(
         "no observations",
         |d| fs::remove_dir_all(d.join("data/observations")).unwrap(),
         RANK,
-        ["data/observations.toml", "cannot be read", "Run `rijke process data` first."],
+        ["data/observations/observations.toml", "cannot be read", "with `rijke process`"],
     ),
     case(
         "unknown kind of data",
         |d| edit(d, "data/observations/observations.toml", "\"virtual\"", "\"guessed\""),
         RANK,
-        ["observations.toml:1:8", "unknown variant `guessed`", "expected `measured` or `virtual`"],
+        ["observations.toml, line 1", "unknown variant `guessed`", "expected `measured` or `virtual`"],
     ),
     case(
-        "no operating points",
+        "no modes",
         |d| {
-            let path = d.join("data/observations/points.csv");
+            let path = d.join("data/observations/pings.csv");
             let text = fs::read_to_string(&path).unwrap();
             fs::write(path, text.lines().next().unwrap()).unwrap();
         },
         RANK,
-        ["points.csv", "rows: is empty", "give at least one operating point"],
-    ),
-    case(
-        "heater that is neither there nor not",
-        |d| cell(d, "points.csv", 3, "maybe"),
-        RANK,
-        ["points.csv", "line 2, column `heater`: `maybe`", "0 or 1"],
-    ),
-    case(
-        "power with its unit",
-        |d| cell(d, "points.csv", 5, "30 W"),
-        RANK,
-        ["points.csv", "line 2, column `power_W`: `30 W`", "a finite number"],
+        ["pings.csv", "no mode", "add a row"],
     ),
     case(
         "other columns",
-        |d| edit(d, "data/observations/pings.csv", "growth_rate_per_s", "growth_rate"),
+        |d| edit(d, "data/observations/pings.csv", "growth_rate_per_s", "growth"),
         RANK,
-        ["pings.csv", "line 1: column 2 is `growth_rate`, expected `growth_rate_per_s`", "keep the header"],
+        ["pings.csv, line 1", "no column called `growth`", "growth_rate, frequency"],
     ),
     case(
         "word in the place of a number",
         |d| cell(d, "pings.csv", 1, "fast"),
         RANK,
-        ["pings.csv", "line 2, column `growth_rate_per_s`: `fast`", "a finite number"],
+        ["pings.csv, line 2", "`growth_rate_per_s` is `fast`", "a finite number"],
     ),
     case(
         "infinite frequency",
         |d| cell(d, "pings.csv", 2, "inf"),
         RANK,
-        ["pings.csv", "column `angular_frequency_rad_per_s`: `inf`", "a finite number"],
+        ["pings.csv, line 2", "`angular_frequency_rad_per_s` is `inf`", "a finite number"],
     ),
     case(
         "variance of zero",
         |d| cell(d, "pings.csv", 17, "0"),
         RANK,
-        [
-            "pings.csv",
-            "line 2, column `cov_growth_rate_per_s_growth_rate_per_s`",
-            "give variances above zero",
-        ],
+        ["pings.csv, line 2", "the covariance of", "is not positive definite"],
     ),
     case(
         "correlation beyond one",
         |d| cell(d, "pings.csv", 18, "1"),
         RANK,
-        ["pings.csv", "the covariance is not positive definite", "correlations inside -1 to 1"],
+        ["pings.csv, line 2", "is not positive definite", "check the sizes and signs"],
     ),
     case(
-        "operating point that no table lists",
+        "operating point that the campaign does not list",
         |d| cell(d, "pings.csv", 0, "C9-05"),
         RANK,
-        ["pings.csv", "line 2, column `point`: `C9-05` is not known", "known: C3-05"],
+        ["pings.csv, line 2", "no operating point called `C9-05`", "known: C1-15"],
+    ),
+    case(
+        "the same point twice",
+        |d| {
+            let path = d.join("data/observations/pings.csv");
+            let text = fs::read_to_string(&path).unwrap();
+            let again = text.lines().nth(1).unwrap();
+            fs::write(path, format!("{text}{again}\n")).unwrap();
+        },
+        RANK,
+        ["pings.csv, line 6", "a second row for", "every name must be different"],
     ),
     case(
         "line that is too short",
@@ -139,7 +137,18 @@ pub(super) const CASES: [Case; 23] = [
             fs::write(path, text + "C3-E,1\n").unwrap();
         },
         RANK,
-        ["pings.csv:6:", "2 fields", "the previous record has 153 fields"],
+        ["pings.csv, line 6", "2 fields", "153 fields"],
+    ),
+    case(
+        "no point of a stage",
+        |d| {
+            let path = d.join("data/observations/pings.csv");
+            let text = fs::read_to_string(&path).unwrap();
+            let kept: Vec<&str> = text.lines().filter(|l| !l.starts_with("C3-E")).collect();
+            fs::write(path, kept.join("\n") + "\n").unwrap();
+        },
+        RANK,
+        ["data", "stage `empty-tube`: none of its points was observed", "check its selection"],
     ),
     case(
         "clicks of other microphones",
@@ -147,21 +156,8 @@ pub(super) const CASES: [Case; 23] = [
             let path = d.join("data/observations/clicks.csv");
             fs::write(path, "point,arrival1_s,arrival3_s\n").unwrap();
         },
-        RANK,
+        "flow data --out base-flow",
         ["clicks.csv", "column 3 is `arrival3_s`, expected `arrival2_s`", "keep the header"],
-    ),
-    case(
-        "no empty tube",
-        |d| {
-            for file in ["points.csv", "pings.csv"] {
-                let path = d.join("data/observations").join(file);
-                let text = fs::read_to_string(&path).unwrap();
-                let kept: Vec<&str> = text.lines().filter(|l| !l.starts_with("C3-E")).collect();
-                fs::write(path, kept.join("\n") + "\n").unwrap();
-            }
-        },
-        RANK,
-        ["data/observations", "no operating point with the empty tube", "measure it"],
     ),
     case(
         "no flow to infer",
@@ -182,45 +178,27 @@ pub(super) const CASES: [Case; 23] = [
         ["closures.toml", "unknown field `convection`", "expected"],
     ),
     case(
-        "hot points without a cold heater",
-        |_| (),
-        "rank data --flow elsewhere --out results",
-        ["data/observations", "a cold heater without and with thermocouples", "Leave out --flow"],
-    ),
-    case(
         "results in the place of something else",
         |d| {
-            fs::create_dir_all(d.join("results")).unwrap();
-            fs::write(d.join("results/thesis.tex"), "").unwrap();
+            fs::create_dir_all(d.join("data/results")).unwrap();
+            fs::write(d.join("data/results/thesis.tex"), "").unwrap();
         },
-        "rank data --out results --force",
-        ["results", "holds no numbers/prongs.json", "remove this one yourself"],
+        "rank data --until empty-tube --force",
+        ["data/results", "holds no numbers/claims.json", "remove this one yourself"],
     ),
     case(
         "results that exist",
         |d| {
-            fs::create_dir_all(d.join("results/numbers")).unwrap();
-            fs::write(d.join("results/numbers/prongs.json"), "{}").unwrap();
+            fs::create_dir_all(d.join("data/results/numbers")).unwrap();
+            fs::write(d.join("data/results/numbers/claims.json"), "[]").unwrap();
         },
         RANK,
-        ["results", "exists already", "--force"],
-    ),
-    case(
-        "model of a candidate that does not exist",
-        |_| (),
-        "check-model data --model wall.rayleigh,prongs.99",
-        ["--model", "no candidate 'prongs.99'", "fixtures/candidates"],
-    ),
-    case(
-        "two candidates of one role",
-        |_| (),
-        "check-model data --model wall.rayleigh,wall.kirchhoff",
-        ["`wall.rayleigh` and `wall.kirchhoff`", "both model the wall", "choose one"],
+        ["data/results", "exists already", "--force"],
     ),
     case(
         "negative error of the referee",
         |_| (),
-        "check-model data --referee-error=-1",
+        "rank data --referee nested --referee-error=-1",
         ["--referee-error", "-1", "--help"],
     ),
 ];

@@ -72,7 +72,7 @@ pub(super) const CASES: [Case; 42] = [
         "no manifest",
         |d| fs::remove_file(d.join("records/manifest.toml")).unwrap(),
         CHECK,
-        ["manifest.toml", "not a record set", "rijke lab"],
+        ["records", "holds no study.toml", "docs/study-folder.md"],
     ),
     case(
         "unknown key",

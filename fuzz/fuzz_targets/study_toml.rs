@@ -1,0 +1,9 @@
+//! Any text as the stages and questions of a study.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use rijke_fuzz::study;
+
+fuzz_target!(|text: &str| {
+    let _ = study("study.toml", text);
+});
