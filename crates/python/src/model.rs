@@ -1,0 +1,145 @@
+//! The model of a study's observations as a function of its parameters, with exact first and second derivatives.
+
+use crate::convert::{array, complex};
+use crate::fault::{Answer, Fault};
+use crate::network::WORK;
+use numpy::{AllowTypeChange, PyArrayLikeDyn, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use rijke_engine::{Assembly, EngineError, Observed, PointModel};
+use rijke_network::Response;
+use rijke_numerics::{C64, Order};
+use std::sync::Arc;
+
+/// See `rijke.Model`.
+#[pyclass(frozen, module = "rijke._native")]
+pub(crate) struct Model {
+    assembly: Arc<Assembly>,
+    observed: Arc<Vec<Observed>>,
+}
+
+/// Values from Python, of any shape whose last axis is the parameters.
+type Values<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
+
+/// How many sets of parameters one thread takes at a time: laying out the network costs as much as some solutions of it.
+const CHUNK: usize = 16;
+
+impl Model {
+    pub(crate) fn of(assembly: Arc<Assembly>, observed: Arc<Vec<Observed>>) -> Self {
+        Self { assembly, observed }
+    }
+
+    /// s of every observation, for every row of parameters.
+    fn respond(&self, rows: &[f64], order: Order) -> Answer<Vec<Response>> {
+        let p = self.assembly.parameters().len();
+        let count = rows.len().checked_div(p).unwrap_or(1);
+        let tasks: Vec<(usize, usize)> = (0..count.div_ceil(CHUNK))
+            .flat_map(|chunk| (0..self.observed.len()).map(move |o| (chunk, o)))
+            .collect();
+        // As the records of stages are made: cuts of the network at microphones enter where the gas varies along x.
+        let microphones = &self.assembly.rig.microphones;
+        let heard: Vec<usize> =
+            if microphones.at.is_empty() { Vec::new() } else { vec![microphones.reference] };
+        let run = |(chunk, o): (usize, usize)| -> Result<Vec<Response>, EngineError> {
+            let observed = &self.observed[o];
+            let model = PointModel::new(&self.assembly, &observed.conditions, &heard)?;
+            let model = model.starting_from(observed.near).prepared();
+            let last = count.min((chunk + 1) * CHUNK);
+            WORK.with_borrow_mut(|work| {
+                (chunk * CHUNK..last).map(|k| model.respond(&rows[k * p..(k + 1) * p], order, work)).collect()
+            })
+        };
+        let found: Vec<Vec<Response>> = tasks.into_par_iter().map(run).collect::<Result<_, _>>()?;
+        // By row of parameters, then by observation.
+        let n = self.observed.len();
+        let mut sorted = Vec::with_capacity(count * n);
+        for k in 0..count {
+            let chunk = k / CHUNK;
+            sorted.extend((0..n).map(|o| found[chunk * n + o][k % CHUNK].clone()));
+        }
+        Ok(sorted)
+    }
+}
+
+#[pymethods]
+impl Model {
+    /// Name, symbol, unit and own prior of every parameter, as JSON.
+    fn parameters(&self) -> Answer<String> {
+        serde_json::to_string(self.assembly.parameters()).map_err(Fault::failed)
+    }
+
+    /// Medians of the parameters' own priors.
+    #[getter]
+    fn medians<'py>(&self, py: Python<'py>) -> Answer<Bound<'py, PyAny>> {
+        let medians: Vec<f64> = self.assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
+        Ok(array(py, &[medians.len()], medians)?.into_any())
+    }
+
+    /// Operating point and label of the mode of every observation.
+    #[getter]
+    fn points(&self) -> Vec<(String, String)> {
+        self.observed.iter().map(|o| (o.conditions.id.clone(), o.mode.label.clone())).collect()
+    }
+
+    /// Growth rate (1/s) and angular frequency (rad/s) that were measured; NaN where they were not.
+    fn measured<'py>(&self, py: Python<'py>) -> Answer<Bound<'py, PyAny>> {
+        let nan = |v: Option<f64>| v.unwrap_or(f64::NAN);
+        let s = self.observed.iter().flat_map(|o| [nan(o.mode.growth_rate), nan(o.mode.angular_frequency)]);
+        let s = complex(&s.collect::<Vec<_>>());
+        Ok(array(py, &[s.len()], s)?.into_any())
+    }
+
+    /// s of every observation at `values`, with derivatives up to `order` (0, 1, 2) in the parameters.
+    #[pyo3(signature = (values, order = 0))]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        values: Values<'py>,
+        order: usize,
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let shape = values.shape().to_vec();
+        let (n, p) = (self.observed.len(), self.assembly.parameters().len());
+        self.check(shape.last().copied().unwrap_or(1))?;
+        let wanted = match order {
+            0 => Order::Value,
+            1 => Order::First,
+            2 => Order::Second,
+            _ => {
+                let fault = Fault::input(format!("order is {order}, but derivatives go from 0 to 2"));
+                return Err(fault.remedy("Give 0, 1 or 2.").into());
+            }
+        };
+        let rows: Vec<f64> = values.as_array().iter().copied().collect();
+        let found = py.detach(|| self.respond(&rows, wanted))?;
+        let outer = &shape[..shape.len().saturating_sub(1)];
+        let shaped = |inner: &[usize]| [outer, inner].concat();
+        let mut answers = vec![
+            array(py, &shaped(&[n]), found.iter().map(|r| r.s.value()).collect::<Vec<C64>>())?.into_any(),
+        ];
+        if order >= 1 {
+            let all = found.iter().flat_map(|r| r.s.gradient().iter().copied()).collect();
+            answers.push(array(py, &shaped(&[n, p]), all)?.into_any());
+        }
+        if order == 2 {
+            let entry = |r: &Response, i, j| r.s.hessian(i, j);
+            let all = found
+                .iter()
+                .flat_map(|r| (0..p).flat_map(move |i| (0..p).map(move |j| entry(r, i, j))))
+                .collect();
+            answers.push(array(py, &shaped(&[n, p, p]), all)?.into_any());
+        }
+        Ok(answers)
+    }
+}
+
+impl Model {
+    fn check(&self, found: usize) -> Answer<()> {
+        let expected = self.assembly.parameters().len();
+        if found == expected {
+            return Ok(());
+        }
+        let names: Vec<&str> = self.assembly.parameters().iter().map(|p| p.name.as_str()).collect();
+        let message = format!("{found} values were given, but the model has {expected} parameters");
+        Err(Fault::input(message).remedy(&format!("Give a value of each of {}.", names.join(", "))))
+    }
+}
