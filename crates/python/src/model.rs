@@ -11,53 +11,74 @@ use rijke_network::Response;
 use rijke_numerics::{C64, Order};
 use std::sync::Arc;
 
+type Points<'a> = Vec<PointModel<'a>>;
+
+self_cell::self_cell! {
+    /// The networks of all observations, laid out once, beside the assembly on whose laws they are.
+    struct Laid {
+        owner: Arc<Assembly>,
+        #[covariant]
+        dependent: Points,
+    }
+}
+
 /// See `rijke.Model`.
 #[pyclass(frozen, module = "rijke._native")]
 pub(crate) struct Model {
-    assembly: Arc<Assembly>,
+    laid: Laid,
     observed: Arc<Vec<Observed>>,
 }
 
 /// Values from Python, of any shape whose last axis is the parameters.
 type Values<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
-/// How many sets of parameters one thread takes at a time: laying out the network costs as much as some solutions of it.
-const CHUNK: usize = 16;
+/// Fewer solutions than this are not worth the other threads.
+const FEW: usize = 8;
 
 impl Model {
-    pub(crate) fn of(assembly: Arc<Assembly>, observed: Arc<Vec<Observed>>) -> Self {
-        Self { assembly, observed }
+    pub(crate) fn of(assembly: Arc<Assembly>, observed: Arc<Vec<Observed>>) -> Answer<Self> {
+        let laid = Laid::try_new(assembly, |assembly| -> Result<Points<'_>, EngineError> {
+            // As the records of stages are made: cuts of the network at microphones enter where the gas varies along x.
+            let microphones = &assembly.rig.microphones;
+            let heard: Vec<usize> =
+                if microphones.at.is_empty() { Vec::new() } else { vec![microphones.reference] };
+            let point = |o: &Observed| {
+                Ok(PointModel::new(assembly, &o.conditions, &heard)?.starting_from(o.near).prepared())
+            };
+            observed.iter().map(point).collect()
+        })?;
+        Ok(Self { laid, observed })
+    }
+
+    fn assembly(&self) -> &Assembly {
+        self.laid.borrow_owner()
     }
 
     /// s of every observation, for every row of parameters.
     fn respond(&self, rows: &[f64], order: Order) -> Answer<Vec<Response>> {
-        let p = self.assembly.parameters().len();
-        let count = rows.len().checked_div(p).unwrap_or(1);
-        let tasks: Vec<(usize, usize)> = (0..count.div_ceil(CHUNK))
-            .flat_map(|chunk| (0..self.observed.len()).map(move |o| (chunk, o)))
-            .collect();
-        // As the records of stages are made: cuts of the network at microphones enter where the gas varies along x.
-        let microphones = &self.assembly.rig.microphones;
-        let heard: Vec<usize> =
-            if microphones.at.is_empty() { Vec::new() } else { vec![microphones.reference] };
-        let run = |(chunk, o): (usize, usize)| -> Result<Vec<Response>, EngineError> {
-            let observed = &self.observed[o];
-            let model = PointModel::new(&self.assembly, &observed.conditions, &heard)?;
-            let model = model.starting_from(observed.near).prepared();
-            let last = count.min((chunk + 1) * CHUNK);
-            WORK.with_borrow_mut(|work| {
-                (chunk * CHUNK..last).map(|k| model.respond(&rows[k * p..(k + 1) * p], order, work)).collect()
-            })
+        let (p, points) = (self.assembly().parameters().len(), self.laid.borrow_dependent());
+        let n = points.len();
+        let count = n * rows.len().checked_div(p).unwrap_or(1);
+        let one = |task: usize| {
+            let (k, o) = (task / n, task % n);
+            WORK.with_borrow_mut(|work| points[o].respond(&rows[k * p..(k + 1) * p], order, work))
         };
-        let found: Vec<Vec<Response>> = tasks.into_par_iter().map(run).collect::<Result<_, _>>()?;
-        // By row of parameters, then by observation.
-        let n = self.observed.len();
-        let mut sorted = Vec::with_capacity(count * n);
-        for k in 0..count {
-            let chunk = k / CHUNK;
-            sorted.extend((0..n).map(|o| found[chunk * n + o][k % CHUNK].clone()));
+        let found: Result<_, EngineError> = if count < FEW {
+            (0..count).map(one).collect()
+        } else {
+            (0..count).into_par_iter().map(one).collect()
+        };
+        Ok(found?)
+    }
+
+    fn check(&self, found: usize) -> Answer<()> {
+        let expected = self.assembly().parameters().len();
+        if found == expected {
+            return Ok(());
         }
-        Ok(sorted)
+        let names: Vec<&str> = self.assembly().parameters().iter().map(|p| p.name.as_str()).collect();
+        let message = format!("{found} values were given, but the model has {expected} parameters");
+        Err(Fault::input(message).remedy(&format!("Give a value of each of {}.", names.join(", "))))
     }
 }
 
@@ -65,13 +86,13 @@ impl Model {
 impl Model {
     /// Name, symbol, unit and own prior of every parameter, as JSON.
     fn parameters(&self) -> Answer<String> {
-        serde_json::to_string(self.assembly.parameters()).map_err(Fault::failed)
+        serde_json::to_string(self.assembly().parameters()).map_err(Fault::failed)
     }
 
     /// Medians of the parameters' own priors.
     #[getter]
     fn medians<'py>(&self, py: Python<'py>) -> Answer<Bound<'py, PyAny>> {
-        let medians: Vec<f64> = self.assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
+        let medians: Vec<f64> = self.assembly().parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
         Ok(array(py, &[medians.len()], medians)?.into_any())
     }
 
@@ -98,7 +119,7 @@ impl Model {
         order: usize,
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let shape = values.shape().to_vec();
-        let (n, p) = (self.observed.len(), self.assembly.parameters().len());
+        let (n, p) = (self.observed.len(), self.assembly().parameters().len());
         self.check(shape.last().copied().unwrap_or(1))?;
         let wanted = match order {
             0 => Order::Value,
@@ -129,17 +150,5 @@ impl Model {
             answers.push(array(py, &shaped(&[n, p, p]), all)?.into_any());
         }
         Ok(answers)
-    }
-}
-
-impl Model {
-    fn check(&self, found: usize) -> Answer<()> {
-        let expected = self.assembly.parameters().len();
-        if found == expected {
-            return Ok(());
-        }
-        let names: Vec<&str> = self.assembly.parameters().iter().map(|p| p.name.as_str()).collect();
-        let message = format!("{found} values were given, but the model has {expected} parameters");
-        Err(Fault::input(message).remedy(&format!("Give a value of each of {}.", names.join(", "))))
     }
 }

@@ -222,8 +222,11 @@ impl Network {
                 all.push(values);
             }
         }
-        let alike = py.import("numpy")?.call_method1("broadcast_arrays", PyTuple::new(py, all)?)?;
-        let alike: Vec<Bound<'py, PyAny>> = alike.extract()?;
+        let alike: Vec<Bound<'py, PyAny>> = if names.is_empty() {
+            all
+        } else {
+            py.import("numpy")?.call_method1("broadcast_arrays", PyTuple::new(py, all)?)?.extract()?
+        };
         let guesses: PyArrayLikeDyn<'py, C64, AllowTypeChange> = alike[0].extract()?;
         let shape = guesses.shape().to_vec();
         let guesses: Vec<C64> = guesses.as_array().iter().copied().collect();

@@ -85,7 +85,7 @@ impl Posterior {
     }
 
     /// The model of the observations that trained it.
-    fn model(&self) -> Model {
+    fn model(&self) -> Answer<Model> {
         Model::of(self.chosen.assembly.clone(), self.chosen.observed.clone())
     }
 

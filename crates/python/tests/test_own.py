@@ -135,9 +135,12 @@ def test_behaviour_ctrl_c_stops_a_fit() -> None:
 
 
 @pytest.mark.samplers
-def test_behaviour_pymc_samples_the_model_of_a_study() -> None:
-    pytest.importorskip("pymc")
-    from pymc_study import sample
+@pytest.mark.parametrize("sampler", ["pymc", "nutpie"])
+def test_behaviour_samplers_take_the_model_of_a_study(sampler: str) -> None:
+    pytest.importorskip(sampler)
+    import pymc_study
 
-    summary = sample()
+    summary = {"pymc": pymc_study.by_pymc, "nutpie": pymc_study.by_nutpie}[sampler]()
+    print(summary)
     assert (summary["r_hat"] < 1.01).all()
+    assert (summary["ess_bulk"] > 400).all()
