@@ -1,12 +1,19 @@
-//! Python's dictionaries as TOML, and arrays of complex numbers both ways.
+//! What the classes share: dictionaries of Python as TOML, arrays, and the memory of solvers.
 
 use crate::fault::{Answer, Fault};
 use numpy::PyArrayDyn;
 use numpy::ndarray::{ArrayD, IxDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyInt, PyList, PyString, PyTuple};
+use rijke_network::Workspace;
 use rijke_numerics::C64;
+use std::cell::RefCell;
 use toml::{Table, Value};
+
+thread_local! {
+    /// Memory of solvers, kept from call to call.
+    pub(crate) static WORK: RefCell<Workspace> = RefCell::default();
+}
 
 /// A dictionary of dictionaries, lists, numbers, words and truth values as the TOML of a file. `None` is left out.
 pub(crate) fn toml_of(dict: &Bound<'_, PyDict>, at: &str) -> PyResult<Table> {

@@ -1,8 +1,7 @@
 //! The model of a study's observations as a function of its parameters, with exact first and second derivatives.
 
-use crate::convert::{array, complex};
+use crate::convert::{WORK, array, complex};
 use crate::fault::{Answer, Fault};
-use crate::network::WORK;
 use numpy::{AllowTypeChange, PyArrayLikeDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use rayon::prelude::*;

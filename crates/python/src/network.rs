@@ -1,35 +1,29 @@
 //! A network file, asked from Python.
 
-use crate::convert::{array, toml_of};
+use crate::convert::{WORK, array, toml_of};
 use crate::fault::{Answer, Fault};
-use crate::forced::Frequencies;
+use crate::forced::{self, Frequencies};
 use numpy::{AllowTypeChange, PyArrayLikeDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyComplex, PyDict, PyFloat, PyTuple};
 use rayon::prelude::*;
-use rijke_network::file::{Account, Built, Numbers, read, samples_of_each};
-use rijke_network::{Device, Mode, Newton, Region, Root, Workspace};
+use rijke_network::file::{Account, Built, NamedNumbers, read, samples_of_each};
+use rijke_network::{Device, Mode, Newton, Region, Root};
 use rijke_numerics::C64;
-use std::cell::RefCell;
 use std::f64::consts::PI;
-
-thread_local! {
-    /// Memory of solvers, kept from call to call.
-    pub(crate) static WORK: RefCell<Workspace> = RefCell::default();
-}
 
 /// See `rijke.Network`.
 #[pyclass(subclass, frozen, module = "rijke._native")]
 pub(crate) struct Network {
     text: String,
     source: Option<String>,
-    pub(crate) built: Built,
-    numbers: Numbers,
+    built: Built,
+    numbers: NamedNumbers,
 }
 
 impl Network {
     /// An error about this file.
-    pub(crate) fn fault(&self, fault: impl Into<Fault>) -> Fault {
+    fn fault(&self, fault: impl Into<Fault>) -> Fault {
         fault.into().file(self.source.as_deref())
     }
 
@@ -40,7 +34,7 @@ impl Network {
     }
 
     /// A place by its number, or by the name of the element that acts there.
-    pub(crate) fn place(&self, place: &Bound<'_, PyAny>) -> PyResult<usize> {
+    fn place(&self, place: &Bound<'_, PyAny>) -> PyResult<usize> {
         let Ok(name) = place.extract::<String>() else { return place.extract() };
         let found = self.built.places.iter().find(|(_, known)| *known == name);
         Ok(found.map(|(place, _)| *place).ok_or_else(|| {
@@ -74,7 +68,7 @@ impl Network {
     fn new(text: String, source: Option<String>) -> Answer<Self> {
         let about = |fault: Fault| fault.file(source.as_deref());
         let built = read(&text).map_err(|error| about(error.into()))?;
-        let numbers = Numbers::of(&text).map_err(|error| about(error.into()))?;
+        let numbers = NamedNumbers::of(&text).map_err(|error| about(error.into()))?;
         Ok(Self { text, source, built, numbers })
     }
 
@@ -305,7 +299,10 @@ impl Network {
         kind: &str,
         place: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.forced_at(py, &s, kind, place)
+        let place = place.map(|place| self.place(&place)).transpose()?;
+        let found =
+            forced::source(kind, place).and_then(|source| forced::response(py, &self.built, &s, source));
+        Ok(found.map_err(|e| self.fault(e))?)
     }
 
     fn seen_from<'py>(
@@ -315,7 +312,8 @@ impl Network {
         place: Bound<'py, PyAny>,
         reflection: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.seen_at(py, &s, &place, reflection)
+        let found = forced::seen_from(py, &self.built, &s, self.place(&place)?, reflection);
+        Ok(found.map_err(|e| self.fault(e))?)
     }
 
     fn between<'py>(
@@ -325,7 +323,9 @@ impl Network {
         places: (Bound<'py, PyAny>, Bound<'py, PyAny>),
         scattering: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.between_at(py, &s, &places, scattering)
+        let places = [self.place(&places.0)?, self.place(&places.1)?];
+        let found = forced::between(py, &self.built, &s, places, scattering);
+        Ok(found.map_err(|e| self.fault(e))?)
     }
 
     /// Position of every place, m from the upstream end.

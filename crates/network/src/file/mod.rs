@@ -14,7 +14,7 @@ mod schema;
 
 pub use account::{Account, samples_of_each};
 pub use build::{Built, Warning};
-pub use named::{NumberError, Numbers};
+pub use named::{NamedNumbers, NumberError};
 pub use oscilos::{OscilosError, OscilosTexts, read_oscilos};
 pub use problem::Problem;
 

@@ -14,7 +14,7 @@ use toml::{Table, Value};
 /// A network file whose numbers are asked for by name: the path of keys, with the element's name or its place from 1:
 /// `gas.temperature`, `heater.gain`, `element.3.length`, `upstream.modulus`, `heater.mu.0`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Numbers {
+pub struct NamedNumbers {
     table: Table,
 }
 
@@ -49,14 +49,14 @@ pub enum NumberError {
 /// Step of the differences, of a number's modulus.
 const STEP: f64 = 1e-3;
 
-impl Numbers {
+impl NamedNumbers {
     /// Takes a network file apart.
     ///
     /// # Errors
     /// [`FileError::Syntax`].
     pub fn of(text: &str) -> Result<Self, FileError> {
         let mut table: Table = toml::from_str(text).map_err(|error| FileError::syntax(&error))?;
-        // Numbers that a file may leave out can be asked for, too.
+        // NamedNumbers that a file may leave out can be asked for, too.
         let gas = Gas::default();
         let defaults = [
             ("temperature", gas.temperature),
@@ -163,7 +163,7 @@ impl Numbers {
     /// The network as it now is.
     ///
     /// # Errors
-    /// [`FileError`]; lines are those of [`Numbers::text`].
+    /// [`FileError`]; lines are those of [`NamedNumbers::text`].
     pub fn build(&self) -> Result<Built, FileError> {
         read(&self.text())
     }
@@ -213,14 +213,14 @@ mod tests {
     const CLOSED: &str = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'closed'\n[[element]]\nname = 'tube'\ntype = 'duct'\n\
                           length = 0.9\ndiameter = 0.05\ntemperature = 300";
 
-    fn root(numbers: &Numbers, guess_hz: f64) -> C64 {
+    fn root(numbers: &NamedNumbers, guess_hz: f64) -> C64 {
         let guess = C64::new(0.0, 2.0 * PI * guess_hz);
         numbers.build().unwrap().solve(guess, &Newton::default(), &mut Workspace::default()).unwrap().s
     }
 
     #[test]
     fn exact_numbers_are_read_and_set_by_name() {
-        let mut numbers = Numbers::of(TUBE).unwrap();
+        let mut numbers = NamedNumbers::of(TUBE).unwrap();
         assert_eq!(numbers.build().unwrap(), Built { warnings: Vec::new(), ..read(TUBE).unwrap() });
         assert_eq!(numbers.value("heat release.gain").unwrap(), 0.06);
         assert_eq!(numbers.value("element.3.gain").unwrap(), 0.06);
@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn oracle_derivatives_by_name_against_closed_form_and_adjoint() {
         // A closed tube: s = i n pi c/L, c^2 = gamma R T.
-        let numbers = Numbers::of(CLOSED).unwrap();
+        let numbers = NamedNumbers::of(CLOSED).unwrap();
         let s = root(&numbers, 170.0);
         let near = |found: C64, expected: C64| {
             let error = (found - expected).norm() / expected.norm();
@@ -250,7 +250,7 @@ mod tests {
         near(numbers.derivative(s, "tube.temperature").unwrap(), s / 600.0);
         near(numbers.derivative(s, "gas.gas_constant").unwrap(), s / (2.0 * 287.05));
         // The gain of a flame: k_eu is proportional to it.
-        let numbers = Numbers::of(TUBE).unwrap();
+        let numbers = NamedNumbers::of(TUBE).unwrap();
         let (s, built) = (root(&numbers, 175.0), numbers.build().unwrap());
         let law = built.actors.iter().position(|a| a == "heat release").unwrap();
         let place = built.places.iter().find(|(_, name)| name == "heat release").unwrap().0;
@@ -276,7 +276,7 @@ mod tests {
             ),
             (flow, 150.0, vec!["gas.temperature", "flow.mach"]),
         ] {
-            let numbers = Numbers::of(text).unwrap();
+            let numbers = NamedNumbers::of(text).unwrap();
             let s = root(&numbers, hz);
             for name in names.iter().filter(|n| numbers.value(n).is_ok()) {
                 let (value, step) = (numbers.value(name).unwrap(), 1e-4 * numbers.value(name).unwrap());
