@@ -125,6 +125,8 @@ impl From<EngineError> for Fault {
             EngineError::Inference(source) => source.into(),
             EngineError::NotConverged { .. } | EngineError::Dense(_) => Self::failed(error)
                 .remedy("Look at the priors: a model that the data do not determine has no maximum."),
+            error if error.is_recoverable() => Self::failed(error)
+                .remedy("Try parameters nearer to the most probable ones: the mode was lost."),
             error => Self::input(error)
                 .remedy("Correct what is named in the study's folder; docs/study-folder.md describes it."),
         }

@@ -21,7 +21,10 @@ def problem() -> Tuple[Any, Energy]:
     sds = [np.hypot(measured[f"{name}_sd"].to_numpy(), misfit[k]) for k, name in enumerate(("growth_rate", "angular_frequency"))]
 
     def likelihood(values: Any) -> Tuple[float, Any]:
-        s, slope = model.jacobian(values)
+        try:
+            s, slope = model.jacobian(values)
+        except rijke.ComputationError:  # no mode near that which was measured: as good as impossible
+            return -np.inf, np.zeros(len(values))
         off = [(s.real - growth) / sds[0], (s.imag - frequency) / sds[1]]
         gradient = -(off[0] / sds[0]) @ slope.real - (off[1] / sds[1]) @ slope.imag
         return float(-0.5 * (off[0] @ off[0] + off[1] @ off[1])), gradient

@@ -154,3 +154,10 @@ def test_message_of_an_unknown_stage_lists_the_known(results: rijke.Results) -> 
     assert found.value.remedy == "Give one of tube, gauze, heat."
     with pytest.raises(rijke.InputError, match="Give a value of each of"):
         results["heat"].posterior.model.solve([1.0])
+
+
+def test_message_of_a_lost_mode_is_a_failure_of_the_work(results: rijke.Results) -> None:
+    model = results["heat"].posterior.model
+    with pytest.raises(rijke.ComputationError, match="at operating point") as found:
+        model.solve(1e3 * model.medians)
+    assert found.value.remedy is not None and "the mode was lost" in found.value.remedy
