@@ -23,10 +23,12 @@ mod predict;
 mod process;
 mod rank;
 mod report;
+mod response;
 mod run;
 mod sensitivity;
 mod staging;
 mod study;
+mod study_responses;
 mod ui;
 
 /// From microphone records of a thermoacoustic rig to a physics-based model with known uncertainty, chosen by evidence.
@@ -59,6 +61,7 @@ enum Command {
     Rank(rank::Args),
     CheckModel(check_model::Args),
     Modes(modes::Args),
+    Response(response::Args),
     Infer(infer::Args),
     Report(report::Args),
     Predict(predict::Args),
@@ -81,6 +84,7 @@ impl Command {
             Self::Rank(args) => rank::run(args, ui),
             Self::CheckModel(args) => check_model::run(args, ui),
             Self::Modes(args) => modes::run(args, ui),
+            Self::Response(args) => response::run(args, ui),
             Self::Infer(args) => infer::run(args, ui),
             Self::Report(args) => report::run(args, ui),
             Self::Predict(args) => predict::run(args, ui),

@@ -20,6 +20,9 @@ pub(crate) fn is_study(dir: &Path) -> bool {
 /// Reads a study, runs its stages in order, and writes their numbers and the page into DIR/results.
 pub(crate) fn run(dir: &Path, force: bool, trusted: Trusted, ui: &Ui) -> Result<(), Failure> {
     let study = Study::open(dir).map_err(|e| bad(&e))?;
+    if !study.plan.responses.is_empty() {
+        return crate::study_responses::run(study, force, ui);
+    }
     let observations = study.observations().map_err(|e| {
         bad(&e).remedy("Give observations/modes.csv and observations/observations.toml; docs/study-folder.md describes both.")
     })?;

@@ -28,6 +28,8 @@ mod numbers;
 mod page;
 mod prior;
 mod record;
+mod response;
+mod response_study;
 mod shape;
 mod sheet;
 mod stability;
@@ -41,6 +43,8 @@ pub use modes::{ModeCurves, ModesFigure};
 pub use numbers::Numbers;
 pub use prior::{PriorFigure, PriorModel, PriorSeries};
 pub use record::{Look, RecordCurve, RecordFigure, RecordPanel};
+pub use response::{ResponseCurve, ResponseFigure};
+pub use response_study::response_page;
 pub use stability::StabilityMap;
 pub use study::{StudyHead, StudyPage};
 

@@ -17,6 +17,7 @@ mod law;
 mod modes;
 pub mod names;
 pub mod plan;
+pub mod responses;
 mod rig;
 mod source;
 mod states;

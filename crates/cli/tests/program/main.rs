@@ -18,6 +18,7 @@ mod new_rig;
 mod plots;
 mod profiles;
 mod records;
+mod response;
 mod same_seed;
 mod studies;
 

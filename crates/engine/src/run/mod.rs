@@ -7,4 +7,5 @@ mod matching;
 mod record;
 
 pub use competition::{Chosen, Run, Trusted};
+pub(crate) use inputs::conditions_at;
 pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};

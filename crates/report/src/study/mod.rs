@@ -1,7 +1,7 @@
 //! The page of a study: any rig, any stages. Draws the records of the engine and computes nothing of its own.
 
 mod figure;
-mod tables;
+pub(crate) mod tables;
 
 use crate::draw::html;
 use crate::{ReportError, draw};
@@ -30,7 +30,7 @@ pub struct StudyPage {
     files: Vec<(String, Vec<u8>)>,
 }
 
-const STYLE: &str = "body{font:16px/1.5 'Helvetica Neue',Helvetica,Arial,sans-serif;max-width:72rem;margin:0 auto;padding:1rem;color:#1a1a1a;\
+pub(crate) const STYLE: &str = "body{font:16px/1.5 'Helvetica Neue',Helvetica,Arial,sans-serif;max-width:72rem;margin:0 auto;padding:1rem;color:#1a1a1a;\
 background:#fff}h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.5rem;border-top:1px solid #bbb;padding-top:1rem}.answer{font-size:1.1rem;\
 border-left:4px solid #0072b2;padding-left:.8rem}.data{color:#555}.wide{overflow-x:auto}table{border-collapse:collapse;margin:.5rem 0}\
 td,th{padding:.2rem .6rem;text-align:left;border-bottom:1px solid #ddd}td.n{text-align:right;font-variant-numeric:tabular-nums}\

@@ -20,11 +20,11 @@ impl Reading<'_> {
             match (table.remove(round), table.remove(plain)) {
                 (Some(d), None) => {
                     // A disc, with the diameter in place.
-                    let text = match self.read(part, round, &d, "m", at)? {
+                    let text = match self.extent(part, round, &d, "m", at)? {
                         Value::Number(d) => {
                             return Ok(Some(Value::Number(0.25 * std::f64::consts::PI * d * d)));
                         }
-                        Value::Formula(f) => format!("pi/4*({})^2", f.source()),
+                        Value::Formula(f) | Value::Unknown(f, _) => format!("pi/4*({})^2", f.source()),
                         Value::Table(..) => {
                             let need = "a number or a formula";
                             return Err((
@@ -33,9 +33,9 @@ impl Reading<'_> {
                             ));
                         }
                     };
-                    self.read(part, round, &Toml::String(text), "m^2", at).map(Some)
+                    self.extent(part, round, &Toml::String(text), "m^2", at).map(Some)
                 }
-                (None, Some(a)) => self.read(part, plain, &a, "m^2", at).map(Some),
+                (None, Some(a)) => self.extent(part, plain, &a, "m^2", at).map(Some),
                 (None, None) => Ok(None),
                 (Some(_), Some(_)) => Err(one_of("diameter or area")),
             }
