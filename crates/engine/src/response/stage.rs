@@ -2,7 +2,7 @@
 
 use super::data::{Blocks, Measured};
 use super::model::ResponseModel;
-use super::predict::{Load, Responses};
+use super::predict::{Load, Quick, Responses};
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::left;
 use crate::run::{EvidenceRecord, ParameterRecord, conditions_at};
@@ -198,8 +198,10 @@ impl ResponseRun {
         let blocks = Blocks { measured, errors: &errors, noise: &stage.noise, misfit: stage.misfit.as_ref() };
         let data = blocks.data()?;
         let parameters = self.parameters(stage, &assembly)?;
+        let quick = Quick(&responses);
         let posterior = Posterior::new(&responses, &data, &parameters)?;
-        let (fit, laplace, evidence, mut remarks) = match fitted(&posterior, stage.checked) {
+        let searched = Posterior::new(&quick, &data, &parameters)?;
+        let (fit, laplace, evidence, mut remarks) = match fitted(&searched, &posterior, stage.checked) {
             Ok(found) => found,
             Err(error) => {
                 record.remark = Some(error.to_string());
@@ -294,13 +296,14 @@ impl ResponseRun {
     }
 }
 
-/// The maximum of a posterior, Laplace's method there, the evidence of all maxima that were looked for, and warnings.
+/// The maximum of a posterior, which `searched` has without second derivatives of the model, Laplace's method there, the evidence of all maxima that were looked for, and warnings.
 fn fitted(
+    searched: &Posterior<'_>,
     posterior: &Posterior<'_>,
     checked: bool,
 ) -> Result<(Fit, Laplace, Evidence, Vec<String>), EngineError> {
     if !checked {
-        let fit = posterior.map(&MapOptions::default())?;
+        let fit = searched.map(&MapOptions::default())?;
         let laplace = posterior.laplace(&fit)?;
         let evidence = laplace.evidence;
         return Ok((fit, laplace, evidence, Vec::new()));

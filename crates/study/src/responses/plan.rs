@@ -61,8 +61,6 @@ pub struct MisfitSpec {
     pub size: SdSpec,
     /// Its correlation length, Hz.
     pub length_hz: SdSpec,
-    /// The shortest length that is resolved, Hz.
-    pub shortest_hz: f64,
     /// Its smoothness.
     #[serde(default = "smooth")]
     pub kernel: Kernel,
@@ -77,7 +75,7 @@ fn floated() -> SdSpec {
 }
 
 fn smooth() -> Kernel {
-    Kernel::SquaredExponential
+    Kernel::Matern52
 }
 
 impl ResponseStage {
@@ -119,11 +117,6 @@ impl ResponseStage {
         }
         if let Some(step) = self.step_hz.filter(|step| !(*step > 0.0 && step.is_finite())) {
             return value("step_hz", step.to_string(), "positive, Hz");
-        }
-        if let Some(misfit) = &self.misfit
-            && !(misfit.shortest_hz > 0.0 && misfit.shortest_hz.is_finite())
-        {
-            return value("misfit.shortest_hz", misfit.shortest_hz.to_string(), "positive, Hz");
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::{Reading, Waiting, complex};
 use crate::Problem;
 use crate::law::Coefficient;
 use crate::rig::Duct;
-use crate::rig::elements::{Key, Kind, WALLS, transfer};
+use crate::rig::elements::{Key, Kind, TONE_HOLE, WALLS, transfer};
 use crate::rig::value::{Given, Value};
 use crate::source::{Outcome, listed};
 use std::ops::Range;
@@ -141,6 +141,9 @@ impl Reading<'_> {
                 continue;
             }
             definitions.extend(self.key(part, key, table, at)?);
+        }
+        if kind.name == "tone-hole" {
+            definitions.extend(TONE_HOLE.map(|(name, text)| (name.to_owned(), text.to_owned())));
         }
         let name = self.parts[part].name.clone();
         for (coefficient, law) in kind.laws {
