@@ -13,6 +13,7 @@ mod help;
 #[cfg(unix)]
 mod interrupted;
 mod json;
+mod measured;
 mod modes;
 mod new_rig;
 mod plots;

@@ -146,3 +146,62 @@ impl Forward for Responses<'_> {
         Ok(Prediction { values, jacobian, curvature })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Assembly, run::conditions_at};
+    use rijke_numerics::check::{remainder_slopes, slopes_near};
+    use rijke_study::{Place, Study};
+    use std::path::Path;
+    use std::sync::Arc;
+
+    #[test]
+    fn order_responses_have_their_derivatives_in_lengths_and_radii() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/side-hole-tube");
+        let study = Study::open(&folder).unwrap();
+        let candidates =
+            ["wall.bessel", "mouth.unflanged"].map(|id| study.catalogue.get(id).unwrap().clone()).to_vec();
+        let assembly = Assembly::new(Arc::new(study.rig.clone()), candidates, &Default::default()).unwrap();
+        let names: Vec<&str> = assembly.parameters().iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names, ["bore", "b1", "b2", "b3", "b4", "extra"]);
+        let conditions = conditions_at(&study, 1).unwrap();
+        let load = Load {
+            point: "s1-xxxo".into(),
+            model: ResponseModel::new(&assembly, &conditions).unwrap(),
+            what: Quantity::Reflection { at: Place::Upstream, reference_area: Some(1.2e-5) },
+            frequency_hz: vec![333.0, 1490.0, 3800.0],
+        };
+        let at = [1.97e-3, 1.5e-3, 1.7e-3, 1.75e-3, 1.3e-3, 2e-4];
+        let found = load.answer(&at, Order::Second).unwrap();
+        for direction in [
+            [1e-4, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 1e-4, -1e-4, 0.0],
+            [5e-5, 1e-4, 0.0, 0.0, 5e-5, 2e-4],
+        ] {
+            for (k, jet) in found.iter().enumerate() {
+                let slope: C64 = (0..6).map(|i| jet.gradient()[i] * direction[i]).sum();
+                let bend: C64 = (0..6)
+                    .flat_map(|i| (0..6).map(move |j| (i, j)))
+                    .map(|(i, j)| 0.5 * jet.hessian(i, j) * direction[i] * direction[j])
+                    .sum();
+                let moved = |h: f64| {
+                    let values: Vec<f64> = at.iter().zip(&direction).map(|(a, d)| a + h * d).collect();
+                    load.answer(&values, Order::Value).unwrap()[k].value() - jet.value()
+                };
+                slopes_near(&remainder_slopes(|h| (moved(h) - slope * h).norm()), 2.0, 0.15);
+                slopes_near(&remainder_slopes(|h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
+            }
+        }
+    }
+
+    #[test]
+    fn message_modes_refuse_an_unknown_length() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/plain-tube");
+        let study = Study::open(&folder).unwrap();
+        let assembly = Assembly::new(Arc::new(study.rig.clone()), Vec::new(), &Default::default()).unwrap();
+        let conditions = conditions_at(&study, 0).unwrap();
+        let error = crate::PointModel::new(&assembly, &conditions, &[]).unwrap_err().to_string();
+        assert!(error.contains("`tube`") && error.contains("train it on responses"), "{error}");
+    }
+}
