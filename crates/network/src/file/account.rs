@@ -18,7 +18,7 @@ pub fn samples_of_each(ducts: usize) -> usize {
 }
 
 /// Where the growth rate of a mode comes from. The shares add up to it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Account {
     /// How much relative errors of the network's numbers are magnified in s: see [`crate::Sensitivities::condition`].
     pub condition: f64,
