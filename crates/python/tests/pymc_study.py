@@ -89,7 +89,7 @@ def by_nutpie(draws: int = 500, chains: int = 4) -> Any:
         ndim=len(mean),
         make_logp_fn=lambda: density,
         make_expand_fn=lambda *_: lambda z: {"values": mean + sd * z},
-        expanded_dtypes=[np.float64],
+        expanded_dtypes=[np.dtype("float64")],
         expanded_shapes=[(len(mean),)],
         expanded_names=["values"],
     )
