@@ -151,7 +151,7 @@ impl Forward for Responses<'_> {
 mod tests {
     use super::*;
     use crate::{Assembly, run::conditions_at};
-    use rijke_numerics::check::{remainder_slopes, slopes_near};
+    use rijke_numerics::check::{slopes_from, slopes_near};
     use rijke_study::{Place, Study};
     use std::path::Path;
     use std::sync::Arc;
@@ -189,8 +189,8 @@ mod tests {
                     let values: Vec<f64> = at.iter().zip(&direction).map(|(a, d)| a + h * d).collect();
                     load.answer(&values, Order::Value).unwrap()[k].value() - jet.value()
                 };
-                slopes_near(&remainder_slopes(|h| (moved(h) - slope * h).norm()), 2.0, 0.15);
-                slopes_near(&remainder_slopes(|h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
+                slopes_near(&slopes_from(0.3, |h| (moved(h) - slope * h).norm()), 2.0, 0.15);
+                slopes_near(&slopes_from(0.3, |h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
             }
         }
     }
