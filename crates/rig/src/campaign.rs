@@ -124,7 +124,7 @@ impl Campaign {
             let centimetres = |p: &&OperatingPoint| p.position.map(|x| (x * 1e10).round() / 1e8);
             let positions: Vec<f64> = points.iter().filter_map(centimetres).collect();
             text += &format!(
-                "\n[[row]]\nid = \"{row}\"\nheater = {plates}\nthermocouples = {thermometers}\n\
+                "\n[[row]]\nid = \"{row}\"\nplates = {plates}\nthermometers = {thermometers}\n\
                  power_w = {:?}\nrepeats = {}\nempty_tube = {empty}\npositions_cm = {positions:?}\n",
                 first.power, first.repeats
             );
@@ -197,7 +197,7 @@ mod tests {
             "c.toml: campaign: is empty; give at least one [[row]] with one position"
         );
         let row =
-            "name = 'x'\n[[row]]\nid = 'A'\nheater = true\nthermocouples = false\npower_w = 0\nrepeats = 4\n";
+            "name = 'x'\n[[row]]\nid = 'A'\nplates = true\nthermometers = false\npower_w = 0\nrepeats = 4\n";
         assert_eq!(
             message(row),
             "c.toml: row[0] `A`: positions_cm: is empty; give at least one position, or set empty_tube = true"

@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exact_bare_tube_has_kirchhoffs_layer_and_prongs_add_theirs_below_the_plates() {
+    fn exact_bare_tube_has_kirchhoffs_layer_and_an_insert_adds_its_own() {
         let rig = Rig::juniper_yoko_2022();
         let [bare, with] = wetted(&rig);
         assert!((bare - 2.0 / 0.0474).abs() < 1e-12);
