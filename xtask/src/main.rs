@@ -4,6 +4,7 @@
 mod child;
 mod package;
 mod page;
+mod python;
 mod reference;
 mod reproduce;
 mod tidy;
@@ -31,6 +32,8 @@ enum Task {
     Reference,
     /// Pack every public crate, and check that the packed crates compile against each other, tests included.
     Package,
+    /// Install the Python package in a fresh environment under target/, run its tests and check its types.
+    Python,
     /// Run the tests.
     Test {
         /// Include the long studies (tests marked as ignored).
@@ -59,6 +62,7 @@ fn run(task: Task) -> Outcome {
         Task::Page => page::run(),
         Task::Reference => reference::run(),
         Task::Package => package::run(),
+        Task::Python => python::run(),
         Task::Test { all } => test(all),
         Task::Tidy => tidy::run(&root()),
     }

@@ -21,9 +21,11 @@ mod predict;
 mod process;
 mod rank;
 mod report;
+mod response;
 mod run;
 mod staging;
 mod study;
+mod study_responses;
 mod ui;
 
 /// From microphone records of a thermoacoustic rig to a physics-based model with known uncertainty, chosen by evidence.
@@ -54,6 +56,7 @@ enum Command {
     Flow(flow::Args),
     Rank(rank::Args),
     Modes(modes::Args),
+    Response(response::Args),
     Infer(infer::Args),
     Report(report::Args),
     Predict(predict::Args),
@@ -73,6 +76,7 @@ impl Command {
             Self::Flow(args) => flow::run(args, ui),
             Self::Rank(args) => rank::run(args, ui),
             Self::Modes(args) => modes::run(args, ui),
+            Self::Response(args) => response::run(args, ui),
             Self::Infer(args) => infer::run(args, ui),
             Self::Report(args) => report::run(args, ui),
             Self::Predict(args) => predict::run(args, ui),

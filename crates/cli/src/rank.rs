@@ -80,6 +80,9 @@ pub(crate) struct Results {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
+    if !study.plan.responses.is_empty() {
+        return crate::study_responses::run(study, args.force, ui);
+    }
     let observations = observations(&study)?;
     let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?;
     let (mut plan, claims) = (study.plan.clone(), study.claims.clone());

@@ -23,6 +23,9 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
+    if !study.plan.responses.is_empty() {
+        return crate::study_responses::run(study, args.force, ui);
+    }
     let results = dir.join("results");
     // One run at a time; each step takes its own folder besides.
     let _lock = Lock::within(dir)?;

@@ -54,7 +54,7 @@ impl Assembly {
         candidates: Vec<Candidate>,
         hold: &BTreeMap<String, f64>,
     ) -> Result<Self, EngineError> {
-        let own = Some(rig.own.clone()).filter(|own| !own.effects.is_empty());
+        let own = Some(rig.own.clone()).filter(|own| !own.effects.is_empty() || !own.parameters.is_empty());
         let candidates: Vec<Candidate> = own.into_iter().chain(candidates).collect();
         for (k, candidate) in candidates.iter().enumerate() {
             for earlier in &candidates[..k] {
@@ -128,7 +128,7 @@ impl Assembly {
         let mut candidates = self.candidates.clone();
         let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
         candidates[erring].parameters.extend(LAW_ERROR.map(|name| Parameter::new(name, "", "1", prior)));
-        let own = usize::from(!self.rig.own.effects.is_empty());
+        let own = candidates.iter().filter(|c| c.role == "rig").count();
         let rest = candidates.into_iter().skip(own).collect();
         Ok(Some(Self { erring: vec![erring], ..Self::new(self.rig.clone(), rest, &self.held())? }))
     }

@@ -78,6 +78,24 @@ pub enum EngineError {
         /// The mode of the model, Hz.
         described_hz: f64,
     },
+    /// A length, an area or a place is unknown, which modes cannot tell.
+    #[error(
+        "the length, area or place of part `{part}` is unknown: train it on responses, or give it a number"
+    )]
+    UnknownShape {
+        /// The part.
+        part: String,
+    },
+    /// A response that the model does not have.
+    #[error("response `{response}` at operating point {point}: {problem}")]
+    Response {
+        /// What was observed.
+        response: String,
+        /// The operating point.
+        point: String,
+        /// Why, and the remedy.
+        problem: &'static str,
+    },
     /// A frequency is needed to know which mode is meant.
     #[error(
         "at operating point {point}: a growth rate without a frequency does not say which mode is meant; give a frequency"

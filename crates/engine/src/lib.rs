@@ -17,6 +17,7 @@ mod observed;
 mod point;
 mod prediction;
 mod predictor;
+pub mod response;
 pub mod run;
 mod saved;
 mod spectrum;

@@ -1,8 +1,8 @@
 //! Studies of rigs that have nothing in common with the paper's, from their files.
-#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
 use rijke_engine::EngineError;
-use rijke_engine::run::{Run, StageRecord, Trusted};
+use rijke_engine::run::{Run, StageRecord, Trusted, forecast, foresight, modes_at, verdicts, with_points};
 use rijke_study::Study;
 use std::path::{Path, PathBuf};
 
@@ -119,6 +119,140 @@ fn message_two_modes_of_a_point_must_be_two() {
     let folder = tube("twins", rows);
     let refused = run(&folder.0).unwrap_err().to_string();
     assert!(refused.contains("are both nearest to that at 171.6 Hz"), "{refused}");
+}
+
+/// Growth rate and frequency (Hz) of the first mode of a tube of r = 0.85, from s = c (ln r + i pi)/L.
+fn closed_form(length: f64) -> [f64; 2] {
+    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    [c * 0.85_f64.ln() / length, 0.5 * c / length]
+}
+
+fn two_points(name: &str, more: &[(&str, &str)]) -> Folder {
+    let row = |id: &str, length: f64| {
+        let [sigma, hertz] = closed_form(length);
+        format!("{id},{sigma:.12},0.1,{hertz:.12},0.05\n")
+    };
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    let modes = format!("{head}{}{}", row("a", 1.0), row("b", 0.8));
+    let mut files = vec![
+        ("rig.toml", TUBE),
+        ("campaign.csv", CAMPAIGN),
+        ("study.toml", PLAN),
+        ("observations/observations.toml", ORIGIN),
+        ("observations/modes.csv", modes.as_str()),
+    ];
+    files.retain(|(name, _)| more.iter().all(|(other, _)| other != name));
+    files.extend(more);
+    Folder::new(name, &files)
+}
+
+/// The figure of a question, the saved model and the modes at a point are of one posterior.
+#[test]
+fn exact_predictions_are_one_posterior_and_the_closed_form() {
+    let plan = format!("{PLAN}[[ask]]\nid = \"p\"\nask = \"prediction\"\nstage = \"s\"\n");
+    let folder = two_points("one-posterior", &[("study.toml", &plan)]);
+    let study = Study::open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+    run.next_stage().unwrap();
+    let answer = run.answer(&study.plan.questions[0]).unwrap();
+    let frame = &answer.frames[0];
+    let number = |row: usize, name: &str| frame.rows[row].values[frame.column(name).unwrap()].unwrap();
+    let saved = run.saved("s").unwrap();
+    let text = serde_json::to_string(&saved).unwrap();
+    let saved = serde_json::from_str(&text).unwrap();
+    let found = forecast(&study, &observations, &saved, &[0, 1]).unwrap();
+    for (k, f) in found.iter().enumerate() {
+        let same = |a: f64, name: &str| (a / number(k, name) - 1.0).abs() < 1e-9;
+        assert!(same(f.growth_rate[0], "predicted_growth_rate"));
+        assert!(same(f.growth_rate[1], "predicted_growth_rate_sd"));
+        assert!(same(f.growth_rate[2], "model_growth_rate_sd"));
+        let (_, spectrum, _) =
+            modes_at(&study, Some(&observations), Some(&saved), k, [None, Some(250.0)]).unwrap();
+        let first = spectrum.modes.modes[0].s;
+        assert!((first.re - f.growth_rate[0]).abs() < 1e-6 && spectrum.details[0].balance.mismatch() < 1e-9);
+    }
+    // At a length that was not measured.
+    let asked = [std::iter::once(("x".to_owned(), 0.9)).collect()];
+    let (wider, places) = with_points(&study, &study.plan.stages[0].points, &asked).unwrap();
+    let between = forecast(&wider, &observations, &saved, &places).unwrap().remove(0);
+    let [sigma, hertz] = closed_form(0.9);
+    assert!((between.growth_rate[0] - sigma).abs() < 0.05 * between.growth_rate[1], "{between:?}");
+    assert!((between.angular_frequency[0] / std::f64::consts::TAU - hertz).abs() < 1e-3);
+    assert!(between.unstable < 1e-9 && between.point == "x=0.9");
+    let wrong = [std::iter::once(("y".to_owned(), 0.9)).collect()];
+    assert_eq!(
+        with_points(&study, &study.plan.stages[0].points, &wrong).unwrap_err().to_string(),
+        "there is no factor called `y`; the factors are x"
+    );
+}
+
+/// In a uniform flow of Mach number M a tube with |R| = r at both ends has s = c (1 - M^2) (ln r + i pi)/L.
+#[test]
+fn exact_waves_in_a_mean_flow_have_the_closed_form() {
+    let flowing = "[[candidate]]\nid = \"flow\"\nrole = \"flow\"\nname = \"waves in the flow\"\ncite = [\"closed form\"]\n\
+                   mean_flow = \"without-entropy\"\n";
+    let plan = format!(
+        "{}[stage.with]\nflow = \"flow\"\n",
+        PLAN.replace("name = \"t\"", "name = \"t\"\nbase = \"states\"")
+    );
+    // 0.1 kg/s through 50 mm at 1.2 kg/m^3 is M = 0.12.
+    let states = "{\"points\": {\"a\": {\"mass_flow\": 0.1, \"numbers\": {}, \"places\": [0.0, 1.0], \"temperature\": [293.15, 293.15], \
+                  \"kinks\": [], \"errors\": []}}}";
+    let folder = two_points(
+        "mean-flow",
+        &[("candidates/flow.toml", flowing), ("study.toml", &plan), ("base/states.json", states)],
+    );
+    let study = Study::open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let s = |k: usize| {
+        modes_at(&study, Some(&observations), None, k, [None, Some(250.0)]).unwrap().1.modes.modes[0].s
+    };
+    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let density = 101_325.0 / (287.05 * 293.15);
+    let mach = 0.1 / (density * std::f64::consts::PI * 0.025 * 0.025) / c;
+    let expected = |length: f64, mach: f64| c * (1.0 - mach * mach) * 0.9_f64.ln() / length;
+    assert!(mach > 0.1 && (s(0).re - expected(1.0, mach)).abs() < 1e-6, "{} {}", s(0), expected(1.0, mach));
+    assert!((s(1).re - expected(0.8, 0.0)).abs() < 1e-6, "nothing flows at b: {}", s(1));
+}
+
+#[test]
+fn exact_foresight_knows_what_frequencies_cannot_tell() {
+    let two = TUBE.replace(
+        "[upstream]\ntype = \"constant\"\nmodulus = \"$r\"",
+        "[upstream]\ntype = \"constant\"\nmodulus = \"$q\"",
+    );
+    let two = format!("{two}[unknown.q]\nprior = {{ normal = {{ mean = 0.9, sd = 0.2 }} }}\n");
+    let folder = two_points("foresight", &[("rig.toml", &two)]);
+    let study = Study::open(&folder.0).unwrap();
+    let found = foresight(&study, None, [0.1, 1.0, 1e-3], 293.15).unwrap();
+    let model = &found[0].models[0];
+    // Only the product of both ends enters s: r + q is found, r - q keeps all of its prior.
+    let [(words, share)] = &model.unidentified[..] else { panic!("{model:?}") };
+    assert!((share - 1.0).abs() < 1e-6 && words.contains("0.71 q") && words.contains("0.71 r"), "{words}");
+    assert!(model.widths.iter().all(|(_, w)| (w - 0.5_f64.sqrt()).abs() < 1e-3), "{model:?}");
+}
+
+#[test]
+fn exact_claims_are_judged_by_their_numbers_and_refused_with_their_line() {
+    let paper = "source = \"us\"\n[[claim]]\nof = \"s\"\nstatement = \"r is near 0.85\"\nlet.r = { column = \"r\" }\nlet.sd = { column = \"r_sd\" }\n\
+                 holds = \"0.85 - 3*sd < r < 0.85 + 3*sd\"\n[[claim]]\nof = \"s\"\nstatement = \"r is above 1\"\nlet.r = { column = \"r\" }\n\
+                 holds = \"r > 1\"\n[[claim]]\nof = \"s\"\nstatement = \"of what is not there nothing is said\"\nlet.q = { column = \"q\" }\nholds = \"q > 1\"\n";
+    let folder = two_points("claims", &[("paper.toml", paper)]);
+    let stages = run(&folder.0).unwrap();
+    let study = Study::open(&folder.0).unwrap();
+    let judged: Vec<bool> = verdicts(&study.claims, &stages, &[]).iter().map(|v| v.holds).collect();
+    assert_eq!(judged, [true, false]);
+    let refused = |from: &str, to: &str| {
+        std::fs::write(folder.0.join("paper.toml"), paper.replacen(from, to, 1)).unwrap();
+        Study::open(&folder.0).unwrap_err().to_string()
+    };
+    assert!(
+        refused("of = \"s\"", "of = \"z\"")
+            .contains("line 2: there is no stage or question called `z`; known: s")
+    );
+    assert!(refused("\"r > 1\"", "\"r\"").contains("joined by < or by >"));
+    assert!(refused("let.sd", "let.exp").contains("cannot be the name of a number"));
 }
 
 /// The data come from an integrator of its own, with a truth that no candidate equals (truth.toml of the example): Lighthill's delay

@@ -123,9 +123,10 @@ fn operand<T: Analytic>(
     *end -= 1;
     match *operation {
         Operation::Number(z) => N(z),
-        Operation::Global(index) | Operation::Local(index) => {
-            N(C64::new(here.numbers.get(index).copied().unwrap_or(f64::NAN), 0.0))
-        }
+        Operation::Global(index) | Operation::Local(index) => match here.analytic.get(index) {
+            Some(Some(x)) => J((*x).clone()),
+            _ => N(C64::new(here.numbers.get(index).copied().unwrap_or(f64::NAN), 0.0)),
+        },
         Operation::Analytic(index) => match here.analytic.get(index) {
             Some(Some(x)) => J((*x).clone()),
             _ => nothing(),

@@ -67,9 +67,14 @@ impl Problem<'_> {
             (Factor::Structured(known), Some(structured)) => {
                 return self.structured_block(structured, known, order);
             }
+            (Factor::Kernelled(known), Some(structured)) => {
+                return structured.kernelled.as_ref().map_or_else(Block::default, |k| {
+                    self.kernelled_block(structured, (k, known.as_ref()), order)
+                });
+            }
             (Factor::Dense(factor), _) => factor,
             // A structured factor is made from a structure.
-            (Factor::Structured(_), None) => return Block::default(),
+            (Factor::Structured(_) | Factor::Kernelled(_), None) => return Block::default(),
         };
         let (n, p) = (self.observation.values.len(), self.parameters);
         let residual: Vec<f64> =

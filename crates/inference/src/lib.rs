@@ -68,6 +68,7 @@ mod forward;
 mod health;
 mod held;
 mod importance;
+mod kernelled;
 mod laplace;
 mod map;
 mod marginal;

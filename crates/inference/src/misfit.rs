@@ -33,6 +33,31 @@ impl Kernel {
         }
     }
 
+    /// Correlation at distance `x`, and its first two derivatives with respect to ln of the length.
+    pub(crate) fn correlation_in_length(self, x: f64, length: f64) -> [f64; 3] {
+        let x = x.abs() / length;
+        // With c(s) and s falling as 1/length: dc/du = -s c', d2c/du2 = s c' + s^2 c''.
+        match self {
+            Self::SquaredExponential => {
+                let (square, c) = (x * x, (-0.5 * x * x).exp());
+                [c, square * c, (square * square - 2.0 * square) * c]
+            }
+            Self::Matern52 => {
+                let s = 5_f64.sqrt() * x;
+                let e = (-s).exp();
+                // c' = -s (1 + s)/3 e^-s, c'' = (s^2 - s - 1)/3 e^-s.
+                let (c1, c2) = (-s * (1.0 + s) / 3.0 * e, (s * s - s - 1.0) / 3.0 * e);
+                [(1.0 + s + s * s / 3.0) * e, -s * c1, s * c1 + s * s * c2]
+            }
+            Self::Matern32 => {
+                let s = 3_f64.sqrt() * x;
+                let e = (-s).exp();
+                let (c1, c2) = (-s * e, (s - 1.0) * e);
+                [(1.0 + s) * e, -s * c1, s * c1 + s * s * c2]
+            }
+        }
+    }
+
     /// ln of the spectral density at the angular frequency `w` (its integral over 2 pi is one), and its first two derivatives with respect to
     /// ln of the length (Rasmussen & Williams 2006, equations 4.10 and 4.15).
     fn ln_spectrum(self, w: f64, length: f64) -> [f64; 3] {
@@ -124,6 +149,21 @@ mod tests {
             }
             println!("{kernel:?}: {} functions, {worst:.1e}", basis.count);
             assert!(worst < accuracy, "{kernel:?}: {worst}");
+        }
+    }
+
+    #[test]
+    fn order_kernels_have_their_derivatives_in_the_length() {
+        for kernel in [Kernel::SquaredExponential, Kernel::Matern52, Kernel::Matern32] {
+            for x in [0.0, 0.2, 1.0, 2.7] {
+                let (u, h): (f64, f64) = (0.3, 1e-4);
+                let at = |u: f64| kernel.correlation(x, u.exp());
+                let [value, first, second] = kernel.correlation_in_length(x, u.exp());
+                assert!((value - at(u)).abs() < 1e-15);
+                assert!((first - (at(u + h) - at(u - h)) / (2.0 * h)).abs() < 1e-7, "{kernel:?} {x}");
+                let bend = (at(u + h) - 2.0 * at(u) + at(u - h)) / (h * h);
+                assert!((second - bend).abs() < 1e-6, "{kernel:?} {x}");
+            }
         }
     }
 

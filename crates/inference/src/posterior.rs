@@ -1,6 +1,7 @@
 //! The cost J of a model with data: minus ln P(D|a) P(a), with exact derivatives.
 
 use crate::block::{Block, Problem};
+use crate::kernelled::KernelFactor;
 use crate::memory::Memory;
 use crate::woodbury::{Factor, Woodbury};
 use crate::{Data, Energy, Forward, InferenceError, NoiseMode, Objective, Parameters, Prediction};
@@ -127,7 +128,10 @@ impl<'a> Posterior<'a> {
     pub(crate) fn factor(&self, k: usize, sds: &[f64]) -> Result<Factor, InferenceError> {
         let observation = &self.data.observations()[k];
         let factor = match &observation.structured {
-            Some(structured) => Woodbury::new(structured, sds).map(Factor::Structured),
+            Some(structured) => match &structured.kernelled {
+                Some(k) => KernelFactor::new(structured, k, sds).map(Box::new).map(Factor::Kernelled),
+                None => Woodbury::new(structured, sds).map(Factor::Structured),
+            },
             None => Cholesky::new(&self.covariance(k, sds)).map(Factor::Dense),
         };
         factor.map_err(|source| InferenceError::SingularCovariance {

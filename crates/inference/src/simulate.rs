@@ -77,7 +77,10 @@ impl Posterior<'_> {
                     let xi: Vec<f64> = (0..n).map(|_| stream.sample(StandardNormal)).collect();
                     factor.lower().times(&xi)
                 }
-                (Factor::Structured(_), None) => vec![0.0; n],
+                (Factor::Kernelled(known), Some(structured)) => {
+                    structured.kernelled.as_ref().map_or_else(|| vec![0.0; n], |k| known.draw(k, stream))
+                }
+                (Factor::Structured(_) | Factor::Kernelled(_), None) => vec![0.0; n],
             };
             let values = (0..n).map(|i| predicted[first + i] + noise[i]).collect();
             observations.push(Observation { values, ..observation.clone() });

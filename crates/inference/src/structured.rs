@@ -1,5 +1,6 @@
 //! Blocks of many data whose covariance is a diagonal and a few columns.
 
+use crate::kernelled::{Kernelled, known_columns};
 use crate::misfit::Basis;
 use crate::{InferenceError, Kernel, Prior};
 use rijke_numerics::{C64, Matrix};
@@ -19,6 +20,8 @@ pub struct Structured {
     pub(crate) sources: Vec<Source>,
     /// Columns that are still lists, one per column.
     pub(crate) misfits: Vec<Misfit>,
+    /// A misfit by its kernel.
+    pub(crate) kernelled: Option<Kernelled>,
 }
 
 /// Where the variance of one coefficient comes from.
@@ -131,6 +134,24 @@ impl Structured {
         Ok(self.joined(&matrix, sources))
     }
 
+    /// Adds a misfit correlated along a coordinate by its kernel itself, whatever its length: for parts of up to 2000 data. `shortest` is
+    /// not used. It must be the only misfit, and nuisances must have known standard deviations. Cost of a likelihood: O(m^3) for
+    /// every part of m data that differs from the others in coordinates or noise, and O(n m q) for n data and q columns.
+    ///
+    /// # Errors
+    /// [`InferenceError::BadObservation`] for lists of another length than the data, coordinates that are no numbers or all equal, a
+    /// part of too many data.
+    pub fn with_exact_misfit(mut self, correlated: &Correlated) -> Result<Self, InferenceError> {
+        let n = self.variance.len();
+        if correlated.coordinate.len() != n {
+            let problem = format!("{} coordinates for {n} data", correlated.coordinate.len());
+            return Err(InferenceError::BadObservation { observation: "a misfit".to_owned(), problem });
+        }
+        let Correlated { size, length, kernel, coordinate, part, .. } = *correlated;
+        self.kernelled = Some(Kernelled::new((size, length, kernel), coordinate, part)?);
+        Ok(self)
+    }
+
     fn joined(mut self, matrix: &Matrix, sources: Vec<Source>) -> Self {
         let (n, old) = (self.variance.len(), self.columns.columns());
         self.columns = Matrix::from_fn(n, old + matrix.columns(), |i, j| {
@@ -163,6 +184,12 @@ impl Structured {
             _ => None,
         }));
         let named = named.chain(self.misfits.iter().flat_map(|m| [m.size, m.length]));
+        let named = named.chain(self.kernelled.iter().flat_map(|m| [m.size, m.length]));
+        if self.kernelled.is_some() && !known_columns(self) {
+            return Some(
+                "beside an exact misfit its nuisances must have known standard deviations".to_owned(),
+            );
+        }
         if let Some(group) = named.into_iter().find(|g| *g >= groups) {
             return Some(format!("it names noise group {group}, but there are {groups}"));
         }
@@ -236,7 +263,8 @@ impl Structured {
         let noise = self.noise.iter().filter(|(g, _)| *g == group);
         let data: usize = noise.map(|(_, s)| s.iter().filter(|s| **s > 0.0).count()).sum();
         let columns = self.sources.contains(&Source::Group(group))
-            || self.misfits.iter().any(|m| m.size == group || m.length == group);
+            || self.misfits.iter().any(|m| m.size == group || m.length == group)
+            || self.kernelled.iter().any(|m| m.size == group || m.length == group);
         data + if columns { self.variance.len() } else { 0 }
     }
 
@@ -259,7 +287,8 @@ impl Structured {
             Source::Group(g) => Some((*g, size)),
             _ => None,
         });
-        noise.chain(misfits).chain(groups).collect()
+        let kernelled = self.kernelled.iter().flat_map(|m| [(m.size, size), (m.length, m.middle)]);
+        noise.chain(misfits).chain(kernelled).chain(groups).collect()
     }
 
     /// The covariance as a dense matrix.
@@ -267,7 +296,9 @@ impl Structured {
         let n = self.variance.len();
         let roots: Vec<f64> = self.ln_variances(sds).iter().map(|v| (0.5 * v).exp()).collect();
         let scaled = Matrix::from_fn(n, roots.len(), |i, j| self.columns[(i, j)] * roots[j]);
-        scaled.large_product(&scaled.transpose()).plus(1.0, &Matrix::diagonal(&self.diagonal(sds)))
+        let plain =
+            scaled.large_product(&scaled.transpose()).plus(1.0, &Matrix::diagonal(&self.diagonal(sds)));
+        self.kernelled.iter().fold(plain, |sum, k| sum.plus(1.0, &k.dense(n, sds)))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Likelihood of a block whose covariance is a diagonal and columns, by the matrix inversion lemma.
 
 use crate::block::{Block, Problem, add_symmetric};
+use crate::kernelled::KernelFactor;
 use crate::quadratic::dot;
 use crate::{InferenceError, Structured};
 use rand::RngExt;
@@ -303,6 +304,7 @@ fn column_products(columns: &Matrix, x: &[f64]) -> Vec<f64> {
 pub(crate) enum Factor {
     Dense(Cholesky),
     Structured(Woodbury),
+    Kernelled(Box<KernelFactor>),
 }
 
 /// Most data of a block whose covariance is formed as a dense matrix: half a gigabyte.

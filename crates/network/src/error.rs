@@ -31,6 +31,12 @@ pub enum NetworkError {
     /// Heat or a law at the upstream end of the first duct, which has nothing before it.
     #[error("duct 0: nothing may heat or act at the inlet of a chain with flow: put a duct before it")]
     ActionAtInlet,
+    /// A source inside a chain with flow.
+    #[error("with flow only a wave that enters at an end can drive the chain, not a source at place {place}")]
+    SourceInFlow {
+        /// The place.
+        place: usize,
+    },
     /// Between a place and its velocity reference downstream, another place answers to a velocity elsewhere.
     #[error(
         "duct {place} answers to a velocity downstream, beyond or at duct {other}, which itself answers to a velocity \

@@ -12,6 +12,8 @@ mod error;
 mod gallery;
 mod modes;
 mod record;
+mod response;
+mod response_study;
 mod stability;
 mod study;
 
@@ -19,5 +21,7 @@ pub use error::ReportError;
 pub use gallery::gallery;
 pub use modes::{ModeCurves, ModesFigure};
 pub use record::{Look, RecordCurve, RecordFigure, RecordPanel};
+pub use response::{ResponseCurve, ResponseFigure};
+pub use response_study::response_page;
 pub use stability::StabilityMap;
 pub use study::{StudyHead, StudyPage, answer_svg};

@@ -97,8 +97,11 @@ pub(crate) fn read_arrays(path: &Path) -> Result<Contents, RigError> {
     mat5::read(&bytes).map_err(bad)
 }
 
-/// All vectors of a file with their names; of a matrix `m` those are `m[0]`, `m[1]`.
-pub(crate) fn named_columns(path: &Path) -> Result<Vec<(String, Vec<f64>)>, RigError> {
+/// All vectors of a MATLAB or HDF5 file with their names; of a matrix `m` those are `m[0]`, `m[1]`.
+///
+/// # Errors
+/// [`RigError`] for a file that cannot be read or is of neither format.
+pub fn named_columns(path: &Path) -> Result<Vec<(String, Vec<f64>)>, RigError> {
     let contents = read_arrays(path)?;
     let vectors = contents.arrays.iter().flat_map(|a| (0..a.channels()).map(move |c| (a, c)));
     Ok(vectors.map(|(a, c)| (heading((a, c)), (0..a.samples()).map(|n| a.at(c, n)).collect())).collect())

@@ -58,7 +58,7 @@ mod units;
 mod wav;
 
 pub use acquisition::{Acquisition, Exception, StatedChannels};
-pub use arrays::Arrays;
+pub use arrays::{Arrays, named_columns};
 pub use campaign::{Campaign, OperatingPoint};
 pub use channels::ChannelErrors;
 pub use columns::Columns;

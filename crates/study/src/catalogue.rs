@@ -1,6 +1,8 @@
 //! Candidates read from TOML.
 
 use crate::law::{Candidate, Coefficient, Effect, MeanFlow};
+use crate::plan::SdSpec;
+use crate::responses::ErrorTerm;
 use crate::rig::{Place, Rig};
 use crate::source::{Outcome, Source, listed};
 use crate::{Problem, StudyError};
@@ -46,6 +48,20 @@ struct Spec {
     definitions: BTreeMap<String, Spanned<String>>,
     #[serde(default)]
     effect: Vec<Spanned<Table>>,
+    /// Whether it is a measuring head, whose errors stand in `error`; a perfect one has none.
+    #[serde(default)]
+    head: bool,
+    #[serde(default)]
+    error: Vec<Spanned<ErrorSpec>>,
+}
+
+/// An error term of a measuring head as files have it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ErrorSpec {
+    power: i32,
+    functions: usize,
+    sd: SdSpec,
 }
 
 /// Parameters as files have them.
@@ -164,7 +180,8 @@ fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
         effects.extend(read_effect(effect, rig, &names, &definitions, &mut used)?);
     }
     let id = spec.id.get_ref().clone();
-    if effects.is_empty() && spec.mean_flow.is_none() {
+    let errors = spec.error.into_iter().map(error_term).collect::<Outcome<Vec<_>>>()?;
+    if effects.is_empty() && !spec.head && spec.mean_flow.is_none() {
         let need = "add a [[candidate.effect]] with acts_at and one of mu, mp, eu, ep, reflection";
         return Err((spec.id.span(), Problem::Empty { what: "effect", need }));
     }
@@ -190,7 +207,25 @@ fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
         extends: spec.extends,
         parameters: parameters.into_iter().map(|(p, _)| p).collect(),
         effects,
+        errors,
     })
+}
+
+/// Most polynomials of one error term: more bend faster than data can tell.
+const MOST_FUNCTIONS: usize = 60;
+
+fn error_term(spec: Spanned<ErrorSpec>) -> Outcome<ErrorTerm> {
+    let at = spec.span();
+    let ErrorSpec { power, functions, sd } = spec.into_inner();
+    let value =
+        |key: &str, value: String, need| Err((at.clone(), Problem::Value { key: key.into(), value, need }));
+    if !(0..=4).contains(&power) {
+        return value("power", power.to_string(), "a power of R from 0 to 4");
+    }
+    if !(1..=MOST_FUNCTIONS).contains(&functions) {
+        return value("functions", functions.to_string(), "a number of polynomials from 1 to 60");
+    }
+    Ok(ErrorTerm { power, functions, sd })
 }
 
 fn read_effect(

@@ -54,6 +54,18 @@ pub enum Problem {
         /// All names that could stand here.
         known: String,
     },
+    /// Data of other people that are not here.
+    #[error(
+        "the data are not part of this folder: set the variable {variable} to a folder that holds `{folder}`; get them from {obtain}"
+    )]
+    Elsewhere {
+        /// The environment variable.
+        variable: String,
+        /// The folder within.
+        folder: String,
+        /// The public source.
+        obtain: String,
+    },
     /// Two things of one name.
     #[error("a second {what} is called `{name}`; every name must be different")]
     Duplicate {

@@ -1,6 +1,7 @@
 //! What a candidate is: parameters, and laws that act on coefficients at places of the rig.
 
 use crate::names::{LEVINE_SCHWINGER, WALL_EP, WALL_MU};
+use crate::responses::ErrorTerm;
 use crate::rig::Place;
 use crate::source::Outcome;
 use crate::{Problem, names};
@@ -28,6 +29,8 @@ pub struct Candidate {
     pub parameters: Vec<Parameter>,
     /// What it does.
     pub effects: Vec<Effect>,
+    /// Error terms, if it is a measuring head; none for a perfect one.
+    pub errors: Vec<ErrorTerm>,
     /// The mean flow of which its waves are; none for waves of a gas at rest.
     pub mean_flow: Option<MeanFlow>,
 }

@@ -19,6 +19,7 @@ mod modes;
 pub mod names;
 pub mod plan;
 mod records;
+pub mod responses;
 mod rig;
 mod source;
 mod states;

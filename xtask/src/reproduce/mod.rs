@@ -23,8 +23,8 @@ pub(crate) fn run(options: &Options) -> Outcome {
     let base = options.base();
     let _lock = lock(&base.join(WORK))?;
     let start = Instant::now();
-    println!("[build] cargo build --release --package rijke-cli");
-    succeed(cargo().args(["build", "--release", "--package", "rijke-cli"]))?;
+    println!("[build] cargo build --release --workspace --bin rijke");
+    succeed(cargo().args(["build", "--release", "--workspace", "--bin", "rijke"]))?;
     println!("[build] done in {:.1} s", start.elapsed().as_secs_f64());
 
     let program = program();

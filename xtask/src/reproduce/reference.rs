@@ -8,7 +8,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 type Kept = BTreeMap<String, Value>;
 
 /// Data, and what is drawn from parameters that are kept themselves.
-const LEFT_OUT: [&str; 3] = ["measured", "predicted", "panels"];
+const LEFT_OUT: [&str; 4] = ["measured", "predicted", "frames", "panels"];
 
 /// Words that are answers, and must not change at all.
 const ANSWERS: [&str; 3] = ["winner", "chosen", "holds"];

@@ -3,12 +3,10 @@
 use super::advice::{CHANGES, Change};
 use crate::failure::{Classify, Failure};
 use rijke_engine::run::modes_at;
-use rijke_engine::{SavedModel, Spectrum};
-use rijke_network::file::{Built, OscilosTexts, read, read_oscilos};
+use rijke_engine::{ModeDetails, SavedModel, Spectrum};
+use rijke_network::file::{Account, Built, OscilosTexts, read, read_oscilos, samples_of_each};
 use rijke_network::flow_chain::FlowChain;
-use rijke_network::{
-    Device, Mode, Modes, NetworkError, Places, Region, Root, Sensitivities, Station, Workspace,
-};
+use rijke_network::{Device, Mode, Modes, NetworkError, Region, Station};
 use rijke_numerics::C64;
 use rijke_report::ModeCurves;
 use serde::Serialize;
@@ -33,9 +31,9 @@ const OPEN_END: &str = "open ends (types 11, 12) are exact here; OSCILOS_lite ev
                         growth rates differ by some 1/s where modes are strongly damped";
 
 enum Chain {
-    Rest(Box<Built>),
+    File(Box<Built>),
     /// With the names of what acts at places.
-    Flow(Box<FlowChain>, Vec<(usize, String)>),
+    Oscilos(Box<FlowChain>, Vec<(usize, String)>),
     /// A model of a study at an operating point.
     Point(Box<Spectrum>),
 }
@@ -55,15 +53,6 @@ pub(super) struct Line {
     pub(super) by_elements: Vec<(String, f64)>,
 }
 
-impl Line {
-    fn add(&mut self, name: &str, share: f64) {
-        match self.by_elements.iter_mut().find(|(known, _)| known == name) {
-            Some((_, sum)) => *sum += share,
-            None => self.by_elements.push((name.to_owned(), share)),
-        }
-    }
-}
-
 impl Case {
     pub(super) fn file(path: &Path) -> Result<Self, Failure> {
         let text = std::fs::read_to_string(path).or_bad_input().map_err(|failure| {
@@ -75,10 +64,7 @@ impl Case {
         devices.dedup();
         let warnings = built.warnings.iter().map(ToString::to_string).collect();
         let (title, region, passive) = (built.name.take(), built.region, built.passive);
-        let chain = match built.flow.take() {
-            Some(flow) => Chain::Flow(Box::new(flow), built.places),
-            None => Chain::Rest(Box::new(built)),
-        };
+        let chain = Chain::File(Box::new(built));
         let remedy = "Change the region with [search], --min-hz or --max-hz, or the element named.";
         Ok(Self { path: path.to_owned(), title, region, passive, warnings, devices, chain, remedy })
     }
@@ -113,7 +99,7 @@ impl Case {
         let kind = |text: &str| text.lines().nth(1)?.split_whitespace().next()?.parse::<f64>().ok();
         let open = [&texts.inlet, &texts.outlet].into_iter().filter_map(|text| kind(text)).any(|k| k >= 11.0);
         let warnings = Vec::from_iter(open.then(|| OPEN_END.to_owned()));
-        let chain = Chain::Flow(Box::new(chain), names);
+        let chain = Chain::Oscilos(Box::new(chain), names);
         let remedy = "Change Scan_range.txt, or give --min-hz and --max-hz.";
         Ok(Self { path, title: None, region, passive: false, warnings, devices, chain, remedy })
     }
@@ -166,95 +152,71 @@ impl Case {
 
     pub(super) fn modes(&self) -> Result<Modes, Failure> {
         self.bad(match &self.chain {
-            Chain::Rest(built) => built.network.modes(&built.laws, &self.region, &mut Workspace::default()),
-            Chain::Flow(chain, _) => chain.modes(&self.region),
+            Chain::File(built) => built.modes(&self.region),
+            Chain::Oscilos(chain, _) => chain.modes(&self.region),
             Chain::Point(spectrum) => Ok(spectrum.modes.clone()),
         })
     }
 
     /// Poles of laws within the region: growth rate and frequency.
     pub(super) fn poles(&self) -> Result<Vec<[f64; 2]>, Failure> {
-        let poles = self.bad(match &self.chain {
-            Chain::Rest(built) => built.network.poles(&built.laws, &self.region),
-            Chain::Flow(chain, _) => chain.poles(&self.region),
-            Chain::Point(spectrum) => Ok(spectrum.poles.iter().map(|s| (*s, 1)).collect()),
+        let poles: Vec<C64> = self.bad(match &self.chain {
+            Chain::File(built) => built.poles(&self.region),
+            Chain::Oscilos(chain, _) => {
+                chain.poles(&self.region).map(|all| all.into_iter().map(|p| p.0).collect())
+            }
+            Chain::Point(spectrum) => Ok(spectrum.poles.clone()),
         })?;
-        let inside = poles.into_iter().map(|p| p.0).filter(|s| self.region.contains(*s));
+        let inside = poles.into_iter().filter(|s| self.region.contains(*s));
         Ok(inside.map(|s| [s.re, s.im / (2.0 * PI)]).collect())
     }
 
     /// Everything about one mode that a line of the table holds.
     pub(super) fn line(&self, mode: &Mode) -> Result<Line, Failure> {
-        let root = Root { s: mode.s, steps: 0, residual: mode.residual };
-        let mut line = Line {
+        let account = match &self.chain {
+            Chain::File(built) => built.account(mode),
+            Chain::Oscilos(chain, names) => Account::with_flow(chain, names, &mode.root()),
+            Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Account::default, account)),
+        }
+        .or_failed()?;
+        Ok(Line {
             frequency_hz: mode.s.im / (2.0 * PI),
             growth_rate: mode.s.re,
             residual: mode.residual,
-            condition: 0.0,
+            condition: account.condition,
             multiplicity: mode.multiplicity,
-            by_upstream_end: 0.0,
-            by_downstream_end: 0.0,
-            by_viscous_loss: 0.0,
-            by_thermal_loss: 0.0,
-            by_elements: Vec::new(),
-        };
-        match &self.chain {
-            Chain::Rest(built) => {
-                let mut work = Workspace::default();
-                let budget = built.network.budget(&built.laws, &root, &mut work);
-                let mut all = Sensitivities::default();
-                // No pressure is asked for, so that a silent reference does not matter.
-                let none = Places { at: Vec::new(), reference: 0 };
-                built.network.sensitivities(&built.laws, &root, &none, &mut all, &mut work).or_failed()?;
-                line.condition = all.condition(&built.network, mode.s);
-                let parts = [budget.upstream, budget.downstream, budget.viscous, budget.thermal];
-                line.set(parts);
-                for (law, power) in budget.places.iter().flat_map(|exchange| &exchange.laws) {
-                    line.add(&built.actors[*law], 0.5 * power);
-                }
-            }
-            Chain::Flow(chain, names) => {
-                let budget = chain.budget(&root);
-                line.condition = chain.condition(&root).or_failed()?;
-                line.set([budget.upstream, budget.downstream, budget.viscous, budget.thermal]);
-                for (place, power) in &budget.places {
-                    let here = names.iter().filter(|(p, _)| p == place).map(|(_, name)| name.as_str());
-                    let name = here.collect::<Vec<_>>().join(" + ");
-                    line.add(if name.is_empty() { "heat and lumped losses" } else { &name }, 0.5 * power);
-                }
-                line.add("mean flow", 0.5 * budget.mean_flow);
-            }
-            Chain::Point(spectrum) => {
-                if let Some(found) = spectrum.of(mode) {
-                    let b = &found.balance;
-                    line.condition = found.condition;
-                    line.set([b.upstream, b.downstream, b.viscous, b.thermal]);
-                    found.laws.iter().for_each(|(name, share)| line.add(name, *share));
-                    if b.mean_flow != 0.0 {
-                        line.add("mean flow", 0.5 * b.mean_flow);
-                    }
-                }
-            }
-        }
-        Ok(line)
+            by_upstream_end: account.upstream,
+            by_downstream_end: account.downstream,
+            by_viscous_loss: account.viscous,
+            by_thermal_loss: account.thermal,
+            by_elements: account.elements,
+        })
     }
 
     /// Shape of a mode and sensitivities of its growth rate along x.
     pub(super) fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failure> {
-        /// Points along the whole tube, about; at most a twentieth of them in one segment.
-        const POINTS: usize = 1200;
-        let root = Root { s: mode.s, steps: 0, residual: mode.residual };
-        let samples = |pieces: usize| (POINTS / pieces).clamp(2, POINTS / 20) + 1;
+        let root = mode.root();
         let stations = match &self.chain {
-            Chain::Rest(built) => {
-                let samples = samples(built.network.segments().len());
-                built.network.along(&built.laws, &root, samples, &mut Workspace::default())
-            }
-            Chain::Flow(chain, _) => chain.along(&root, samples(chain.ducts().len())),
+            Chain::File(built) => built.along(&root, samples_of_each(built.ducts())),
+            Chain::Oscilos(chain, _) => chain.along(&root, samples_of_each(chain.ducts().len())),
             Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Vec::new, |m| m.stations.clone())),
         }
         .or_failed()?;
         Ok(curves_of(mode.s, &stations))
+    }
+}
+
+/// The parts of the growth rate of a mode of a study.
+fn account(found: &ModeDetails) -> Account {
+    let b = &found.balance;
+    let flow = Some(("mean flow".to_owned(), 0.5 * b.mean_flow)).filter(|(_, share)| *share != 0.0);
+    Account {
+        condition: found.condition,
+        upstream: 0.5 * b.upstream,
+        downstream: 0.5 * b.downstream,
+        viscous: 0.5 * b.viscous,
+        thermal: 0.5 * b.thermal,
+        elements: found.laws.iter().cloned().chain(flow).collect(),
     }
 }
 
@@ -276,14 +238,4 @@ pub(crate) fn curves_of(s: C64, stations: &[Station]) -> ModeCurves {
     let (pressure, velocity) = (of(&|s| s.pressure.norm()), of(&|s| s.velocity.norm()));
     let (growth_rate, frequency_hz) = (s.re, s.im / (2.0 * PI));
     ModeCurves { growth_rate, frequency_hz, x: of(&|s| s.x), pressure, velocity, changes }
-}
-
-impl Line {
-    /// Sets the shares of ends and walls from twice their values.
-    fn set(&mut self, [upstream, downstream, viscous, thermal]: [f64; 4]) {
-        self.by_upstream_end = 0.5 * upstream;
-        self.by_downstream_end = 0.5 * downstream;
-        self.by_viscous_loss = 0.5 * viscous;
-        self.by_thermal_loss = 0.5 * thermal;
-    }
 }

@@ -13,11 +13,13 @@ mod help;
 #[cfg(unix)]
 mod interrupted;
 mod json;
+mod measured;
 mod modes;
 mod new_rig;
 mod plots;
 mod profiles;
 mod records;
+mod response;
 mod same_seed;
 mod short;
 mod studies;

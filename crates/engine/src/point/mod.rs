@@ -56,6 +56,9 @@ impl<'a> PointModel<'a> {
         conditions: &Conditions,
         microphones: &[usize],
     ) -> Result<Self, EngineError> {
+        if let Some(part) = assembly.rig.of_unknown_shape() {
+            return Err(EngineError::UnknownShape { part: part.name.clone() });
+        }
         let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
         let layout = &conditions.layout;
         let reference = microphones.iter().position(|m| *m == assembly.rig.microphones.reference);

@@ -76,6 +76,13 @@ pub(super) fn conditions(
     Ok(Conditions { id: point.id.clone(), point: point.clone(), layout, base })
 }
 
+/// The conditions of the operating point of number `k`, from what the campaign and the rig say.
+pub(crate) fn conditions_at(study: &Study, k: usize) -> Result<Conditions, EngineError> {
+    let point = &study.campaign.points[k];
+    let of_the_file = Some([study.rig.temperature, 0.0]);
+    conditions(study, point, None, point.ambient.or(of_the_file))
+}
+
 /// All observations of a study, in the order of its table.
 pub(super) fn observed(
     study: &Study,

@@ -18,5 +18,6 @@ pub use asked::{Forecast, forecast, modes_at, with_points};
 pub use claims::{Verdict, agreement, models, verdicts};
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use frame::{Column, Frame, FrameRow};
+pub(crate) use inputs::conditions_at;
 pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};
 pub use stages::{Chosen, Run, Trusted};

@@ -1,16 +1,20 @@
 //! Networks in a TOML file.
 
+mod account;
 mod build;
 mod compact;
 mod duct;
 mod ends;
 mod flow;
 mod layout;
+mod named;
 mod oscilos;
 mod problem;
 mod schema;
 
+pub use account::{Account, samples_of_each};
 pub use build::{Built, Warning};
+pub use named::{NamedNumbers, NumberError};
 pub use oscilos::{OscilosError, OscilosTexts, read_oscilos};
 pub use problem::Problem;
 

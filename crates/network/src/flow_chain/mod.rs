@@ -18,6 +18,7 @@ mod along;
 mod attach;
 mod budget;
 mod chain;
+mod forced;
 mod gate;
 mod mean;
 pub(crate) mod number;

@@ -25,9 +25,19 @@ impl FlowChain {
         &self,
         basis: &Basis<T>,
         s: &T,
+        visit: impl FnMut(usize, &State<T>, &State<T>),
+    ) -> T {
+        self.sweep_from(basis, s, self.start(basis, s), visit)
+    }
+
+    /// As [`FlowChain::sweep`], from the state `x` behind the upstream end.
+    pub(super) fn sweep_from<T: Number>(
+        &self,
+        basis: &Basis<T>,
+        s: &T,
+        mut x: State<T>,
         mut visit: impl FnMut(usize, &State<T>, &State<T>),
     ) -> T {
-        let mut x = self.start(basis, s);
         let mut heard: Vec<Option<T>> = vec![None; self.ears.len()];
         let mut loops: Option<T> = None;
         for i in 0..self.ducts.len() {

@@ -73,10 +73,22 @@ impl FlowChain {
         order: Order,
         laws: Option<&Laws>,
     ) -> Result<(Jet, Vec<Option<Jet>>), NetworkError> {
+        let (basis, s) = self.seeded(root.s, parameters, order, laws)?;
+        self.of_seeds(&basis, s)
+    }
+
+    /// The chain in jets of the parameters and s, which is the last seed.
+    pub(super) fn seeded(
+        &self,
+        s: C64,
+        parameters: &[FlowParameter],
+        order: Order,
+        laws: Option<&Laws>,
+    ) -> Result<(Basis<Seeded>, Jet), NetworkError> {
         let (n, p) = (self.ducts.len(), parameters.len());
         let space = JetSpace::new(p + 1, order.max(Order::First));
         let one = Seeded(space.real(1.0));
-        let s = space.seed(p, root.s);
+        let s = space.seed(p, s);
         let law =
             |k: usize| {
                 Seeded(laws.map_or_else(
@@ -122,7 +134,7 @@ impl FlowChain {
             *target = target.clone() + Seeded(seed.scale(factor));
         }
         basis.settle(self.gamma, &self.ducts, &self.attached);
-        self.of_seeds(&basis, s)
+        Ok((basis, s))
     }
 
     /// s as a function of the seeds of `basis`, and the pressure at every place as one of seeds and s, the last seed.

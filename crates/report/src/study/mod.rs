@@ -2,7 +2,7 @@
 
 mod claims;
 mod figure;
-mod tables;
+pub(crate) mod tables;
 
 use crate::ReportError;
 use crate::draw::{self, html};
@@ -34,7 +34,7 @@ pub struct StudyPage {
     files: Vec<(String, Vec<u8>)>,
 }
 
-const STYLE: &str = include_str!("page.css");
+pub(crate) const STYLE: &str = include_str!("page.css");
 
 /// The figure of an answer as the text of an SVG file; none where there is nothing to draw.
 #[must_use]

@@ -80,7 +80,7 @@ pub(super) fn parameter_table(parameters: &[ParameterRecord]) -> String {
 }
 
 /// A value with its standard deviation in the last two digits: 1.0109(18).
-pub(super) fn with_uncertainty(value: f64, sd: f64) -> String {
+pub(crate) fn with_uncertainty(value: f64, sd: f64) -> String {
     if !(sd > 0.0 && sd.is_finite() && value.is_finite()) {
         return format!("{value:.4e}");
     }

@@ -22,6 +22,8 @@ pub struct Plan {
     pub base: Base,
     /// The stages; each stands on earlier ones only.
     pub stages: Vec<Stage>,
+    /// Stages that train on responses.
+    pub responses: Vec<crate::responses::ResponseStage>,
     /// What is asked of the stages.
     pub questions: Vec<Question>,
 }

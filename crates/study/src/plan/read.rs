@@ -19,6 +19,8 @@ struct File {
     base: BaseChoice,
     #[serde(default)]
     stage: Vec<Spanned<StageFile>>,
+    #[serde(default)]
+    responses: Vec<Spanned<crate::responses::ResponseStage>>,
     #[serde(default, rename = "ask")]
     asked: Vec<Spanned<Asked>>,
 }
@@ -124,14 +126,22 @@ impl Plan {
             }
         };
         let (name, question) = (file.name, file.question);
-        let mut plan = Self { name, question, base, stages: Vec::new(), questions: Vec::new() };
+        let mut plan =
+            Self { name, question, base, stages: Vec::new(), responses: Vec::new(), questions: Vec::new() };
         for stage in file.stage {
             let at = stage.span().start;
             let check = Check { rig, campaign, catalogue };
             let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
             plan.stages.push(stage);
         }
-        if plan.stages.is_empty() {
+        for stage in file.responses {
+            let at = stage.span().start;
+            let stage = stage.into_inner();
+            let checked = stage.check(campaign, catalogue, &plan.responses);
+            checked.map_err(|problem| source.fail(at, problem))?;
+            plan.responses.push(stage);
+        }
+        if plan.stages.is_empty() && plan.responses.is_empty() {
             return Err(source.fail(0, Problem::Empty { what: "stage", need: "add a [[stage]]" }));
         }
         for asked in file.asked {

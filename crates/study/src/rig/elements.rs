@@ -31,7 +31,7 @@ const fn or(name: &'static str, unit: &'static str, default: &'static str) -> Ke
 }
 
 /// Compact elements between ducts. `transfer` is N(s)/D(s) e^(-s delay), with a first-order filter, see [`transfer`].
-pub(super) const COMPACT: [Kind; 8] = [
+pub(super) const COMPACT: [Kind; 9] = [
     Kind { name: "device", keys: &[], laws: &[] },
     // Heat release in proportion to velocity: k_eu = -gain F(s). With `n`, Q'/Q = n F u'/U and the mean heat is that of the
     // temperature rise, so that gain = n (T_2 - T)/T A/A_2 (Dowling & Stow 2003, with the reference just upstream).
@@ -76,6 +76,17 @@ pub(super) const COMPACT: [Kind; 8] = [
         keys: &[need("radius", "m"), need("length", "m"), or("resistance", "Pa s/m", "0")],
         laws: &[(Ep, "pi*(radius)^2/(A*(s*rho*((length) + (0.82 + 0.61)*(radius)) + (resistance)))")],
     },
+    // A hole or chimney of a tube as a symmetric T, open (1) or closed (0), see [`TONE_HOLE`].
+    Kind {
+        name: "tone-hole",
+        keys: &[need("radius", "m"), need("height", "m"), or("open", "1", "1")],
+        laws: &[
+            (Mu, "hole_z*(1 + hole_y*hole_z/4)"),
+            (Mp, "-hole_y*hole_z/2"),
+            (Eu, "-hole_y*hole_z/2"),
+            (Ep, "hole_y"),
+        ],
+    },
     Kind {
         name: "feedback",
         keys: &[
@@ -86,6 +97,35 @@ pub(super) const COMPACT: [Kind; 8] = [
         ],
         laws: &[(Mu, "(mu)"), (Mp, "(mp)"), (Eu, "(eu)"), (Ep, "(ep)")],
     },
+];
+
+/// What the laws of a tone hole are made of: half the series inertia, the branch, the other half. Inner correction and curved wall:
+/// Nederveen, Jansen & van Hassel 1998, Acta Acustica 84, eqs. (40), (37); series length: Dubos et al. 1999, Acta Acustica 85, eq. (73), with coth in
+/// the place of tanh where the hole is closed; losses of the chimney: Kirchhoff to first order; outside: a piston in a baffle to second order in
+/// ka (Pierce 1981, 5-4). Holes do not hear each other outside, nor through evanescent waves.
+pub(super) const TONE_HOLE: [(&str, &str); 12] = [
+    ("hole_delta", "2*(radius)/D"),
+    (
+        "hole_inner",
+        "(radius)*(0.82 - 0.193*hole_delta - 1.09*hole_delta^2 + 1.27*hole_delta^3 - 0.71*hole_delta^4)",
+    ),
+    ("hole_height", "(height) + (radius)*hole_delta/8*(1 + 0.207*hole_delta^3)"),
+    ("hole_side", "0.940 + 0.540*hole_delta + 0.285*hole_delta^2"),
+    ("hole_tanh", "tanh(1.84*(height)/(radius))"),
+    (
+        "hole_z",
+        "-s*rho*(radius)*hole_delta^2*((open)/(1.78*hole_tanh + hole_side) + (1 - (open))/(1.78/hole_tanh + hole_side))",
+    ),
+    ("hole_loss", "2/(radius)*sqrt(s*rho*mu)"),
+    ("hole_inertia", "s*rho + hole_loss"),
+    ("hole_spring", "s/(rho*c^2) + hole_loss*(gamma - 1)/(rho*c)^2*Pr^(-1/2)"),
+    ("hole_wave", "sqrt(hole_inertia)/sqrt(hole_spring)"),
+    ("hole_mouth", "(open)/(rho*c*(8/(3*pi)*s*(radius)/c - (s*(radius)/c)^2/2))"),
+    (
+        "hole_y",
+        "pi*(radius)^2/(A*(s*rho*hole_inner + hole_wave*(1 + hole_wave*hole_mouth*tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_height))\
+         /(hole_wave*hole_mouth + tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_height))))",
+    ),
 ];
 
 /// Ends of the rig.

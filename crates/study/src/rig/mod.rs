@@ -13,7 +13,7 @@ pub use value::Value;
 use crate::law::{Candidate, Words};
 use crate::source::{Outcome, Source};
 use crate::{Campaign, StudyError};
-use rijke_formula::Scope;
+use rijke_formula::{Formula, Scope};
 use rijke_rig::{Gas, GasState};
 use std::path::Path;
 
@@ -116,6 +116,20 @@ pub struct Part {
     pub near_field: Option<f64>,
 }
 
+impl Part {
+    /// The formulas of its lengths, areas and places that name unknowns.
+    pub fn unknown(&self) -> impl Iterator<Item = &Formula> {
+        let values: Vec<&Value> = match &self.shape {
+            Shape::Duct(duct) => [&duct.length].into_iter().chain(&duct.area).collect(),
+            Shape::Device(at) => at.iter().collect(),
+            Shape::Insert(from, to) => vec![from, to],
+        };
+        values
+            .into_iter()
+            .filter_map(|v| if let Value::Unknown(formula, _) = v { Some(formula) } else { None })
+    }
+}
+
 /// What a part is.
 #[derive(Clone, Debug)]
 pub enum Shape {
@@ -169,6 +183,12 @@ impl Rig {
     #[must_use]
     pub fn part(&self, name: &str) -> Option<(usize, &Part)> {
         self.parts.iter().enumerate().find(|(_, p)| p.name == name)
+    }
+
+    /// The first part whose length, area or place is unknown, if there is one. Such a rig is trained on responses only.
+    #[must_use]
+    pub fn of_unknown_shape(&self) -> Option<&Part> {
+        self.parts.iter().find(|part| part.unknown().next().is_some())
     }
 
     /// The numbers of the part of a place by bare name, with their names in the scope.

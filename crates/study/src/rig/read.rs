@@ -69,6 +69,8 @@ struct Reading<'a> {
     parts: Vec<Part>,
     waiting: Vec<Waiting>,
     unknowns: &'a [String],
+    /// Medians of their priors.
+    medians: &'a [f64],
 }
 
 pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
@@ -88,7 +90,9 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
     }
     let unknowns = parameters(file.unknown, &scope)?;
     let names: Vec<String> = unknowns.iter().map(|(p, _)| p.name.clone()).collect();
-    let mut reading = Reading { scope, parts: Vec::new(), waiting: Vec::new(), unknowns: &names };
+    let medians: Vec<f64> = unknowns.iter().map(|(p, _)| p.prior.quantile(0.5)).collect();
+    let mut reading =
+        Reading { scope, parts: Vec::new(), waiting: Vec::new(), unknowns: &names, medians: &medians };
     let gas_at = file.gas.as_ref().map_or(0..0, Spanned::span);
     let (gas, pressure, temperature) = reading.gas(file.gas)?;
     for (k, element) in file.element.into_iter().enumerate() {
@@ -103,7 +107,11 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
     }
     let microphones = reading.instruments(file.microphones, "p")?;
     let thermometers = reading.instruments(file.thermometers, "T")?;
-    let (effects, used) = reading.effects()?;
+    let (effects, mut used) = reading.effects()?;
+    for formula in reading.parts.iter().flat_map(Part::unknown) {
+        let named = (0..names.len()).filter(|k| formula.uses_parameter(*k));
+        used.extend(named.map(|k| names[k].clone()));
+    }
     if let Some((unknown, at)) = unknowns.iter().find(|(p, _)| !used.contains(&p.name)) {
         let (name, place) = (format!("${}", unknown.name), "the file".to_owned());
         return Err((at.clone(), Problem::Unused { name, place }));
@@ -119,6 +127,7 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         extends: None,
         parameters: unknowns.into_iter().map(|(p, _)| p).collect(),
         effects,
+        errors: Vec::new(),
     };
     Ok(Rig {
         name: file.name,
@@ -221,7 +230,7 @@ impl Reading<'_> {
                 Given::Law(text) => text,
                 Given::Value(Value::Number(v)) => format!("({v:e})"),
                 Given::Value(Value::Formula(f)) => f.source().to_owned(),
-                Given::Value(Value::Table(..)) => {
+                Given::Value(Value::Table(..) | Value::Unknown(..)) => {
                     let need = "a number or a formula";
                     return Err((
                         at.clone(),

@@ -14,17 +14,19 @@ pub enum Value {
     Number(f64),
     /// A formula of factors and numbers of parts.
     Formula(Formula),
+    /// A formula of unknowns too, and the same with every unknown at the median of its prior.
+    Unknown(Formula, Formula),
     /// A factor, and rows of its value and that of the number: linear between them, and constant beyond.
     Table(usize, Vec<[f64; 2]>),
 }
 
 impl Value {
-    /// Its value, given those of all names; NaN where a factor has none.
+    /// Its value, given those of all names, unknowns at the medians of their priors; NaN where a factor has none.
     #[must_use]
     pub fn at(&self, numbers: &[f64]) -> f64 {
         match self {
             Self::Number(value) => *value,
-            Self::Formula(formula) => formula.real(numbers),
+            Self::Formula(formula) | Self::Unknown(_, formula) => formula.real(numbers),
             Self::Table(factor, rows) => interpolate(rows, numbers.get(*factor).copied().unwrap_or(f64::NAN)),
         }
     }
@@ -60,6 +62,24 @@ pub(super) struct Reader<'a> {
 impl Reader<'_> {
     fn fail<T>(&self, problem: Problem) -> Outcome<T> {
         Err((self.at.clone(), problem))
+    }
+
+    /// As [`Reader::value`], where unknowns may stand too: of a length or a place. `medians` are those of the unknowns' priors.
+    pub(super) fn extent(&self, key: &str, value: &Toml, unit: &str, medians: &[f64]) -> Outcome<Value> {
+        let text = match self.given(key, value, unit)? {
+            Given::Value(value) => return Ok(value),
+            Given::Law(text) => text,
+        };
+        let here = |name: usize| self.scope.names()[name].kind == Kind::Global;
+        let known = self.unknowns.iter().zip(medians).map(|(name, m)| (name.clone(), format!("({m:e})")));
+        let known: Vec<(String, String)> =
+            known.filter(|(name, _)| crate::law::words(&text).any(|w| w == name)).collect();
+        let read = |parameters: &[String], definitions: &[(String, String)]| {
+            let context = Context { scope: self.scope, here: &here, parameters, definitions };
+            let fail = |source| (self.at.clone(), Problem::Formula { key: key.to_owned(), source });
+            Formula::parse(&text, &context).map_err(fail)
+        };
+        Ok(Value::Unknown(read(self.unknowns, &[])?, read(&[], &known)?))
     }
 
     /// A number, a quantity, a formula or a table, in the SI unit `unit`; any unit if that is empty.

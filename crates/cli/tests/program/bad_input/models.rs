@@ -202,6 +202,6 @@ pub(super) const CASES: [Case; 30] = [
             fs::write(d.join("data/results/models/prongs.json"), "{\"candidates\":\n").unwrap();
         },
         PREDICT,
-        ["models/prongs.json", "line 1", "Run `rijke rank data`"],
+        ["models/prongs.json", "line 2", "Run `rijke rank data`"],
     ),
 ];

@@ -82,9 +82,9 @@ impl Reading<'_> {
             let places = match table.remove("at") {
                 None => Vec::new(),
                 Some(Toml::Array(list)) => {
-                    list.iter().map(|v| self.read(part, "at", v, "m", &at)).collect::<Outcome<_>>()?
+                    list.iter().map(|v| self.extent(part, "at", v, "m", &at)).collect::<Outcome<_>>()?
                 }
-                Some(value) => vec![self.read(part, "at", &value, "m", &at)?],
+                Some(value) => vec![self.extent(part, "at", &value, "m", &at)?],
             };
             self.parts[part].shape = Shape::Device(places);
             self.compact(part, found, &mut table, &at)?;
@@ -157,6 +157,20 @@ impl Reading<'_> {
         reader.value(key, value, unit)
     }
 
+    /// A length or a place, in which unknowns may stand.
+    pub(super) fn extent(
+        &self,
+        part: usize,
+        key: &str,
+        value: &Toml,
+        unit: &str,
+        at: &Range<usize>,
+    ) -> Outcome<Value> {
+        let own = self.own(part);
+        let reader = Reader { scope: &self.scope, own: &own, unknowns: self.unknowns, at: at.clone() };
+        reader.extent(key, value, unit, self.medians)
+    }
+
     pub(super) fn needed(
         &self,
         part: usize,
@@ -169,7 +183,7 @@ impl Reading<'_> {
         let value = value.ok_or_else(|| {
             (at.clone(), Problem::Missing { key: key.into(), need: "a number, a quantity or a formula" })
         })?;
-        self.read(part, key, &value, unit, at)
+        self.extent(part, key, &value, unit, at)
     }
 
     /// A plain number, if it is given.

@@ -4,7 +4,7 @@ use super::{Reading, Waiting, complex};
 use crate::Problem;
 use crate::law::Coefficient;
 use crate::rig::Duct;
-use crate::rig::elements::{Key, Kind, WALLS, transfer};
+use crate::rig::elements::{Key, Kind, TONE_HOLE, WALLS, transfer};
 use crate::rig::value::{Given, Value};
 use crate::source::{Outcome, listed};
 use std::ops::Range;
@@ -20,11 +20,11 @@ impl Reading<'_> {
             match (table.remove(round), table.remove(plain)) {
                 (Some(d), None) => {
                     // A disc, with the diameter in place.
-                    let text = match self.read(part, round, &d, "m", at)? {
+                    let text = match self.extent(part, round, &d, "m", at)? {
                         Value::Number(d) => {
                             return Ok(Some(Value::Number(0.25 * std::f64::consts::PI * d * d)));
                         }
-                        Value::Formula(f) => format!("pi/4*({})^2", f.source()),
+                        Value::Formula(f) | Value::Unknown(f, _) => format!("pi/4*({})^2", f.source()),
                         Value::Table(..) => {
                             let need = "a number or a formula";
                             return Err((
@@ -33,9 +33,9 @@ impl Reading<'_> {
                             ));
                         }
                     };
-                    self.read(part, round, &Toml::String(text), "m^2", at).map(Some)
+                    self.extent(part, round, &Toml::String(text), "m^2", at).map(Some)
                 }
-                (None, Some(a)) => self.read(part, plain, &a, "m^2", at).map(Some),
+                (None, Some(a)) => self.extent(part, plain, &a, "m^2", at).map(Some),
                 (None, None) => Ok(None),
                 (Some(_), Some(_)) => Err(one_of("diameter or area")),
             }
@@ -141,6 +141,9 @@ impl Reading<'_> {
                 continue;
             }
             definitions.extend(self.key(part, key, table, at)?);
+        }
+        if kind.name == "tone-hole" {
+            definitions.extend(TONE_HOLE.map(|(name, text)| (name.to_owned(), text.to_owned())));
         }
         let name = self.parts[part].name.clone();
         for (coefficient, law) in kind.laws {

@@ -1,0 +1,157 @@
+//! `rijke response`: what a network answers when it is driven at given frequencies.
+
+mod answer;
+
+use crate::{
+    failure::{Classify, Failure},
+    number,
+    staging::write_whole,
+    ui::Ui,
+};
+use answer::{Driven, Quantity};
+use comfy_table::{Table, presets};
+use rijke_numerics::C64;
+use rijke_report::{ResponseCurve, ResponseFigure};
+use std::path::PathBuf;
+
+/// Drive a network at given frequencies: impedance and reflection at a port, transfer between places, scattering.
+///
+/// Without further options: the impedance p/(rho c u) and the reflection g/f that the chain has at its upstream end. A place is the name of an
+/// element that stands between ducts, a position in m where one stands or where ducts meet, or `upstream` or `downstream`. A `feedback`
+/// element without coefficients marks a place for a microphone.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  rijke response fixtures/networks/rig-tube.toml --max-hz 700 --plot response.svg\n  \
+                  rijke response fixtures/networks/rijke-tube.toml --port gauze --scattering upstream downstream --csv"
+)]
+pub(crate) struct Args {
+    /// Network file (TOML).
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Lowest frequency, Hz.
+    #[arg(long, value_name = "F", default_value_t = 20.0, value_parser = number::positive)]
+    min_hz: f64,
+    /// Highest frequency, Hz [default: the file's].
+    #[arg(long, value_name = "F", value_parser = number::positive)]
+    max_hz: Option<f64>,
+    /// Distance of the frequencies, Hz [default: a hundredth of the range].
+    #[arg(long, value_name = "F", value_parser = number::positive)]
+    step_hz: Option<f64>,
+    /// These frequencies instead, Hz.
+    #[arg(long, value_name = "F", num_args = 1.., conflicts_with_all = ["min_hz", "max_hz", "step_hz"], value_parser = number::positive)]
+    at_hz: Vec<f64>,
+    /// Impedance and reflection of what lies downstream of this place, seen from just before it.
+    #[arg(long, value_name = "PLACE")]
+    port: Option<String>,
+    /// Ratio of the pressure at the second place to that at the first, the chain being driven by a wave at its upstream end.
+    #[arg(long, value_names = ["FROM", "TO"], num_args = 2)]
+    transfer: Vec<String>,
+    /// Reflection and transmission of pressure waves by what lies between two places, from either side.
+    #[arg(long, value_names = ["FROM", "TO"], num_args = 2)]
+    scattering: Vec<String>,
+    /// Print comma-separated values: real and imaginary parts.
+    #[arg(long)]
+    csv: bool,
+    /// Draw modulus and phase into this SVG file.
+    #[arg(long, value_name = "SVG")]
+    plot: Option<PathBuf>,
+}
+
+/// More frequencies than this are a slip of the step.
+const MOST: f64 = 1e6;
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let driven = Driven::read(&args.file)?;
+    for warning in &driven.warnings {
+        ui.note(format!("warning: {}: {warning}", args.file.display()));
+    }
+    let frequencies = frequencies(args, driven.highest_hz)?;
+    let wanted = wanted(args);
+    let mut columns: Vec<(String, Vec<C64>)> = Vec::new();
+    for quantity in &wanted {
+        columns.extend(driven.answer(quantity, &frequencies)?);
+    }
+    if ui.is_json() {
+        let numbers = columns.iter().map(|(name, values)| {
+            let parts = |f: fn(&C64) -> f64| values.iter().map(f).collect::<Vec<_>>();
+            serde_json::json!({ "name": name, "re": parts(|z| z.re), "im": parts(|z| z.im) })
+        });
+        let all: Vec<_> = numbers.collect();
+        let document =
+            serde_json::json!({ "name": driven.title, "frequency_hz": frequencies, "responses": all });
+        ui.document(serde_json::to_string_pretty(&document).or_failed()?);
+    } else if args.csv {
+        let names = columns.iter().map(|(name, _)| format!(",{name} re,{name} im")).collect::<String>();
+        ui.say(format!("frequency_hz{names}"));
+        for (k, f) in frequencies.iter().enumerate() {
+            let row = columns.iter().map(|(_, z)| format!(",{},{}", z[k].re, z[k].im)).collect::<String>();
+            ui.say(format!("{f}{row}"));
+        }
+    } else {
+        table(&driven, &frequencies, &columns, ui);
+    }
+    if let Some(path) = &args.plot {
+        let curve = |(name, values): &(String, Vec<C64>)| ResponseCurve {
+            label: name.clone(),
+            modulus: values.iter().map(|z| z.norm()).collect(),
+            phase_deg: values.iter().map(|z| z.arg().to_degrees()).collect(),
+        };
+        let figure = ResponseFigure {
+            title: driven.title.clone().unwrap_or_else(|| "Forced response".to_owned()),
+            frequency_hz: frequencies,
+            curves: columns.iter().map(curve).collect(),
+        };
+        write_whole(path, figure.svg().as_bytes())?;
+        ui.note(format!("wrote {}", path.display()));
+    }
+    Ok(())
+}
+
+/// What was asked for; impedance and reflection at the upstream end if nothing was.
+fn wanted(args: &Args) -> Vec<Quantity> {
+    let pair = |list: &[String]| match list {
+        [from, to] => Some([from.clone(), to.clone()]),
+        _ => None,
+    };
+    let transfer = pair(&args.transfer).map(Quantity::Transfer);
+    let scattering = pair(&args.scattering).map(Quantity::Scattering);
+    let silent = transfer.is_none() && scattering.is_none();
+    let port = args.port.clone().or_else(|| silent.then(|| "upstream".to_owned()));
+    port.map(Quantity::Port).into_iter().chain(transfer).chain(scattering).collect()
+}
+
+fn frequencies(args: &Args, highest: f64) -> Result<Vec<f64>, Failure> {
+    if !args.at_hz.is_empty() {
+        return Ok(args.at_hz.clone());
+    }
+    let (low, high) = (args.min_hz, args.max_hz.unwrap_or(highest));
+    let step = args.step_hz.unwrap_or((high - low) / 100.0);
+    if high <= low {
+        return Err(Failure::bad_input(format!("no frequency lies from {low} to {high} Hz"))
+            .remedy("Give --max-hz above --min-hz."));
+    }
+    let count = ((high - low) / step * (1.0 + 1e-12)).floor();
+    if count > MOST {
+        return Err(Failure::bad_input(format!("{count} frequencies are too many"))
+            .remedy("Give a larger --step-hz."));
+    }
+    Ok((0..=count as usize).map(|k| low + step * k as f64).collect())
+}
+
+fn table(driven: &Driven, frequencies: &[f64], columns: &[(String, Vec<C64>)], ui: &Ui) {
+    if let Some(name) = &driven.title {
+        ui.say(name);
+    }
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let mut header = vec!["frequency\nHz".to_owned()];
+    header.extend(columns.iter().flat_map(|(name, _)| [format!("|{name}|"), "phase\ndeg".to_owned()]));
+    table.set_header(header);
+    for (k, f) in frequencies.iter().enumerate() {
+        let numbers = columns
+            .iter()
+            .flat_map(|(_, z)| [format!("{:.6}", z[k].norm()), format!("{:.3}", z[k].arg().to_degrees())]);
+        table.add_row([format!("{f:.3}")].into_iter().chain(numbers));
+    }
+    ui.say(table.to_string());
+}

@@ -1,0 +1,135 @@
+//! The laws of a response model at given values of the free parameters.
+
+use super::extents::Extents;
+use super::model::{LawOf, ResponseModel};
+use crate::assembly::part_of_wall;
+use rijke_formula::Here;
+use rijke_network::{At, Coefficients, Laws, laws::Law, levine_schwinger};
+use rijke_numerics::{C64, Jet, JetSpace, Order};
+use rijke_study::names::{
+    AREA, AREA_AFTER, DIAMETER, FLANGED, LENGTH, LEVINE_SCHWINGER, PERIMETER, S, SOUND_SPEED, WALL_EP,
+    WALL_MU,
+};
+
+/// Names that may carry derivatives are the first of the scope.
+const NAMES: usize = FLANGED + 1;
+
+/// A response model at given values of the free parameters.
+pub(super) struct Filled<'m> {
+    model: &'m ResponseModel<'m>,
+    space: JetSpace,
+    /// The parameters of each candidate.
+    parameters: Vec<Vec<Jet>>,
+    extents: Extents,
+    /// Whether lengths and areas are unknown.
+    moving: bool,
+}
+
+impl<'m> Filled<'m> {
+    pub(super) fn new(model: &'m ResponseModel<'m>, values: &[f64], order: Order) -> Self {
+        let space = model.space(order.max(Order::First));
+        let all: Vec<usize> = (0..values.len()).collect();
+        let candidates = model.assembly.candidates();
+        let parameters: Vec<Vec<Jet>> =
+            (0..candidates.len()).map(|k| model.assembly.jets(k, &all, space, values)).collect();
+        let own = candidates.iter().position(|c| c.role == "rig").map_or(&[][..], |k| &parameters[k]);
+        let extents = model.extents(space, own);
+        let moving = model.assembly.rig.of_unknown_shape().is_some();
+        Self { model, space, parameters, extents, moving }
+    }
+
+    /// Whether all lengths and areas are those of a tube.
+    pub(super) fn is_possible(&self) -> bool {
+        let positive = |jet: &Jet| jet.value().re > 0.0 && jet.value().re.is_finite();
+        self.extents.lengths.iter().chain(&self.extents.areas).all(positive)
+    }
+
+    /// Area of the first duct, m^2.
+    pub(super) fn first_area(&self) -> &Jet {
+        &self.extents.areas[0]
+    }
+
+    /// The value of an effect at s, in surroundings of number `around`; `walls` are what the walls of the ducts lose.
+    pub(super) fn effect(&self, [candidate, effect, around]: [usize; 3], s: &Jet, walls: &[[Jet; 2]]) -> Jet {
+        let law = self.model.effect(candidate, effect);
+        let ([before, after], numbers) = &self.model.surroundings[around];
+        let (before, after) = (*before, *after);
+        let mut analytic: [Option<&Jet>; NAMES] = [None; NAMES];
+        analytic[S] = Some(s);
+        let perimeter;
+        if self.moving {
+            let Extents { areas, diameters, length, .. } = &self.extents;
+            perimeter = diameters[before].scale(C64::new(std::f64::consts::PI, 0.0));
+            analytic[DIAMETER] = Some(&diameters[before]);
+            analytic[AREA] = Some(&areas[before]);
+            analytic[AREA_AFTER] = Some(&areas[after]);
+            analytic[PERIMETER] = Some(&perimeter);
+            analytic[LENGTH] = Some(length);
+        }
+        if let (Some([mu, ep]), None) = (walls.get(before), part_of_wall(law)) {
+            (analytic[WALL_MU], analytic[WALL_EP]) = (Some(mu), Some(ep));
+        }
+        let (unflanged, flanged);
+        if law.place.is_end() {
+            // ka = s a/(i c).
+            let radius = self.extents.diameters[before].scale(C64::new(0.5, 0.0));
+            let x = (s * &radius).scale(C64::new(1.0 / numbers[SOUND_SPEED], 0.0));
+            if law.law.uses(LEVINE_SCHWINGER) {
+                let turn = -C64::I;
+                let [value, slope, bend] = levine_schwinger::reflection(x.value() * turn);
+                unflanged = x.compose(value, slope * turn, bend * turn * turn);
+                analytic[LEVINE_SCHWINGER] = Some(&unflanged);
+            }
+            if law.law.uses(FLANGED) {
+                let [value, slope, bend] = Law::Flanged { radius: 1.0, sound_speed: 1.0 }.analytic(x.value());
+                flanged = x.compose(value, slope, bend);
+                analytic[FLANGED] = Some(&flanged);
+            }
+        }
+        let here = Here { space: self.space, numbers, analytic: &analytic };
+        law.law.evaluate(&here, &self.parameters[candidate])
+    }
+
+    /// What the wall of every duct loses per metre: viscous and thermal.
+    pub(super) fn walls(&self, s: &Jet) -> Vec<[Jet; 2]> {
+        let zero = || self.space.real(0.0);
+        let mut walls: Vec<[Jet; 2]> = self.model.ducts.iter().map(|_| [zero(), zero()]).collect();
+        for law in &self.model.laws {
+            let LawOf::Effect { candidate, effect, around } = *law else { continue };
+            if let Some(part) = part_of_wall(self.model.effect(candidate, effect)) {
+                let duct = self.model.surroundings[around].0[0];
+                let lost = self.effect([candidate, effect, around], s, &[]);
+                walls[duct][part] = &walls[duct][part] + &lost;
+            }
+        }
+        walls
+    }
+}
+
+impl Coefficients for Filled<'_> {
+    fn parameters(&self) -> usize {
+        self.space.seeds() - 1
+    }
+
+    fn laws(&self) -> usize {
+        self.model.laws.len()
+    }
+
+    fn fill(&self, at: &At, laws: &mut Laws) {
+        let s = at.s_jet();
+        let walls = self.walls(&s);
+        let segments = self.model.network.segments();
+        for (k, law) in self.model.laws.iter().enumerate() {
+            let value = match *law {
+                LawOf::Effect { candidate, effect, around } => {
+                    self.effect([candidate, effect, around], &s, &walls)
+                }
+                LawOf::Length(i) => self.extents.lengths[i].shift(C64::new(-segments[i].length, 0.0)),
+                LawOf::Area(i) => {
+                    self.extents.areas[self.model.duct_of[i]].shift(C64::new(-segments[i].area, 0.0))
+                }
+            };
+            laws.set(k, &value);
+        }
+    }
+}

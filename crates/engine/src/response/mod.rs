@@ -1,0 +1,15 @@
+//! Models trained on forced responses: the rig at rest in uniform gas, with unknown lengths, areas and places, seen through a measuring
+//! head whose errors are integrated over.
+
+mod data;
+mod extents;
+mod fill;
+mod model;
+mod predict;
+mod record;
+mod residual;
+mod stage;
+
+pub use model::ResponseModel;
+pub use record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
+pub use stage::ResponseRun;

@@ -1,0 +1,214 @@
+//! The rig at one operating point as a network whose lengths and areas may be unknown.
+
+use crate::assembly::part_of_wall;
+use crate::{Assembly, Conditions, EngineError};
+use rijke_network::{Network, NetworkError, Segment, Slot};
+use rijke_numerics::{JetSpace, Order};
+use rijke_study::{Coefficient, Effect, PartAt, Place, Shape};
+
+/// A network for one operating point in uniform gas at rest.
+#[derive(Clone, Debug)]
+pub struct ResponseModel<'a> {
+    pub(super) assembly: &'a Assembly,
+    pub(super) network: Network,
+    /// What the network's laws are, by their numbers.
+    pub(super) laws: Vec<LawOf>,
+    /// Where segments begin and end, ascending.
+    pub(super) cuts: Vec<At>,
+    /// The parts that are ducts, from upstream to downstream.
+    pub(super) ducts: Vec<usize>,
+    /// The duct of every segment.
+    pub(super) duct_of: Vec<usize>,
+    /// Names that are the same everywhere.
+    pub(super) numbers: Vec<f64>,
+    /// What laws see, by duct of the upstream side and that of the downstream side.
+    pub(super) surroundings: Vec<([usize; 2], Vec<f64>)>,
+    /// Place in the network of every microphone.
+    pub(super) microphones: Vec<usize>,
+}
+
+/// Where a cut is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum At {
+    /// Behind so many ducts.
+    Boundary(usize),
+    /// Place number `.1` of a part.
+    Part(usize, usize),
+    /// At a known place, m.
+    Fixed(f64),
+}
+
+/// A law of the network.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LawOf {
+    /// An effect of a candidate, in surroundings of this number.
+    Effect { candidate: usize, effect: usize, around: usize },
+    /// What the length of a segment has beyond the one in the network, m.
+    Length(usize),
+    /// The same of its area, m^2.
+    Area(usize),
+}
+
+/// Places closer than this part of the length are the same.
+const SAME: f64 = 1e-9;
+
+impl<'a> ResponseModel<'a> {
+    /// Lays out the network, at the medians of the unknowns; [`super::predict`] moves it.
+    ///
+    /// # Errors
+    /// [`EngineError::Response`] for gas that is not uniform, cones, laws along a part of a duct; [`EngineError::Network`].
+    pub fn new(assembly: &'a Assembly, conditions: &Conditions) -> Result<Self, EngineError> {
+        let refuse = |problem| {
+            Err(EngineError::Response { response: "any".into(), point: conditions.id.clone(), problem })
+        };
+        let layout = &conditions.layout;
+        if !conditions.base.is_uniform() {
+            return refuse("the gas must have one temperature: take base = \"ambient\"");
+        }
+        if layout.ducts.iter().any(|d| d.area[0] != d.area[1]) {
+            return refuse("a duct changes its area: cut it into straight ones");
+        }
+        let rig = &assembly.rig;
+        let mut cuts: Vec<(f64, At)> = vec![(0.0, At::Boundary(0))];
+        cuts.extend(layout.ducts.iter().enumerate().map(|(k, d)| (d.span[1], At::Boundary(k + 1))));
+        for (k, (part, at)) in rig.parts.iter().zip(&layout.parts).enumerate() {
+            if let (Shape::Device(list), PartAt::Places(places)) = (&part.shape, at) {
+                let of = |(i, x): (usize, &f64)| (*x, At::Part(k, i));
+                cuts.extend(places.iter().enumerate().take(list.len()).map(of));
+            }
+        }
+        cuts.extend(layout.microphones.iter().map(|x| (*x, At::Fixed(*x))));
+        // Of places that are the same the boundary of a duct stays, because it comes first.
+        cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        cuts.dedup_by(|later, first| (later.0 - first.0).abs() <= SAME * layout.length);
+        let xs: Vec<f64> = cuts.iter().map(|c| c.0).collect();
+        let duct_of: Vec<usize> = xs
+            .windows(2)
+            .map(|w| {
+                let middle = 0.5 * (w[0] + w[1]);
+                layout.ducts.iter().position(|d| middle < d.span[1]).unwrap_or(layout.ducts.len() - 1)
+            })
+            .collect();
+        let gas = conditions.base.gas.at(conditions.base.temperatures(0.0)[1], conditions.base.pressure);
+        let segment = |(w, duct): (&[f64], &usize)| {
+            Segment::new(w[1] - w[0], layout.ducts[*duct].area[0], gas.sound_speed, gas.density)
+        };
+        let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
+        let network = Network::new(xs.windows(2).zip(&duct_of).map(segment).collect()).map_err(fail)?;
+        let nearest = |x: f64| xs.iter().position(|c| (c - x).abs() <= SAME * layout.length).unwrap_or(0);
+        let mut model = Self {
+            assembly,
+            network,
+            laws: Vec::new(),
+            cuts: cuts.iter().map(|c| c.1).collect(),
+            ducts: layout.ducts.iter().map(|d| d.part).collect(),
+            duct_of,
+            numbers: layout.numbers.clone(),
+            surroundings: Vec::new(),
+            microphones: layout.microphones.iter().map(|x| nearest(*x)).collect(),
+        };
+        for (k, candidate) in assembly.candidates().iter().enumerate() {
+            for (e, effect) in candidate.effects.iter().enumerate() {
+                if !model.attach(conditions, k, e, effect, &nearest).map_err(fail)? {
+                    return refuse(
+                        "a law acts along a stretch or on mp or eu along a duct: only losses of walls may",
+                    );
+                }
+            }
+        }
+        if rig.of_unknown_shape().is_some() {
+            for i in 0..model.duct_of.len() {
+                for (slot, law) in [(Slot::Length(i), LawOf::Length(i)), (Slot::Area(i), LawOf::Area(i))] {
+                    model.laws.push(law);
+                    model.network.attach(slot, model.laws.len() - 1, 1.0).map_err(fail)?;
+                }
+            }
+        }
+        Ok(model)
+    }
+
+    /// The effect called `effect` of a candidate.
+    pub(super) fn effect(&self, candidate: usize, effect: usize) -> &Effect {
+        &self.assembly.candidates()[candidate].effects[effect]
+    }
+
+    /// The space of jets of the free parameters and s.
+    pub(super) fn space(&self, order: Order) -> JetSpace {
+        JetSpace::new(self.assembly.parameters().len() + 1, order)
+    }
+
+    /// Puts an effect where it acts; false if it acts in a way that is not modelled.
+    fn attach(
+        &mut self,
+        conditions: &Conditions,
+        candidate: usize,
+        number: usize,
+        effect: &Effect,
+        place_at: &dyn Fn(f64) -> usize,
+    ) -> Result<bool, NetworkError> {
+        let last = self.duct_of.len();
+        if let Place::Duct(which) = effect.place {
+            if part_of_wall(effect).is_none() {
+                return Ok(false);
+            }
+            for duct in 0..self.ducts.len() {
+                if which.is_some_and(|part| self.ducts[duct] != part) {
+                    continue;
+                }
+                let [from, to] = conditions.layout.ducts[duct].span;
+                let around = self.around(conditions, [duct, duct], 0.5 * (from + to));
+                let law = self.law(candidate, number, around);
+                for i in (0..last).filter(|i| self.duct_of[*i] == duct).collect::<Vec<_>>() {
+                    let slot = if effect.coefficient == Coefficient::Mu {
+                        Slot::Viscous(i)
+                    } else {
+                        Slot::Thermal(i)
+                    };
+                    self.network.attach(slot, law, 1.0)?;
+                }
+            }
+            return Ok(true);
+        }
+        if effect.place.is_along() {
+            return Ok(conditions.layout.stretches(&effect.place).is_empty());
+        }
+        for (x, share) in conditions.layout.places(&effect.place) {
+            let j = place_at(x);
+            let beside = [j.saturating_sub(1), j.min(last - 1)].map(|i| self.duct_of[i]);
+            let around = self.around(conditions, beside, x);
+            let law = self.law(candidate, number, around);
+            let slot = match (effect.coefficient, effect.place.is_end()) {
+                (_, true) if j == 0 => Slot::Upstream,
+                (_, true) => Slot::Downstream,
+                (Coefficient::Mp, _) => Slot::Mp(j),
+                (Coefficient::Eu, _) => Slot::Eu(j),
+                (Coefficient::Ep, _) => Slot::Ep(j),
+                _ => Slot::Mu(j),
+            };
+            self.network.attach(slot, law, share)?;
+        }
+        Ok(true)
+    }
+
+    fn law(&mut self, candidate: usize, effect: usize, around: usize) -> usize {
+        let law = LawOf::Effect { candidate, effect, around };
+        let known = self.laws.iter().position(|other| *other == law);
+        known.unwrap_or_else(|| {
+            self.laws.push(law);
+            self.laws.len() - 1
+        })
+    }
+
+    /// The surroundings at `x`, between or within these ducts.
+    fn around(&mut self, conditions: &Conditions, ducts: [usize; 2], x: f64) -> usize {
+        let numbers = conditions.around(x);
+        let same = |other: &([usize; 2], Vec<f64>)| {
+            other.0 == ducts && other.1.iter().zip(&numbers).all(|(a, b)| a.to_bits() == b.to_bits())
+        };
+        if let Some(known) = self.surroundings.iter().position(same) {
+            return known;
+        }
+        self.surroundings.push((ducts, numbers));
+        self.surroundings.len() - 1
+    }
+}

@@ -1,0 +1,207 @@
+//! What response models predict, as a forward model of an inference.
+
+use super::fill::Filled;
+use super::model::{LawOf, ResponseModel};
+use crate::EngineError;
+use rayon::prelude::*;
+use rijke_inference::{Forward, ForwardError, Prediction};
+use rijke_network::{Source, Workspace};
+use rijke_numerics::{C64, Jet, Matrix, Order};
+use rijke_study::responses::Quantity;
+use std::f64::consts::PI;
+
+/// One response: its model, what it is, and the frequencies (Hz) at which it is wanted.
+#[derive(Clone, Debug)]
+pub(super) struct Load<'a> {
+    pub(super) point: String,
+    pub(super) model: ResponseModel<'a>,
+    pub(super) what: Quantity,
+    pub(super) frequency_hz: Vec<f64>,
+}
+
+/// All responses of a training, in the order of its data: load after load, real and imaginary part in turn.
+#[derive(Clone, Debug)]
+pub(super) struct Responses<'a> {
+    pub(super) loads: Vec<Load<'a>>,
+    pub(super) parameters: usize,
+}
+
+impl Load<'_> {
+    /// The response at every frequency, with derivatives in the free parameters and s.
+    pub(super) fn answer(&self, values: &[f64], order: Order) -> Result<Vec<Jet>, EngineError> {
+        let filled = Filled::new(&self.model, values, order);
+        if !filled.is_possible() {
+            let segments = self.model.network.segments().len();
+            let source =
+                rijke_network::NetworkError::Segment { index: segments, quantity: "length", value: f64::NAN };
+            return Err(EngineError::Network { point: self.point.clone(), source });
+        }
+        let order = order.max(Order::First);
+        self.frequency_hz
+            .par_iter()
+            .map_init(Workspace::default, |work, f| {
+                self.at(&filled, C64::new(0.0, 2.0 * PI * f), order, work)
+            })
+            .collect()
+    }
+
+    fn at(
+        &self,
+        filled: &Filled<'_>,
+        s: C64,
+        order: Order,
+        work: &mut Workspace,
+    ) -> Result<Jet, EngineError> {
+        let network = &self.model.network;
+        let fail = |source| EngineError::Network { point: self.point.clone(), source };
+        match &self.what {
+            Quantity::Reflection { reference_area, .. } => {
+                let r = network.reflection_at(filled, s, 0, order, work).map_err(fail)?;
+                let Some(reference) = reference_area else { return Ok(r) };
+                // z = (1 + R)/(1 - R) times the ratio of areas.
+                let ratio = filled.first_area().recip().scale(C64::new(*reference, 0.0));
+                let up = &ratio * &r.shift(C64::ONE);
+                let down = (-&r).shift(C64::ONE);
+                Ok(&(&up - &down) / &(&up + &down))
+            }
+            Quantity::Transfer { to, from } => {
+                let forced = network.forced(filled, s, Source::Upstream, order, work).map_err(fail)?;
+                let [to, from] = [to, from].map(|m| &forced.before[self.model.microphones[*m]][0]);
+                Ok(to / from)
+            }
+            Quantity::Law { at, coefficient, factor } => {
+                let space = self.model.space(order);
+                let s = space.seed(space.seeds() - 1, s);
+                let walls = filled.walls(&s);
+                let mut sum = space.real(0.0);
+                for law in &self.model.laws {
+                    let LawOf::Effect { candidate, effect, around } = *law else { continue };
+                    let own = self.model.effect(candidate, effect);
+                    if own.coefficient == *coefficient && own.place == *at {
+                        sum = &sum + &filled.effect([candidate, effect, around], &s, &walls);
+                    }
+                }
+                Ok(sum.scale(C64::new(factor.real(&self.model.numbers), 0.0)))
+            }
+        }
+    }
+}
+
+impl Responses<'_> {
+    /// All answers, load after load.
+    pub(super) fn answers(&self, values: &[f64], order: Order) -> Result<Vec<Vec<Jet>>, EngineError> {
+        self.loads.iter().map(|load| load.answer(values, order)).collect()
+    }
+}
+
+/// The same without second derivatives, which cost several times the first and change the path of a search, not its end.
+pub(super) struct Quick<'a, 'b>(pub(super) &'b Responses<'a>);
+
+impl Forward for Quick<'_, '_> {
+    fn predict(&self, values: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+        self.0.predict(values, order.min(Order::First))
+    }
+
+    fn highest_order(&self) -> Order {
+        Order::First
+    }
+}
+
+impl Forward for Responses<'_> {
+    fn predict(&self, values: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+        let answers = self.answers(values, order).map_err(|error| {
+            let impossible = matches!(
+                error,
+                EngineError::Network { source: rijke_network::NetworkError::Segment { .. }, .. }
+            );
+            if impossible || error.is_recoverable() {
+                ForwardError::recoverable(error)
+            } else {
+                ForwardError::fatal(error)
+            }
+        })?;
+        let (p, n) = (self.parameters, 2 * answers.iter().map(Vec::len).sum::<usize>());
+        let all = || answers.iter().flatten();
+        let values: Vec<f64> = all().flat_map(|jet| [jet.value().re, jet.value().im]).collect();
+        if order == Order::Value {
+            return Ok(Prediction { values, ..Prediction::default() });
+        }
+        let mut jacobian = Matrix::zeros(n, p);
+        for (k, jet) in all().enumerate() {
+            for (i, slope) in jet.gradient().iter().take(p).enumerate() {
+                (jacobian[(2 * k, i)], jacobian[(2 * k + 1, i)]) = (slope.re, slope.im);
+            }
+        }
+        let mut curvature = Vec::new();
+        if order == Order::Second {
+            // s is the last seed, so that the triangle of the parameters comes first.
+            let packed = p * (p + 1) / 2;
+            curvature.reserve(n * packed);
+            for jet in all() {
+                let triangle = &jet.hessian_packed()[..packed];
+                curvature.extend(triangle.iter().map(|z| z.re));
+                curvature.extend(triangle.iter().map(|z| z.im));
+            }
+        }
+        Ok(Prediction { values, jacobian, curvature })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Assembly, run::conditions_at};
+    use rijke_numerics::check::{remainder_slopes, slopes_near};
+    use rijke_study::{Place, Study};
+    use std::path::Path;
+    use std::sync::Arc;
+
+    #[test]
+    fn order_responses_have_their_derivatives_in_lengths_and_radii() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/side-hole-tube");
+        let study = Study::open(&folder).unwrap();
+        let candidates =
+            ["wall.bessel", "mouth.unflanged"].map(|id| study.catalogue.get(id).unwrap().clone()).to_vec();
+        let assembly = Assembly::new(Arc::new(study.rig.clone()), candidates, &Default::default()).unwrap();
+        let names: Vec<&str> = assembly.parameters().iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names, ["bore", "b1", "b2", "b3", "b4", "extra"]);
+        let conditions = conditions_at(&study, 1).unwrap();
+        let load = Load {
+            point: "s1-xxxo".into(),
+            model: ResponseModel::new(&assembly, &conditions).unwrap(),
+            what: Quantity::Reflection { at: Place::Upstream, reference_area: Some(1.2e-5) },
+            frequency_hz: vec![333.0, 1490.0, 3800.0],
+        };
+        let at = [1.97e-3, 1.5e-3, 1.7e-3, 1.75e-3, 1.3e-3, 2e-4];
+        let found = load.answer(&at, Order::Second).unwrap();
+        for direction in [
+            [1e-4, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 1e-4, -1e-4, 0.0],
+            [5e-5, 1e-4, 0.0, 0.0, 5e-5, 2e-4],
+        ] {
+            for (k, jet) in found.iter().enumerate() {
+                let slope: C64 = (0..6).map(|i| jet.gradient()[i] * direction[i]).sum();
+                let bend: C64 = (0..6)
+                    .flat_map(|i| (0..6).map(move |j| (i, j)))
+                    .map(|(i, j)| 0.5 * jet.hessian(i, j) * direction[i] * direction[j])
+                    .sum();
+                let moved = |h: f64| {
+                    let values: Vec<f64> = at.iter().zip(&direction).map(|(a, d)| a + h * d).collect();
+                    load.answer(&values, Order::Value).unwrap()[k].value() - jet.value()
+                };
+                slopes_near(&remainder_slopes(|h| (moved(h) - slope * h).norm()), 2.0, 0.15);
+                slopes_near(&remainder_slopes(|h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
+            }
+        }
+    }
+
+    #[test]
+    fn message_modes_refuse_an_unknown_length() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/plain-tube");
+        let study = Study::open(&folder).unwrap();
+        let assembly = Assembly::new(Arc::new(study.rig.clone()), Vec::new(), &Default::default()).unwrap();
+        let conditions = conditions_at(&study, 0).unwrap();
+        let error = crate::PointModel::new(&assembly, &conditions, &[]).unwrap_err().to_string();
+        assert!(error.contains("`tube`") && error.contains("train it on responses"), "{error}");
+    }
+}

@@ -1,0 +1,71 @@
+//! What a stage of responses found, as numbers that are written and drawn.
+
+use crate::run::{EvidenceRecord, ParameterRecord};
+use rijke_inference::NoiseEstimate;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A stage: its data, and its models with what training found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResponseStageRecord {
+    /// Name of the stage.
+    pub id: String,
+    /// What it is called.
+    pub title: String,
+    /// The responses that trained.
+    pub loads: Vec<LoadRecord>,
+    /// The models, in the order of the table.
+    pub models: Vec<ResponseModelRecord>,
+    /// The model with the most evidence.
+    pub winner: String,
+    /// Nats below which a lead does not decide.
+    pub decides: f64,
+}
+
+/// One response.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LoadRecord {
+    /// Operating point.
+    pub point: String,
+    /// What it is: `reflection`, `transfer` or `law`.
+    pub what: String,
+    /// Frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Real and imaginary part.
+    pub measured: Vec<[f64; 2]>,
+}
+
+/// One row of a table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResponseModelRecord {
+    /// The candidates in question, joined by ` + `.
+    pub id: String,
+    /// What they are called.
+    pub label: String,
+    /// Role and candidate: the whole model.
+    pub candidates: BTreeMap<String, String>,
+    /// The model's parameters.
+    pub parameters: Vec<ParameterRecord>,
+    /// Noise, misfit and sizes of the head's errors.
+    pub noise: Vec<NoiseEstimate>,
+    /// Evidence; none if the model could not be fitted.
+    pub evidence: Option<EvidenceRecord>,
+    /// Real and imaginary part by load and frequency: what the rig does.
+    pub predicted: Vec<Vec<[f64; 2]>>,
+    /// The same as the head hears it: with its most probable errors.
+    pub heard: Vec<Vec<[f64; 2]>>,
+    /// Root mean square of what is left, both parts together.
+    pub residual: f64,
+    /// Correlation of what is left between neighbouring frequencies.
+    pub neighbours: f64,
+    /// Warnings, or why there is no evidence.
+    pub remark: Option<String>,
+}
+
+impl ResponseModelRecord {
+    /// ln of the evidence; -inf if there is none.
+    #[must_use]
+    pub fn ln_evidence(&self) -> f64 {
+        self.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal)
+    }
+}

@@ -1,0 +1,246 @@
+//! Forced response with mean flow: pressures and velocities of a wave that enters at an end, transfer matrix, impedance.
+//!
+//! As [`crate::Network::forced`], with the sweep of the modes started from other states: everything is linear in the state at
+//! the upstream end, and nothing that enters there carries entropy but what the end itself sheds.
+
+use super::gate::Basis;
+use super::number::Seeded;
+use super::passage::State;
+use super::{FlowChain, FlowParameter};
+use crate::error::NetworkError;
+use crate::forced::{Forced, Source, Transfer};
+use rijke_numerics::{C64, Jet, Order};
+
+impl FlowChain {
+    /// The response to a wave of unit pressure that enters at an end, at s = i omega, with derivatives up to `order` in
+    /// `parameters`; the last seed of every jet is s.
+    ///
+    /// # Errors
+    /// [`NetworkError::NoDuct`] for a parameter of a duct that does not exist; [`NetworkError::SourceInFlow`] for a source that is not
+    /// at an end; [`NetworkError::NotFinite`] at a mode.
+    pub fn forced(
+        &self,
+        s: C64,
+        source: Source,
+        parameters: &[FlowParameter],
+        order: Order,
+    ) -> Result<Forced, NetworkError> {
+        let (basis, jet) = self.seeded(s, parameters, order, None)?;
+        let s_jet = Seeded(jet);
+        let (one, zero) =
+            (Seeded(s_jet.0.scale(C64::ZERO).shift(C64::ONE)), Seeded(s_jet.0.scale(C64::ZERO)));
+        let (own, entering) = match source {
+            Source::Upstream => {
+                let z = Seeded(self.wave_impedance(&basis, 0));
+                ([one.clone(), Seeded(z.0.recip()), zero.clone()], zero)
+            }
+            Source::Downstream => ([zero.clone(), zero.clone(), zero.clone()], one),
+            Source::Velocity(place) | Source::Pressure(place) => {
+                return Err(NetworkError::SourceInFlow { place });
+            }
+        };
+        let free = self.states_from(&basis, &s_jet, self.start(&basis, &s_jet));
+        let own = self.states_from(&basis, &s_jet, own);
+        let close = |states: &[[State<Seeded>; 2]]| {
+            states.last().map_or_else(|| s_jet.0.clone(), |[x, _]| self.finish(&basis, x, &s_jet).0)
+        };
+        let amplitude = &(&entering.0 - &close(&own)) / &close(&free);
+        let side = |k: usize| -> Vec<[Jet; 2]> {
+            let both = own.iter().zip(&free);
+            both.map(|(own, free)| [0, 1].map(|i| &own[k][i].0 + &(&amplitude * &free[k][i].0))).collect()
+        };
+        let forced = Forced { before: side(0), behind: side(1) };
+        let finite = |x: &[Jet; 2]| x.iter().all(|j| j.value().is_finite());
+        if forced.before.iter().chain(&forced.behind).all(finite) {
+            Ok(forced)
+        } else {
+            Err(NetworkError::NotFinite { s })
+        }
+    }
+
+    /// The matrix from (p, u) at the upstream end to (p, u) at the downstream end, of sound without entropy upstream.
+    ///
+    /// # Errors
+    /// As [`FlowChain::forced`].
+    pub fn transfer(
+        &self,
+        s: C64,
+        parameters: &[FlowParameter],
+        order: Order,
+    ) -> Result<Transfer, NetworkError> {
+        let (basis, jet) = self.seeded(s, parameters, order, None)?;
+        let s_jet = Seeded(jet);
+        let [first, second] = self.columns(&basis, &s_jet);
+        let ends = |x: &State<Seeded>| [x[0].0.clone(), x[1].0.clone()];
+        let ([a, c], [b, d]) = (ends(&first), ends(&second));
+        let impedances = [0, self.ducts.len() - 1].map(|i| self.wave_impedance(&basis, i));
+        let finite = [&a, &b, &c, &d].iter().all(|j| j.value().is_finite());
+        let transfer = Transfer { matrix: [[a, b], [c, d]], impedances };
+        if finite { Ok(transfer) } else { Err(NetworkError::NotFinite { s }) }
+    }
+
+    /// Impedance p/u (Pa s/m) that the chain has at its upstream end, looking downstream.
+    ///
+    /// # Errors
+    /// As [`FlowChain::forced`].
+    pub fn impedance(&self, s: C64, parameters: &[FlowParameter], order: Order) -> Result<Jet, NetworkError> {
+        let (basis, jet) = self.seeded(s, parameters, order, None)?;
+        let s_jet = Seeded(jet);
+        // The end's condition is linear in the state upstream: v p + w u = 0.
+        let [v, w] = self.columns(&basis, &s_jet).map(|x| self.finish(&basis, &x, &s_jet).0);
+        let z = -&(&w / &v);
+        if z.value().is_finite() { Ok(z) } else { Err(NetworkError::NotFinite { s }) }
+    }
+
+    /// rho c in duct `i`.
+    fn wave_impedance(&self, basis: &Basis<Seeded>, i: usize) -> Jet {
+        let mean = &basis.after[i];
+        let square = mean.speed_squared(self.gamma).0;
+        let c = square.value().sqrt();
+        let root = square.compose(c, 0.5 / c, -0.25 / (c * square.value()));
+        &mean.density.0 * &root
+    }
+
+    /// The states at the downstream end of p = 1 alone and of u = 1 alone upstream.
+    fn columns(&self, basis: &Basis<Seeded>, s: &Seeded) -> [State<Seeded>; 2] {
+        let number = |v: f64| Seeded(s.0.scale(C64::ZERO).shift(C64::new(v, 0.0)));
+        [[1.0, 0.0], [0.0, 1.0]].map(|[p, u]| {
+            let mut last = [number(f64::NAN), number(f64::NAN), number(f64::NAN)];
+            let start = [number(p), number(u), number(0.0)];
+            let _ = self.sweep_from(basis, s, start, |_, x, _| last = x.clone());
+            last
+        })
+    }
+
+    /// The states before and behind every place.
+    fn states_from(
+        &self,
+        basis: &Basis<Seeded>,
+        s: &Seeded,
+        start: State<Seeded>,
+    ) -> Vec<[State<Seeded>; 2]> {
+        let mut all = Vec::with_capacity(self.ducts.len() + 1);
+        let _ =
+            self.sweep_from(basis, s, start, |_, before, behind| all.push([before.clone(), behind.clone()]));
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Workspace;
+    use crate::file::read;
+    use crate::flow_chain::FlowState;
+    use std::f64::consts::PI;
+
+    const FLOW: &str = include_str!("../../../../fixtures/networks/combustor-flow.toml");
+    const WORK: fn() -> Workspace = Workspace::default;
+
+    #[test]
+    fn oracle_slow_flow_tends_to_the_chain_at_rest() {
+        let text = |flow: &str| {
+            format!(
+                "{flow}\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"unflanged\"\n\
+                 [[element]]\ntype = \"duct\"\nlength = 0.4\ndiameter = 0.05\nwall = \"kirchhoff\"\n\
+                 [[element]]\ntype = \"side-hole\"\ndiameter = 0.008\nlength = 0.01\n\
+                 [[element]]\ntype = \"duct\"\nlength = 0.3\ndiameter = 0.05\nwall = \"kirchhoff\"\n"
+            )
+        };
+        let rest = read(&text("")).unwrap();
+        for hertz in [90.0, 400.0, 1111.0] {
+            let s = C64::new(0.0, 2.0 * PI * hertz);
+            let still =
+                rest.network.impedance_at(&rest.laws, s, 0, Order::Value, &mut WORK()).unwrap().value();
+            let mut errors = Vec::new();
+            for mach in [1e-4, 1e-5] {
+                let flow = read(&text(&format!("[flow]\nmach = {mach}\nentropy_waves = false")))
+                    .unwrap()
+                    .flow
+                    .unwrap();
+                let moving = flow.impedance(s, &[], Order::Value).unwrap().value();
+                errors.push((moving - still).norm() / still.norm());
+            }
+            // First order in the Mach number.
+            assert!(errors[0] < 0.02 && errors[1] < 0.13 * errors[0], "{hertz}: {errors:?}");
+        }
+    }
+
+    #[test]
+    fn exact_waves_in_a_straight_duct_with_flow() {
+        // p = f e^{-i k x/(1+M)} + g e^{i k x/(1-M)} between ends of no reflection.
+        use crate::flow_chain::{FlowDuct, FlowEnd};
+        use crate::laws::Law;
+        let inlet = FlowState { pressure: 101_325.0, density: 1.2, velocity: 40.0 };
+        let end = || FlowEnd::Reflection(Law::Constant(C64::ZERO));
+        let chain = FlowChain::new(1.4, inlet, vec![FlowDuct::new(0.7, 1e-2)], [end(), end()]).unwrap();
+        let (c, mach) = (inlet.sound_speed(1.4), inlet.mach(1.4));
+        let s = C64::new(0.0, 2.0 * PI * 700.0);
+        let t = chain.transfer(s, &[], Order::Value).unwrap().scattering().map(|r| r.map(|j| j.value()));
+        let forward = (-s * 0.7 / (c * (1.0 + mach))).exp();
+        let back = (-s * 0.7 / (c * (1.0 - mach))).exp();
+        assert!(t[0][0].norm() < 1e-13 && t[1][1].norm() < 1e-13, "{t:?}");
+        assert!((t[1][0] - forward).norm() < 1e-12 && (t[0][1] - back).norm() < 1e-12, "{t:?}");
+        let sent = chain.forced(s, Source::Upstream, &[], Order::Value).unwrap();
+        assert!((sent.before[1][0].value() - forward).norm() < 1e-12);
+        let sent = chain.forced(s, Source::Downstream, &[], Order::Value).unwrap();
+        assert!((sent.before[0][0].value() - back).norm() < 1e-12);
+    }
+
+    #[test]
+    fn oracle_the_modes_are_where_the_impedance_meets_the_upstream_end() {
+        let built = read(FLOW).unwrap();
+        let chain = built.flow.unwrap();
+        let modes = chain.modes(&built.region).unwrap();
+        assert!(!modes.modes.is_empty());
+        for mode in &modes.modes {
+            // At a mode a wave that enters has an unbounded answer: close to it the answer goes like 1/distance.
+            let answer = |d: f64| {
+                let at = mode.s + C64::new(d, 0.0);
+                chain.forced(at, Source::Upstream, &[], Order::Value).unwrap().before[0][0].value().norm()
+            };
+            let (near, nearer) = (answer(1e-3), answer(1e-4));
+            assert!((nearer / near - 10.0).abs() < 0.05, "{}: {near} {nearer}", mode.s);
+        }
+    }
+
+    #[test]
+    fn order_derivatives_by_taylor_remainders() {
+        use rijke_numerics::check::{slopes_from, slopes_near};
+        let built = read(FLOW).unwrap();
+        let chain = built.flow.unwrap();
+        let s = C64::new(0.0, 1500.0);
+        let parameters = [FlowParameter::Length(0), FlowParameter::Velocity];
+        let at = chain.impedance(s, &parameters, Order::Second).unwrap();
+        // In s, whose derivative is the last seed, by other values of s.
+        let moved = |h: f64| chain.impedance(s + C64::new(0.0, h), &[], Order::Value).unwrap().value();
+        let step = |h: f64| C64::new(0.0, 300.0 * h);
+        let first = |h: f64| (moved(300.0 * h) - at.value() - at.gradient()[2] * step(h)).norm();
+        let second = |h: f64| {
+            let d = step(h);
+            (moved(300.0 * h) - at.value() - at.gradient()[2] * d - 0.5 * at.hessian(2, 2) * d * d).norm()
+        };
+        slopes_near(&slopes_from(0.2, first), 2.0, 0.1);
+        slopes_near(&slopes_from(0.2, second), 3.0, 0.1);
+        // In the length, by another chain.
+        let longer = |h: f64| {
+            let mut ducts = chain.ducts().to_vec();
+            ducts[0].length += h;
+            let ends = chain.ends.clone();
+            let other =
+                FlowChain::new(chain.gamma, chain.inlet, ducts, ends).unwrap().without_entropy_waves();
+            other.impedance(s, &[], Order::Value).unwrap().value()
+        };
+        let plain = longer(0.0);
+        assert!((plain - at.value()).norm() < 1e-9 * plain.norm(), "the fixture has nothing attached");
+        let first = |h: f64| (longer(0.1 * h) - at.value() - at.gradient()[0] * (0.1 * h)).norm();
+        slopes_near(&slopes_from(0.2, first), 2.0, 0.1);
+    }
+
+    #[test]
+    fn message_a_source_inside_is_refused() {
+        let built = read(FLOW).unwrap();
+        let answer = built.flow.unwrap().forced(C64::new(0.0, 600.0), Source::Velocity(1), &[], Order::Value);
+        assert_eq!(answer, Err(NetworkError::SourceInFlow { place: 1 }));
+    }
+}

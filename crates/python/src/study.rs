@@ -1,0 +1,109 @@
+//! A study folder, opened and run stage by stage. Wraps what `rijke run` calls, and nothing more.
+
+use crate::fault::{Answer, Fault};
+use crate::posterior::Posterior;
+use pyo3::prelude::*;
+use rijke_engine::run::Trusted;
+use rijke_inference::RefereeKind;
+use serde_json::json;
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+/// See `rijke.Study`.
+#[pyclass(frozen, module = "rijke._native")]
+pub(crate) struct Study {
+    study: rijke_study::Study,
+}
+
+#[pymethods]
+impl Study {
+    #[new]
+    fn new(folder: PathBuf) -> Answer<Self> {
+        Ok(Self { study: rijke_study::Study::open(&folder)? })
+    }
+
+    /// What the files say, as JSON.
+    fn summary(&self) -> String {
+        let study = &self.study;
+        let shown = |v: &f64| if v.is_nan() { None } else { Some(*v) };
+        let points = study.campaign.points.iter().map(|p| {
+            json!({ "point": p.id, "row": p.row, "installation": p.installation, "day": p.day,
+                    "factors": p.factors.iter().map(shown).collect::<Vec<_>>() })
+        });
+        json!({
+            "name": study.plan.name,
+            "question": study.plan.question,
+            "stages": study.plan.stages.iter().map(|s| [&s.id, &s.title]).collect::<Vec<_>>(),
+            "factors": study.campaign.factors.iter().map(|f| [&f.name, &f.unit]).collect::<Vec<_>>(),
+            "points": points.collect::<Vec<_>>(),
+        })
+        .to_string()
+    }
+
+    /// Reads the observations and gets ready for the first stage. `trusted`: `laplace`, `checked` or `nested`.
+    fn start(&self, py: Python<'_>, trusted: &str, error: f64) -> Answer<Run> {
+        let trusted = match trusted {
+            "laplace" => Trusted::Laplace,
+            "checked" => Trusted::Checked,
+            "nested" => Trusted::Refereed(RefereeKind::Nested, error),
+            other => {
+                return Err(Fault::input(format!("the evidence cannot be trusted by `{other}`"))
+                    .remedy("Give laplace, checked or nested."));
+            }
+        };
+        let run = py.detach(|| -> Answer<_> {
+            let observations = self.study.observations()?;
+            Ok(rijke_engine::run::Run::new(self.study.clone(), &observations, trusted)?)
+        })?;
+        Ok(Run { run: Mutex::new(run) })
+    }
+}
+
+/// A study that is being run.
+#[pyclass(frozen, module = "rijke._native")]
+pub(crate) struct Run {
+    run: Mutex<rijke_engine::run::Run>,
+}
+
+impl Run {
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut rijke_engine::run::Run) -> Answer<T> + Send,
+    ) -> Answer<T> {
+        py.detach(|| match self.run.lock() {
+            Ok(mut run) => work(&mut run),
+            Err(_) => Err(Fault::failed("a stage of this run failed before").remedy("Start the study anew.")),
+        })
+    }
+}
+
+#[pymethods]
+impl Run {
+    /// The record of the next stage as JSON, as `rijke run` writes it; none after the last. Ctrl-C counts between stages.
+    fn next_stage(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        py.check_signals()?;
+        let record = self.with(py, |run| {
+            let record = run.next_stage()?;
+            record.map(|r| serde_json::to_string(&r).map_err(Fault::failed)).transpose()
+        })?;
+        py.check_signals()?;
+        Ok(record)
+    }
+
+    /// What the stage called `id` chose.
+    fn posterior(&self, py: Python<'_>, id: &str) -> Answer<Posterior> {
+        self.with(py, |run| match run.chosen(id) {
+            Some(chosen) => Ok(Posterior::of(chosen, None)),
+            None => Err(Fault::input(format!("no stage called `{id}` has run"))),
+        })
+    }
+
+    /// The same, trained with what enters predictions but not the comparison.
+    fn for_predictions(&self, py: Python<'_>, id: &str) -> Answer<Posterior> {
+        self.with(py, |run| match run.for_predictions(id)? {
+            Some(chosen) => Ok(Posterior::of(&chosen, run.law_error(id))),
+            None => Err(Fault::input(format!("no stage called `{id}` has run"))),
+        })
+    }
+}

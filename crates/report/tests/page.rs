@@ -1,0 +1,145 @@
+//! The page of a study, from records made by hand.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+use rijke_engine::run::{
+    Answer, AnswerPanel, Column, EvidenceRecord, Frame, FrameRow, Layer, Look, MeasuredRecord, ModelRecord,
+    ParameterRecord, StageRecord, Verdict,
+};
+use rijke_report::{StudyHead, StudyPage, answer_svg};
+use rijke_rig::DataKind;
+use rijke_study::Claims;
+
+fn model(id: &str, ln_marginal: f64) -> ModelRecord {
+    ModelRecord {
+        id: id.into(),
+        label: format!("law <{id}>"),
+        candidates: std::iter::once(("role".to_owned(), id.to_owned())).collect(),
+        laws: vec![("eu at gauze".into(), "-k*exp(-s*tau)".into())],
+        parameters: vec![ParameterRecord {
+            name: "k".into(),
+            symbol: "k".into(),
+            unit: "1".into(),
+            value: 1.01093,
+            sd: 0.0018,
+            prior_sds: Some(5.2),
+        }],
+        misfit: [0.1, 0.2, 0.0],
+        evidence: Some(EvidenceRecord {
+            ln_best_fit: ln_marginal + 3.0,
+            ln_occam: -3.0,
+            ln_marginal,
+            observations: 2,
+        }),
+        predicted: vec![[-5.0, 600.0], [-6.0, 610.0]],
+        remark: None,
+    }
+}
+
+fn stage() -> StageRecord {
+    let measured = |k: usize| MeasuredRecord {
+        point: format!("p{k}"),
+        mode: String::new(),
+        factors: vec![Some(0.1 * k as f64)],
+        growth_rate: Some([-5.0 - k as f64, 0.1]),
+        angular_frequency: Some([600.0 + 10.0 * k as f64, 0.5]),
+    };
+    StageRecord {
+        id: "heat".into(),
+        title: "Heat release".into(),
+        measured: vec![measured(0), measured(1)],
+        models: vec![model("a", -3.0), model("b", -20.0)],
+        winner: "a".into(),
+        chosen: "a".into(),
+        decides: 3.0,
+    }
+}
+
+fn answer(look: Look) -> Answer {
+    let columns = ["x", "y", "y_sd"].map(|name| Column::new(name, name, "1")).to_vec();
+    let row = |k: usize| FrameRow {
+        label: format!("p{k}"),
+        series: if k < 2 { "Q = 7 W".into() } else { "Q = 50 W".into() },
+        values: vec![Some(k as f64), Some(2.0 * k as f64), if k == 1 { None } else { Some(0.1) }],
+    };
+    Answer {
+        id: "question".into(),
+        title: "What & how".into(),
+        caption: "c".into(),
+        parameters: Vec::new(),
+        frames: vec![Frame { columns, rows: (0..4).map(row).collect() }],
+        panels: vec![AnswerPanel {
+            x: "x".into(),
+            y: "y".into(),
+            layers: vec![Layer { frame: 0, look, x: 0, y: 1, sd: Some(2) }],
+        }],
+    }
+}
+
+fn page(kind: DataKind, verdicts: &[Verdict]) -> (String, std::path::PathBuf) {
+    let head = StudyHead {
+        name: "A rig".into(),
+        question: "Which law?".into(),
+        kind,
+        source: "a test".into(),
+        factors: vec![("x".into(), "m".into())],
+        claims: Claims { source: "Somebody 2022".into(), ..Claims::default() },
+    };
+    let folder = std::env::temp_dir().join(format!("rijke-page-{kind:?}-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    StudyPage::new(&head, &[stage()], &[answer(Look::Dots)], verdicts).unwrap().write(&folder).unwrap();
+    (std::fs::read_to_string(folder.join("index.html")).unwrap(), folder)
+}
+
+#[test]
+fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
+    let (text, folder) = page(DataKind::Measured, &[]);
+    for part in [
+        "Measured data. Source: a test.",
+        "Heat release: <b>law &lt;a&gt;</b>, 17.0 nats ahead of law &lt;b&gt;.",
+        "1.0109(18)",
+        "lies 5.2 standard deviations of its prior",
+        "<h2 id=\"question\">What &amp; how</h2>",
+    ] {
+        assert!(text.contains(part), "no `{part}` in\n{text}");
+    }
+    assert!(!text.to_lowercase().contains("virtual"), "nothing of a laboratory on measured data");
+    assert!(!text.contains("statements of"), "no verdict from nothing");
+    let table = std::fs::read_to_string(folder.join("tables/question.csv")).unwrap();
+    assert!(
+        table.starts_with("name,series,x [1],y [1],y_sd [1]\np0,Q = 7 W,0,0,0.1\np1,Q = 7 W,1,2,\n"),
+        "{table}"
+    );
+    assert!(folder.join("figures/question.svg").is_file() && folder.join("tables/heat.csv").is_file());
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn behaviour_statements_stand_beside_their_numbers() {
+    let verdict = |holds: bool| Verdict {
+        of: "heat".into(),
+        statement: "a beats b".into(),
+        holds,
+        figure: "a = 1".into(),
+        explanation: (!holds).then(|| "because".into()),
+    };
+    let (text, folder) = page(DataKind::Virtual, &[verdict(true), verdict(false)]);
+    assert!(text.contains("1 of 2 statements of Somebody 2022 hold here"), "{text}");
+    assert!(text.contains("<b>does not hold:</b> a beats b <small>a = 1</small><br>because"), "{text}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn behaviour_every_look_is_drawn_without_holes_in_the_text() {
+    for (look, drawn) in [
+        (Look::Dots, "<circle"),
+        (Look::Dashes, "<path"),
+        (Look::Line, "<path"),
+        (Look::Band, "fill-opacity"),
+    ] {
+        let svg = answer_svg(None, &answer(look)).unwrap();
+        assert!(svg.contains(drawn) && svg.contains("computed, no data") && !svg.contains("NaN"), "{look:?}");
+        assert!(svg.contains("Q = 7 W") && svg.contains("Q = 50 W"), "{look:?}");
+    }
+    let nothing = Answer { panels: Vec::new(), ..answer(Look::Dots) };
+    assert!(answer_svg(None, &nothing).is_none());
+}

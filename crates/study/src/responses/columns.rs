@@ -1,0 +1,205 @@
+//! Complex numbers over frequency from columns: of a text without headings, or by name from a table or from arrays.
+
+use super::doubts;
+use crate::{Problem, StudyError};
+use rijke_numerics::C64;
+use rijke_rig::{Columns, Heading, Unit};
+use std::f64::consts::PI;
+use std::path::Path;
+use toml::Value as Toml;
+
+/// What a column is, its unit, and its name in the file (none: by its place).
+pub(super) struct Column {
+    role: Role,
+    unit: Option<Unit>,
+    name: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    Frequency,
+    Real,
+    Imaginary,
+    Modulus,
+    /// A modulus in decibels.
+    Level,
+    Phase,
+    Sd,
+    Ignored,
+}
+
+const ROLES: [(&str, Role); 7] = [
+    ("f", Role::Frequency),
+    ("re", Role::Real),
+    ("im", Role::Imaginary),
+    ("abs", Role::Modulus),
+    ("arg", Role::Phase),
+    ("sd", Role::Sd),
+    ("-", Role::Ignored),
+];
+
+/// Rows of a file: frequency (Hz), value, standard deviation (NaN if there is none), line or row.
+pub(super) struct Rows {
+    pub(super) frequency_hz: Vec<f64>,
+    pub(super) values: Vec<C64>,
+    pub(super) sd: Vec<f64>,
+    pub(super) lines: Vec<usize>,
+    /// Whether phases were given in radians.
+    pub(super) radians: bool,
+}
+
+/// Reads the key `columns`: a list of headings of a text without any, or a table of heading and name in the file.
+pub(super) fn declared(value: &Toml) -> Result<Vec<Column>, Problem> {
+    let need =
+        "a list as [\"f [Hz]\", \"re [1]\", \"im [1]\"], or a table as { \"f [Hz]\" = \"name in the file\" }";
+    let wrong = |value: String| Problem::Value { key: "columns".into(), value, need };
+    let columns = match value {
+        Toml::Array(list) => list
+            .iter()
+            .map(|v| v.as_str().ok_or_else(|| wrong(v.to_string())).and_then(|text| column(text, None)))
+            .collect::<Result<Vec<_>, _>>()?,
+        Toml::Table(table) => table
+            .iter()
+            .map(|(text, v)| {
+                let name = v.as_str().ok_or_else(|| wrong(v.to_string()))?;
+                column(text, Some(name.to_owned()))
+            })
+            .collect::<Result<Vec<_>, _>>()?,
+        other => return Err(wrong(other.to_string())),
+    };
+    let has = |role: Role| columns.iter().filter(|c| c.role == role).count();
+    let size = has(Role::Modulus) + has(Role::Level);
+    let complex = [has(Role::Real), has(Role::Imaginary), size, has(Role::Phase)];
+    if has(Role::Frequency) != 1 || !matches!(complex, [1, 1, 0, 0] | [0, 0, 1, 1]) || has(Role::Sd) > 1 {
+        return Err(wrong(value.to_string()));
+    }
+    Ok(columns)
+}
+
+fn column(text: &str, name: Option<String>) -> Result<Column, Problem> {
+    if text.trim() == "-" {
+        return Ok(Column { role: Role::Ignored, unit: None, name });
+    }
+    let (bare, unit_text) =
+        text.split_once('[').map_or((text, None), |(a, b)| (a.trim(), b.strip_suffix(']')));
+    let found = ROLES.iter().find(|(known, _)| *known == bare.trim()).map(|(_, role)| *role);
+    let role = found.ok_or_else(|| Problem::Unknown {
+        what: "column of a response",
+        name: text.to_owned(),
+        known: ROLES.map(|r| r.0).join(", "),
+    })?;
+    if role == Role::Modulus && unit_text.map(str::trim) == Some("dB") {
+        return Ok(Column { role: Role::Level, unit: None, name });
+    }
+    let heading = Heading::parse(text).map_err(|source| Problem::Unit { key: text.to_owned(), source })?;
+    let Some(unit) = heading.unit else {
+        let need = "write it in brackets behind the name: f [Hz], re [1], abs [dB], arg [deg]";
+        return Err(Problem::Missing { key: format!("unit of `{text}`"), need });
+    };
+    let wanted = match role {
+        Role::Frequency => "Hz",
+        Role::Phase => "rad",
+        _ => "1",
+    };
+    let unit = unit.of(wanted).map_err(|source| Problem::Unit { key: text.to_owned(), source })?;
+    Ok(Column { role, unit: Some(unit), name })
+}
+
+/// Reads a file by its declared columns.
+pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> {
+    let fail = |line: Option<usize>, problem: Problem| StudyError {
+        file: path.display().to_string(),
+        line,
+        problem: Box::new(problem),
+    };
+    let (numbers, lines) = if columns.iter().any(|c| c.name.is_some()) {
+        let table = Columns::read(path).map_err(|e| fail(None, Problem::Csv(e.to_string())))?;
+        let read = |c: &Column| match &c.name {
+            Some(name) if c.role != Role::Ignored => {
+                // The unit is the declared one: what stands behind a name in the file must not contradict it.
+                let wanted =
+                    if c.role == Role::Level { "1" } else { c.unit.as_ref().map_or("1", Unit::text) };
+                table.numbers(name, wanted).map_err(|e| fail(None, Problem::Csv(e.to_string())))
+            }
+            _ => Ok(Vec::new()),
+        };
+        let numbers = columns.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let longest = numbers.iter().map(Vec::len).max().unwrap_or(0);
+        (numbers, (1..=longest).collect())
+    } else {
+        text(path, columns.len()).map_err(|(line, problem)| fail(line, problem))?
+    };
+    let of = |role: Role| {
+        let found = columns.iter().zip(&numbers).find(|(c, _)| c.role == role);
+        found.map(|(c, v)| -> Vec<f64> {
+            v.iter().map(|v| c.unit.as_ref().map_or(*v, |unit| unit.to_si(*v))).collect()
+        })
+    };
+    // Hz is a cycle per second: the unit's SI value is that of the number in Hz.
+    let frequency_hz = of(Role::Frequency).unwrap_or_default();
+    let n = frequency_hz.len();
+    let modulus = of(Role::Modulus).or_else(|| {
+        Some(of(Role::Level)?.into_iter().map(|level| 10_f64.powf(level / 20.0)).collect::<Vec<_>>())
+    });
+    if let Some((k, v)) = modulus.iter().flatten().enumerate().find(|(_, v)| **v < 0.0) {
+        let need = "zero or more; if it is a level, write abs [dB] in `columns`";
+        let problem = Problem::Value { key: "abs".into(), value: v.to_string(), need };
+        return Err(fail(lines.get(k).copied(), problem));
+    }
+    let values: Vec<C64> = match (modulus, of(Role::Phase), of(Role::Real), of(Role::Imaginary)) {
+        (Some(size), Some(phase), _, _) => {
+            size.iter().zip(&phase).map(|(r, a)| C64::from_polar(*r, *a)).collect()
+        }
+        (_, _, Some(re), Some(im)) => re.iter().zip(&im).map(|(re, im)| C64::new(*re, *im)).collect(),
+        _ => Vec::new(),
+    };
+    if values.len() != n {
+        let problem = Problem::Value {
+            key: "columns".into(),
+            value: format!("{n} frequencies and {} numbers", values.len()),
+            need: "columns of one length",
+        };
+        return Err(fail(None, problem));
+    }
+    let sd = of(Role::Sd).unwrap_or_default();
+    let radians = columns.iter().any(|c| {
+        c.role == Role::Phase
+            && c.unit.as_ref().is_some_and(|unit| (unit.to_si(1.0) - PI / 180.0).abs() > 1e-9)
+    });
+    let rows = Rows { frequency_hz, values, sd, lines, radians };
+    doubts::refuse(&rows).map_err(|(line, problem)| fail(Some(line), problem))?;
+    Ok(rows)
+}
+
+/// Columns of a text of numbers alone, and the line of each row.
+type Numbers = (Vec<Vec<f64>>, Vec<usize>);
+
+fn text(path: &Path, width: usize) -> Result<Numbers, (Option<usize>, Problem)> {
+    let text = rijke_numerics::read_text(path)
+        .map_err(|error| (None, Problem::Unreadable(std::io::Error::other(error.to_string()))))?;
+    let (mut columns, mut lines) = (vec![Vec::new(); width], Vec::new());
+    for (k, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with(['#', '%']) {
+            continue;
+        }
+        let cells: Vec<&str> = line.split([' ', '\t', ',', ';']).filter(|cell| !cell.is_empty()).collect();
+        if cells.len() != width {
+            let need = "as many columns as `columns` in observations.toml lists";
+            let value = format!("{} numbers", cells.len());
+            return Err((Some(k + 1), Problem::Value { key: "row".into(), value, need }));
+        }
+        for (column, cell) in columns.iter_mut().zip(cells) {
+            match cell.parse::<f64>() {
+                Ok(v) if v.is_finite() => column.push(v),
+                _ => {
+                    let need = "a finite number with a decimal point";
+                    let (key, value) = ("row".into(), cell.to_owned());
+                    return Err((Some(k + 1), Problem::Value { key, value, need }));
+                }
+            }
+        }
+        lines.push(k + 1);
+    }
+    Ok((columns, lines))
+}

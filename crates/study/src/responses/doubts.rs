@@ -1,0 +1,97 @@
+//! What is wrong or doubtful about numbers over frequency.
+
+use super::columns::Rows;
+use crate::Problem;
+use rijke_numerics::C64;
+use std::f64::consts::PI;
+
+/// Neighbours that are the same number to the last bit are one number written several times from this count on.
+const REPEATED: usize = 3;
+/// A passive load is taken for one up to this |R|: noise makes it 1 and a little.
+const PASSIVE: f64 = 1.02;
+
+/// Refuses frequencies that are none, that stand twice or that do not ascend: the line, and what is wrong.
+pub(super) fn refuse(rows: &Rows) -> Result<(), (usize, Problem)> {
+    let line = |k: usize| rows.lines.get(k).copied().unwrap_or(0);
+    let value = |k: usize, need| {
+        let (key, value) = ("f".to_owned(), format!("{} Hz", rows.frequency_hz[k]));
+        Err((line(k), Problem::Value { key, value, need }))
+    };
+    if let Some(k) = rows.frequency_hz.iter().position(|f| *f <= 0.0) {
+        return value(k, "above zero");
+    }
+    for (k, pair) in rows.frequency_hz.windows(2).enumerate() {
+        if pair[0] == pair[1] {
+            return value(
+                k + 1,
+                "given once; the line before has the same frequency: leave one out, or average them",
+            );
+        }
+        if pair[0] > pair[1] {
+            return value(k + 1, "above that of the line before; sort the rows by frequency");
+        }
+    }
+    Ok(())
+}
+
+/// Leaves out what repeats one value, and says so.
+pub(super) fn without_repeats(rows: &mut Rows) -> Option<String> {
+    let mut left_out = Vec::new();
+    let mut k = 0;
+    while k < rows.values.len() {
+        let same = rows.values[k..].iter().take_while(|v| **v == rows.values[k]).count();
+        if same >= REPEATED {
+            left_out.push(k..k + same);
+        }
+        k += same;
+    }
+    let first = left_out.first()?.clone();
+    let all: usize = left_out.iter().map(ExactSizeIterator::len).sum();
+    let line = |k: usize| rows.lines.get(k).copied().unwrap_or(0);
+    let said = format!(
+        "{all} rows repeat the value of their neighbours (lines {} to {} first) and were left out: they are no data",
+        line(first.start),
+        line(first.end - 1)
+    );
+    let keep = |k: usize| !left_out.iter().any(|range| range.contains(&k));
+    let kept: Vec<usize> = (0..rows.values.len()).filter(|k| keep(*k)).collect();
+    rows.frequency_hz = kept.iter().map(|&k| rows.frequency_hz[k]).collect();
+    rows.values = kept.iter().map(|&k| rows.values[k]).collect();
+    rows.lines = kept.iter().filter_map(|&k| rows.lines.get(k).copied()).collect();
+    if !rows.sd.is_empty() {
+        rows.sd = kept.iter().map(|&k| rows.sd[k]).collect();
+    }
+    Some(said)
+}
+
+/// Whether phases in radians may be degrees: neighbours then lie turns apart.
+pub(super) fn phase(rows: &Rows) -> Option<String> {
+    if !rows.radians || rows.values.len() < 4 {
+        return None;
+    }
+    let step = |pair: &[C64]| (pair[1] * pair[0].conj()).arg().abs();
+    let mut steps: Vec<f64> = rows.values.windows(2).map(step).collect();
+    steps.sort_by(f64::total_cmp);
+    let middle = steps[steps.len() / 2];
+    (middle > 0.4 * PI).then(|| {
+        format!(
+            "the phase differs by {middle:.1} rad between neighbouring frequencies, half of them by more: if it is in degrees, write \
+             arg [deg] in `columns`"
+        )
+    })
+}
+
+/// Whether a passive load reflects more than it gets.
+pub(super) fn passive(rows: &Rows, reflection: &[C64]) -> Option<String> {
+    let over: Vec<usize> = (0..reflection.len()).filter(|&k| reflection[k].norm() > PASSIVE).collect();
+    let worst = *over.iter().max_by(|a, b| reflection[**a].norm().total_cmp(&reflection[**b].norm()))?;
+    Some(format!(
+        "|R| is above 1 at {} of {} frequencies, {:.3} at {} Hz (line {}), but a passive load has at most 1: check sign, reference and \
+         calibration, or limit the band",
+        over.len(),
+        reflection.len(),
+        reflection[worst].norm(),
+        rows.frequency_hz[worst],
+        rows.lines.get(worst).copied().unwrap_or(0)
+    ))
+}

@@ -1,0 +1,98 @@
+//! Observed responses: impedances, reflection coefficients, transfer functions, flame transfer functions over frequency.
+//!
+//! `observations/observations.toml` declares them in `[[response]]`. The numbers are in files of their own, in the folder of the
+//! observations or, where they are other people's, in one that an environment variable names.
+
+mod columns;
+mod doubts;
+mod plan;
+mod read;
+
+pub use plan::{MisfitSpec, ResponseStage};
+
+use crate::Coefficient;
+use crate::plan::SdSpec;
+use crate::rig::Place;
+use rijke_formula::Formula;
+use rijke_numerics::C64;
+use rijke_rig::DataKind;
+
+/// All responses of a study.
+#[derive(Clone, Debug)]
+pub struct Responses {
+    /// Measured or virtual.
+    pub kind: DataKind,
+    /// Where the data come from.
+    pub source: String,
+    /// The responses, in the order of their declaration.
+    pub list: Vec<ObservedResponse>,
+    /// What is doubtful about the data: file, place, and the remedy.
+    pub warnings: Vec<String>,
+}
+
+/// A complex number at every frequency, at one operating point.
+#[derive(Clone, Debug)]
+pub struct ObservedResponse {
+    /// The operating point, by its place in the campaign.
+    pub point: usize,
+    /// What it is.
+    pub what: Quantity,
+    /// Frequencies, Hz, ascending.
+    pub frequency_hz: Vec<f64>,
+    /// The numbers.
+    pub values: Vec<C64>,
+    /// Standard deviation of the real and of the imaginary part of each, as it was measured; empty if none was.
+    pub sd: Vec<f64>,
+}
+
+/// What a response is.
+#[derive(Clone, Debug)]
+pub enum Quantity {
+    /// Reflection coefficient g/f of the rig at a port, looking into it; impedances are turned into these, which have no poles.
+    Reflection {
+        /// The port: [`Place::Upstream`].
+        at: Place,
+        /// Area, m^2, of the tube whose wave impedance the data refer to; that of the rig at the port if none is stated.
+        reference_area: Option<f64>,
+    },
+    /// Pressure at a microphone over that at another, by their places in the rig.
+    Transfer {
+        /// The one above.
+        to: usize,
+        /// The one below.
+        from: usize,
+    },
+    /// A factor times the coefficient that the candidates give at a place: a flame transfer function from k_eu.
+    Law {
+        /// Where.
+        at: Place,
+        /// Which coefficient.
+        coefficient: Coefficient,
+        /// The factor, of numbers of the operating point.
+        factor: Formula,
+    },
+}
+
+impl Quantity {
+    /// What it is called.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Reflection { .. } => "reflection",
+            Self::Transfer { .. } => "transfer",
+            Self::Law { .. } => "law",
+        }
+    }
+}
+
+/// An error term of a measuring head: R_measured = R + sum of b(f) R^power, where b is a smooth complex function of frequency,
+/// a sum of Legendre polynomials over the band that trains, with independent complex coefficients.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorTerm {
+    /// The power of R.
+    pub power: i32,
+    /// Number of polynomials, of degrees 0, 1, 2 and so on.
+    pub functions: usize,
+    /// Root mean square of the real and of the imaginary part of b over the band, before the data.
+    pub sd: SdSpec,
+}

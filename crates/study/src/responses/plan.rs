@@ -1,0 +1,123 @@
+//! Stages that train on responses: `[[responses]]` of `study.toml`.
+
+use crate::plan::{SdSpec, Selection};
+use crate::source::listed;
+use crate::{Campaign, Catalogue, Problem};
+use rijke_inference::Kernel;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Some responses train some candidates.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResponseStage {
+    /// Its name.
+    pub id: String,
+    /// What it is called in tables; its name if empty.
+    #[serde(default)]
+    pub title: String,
+    /// The points whose responses train.
+    #[serde(default)]
+    pub points: Selection,
+    /// Earlier stages of responses whose posterior is the prior here.
+    #[serde(default)]
+    pub on: Vec<String>,
+    /// Role and candidate: what the model consists of, besides what competes.
+    #[serde(default)]
+    pub with: BTreeMap<String, String>,
+    /// The roles whose candidates compete, in all combinations; none for a stage that trains one model.
+    #[serde(default)]
+    pub compete: Vec<String>,
+    /// Which of them; all if empty.
+    #[serde(default)]
+    pub among: Vec<String>,
+    /// Parameters held at a value.
+    #[serde(default)]
+    pub hold: BTreeMap<String, f64>,
+    /// Nats below which a lead does not decide.
+    #[serde(default = "five")]
+    pub decides: f64,
+    /// Frequencies from and to, Hz; all if absent.
+    pub band_hz: Option<[f64; 2]>,
+    /// Distance of the frequencies that are taken, Hz; all if absent.
+    pub step_hz: Option<f64>,
+    /// The factor whose value the responses share that one instrument measured in one state: its errors are the same in all of them.
+    pub session: Option<String>,
+    /// Independent noise of the real and of the imaginary part of each number.
+    #[serde(default = "floated")]
+    pub noise: SdSpec,
+    /// An error of the model that is correlated along frequency; none if absent.
+    pub misfit: Option<MisfitSpec>,
+    /// Whether other maxima of the posterior are looked for and the evidence is checked: some hundred calls of the model.
+    #[serde(default)]
+    pub checked: bool,
+}
+
+/// A model error, independent for every response and for real and imaginary part, that is a smooth random function of frequency.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MisfitSpec {
+    /// Its standard deviation.
+    pub size: SdSpec,
+    /// Its correlation length, Hz.
+    pub length_hz: SdSpec,
+    /// Its smoothness.
+    #[serde(default = "smooth")]
+    pub kernel: Kernel,
+}
+
+fn five() -> f64 {
+    5.0
+}
+
+fn floated() -> SdSpec {
+    SdSpec::Floated
+}
+
+fn smooth() -> Kernel {
+    Kernel::Matern52
+}
+
+impl ResponseStage {
+    /// Checks that everything it names exists.
+    pub(crate) fn check(
+        &self,
+        campaign: &Campaign,
+        catalogue: &Catalogue,
+        earlier: &[Self],
+    ) -> Result<(), Problem> {
+        let value = |key: &str, value: String, need| Err(Problem::Value { key: key.into(), value, need });
+        let known_stages = || listed(earlier.iter().map(|s| s.id.as_str()));
+        if earlier.iter().any(|s| s.id == self.id) {
+            return Err(Problem::Duplicate { what: "stage", name: self.id.clone() });
+        }
+        if let Some(id) = self.on.iter().find(|id| !earlier.iter().any(|s| s.id == **id)) {
+            return Err(Problem::Unknown { what: "earlier stage", name: id.clone(), known: known_stages() });
+        }
+        self.points.check(campaign)?;
+        if let Some(factor) = &self.session {
+            campaign.known_factor(factor)?;
+        }
+        for role in &self.compete {
+            if catalogue.competing(role).is_empty() {
+                let known = listed(catalogue.roles());
+                return Err(Problem::Unknown { what: "role", name: role.clone(), known });
+            }
+        }
+        for id in self.with.values().chain(&self.among) {
+            if catalogue.get(id).is_none() {
+                let known = listed(catalogue.candidates().iter().map(|c| c.id.as_str()));
+                return Err(Problem::Unknown { what: "candidate", name: id.clone(), known });
+            }
+        }
+        if let Some([low, high]) = self.band_hz
+            && !(low >= 0.0 && low < high)
+        {
+            return value("band_hz", format!("[{low}, {high}]"), "two ascending frequencies in Hz");
+        }
+        if let Some(step) = self.step_hz.filter(|step| !(*step > 0.0 && step.is_finite())) {
+            return value("step_hz", step.to_string(), "positive, Hz");
+        }
+        Ok(())
+    }
+}
