@@ -28,6 +28,7 @@ pub(crate) fn run(study: Study, force: bool, ui: &Ui) -> Result<(), Failure> {
         question: study.plan.question.clone(),
         kind: observed.kind,
         source: observed.source.clone(),
+        claims: rijke_study::Claims::default(),
         factors: Vec::new(),
     };
     let doubts = observed.warnings.clone();

@@ -97,11 +97,12 @@ impl Posterior {
         let reference: Vec<usize> =
             Some(microphones.reference).filter(|_| !microphones.at.is_empty()).into_iter().collect();
         let misfit = Misfit::of(&trained.noise);
+        let posterior = trained.posterior();
         let found = py.detach(|| {
             observed
                 .par_iter()
                 .map(|o| {
-                    trained.predict(assembly, &o.conditions, &reference, Some(o.near), self.law.as_ref())
+                    posterior.predict(assembly, &o.conditions, &reference, Some(o.near), self.law.as_ref())
                 })
                 .collect::<Result<Vec<_>, _>>()
         });

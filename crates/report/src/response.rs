@@ -38,7 +38,7 @@ impl ResponseFigure {
         let level = |v: f64| 20.0 * v.log10();
         let levels = self.curves.iter().flat_map(|c| c.modulus.iter().map(|v| level(*v)));
         let mut size = Panel::new("(a)", SIZE, x(), Axis::covering("modulus / dB", levels));
-        let mut phase = Panel::new("(b)", SIZE, x(), Axis::new("phase / deg", -190.0, 190.0).with_step(90.0));
+        let mut phase = Panel::new("(b)", SIZE, x(), Axis::new("phase / deg", -190.0, 190.0));
         phase.horizontal(0.0, &Stroke::solid("#bbb", 1.0));
         for (index, curve) in self.curves.iter().enumerate() {
             let stroke = model_stroke(index);
@@ -58,7 +58,6 @@ impl ResponseFigure {
             label: curve.label.clone(),
         };
         let figure = Figure {
-            id: "response",
             title: self.title.clone(),
             caption: String::new(),
             columns: 1,

@@ -4,7 +4,7 @@ use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, html, model_strok
 use crate::study::{STYLE, tables::with_uncertainty};
 use crate::{ReportError, StudyHead};
 use rijke_engine::response::{ResponseModelRecord, ResponseStageRecord};
-use rijke_studies::DataKind;
+use rijke_rig::DataKind;
 
 const SIZE: [f64; 2] = [430.0, 230.0];
 /// More responses than this make figures that nobody reads.
@@ -163,7 +163,6 @@ fn figure(head: &StudyHead, stage: &ResponseStageRecord, model: &ResponseModelRe
     }
     let line = |k: usize, label: &str| Key { mark: Mark::Line(model_stroke(k)), label: label.to_owned() };
     Figure {
-        id: "responses",
         title: stage.title.clone(),
         caption: "Left: what was measured, what the rig does, and what the instrument makes of it. Right: what is left.".to_owned(),
         columns: 2,

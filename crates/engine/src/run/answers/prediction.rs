@@ -32,7 +32,7 @@ impl Run {
             }
             None => chosen.observed.clone(),
         };
-        let trained = self.for_predictions(&question.stage, &few)?;
+        let trained = self.trained_for_predictions(&question.stage, &few)?;
         let law = self.law_error(&question.stage);
         let posterior = trained.posterior();
         let misfit = Misfit::of(&trained.noise);
@@ -114,6 +114,16 @@ impl Run {
         Ok((vec![Frame { columns, rows }], panels, parameters(&trained, free), caption))
     }
 
+    /// The model that goes on from a stage, trained with what enters predictions but not the comparison; none before the stage has run.
+    ///
+    /// # Errors
+    /// Those of training.
+    pub fn for_predictions(&self, id: &str) -> Result<Option<Chosen>, EngineError> {
+        let Some(chosen) = self.chosen(id) else { return Ok(None) };
+        let trained = self.trained_for_predictions(id, &chosen.observed)?;
+        Ok(Some(Chosen { trained, ..chosen.clone() }))
+    }
+
     /// The model that goes on from a stage, to be kept on disk.
     ///
     /// # Errors
@@ -122,7 +132,7 @@ impl Run {
         let no_stage = || EngineError::NoPoint { stage: id.to_owned() };
         let (_, stage) = self.study.plan.stage(id).ok_or_else(no_stage)?;
         let done = self.stage_done(id).ok_or_else(no_stage)?;
-        let trained = self.for_predictions(id, &done.chosen.observed)?;
+        let trained = self.trained_for_predictions(id, &done.chosen.observed)?;
         let mut points: Vec<String> = done.chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
         let law = self.law_error(id);
@@ -130,7 +140,7 @@ impl Run {
     }
 
     /// The model that goes on from a stage, trained on `points` with what enters predictions but not the comparison.
-    fn for_predictions(&self, id: &str, points: &Arc<Vec<Observed>>) -> Result<Arc<Trained>, EngineError> {
+    fn trained_for_predictions(&self, id: &str, points: &Arc<Vec<Observed>>) -> Result<Arc<Trained>, EngineError> {
         let no_stage = || EngineError::NoPoint { stage: id.to_owned() };
         let (_, stage) = self.study.plan.stage(id).ok_or_else(no_stage)?;
         let chosen: &Chosen = self.chosen(id).ok_or_else(no_stage)?;
@@ -152,7 +162,8 @@ impl Run {
     }
 
     /// The error of laws that enters the predictions of a stage.
-    pub(super) fn law_error(&self, id: &str) -> Option<crate::LawError> {
+    #[must_use]
+    pub fn law_error(&self, id: &str) -> Option<crate::LawError> {
         let (_, stage) = self.study.plan.stage(id)?;
         let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).law.as_ref()?;
         let over = self.study.campaign.factor(&spec.over)?;
