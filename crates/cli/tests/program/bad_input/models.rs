@@ -181,7 +181,7 @@ pub(super) const CASES: [Case; 30] = [
         "part without a place",
         |d| edit(d, "data/rig.toml", "to = \"X_h\"", "to = \"Y_h\""),
         RANK,
-        ["rig.toml, line", "`to` is `Y_h`", "a formula of factors"],
+        ["rig.toml, line", "`Y_h` is not known", "did you mean `X_h`"],
     ),
     case(
         "length in seconds",

@@ -140,7 +140,11 @@ impl Run {
     }
 
     /// The model that goes on from a stage, trained on `points` with what enters predictions but not the comparison.
-    fn trained_for_predictions(&self, id: &str, points: &Arc<Vec<Observed>>) -> Result<Arc<Trained>, EngineError> {
+    fn trained_for_predictions(
+        &self,
+        id: &str,
+        points: &Arc<Vec<Observed>>,
+    ) -> Result<Arc<Trained>, EngineError> {
         let no_stage = || EngineError::NoPoint { stage: id.to_owned() };
         let (_, stage) = self.study.plan.stage(id).ok_or_else(no_stage)?;
         let chosen: &Chosen = self.chosen(id).ok_or_else(no_stage)?;
