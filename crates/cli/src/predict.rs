@@ -21,7 +21,7 @@ use std::path::PathBuf;
     rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \
     rijke predict examples/quarter-wave --map x_g,Q --svg stability.svg\n\n\
     Prints CSV, a row per operating point: those given with --at, else those of the stage. Factors that --at leaves out are those of\n\
-    the nearest point of the campaign. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
+    the nearest point of the stage. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.")]
 pub(crate) struct Args {
     /// Folder of a study that was ranked.
@@ -62,8 +62,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Some(grid) => grid.points(),
         None => args.at.iter().map(|text| values(text)).collect::<Result<_, _>>()?,
     };
+    let among = stage.points.clone();
     let (study, places) =
-        if asked.is_empty() { (study, every) } else { with_points(&study, &asked).map_err(wrong)? };
+        if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
     let found = forecast(&study, &observed, &model, &places).map_err(wrong)?;
     if let (Some(path), Some(grid)) = (&args.svg, &map) {
         write_whole(path, grid.drawn(&found, observed.kind, &id).svg().as_bytes())?;

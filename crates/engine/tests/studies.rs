@@ -174,7 +174,7 @@ fn exact_predictions_are_one_posterior_and_the_closed_form() {
     }
     // At a length that was not measured.
     let asked = [std::iter::once(("x".to_owned(), 0.9)).collect()];
-    let (wider, places) = with_points(&study, &asked).unwrap();
+    let (wider, places) = with_points(&study, &study.plan.stages[0].points, &asked).unwrap();
     let between = forecast(&wider, &observations, &saved, &places).unwrap().remove(0);
     let [sigma, hertz] = closed_form(0.9);
     assert!((between.growth_rate[0] - sigma).abs() < 0.05 * between.growth_rate[1], "{between:?}");
@@ -182,7 +182,7 @@ fn exact_predictions_are_one_posterior_and_the_closed_form() {
     assert!(between.unstable < 1e-9 && between.point == "x=0.9");
     let wrong = [std::iter::once(("y".to_owned(), 0.9)).collect()];
     assert_eq!(
-        with_points(&study, &wrong).unwrap_err().to_string(),
+        with_points(&study, &study.plan.stages[0].points, &wrong).unwrap_err().to_string(),
         "there is no factor called `y`; the factors are x"
     );
 }

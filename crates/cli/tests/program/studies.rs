@@ -61,6 +61,18 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     let page = fs::read_to_string(folder.join("rig/results/index.html")).unwrap();
     assert!(page.contains("Virtual data") && page.contains("Heat release of the gauze"));
     assert!(folder.join("rig/results/figures/heat.svg").is_file());
+    // By default the points of the last stage; a place that was not measured is like the nearest of them.
+    let csv = |words: &[&str]| {
+        let output = rijke(&folder, &[&["predict", "rig"], words].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let hot = csv(&[]);
+    assert_eq!(hot.lines().count(), 25, "{hot}");
+    assert!(hot.lines().skip(1).all(|row| row.starts_with('h')), "{hot}");
+    assert_eq!(csv(&["--map", "x_g,Q", "--svg", "map.svg"]).lines().count(), 1 + 15 * 15);
+    let map = fs::read_to_string(folder.join("map.svg")).unwrap();
+    assert!(map.contains("probability of instability") && !map.contains("NaN"));
     // A second run does not overwrite what a first one found.
     let again = rijke(&folder, &["run", "rig", "--one-start"]);
     assert_eq!(again.status.code(), Some(2));

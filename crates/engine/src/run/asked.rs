@@ -6,7 +6,7 @@ use crate::{Conditions, EngineError, Misfit, PointModel, PointPrediction, SavedM
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
-use rijke_study::plan::Base;
+use rijke_study::plan::{Base, Selection};
 use rijke_study::{Observations, Point, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -26,13 +26,14 @@ pub struct Forecast {
     pub unstable: f64,
 }
 
-/// The operating points of the campaign with others, each given by the factors in which it differs from the first point of the campaign
-/// that has a value of them all.
+/// The operating points of the campaign with others, each given by the factors in which it differs from the point of the campaign that is
+/// nearest in them: of those that `among` means, or of all if none of these has a value of every factor.
 ///
 /// # Errors
 /// [`EngineError::Factors`].
 pub fn with_points(
     study: &Study,
+    among: &Selection,
     asked: &[BTreeMap<String, f64>],
 ) -> Result<(Study, Vec<usize>), EngineError> {
     let known = || study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -57,8 +58,9 @@ pub fn with_points(
         };
         let distance =
             |p: &Point| given.iter().map(|(k, v)| ((p.factors[*k] - v) / scale(*k)).powi(2)).sum::<f64>();
-        let like =
-            study.campaign.points.iter().filter(has).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let far = |p: &Point| !among.holds(&study.campaign, p);
+        let order = |a: &&Point, b: &&Point| far(a).cmp(&far(b)).then(distance(a).total_cmp(&distance(b)));
+        let like = study.campaign.points.iter().filter(has).min_by(order);
         let like =
             like.ok_or_else(|| fail("no point of the campaign has a value of all these factors".to_owned()))?;
         let name = values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ");
@@ -155,16 +157,16 @@ pub fn forecast(
     let posterior = model.posterior()?;
     let misfit = Misfit::of(&posterior.noise);
     let heard = Some(rig.microphones.reference).filter(|_| !rig.microphones.at.is_empty());
-    let trained: Vec<&Point> =
-        model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(_, p)| p)).collect();
-    let had_states = study.plan.base == Base::States
-        && trained.iter().any(|p| study.campaign.point(&p.id).is_some_and(|(k, _)| states.contains_key(&k)));
+    let trained = || model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(k, _)| k));
+    let had_states = study.plan.base == Base::States && trained().any(|k| states.contains_key(&k));
+    // Of a point that was not measured nothing else is known.
+    let usual = trained().find_map(|k| ambient[k]);
     let one = |&k: &usize| -> Result<Forecast, EngineError> {
         let point = &study.campaign.points[k];
         if had_states && !states.contains_key(&k) {
             return Err(EngineError::NoState { point: point.id.clone() });
         }
-        let ambient = ambient[k].or_else(|| trained.iter().find_map(|p| p.ambient));
+        let ambient = ambient[k].or(usual);
         let conditions: Conditions = conditions(study, point, states.get(&k), ambient)?;
         let p: PointPrediction =
             posterior.predict(&assembly, &conditions, heard.as_slice(), None, model.law.as_ref())?;

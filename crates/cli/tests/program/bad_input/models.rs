@@ -181,7 +181,7 @@ pub(super) const CASES: [Case; 30] = [
         "part without a place",
         |d| edit(d, "data/rig.toml", "to = \"X_h\"", "to = \"Y_h\""),
         RANK,
-        ["rig.toml, line", "`to` is `Y_h`", "a formula of factors"],
+        ["rig.toml, line", "`Y_h` is not known", "did you mean `X_h`"],
     ),
     case(
         "length in seconds",
@@ -202,6 +202,6 @@ pub(super) const CASES: [Case; 30] = [
             fs::write(d.join("data/results/models/prongs.json"), "{\"candidates\":\n").unwrap();
         },
         PREDICT,
-        ["models/prongs.json", "line 1", "Run `rijke rank data`"],
+        ["models/prongs.json", "line 2", "Run `rijke rank data`"],
     ),
 ];
