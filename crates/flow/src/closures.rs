@@ -13,7 +13,7 @@ pub struct Closures {
     pub entrance_loss: f64,
     /// Excess loss of the developing laminar profile on G^2 v/2 (Hagenbach; Shah & London 1978).
     pub development_loss: f64,
-    /// Share of the power that prongs and leads give to the gas upstream of the heater (fin estimate from copper and
+    /// Share of the power that insert and leads give to the gas upstream of the heater (fin estimate from copper and
     /// steel cross-sections).
     pub wire_share: f64,
     /// Length over which that share decays upstream of the heater, m (fin length of a copper lead).

@@ -109,10 +109,10 @@ fn exact_adiabatic_chimney() {
     let (closures, p) = insulated();
     let p = Parameters { outer_nusselt: 1.0, ..p };
     let mut rig = rig();
-    rig.heater.plate_thickness = 1e-5;
-    rig.heater.plate_gap = 1e-5;
-    rig.prongs.rods = 0;
-    rig.prongs.wires = 0;
+    rig.plates.plate_thickness = 1e-5;
+    rig.plates.plate_gap = 1e-5;
+    rig.insert.rods = 0;
+    rig.insert.wires = 0;
     let (gas, pressure, d) = (rig.gas.clone(), rig.pressure, rig.tube.inner_diameter);
     let area = rig.tube.area();
     let printed = [(7.0, 0.25, 4.858_08e-4), (180.0, 0.25, 1.208_419e-3), (180.0, 0.85, 5.931_358e-4)];

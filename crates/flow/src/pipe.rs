@@ -39,7 +39,7 @@ pub(crate) struct Cell {
     pub(crate) wire: f64,
     pub(crate) radiated: f64,
     pub(crate) mount: f64,
-    /// Friction with prongs over friction without.
+    /// Friction with insert over friction without.
     pub(crate) friction: f64,
 }
 
@@ -61,7 +61,7 @@ impl Pipe {
     /// [`FlowError::Heater`] if the heater does not fit into the tube, [`FlowError::Closure`] for a closure out of range.
     pub fn new(rig: &Rig, closures: &Closures, heater: f64, refinement: u32) -> Result<Self, FlowError> {
         check(closures)?;
-        let (length, half) = (rig.tube.length, 0.5 * rig.heater.length());
+        let (length, half) = (rig.tube.length, 0.5 * rig.plates.length());
         if !(heater > half && heater < length - half) {
             return Err(FlowError::Heater { position: heater, low: half, high: length - half });
         }
@@ -73,9 +73,9 @@ impl Pipe {
         let face_at = |x: f64| nearest(&faces, x);
         let edges = [face_at(heater - half), face_at(heater + half)];
         let microphones = rig.microphones.positions.iter().map(|&x| (x, face_at(x))).collect();
-        let prongs = 1.0 + rig.prongs.perimeter() / rig.tube.perimeter();
+        let insert = 1.0 + rig.insert.perimeter() / rig.tube.perimeter();
         let cells =
-            faces.windows(2).map(|f| cell(f[0], f[1], length, heater, half, closures, prongs)).collect();
+            faces.windows(2).map(|f| cell(f[0], f[1], length, heater, half, closures, insert)).collect();
         let outer_diameter = rig.tube.inner_diameter + 2.0 * rig.tube.wall_thickness;
         let quarter = 0.25 * std::f64::consts::PI;
         Ok(Self {
@@ -207,7 +207,7 @@ fn nearest(faces: &[f64], x: f64) -> usize {
     if x - faces[upper - 1] < faces[upper] - x { upper - 1 } else { upper }
 }
 
-fn cell(low: f64, high: f64, length: f64, heater: f64, half: f64, closures: &Closures, prongs: f64) -> Cell {
+fn cell(low: f64, high: f64, length: f64, heater: f64, half: f64, closures: &Closures, insert: f64) -> Cell {
     let middle = 0.5 * (low + high);
     let above = middle > heater;
     let overlap = |a: f64, b: f64| (high.min(b) - low.max(a)).max(0.0);
@@ -239,7 +239,7 @@ fn cell(low: f64, high: f64, length: f64, heater: f64, half: f64, closures: &Clo
         wire,
         radiated: decay(near, far, scale) / both_sides,
         mount: mounts.sum(),
-        friction: if above { 1.0 } else { prongs },
+        friction: if above { 1.0 } else { insert },
     }
 }
 

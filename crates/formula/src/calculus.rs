@@ -26,7 +26,7 @@ pub(crate) fn binary<T: Analytic>(operator: Binary, left: Operand<T>, right: Ope
         (Binary::Power, N(a), N(b)) => N(number_power(a, b)),
         (Binary::Power, J(a), N(b)) => J(power(&a, b)),
         // 0^k with Re k > 0 is 0 with all its derivatives, where exp(k ln 0) is NaN: no power law of the
-        // heater's power would survive the cold rig.
+        // gauze's power would survive the cold rig.
         (Binary::Power, N(a), J(b)) if a == C64::ZERO && b.value().re > 0.0 => J(b.scale(C64::ZERO)),
         (Binary::Power, N(a), J(b)) => J(call(Function::Exp, &b.scale(a.ln()))),
         (Binary::Power, J(a), J(b)) => J(call(Function::Exp, &b.times(&call(Function::Ln, &a)))),

@@ -10,7 +10,7 @@
 //!
 //! * Numbers (`1.5e-3`, imaginary `2i`), names, `+ - * / ^`, parentheses, the constants `i`, `j` and `pi`,
 //!   and the functions `sqrt exp ln log sin cos tan sinh cosh tanh bessel_ratio re im abs arg conj`. `log`
-//!   is the natural logarithm, `bessel_ratio` is I1/I0. Names may be dotted, as `heater.length`.
+//!   is the natural logarithm, `bessel_ratio` is I1/I0. Names may be dotted, as `gauze.length`.
 //! * Precedence is that of MATLAB and Python: `^` (or `**`) binds tighter than the minus before it, so
 //!   `-2^2` is -4, and `2^-1` is 0.5. A chain `a^b^c` is refused, because MATLAB reads it from the left and
 //!   Python from the right.
@@ -31,9 +31,9 @@
 //!
 //! let mut scope = Scope::new();
 //! let power = scope.add(Name {
-//!     name: "heater.power".into(),
+//!     name: "gauze.power".into(),
 //!     unit: "W".into(),
-//!     meaning: "electrical power of the heater".into(),
+//!     meaning: "electrical power of the gauze".into(),
 //!     kind: Kind::Global,
 //! })?;
 //! let parameters = ["k".to_owned(), "tau".to_owned()];
@@ -41,7 +41,7 @@
 //! let (parameters, definitions) = (&parameters[..], &definitions[..]);
 //! let context = Context { scope: &scope, here: &|_| true, parameters, definitions };
 //!
-//! let law = Formula::parse("-k*heater.power*lag", &context)?;
+//! let law = Formula::parse("-k*gauze.power*lag", &context)?;
 //! assert_eq!(law.names_used(), [0, power]);
 //! assert_eq!(law.unit_fault(&scope, &["1/W", "s"], "1"), None);
 //! assert!(law.unit_fault(&scope, &["1/W", "1"], "1").unwrap().contains("exp is applied to"));

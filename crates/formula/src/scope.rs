@@ -7,7 +7,7 @@ use crate::tree::is_reserved;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name {
     /// As written in formulas: a letter or `_`, then letters, digits and `_`; or two such words with a
-    /// point between them, as `heater.length`.
+    /// point between them, as `gauze.length`.
     pub name: String,
     /// Its unit, as `W/(m K)`; see [`crate::is_unit`]. A unit that is not understood is not judged.
     pub unit: String,
@@ -41,7 +41,7 @@ pub enum NameError {
     /// No formula could contain it as one name.
     #[error(
         "`{0}` is not a name: write a letter or _, then letters, digits and _; two such words may stand with a point between \
-         them, as in `heater.length`"
+         them, as in `gauze.length`"
     )]
     NotAName(String),
     /// The name of a function or a constant.

@@ -14,15 +14,15 @@ use rijke_numerics::{Cholesky, Matrix};
 ///
 /// ```
 /// use rijke_inference::{AssessOptions, Chain, Data, Forward, InferenceError, Parameter, assess};
-/// # fn stages(tube: &dyn Forward, d1: &Data, prongs: &dyn Forward, d2: &Data, eta: Parameter, alpha: Parameter) -> Result<f64, InferenceError> {
+/// # fn stages(tube: &dyn Forward, d1: &Data, insert: &dyn Forward, d2: &Data, eta: Parameter, alpha: Parameter) -> Result<f64, InferenceError> {
 /// let chain = Chain::default();
 /// let parameters = chain.parameters(vec![eta.clone()])?;
 /// let found = assess(tube, d1, &parameters, &AssessOptions::default())?;
 /// let chain = chain.then("empty tube", &parameters, &found)?;
 /// // Now eta has the prior that the empty tube has left; alpha has its own.
 /// let parameters = chain.parameters(vec![eta, alpha])?;
-/// let found = assess(prongs, d2, &parameters, &AssessOptions::default())?;
-/// let chain = chain.then("prongs", &parameters, &found)?;
+/// let found = assess(insert, d2, &parameters, &AssessOptions::default())?;
+/// let chain = chain.then("insert", &parameters, &found)?;
 /// # Ok(
 /// chain.ln_marginal() // ln P(d1, d2)
 /// # )}

@@ -22,7 +22,7 @@ pub(crate) fn heater(
     position: f64,
     base: &BaseState,
 ) -> Heater {
-    let (geometry, values) = (&rig.heater, &truth.heater);
+    let (geometry, values) = (&rig.plates, &truth.heater);
     let (area, open, half) = (rig.tube.area(), geometry.open_area(), 0.5 * geometry.length());
     let face = |x: f64| Obstacle {
         inertance: end_correction(0.5 * geometry.inner_diameter, rig.tube.radius()) / open,
@@ -60,7 +60,7 @@ struct HotWire {
 
 impl HotWire {
     fn new(rig: &Rig, truth: &Truth, point: &OperatingPoint, position: f64, base: &BaseState) -> Self {
-        let (values, half, d) = (&truth.heater, 0.5 * rig.heater.length(), rig.heater.wire_diameter);
+        let (values, half, d) = (&truth.heater, 0.5 * rig.plates.length(), rig.plates.wire_diameter);
         let cold = base.at(position);
         let speed = values.wire_speed_up * base.velocity(position);
         if point.power <= 0.0 || speed <= 0.0 {
@@ -138,7 +138,7 @@ mod tests {
         let h = heater(&rig, &truth, &point, 0.25, &base);
         let s = C64::new(0.0, 1050.0);
         let faces = h.lower_face.impedance(s) + h.upper_face.impedance(s);
-        let bore = s * h.middle.gas.density * rig.heater.length() / rig.heater.open_area();
+        let bore = s * h.middle.gas.density * rig.plates.length() / rig.plates.open_area();
         let total = faces + bore + h.middle.impedance(s);
         let ratio = total.im / total.re;
         assert!((4.0..9.0).contains(&ratio), "{ratio}");

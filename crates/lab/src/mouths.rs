@@ -13,7 +13,7 @@ use rijke_rig::{OperatingPoint, Rig};
 /// at one position share one setting.
 #[must_use]
 pub fn mouths(rig: &Rig, truth: &Truth, point: &OperatingPoint, seed: u64) -> [OpenEnd; 2] {
-    let setting = match (point.thermocouples, point.id.rsplit_once('-')) {
+    let setting = match (point.thermometers, point.id.rsplit_once('-')) {
         (true, Some((_, position))) => format!("hot-{position}"),
         _ => point.id.clone(),
     };

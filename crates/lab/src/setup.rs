@@ -123,7 +123,7 @@ fn day(truth: &Truth, id: &str, streams: Streams) -> (Day, f64) {
 /// The day on which a point is measured: cold rows take several points a day in the order of their positions; with
 /// thermocouples in place all powers at one position are run on one day (paper, section 3: an hour each).
 fn day_name(truth: &Truth, point: &OperatingPoint, index: usize) -> String {
-    match (point.thermocouples, point.id.rsplit_once('-')) {
+    match (point.thermometers, point.id.rsplit_once('-')) {
         (true, Some((_, position))) => format!("hot-day-{position}"),
         _ => format!("{}-day-{}", point.row, index / truth.ambient.points_per_day + 1),
     }
@@ -161,8 +161,8 @@ fn empty_tube() -> OperatingPoint {
         id: "calibration".into(),
         row: "calibration".into(),
         position: None,
-        heater: false,
-        thermocouples: false,
+        plates: false,
+        thermometers: false,
         power: 0.0,
         repeats: 0,
     }

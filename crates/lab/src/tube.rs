@@ -17,13 +17,13 @@ pub(crate) fn duct(
     base: &BaseState,
     [bottom, top]: [OpenEnd; 2],
 ) -> Duct {
-    let half = if point.heater { 0.5 * rig.heater.length() } else { 0.0 };
+    let half = if point.plates { 0.5 * rig.plates.length() } else { 0.0 };
     let centre = point.position.unwrap_or(0.0);
     // Where the prongs end and, above that, the bore of the heater.
     let (tip, bore) = ((centre - half).max(0.0), centre + half);
     let bare = Section { radius: rig.tube.radius(), roughness: truth.wall.roughness, rods: vec![] };
     let prongs = Section { rods: rods(rig, truth), ..bare.clone() };
-    let plates = Section { radius: 0.5 * rig.heater.inner_diameter, ..bare.clone() };
+    let plates = Section { radius: 0.5 * rig.plates.inner_diameter, ..bare.clone() };
     let section = |x: f64| match x {
         x if x < tip => &prongs,
         x if x < bore => &plates,
@@ -32,12 +32,12 @@ pub(crate) fn duct(
     let mut marks = vec![(0.0, None), (tip, None), (bore, None)];
     marks.extend(rig.microphones.positions.iter().enumerate().map(|(m, x)| (*x, Some(Piece::Microphone(m)))));
     let obstacle = |x: f64, obstacle| (x, Some(Piece::Obstacle(Box::new(obstacle))));
-    if point.heater {
+    if point.plates {
         let Heater { lower_face, middle, upper_face } = heater(rig, truth, point, centre, base);
         marks.extend([obstacle(tip, lower_face), obstacle(centre, middle), obstacle(bore, upper_face)]);
     }
-    if point.thermocouples {
-        marks.extend(rig.thermocouples.iter().map(|x| obstacle(*x, thermocouple(rig, truth, *x, base))));
+    if point.thermometers {
+        marks.extend(rig.thermometers.iter().map(|x| obstacle(*x, thermocouple(rig, truth, *x, base))));
     }
     let uniform = base.temperature.windows(2).all(|pair| pair[0] == pair[1]);
     let step = if uniform { f64::INFINITY } else { STEP };
@@ -113,7 +113,7 @@ pub(crate) fn modes(
 
 /// Prongs and feed wires.
 fn rods(rig: &Rig, truth: &Truth) -> Vec<Rods> {
-    let (prongs, surface) = (&rig.prongs, &truth.prongs);
+    let (prongs, surface) = (&rig.insert, &truth.prongs);
     let group = |count: u32, diameter: f64, roughness: f64| Rods {
         count: f64::from(count),
         radius: 0.5 * diameter,
@@ -184,12 +184,12 @@ mod tests {
         let (rig, mut truth) = (Rig::juniper_yoko_2022(), same_every_time());
         (truth.prongs.rod_roughness, truth.prongs.wire_roughness) = (1.0, 1.0);
         let (damped, empty) = (first(&truth, "C3-95").s.re, first(&truth, "C3-E").s.re);
-        let perimeters = (rig.tube.perimeter() + rig.prongs.perimeter()) / rig.tube.perimeter();
+        let perimeters = (rig.tube.perimeter() + rig.insert.perimeter()) / rig.tube.perimeter();
         let mut lossless = truth.clone();
         lossless.wall.roughness = 0.1;
         let wall_share = (empty - first(&lossless, "C3-E").s.re) / 0.9;
         let expected =
-            empty + wall_share * (perimeters * rig.tube.area() / (rig.tube.area() - rig.prongs.area()) - 1.0);
+            empty + wall_share * (perimeters * rig.tube.area() / (rig.tube.area() - rig.insert.area()) - 1.0);
         assert!((damped / expected - 1.0).abs() < 0.02, "{damped} against {expected}");
     }
 

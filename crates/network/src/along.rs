@@ -47,7 +47,7 @@ pub struct Station {
 pub enum Device {
     /// A screen that takes e rho c u from the pressure.
     Drag,
-    /// A heater or flame that adds e u to the velocity, in phase.
+    /// A gauze or flame that adds e u to the velocity, in phase.
     Heat,
     /// A leak or absorber that takes e p/(rho c) from the velocity.
     Leak,

@@ -15,9 +15,9 @@ use rijke_numerics::{C64, Jet, JetSpace, Order};
 /// ```
 /// use rijke_network::{At, Coefficients, Laws, Network, Newton, Places, Segment, Slot, Workspace};
 /// use rijke_numerics::{C64, Order};
-/// /// A heater k_eu = -K e^{-s tau}; parameters K and tau.
-/// struct Heater([f64; 2]);
-/// impl Coefficients for Heater {
+/// /// A gauze k_eu = -K e^{-s tau}; parameters K and tau.
+/// struct Gauze([f64; 2]);
+/// impl Coefficients for Gauze {
 ///     fn parameters(&self) -> usize { 2 }
 ///     fn laws(&self) -> usize { 1 }
 ///     fn fill(&self, at: &At, laws: &mut Laws) {
@@ -29,10 +29,10 @@ use rijke_numerics::{C64, Jet, JetSpace, Order};
 /// tube.set(Slot::Upstream, C64::new(-0.99, 0.0))?;
 /// tube.set(Slot::Downstream, C64::new(-0.99, 0.0))?;
 /// tube.attach(Slot::Eu(1), 0, 1.0)?; // law 0 at the place between the two segments
-/// let (heater, mut work) = (Heater([0.05, 1.5e-3]), Workspace::default());
-/// let root = tube.solve(&heater, C64::new(0.0, 1080.0), &Newton::default(), &mut work)?;
+/// let (gauze, mut work) = (Gauze([0.05, 1.5e-3]), Workspace::default());
+/// let root = tube.solve(&gauze, C64::new(0.0, 1080.0), &Newton::default(), &mut work)?;
 /// let places = Places { at: vec![1], reference: 1 };
-/// let s = tube.respond(&heater, &root, &places, Order::Second, &mut work)?.s;
+/// let s = tube.respond(&gauze, &root, &places, Order::Second, &mut work)?.s;
 /// assert!(s.gradient()[0].re > 0.0); // more heat drives this mode
 /// assert!(s.hessian(0, 1).norm() > 0.0);
 /// # Ok::<(), rijke_network::NetworkError>(())

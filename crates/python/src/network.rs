@@ -284,7 +284,7 @@ impl Network {
         column("pressure", &|f| f.pressure)?;
         column("velocity", &|f| f.velocity)?;
         column("by_screen", &|f| f.device(Device::Drag))?;
-        column("by_heater", &|f| f.device(Device::Heat))?;
+        column("by_heat", &|f| f.device(Device::Heat))?;
         column("by_leak", &|f| f.device(Device::Leak))?;
         column("by_area", &|f| f.area)?;
         column("by_temperature", &|f| f.temperature)?;

@@ -3,7 +3,7 @@
 /// An HTML page with a heading. `body` is HTML; pictures in it are named relative to the page.
 ///
 /// ```
-/// let page = rijke_report::gallery("Priors", "<p><img src=\"prongs.svg\" alt=\"prongs\"></p>\n");
+/// let page = rijke_report::gallery("Priors", "<p><img src=\"tube.svg\" alt=\"tube\"></p>\n");
 /// assert!(page.contains("<h1>Priors</h1>") && page.ends_with("</html>\n"));
 /// ```
 #[must_use]

@@ -22,13 +22,13 @@ pub struct OperatingPoint {
     pub id: String,
     /// Row of the campaign, `"C3"`.
     pub row: String,
-    /// Where the prongs end and the heater (if attached) sits, m from x = 0; none for the empty tube.
+    /// Where the insert end and the plates (if attached) sits, m from x = 0; none for the empty tube.
     pub position: Option<f64>,
-    /// Whether the heater is attached to the prongs.
-    pub heater: bool,
-    /// Whether the thermocouples are in place.
-    pub thermocouples: bool,
-    /// Electrical power of the heater, W.
+    /// Whether the plates is attached to the insert.
+    pub plates: bool,
+    /// Whether the thermometers are in place.
+    pub thermometers: bool,
+    /// Electrical power of the plates, W.
     pub power: f64,
     /// Number of repeats measured.
     pub repeats: u32,
@@ -50,8 +50,8 @@ struct CampaignFile {
 #[serde(deny_unknown_fields)]
 struct Row {
     id: String,
-    heater: bool,
-    thermocouples: bool,
+    plates: bool,
+    thermometers: bool,
     power_w: f64,
     repeats: u32,
     #[serde(default)]
@@ -119,12 +119,12 @@ impl Campaign {
         for row in self.rows() {
             let points: Vec<_> = self.row(&row).collect();
             let first = points.iter().find(|p| p.position.is_some()).unwrap_or(&points[0]);
-            let (heater, thermocouples) = (first.heater, first.thermocouples);
+            let (plates, thermometers) = (first.plates, first.thermometers);
             let empty = points.iter().any(|p| p.position.is_none());
             let centimetres = |p: &&OperatingPoint| p.position.map(|x| (x * 1e10).round() / 1e8);
             let positions: Vec<f64> = points.iter().filter_map(centimetres).collect();
             text += &format!(
-                "\n[[row]]\nid = \"{row}\"\nheater = {heater}\nthermocouples = {thermocouples}\n\
+                "\n[[row]]\nid = \"{row}\"\nplates = {plates}\nthermometers = {thermometers}\n\
                  power_w = {:?}\nrepeats = {}\nempty_tube = {empty}\npositions_cm = {positions:?}\n",
                 first.power, first.repeats
             );
@@ -158,8 +158,8 @@ impl Row {
             id: format!("{}-{suffix}", self.id),
             row: self.id.clone(),
             position: position_cm.map(|cm| cm / 100.0),
-            heater: self.heater && position_cm.is_some(),
-            thermocouples: self.thermocouples,
+            plates: self.plates && position_cm.is_some(),
+            thermometers: self.thermometers,
             power: self.power_w,
             repeats: self.repeats,
         }
@@ -197,7 +197,7 @@ mod tests {
             "c.toml: campaign: is empty; give at least one [[row]] with one position"
         );
         let row =
-            "name = 'x'\n[[row]]\nid = 'A'\nheater = true\nthermocouples = false\npower_w = 0\nrepeats = 4\n";
+            "name = 'x'\n[[row]]\nid = 'A'\nplates = true\nthermometers = false\npower_w = 0\nrepeats = 4\n";
         assert_eq!(
             message(row),
             "c.toml: row[0] `A`: positions_cm: is empty; give at least one position, or set empty_tube = true"

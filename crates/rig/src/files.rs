@@ -40,7 +40,7 @@ impl Rig {
     /// Key and problem of the first value that makes no sense.
     pub fn validate(&self) -> Result<(), (String, Problem)> {
         let metres = |place: &str, value: f64, low: f64, high: f64| in_range(place, value, low, high, "m");
-        let (tube, prongs, heater) = (&self.tube, &self.prongs, &self.heater);
+        let (tube, insert, plates) = (&self.tube, &self.insert, &self.plates);
         metres("tube.length", tube.length, 1e-3, 1e3)?;
         metres("tube.inner_diameter", tube.inner_diameter, 1e-4, tube.length)?;
         metres("tube.wall_thickness", tube.wall_thickness, 0.0, tube.length)?;
@@ -56,24 +56,24 @@ impl Rig {
             return Err(("microphones.positions".into(), Problem::Empty { need: "one position" }));
         }
         along("microphones.positions", &self.microphones.positions, tube.length)?;
-        along("thermocouples", &self.thermocouples, tube.length)?;
+        along("thermometers", &self.thermometers, tube.length)?;
         let (index, count) = (self.microphones.reference, self.microphones.positions.len());
         if index >= count {
             return Err(("microphones.reference".into(), Problem::NoSuchIndex { index, count }));
         }
-        metres("prongs.rod_diameter", prongs.rod_diameter, 0.0, tube.inner_diameter)?;
-        metres("prongs.wire_diameter", prongs.wire_diameter, 0.0, tube.inner_diameter)?;
-        metres("heater.plate_thickness", heater.plate_thickness, 0.0, tube.length)?;
-        metres("heater.plate_gap", heater.plate_gap, 0.0, tube.length)?;
-        metres("heater.wire_diameter", heater.wire_diameter, 0.0, heater.outer_diameter)?;
+        metres("insert.rod_diameter", insert.rod_diameter, 0.0, tube.inner_diameter)?;
+        metres("insert.wire_diameter", insert.wire_diameter, 0.0, tube.inner_diameter)?;
+        metres("plates.plate_thickness", plates.plate_thickness, 0.0, tube.length)?;
+        metres("plates.plate_gap", plates.plate_gap, 0.0, tube.length)?;
+        metres("plates.wire_diameter", plates.wire_diameter, 0.0, plates.outer_diameter)?;
         let fits = |place: &str, inner: f64, outer: f64| match inner < outer {
             true => Ok(()),
             false => Err((place.to_owned(), Problem::DoesNotFit { inner, outer })),
         };
-        fits("heater.outer_diameter", heater.outer_diameter, tube.inner_diameter)?;
-        fits("heater.inner_diameter", heater.inner_diameter, heater.outer_diameter)?;
-        let blocked = 2.0 * (prongs.area() / std::f64::consts::PI).sqrt();
-        fits("prongs", blocked, tube.inner_diameter)
+        fits("plates.outer_diameter", plates.outer_diameter, tube.inner_diameter)?;
+        fits("plates.inner_diameter", plates.inner_diameter, plates.outer_diameter)?;
+        let blocked = 2.0 * (insert.area() / std::f64::consts::PI).sqrt();
+        fits("insert", blocked, tube.inner_diameter)
     }
 }
 
@@ -229,7 +229,7 @@ mod tests {
         refused(
             "outer_diameter = 0.047 ",
             "outer_diameter = 0.47 ",
-            "a/rig.toml: heater.outer_diameter: 0.47 m does not fit inside 0.0474 m; check both diameters",
+            "a/rig.toml: plates.outer_diameter: 0.47 m does not fit inside 0.0474 m; check both diameters",
         );
         refused(
             "length = 1.0",

@@ -1,9 +1,9 @@
-//! The rig: tube, gas, microphones, thermocouples, prongs, heater, recording.
+//! The rig: tube, gas, microphones, thermometers, insert, plates, recording.
 
 use crate::Gas;
 use serde::{Deserialize, Serialize};
 
-/// A vertical tube with one heat source on prongs, as in Juniper & Yoko 2022, section 3.
+/// A vertical tube with one heat source on insert, as in Juniper & Yoko 2022, section 3.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rig {
@@ -19,13 +19,13 @@ pub struct Rig {
     pub pressure: f64,
     /// The microphones.
     pub microphones: Microphones,
-    /// Positions of the thermocouples along the tube, m.
+    /// Positions of the thermometers along the tube, m.
     #[serde(default)]
-    pub thermocouples: Vec<f64>,
-    /// What holds and feeds the heater, entering from x = 0.
-    pub prongs: Prongs,
-    /// The heater.
-    pub heater: Heater,
+    pub thermometers: Vec<f64>,
+    /// What holds and feeds the plates, entering from x = 0.
+    pub insert: Insert,
+    /// The plates.
+    pub plates: Plates,
     /// How records are taken.
     pub recording: Recording,
 }
@@ -52,10 +52,10 @@ pub struct Microphones {
     pub reference: usize,
 }
 
-/// Threaded rods and feed wires that enter from x = 0 and end at the heater.
+/// Threaded rods and feed wires that enter from x = 0 and end at the plates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Prongs {
+pub struct Insert {
     /// Number of rods.
     pub rods: u32,
     /// Diameter of a rod, m.
@@ -69,7 +69,7 @@ pub struct Prongs {
 /// Two annular plates wound with wire (Fig. 1 of the paper).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Heater {
+pub struct Plates {
     /// Outer diameter of the plates, m.
     pub outer_diameter: f64,
     /// Diameter of the central hole, m.
@@ -117,7 +117,7 @@ impl Tube {
     }
 }
 
-impl Prongs {
+impl Insert {
     /// Sum of the perimeters of rods and wires, m.
     #[must_use]
     pub fn perimeter(&self) -> f64 {
@@ -134,7 +134,7 @@ impl Prongs {
     }
 }
 
-impl Heater {
+impl Plates {
     /// Length along the tube: two plates and the gap, m.
     #[must_use]
     pub fn length(&self) -> f64 {

@@ -65,7 +65,7 @@ pub use columns::Columns;
 pub use contents::{ChannelContents, FileContents, inspect};
 pub use error::RigError;
 pub use gas::{Gas, GasState};
-pub use geometry::{Heater, Microphones, Prongs, Recording, Rig, Tube};
+pub use geometry::{Insert, Microphones, Plates, Recording, Rig, Tube};
 pub use manifest::RecordFolder;
 pub use observation::{Click, Observations, Ping, PointObservations, Rejection};
 pub use problem::Problem;

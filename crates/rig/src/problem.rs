@@ -20,7 +20,7 @@ pub enum Problem {
         /// Unit of all three.
         unit: &'static str,
     },
-    /// A microphone or thermocouple that is not in the tube.
+    /// A microphone or thermometer that is not in the tube.
     #[error(
         "x = {position} m is outside the tube (0 to {length} m); positions are metres from the bottom end"
     )]

@@ -363,7 +363,7 @@ proptest! {
         let changed = paper.replace("0.25, 0.35", &format!("{position:?}, 0.35")).replace("0.0474", &format!("{diameter:?}"));
         if let Ok(rig) = Rig::parse(&changed, Path::new("x")) {
             prop_assert!(rig.microphones.positions.iter().all(|x| *x > 0.0 && *x < rig.tube.length));
-            prop_assert!(rig.heater.outer_diameter < rig.tube.inner_diameter);
+            prop_assert!(rig.plates.outer_diameter < rig.tube.inner_diameter);
         }
     }
 }

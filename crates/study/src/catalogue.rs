@@ -1,8 +1,8 @@
 //! Candidates read from TOML.
 
+use crate::head::ErrorTerm;
 use crate::law::{Candidate, Coefficient, Effect, MeanFlow};
 use crate::plan::SdSpec;
-use crate::responses::ErrorTerm;
 use crate::rig::{Place, Rig};
 use crate::source::{Outcome, Source, listed};
 use crate::{Problem, StudyError};

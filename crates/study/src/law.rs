@@ -1,7 +1,7 @@
 //! What a candidate is: parameters, and laws that act on coefficients at places of the rig.
 
+use crate::head::ErrorTerm;
 use crate::names::{LEVINE_SCHWINGER, WALL_EP, WALL_MU};
-use crate::responses::ErrorTerm;
 use crate::rig::Place;
 use crate::source::Outcome;
 use crate::{Problem, names};

@@ -2,7 +2,7 @@
 
 use crate::rig::GasModel;
 use crate::{Problem, Study, StudyError};
-use rijke_rig::{Campaign, Gas, Heater, Microphones, OperatingPoint, Prongs, Recording, Rig, Tube};
+use rijke_rig::{Campaign, Gas, Insert, Microphones, OperatingPoint, Plates, Recording, Rig, Tube};
 
 /// Temperature at which the geometry is laid out, K; positions that depend on it are of no use to a laboratory.
 const LAID_OUT: f64 = 293.15;
@@ -53,9 +53,9 @@ impl Study {
                 positions: layout.microphones,
                 reference: self.rig.microphones.reference,
             },
-            thermocouples: Vec::new(),
-            prongs: Prongs { rods: 0, rod_diameter: 0.0, wires: 0, wire_diameter: 0.0 },
-            heater: Heater {
+            thermometers: Vec::new(),
+            insert: Insert { rods: 0, rod_diameter: 0.0, wires: 0, wire_diameter: 0.0 },
+            plates: Plates {
                 outer_diameter: 0.0,
                 inner_diameter: 0.0,
                 plate_thickness: 0.0,
@@ -68,8 +68,8 @@ impl Study {
             id: p.id.clone(),
             row: p.row.clone(),
             position: None,
-            heater: false,
-            thermocouples: false,
+            plates: false,
+            thermometers: false,
             power: 0.0,
             repeats: p.repeats,
         };

@@ -16,7 +16,7 @@ pub(super) fn states(states: &BaseStates, observations: &Observations) -> States
     let powered = observations.points.iter().map(|p| &p.point).filter(|p| p.power > 0.0);
     let record = |point: &rijke_rig::OperatingPoint| {
         let state = states.points.get(&point.id)?;
-        let half = 0.5 * rig.heater.length();
+        let half = 0.5 * rig.plates.length();
         let error = |e: &rijke_flow::ErrorComponent| ErrorRecord {
             cause: e.cause.clone(),
             mass_flow: e.mass_flux * area,

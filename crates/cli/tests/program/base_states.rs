@@ -13,7 +13,7 @@ const CAMPAIGN: [f64; 3] = [0.0, 30.0, 180.0];
 fn campaign() -> Campaign {
     let rows = CAMPAIGN.map(|power| {
         format!(
-            "[[row]]\nid = \"H{power}\"\nheater = true\nthermocouples = true\npower_w = {power:?}\nrepeats = 3\n\
+            "[[row]]\nid = \"H{power}\"\nplates = true\nthermometers = true\npower_w = {power:?}\nrepeats = 3\n\
              positions_cm = [25, 60]\n"
         )
     });

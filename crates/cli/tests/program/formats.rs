@@ -8,7 +8,7 @@ use std::{fs, path::Path};
 #[test]
 fn exact_records_in_every_format_give_the_same_observations() {
     let folder = scratch("formats");
-    let campaign = "name = \"two\"\n[[row]]\nid = \"C3\"\nheater = false\nthermocouples = false\npower_w = 0.0\nrepeats = 2\n\
+    let campaign = "name = \"two\"\n[[row]]\nid = \"C3\"\nplates = false\nthermometers = false\npower_w = 0.0\nrepeats = 2\n\
                     empty_tube = true\npositions_cm = [15, 35, 55, 75]\n";
     fs::write(folder.join("campaign.toml"), campaign).unwrap();
     let run = |words: &str| {

@@ -17,7 +17,7 @@ fn example(name: &str, scratch_name: &str) -> PathBuf {
 }
 
 /// What a study of measured data finds; none where the data are not here.
-#[allow(clippy::print_stdout, reason = "who runs the tests must know what was left out")]
+#[allow(clippy::print_stdout, reason = "who runs the tests must learn what was left out")]
 fn found(name: &str) -> Option<Value> {
     if std::env::var_os("RIJKE_MEASURED").is_none_or(|v| v.is_empty()) {
         println!("left out: RIJKE_MEASURED names no folder of measured data");
@@ -274,7 +274,6 @@ fn behaviour_a_model_error_counts_once_however_fine_the_frequencies() {
         let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
         let [coarse, fine] =
             ["s50", "s12.5"].map(|id| lead(stage(&answer, id), "wall.bessel", "wall.kirchhoff"));
-        println!("{misfit}: {coarse:.2} {fine:.2}");
         (fine - coarse).abs() / coarse.abs().max(1.0)
     };
     let white = growth("");

@@ -81,7 +81,7 @@ fn exact_curves_and_figure_are_written() {
         let mut lines = text.lines();
         assert_eq!(
             lines.next().unwrap(),
-            "frequency_hz,growth_rate_per_s,x_m,pressure,velocity_times_rho_c,by_screen_per_s,by_heater_per_s,\
+            "frequency_hz,growth_rate_per_s,x_m,pressure,velocity_times_rho_c,by_screen_per_s,by_heat_per_s,\
              by_leak_per_s,by_area_per_s_per_m,by_temperature_per_s_per_m"
         );
         let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect();

@@ -6,7 +6,7 @@ use std::fs;
 #[test]
 fn exact_the_page_names_every_picture_and_every_picture_has_its_panels() {
     let folder = scratch("plots");
-    let campaign = "name = \"one\"\n[[row]]\nid = \"C3\"\nheater = false\nthermocouples = false\npower_w = 0.0\nrepeats = 2\n\
+    let campaign = "name = \"one\"\n[[row]]\nid = \"C3\"\nplates = false\nthermometers = false\npower_w = 0.0\nrepeats = 2\n\
                     positions_cm = [85]\n";
     fs::write(folder.join("campaign.toml"), campaign).unwrap();
     let words = "process --virtual-rig --campaign campaign.toml --plot --out out";

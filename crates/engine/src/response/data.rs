@@ -3,8 +3,9 @@
 use crate::EngineError;
 use rijke_inference::{Correlated, Data, NoiseGroup, NoiseMode, Observation, Structured, complex_columns};
 use rijke_numerics::{C64, Matrix};
+use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
-use rijke_study::responses::{ErrorTerm, MisfitSpec};
+use rijke_study::responses::MisfitSpec;
 
 /// The numbers of one response that train.
 #[derive(Clone, Debug)]

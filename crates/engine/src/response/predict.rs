@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_network::{Source, Workspace};
 use rijke_numerics::{C64, Jet, Matrix, Order};
-use rijke_study::responses::Quantity;
+use rijke_study::responses::ResponseKind;
 use std::f64::consts::PI;
 
 /// One response: its model, what it is, and the frequencies (Hz) at which it is wanted.
@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 pub(super) struct Load<'a> {
     pub(super) point: String,
     pub(super) model: ResponseModel<'a>,
-    pub(super) what: Quantity,
+    pub(super) what: ResponseKind,
     pub(super) frequency_hz: Vec<f64>,
 }
 
@@ -55,7 +55,7 @@ impl Load<'_> {
         let network = &self.model.network;
         let fail = |source| EngineError::Network { point: self.point.clone(), source };
         match &self.what {
-            Quantity::Reflection { reference_area, .. } => {
+            ResponseKind::Reflection { reference_area, .. } => {
                 let r = network.reflection_at(filled, s, 0, order, work).map_err(fail)?;
                 let Some(reference) = reference_area else { return Ok(r) };
                 // z = (1 + R)/(1 - R) times the ratio of areas.
@@ -64,12 +64,12 @@ impl Load<'_> {
                 let down = (-&r).shift(C64::ONE);
                 Ok(&(&up - &down) / &(&up + &down))
             }
-            Quantity::Transfer { to, from } => {
+            ResponseKind::Transfer { to, from } => {
                 let forced = network.forced(filled, s, Source::Upstream, order, work).map_err(fail)?;
                 let [to, from] = [to, from].map(|m| &forced.before[self.model.microphones[*m]][0]);
                 Ok(to / from)
             }
-            Quantity::Law { at, coefficient, factor } => {
+            ResponseKind::Law { at, coefficient, factor } => {
                 let space = self.model.space(order);
                 let s = space.seed(space.seeds() - 1, s);
                 let walls = filled.walls(&s);
@@ -151,7 +151,7 @@ impl Forward for Responses<'_> {
 mod tests {
     use super::*;
     use crate::{Assembly, run::conditions_at};
-    use rijke_numerics::check::{remainder_slopes, slopes_near};
+    use rijke_numerics::check::{slopes_from, slopes_near};
     use rijke_study::{Place, Study};
     use std::path::Path;
     use std::sync::Arc;
@@ -169,7 +169,7 @@ mod tests {
         let load = Load {
             point: "s1-xxxo".into(),
             model: ResponseModel::new(&assembly, &conditions).unwrap(),
-            what: Quantity::Reflection { at: Place::Upstream, reference_area: Some(1.2e-5) },
+            what: ResponseKind::Reflection { at: Place::Upstream, reference_area: Some(1.2e-5) },
             frequency_hz: vec![333.0, 1490.0, 3800.0],
         };
         let at = [1.97e-3, 1.5e-3, 1.7e-3, 1.75e-3, 1.3e-3, 2e-4];
@@ -189,8 +189,8 @@ mod tests {
                     let values: Vec<f64> = at.iter().zip(&direction).map(|(a, d)| a + h * d).collect();
                     load.answer(&values, Order::Value).unwrap()[k].value() - jet.value()
                 };
-                slopes_near(&remainder_slopes(|h| (moved(h) - slope * h).norm()), 2.0, 0.15);
-                slopes_near(&remainder_slopes(|h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
+                slopes_near(&slopes_from(0.3, |h| (moved(h) - slope * h).norm()), 2.0, 0.15);
+                slopes_near(&slopes_from(0.3, |h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
             }
         }
     }

@@ -10,8 +10,8 @@ use crate::{Assembly, Conditions, EngineError, Knowledge};
 use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior, Prior};
 use rijke_numerics::{C64, Order, Streams};
 use rijke_study::plan::SdSpec;
-use rijke_study::responses::{ErrorTerm, ResponseStage, Responses as Observed};
-use rijke_study::{Candidate, Study};
+use rijke_study::responses::{ResponseStage, Responses as Observed};
+use rijke_study::{Candidate, ErrorTerm, Study};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -67,7 +67,7 @@ impl ResponseRun {
         if let Some(knowledge) = found[best].take() {
             self.known.insert(stage.id.clone(), (rows[best].choice.clone(), knowledge));
         }
-        let load = |(m, what): (&Measured, &rijke_study::responses::Quantity)| LoadRecord {
+        let load = |(m, what): (&Measured, &rijke_study::responses::ResponseKind)| LoadRecord {
             point: m.label.clone(),
             what: what.name().to_owned(),
             frequency_hz: m.frequency_hz.clone(),
@@ -88,7 +88,7 @@ impl ResponseRun {
     fn measured(
         &self,
         stage: &ResponseStage,
-    ) -> Result<(Vec<Measured>, Vec<usize>, Vec<rijke_study::responses::Quantity>), EngineError> {
+    ) -> Result<(Vec<Measured>, Vec<usize>, Vec<rijke_study::responses::ResponseKind>), EngineError> {
         let campaign = &self.study.campaign;
         let session = |point: usize| {
             let factor = stage.session.as_ref().and_then(|name| campaign.factor(name));
@@ -173,7 +173,7 @@ impl ResponseRun {
         row: &Row,
         measured: &[Measured],
         points: &[usize],
-        whats: &[rijke_study::responses::Quantity],
+        whats: &[rijke_study::responses::ResponseKind],
     ) -> Result<(ResponseModelRecord, Option<Knowledge>), EngineError> {
         let joined =
             |word: fn(&Candidate) -> &str, by: &str| row.own.iter().map(word).collect::<Vec<_>>().join(by);
@@ -280,7 +280,7 @@ impl ResponseRun {
         assembly: &'a Assembly,
         measured: &[Measured],
         points: &[usize],
-        whats: &[rijke_study::responses::Quantity],
+        whats: &[rijke_study::responses::ResponseKind],
     ) -> Result<Responses<'a>, EngineError> {
         let mut loads = Vec::new();
         for ((m, point), what) in measured.iter().zip(points).zip(whats) {

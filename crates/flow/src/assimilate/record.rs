@@ -15,7 +15,7 @@ pub enum SensorKind {
         /// Which microphone.
         microphone: usize,
     },
-    /// Gas temperature, K, for a user with thermocouples instead of clicks.
+    /// Gas temperature, K, for a user with thermometers instead of clicks.
     Temperature {
         /// Where, m.
         place: f64,
@@ -34,7 +34,7 @@ pub struct Sensor {
     pub kind: SensorKind,
     /// Standard deviation of the noise of one reading, in the unit of the quantity.
     pub sd: f64,
-    /// Standard deviation of an error common to all readings: of a channel delay after calibration, of a thermocouple.
+    /// Standard deviation of an error common to all readings: of a channel delay after calibration, of a thermometer.
     pub bias_sd: f64,
 }
 

@@ -20,7 +20,7 @@ const CHANGE: f64 = 0.1;
 const SHAPE_SD: f64 = 0.5e-6;
 
 /// One run per place of the heater at which a heated point has clicks or readings `along` the tube, lowest first: mean clicks and readings of all its
-/// points in the same configuration (with or without thermocouples), cold ones included. `pipe` makes the tube for a heater.
+/// points in the same configuration (with or without thermometers), cold ones included. `pipe` makes the tube for a heater.
 ///
 /// Errors of an arrival time beyond those stated for it:
 /// * the stated covariance counts twice, as noise of the state and as error common to all states, because observations do not
@@ -38,22 +38,22 @@ pub fn runs(
     pipe: &dyn Fn(f64) -> Result<Pipe, FlowError>,
 ) -> Result<Vec<(Pipe, Run)>, FlowError> {
     let read = |p: &&PointObservations| p.click.is_some() || !along.of(&p.point.id).is_empty();
-    let usable = |p: &&PointObservations| p.point.heater && p.point.position.is_some() && read(p);
+    let usable = |p: &&PointObservations| p.point.plates && p.point.position.is_some() && read(p);
     let points: Vec<&PointObservations> = observations.points.iter().filter(usable).collect();
     let mut places: Vec<(f64, bool)> = Vec::new();
     for p in points.iter().filter(|p| p.point.power > 0.0) {
-        let key = (p.point.position.unwrap_or(0.0), p.point.thermocouples);
+        let key = (p.point.position.unwrap_or(0.0), p.point.thermometers);
         if !places.contains(&key) {
             places.push(key);
         }
     }
     places.sort_by(|a, b| a.0.total_cmp(&b.0));
     let setting = observations.rig.recording.arrival_setting_sd_s;
-    let one = |&(heater, thermocouples): &(f64, bool)| {
+    let one = |&(heater, thermometers): &(f64, bool)| {
         let pipe = pipe(heater)?;
         let mine = points
             .iter()
-            .filter(|p| p.point.position == Some(heater) && p.point.thermocouples == thermocouples);
+            .filter(|p| p.point.position == Some(heater) && p.point.thermometers == thermometers);
         let mine: Vec<&&PointObservations> = mine.collect();
         let states: Vec<State> =
             mine.iter().map(|p| state(p, along, &pipe, setting)).collect::<Result<_, _>>()?;

@@ -1,4 +1,4 @@
-//! Readings of thermocouples or of the speed of sound along the tube, for users without clicks.
+//! Readings of thermometers or of the speed of sound along the tube, for users without clicks.
 
 use crate::FlowError;
 use crate::assimilate::SensorKind;

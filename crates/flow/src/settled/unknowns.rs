@@ -21,7 +21,7 @@ pub(crate) const FIXED: usize = 19;
 /// * Velocity profile: anything from flat (1) to parabolic (4/3).
 /// * Share of the power that the heater radiates to the wall: 40 cm^2 of ceramic at 400 to 700 K seen by a wall at 330 K radiate
 ///   3 to 12 % of 180 W.
-/// * Excess length: thermocouples, prongs and the like slow a pulse by some mm of path per interval; seen without power,
+/// * Excess length: thermometers, insert and the like slow a pulse by some mm of path per interval; seen without power,
 ///   and scaled with the local speed of sound when hot.
 #[must_use]
 pub fn unknowns(run: &Run, pipe: &Pipe) -> Vec<Parameter> {
@@ -75,8 +75,8 @@ pub(crate) fn shared_share(k: usize) -> f64 {
 const POWER: usize = 6;
 const HEATER: usize = 7;
 
-/// Sd of the excess acoustic length of one interval, m: a thermocouple of 3 mm across the bore adds 0.4 mm of inertance,
-/// the boundary layers of prongs over 0.1 m about 0.1 mm, an unflanged probe less.
+/// Sd of the excess acoustic length of one interval, m: a thermometer of 3 mm across the bore adds 0.4 mm of inertance,
+/// the boundary layers of insert over 0.1 m about 0.1 mm, an unflanged probe less.
 const PATH_SD: f64 = 1.5e-3;
 
 /// The unknowns as the model takes them.

@@ -136,3 +136,27 @@ fn exact_messages_name_the_definition_and_count_characters() {
         "in the definition of `a`, `2`, at character 1: `a` is defined but never used; use it or remove it"
     );
 }
+
+#[test]
+fn exact_a_real_name_may_carry_derivatives_in_a_parameter() {
+    // A diameter that is a parameter: its jet counts before its number.
+    let (scope, diameter) = (scope(), 6);
+    assert_eq!(scope.names()[diameter].name, "D");
+    let context = Context { scope: &scope, here: &|_| true, parameters: &[], definitions: &[] };
+    let law = Formula::parse("D^2*s*rho", &context).unwrap();
+    let space = JetSpace::new(2, Order::Second);
+    let (d, s) = (space.seed(0, C64::new(0.03, 0.0)), space.seed(1, C64::new(-3.0, 200.0)));
+    let mut analytic = [None; 7];
+    (analytic[0], analytic[diameter]) = (Some(&s), Some(&d));
+    let numbers = heater();
+    let got = law.evaluate(&Here { space, numbers: &numbers, analytic: &analytic }, &[]);
+    let factor = s.value() * numbers[1];
+    for (found, expected) in [
+        (got.value(), factor * 9e-4),
+        (got.gradient()[0], factor * 0.06),
+        (got.hessian(0, 0), factor * 2.0),
+        (got.hessian(0, 1), C64::new(0.06 * numbers[1], 0.0)),
+    ] {
+        assert!((found - expected).norm() < 1e-12 * expected.norm(), "{found} {expected}");
+    }
+}

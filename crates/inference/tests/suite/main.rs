@@ -11,6 +11,7 @@ mod convergence;
 mod evidence;
 mod health;
 mod invariance;
+mod kernelled;
 mod linear;
 mod maxima;
 mod nist;

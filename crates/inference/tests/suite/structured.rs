@@ -9,18 +9,18 @@ use rijke_numerics::{C64, Matrix, Order, Streams};
 use std::f64::consts::PI;
 use std::time::Instant;
 
-const TIMES: usize = 20;
+pub(crate) const TIMES: usize = 20;
 
-fn ringing_model() -> Ringing {
+pub(crate) fn ringing_model() -> Ringing {
     Ringing { times: (0..TIMES).map(|k| 0.15 * k as f64).collect() }
 }
 
-fn unknowns() -> Parameters {
+pub(crate) fn unknowns() -> Parameters {
     Parameters::new(vec![normal("a", 1.2, 0.5), normal("b", 0.5, 0.4), normal("c", 2.0, 0.3)]).unwrap()
 }
 
 /// Two complex nuisances of known size, one of a floated size, a misfit of both parts, two noises on a measured variance.
-fn structure(kernel: Kernel) -> (Structured, Vec<NoiseGroup>) {
+pub(crate) fn structure(kernel: Kernel) -> (Structured, Vec<NoiseGroup>) {
     let n = 2 * TIMES;
     let complex = |name: &str| -> Vec<C64> {
         let x = numbers(name, n);
@@ -50,7 +50,7 @@ fn structure(kernel: Kernel) -> (Structured, Vec<NoiseGroup>) {
     (structured, groups)
 }
 
-fn values() -> Vec<f64> {
+pub(crate) fn values() -> Vec<f64> {
     let truth = ringing_model().predict(&[1.3, 0.4, 2.1], Order::Value).unwrap().values;
     truth.iter().zip(numbers("structured", 2 * TIMES)).map(|(t, x)| t + 0.2 * x).collect()
 }
@@ -117,106 +117,6 @@ fn order_sizes_and_lengths_have_their_derivatives() {
         slopes_near(&remainder_slopes(|h| (moved(h) - slope * h).abs()), 2.0, 0.1);
         // The smallest step of the third order is at rounding of J; a term that is missing would give two.
         slopes_near(&remainder_slopes(|h| (moved(h) - slope * h - bend * h * h).abs()), 3.0, 0.4);
-    }
-}
-
-/// The same with the misfit by its kernel, and without the nuisances of a floated size.
-fn exact_structure(kernel: Kernel) -> (Structured, Vec<NoiseGroup>) {
-    let (_, mut groups) = structure(kernel);
-    groups.pop();
-    let n = 2 * TIMES;
-    let complex = |name: &str| -> Vec<C64> {
-        let x = numbers(name, n);
-        (0..TIMES).map(|k| C64::new(x[2 * k], x[2 * k + 1])).collect()
-    };
-    let coordinate: Vec<f64> = (0..n).map(|i| (i / 2) as f64).collect();
-    let part: Vec<usize> = (0..n).map(|i| i % 2).collect();
-    let correlated =
-        Correlated { size: 2, length: 3, kernel, coordinate: &coordinate, part: &part, shortest: 0.0 };
-    let odd = |i: usize| f64::from(u8::from(i.is_multiple_of(3)));
-    let structured = Structured::new((0..n).map(|i| 4e-4 * (1.0 + odd(i))).collect())
-        .with_noise(0, (0..n).map(|i| 1.0 + 0.1 * (i % 4) as f64).collect())
-        .with_noise(1, (0..n).map(odd).collect())
-        .with_nuisances(&complex_columns(&[complex("u1"), complex("u2")]), &[0.3, 0.3, 10.0, 10.0])
-        .with_exact_misfit(&correlated)
-        .unwrap();
-    (structured, groups)
-}
-
-#[test]
-fn oracle_an_exact_misfit_against_the_dense_covariance() {
-    for kernel in [Kernel::SquaredExponential, Kernel::Matern52, Kernel::Matern32] {
-        let (structured, groups) = exact_structure(kernel);
-        let data =
-            Data::new(vec![Observation::new("s", values()).with_structure(structured)], groups).unwrap();
-        let (model, parameters) = (ringing_model(), unknowns());
-        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
-        let z = [1.25, 0.45, 2.05, -2.5, -3.2, -1.8, 1.2];
-        let sds = posterior.noise_sd(&z);
-        let dense = posterior.covariance(0, &sds);
-        // The kernel itself, at two data of one part and at two of different parts.
-        let variance = sds[2].powi(2) * kernel.correlation(3.0, sds[3]);
-        let u: f64 = dense[(1, 7)] - variance;
-        let (other, _) = exact_structure(kernel);
-        let bare = Data::new(
-            vec![Observation::new("s", values()).with_structure(other)],
-            vec![
-                NoiseGroup::fixed("noise", "1", sds[0]),
-                NoiseGroup::fixed("more noise", "1", sds[1]),
-                NoiseGroup::fixed("misfit", "1", 1e-9),
-                NoiseGroup::fixed("length", "s", sds[3]),
-            ],
-        )
-        .unwrap();
-        let without = Posterior::new(&model, &bare, &parameters).unwrap();
-        let without = without.covariance(0, &without.noise_sd(&z[..3]));
-        assert_abs_diff_eq!(u, without[(1, 7)], epsilon = 1e-12);
-        assert_abs_diff_eq!(dense[(1, 6)], without[(1, 6)], epsilon = 1e-12);
-        let fixed = Data::new(vec![Observation::new("d", values()).with_floor(dense)], Vec::new()).unwrap();
-        let plain = Posterior::new(&model, &fixed, &parameters).unwrap();
-        let expected = plain.evaluate(&z[..3], Order::Second).unwrap();
-        let found = posterior.evaluate(&z, Order::Second).unwrap();
-        let priors: f64 = [(-3.2, 0.05_f64, 0.5_f64), (-1.8, 0.1, 1.0), (1.2, 3.0, 0.5)]
-            .map(|(u, median, sd)| 0.5 * ((u - median.ln()) / sd).powi(2) + (sd * (2.0 * PI).sqrt()).ln())
-            .iter()
-            .sum();
-        assert_relative_eq!(found.value - priors, expected.value, max_relative = 1e-9);
-        for i in 0..3 {
-            assert_relative_eq!(found.gradient[i], expected.gradient[i], max_relative = 1e-7);
-            for j in 0..3 {
-                assert_relative_eq!(found.hessian[(i, j)], expected.hessian[(i, j)], max_relative = 1e-7);
-            }
-        }
-    }
-}
-
-#[test]
-fn order_an_exact_misfit_has_its_derivatives() {
-    for kernel in [Kernel::SquaredExponential, Kernel::Matern52] {
-        let (structured, groups) = exact_structure(kernel);
-        let data =
-            Data::new(vec![Observation::new("s", values()).with_structure(structured)], groups).unwrap();
-        let (model, parameters) = (ringing_model(), unknowns());
-        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
-        let z = [1.25, 0.45, 2.05, -2.5, -3.2, -1.8, 1.2];
-        let at = posterior.evaluate(&z, Order::Second).unwrap();
-        let directions: [[f64; 7]; 5] = [
-            [0.1, -0.2, 0.1, 0.5, -0.4, 0.3, 0.6],
-            [0.0, 0.0, 0.0, 0.6, 1.0, 0.0, 0.0],
-            [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
-            [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
-            [0.0, 0.0, 0.0, 0.7, 0.0, 0.5, -1.0],
-        ];
-        for direction in directions {
-            let slope: f64 = at.gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
-            let bend = 0.5 * at.hessian.quadratic(&direction);
-            let moved = |h: f64| {
-                let z: Vec<f64> = z.iter().zip(&direction).map(|(z, d)| z + h * d).collect();
-                posterior.evaluate(&z, Order::Value).unwrap().value - at.value
-            };
-            slopes_near(&remainder_slopes(|h| (moved(h) - slope * h).abs()), 2.0, 0.1);
-            slopes_near(&remainder_slopes(|h| (moved(h) - slope * h - bend * h * h).abs()), 3.0, 0.4);
-        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The rig tube with N distinct segments, wall losses and a heater: what the performance page reports.
+//! The rig tube with N distinct segments, wall losses and a gauze: what the performance page reports.
 #![allow(clippy::unwrap_used, reason = "a bench stops at the first surprise")]
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 
@@ -23,7 +23,7 @@ const WALL: Wall = Wall {
     diameter: 0.0474,
 };
 
-/// Laws 0, 1: wall; 2: heater -K e^{-s tau}; 3, 4: drag of the heater; 5: both ends. Eight parameters: eta, K, tau,
+/// Laws 0, 1: wall; 2: gauze -K e^{-s tau}; 3, 4: drag of the gauze; 5: both ends. Eight parameters: eta, K, tau,
 /// two of drag, modulus and angle of R, blockage.
 struct Rig;
 
@@ -63,7 +63,7 @@ impl Coefficients for Rig {
     }
 }
 
-/// N segments whose sound speeds all differ, the heater at a quarter, eight places.
+/// N segments whose sound speeds all differ, the gauze at a quarter, eight places.
 fn rig(n: usize) -> (Network, Places) {
     let segments = (0..n).map(|i| {
         let speed = 343.2 * (1.0 + 0.1 * (i as f64 / n as f64));
@@ -74,10 +74,10 @@ fn rig(n: usize) -> (Network, Places) {
         net.attach(Slot::Viscous(i), 0, 1.0).unwrap();
         net.attach(Slot::Thermal(i), 1, 1.0).unwrap();
     }
-    let heater = n / 4;
-    net.attach(Slot::Eu(heater), 2, 1.0).unwrap();
-    net.attach(Slot::Mu(heater), 3, 1.0).unwrap();
-    net.attach(Slot::Ep(heater), 4, 1.0).unwrap();
+    let gauze = n / 4;
+    net.attach(Slot::Eu(gauze), 2, 1.0).unwrap();
+    net.attach(Slot::Mu(gauze), 3, 1.0).unwrap();
+    net.attach(Slot::Ep(gauze), 4, 1.0).unwrap();
     net.attach(Slot::Upstream, 5, 1.0).unwrap();
     net.attach(Slot::Downstream, 5, 1.0).unwrap();
     let at: Vec<usize> = (0..8).map(|m| n * (25 + 10 * m) / 100).collect();

@@ -12,7 +12,7 @@ use rijke_numerics::C64;
 use toml::{Table, Value};
 
 /// A network file whose numbers are asked for by name: the path of keys, with the element's name or its place from 1:
-/// `gas.temperature`, `heater.gain`, `element.3.length`, `upstream.modulus`, `heater.mu.0`.
+/// `gas.temperature`, `gauze.gain`, `element.3.length`, `upstream.modulus`, `gauze.mu.0`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedNumbers {
     table: Table,

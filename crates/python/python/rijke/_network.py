@@ -274,8 +274,8 @@ class Along(Table):
         Of the mode, the largest pressure being 1; the velocity times rho c.
     by_screen : complex
         ds per e of a screen that takes e rho c u, 1/s.
-    by_heater : complex
-        ds per e of a heater that adds e u in phase, 1/s.
+    by_heat : complex
+        ds per e of a source of heat that adds e u in phase, 1/s.
     by_leak : complex
         ds per e of a leak that takes e p/(rho c), 1/s.
     by_area, by_temperature : complex
@@ -287,7 +287,7 @@ class Along(Table):
     pressure: NDArray[np.complex128]
     velocity: NDArray[np.complex128]
     by_screen: NDArray[np.complex128]
-    by_heater: NDArray[np.complex128]
+    by_heat: NDArray[np.complex128]
     by_leak: NDArray[np.complex128]
     by_area: NDArray[np.complex128]
     by_temperature: NDArray[np.complex128]

@@ -32,7 +32,7 @@ def along(found: Along, axes: Any) -> Any:
     shape, effect = axes = _axes(axes, 2)
     shape.plot(found.x, abs(found.pressure), label="|p|")
     shape.plot(found.x, abs(found.velocity), label=r"|$\rho c\,u$|")
-    for name, word in [("by_screen", "screen"), ("by_heater", "heater"), ("by_leak", "leak")]:
+    for name, word in [("by_screen", "screen"), ("by_heat", "heater"), ("by_leak", "leak")]:
         effect.plot(found.x, getattr(found, name).real, label=word)
     effect.axhline(0.0, color="0.6", linewidth=0.8)
     effect.set_xlabel("x / m")

@@ -47,7 +47,7 @@ pub(crate) fn model_stroke(index: usize) -> Stroke {
     MODELS[index % MODELS.len()]
 }
 
-/// Colours of an ordered quantity, such as the power of the heater: from blue over green to red, each darker than the paper.
+/// Colours of an ordered quantity, such as the power of the gauze: from blue over green to red, each darker than the paper.
 const SCALE: [&str; 7] = ["#2b4c7e", "#3c7bb0", "#2f9c95", "#6a9c3f", "#c29a1b", "#de6f26", "#b3202c"];
 
 /// The colour of step `index` of `count` on an ordered scale.

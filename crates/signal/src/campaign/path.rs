@@ -4,20 +4,20 @@ use crate::click::{ClickOptions, Reflection};
 use rijke_numerics::Matrix;
 use rijke_rig::{OperatingPoint, RecordSet, Rig};
 
-/// Relative standard deviation of the boundary layers of the prongs: threads and fabric have a larger surface than smooth
+/// Relative standard deviation of the boundary layers of the insert: threads and fabric have a larger surface than smooth
 /// cylinders, by how much is not known.
-const PRONG_SURFACE_SD: f64 = 0.5;
+const INSERT_SURFACE_SD: f64 = 0.5;
 
-/// Wetted perimeter over twice the open area, 1/m, of the tube and of the tube with prongs.
+/// Wetted perimeter over twice the open area, 1/m, of the tube and of the tube with insert.
 fn wetted(rig: &Rig) -> [f64; 2] {
-    let (tube, prongs) = (&rig.tube, &rig.prongs);
-    let with = (tube.perimeter() + prongs.perimeter()) / (2.0 * (tube.area() - prongs.area()));
+    let (tube, insert) = (&rig.tube, &rig.insert);
+    let with = (tube.perimeter() + insert.perimeter()) / (2.0 * (tube.area() - insert.area()));
     [tube.radius().recip(), with]
 }
 
-/// Length of the prongs at `point`, m: they reach from the bottom to the heater.
-fn prong_length(rig: &Rig, point: &OperatingPoint) -> f64 {
-    let half = if point.heater { 0.5 * rig.heater.length() } else { 0.0 };
+/// Length of the insert at `point`, m: they reach from the bottom to the plates.
+fn insert_length(rig: &Rig, point: &OperatingPoint) -> f64 {
+    let half = if point.plates { 0.5 * rig.plates.length() } else { 0.0 };
     point.position.map_or(0.0, |position| (position - half).max(0.0))
 }
 
@@ -30,7 +30,7 @@ fn kirchhoff(set: &RecordSet, day: usize) -> f64 {
 }
 
 /// `options` with what is known of the propagation in the tube of `set` on one day (an index): Kirchhoff's boundary layers on
-/// the tube and on the prongs below the heater, and the reflection at the open end, which comes earlier by an unknown factor
+/// the tube and on the insert below the plates, and the reflection at the open end, which comes earlier by an unknown factor
 /// if the gas is hot. No point: the empty tube.
 #[must_use]
 pub fn click_options(
@@ -45,9 +45,9 @@ pub fn click_options(
     let end = rig.tube.length + 0.61 * radius;
     let positions = &rig.microphones.positions;
     let ([bare, with], loss) = (wetted(rig), kirchhoff(set, day));
-    let prongs = point.map_or(0.0, |p| prong_length(rig, p));
+    let insert = point.map_or(0.0, |p| insert_length(rig, p));
     ClickOptions {
-        dispersion: positions.iter().map(|x| loss * (x * bare + x.min(prongs) * (with - bare))).collect(),
+        dispersion: positions.iter().map(|x| loss * (x * bare + x.min(insert) * (with - bare))).collect(),
         reflection: Some(Reflection {
             lags: positions.iter().map(|x| 2.0 * (end - x) / sound_speed).collect(),
             strength: -1.0,
@@ -60,12 +60,12 @@ pub fn click_options(
 }
 
 /// Covariance of what shifts all clicks of `point` alike against those of the calibration, s^2: the rig is set anew
-/// ([`rijke_rig::Recording::arrival_setting_sd_s`]), and the surface of the prongs is not well known. A dispersion kappa
+/// ([`rijke_rig::Recording::arrival_setting_sd_s`]), and the surface of the insert is not well known. A dispersion kappa
 /// delays the impulse by kappa times `delay`, s^{-1/2}.
 pub(super) fn setting_covariance(set: &RecordSet, day: usize, point: &OperatingPoint, delay: f64) -> Matrix {
-    let (rig, prongs) = (&set.rig, prong_length(&set.rig, point));
+    let (rig, insert) = (&set.rig, insert_length(&set.rig, point));
     let ([bare, with], loss) = (wetted(rig), kirchhoff(set, day));
-    let late = |x: &f64| loss * delay * x.min(prongs) * (with - bare) * PRONG_SURFACE_SD;
+    let late = |x: &f64| loss * delay * x.min(insert) * (with - bare) * INSERT_SURFACE_SD;
     let late: Vec<f64> = rig.microphones.positions.iter().map(late).collect();
     let setting = rig.recording.arrival_setting_sd_s.powi(2);
     Matrix::from_fn(late.len(), late.len(), |i, j| setting + late[i] * late[j])
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exact_bare_tube_has_kirchhoffs_layer_and_prongs_add_theirs_below_the_heater() {
+    fn exact_bare_tube_has_kirchhoffs_layer_and_an_insert_adds_its_own() {
         let rig = Rig::juniper_yoko_2022();
         let [bare, with] = wetted(&rig);
         assert!((bare - 2.0 / 0.0474).abs() < 1e-12);
@@ -84,9 +84,9 @@ mod tests {
             (0.0474 + 2.0 * 0.003 + 2.0 * 0.004, 0.0474_f64.powi(2) - 2.0 * (9e-6 + 16e-6));
         assert!((with - 2.0 * perimeter / area).abs() < 1e-9, "{with}");
         let mut point = rijke_rig::Campaign::juniper_yoko_2022().points.remove(0);
-        (point.position, point.heater) = (Some(0.4), true);
-        assert!((prong_length(&rig, &point) - (0.4 - 0.5 * rig.heater.length())).abs() < 1e-12);
-        (point.position, point.heater) = (None, false);
-        assert_eq!(prong_length(&rig, &point), 0.0);
+        (point.position, point.plates) = (Some(0.4), true);
+        assert!((insert_length(&rig, &point) - (0.4 - 0.5 * rig.plates.length())).abs() < 1e-12);
+        (point.position, point.plates) = (None, false);
+        assert_eq!(insert_length(&rig, &point), 0.0);
     }
 }

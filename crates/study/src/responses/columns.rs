@@ -1,6 +1,6 @@
 //! Complex numbers over frequency from columns: of a text without headings, or by name from a table or from arrays.
 
-use super::doubts;
+use super::doubts::{self, Rows};
 use crate::{Problem, StudyError};
 use rijke_numerics::C64;
 use rijke_rig::{Columns, Heading, Unit};
@@ -37,16 +37,6 @@ const ROLES: [(&str, Role); 7] = [
     ("sd", Role::Sd),
     ("-", Role::Ignored),
 ];
-
-/// Rows of a file: frequency (Hz), value, standard deviation (NaN if there is none), line or row.
-pub(super) struct Rows {
-    pub(super) frequency_hz: Vec<f64>,
-    pub(super) values: Vec<C64>,
-    pub(super) sd: Vec<f64>,
-    pub(super) lines: Vec<usize>,
-    /// Whether phases were given in radians.
-    pub(super) radians: bool,
-}
 
 /// Reads the key `columns`: a list of headings of a text without any, or a table of heading and name in the file.
 pub(super) fn declared(value: &Toml) -> Result<Vec<Column>, Problem> {

@@ -1,9 +1,18 @@
 //! What is wrong or doubtful about numbers over frequency.
 
-use super::columns::Rows;
 use crate::Problem;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
+
+/// Rows of a file: frequency (Hz), value, standard deviation (NaN if there is none), line or row.
+pub(super) struct Rows {
+    pub(super) frequency_hz: Vec<f64>,
+    pub(super) values: Vec<C64>,
+    pub(super) sd: Vec<f64>,
+    pub(super) lines: Vec<usize>,
+    /// Whether phases were given in radians.
+    pub(super) radians: bool,
+}
 
 /// Neighbours that are the same number to the last bit are one number written several times from this count on.
 const REPEATED: usize = 3;

@@ -11,7 +11,6 @@ mod read;
 pub use plan::{MisfitSpec, ResponseStage};
 
 use crate::Coefficient;
-use crate::plan::SdSpec;
 use crate::rig::Place;
 use rijke_formula::Formula;
 use rijke_numerics::C64;
@@ -36,7 +35,7 @@ pub struct ObservedResponse {
     /// The operating point, by its place in the campaign.
     pub point: usize,
     /// What it is.
-    pub what: Quantity,
+    pub what: ResponseKind,
     /// Frequencies, Hz, ascending.
     pub frequency_hz: Vec<f64>,
     /// The numbers.
@@ -47,7 +46,7 @@ pub struct ObservedResponse {
 
 /// What a response is.
 #[derive(Clone, Debug)]
-pub enum Quantity {
+pub enum ResponseKind {
     /// Reflection coefficient g/f of the rig at a port, looking into it; impedances are turned into these, which have no poles.
     Reflection {
         /// The port: [`Place::Upstream`].
@@ -73,7 +72,7 @@ pub enum Quantity {
     },
 }
 
-impl Quantity {
+impl ResponseKind {
     /// What it is called.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -83,16 +82,4 @@ impl Quantity {
             Self::Law { .. } => "law",
         }
     }
-}
-
-/// An error term of a measuring head: R_measured = R + sum of b(f) R^power, where b is a smooth complex function of frequency,
-/// a sum of Legendre polynomials over the band that trains, with independent complex coefficients.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ErrorTerm {
-    /// The power of R.
-    pub power: i32,
-    /// Number of polynomials, of degrees 0, 1, 2 and so on.
-    pub functions: usize,
-    /// Root mean square of the real and of the imaginary part of b over the band, before the data.
-    pub sd: SdSpec,
 }

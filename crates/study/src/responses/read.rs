@@ -1,6 +1,6 @@
 //! From `observations.toml` and the files that it names to responses.
 
-use super::{ObservedResponse, Quantity, Responses, columns, doubts};
+use super::{ObservedResponse, ResponseKind, Responses, columns, doubts};
 use crate::rig::Place;
 use crate::source::{Source, listed};
 use crate::{Coefficient, Problem, Study, StudyError};
@@ -138,7 +138,7 @@ impl Study {
         Ok(all)
     }
 
-    fn quantity(&self, entry: &Entry) -> Result<Quantity, Problem> {
+    fn quantity(&self, entry: &Entry) -> Result<ResponseKind, Problem> {
         let value =
             |key: &str, value: &str, need| Problem::Value { key: key.into(), value: value.into(), need };
         match entry.kind {
@@ -152,7 +152,7 @@ impl Study {
                     Number::parse(text).and_then(|number| number.of("m")).map_err(fail)
                 });
                 let area = diameter.transpose()?.map(|d| 0.25 * PI * d * d);
-                Ok(Quantity::Reflection { at, reference_area: area })
+                Ok(ResponseKind::Reflection { at, reference_area: area })
             }
             KindOf::Transfer => {
                 let microphone = |name: &str| {
@@ -167,7 +167,7 @@ impl Study {
                     key: "over".into(),
                     need: "name the microphone by which is divided",
                 })?;
-                Ok(Quantity::Transfer { to: microphone(&entry.at)?, from: microphone(over)? })
+                Ok(ResponseKind::Transfer { to: microphone(&entry.at)?, from: microphone(over)? })
             }
             KindOf::FlameTransferFunction => {
                 let at = Place::parse(&entry.at, &self.rig.parts)?;
@@ -184,7 +184,7 @@ impl Study {
                     Context { scope: &self.rig.scope, here: &here, parameters: &[], definitions: &own };
                 let factor = Formula::parse(entry.factor.as_deref().unwrap_or("-1"), &context)
                     .map_err(|source| Problem::Formula { key: "factor".into(), source })?;
-                Ok(Quantity::Law { at, coefficient, factor })
+                Ok(ResponseKind::Law { at, coefficient, factor })
             }
         }
     }
