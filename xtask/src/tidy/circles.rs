@@ -6,14 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Modules that still stand in circles, until these are cut: (crate, at most how many).
 const KNOWN: [(&str, usize); 11] = [
-    ("crates/cli", 10),
+    ("crates/cli", 5),
     ("crates/engine", 11),
     ("crates/flow", 13),
     ("crates/formula", 9),
     ("crates/inference", 24),
     ("crates/lab", 3),
     ("crates/network", 20),
-    ("crates/report", 5),
+    ("crates/report", 2),
     ("crates/rig", 16),
     ("crates/signal", 16),
     ("crates/study", 7),

@@ -1,6 +1,6 @@
 //! The book: what its pages say is what the program does.
 
-use crate::{copy, example, rijke, scratch};
+use crate::{copy, example, rijke, scratch, short};
 use serde_json::Value;
 use std::{fs, path::Path};
 
@@ -116,7 +116,7 @@ fn exact_every_page_of_the_book_exists_and_the_matlab_example_is_a_candidate() {
     }
     let matlab = fs::read_to_string(docs.join("from-matlab.md")).unwrap();
     let folder = scratch("from-matlab");
-    copy(&example("juniper-yoko-2022"), &folder.join("study"));
+    short::paper(&folder.join("study"));
     fs::write(folder.join("study/candidates/own.toml"), blocks(&matlab, "toml")[0]).unwrap();
     let output = rijke(&folder, &["check", "study"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -1,7 +1,7 @@
 //! Studies of other people's measurements: run where `RIJKE_MEASURED` names the folder that holds them, said to be left out elsewhere. What they
 //! do without the data, and what is said of bad data, is tested everywhere.
 
-use crate::{rijke, scratch};
+use crate::{copy, rijke, scratch};
 use serde_json::Value;
 use std::{
     fs,
@@ -12,14 +12,7 @@ use std::{
 /// A copy of an example in a scratch folder.
 fn example(name: &str, scratch_name: &str) -> PathBuf {
     let folder = scratch(scratch_name);
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples").join(name);
-    for part in ["", "candidates", "observations"] {
-        fs::create_dir_all(folder.join(part)).unwrap();
-        for entry in fs::read_dir(from.join(part)).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_file())
-        {
-            fs::copy(&entry, folder.join(part).join(entry.file_name().unwrap())).unwrap();
-        }
-    }
+    copy(&crate::example(name), &folder);
     folder
 }
 

@@ -1,6 +1,6 @@
 //! One seed gives the same bytes, from records to figures, whatever the number of threads.
 
-use crate::{copy, example, scratch};
+use crate::{scratch, short};
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
 /// Runs the steps in a folder with a number of threads.
@@ -15,7 +15,7 @@ fn run_steps(folder: &Path, threads: &str, steps: &[&[&str]]) {
 
 fn run(folder: &Path, threads: &str, seed: &str) -> BTreeMap<String, Vec<u8>> {
     let study = folder.join("study");
-    copy(&example("juniper-yoko-2022"), &study);
+    short::paper(&study);
     let plan = fs::read_to_string(study.join("study.toml")).unwrap();
     fs::write(study.join("study.toml"), plan.replacen("base = \"states\"", "base = \"ambient\"", 1)).unwrap();
     let steps: [&[&str]; 4] = [

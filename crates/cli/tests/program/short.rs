@@ -68,11 +68,19 @@ points = { where = { Q_h = 0 } }
 over = "X_h"
 "#;
 
-/// The study without data.
+/// The whole study of the paper, without data that somebody may have put there.
+pub(crate) fn paper(folder: &Path) {
+    let from = example("juniper-yoko-2022");
+    copy(&from.join("candidates"), &folder.join("candidates"));
+    for file in ["rig.toml", "campaign.csv", "study.toml", "paper.toml"] {
+        fs::copy(from.join(file), folder.join(file)).unwrap();
+    }
+}
+
+/// The short study without data.
 pub(crate) fn write(folder: &Path) {
-    let rig = example("juniper-yoko-2022");
-    copy(&rig.join("candidates"), &folder.join("candidates"));
-    fs::copy(rig.join("rig.toml"), folder.join("rig.toml")).unwrap();
+    paper(folder);
+    fs::remove_file(folder.join("paper.toml")).unwrap();
     let mut campaign =
         "point,row,X_h [m],heater,thermocouples,Q_h [W],installation\nC3-E,C3,,0,0,0,empty\n".to_owned();
     for (row, heater, thermocouples, power) in ROWS {

@@ -1,7 +1,7 @@
 //! Observations that were prepared by hand, and what is asked of them.
 
 use super::{Case, case, edit};
-use crate::{copy, example};
+use crate::short;
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{Campaign, DataKind, Day, Observations, Ping, PointObservations, Rig};
 use std::{fs, path::Path};
@@ -10,7 +10,7 @@ const RANK: &str = "rank data --until empty-tube --one-start";
 
 /// The study of the paper with four cold points without heater, as plain as possible, in `data/observations`.
 pub(crate) fn write(folder: &Path) {
-    copy(&example("juniper-yoko-2022"), &folder.join("data"));
+    short::paper(&folder.join("data"));
     edit(folder, "data/study.toml", "base = \"states\"", "base = \"ambient\"");
     let rig = Rig::juniper_yoko_2022();
     let size = 2 * rig.microphones.positions.len();
