@@ -90,3 +90,40 @@ impl Worth<'_> {
         Ok(done)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rijke_numerics::{Cholesky, Matrix};
+
+    /// Information about two parameters that are known to 1, from numbers with noise of 1 and these slopes.
+    const SLOPES: [[f64; 2]; 3] = [[2.1, 2.1], [2.9, 0.0], [0.0, 2.9]];
+
+    fn gain(set: &[usize]) -> Result<f64, EngineError> {
+        let mut m = Matrix::identity(2);
+        set.iter().for_each(|&k| m.add_outer(&SLOPES[k]));
+        Ok(0.5 * Cholesky::new(&m)?.ln_det())
+    }
+
+    /// The point that is best alone is not among the two that are best together, and greed cannot take it back.
+    #[test]
+    fn exact_exchange_finds_the_pair_that_greed_misses() {
+        let worth = Worth { gain: &gain, cost: &|set| set.len() as f64 };
+        let greedy = worth.greedy(&[0, 1, 2], 2).unwrap();
+        assert_eq!(greedy[0], 0);
+        let mut best = worth.exchanged(&[0, 1, 2], greedy.clone()).unwrap();
+        best.sort_unstable();
+        assert_eq!(best, [1, 2]);
+        assert!(gain(&best).unwrap() > gain(&greedy).unwrap());
+        let costs = |set: &[usize]| set.iter().map(|&k| if k == 0 { 1.0 } else { 3.0 }).sum();
+        let dear = Worth { gain: &gain, cost: &costs };
+        for count in 1..4 {
+            let greedy = dear.greedy(&[0, 1, 2], count).unwrap();
+            let best = dear.exchanged(&[0, 1, 2], greedy.clone()).unwrap();
+            let rate = |set: &[usize]| gain(set).unwrap() / costs(set);
+            assert!(rate(&best) >= rate(&greedy));
+            let order = dear.ordered(&best).unwrap();
+            assert_eq!(order.len(), best.len());
+        }
+    }
+}
