@@ -16,6 +16,7 @@ mod lab;
 mod man;
 mod modes;
 mod new;
+mod next;
 mod number;
 mod predict;
 mod process;
@@ -60,6 +61,7 @@ enum Command {
     Infer(infer::Args),
     Report(report::Args),
     Predict(predict::Args),
+    Next(next::Args),
     Completions(completions::Args),
     Man(man::Args),
 }
@@ -80,6 +82,7 @@ impl Command {
             Self::Infer(args) => infer::run(args, ui),
             Self::Report(args) => report::run(args, ui),
             Self::Predict(args) => predict::run(args, ui),
+            Self::Next(args) => next::run(args, ui),
             Self::Completions(args) => completions::run(args, ui),
             Self::Man(args) => man::run(args, ui),
         }

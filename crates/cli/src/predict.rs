@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let map = args.map.as_deref().map(|text| Grid::parse(text, &study)).transpose()?;
     let asked = match &map {
         Some(grid) => grid.points(),
-        None => args.at.iter().map(|text| values(text)).collect::<Result<_, _>>()?,
+        None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
     };
     let among = stage.points.clone();
     let (study, places) =
@@ -79,24 +79,24 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// `x=0.3,Q=50`.
-fn values(text: &str) -> Result<BTreeMap<String, f64>, Failure> {
+pub(crate) fn values(flag: &str, text: &str) -> Result<BTreeMap<String, f64>, Failure> {
     let one = |part: &str| {
         let (name, value) = part.split_once('=')?;
         Some((name.trim().to_owned(), value.trim().parse::<f64>().ok().filter(|v| v.is_finite())?))
     };
     text.split(',').map(one).collect::<Option<_>>().ok_or_else(|| {
-        Failure::bad_input(format!("--at {text}: not a list of factors with numbers"))
-            .remedy("Write it as --at x_g=0.15,Q=12, numbers in SI units.")
+        Failure::bad_input(format!("{flag} {text}: not a list of factors with numbers"))
+            .remedy(format!("Write it as {flag} x_g=0.15,Q=12, numbers in SI units."))
     })
 }
 
 /// Two factors, each with its values.
-struct Grid {
+pub(crate) struct Grid {
     axes: [(String, String, Vec<f64>); 2],
 }
 
 impl Grid {
-    fn parse(text: &str, study: &Study) -> Result<Self, Failure> {
+    pub(crate) fn parse(text: &str, study: &Study) -> Result<Self, Failure> {
         let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
         let bad = |what: String| {
             Failure::bad_input(format!("--map {text}: {what}")).remedy(format!("Give two of: {known}."))
@@ -117,7 +117,7 @@ impl Grid {
     }
 
     /// Row after row of the second factor.
-    fn points(&self) -> Vec<BTreeMap<String, f64>> {
+    pub(crate) fn points(&self) -> Vec<BTreeMap<String, f64>> {
         let [(x, _, xs), (y, _, ys)] = &self.axes;
         let point = |b: &f64| {
             xs.iter().map(|a| BTreeMap::from([(x.clone(), *a), (y.clone(), *b)])).collect::<Vec<_>>()

@@ -17,7 +17,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke rank examples/quarter-wave\n\n\
     Reads DIR/observations. Writes DIR/results/numbers, from which `rijke report DIR` draws, and DIR/results/models,\n\
-    with which `rijke predict DIR` predicts.")]
+    with which `rijke predict DIR` predicts and\n\
+    `rijke next DIR` says what to measure next.")]
 pub(crate) struct Args {
     /// Folder of the study.
     pub(crate) dir: PathBuf,
@@ -102,6 +103,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         progress.advance(1);
         answers.push(run.overview(&stage.id).map_err(wrong)?);
         keep(&models, &stage.id, &run.saved(&stage.id).map_err(wrong)?)?;
+        if let Some(rival) = run.saved_rival(&stage.id) {
+            keep(&models, &rival_of(&stage.id), &rival)?;
+        }
         progress.advance(1);
         stages.push(stage);
     }
@@ -134,6 +138,11 @@ pub(crate) fn no_stage(id: &str, plan: &rijke_study::plan::Plan, dir: &Path) -> 
     Failure::bad_input(format!("there is no stage called `{id}`"))
         .at(&dir.join("study.toml"))
         .remedy(format!("Give one of: {known}."))
+}
+
+/// Where the best model of a stage but the one that goes on is kept.
+pub(crate) fn rival_of(stage: &str) -> String {
+    format!("{stage}.rival")
 }
 
 fn keep(folder: &Path, name: &str, what: &impl Serialize) -> Result<(), Failure> {

@@ -156,6 +156,14 @@ pub enum EngineError {
         /// The stage.
         stage: String,
     },
+    /// No further measurement can be judged.
+    #[error("stage `{stage}`: no further measurement can be judged; {reason}")]
+    NothingToMeasure {
+        /// The stage.
+        stage: String,
+        /// Why, and the remedy.
+        reason: String,
+    },
     /// A stage without a model that could be fitted.
     #[error("stage `{stage}`: no model could be fitted; the first failed because {remark}")]
     NoWinner {

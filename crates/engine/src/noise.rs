@@ -90,6 +90,18 @@ impl Misfit {
     }
 }
 
+/// The noise of a point, and what its installation adds, of growth rate (1/s), angular frequency (rad/s) and each part of a pressure.
+pub(crate) fn of_point_and_installation(noise: &[NoiseEstimate]) -> [[f64; 2]; 3] {
+    let sd = |name: &str| noise.iter().find(|n| n.name == name).map_or(0.0, |n| n.sd);
+    MEASURED.map(|name| [sd(name), sd(&format!("{name}{BETWEEN}"))])
+}
+
+/// The parameters that vary between installations, by name, with their standard deviations.
+pub(crate) fn varying(noise: &[NoiseEstimate]) -> impl Iterator<Item = (&str, f64)> {
+    let named = noise.iter().filter(|n| !MEASURED.iter().any(|m| n.name.strip_suffix(BETWEEN) == Some(m)));
+    named.filter_map(|n| n.name.strip_suffix(BETWEEN).map(|name| (name, n.sd)))
+}
+
 /// The groups of noise that act on any block, and where the optional ones stand.
 pub(crate) struct Groups {
     pub(crate) list: Vec<NoiseGroup>,

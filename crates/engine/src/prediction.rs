@@ -1,6 +1,6 @@
 //! Predictions of a trained model with their uncertainty, at any operating point.
 
-use crate::errors::{Common, LawErrors, changes};
+use crate::errors::{Changes, Common, LawErrors, changes};
 use crate::noise::{LawError, Misfit};
 use crate::point::parts;
 use crate::{Assembly, Conditions, EngineError, Knowledge, PointModel, Trained};
@@ -29,6 +29,18 @@ impl PointPrediction {
         let known = self.parameters[(k, k)] + self.base[(k, k)] + self.law[(k, k)];
         (known + misfit.measured[k.min(2)].powi(2)).sqrt()
     }
+}
+
+/// A prediction to first order in everything that it is uncertain by.
+pub(crate) struct Linear {
+    /// Growth rate, angular frequency, then the relative pressures, real and imaginary parts in turn.
+    pub(crate) values: Vec<f64>,
+    /// Places in what is known, of parameters and of errors that the training found, and the derivative in each.
+    pub(crate) along: Vec<(usize, Vec<f64>)>,
+    /// The change per standard deviation of every other error of the base state.
+    pub(crate) base: Changes,
+    /// Likewise of an error of a law of which the training knows nothing.
+    pub(crate) law: Changes,
 }
 
 /// What training found, as far as predictions need it.
@@ -79,6 +91,30 @@ impl Posterior {
         near: Option<C64>,
         law: Option<&LawError>,
     ) -> Result<PointPrediction, EngineError> {
+        let linear = self.linear(known, assembly, conditions, microphones, near, law)?;
+        let size = linear.values.len();
+        let jacobian = Matrix::from_fn(size, linear.along.len(), |row, i| linear.along[i].1[row]);
+        let places: Vec<usize> = linear.along.iter().map(|(place, _)| *place).collect();
+        let parameters = jacobian.product(&known.covariance.select(&places)).product(&jacobian.transpose());
+        let covariance = |changes: &Changes| {
+            let mut sum = Matrix::zeros(size, size);
+            changes.iter().for_each(|(_, change)| sum.add_outer(change));
+            sum
+        };
+        let (base, law) = (covariance(&linear.base), covariance(&linear.law));
+        Ok(PointPrediction { values: linear.values, parameters, base, law })
+    }
+
+    /// A prediction and its derivatives in everything that it is uncertain by.
+    pub(crate) fn linear(
+        &self,
+        known: &Knowledge,
+        assembly: &Assembly,
+        conditions: &Conditions,
+        microphones: &[usize],
+        near: Option<C64>,
+        law: Option<&LawError>,
+    ) -> Result<Linear, EngineError> {
         let place = |name: &str| known.names.iter().position(|n| n == name);
         let places: Vec<usize> = assembly
             .parameters()
@@ -90,47 +126,34 @@ impl Posterior {
                 })
             })
             .collect::<Result<_, _>>()?;
-        let values: Vec<f64> = places.iter().map(|&k| known.mean[k]).collect();
+        let at: Vec<f64> = places.iter().map(|&k| known.mean[k]).collect();
         let model = PointModel::new(assembly, conditions, microphones)?;
         let model = match near {
             Some(guess) => model.starting_from(guess),
             None => model,
         };
-        let response = model.respond(&values, Order::First, &mut Workspace::default())?;
-        let complex: Vec<_> = model.numbers(&response).collect();
-        let mut values_here = parts(complex.iter().map(|z| z.value()));
-        let size = values_here.len();
+        let response = model.respond(&at, Order::First, &mut Workspace::default())?;
+        let mut values = parts(model.numbers(&response).map(|z| z.value()));
+        let size = values.len();
         let s = response.s.value();
-        let mut changes = changes(assembly, conditions, s, microphones, &values)?;
-        let mut of_the_law = Matrix::zeros(size, size);
+        let mut changes = changes(assembly, conditions, s, microphones, &at)?;
+        let mut unseen = Changes::new();
         if let Some(error) = law
             && let Some(errors) = LawErrors::of(assembly, error)?
         {
-            for (cause, slope) in errors.changes_at(conditions, s, microphones, &values)? {
-                match self.common.as_ref().filter(|common| common.has(&cause)) {
-                    Some(_) => changes.push((cause, slope)),
-                    None => of_the_law.add_outer(&slope),
-                }
+            for (cause, slope) in errors.changes_at(conditions, s, microphones, &at)? {
+                let seen = self.common.as_ref().is_some_and(|common| common.has(&cause));
+                if seen { &mut changes } else { &mut unseen }.push((cause, slope));
             }
         }
-        let (along, left) = match &self.common {
+        let (shared, base) = match &self.common {
             Some(common) => common.along(known, &changes, size),
-            None => (Vec::new(), changes.into_iter().map(|(_, change)| change).collect()),
+            None => (Vec::new(), changes),
         };
-        let mut base = Matrix::zeros(size, size);
-        left.iter().for_each(|change| base.add_outer(change));
-        for (place, slope) in &along {
-            values_here.iter_mut().zip(slope).for_each(|(v, d)| *v += known.mean[*place] * d);
+        for (place, slope) in &shared {
+            values.iter_mut().zip(slope).for_each(|(v, d)| *v += known.mean[*place] * d);
         }
-        let all: Vec<usize> = places.iter().copied().chain(along.iter().map(|(place, _)| *place)).collect();
-        let jacobian = Matrix::from_fn(size, all.len(), |row, i| match i.checked_sub(places.len()) {
-            Some(k) => along[k].1[row],
-            None => {
-                let z = complex[row / 2].gradient()[i];
-                if row.is_multiple_of(2) { z.re } else { z.im }
-            }
-        });
-        let parameters = jacobian.product(&known.covariance.select(&all)).product(&jacobian.transpose());
-        Ok(PointPrediction { values: values_here, parameters, base, law: of_the_law })
+        let own = places.iter().enumerate().map(|(i, place)| (*place, model.slope(&response, i)));
+        Ok(Linear { values, along: own.chain(shared).collect(), base, law: unseen })
     }
 }

@@ -16,6 +16,7 @@ mod json;
 mod measured;
 mod modes;
 mod new_rig;
+mod next;
 mod plots;
 mod profiles;
 mod records;

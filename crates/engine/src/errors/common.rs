@@ -76,19 +76,14 @@ impl Common {
 
     /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction in what is `known`, and the change
     /// along it; and what the other causes do. The prediction has `size` numbers.
-    pub(crate) fn along(
-        &self,
-        known: &Knowledge,
-        changes: &Changes,
-        size: usize,
-    ) -> (Vec<Along>, Vec<Vec<f64>>) {
+    pub(crate) fn along(&self, known: &Knowledge, changes: &Changes, size: usize) -> (Vec<Along>, Changes) {
         let place = |k: usize| known.names.iter().position(|n| *n == name(k));
         let mut along: Vec<_> =
             (0..self.shares.columns()).filter_map(|k| Some((k, place(k)?, vec![0.0; size]))).collect();
         let mut left = Vec::new();
         for (cause, change) in changes {
             let Some(j) = self.causes.iter().position(|c| c == cause) else {
-                left.push(change.clone());
+                left.push((cause.clone(), change.clone()));
                 continue;
             };
             for (k, _, sum) in &mut along {

@@ -26,6 +26,17 @@ pub struct Plan {
     pub responses: Vec<crate::responses::ResponseStage>,
     /// What is asked of the stages.
     pub questions: Vec<Question>,
+    /// What a further measurement costs, if that is stated.
+    pub cost: Option<Cost>,
+}
+
+/// Time that further measurements take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// To set, to settle and to record one operating point, s.
+    pub point: f64,
+    /// To mount one installation, which all its points share, s.
+    pub installation: f64,
 }
 
 /// Where the state of the gas comes from.

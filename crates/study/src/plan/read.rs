@@ -1,9 +1,10 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
 use super::questions::Asked;
-use super::{Ask, Base, HeatedFlow, NoiseSpec, Plan, Question, SdSpec, Selection, Stage};
+use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
+use rijke_rig::Given;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,6 +24,32 @@ struct File {
     responses: Vec<Spanned<crate::responses::ResponseStage>>,
     #[serde(default, rename = "ask")]
     asked: Vec<Spanned<Asked>>,
+    cost: Option<Spanned<CostFile>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CostFile {
+    point: Given,
+    installation: Option<Given>,
+}
+
+impl CostFile {
+    fn cost(&self) -> Result<Cost, Problem> {
+        let seconds = |key: &str, given: &Given, least: f64| {
+            let key = format!("cost.{key}");
+            let value = given.of("s").map_err(|source| Problem::Unit { key: key.clone(), source })?;
+            if value.is_finite() && value >= least {
+                return Ok(value);
+            }
+            Err(Problem::Value { key, value: value.to_string(), need: "a time, of a point at least 1 s" })
+        };
+        let installation = self.installation.as_ref().map(|given| seconds("installation", given, 0.0));
+        Ok(Cost {
+            point: seconds("point", &self.point, 1.0)?,
+            installation: installation.transpose()?.unwrap_or(0.0),
+        })
+    }
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -126,8 +153,19 @@ impl Plan {
             }
         };
         let (name, question) = (file.name, file.question);
-        let mut plan =
-            Self { name, question, base, stages: Vec::new(), responses: Vec::new(), questions: Vec::new() };
+        let cost = file.cost.map(|cost| {
+            let at = cost.span().start;
+            cost.into_inner().cost().map_err(|problem| source.fail(at, problem))
+        });
+        let mut plan = Self {
+            name,
+            question,
+            base,
+            stages: Vec::new(),
+            responses: Vec::new(),
+            questions: Vec::new(),
+            cost: cost.transpose()?,
+        };
         for stage in file.stage {
             let at = stage.span().start;
             let check = Check { rig, campaign, catalogue };

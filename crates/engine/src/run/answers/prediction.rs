@@ -139,6 +139,20 @@ impl Run {
         Ok(crate::SavedModel::of(id, done.choice.clone(), stage.hold.clone(), points, &trained, law))
     }
 
+    /// The best model of a stage but the one that goes on, to be kept on disk; none where no other could be fitted. It is trained with what
+    /// enters the comparison.
+    #[must_use]
+    pub fn saved_rival(&self, id: &str) -> Option<crate::SavedModel> {
+        let ((_, stage), done) = (self.study.plan.stage(id)?, self.stage_done(id)?);
+        let others = done.rows.iter().filter(|(model, _)| model.candidates != done.choice);
+        let total = |m: &crate::run::ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
+        let (model, found) = others.max_by(|a, b| total(&a.0).total_cmp(&total(&b.0)))?;
+        let mut points: Vec<String> = found.observed.iter().map(|o| o.conditions.id.clone()).collect();
+        points.dedup();
+        let (hold, law) = (stage.hold.clone(), self.law_error(id));
+        Some(crate::SavedModel::of(id, model.candidates.clone(), hold, points, &found.trained, law))
+    }
+
     /// The model that goes on from a stage, trained on `points` with what enters predictions but not the comparison.
     fn trained_for_predictions(
         &self,

@@ -1,0 +1,176 @@
+//! `rijke next`: what to measure next, by the information that it would bring.
+
+use crate::{
+    failure::Failure,
+    predict::{Grid, values},
+    rank::{kept, no_stage, rival_of},
+    staging::write_whole,
+    study::{observations, of_the_engine, open},
+    ui::Ui,
+};
+use rijke_engine::SavedModel;
+use rijke_engine::run::{Aim, Next, Suggestion, Wish, next, with_points};
+use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
+use rijke_rig::DataKind;
+use rijke_study::Study;
+use std::path::PathBuf;
+
+/// Say what to measure next: the expected information of further operating points, and a plan of several.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  rijke next examples/quarter-wave\n  \
+    rijke next examples/quarter-wave --models --map x_g,Q --plot next.svg\n  \
+    rijke next examples/quarter-wave --about x_g=0.24,Q=60 --points 4\n\n\
+    Possible points are those of the stage, measured (a repeat) or not, or those given with --at or --map. Information is in nats:\n\
+    about the parameters of the model that went on; between it and its rival, the expected logarithm of the Bayes factor if the\n\
+    first is right and if the second is; about the growth rate that --about names. The table [cost] of study.toml says what a point\n\
+    and an installation cost; with it, nats per hour count. docs/next.md says what the numbers mean.")]
+pub(crate) struct Args {
+    /// Folder of a study that was ranked.
+    dir: PathBuf,
+    /// The stage whose models are meant [default: the last].
+    #[arg(long, value_name = "ID")]
+    stage: Option<String>,
+    /// How many points to plan.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=20))]
+    points: u8,
+    /// Plan for the growth rate at this point, which is not to be measured; values in SI units.
+    #[arg(long, value_name = "FACTOR=VALUE,...", conflicts_with = "models")]
+    about: Option<String>,
+    /// Plan to tell the model from its rival.
+    #[arg(long)]
+    models: bool,
+    /// A point that may be measured, values in SI units; may be repeated.
+    #[arg(long, value_name = "FACTOR=VALUE,...")]
+    at: Vec<String>,
+    /// Points that may be measured: a grid of two factors between the lowest and the highest value of each in the campaign.
+    #[arg(long, value_name = "X,Y", conflicts_with = "at")]
+    map: Option<String>,
+    /// Relative pressures are measured too.
+    #[arg(long)]
+    pressures: bool,
+    /// Draw the information over the factors into this SVG file.
+    #[arg(long, value_name = "SVG")]
+    plot: Option<PathBuf>,
+}
+
+/// Rows that are printed; `--json` has all.
+const SHOWN: usize = 12;
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let dir = &args.dir;
+    let study = open(dir)?;
+    let observed = observations(&study)?;
+    let last = study.plan.stages.last().map(|s| s.id.clone()).unwrap_or_default();
+    let id = args.stage.clone().unwrap_or(last);
+    let Some((_, stage)) = study.plan.stage(&id) else { return Err(no_stage(&id, &study.plan, dir)) };
+    let of_the_stage = |k: &usize| stage.points.holds(&study.campaign, &study.campaign.points[*k]);
+    let every: Vec<usize> = (0..study.campaign.points.len()).filter(of_the_stage).collect();
+    let model: SavedModel = kept(dir, "models", &id)?;
+    // A stage of one model has no rival.
+    let there = dir.join("results/models").join(format!("{}.json", rival_of(&id))).is_file();
+    let rival: Option<SavedModel> = there.then(|| kept(dir, "models", &rival_of(&id))).transpose()?;
+    let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
+    let asked = match &args.map {
+        Some(text) => Grid::parse(text, &study)?.points(),
+        None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
+    };
+    let about: Vec<_> = args.about.iter().map(|text| values("--about", text)).collect::<Result<_, _>>()?;
+    let (study, places) = with_points(&study, &[asked, about].concat()).map_err(wrong)?;
+    let (candidates, about) = places.split_at(places.len() - usize::from(args.about.is_some()));
+    let wish = Wish {
+        aim: match (args.models, about.first()) {
+            (true, _) => Aim::Models,
+            (false, Some(_)) => Aim::Quantity,
+            (false, None) => Aim::Parameters,
+        },
+        candidates: if candidates.is_empty() { every } else { candidates.to_vec() },
+        about: about.first().copied(),
+        points: usize::from(args.points),
+        pressures: args.pressures,
+    };
+    let found = next(&study, &observed, &model, rival.as_ref(), &wish).map_err(wrong)?;
+    if let Some(path) = &args.plot {
+        write_whole(path, drawn(&found, &study, observed.kind).svg().as_bytes())?;
+        ui.note(format!("wrote {}", path.display()));
+    }
+    print(ui, &found, args.about.as_deref());
+    ui.result(&found)
+}
+
+fn print(ui: &Ui, found: &Next, about: Option<&str>) {
+    let names = |k: usize| {
+        let of = |m: &std::collections::BTreeMap<String, String>| m.values().cloned().collect::<Vec<_>>();
+        let (all, other) = (of(&found.models[k]), of(&found.models[1 - k.min(1)]));
+        all.into_iter().filter(|id| !other.contains(id)).collect::<Vec<_>>().join(" + ")
+    };
+    if found.models.len() == 2 {
+        ui.say(format!("{}: {} against {}", found.stage, names(0), names(1)));
+    }
+    let hours = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.2}"));
+    ui.say(format!(
+        "{:>10} {:>7} {:>9} {:>9} {:>8} {:>6}  point",
+        "parameters", "first", "second", "quantity", "nats", "h"
+    ));
+    for s in found.points.iter().take(SHOWN) {
+        let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.3}"));
+        ui.say(format!(
+            "{:>10.3} {:>7} {:>9} {:>9} {:>8.3} {:>6}  {}{}",
+            s.parameters,
+            number(s.models.map(|m| m[0])),
+            number(s.models.map(|m| m[1])),
+            number(s.quantity),
+            s.nats,
+            hours(s.hours),
+            s.point,
+            if s.repeat { " (repeat)" } else { "" }
+        ));
+    }
+    if found.points.len() > SHOWN {
+        ui.say(format!("  and {} more", found.points.len() - SHOWN));
+    }
+    for (point, why) in found.left_out.iter().take(SHOWN) {
+        ui.note(format!("{point} is left out: {why}"));
+    }
+    ui.say(format!("Plan: {:.3} nats (greedy {:.3})", found.total[0], found.total[1]));
+    for step in &found.plan {
+        ui.say(format!("{:>10.3} {:>6}  {}", step.adds, hours(step.hours), step.point));
+    }
+    if let (Some([now, then]), Some(about)) = (found.quantity_sd, about) {
+        ui.say(format!("Growth rate at {about}: sd {now:.3} 1/s now, {then:.3} 1/s after the plan"));
+    }
+    if let Some((point, nats)) = &found.further {
+        ui.say(format!("After it, the best further point would add {nats:.3} nats: {point}"));
+    }
+}
+
+/// Information over every factor that has more than one value; the points of the plan again in another colour.
+fn drawn(found: &Next, study: &Study, data: DataKind) -> RecordFigure {
+    let planned = |s: &&Suggestion| found.plan.iter().any(|step| step.point == s.point);
+    let panel = |k: usize| {
+        let dots = |list: Vec<&Suggestion>| -> Vec<[f64; 2]> {
+            list.into_iter().filter_map(|s| Some([s.factors[k]?, s.nats])).collect()
+        };
+        let all = dots(found.points.iter().collect());
+        let factor = &study.campaign.factors[k];
+        let varies = all.windows(2).any(|w| w[0][0] != w[1][0]);
+        let curve = |name: &str, index: usize, points: Vec<[f64; 2]>| RecordCurve {
+            name: name.to_owned(),
+            look: Look::Dots(index),
+            points,
+        };
+        varies.then(|| RecordPanel {
+            x: format!("{} / {}", factor.name, factor.unit),
+            y: "expected information / nats".to_owned(),
+            curves: vec![
+                curve("a possible point", 0, all),
+                curve("a point of the plan", 1, dots(found.points.iter().filter(planned).collect())),
+            ],
+            marks: Vec::new(),
+        })
+    };
+    RecordFigure {
+        title: format!("What further points would tell: {}", found.stage),
+        data,
+        panels: (0..study.campaign.factors.len()).filter_map(panel).collect(),
+    }
+}

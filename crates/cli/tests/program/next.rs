@@ -1,0 +1,54 @@
+//! `rijke next`: what to measure next.
+
+use crate::{copy, example, rijke, scratch};
+use serde_json::Value;
+use std::fs;
+
+#[test]
+fn behaviour_next_says_what_to_measure_and_when_to_stop() {
+    let folder = scratch("next");
+    copy(&example("quarter-wave"), &folder.join("study"));
+    let said = |words: &str| {
+        let output = rijke(&folder, &words.split(' ').collect::<Vec<_>>());
+        let text = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        (output.status.code(), text)
+    };
+    let (code, text) = said("next study");
+    assert!(code == Some(2) && text.contains("Run `rijke rank study` first"), "{text}");
+    let plan = folder.join("study/study.toml");
+    let stated = fs::read_to_string(&plan).unwrap();
+    fs::write(&plan, format!("{stated}\n[cost]\npoint = \"40 mm\"\n")).unwrap();
+    let (code, text) = said("next study");
+    assert!(code == Some(2) && text.contains("cost.point"), "{text}");
+    fs::write(&plan, format!("{stated}\n[cost]\npoint = \"40 min\"\ninstallation = \"1 h\"\n")).unwrap();
+    assert_eq!(said("rank study --one-start").0, Some(0));
+
+    let (code, text) = said("next study --plot next.svg");
+    assert!(code == Some(0) && text.contains("(repeat)") && text.contains("Plan: "), "{text}");
+    assert!(text.contains("the best further point would add"), "{text}");
+    assert!(fs::read_to_string(folder.join("next.svg")).unwrap().contains("expected information / nats"));
+
+    let answer = |words: &str| -> Value {
+        let words: Vec<&str> = words.split(' ').chain(["--json"]).collect();
+        let output = rijke(&folder, &words);
+        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let number = |v: &Value| v.as_f64().unwrap_or_else(|| panic!("{v} is no number"));
+    let found = answer("next study --points 4");
+    assert_eq!((found["points"].as_array().unwrap().len(), found["aim"].as_str()), (24, Some("parameters")));
+    let steps = found["plan"].as_array().unwrap();
+    assert_eq!(steps.len(), 4);
+    // What is known makes further points worth less.
+    assert!(steps.windows(2).all(|s| number(&s[0]["adds"]) > 0.0 && number(&s[1]["hours"]) > 0.6));
+    assert!(number(&found["further"][1]) < number(&steps[0]["adds"]));
+
+    let models = answer("next study --models --map x_g,Q");
+    assert_eq!(models["models"].as_array().unwrap().len(), 2);
+    assert!(models["points"].as_array().unwrap().iter().all(|p| number(&p["models"][0]) > -1e-9));
+    let about = answer("next study --about x_g=0.24,Q=60");
+    let sd = &about["quantity_sd"];
+    assert!(about["aim"] == "quantity" && number(&sd[1]) < number(&sd[0]), "{about}");
+    let (code, text) = said("next study --about x_g");
+    assert!(code == Some(2) && text.contains("--about x_g: not a list of factors"), "{text}");
+}

@@ -1,0 +1,268 @@
+//! What a model says together of numbers that could be measured, as one Gaussian, and what measuring some of them would tell.
+//!
+//! With y the numbers, J their derivatives in what is known to Sigma (parameters, and errors that the training found), E the errors that
+//! points share and N the noise of each visit, y has the covariance V = J Sigma J' + E + N. Whatever is chosen to be measured is a selection of
+//! rows, so that what points share is counted once.
+
+use crate::EngineError;
+use rijke_numerics::{Cholesky, Matrix};
+use rijke_study::Cause;
+use std::collections::BTreeMap;
+
+/// Who shares an error.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Shared {
+    /// All points that name the cause.
+    Cause(Cause),
+    /// The points of one installation: growth rate (0) or angular frequency (1).
+    Installation(usize, String),
+    /// The points of one installation: a parameter that differs from installation to installation.
+    Varying(String, String),
+}
+
+/// The numbers of one operating point to first order.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Numbers {
+    pub(super) values: Vec<f64>,
+    /// Place in what is known, and the derivative in it.
+    pub(super) along: Vec<(usize, Vec<f64>)>,
+    /// The change per standard deviation of each error that points share.
+    pub(super) shared: BTreeMap<Shared, Vec<f64>>,
+    /// Variance of the noise of one visit; zero for a quantity that is wanted and not measured.
+    pub(super) noise: Vec<f64>,
+}
+
+/// The joint predictive of operating points by one model.
+#[derive(Clone, Debug)]
+pub(super) struct Predictive {
+    points: Vec<Numbers>,
+    /// Where the rows of each point start.
+    starts: Vec<usize>,
+    /// J Sigma J'.
+    signal: Matrix,
+    /// E.
+    shared: Matrix,
+}
+
+impl Predictive {
+    /// From the points and the covariance of what is known.
+    pub(super) fn new(points: Vec<Numbers>, covariance: &Matrix) -> Self {
+        let starts: Vec<usize> = points
+            .iter()
+            .scan(0, |next, p| {
+                let start = *next;
+                *next += p.values.len();
+                Some(start)
+            })
+            .collect();
+        let rows: usize = points.iter().map(|p| p.values.len()).sum();
+        let mut jacobian = Matrix::zeros(rows, covariance.rows());
+        for (point, start) in points.iter().zip(&starts) {
+            for (place, slope) in &point.along {
+                slope.iter().enumerate().for_each(|(row, d)| jacobian[(start + row, *place)] += d);
+            }
+        }
+        let signal = jacobian.product(covariance).product(&jacobian.transpose());
+        let mut shared = Matrix::zeros(rows, rows);
+        for (a, from) in points.iter().zip(&starts) {
+            for (b, to) in points.iter().zip(&starts) {
+                for (cause, slope) in &a.shared {
+                    let Some(other) = b.shared.get(cause) else { continue };
+                    for (i, x) in slope.iter().enumerate() {
+                        other.iter().enumerate().for_each(|(j, y)| shared[(from + i, to + j)] += x * y);
+                    }
+                }
+            }
+        }
+        Self { points, starts, signal, shared }
+    }
+
+    /// The rows of the visits `set`, each with the visit that it belongs to.
+    fn rows(&self, set: &[usize]) -> Vec<(usize, usize)> {
+        let of = |(visit, &k): (usize, &usize)| {
+            (0..self.points[k].values.len()).map(move |i| (visit, self.starts[k] + i))
+        };
+        set.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// The covariance of what the visits would bring if all parameters were known: a repeat has noise of its own, and the same shared errors.
+    fn errors(&self, set: &[usize]) -> Matrix {
+        let rows = self.rows(set);
+        Matrix::from_fn(rows.len(), rows.len(), |i, j| {
+            let ((visit, a), (other, b)) = (rows[i], rows[j]);
+            let noise = if a == b && visit == other {
+                let k = set[visit];
+                self.points[k].noise[a - self.starts[k]]
+            } else {
+                0.0
+            };
+            self.shared[(a, b)] + noise
+        })
+    }
+
+    fn covariance(&self, set: &[usize]) -> Matrix {
+        let rows = self.rows(set);
+        let mut v = self.errors(set);
+        for (i, (_, a)) in rows.iter().enumerate() {
+            rows.iter().enumerate().for_each(|(j, (_, b))| v[(i, j)] += self.signal[(*a, *b)]);
+        }
+        v
+    }
+
+    fn mean(&self, set: &[usize]) -> Vec<f64> {
+        set.iter().flat_map(|&k| self.points[k].values.iter().copied()).collect()
+    }
+
+    /// What the visits `set` would tell of the parameters, nats: the expected Kullback-Leibler divergence of posterior from prior, which is
+    /// (1/2) ln det (E + N)^-1 V (Lindley 1956; with the derivatives of the adjoint, Yoko & Juniper 2024).
+    pub(super) fn information(&self, set: &[usize]) -> Result<f64, EngineError> {
+        let (v, e) = (Cholesky::new(&self.covariance(set))?, Cholesky::new(&self.errors(set))?);
+        Ok(0.5 * (v.ln_det() - e.ln_det()))
+    }
+
+    /// Variance of the first number of point `quantity` before, and after the visits `set`.
+    pub(super) fn variances(&self, quantity: usize, set: &[usize]) -> Result<[f64; 2], EngineError> {
+        let q = self.starts[quantity];
+        let before = self.signal[(q, q)] + self.shared[(q, q)];
+        let with: Vec<f64> =
+            self.rows(set).iter().map(|(_, a)| self.signal[(*a, q)] + self.shared[(*a, q)]).collect();
+        let v = Cholesky::new(&self.covariance(set))?;
+        let told: f64 = v.whiten(&with).iter().map(|w| w * w).sum();
+        Ok([before, before - told])
+    }
+
+    /// The expected logarithm of the Bayes factor for `self` against `other` by the visits `set` if `self` is right, nats: the Kullback-Leibler
+    /// divergence of the two predictives.
+    pub(super) fn divergence(&self, other: &Self, set: &[usize]) -> Result<f64, EngineError> {
+        let (mine, theirs) = (self.covariance(set), other.covariance(set));
+        let (own, their) = (Cholesky::new(&mine)?, Cholesky::new(&theirs)?);
+        let squared = |v: &[f64]| their.whiten(v).iter().map(|w| w * w).sum::<f64>();
+        // tr(B^-1 A) with A = L L' is the sum over the columns of L.
+        let l = own.lower();
+        let n = l.rows();
+        let trace: f64 = (0..n).map(|j| squared(&(0..n).map(|i| l[(i, j)]).collect::<Vec<_>>())).sum();
+        let apart: Vec<f64> = self.mean(set).iter().zip(other.mean(set)).map(|(a, b)| a - b).collect();
+        Ok(0.5 * (trace - n as f64 + squared(&apart) + their.ln_det() - own.ln_det()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rijke_numerics::{Stream, Streams};
+
+    /// Three points of one number, two parameters; the first two are of one installation.
+    const SLOPES: [[f64; 2]; 3] = [[1.0, 0.4], [0.3, -0.8], [-0.5, 0.9]];
+    const SHARED: f64 = 0.7;
+    const NOISE: f64 = 0.5;
+
+    fn sigma() -> Matrix {
+        Matrix::from_fn(2, 2, |i, j| [[1.0, 0.3], [0.3, 0.6]][i][j])
+    }
+
+    fn predictive(offset: f64, scale: f64) -> Predictive {
+        let point = |k: usize| Numbers {
+            values: vec![offset * k as f64],
+            along: (0..2).map(|i| (i, vec![scale * SLOPES[k][i]])).collect(),
+            shared: BTreeMap::from([(
+                Shared::Installation(0, if k < 2 { "a" } else { "b" }.to_owned()),
+                vec![SHARED],
+            )]),
+            noise: vec![NOISE * NOISE],
+        };
+        Predictive::new((0..3).map(point).collect(), &sigma())
+    }
+
+    fn draw(stream: &mut Stream) -> f64 {
+        StandardNormal.sample(stream)
+    }
+
+    /// A draw of the parameters, by the factor of `sigma`.
+    fn parameters(stream: &mut Stream) -> [f64; 2] {
+        let (a, b) = (draw(stream), draw(stream));
+        [a, 0.3 * a + 0.51_f64.sqrt() * b]
+    }
+
+    /// What the first two points read, but for noise.
+    fn clean(offset: f64, scale: f64, [a, b]: [f64; 2], shared: f64) -> [f64; 2] {
+        [0, 1].map(|k| offset * k as f64 + scale * (SLOPES[k][0] * a + SLOPES[k][1] * b) + SHARED * shared)
+    }
+
+    /// ln of the mean of the density of `y` over clean readings.
+    fn ln_density(y: [f64; 2], of: &[[f64; 2]]) -> f64 {
+        let one =
+            |m: &[f64; 2]| (-0.5 * ((y[0] - m[0]).powi(2) + (y[1] - m[1]).powi(2)) / (NOISE * NOISE)).exp();
+        (of.iter().map(one).sum::<f64>() / of.len() as f64).ln()
+    }
+
+    /// Nested Monte Carlo over parameters, the error of the installation and the noise, without any formula for Gaussians.
+    #[test]
+    fn oracle_information_and_bayes_factor_against_nested_monte_carlo() {
+        let (outer, inner) = (3000, 3000);
+        let (a, b) = (predictive(0.0, 1.0), predictive(1.2, 0.6));
+        let mut stream = Streams::new(11).stream("next/oracle");
+        let mut cloud = |offset: f64, scale: f64| -> Vec<[f64; 2]> {
+            (0..inner).map(|_| clean(offset, scale, parameters(&mut stream), draw(&mut stream))).collect()
+        };
+        let (of_a, of_b) = (cloud(0.0, 1.0), cloud(1.2, 0.6));
+        let errors: Vec<f64> = (0..300).map(|_| draw(&mut stream)).collect();
+        let [mut information, mut factor] = [0.0; 2];
+        for _ in 0..outer {
+            let p = parameters(&mut stream);
+            let truth = clean(0.0, 1.0, p, draw(&mut stream));
+            let y = truth.map(|m| m + NOISE * draw(&mut stream));
+            let known: Vec<[f64; 2]> = errors.iter().map(|e| clean(0.0, 1.0, p, *e)).collect();
+            let marginal = ln_density(y, &of_a);
+            information += (ln_density(y, &known) - marginal) / f64::from(outer);
+            factor += (marginal - ln_density(y, &of_b)) / f64::from(outer);
+        }
+        for (formula, sampled) in
+            [(a.information(&[0, 1]).unwrap(), information), (a.divergence(&b, &[0, 1]).unwrap(), factor)]
+        {
+            assert!((formula / sampled - 1.0).abs() < 0.1 && formula > 0.2, "{formula} {sampled}");
+        }
+    }
+
+    #[test]
+    fn exact_information_of_visits_one_after_another_adds_up() {
+        let all = predictive(0.0, 1.0);
+        let set = [0, 2, 1, 0];
+        let joint = all.information(&set).unwrap();
+        // The other way: parameters and the two errors of installations as one state, updated visit by visit (Kalman 1960); what is told of the
+        // parameters is the change of the determinant of their block.
+        let mut state = Matrix::from_fn(4, 4, |i, j| match (i, j) {
+            (0 | 1, 0 | 1) => sigma()[(i, j)],
+            _ => f64::from(u8::from(i == j)),
+        });
+        let ln_det = |m: &Matrix| Cholesky::new(&m.select(&[0, 1])).unwrap().ln_det();
+        let mut told = 0.0;
+        for k in set {
+            let own = if k < 2 { 2 } else { 3 };
+            let mut row = [SLOPES[k][0], SLOPES[k][1], 0.0, 0.0];
+            row[own] = SHARED;
+            let gain = state.times(&row);
+            let variance = NOISE * NOISE + row.iter().zip(&gain).map(|(a, b)| a * b).sum::<f64>();
+            let before = ln_det(&state);
+            state = Matrix::from_fn(4, 4, |i, j| state[(i, j)] - gain[i] * gain[j] / variance);
+            told += 0.5 * (before - ln_det(&state));
+        }
+        assert!((told - joint).abs() < 1e-12, "{told} {joint}");
+        // A wanted quantity: the variance of the first parameter by the same update.
+        let wanted = Numbers {
+            values: vec![0.0],
+            along: vec![(0, vec![1.0])],
+            noise: vec![0.0],
+            ..Numbers::default()
+        };
+        let points = all.points.iter().cloned().chain([wanted]).collect();
+        let [before, after] = Predictive::new(points, &sigma()).variances(3, &set).unwrap();
+        assert!((before - 1.0).abs() < 1e-12 && (after - state[(0, 0)]).abs() < 1e-12, "{before} {after}");
+    }
+
+    #[test]
+    fn exact_a_model_cannot_be_told_from_itself() {
+        let a = predictive(0.4, 1.0);
+        assert!(a.divergence(&a, &[0, 1, 1, 2]).unwrap().abs() < 1e-12);
+    }
+}

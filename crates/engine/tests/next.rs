@@ -1,0 +1,158 @@
+//! What further measurements would tell, on a tube whose modes have a closed form.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
+
+use rand_distr::{Distribution, StandardNormal};
+use rijke_engine::EngineError;
+use rijke_engine::run::{Aim, Next, Run, Trusted, Wish, forecast, next, with_points};
+use rijke_numerics::Streams;
+use rijke_study::Study;
+use std::path::PathBuf;
+
+/// A tube without losses whose ends reflect -r: s = c (ln r + i pi) / L.
+const RIG: &str = r#"
+name = "tube"
+[gas]
+temperature = "20 degC"
+[upstream]
+type = "constant"
+modulus = "$r"
+angle = "180 deg"
+[downstream]
+type = "constant"
+modulus = "$r"
+angle = "180 deg"
+[[element]]
+name = "tube"
+type = "duct"
+length = "x"
+diameter = "50 mm"
+[unknown.r]
+prior = { normal = { mean = 0.9, sd = 0.2 } }
+"#;
+const PLAN: &str = "name = \"t\"\n[cost]\npoint = \"30 min\"\ninstallation = \"1 h\"\n[[stage]]\nid = \"s\"\npoints = {}\n[stage.noise]\n\
+                    growth_rate = 0.0\nangular_frequency = 0.0\n";
+/// Standard deviation of a measured growth rate, 1/s.
+const SD: f64 = 40.0;
+
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn speed() -> f64 {
+    (1.4_f64 * 287.05 * 293.15).sqrt()
+}
+
+/// Two lengths are measured, a third is not.
+fn folder(name: &str) -> Folder {
+    let folder = std::env::temp_dir().join(format!("rijke-next-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("observations")).unwrap();
+    let row = |id: &str, length: f64| {
+        let c = speed();
+        format!("{id},{:.12},{SD},{:.12},0.05\n", c * 0.85_f64.ln() / length, 0.5 * c / length)
+    };
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    for (file, text) in [
+        ("rig.toml", RIG.to_owned()),
+        ("campaign.csv", "point,x [cm],T_amb [degC]\na,100,20\nb,80,20\nc,50,20\n".to_owned()),
+        ("study.toml", PLAN.to_owned()),
+        ("observations/observations.toml", "kind = \"virtual\"\nsource = \"closed form\"\n".to_owned()),
+        ("observations/modes.csv", format!("{head}{}{}", row("a", 1.0), row("b", 0.8))),
+    ] {
+        std::fs::write(folder.join(file), text).unwrap();
+    }
+    Folder(folder)
+}
+
+struct Ranked {
+    study: Study,
+    run: Run,
+    r: [f64; 2],
+}
+
+fn ranked(folder: &Folder) -> Ranked {
+    let study = Study::open(&folder.0).unwrap();
+    let mut run = Run::new(study.clone(), &study.observations().unwrap(), Trusted::Laplace).unwrap();
+    let stage = run.next_stage().unwrap().unwrap();
+    let r = &stage.models[0].parameters[0];
+    let r = [r.value, r.sd];
+    Ranked { study, run, r }
+}
+
+impl Ranked {
+    fn ask(&self, study: &Study, wish: &Wish) -> Result<Next, EngineError> {
+        let saved = self.run.saved("s")?;
+        next(study, &study.observations()?, &saved, self.run.saved_rival("s").as_ref(), wish)
+    }
+}
+
+/// Nested Monte Carlo with the closed form: no derivative, no Gaussian predictive.
+fn sampled(length: f64, [mean, sd]: [f64; 2]) -> f64 {
+    let (outer, inner) = (6000, 3000);
+    let mut stream = Streams::new(5).stream("next/closed form");
+    let growth = |r: f64| speed() * r.ln() / length;
+    let mut draw = || -> f64 { StandardNormal.sample(&mut stream) };
+    let cloud: Vec<f64> = (0..inner).map(|_| growth(mean + sd * draw())).collect();
+    let mut sum = 0.0;
+    for _ in 0..outer {
+        let (theta, noise) = (growth(mean + sd * draw()), draw());
+        let y = theta + SD * noise;
+        let density = cloud.iter().map(|m| (-0.5 * ((y - m) / SD).powi(2)).exp()).sum::<f64>();
+        sum += -0.5 * noise * noise - (density / f64::from(inner)).ln();
+    }
+    sum / f64::from(outer)
+}
+
+#[test]
+fn oracle_information_against_nested_monte_carlo() {
+    let folder = folder("oracle");
+    let ranked = ranked(&folder);
+    let wish = Wish { candidates: vec![0, 1, 2], points: 2, ..Wish::default() };
+    let found = ranked.ask(&ranked.study, &wish).unwrap();
+    for s in &found.points {
+        let length = s.factors[0].unwrap();
+        let oracle = sampled(length, ranked.r);
+        assert!((s.parameters / oracle - 1.0).abs() < 0.1, "{} m: {} {oracle}", length, s.parameters);
+        assert_eq!((s.repeat, s.models, s.quantity), (length > 0.6, None, None));
+        assert_eq!(s.hours, Some(1.5));
+    }
+    assert_eq!(found.points[0].point, "c", "a short tube loses most at its ends");
+    // One installation is mounted once, and its points cost half an hour each.
+    assert_eq!(found.plan.iter().map(|s| s.hours.unwrap()).collect::<Vec<_>>(), [1.5, 0.5]);
+    let sum: f64 = found.plan.iter().map(|s| s.adds).sum();
+    assert!((sum - found.total[0]).abs() < 1e-12 && found.total[0] >= found.total[1]);
+    assert!(found.further.unwrap().1 < found.plan[1].adds);
+}
+
+/// The sd before is that of a prediction; the sd after is that of the posterior with one more datum, which has a closed form.
+#[test]
+fn exact_a_quantity_is_known_as_well_as_its_prediction_and_then_better() {
+    let folder = folder("quantity");
+    let ranked = ranked(&folder);
+    let asked = [std::iter::once(("x".to_owned(), 0.9)).collect()];
+    let (study, places) = with_points(&ranked.study, &asked).unwrap();
+    let wish =
+        Wish { aim: Aim::Quantity, candidates: vec![2], about: Some(places[0]), points: 1, pressures: false };
+    let [before, after] = ranked.ask(&study, &wish).unwrap().quantity_sd.unwrap();
+    let saved = ranked.run.saved("s").unwrap();
+    let predicted = &forecast(&study, &study.observations().unwrap(), &saved, &places).unwrap()[0];
+    assert!((before / predicted.growth_rate[2] - 1.0).abs() < 1e-9);
+    let [r, sd] = ranked.r;
+    let slope = |length: f64| speed() / (r * length);
+    let left = (sd.powi(-2) + (slope(0.5) / SD).powi(2)).powf(-0.5);
+    assert!((after / (slope(0.9) * left) - 1.0).abs() < 1e-6, "{after}");
+}
+
+#[test]
+fn message_what_cannot_be_asked() {
+    let folder = folder("message");
+    let ranked = ranked(&folder);
+    let wish = Wish { aim: Aim::Models, candidates: vec![0], points: 1, ..Wish::default() };
+    let said = ranked.ask(&ranked.study, &wish).unwrap_err().to_string();
+    assert!(said.contains("only one model of it could be fitted"), "{said}");
+    let nothing = Wish { aim: Aim::Parameters, candidates: Vec::new(), ..wish };
+    assert!(ranked.ask(&ranked.study, &nothing).unwrap_err().to_string().contains("no point is given"));
+}
