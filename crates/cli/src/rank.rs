@@ -7,7 +7,7 @@ use crate::{
     study::{observations, of_the_engine, open},
     ui::Ui,
 };
-use rijke_engine::run::{Answer, ModelRecord, Run, StageRecord, Trusted, Verdict, verdicts};
+use rijke_engine::run::{Answer, Judgement, ModelRecord, Run, StageRecord, Trusted, verdicts};
 use rijke_inference::RefereeKind;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::json;
@@ -75,7 +75,7 @@ impl Trust {
 pub(crate) struct Results {
     pub(crate) stages: Vec<StageRecord>,
     pub(crate) answers: Vec<Answer>,
-    pub(crate) verdicts: Vec<Verdict>,
+    pub(crate) verdicts: Vec<Judgement>,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {

@@ -29,7 +29,7 @@ pub use error::EngineError;
 pub use noise::{LawError, Misfit, Noise, Varying};
 pub use observed::Observed;
 pub use point::PointModel;
-pub use prediction::{PointPrediction, Posterior};
+pub use prediction::{PointPrediction, TrainedPosterior};
 pub use predictor::Predictor;
 pub use saved::SavedModel;
 pub use spectrum::{ModeDetails, Spectrum};

@@ -45,7 +45,7 @@ pub(crate) struct Linear {
 
 /// What training found, as far as predictions need it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Posterior {
+pub struct TrainedPosterior {
     /// The parameters: those of the model, then errors that all installations share.
     pub knowledge: Knowledge,
     /// What the errors of the base states among them are.
@@ -57,12 +57,16 @@ pub struct Posterior {
 impl Trained {
     /// What predictions need.
     #[must_use]
-    pub fn posterior(&self) -> Posterior {
-        Posterior { knowledge: self.knowledge(), common: self.common.clone(), noise: self.noise.clone() }
+    pub fn posterior(&self) -> TrainedPosterior {
+        TrainedPosterior {
+            knowledge: self.knowledge(),
+            common: self.common.clone(),
+            noise: self.noise.clone(),
+        }
     }
 }
 
-impl Posterior {
+impl TrainedPosterior {
     /// Predicts the numbers of `microphones` at `conditions`, in a new installation of the rig. Where the base state comes of the same
     /// inference as those that were trained on, what the training found of the errors of that inference is made use of. `near` is where
     /// the root is searched, if not near the first mode.
@@ -81,7 +85,7 @@ impl Posterior {
         self.predict_from(&known, assembly, conditions, microphones, near, law)
     }
 
-    /// As [`Posterior::predict`], from what is `known` of the parameters.
+    /// As [`TrainedPosterior::predict`], from what is `known` of the parameters.
     pub(crate) fn predict_from(
         &self,
         known: &Knowledge,

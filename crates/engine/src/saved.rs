@@ -63,7 +63,7 @@ impl SavedModel {
     ///
     /// # Errors
     /// [`EngineError::Damaged`] if its lists do not fit together.
-    pub fn posterior(&self) -> Result<crate::Posterior, EngineError> {
+    pub fn posterior(&self) -> Result<crate::TrainedPosterior, EngineError> {
         let n = self.names.len();
         let whole = self.mean.len() == n
             && self.own <= n
@@ -86,6 +86,6 @@ impl SavedModel {
             floats: false,
         };
         let common = (!self.causes.is_empty()).then(|| Common::of_shares(&self.causes));
-        Ok(crate::Posterior { knowledge, common, noise: self.noise.iter().map(noise).collect() })
+        Ok(crate::TrainedPosterior { knowledge, common, noise: self.noise.iter().map(noise).collect() })
     }
 }

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use rijke_engine::run::{
-    Answer, AnswerPanel, Column, EvidenceRecord, Frame, FrameRow, Layer, Look, MeasuredRecord, ModelRecord,
-    ParameterRecord, StageRecord, Verdict,
+    Answer, AnswerPanel, EvidenceRecord, Frame, FrameColumn, FrameRow, Judgement, Layer, LayerLook,
+    MeasuredRecord, ModelRecord, ParameterRecord, StageRecord,
 };
 use rijke_report::{StudyHead, StudyPage, answer_svg};
 use rijke_rig::DataKind;
@@ -54,8 +54,8 @@ fn stage() -> StageRecord {
     }
 }
 
-fn answer(look: Look) -> Answer {
-    let columns = ["x", "y", "y_sd"].map(|name| Column::new(name, name, "1")).to_vec();
+fn answer(look: LayerLook) -> Answer {
+    let columns = ["x", "y", "y_sd"].map(|name| FrameColumn::new(name, name, "1")).to_vec();
     let row = |k: usize| FrameRow {
         label: format!("p{k}"),
         series: if k < 2 { "Q = 7 W".into() } else { "Q = 50 W".into() },
@@ -75,7 +75,7 @@ fn answer(look: Look) -> Answer {
     }
 }
 
-fn page(kind: DataKind, verdicts: &[Verdict]) -> (String, std::path::PathBuf) {
+fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) {
     let head = StudyHead {
         name: "A rig".into(),
         question: "Which law?".into(),
@@ -86,7 +86,7 @@ fn page(kind: DataKind, verdicts: &[Verdict]) -> (String, std::path::PathBuf) {
     };
     let folder = std::env::temp_dir().join(format!("rijke-page-{kind:?}-{}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
-    StudyPage::new(&head, &[stage()], &[answer(Look::Dots)], verdicts).unwrap().write(&folder).unwrap();
+    StudyPage::new(&head, &[stage()], &[answer(LayerLook::Dots)], verdicts).unwrap().write(&folder).unwrap();
     (std::fs::read_to_string(folder.join("index.html")).unwrap(), folder)
 }
 
@@ -115,7 +115,7 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
 
 #[test]
 fn behaviour_statements_stand_beside_their_numbers() {
-    let verdict = |holds: bool| Verdict {
+    let verdict = |holds: bool| Judgement {
         of: "heat".into(),
         statement: "a beats b".into(),
         holds,
@@ -131,15 +131,15 @@ fn behaviour_statements_stand_beside_their_numbers() {
 #[test]
 fn behaviour_every_look_is_drawn_without_holes_in_the_text() {
     for (look, drawn) in [
-        (Look::Dots, "<circle"),
-        (Look::Dashes, "<path"),
-        (Look::Line, "<path"),
-        (Look::Band, "fill-opacity"),
+        (LayerLook::Dots, "<circle"),
+        (LayerLook::Dashes, "<path"),
+        (LayerLook::Line, "<path"),
+        (LayerLook::Band, "fill-opacity"),
     ] {
         let svg = answer_svg(None, &answer(look)).unwrap();
         assert!(svg.contains(drawn) && svg.contains("computed, no data") && !svg.contains("NaN"), "{look:?}");
         assert!(svg.contains("Q = 7 W") && svg.contains("Q = 50 W"), "{look:?}");
     }
-    let nothing = Answer { panels: Vec::new(), ..answer(Look::Dots) };
+    let nothing = Answer { panels: Vec::new(), ..answer(LayerLook::Dots) };
     assert!(answer_svg(None, &nothing).is_none());
 }

@@ -28,7 +28,7 @@ pub struct Statement {
     /// In words.
     pub text: String,
     /// Names of numbers.
-    pub quantities: Vec<(String, Quantity)>,
+    pub quantities: Vec<(String, ClaimNumber)>,
     /// It holds where each of these is less than the next.
     pub ascending: Vec<Vec<Formula>>,
     /// What is known of the reason where it fails.
@@ -38,7 +38,7 @@ pub struct Statement {
 /// A number from a table.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Quantity {
+pub struct ClaimNumber {
     /// The column.
     pub column: String,
     /// What is made of its numbers.
@@ -92,7 +92,7 @@ struct ClaimFile {
     of: String,
     statement: String,
     #[serde(rename = "let")]
-    quantities: BTreeMap<String, Quantity>,
+    quantities: BTreeMap<String, ClaimNumber>,
     holds: String,
     explanation: Option<String>,
 }
@@ -146,7 +146,7 @@ impl Claims {
 }
 
 /// `a < b < c and d > e`: lists of formulas, each less than the next.
-fn ascending(text: &str, quantities: &BTreeMap<String, Quantity>) -> Result<Vec<Vec<Formula>>, Problem> {
+fn ascending(text: &str, quantities: &BTreeMap<String, ClaimNumber>) -> Result<Vec<Vec<Formula>>, Problem> {
     let mut scope = Scope::new();
     for name in quantities.keys() {
         let meaning = "a number of this claim".to_owned();

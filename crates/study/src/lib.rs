@@ -28,7 +28,7 @@ mod states;
 pub use base::{BaseError, BaseState, Cause, Sharing, Stretch};
 pub use campaign::{Campaign, Factor, Point};
 pub use catalogue::Catalogue;
-pub use claims::{Claims, Quantity, Statement, Take};
+pub use claims::{ClaimNumber, Claims, Statement, Take};
 pub use error::{Problem, StudyError};
 pub use folder::Study;
 pub use head::ErrorTerm;

@@ -1,15 +1,15 @@
 //! Published statements, held against the tables of a study. Every threshold is in the statement, and is judged here.
 
 use super::answers::Answer;
-use super::frame::{Column, Frame, FrameRow, finite};
+use super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::record::{ModelRecord, StageRecord};
-use rijke_study::{Claims, Quantity, Statement, Take};
+use rijke_study::{ClaimNumber, Claims, Statement, Take};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A statement that was judged.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct Judgement {
     /// The stage or question that it is about.
     pub of: String,
     /// In words.
@@ -24,7 +24,7 @@ pub struct Verdict {
 
 /// Judges every statement whose numbers are all there; of what was not measured nothing is said.
 #[must_use]
-pub fn verdicts(claims: &Claims, stages: &[StageRecord], answers: &[Answer]) -> Vec<Verdict> {
+pub fn verdicts(claims: &Claims, stages: &[StageRecord], answers: &[Answer]) -> Vec<Judgement> {
     let of_stages = stages.iter().map(|s| (s.id.as_str(), models(s)));
     let others = answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id));
     let of_answers = others.filter_map(|a| Some((a.id.as_str(), a.frames.first()?.clone())));
@@ -50,7 +50,7 @@ pub fn agreement(claims: &Claims, stage: &StageRecord) -> Option<f64> {
 /// The models of a stage as a table: evidences per observation, misfits, parameters with their standard deviations.
 #[must_use]
 pub fn models(stage: &StageRecord) -> Frame {
-    let mut columns: Vec<Column> = [
+    let mut columns: Vec<FrameColumn> = [
         ("ln_best_fit", "ln best fit per observation", "1"),
         ("ln_occam", "ln Occam factor per observation", "1"),
         ("ln_marginal", "ln evidence per observation", "1"),
@@ -60,15 +60,15 @@ pub fn models(stage: &StageRecord) -> Frame {
         ("pressure_misfit", "Misfit of relative pressures", "1"),
     ]
     .into_iter()
-    .map(|(name, label, unit)| Column::new(name, label, unit))
+    .map(|(name, label, unit)| FrameColumn::new(name, label, unit))
     .collect();
     let first = columns.len();
     let mut names: Vec<&str> = Vec::new();
     for p in stage.models.iter().flat_map(|m| &m.parameters) {
         if !names.contains(&p.name.as_str()) {
             names.push(&p.name);
-            columns.push(Column::new(&p.name, &p.symbol, &p.unit));
-            columns.push(Column::new(&format!("{}_sd", p.name), &format!("{}, sd", p.symbol), &p.unit));
+            columns.push(FrameColumn::new(&p.name, &p.symbol, &p.unit));
+            columns.push(FrameColumn::new(&format!("{}_sd", p.name), &format!("{}, sd", p.symbol), &p.unit));
         }
     }
     let row = |m: &ModelRecord| {
@@ -88,7 +88,7 @@ pub fn models(stage: &StageRecord) -> Frame {
     Frame { columns, rows }
 }
 
-fn verdict(statement: &Statement, tables: &BTreeMap<&str, Frame>) -> Option<Verdict> {
+fn verdict(statement: &Statement, tables: &BTreeMap<&str, Frame>) -> Option<Judgement> {
     let mut numbers: Vec<(&str, f64)> = Vec::new();
     for (name, q) in &statement.quantities {
         let table = tables.get(q.of.as_deref().unwrap_or(&statement.of))?;
@@ -102,7 +102,7 @@ fn verdict(statement: &Statement, tables: &BTreeMap<&str, Frame>) -> Option<Verd
     });
     let figure =
         numbers.iter().map(|(name, v)| format!("{name} = {}", short(*v))).collect::<Vec<_>>().join(", ");
-    Some(Verdict {
+    Some(Judgement {
         of: statement.of.clone(),
         statement: statement.text.clone(),
         holds,
@@ -128,7 +128,7 @@ fn short(value: f64) -> String {
     }
 }
 
-fn taken(q: &Quantity, table: &Frame) -> Option<f64> {
+fn taken(q: &ClaimNumber, table: &Frame) -> Option<f64> {
     let column = table.column(&q.column)?;
     let conditions: Vec<_> =
         q.conditions.iter().map(|(name, c)| Some((table.column(name)?, c))).collect::<Option<_>>()?;
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     fn table() -> Frame {
-        let columns = vec![Column::new("x", "x", "m"), Column::new("y", "y", "1")];
+        let columns = vec![FrameColumn::new("x", "x", "m"), FrameColumn::new("y", "y", "1")];
         let row = |(label, x, y): (&str, f64, f64)| FrameRow {
             label: label.into(),
             series: String::new(),

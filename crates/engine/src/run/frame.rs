@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// What each number is.
-    pub columns: Vec<Column>,
+    pub columns: Vec<FrameColumn>,
     /// The rows.
     pub rows: Vec<FrameRow>,
 }
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Column {
+pub struct FrameColumn {
     /// Name, as claims call it.
     pub name: String,
     /// Name on axes and in headings.
@@ -33,7 +33,7 @@ pub struct FrameRow {
     pub values: Vec<Option<f64>>,
 }
 
-impl Column {
+impl FrameColumn {
     /// A column whose label is its name.
     #[must_use]
     pub fn new(name: &str, label: &str, unit: &str) -> Self {

@@ -14,11 +14,11 @@ mod record;
 mod rows;
 mod stages;
 
-pub use answers::{Answer, AnswerPanel, Layer, Look};
+pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
 pub use asked::{Forecast, forecast, modes_at, with_points};
-pub use claims::{Verdict, agreement, models, verdicts};
+pub use claims::{Judgement, agreement, models, verdicts};
 pub use foresight::{Foreseen, StageForesight, foresight};
-pub use frame::{Column, Frame, FrameRow};
+pub use frame::{Frame, FrameColumn, FrameRow};
 pub(crate) use inputs::conditions_at;
 pub use next::{Aim, Next, Step, Suggestion, Wish, next};
 pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};

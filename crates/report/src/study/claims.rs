@@ -1,12 +1,12 @@
 //! Published statements, and whether they hold here.
 
 use crate::draw::html;
-use rijke_engine::run::Verdict;
+use rijke_engine::run::Judgement;
 use rijke_study::Claims;
 
 /// The statements about one table.
-pub(super) fn of(verdicts: &[Verdict], id: &str) -> String {
-    let line = |v: &Verdict| {
+pub(super) fn of(verdicts: &[Judgement], id: &str) -> String {
+    let line = |v: &Judgement| {
         let (class, mark) = if v.holds { ("holds", "holds") } else { ("fails", "does not hold") };
         let why = v.explanation.as_deref().map_or(String::new(), |e| format!("<br>{}", html(e)));
         format!(
@@ -20,7 +20,7 @@ pub(super) fn of(verdicts: &[Verdict], id: &str) -> String {
 }
 
 /// How many statements hold.
-pub(super) fn summary(claims: &Claims, verdicts: &[Verdict]) -> String {
+pub(super) fn summary(claims: &Claims, verdicts: &[Judgement]) -> String {
     if verdicts.is_empty() {
         return String::new();
     }

@@ -1,7 +1,7 @@
 //! The figure of an answer: any question, any factor. One table, one colour per series.
 
 use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
-use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, Look};
+use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook};
 use rijke_rig::DataKind;
 
 const SIZE: [f64; 2] = [520.0, 360.0];
@@ -71,15 +71,16 @@ impl Colours {
 
     fn legend(&self, answer: &Answer) -> Vec<Key> {
         let mut keys: Vec<Key> = Vec::new();
-        let dots = |l: &&Layer| l.look == Look::Dots;
+        let dots = |l: &&Layer| l.look == LayerLook::Dots;
         let all = || answer.panels.iter().flat_map(|p| &p.layers);
         if all().filter(dots).any(|l| !is_coloured(l.look, answer)) {
-            let label = if all().any(|l| l.look == Look::Ellipse) { "prior mean" } else { "measured" };
+            let label = if all().any(|l| l.look == LayerLook::Ellipse) { "prior mean" } else { "measured" };
             keys.push(Key { mark: Mark::Dot(INK), label: label.into() });
         }
         for name in &self.names {
             let stroke = self.stroke(name);
-            let line = all().any(|l| matches!(l.look, Look::Line | Look::Dashes | Look::Ellipse));
+            let line =
+                all().any(|l| matches!(l.look, LayerLook::Line | LayerLook::Dashes | LayerLook::Ellipse));
             let mark = if line { Mark::Line(stroke) } else { Mark::Dot(stroke.colour) };
             keys.push(Key { mark, label: name.clone() });
         }
@@ -94,9 +95,9 @@ fn value(series: &str) -> Option<f64> {
 }
 
 /// Everything but dots has the colour of its series; dots have where nothing else says which series is which.
-fn is_coloured(look: Look, answer: &Answer) -> bool {
+fn is_coloured(look: LayerLook, answer: &Answer) -> bool {
     let mut layers = answer.panels.iter().flat_map(|p| &p.layers);
-    look != Look::Dots || !layers.any(|l| !matches!(l.look, Look::Dots | Look::Band))
+    look != LayerLook::Dots || !layers.any(|l| !matches!(l.look, LayerLook::Dots | LayerLook::Band))
 }
 
 fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours) -> Panel {
@@ -106,7 +107,7 @@ fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours) -> 
         for row in &answer.frames[layer.frame].rows {
             let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) else { continue };
             let half = match (layer.look, layer.sd) {
-                (Look::Ellipse, Some(c)) => {
+                (LayerLook::Ellipse, Some(c)) => {
                     let variance = |k: usize| number(row, c - k).map_or(0.0, f64::sqrt);
                     [2.0 * variance(2), 2.0 * variance(1)]
                 }
@@ -146,7 +147,7 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
     let mut series: Vec<&str> = frame.rows.iter().map(|r| r.series.as_str()).collect();
     series.dedup();
     match layer.look {
-        Look::Dots => {
+        LayerLook::Dots => {
             for row in &frame.rows {
                 let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) else { continue };
                 let Stroke { colour, .. } = stroke(row);
@@ -158,14 +159,14 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
                 panel.dot([x, y], 2.8, colour, &format!("{}: {y:.5}{sd}", row.label));
             }
         }
-        Look::Dashes => {
+        LayerLook::Dashes => {
             for row in &frame.rows {
                 if let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) {
                     panel.curve(&[[x - dash, y], [x + dash, y]], &stroke(row));
                 }
             }
         }
-        Look::Line | Look::Band => {
+        LayerLook::Line | LayerLook::Band => {
             series.sort_unstable();
             series.dedup();
             for name in series {
@@ -181,7 +182,7 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
                 rows.sort_by(|a, b| a.0.total_cmp(&b.0));
                 let Some((.., first)) = rows.first() else { continue };
                 let look = stroke(first);
-                if layer.look == Look::Band {
+                if layer.look == LayerLook::Band {
                     let band: Vec<[f64; 3]> =
                         rows.iter().map(|r| [r.0, r.1 - 2.0 * r.2, r.1 + 2.0 * r.2]).collect();
                     panel.band(&band, look.colour, 0.25);
@@ -190,7 +191,7 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
                 panel.curve(&line, &look);
             }
         }
-        Look::Ellipse => {
+        LayerLook::Ellipse => {
             let Some(c) = layer.sd else { return };
             for row in &frame.rows {
                 let all = [layer.x, layer.y, c - 2, c - 1, c].map(|k| number(row, k));

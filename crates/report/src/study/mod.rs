@@ -6,7 +6,7 @@ pub(crate) mod tables;
 
 use crate::ReportError;
 use crate::draw::{self, html};
-use rijke_engine::run::{Answer, Frame, ModelRecord, StageRecord, Verdict, models};
+use rijke_engine::run::{Answer, Frame, Judgement, ModelRecord, StageRecord, models};
 use rijke_rig::DataKind;
 use rijke_study::Claims;
 use std::{fs, path::Path};
@@ -52,7 +52,7 @@ impl StudyPage {
         head: &StudyHead,
         stages: &[StageRecord],
         answers: &[Answer],
-        verdicts: &[Verdict],
+        verdicts: &[Judgement],
     ) -> Result<Self, ReportError> {
         if stages.is_empty() {
             return Err(ReportError::Nothing);
@@ -109,7 +109,7 @@ impl StudyPage {
 
     fn table(&mut self, name: &str, frame: &Frame) -> Result<(), ReportError> {
         let mut table = csv::Writer::from_writer(Vec::new());
-        let unit = |c: &rijke_engine::run::Column| format!("{} [{}]", c.name, c.unit);
+        let unit = |c: &rijke_engine::run::FrameColumn| format!("{} [{}]", c.name, c.unit);
         let head = ["name".to_owned(), "series".to_owned()].into_iter().chain(frame.columns.iter().map(unit));
         table.write_record(head)?;
         for row in &frame.rows {

@@ -34,7 +34,7 @@ pub enum Ask {
         sets: Vec<Vec<usize>>,
     },
     /// The coefficient of one candidate, inferred at every point by itself.
-    PointByPoint(PointByPoint),
+    PointByPoint(Box<PointByPoint>),
     /// Predictions of the model that a stage chose.
     Prediction {
         /// The points that are predicted.
@@ -141,7 +141,7 @@ impl Asked {
                     key: "with".into(),
                     need: "name the role and the candidate that is free at every point",
                 })?;
-                Ask::PointByPoint(PointByPoint {
+                Ask::PointByPoint(Box::new(PointByPoint {
                     with,
                     without: self.without.unwrap_or_default(),
                     hold: self.hold.unwrap_or_default(),
@@ -149,7 +149,7 @@ impl Asked {
                     noise: self.noise.unwrap_or_default(),
                     base_errors: self.base_errors.unwrap_or_default(),
                     per: factor(self.per)?,
-                })
+                }))
             }
         };
         let good = |c: char| c.is_alphanumeric() || c == '-' || c == '_';

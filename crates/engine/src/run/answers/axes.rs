@@ -1,8 +1,8 @@
 //! The axis of a figure and its series, from the factors of a campaign.
 
-use super::super::frame::{Column, FrameRow, finite};
+use super::super::frame::{FrameColumn, FrameRow, finite};
 use super::super::stages::Run;
-use super::{AnswerPanel, Layer, Look};
+use super::{AnswerPanel, Layer, LayerLook};
 use crate::Observed;
 use rijke_study::Point;
 use rijke_study::plan::Question;
@@ -44,12 +44,12 @@ impl Run {
     }
 
     /// A column per factor.
-    pub(super) fn factor_columns(&self) -> Vec<Column> {
+    pub(super) fn factor_columns(&self) -> Vec<FrameColumn> {
         self.study
             .campaign
             .factors
             .iter()
-            .map(|f| Column::new(&f.name, &symbol(&f.name), &f.unit_in_print()))
+            .map(|f| FrameColumn::new(&f.name, &symbol(&f.name), &f.unit_in_print()))
             .collect()
     }
 
@@ -74,22 +74,22 @@ pub(super) fn measured(observed: &Observed) -> [f64; 4] {
 }
 
 /// The columns of [`measured`].
-pub(super) fn measured_columns() -> Vec<Column> {
+pub(super) fn measured_columns() -> Vec<FrameColumn> {
     let [g, w] = [GROWTH_RATE, ANGULAR_FREQUENCY];
     [g, w]
         .into_iter()
         .flat_map(|[name, label, unit]| {
             let label = format!("{label}, measured");
             [
-                Column::new(name, &label, unit),
-                Column::new(&format!("{name}_sd"), &format!("{label}, sd"), unit),
+                FrameColumn::new(name, &label, unit),
+                FrameColumn::new(&format!("{name}_sd"), &format!("{label}, sd"), unit),
             ]
         })
         .collect()
 }
 
 /// A label with its unit.
-pub(super) fn axis_label(column: &Column) -> String {
+pub(super) fn axis_label(column: &FrameColumn) -> String {
     if column.unit == "1" {
         column.label.clone()
     } else {
@@ -115,13 +115,16 @@ fn in_print(unit: &str) -> String {
     }
 }
 
+/// Table, look, and columns of growth rate and angular frequency with those of their standard deviations.
+pub(super) type Below = (usize, LayerLook, [usize; 2], [Option<usize>; 2]);
+
 /// Two panels over column `x`: growth rate and angular frequency, which stand at `first` and two columns further in table 0; `others` are
-/// layers below them, in table and columns of growth rate and angular frequency.
+/// layers below them.
 pub(super) fn growth_and_frequency(
     x_label: &str,
     x: usize,
     first: usize,
-    others: &[(usize, Look, [usize; 2], [Option<usize>; 2])],
+    others: &[Below],
 ) -> Vec<AnswerPanel> {
     [GROWTH_RATE, ANGULAR_FREQUENCY]
         .into_iter()
@@ -135,10 +138,10 @@ pub(super) fn growth_and_frequency(
                 sd: sd[k],
             });
             let y = first + 2 * k;
-            let dots = Layer { frame: 0, look: Look::Dots, x, y, sd: Some(y + 1) };
+            let dots = Layer { frame: 0, look: LayerLook::Dots, x, y, sd: Some(y + 1) };
             AnswerPanel {
                 x: x_label.to_owned(),
-                y: axis_label(&Column::new("", label, unit)),
+                y: axis_label(&FrameColumn::new("", label, unit)),
                 layers: below.chain([dots]).collect(),
             }
         })

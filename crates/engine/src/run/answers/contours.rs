@@ -1,10 +1,10 @@
 //! The posterior of a stage's model for some sets of microphones (Figs. 3 and 12 of Juniper & Yoko 2022).
 
-use super::super::frame::{Column, Frame, FrameRow, finite};
+use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::record::parameters;
 use super::super::stages::Run;
 use super::axes::axis_label;
-use super::{AnswerPanel, Found, Layer, Look};
+use super::{AnswerPanel, Found, Layer, LayerLook};
 use crate::noise::Noise;
 use crate::{EngineError, Training, train};
 use rayon::prelude::*;
@@ -46,19 +46,19 @@ impl Run {
         let most = cases.iter().max_by_key(|(m, _)| m.len()).ok_or_else(no_stage)?;
         let widest = most.1.sd();
         let mut columns = vec![
-            Column::new("microphones", "Number of microphones", "1"),
-            Column::new("width", "sd over that of all microphones, worst parameter", "1"),
+            FrameColumn::new("microphones", "Number of microphones", "1"),
+            FrameColumn::new("width", "sd over that of all microphones, worst parameter", "1"),
         ];
         for q in free {
-            columns.push(Column::new(&q.name, &q.symbol, &q.unit));
-            columns.push(Column::new(&format!("{}_sd", q.name), &format!("{}, sd", q.symbol), &q.unit));
+            columns.push(FrameColumn::new(&q.name, &q.symbol, &q.unit));
+            columns.push(FrameColumn::new(&format!("{}_sd", q.name), &format!("{}, sd", q.symbol), &q.unit));
         }
         let pairs: Vec<(usize, usize)> = (0..p).flat_map(|i| (i + 1..p).map(move |j| (i, j))).collect();
         let triple = |(i, j): &(usize, usize)| {
             let (a, b) = (&free[*i].name, &free[*j].name);
             [format!("var_{a}|{b}"), format!("var_{b}|{a}"), format!("cov_{a}_{b}"), format!("corr_{a}_{b}")]
         };
-        columns.extend(pairs.iter().flat_map(triple).map(|name| Column::new(&name, &name, "1")));
+        columns.extend(pairs.iter().flat_map(triple).map(|name| FrameColumn::new(&name, &name, "1")));
         let row = |(microphones, trained): &(Vec<usize>, crate::Trained)| {
             let (c, sd) = (&trained.covariance, trained.sd());
             let width = (0..p).map(|i| sd[i] / widest[i]).fold(0.0, f64::max);
@@ -96,12 +96,12 @@ impl Run {
                 layers: vec![
                     Layer {
                         frame: 0,
-                        look: Look::Ellipse,
+                        look: LayerLook::Ellipse,
                         x: 2 + 2 * i,
                         y: 2 + 2 * j,
                         sd: Some(2 + 2 * p + 4 * k + 2),
                     },
-                    Layer { frame: 1, look: Look::Dots, x: 2 + 2 * i, y: 2 + 2 * j, sd: None },
+                    Layer { frame: 1, look: LayerLook::Dots, x: 2 + 2 * i, y: 2 + 2 * j, sd: None },
                 ],
             })
             .collect();

@@ -48,7 +48,7 @@ pub struct Layer {
     /// Number of the table.
     pub frame: usize,
     /// How it is drawn; rows of one series have one colour.
-    pub look: Look,
+    pub look: LayerLook,
     /// The column along the axis.
     pub x: usize,
     /// The column that is drawn.
@@ -60,7 +60,7 @@ pub struct Layer {
 /// How columns are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Look {
+pub enum LayerLook {
     /// A dot per row, with a bar of two standard deviations.
     Dots,
     /// A short dash per row, in the colour of the series.

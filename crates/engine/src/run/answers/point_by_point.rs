@@ -1,11 +1,11 @@
 //! A coefficient inferred at every point by itself (Figs. 6 and 7 of Juniper & Yoko 2022).
 
-use super::super::frame::{Column, Frame};
+use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::selected;
 use super::super::rows::{assembly_of, with_candidates};
 use super::super::stages::Run;
 use super::axes::{axis_label, symbol};
-use super::{AnswerPanel, Found, Layer, Look};
+use super::{AnswerPanel, Found, Layer, LayerLook};
 use crate::{Assembly, EngineError, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_formula::Here;
@@ -62,7 +62,7 @@ impl Run {
             ("angle", format!("Angle of {name}"), &"rad".to_owned()),
             ("angle_sd", format!("Angle of {name}, sd"), &"rad".to_owned()),
         ] {
-            columns.push(Column::new(column, &label, unit));
+            columns.push(FrameColumn::new(column, &label, unit));
         }
         let rows = points.iter().zip(&found);
         let rows = rows.map(|(o, n)| self.row_of(question, &o.conditions.point, n)).collect();
@@ -70,7 +70,7 @@ impl Run {
         let panel = |axis: usize, y: usize| AnswerPanel {
             x: axis_label(&columns[axis]),
             y: axis_label(&columns[y]),
-            layers: vec![Layer { frame: 0, look: Look::Dots, x: axis, y, sd: Some(y + 1) }],
+            layers: vec![Layer { frame: 0, look: LayerLook::Dots, x: axis, y, sd: Some(y + 1) }],
         };
         let panels = axis.map_or_else(Vec::new, |k| vec![panel(k, first + 2), panel(k, first + 4)]);
         let caption =

@@ -1,11 +1,11 @@
 //! Predictions of the model that a stage chose, trained on its points or on a few (Figs. 5 and 8 to 11 of Juniper & Yoko 2022).
 
-use super::super::frame::{Column, Frame};
+use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::{conditions, selected};
 use super::super::record::parameters;
 use super::super::stages::{Chosen, Run};
 use super::axes::{axis_label, growth_and_frequency, measured, measured_columns};
-use super::{Found, Look};
+use super::{Found, LayerLook};
 use crate::{Conditions, EngineError, Misfit, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_numerics::C64;
@@ -98,10 +98,11 @@ impl Run {
             ("trained", "Trained on", "1"),
             ("helmholtz", "Helmholtz number omega L/c of what was measured", "1"),
         ] {
-            columns.push(Column::new(name, label, unit));
+            columns.push(FrameColumn::new(name, label, unit));
         }
         let axis = self.axis(question, all.iter().map(|(c, _)| &c.point));
-        let layer = (0, Look::Band, [predicted, predicted + 2], [Some(predicted + 1), Some(predicted + 3)]);
+        let layer =
+            (0, LayerLook::Band, [predicted, predicted + 2], [Some(predicted + 1), Some(predicted + 3)]);
         let panels = axis
             .map_or_else(Vec::new, |k| growth_and_frequency(&axis_label(&columns[k]), k, first, &[layer]));
         let caption = format!(

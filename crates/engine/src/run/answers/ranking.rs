@@ -1,11 +1,11 @@
 //! The models of a stage against what was measured, over a factor (Fig. 4 of Juniper & Yoko 2022).
 
-use super::super::frame::{Column, Frame, FrameRow, finite};
+use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::inputs::conditions;
 use super::super::record::ModelRecord;
 use super::super::stages::{Chosen, Run};
 use super::axes::{axis_label, growth_and_frequency, measured, measured_columns, symbol};
-use super::{Found, Look};
+use super::{Found, LayerLook};
 use crate::{Conditions, EngineError, Observed, PointModel};
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
@@ -34,7 +34,7 @@ impl Run {
             return Ok((frames, Vec::new(), Vec::new(), String::new()));
         };
         let factor = &self.study.campaign.factors[axis];
-        let x = Column::new(&factor.name, &symbol(&factor.name), &factor.unit_in_print());
+        let x = FrameColumn::new(&factor.name, &symbol(&factor.name), &factor.unit_in_print());
         let line = self.line(axis, &points)?;
         let mut rows = Vec::new();
         for (record, chosen) in &models {
@@ -63,11 +63,11 @@ impl Run {
                 }
             }
         }
-        let look = if line.is_empty() { Look::Dashes } else { Look::Line };
+        let look = if line.is_empty() { LayerLook::Dashes } else { LayerLook::Line };
         let columns = vec![
             x.clone(),
-            Column::new("growth_rate", "Growth rate", "1/s"),
-            Column::new("angular_frequency", "Angular frequency", "rad/s"),
+            FrameColumn::new("growth_rate", "Growth rate", "1/s"),
+            FrameColumn::new("angular_frequency", "Angular frequency", "rad/s"),
         ];
         frames.push(Frame { columns, rows });
         let first = self.study.campaign.factors.len();

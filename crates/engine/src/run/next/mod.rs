@@ -7,7 +7,7 @@ use super::assumed::measured_sd;
 use super::inputs::{ambient_of_all, conditions, observed, states};
 use super::rows::assembly_of;
 use crate::noise::{of_point_and_installation, varying};
-use crate::{Conditions, EngineError, Observed, Posterior, SavedModel};
+use crate::{Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
 use plan::Worth;
 use predictive::{Numbers, Predictive, Shared};
 use rayon::prelude::*;
@@ -296,7 +296,7 @@ impl<'a> Place<'a> {
     fn numbers(
         &self,
         model: &SavedModel,
-        posterior: &Posterior,
+        posterior: &TrainedPosterior,
         k: usize,
         microphones: &[usize],
     ) -> Result<Numbers, EngineError> {
