@@ -133,7 +133,7 @@ fn exact_a_quantity_is_known_as_well_as_its_prediction_and_then_better() {
     let folder = folder("quantity");
     let ranked = ranked(&folder);
     let asked = [std::iter::once(("x".to_owned(), 0.9)).collect()];
-    let (study, places) = with_points(&ranked.study, &asked).unwrap();
+    let (study, places) = with_points(&ranked.study, &ranked.study.plan.stages[0].points, &asked).unwrap();
     let wish =
         Wish { aim: Aim::Quantity, candidates: vec![2], about: Some(places[0]), points: 1, pressures: false };
     let [before, after] = ranked.ask(&study, &wish).unwrap().quantity_sd.unwrap();
