@@ -75,7 +75,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
     };
     let about: Vec<_> = args.about.iter().map(|text| values("--about", text)).collect::<Result<_, _>>()?;
-    let (study, places) = with_points(&study, &stage.points, &[asked, about].concat()).map_err(wrong)?;
+    let among = stage.points.clone();
+    let (study, places) = with_points(&study, &among, &[asked, about].concat()).map_err(wrong)?;
     let (candidates, about) = places.split_at(places.len() - usize::from(args.about.is_some()));
     let wish = Wish {
         aim: match (args.models, about.first()) {
