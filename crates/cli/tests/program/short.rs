@@ -100,7 +100,7 @@ pub(crate) fn record(folder: &Path) {
     let row = |(id, heater, thermocouples, power): (&str, bool, bool, u32)| {
         let empty = id == "C3";
         format!(
-            "[[row]]\nid = \"{id}\"\nheater = {heater}\nthermocouples = {thermocouples}\npower_w = {power}.0\nrepeats = 2\n\
+            "[[row]]\nid = \"{id}\"\nplates = {heater}\nthermometers = {thermocouples}\npower_w = {power}.0\nrepeats = 2\n\
              empty_tube = {empty}\npositions_cm = {POSITIONS:?}\n"
         )
     };

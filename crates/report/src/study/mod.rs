@@ -123,15 +123,19 @@ impl StudyPage {
         Ok(())
     }
 
-    /// Writes the files into a folder, the page last.
+    /// Writes the files into a folder, the page last. Each appears under its name only when it is complete.
     ///
     /// # Errors
     /// [`ReportError::Write`] names the file that could not be written.
     pub fn write(&self, folder: &Path) -> Result<(), ReportError> {
         for (name, content) in &self.files {
             let path = folder.join(name);
-            let written =
-                path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&path, content));
+            let partial = path.with_extension("partial");
+            let written = path
+                .parent()
+                .map_or(Ok(()), fs::create_dir_all)
+                .and_then(|()| fs::write(&partial, content))
+                .and_then(|()| fs::rename(&partial, &path));
             written.map_err(|source| ReportError::Write { path, source })?;
         }
         Ok(())

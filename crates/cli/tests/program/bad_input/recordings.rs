@@ -275,10 +275,10 @@ pub(super) const CASES: [Case; 42] = [
         ["rig.toml", "microphones.positions[1]: 0.25 m follows 0.35 m", "from the bottom of the tube upward"],
     ),
     case(
-        "heater wider than the tube",
+        "plates wider than the tube",
         |d| edit(d, "records/rig.toml", "outer_diameter = 0.047", "outer_diameter = 0.47"),
         CHECK,
-        ["rig.toml", "heater.outer_diameter: 0.47 m does not fit", "check both diameters"],
+        ["rig.toml", "plates.outer_diameter: 0.47 m does not fit", "check both diameters"],
     ),
     case(
         "pressure in bar",
