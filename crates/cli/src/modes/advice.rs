@@ -24,7 +24,7 @@ impl Change {
     pub(super) fn label(self) -> &'static str {
         match self {
             Self::Drag => "screen *e* \u{3c1}*c u*: d\u{3c3}/d*e* / s^{-1}",
-            Self::Heat => "heat *e u*: d\u{3c3}/d*e* / s^{-1}",
+            Self::Heat => "heater *e u*: d\u{3c3}/d*e* / s^{-1}",
             Self::Leak => "leak *e p*/\u{3c1}*c*: d\u{3c3}/d*e* / s^{-1}",
             Self::Area => "wider by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}",
             Self::Temperature => "warmer by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}",
@@ -46,7 +46,7 @@ impl Change {
     fn proposal(self, sign: f64) -> (&'static str, f64) {
         match self {
             Self::Drag => ("a screen that takes 0.01 rho c u", 0.01),
-            Self::Heat => ("a source of heat that adds 0.01 u in phase", 0.01),
+            Self::Heat => ("a heater that adds 0.01 u in phase", 0.01),
             Self::Leak => ("a leak that takes 0.01 p/(rho c)", 0.01),
             Self::Area if sign > 0.0 => ("0.1 m wider by 1 %", 0.001),
             Self::Area => ("0.1 m narrower by 1 %", 0.001),

@@ -155,7 +155,7 @@ fn lab_thermocouples_and_sound_speeds_serve_instead_of_clicks() {
             })
             .collect();
         let mut run = empty(0.35, &sensors, 0.5);
-        let truth = read(&pipe, &mut run, 0.5, &mut Streams::new(5).stream("thermometers"));
+        let truth = read(&pipe, &mut run, 0.5, &mut Streams::new(5).stream("thermocouples"));
         let real = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap()[3].base.clone();
         let runs = [(pipe.clone(), run.checked(&pipe).unwrap())];
         let fit = Fit::new(&runs).unwrap();

@@ -275,7 +275,7 @@ class Along(Table):
     by_screen : complex
         ds per e of a screen that takes e rho c u, 1/s.
     by_heat : complex
-        ds per e of a source of heat that adds e u in phase, 1/s.
+        ds per e of a heater that adds e u in phase, 1/s.
     by_leak : complex
         ds per e of a leak that takes e p/(rho c), 1/s.
     by_area, by_temperature : complex
