@@ -160,7 +160,7 @@ mod tests {
         let (numbers, reference) = (folder.join("numbers"), folder.join("reference"));
         fs::create_dir_all(&numbers).unwrap();
         let write = |eta: f64, winner: &str| {
-            let study = json!({ "parameters": [{ "name": "eta", "value": eta, "sd": 0.01 }], "line": [1.0, 2.0],
+            let study = json!({ "parameters": [{ "name": "eta", "value": eta, "sd": 0.01 }], "measured": [1.0, 2.0],
                 "winner": winner, "tau": 0.5 });
             fs::write(numbers.join("a.json"), study.to_string()).unwrap();
         };

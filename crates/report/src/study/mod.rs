@@ -187,7 +187,7 @@ fn answer(stage: &StageRecord) -> Option<String> {
 fn section(head: &StudyHead, stage: &StageRecord) -> String {
     let mut text = format!("<h2 id=\"{}\">{}</h2>\n", stage.id, html(&stage.title));
     let n = stage.measured.len();
-    let modes = if n == 1 { "mode".to_owned() } else { format!("{n} modes") };
+    let modes = if n == 1 { "one mode".to_owned() } else { format!("{n} modes") };
     let points = stage.measured.iter().map(|m| &m.point).collect::<std::collections::BTreeSet<_>>().len();
     let points =
         if points == 1 { "one operating point".to_owned() } else { format!("{points} operating points") };
