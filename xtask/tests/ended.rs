@@ -17,7 +17,16 @@ fn start(folder: &Path, options: &[&str]) -> Child {
     // A test that runs in the background has SIGINT ignored, and all that it starts.
     command.args(["--default-signal=INT", env!("CARGO_BIN_EXE_xtask")]);
     command.args(["reproduce", "--quick", "--only", "table-2", "--into"]).arg(folder).args(options);
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    // Beside the folder, which holds only what a run makes.
+    let said = fs::File::options().create(true).append(true).open(folder.with_extension("said")).unwrap();
+    command.stdin(Stdio::null()).stdout(said.try_clone().unwrap()).stderr(said).spawn().unwrap()
+}
+
+/// Runs to the end; what a run that fails has said is shown.
+fn complete(folder: &Path) {
+    let ended = start(folder, &[]).wait().unwrap();
+    let said = fs::read_to_string(folder.with_extension("said")).unwrap();
+    assert!(ended.success(), "{ended}: {said}");
 }
 
 /// Programs `rijke` that work in a folder.
@@ -58,11 +67,11 @@ fn end_at(name: &str, moments: u32) {
         path
     };
     let whole = folder("whole");
-    assert!(start(&whole, &[]).wait().unwrap().success());
+    complete(&whole);
     // Once more after cargo has built, for the time.
     let again = folder("again");
     let begin = Instant::now();
-    assert!(start(&again, &[]).wait().unwrap().success());
+    complete(&again);
     let whole_time = begin.elapsed();
     let whole = relative(&whole);
     assert!(whole == relative(&again) && whole.len() > 5);
@@ -88,7 +97,7 @@ fn end_at(name: &str, moments: u32) {
                 );
             }
         }
-        assert!(start(&torn, &[]).wait().unwrap().success(), "after SIG{signal}");
+        complete(&torn);
         assert!(relative(&torn) == whole, "after SIG{signal}");
     }
 }
