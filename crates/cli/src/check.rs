@@ -76,6 +76,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         .map_err(|e| of_the_engine(&e, dir))?;
     for stage in &found {
         ui.say(format!("{} ({} operating points)", stage.title, stage.points));
+        if stage.assumed > 0 {
+            ui.say(format!(
+                "  the gas at {} of them is not inferred yet: taken as ambient and at rest, so that what depends on heat or flow is not judged",
+                stage.assumed
+            ));
+        }
         for model in &stage.models {
             let widths =
                 model.widths.iter().map(|(name, w)| format!("{name} {w:.2}")).collect::<Vec<_>>().join(", ");

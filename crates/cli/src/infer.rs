@@ -1,159 +1,191 @@
-//! `rijke infer`: unknown numbers of network files from measured modes, and which file explains them best.
-
-mod modes;
-mod network;
+//! `rijke infer`: unknown numbers of network files from one table of measured modes, and which file explains them best. A short way to
+//! say a study of one stage.
 
 use crate::{
     failure::{Classify, Failure},
-    staging::write_whole,
+    staging::{StagedFolder, write_whole},
+    study::of_the_engine,
     ui::Ui,
 };
-use modes::Measured;
-use network::Template;
-use rijke_inference::{
-    Data, Forward, ForwardError, Laplace, MapOptions, NoiseGroup, Observation, Posterior, Prediction,
-};
-use rijke_numerics::{Matrix, Order};
+use rijke_engine::run::{EvidenceRecord, ModelRecord, Run, StageRecord, Trusted};
+use rijke_study::{OneTable, Study};
 use serde_json::json;
-use std::path::PathBuf;
+use std::{f64::consts::TAU, path::PathBuf};
+use toml::{Table, Value};
 
-/// Infer unknown numbers of acoustic networks (a flame's gain and delay, an end's loss, a length) from measured growth rates and
-/// frequencies, and rank the networks by evidence.
+/// Infer unknown numbers of acoustic networks (a flame's gain and delay, an end's loss, a length) from measured growth rates,
+/// frequencies and mode shapes, and rank the networks by evidence.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  rijke infer examples/ducted-flame/n-tau.toml examples/ducted-flame/second-order.toml \
     --data examples/ducted-flame/modes.csv --fitted fitted.toml\n\n\
-    A network file (docs/network-file.md) with \"$name\" in the place of numbers. A name is an unknown, with [unknown.name] and its prior, or a column\n\
-    of the data, in which each row is one measured mode with its standard deviations. Derivatives are central differences; noise\n\
-    is the stated one plus a model error that floats, one for growth rates and one for frequencies."
+    A network file (docs/network-file.md) with \"$name\" in the place of numbers. A name is an unknown, with [unknown.name] and its prior,\n\
+    or a factor: a column of the data that is not measured. Noise is the stated one plus a model error that floats, one for growth rates\n\
+    and one for frequencies. `--study DIR` writes the best file as a study of one stage, for `rijke run DIR`."
 )]
 pub(crate) struct Args {
     /// Network files that compete.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Measured modes: growth_rate_per_s, growth_rate_sd_per_s, frequency_hz, frequency_sd_hz, and a column for every $name that
-    /// is no unknown.
+    /// Measured modes, one per row: growth_rate, frequency and pressures as in observations/modes.csv, each with its standard deviation,
+    /// and a column for every factor that the files name.
     #[arg(long, value_name = "CSV")]
     data: PathBuf,
-    /// Write the file with the most evidence, its unknowns at their most probable values (columns of the data as in the row with the highest growth rate).
+    /// Write the file with the most evidence, its unknowns at their most probable values (factors as in the row with the highest growth rate).
     #[arg(long, value_name = "FILE")]
     fitted: Option<PathBuf>,
+    /// Write the file with the most evidence and the data as the folder of a study.
+    #[arg(long, value_name = "DIR")]
+    study: Option<PathBuf>,
+    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are several.
+    #[arg(long)]
+    one_start: bool,
+    /// Replace DIR if it exists.
+    #[arg(long, requires = "study")]
+    force: bool,
 }
 
 /// A network file and what was inferred of it.
 struct Found {
-    template: Template,
-    values: Vec<f64>,
-    laplace: Laplace,
-    /// Model error of growth rates, 1/s, and of frequencies, Hz.
-    noise: [f64; 2],
+    file: PathBuf,
+    table: OneTable,
+    study: Study,
+    stage: StageRecord,
+    evidence: EvidenceRecord,
+}
+
+impl Found {
+    fn model(&self) -> &ModelRecord {
+        &self.stage.models[0]
+    }
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let measured = Measured::read(&args.data)?;
-    let templates = args.files.iter().map(|f| Template::read(f, &measured)).collect::<Result<Vec<_>, _>>()?;
-    let progress = ui.progress("networks", templates.len() as u64);
+    let staged =
+        args.study.as_ref().map(|dir| StagedFolder::new(dir, "study.toml", args.force)).transpose()?;
+    // All files are read before the first is trained.
+    let studies = args.files.iter().map(|file| {
+        let table = OneTable::read(file, &args.data).or_bad_input()?;
+        let read = table.study().or_bad_input()?;
+        if read.0.rig.own.parameters.is_empty() {
+            return Err(Failure::bad_input("has no unknown").at(file).remedy(
+                "Write \"$name\" in the place of a number, and give [unknown.name] with prior = { normal = { mean = ..., sd = ... } }.",
+            ));
+        }
+        Ok((file, table, read))
+    });
+    let studies = studies.collect::<Result<Vec<_>, _>>()?;
+    let progress = ui.progress("networks", studies.len() as u64);
+    let trusted = if args.one_start { Trusted::Laplace } else { Trusted::Checked };
     let mut found = Vec::new();
-    for template in templates {
-        found.push(infer(template, &measured)?);
+    for (file, table, (study, observations)) in studies {
+        let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, file);
+        let mut run = Run::new(study.clone(), &observations, trusted).map_err(wrong)?;
+        let stage = run.next_stage().map_err(wrong)?;
+        let stage = stage.ok_or_else(|| Failure::failed("no stage was run").at(file))?;
+        let Some(evidence) = stage.models[0].evidence else {
+            let why = stage.models[0].remark.clone().unwrap_or_default();
+            return Err(Failure::failed(format!("the most probable unknowns were not found: {why}"))
+                .at(file)
+                .remedy("Give priors nearer to the truth, or fewer unknowns."));
+        };
+        found.push(Found { file: file.clone(), table, study, stage, evidence });
         progress.advance(1);
     }
     drop(progress);
-    found.sort_by(|a, b| b.laplace.evidence.ln_marginal.total_cmp(&a.laplace.evidence.ln_marginal));
-    ui.say(format!("{} measured modes", measured.rows.len()));
-    ui.say(format!("{:>10} {:>10} {:>10}   network", "ln BFL", "ln OF", "ln ML"));
-    for f in &found {
-        let e = f.laplace.evidence;
-        let file = f.template.path.display();
-        ui.say(format!("{:>10.2} {:>10.2} {:>10.2}   {file}", e.ln_best_fit, e.ln_occam, e.ln_marginal));
-        for ((p, value), sd) in f.template.unknowns.iter().zip(&f.values).zip(f.laplace.sd()) {
-            ui.say(format!("{:>34} = {value:.5e} +- {sd:.1e} {}", p.name, p.unit));
-        }
-        let [growth, frequency] = f.noise;
-        ui.say(format!("{:>34} = {growth:.3} 1/s, {frequency:.3} Hz", "model error"));
-    }
-    if let (Some(path), Some(best)) = (&args.fitted, found.first()) {
-        let row = measured.rows.iter().max_by(|a, b| a.mode[0].total_cmp(&b.mode[0]));
-        let text = best.template.text(&best.values, row.unwrap_or(&measured.rows[0]))?;
-        write_whole(path, text.as_bytes())?;
+    found.sort_by(|a, b| b.evidence.ln_marginal.total_cmp(&a.evidence.ln_marginal));
+    print(ui, &found);
+    let Some(best) = found.first() else { return ui.result(&json!([])) };
+    if let Some(path) = &args.fitted {
+        write_whole(path, fitted(best)?.as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }
+    if let (Some(staged), Some(dir)) = (staged, &args.study) {
+        keep(best, &staged)?;
+        staged.commit()?;
+        ui.note(format!("wrote {}; `rijke run {}` makes its page", dir.display(), dir.display()));
+    }
     let answers = found.iter().map(|f| {
-        let e = f.laplace.evidence;
-        let unknowns = f.template.unknowns.iter().zip(&f.values).zip(f.laplace.sd());
-        let unknowns = unknowns.map(|((p, value), sd)| json!({ "name": p.name, "unit": p.unit, "value": value, "sd": sd }));
+        let e = f.evidence;
+        let [growth, frequency, pressure] = f.model().misfit;
+        let unknowns = f.model().parameters.iter();
+        let unknowns =
+            unknowns.map(|p| json!({ "name": p.name, "unit": p.unit, "value": p.value, "sd": p.sd }));
         json!({
-            "file": f.template.path, "ln_best_fit": e.ln_best_fit, "ln_occam": e.ln_occam, "ln_marginal": e.ln_marginal,
-            "unknowns": unknowns.collect::<Vec<_>>(), "model_error": f.noise,
+            "file": f.file, "ln_best_fit": e.ln_best_fit, "ln_occam": e.ln_occam, "ln_marginal": e.ln_marginal,
+            "unknowns": unknowns.collect::<Vec<_>>(),
+            "model_error": { "growth_rate_per_s": growth, "frequency_hz": frequency / TAU, "pressure": pressure },
+            "remark": f.model().remark,
         })
     });
     ui.result(&answers.collect::<Vec<_>>())
 }
 
-fn infer(template: Template, measured: &Measured) -> Result<Found, Failure> {
-    let observation = |(k, row): (usize, &modes::Row)| {
-        let [growth, frequency] = row.sd;
-        Observation::new(format!("row {}", k + 1), row.mode.to_vec())
-            .with_floor(Matrix::diagonal(&[growth * growth, frequency * frequency]))
-            .with_independent_noise(0, &[0])
-            .with_independent_noise(1, &[1])
-    };
-    let observations = measured.rows.iter().enumerate().map(observation).collect();
-    let groups = vec![NoiseGroup::floated("growth rate", "1/s"), NoiseGroup::floated("frequency", "Hz")];
-    let data = Data::new(observations, groups).or_bad_input()?;
-    let parameters = template.parameters()?;
-    let model = Model { template: &template, measured };
-    let at = |f: Failure| f.at(&template.path);
-    let posterior = Posterior::new(&model, &data, &parameters).or_bad_input().map_err(at)?;
-    let fit = posterior.map(&MapOptions::default()).or_failed().map_err(at)?;
-    if !fit.stop.converged() {
-        return Err(at(Failure::failed(format!("the most probable unknowns were not found: {}", fit.stop))
-            .remedy("Give priors nearer to the truth, or fewer unknowns.")));
+fn print(ui: &Ui, found: &[Found]) {
+    ui.say(format!("{} measured modes", found.first().map_or(0, |f| f.stage.measured.len())));
+    ui.say(format!("{:>10} {:>10} {:>10}   network", "ln BFL", "ln OF", "ln ML"));
+    for f in found {
+        let e = f.evidence;
+        let file = f.file.display();
+        ui.say(format!("{:>10.2} {:>10.2} {:>10.2}   {file}", e.ln_best_fit, e.ln_occam, e.ln_marginal));
+        for p in &f.model().parameters {
+            ui.say(format!("{:>34} = {:.5e} +- {:.1e} {}", p.name, p.value, p.sd, p.unit));
+        }
+        let [growth, frequency, _] = f.model().misfit;
+        ui.say(format!("{:>34} = {growth:.3} 1/s, {:.3} Hz", "model error", frequency / TAU));
+        if let Some(remark) = &f.model().remark {
+            ui.say(format!("{:>34}   {remark}", "check"));
+        }
     }
-    let mut laplace = posterior.laplace(&fit).or_failed().map_err(at)?;
-    laplace.evidence.datapoints = measured.rows.len();
-    let noise = [0, 1].map(|g| fit.noise.get(g).map_or(f64::NAN, |n| n.sd));
-    Ok(Found { values: fit.parameters, laplace, noise, template })
 }
 
-/// The modes of every row as functions of the unknowns.
-struct Model<'a> {
-    template: &'a Template,
-    measured: &'a Measured,
+/// The files of a study of one stage.
+fn keep(best: &Found, staged: &StagedFolder) -> Result<(), Failure> {
+    let origin = "kind = \"measured\"\nsource = \"the table of `rijke infer`\"\n";
+    let files = [
+        ("rig.toml", best.table.rig.as_str()),
+        ("campaign.csv", &best.table.campaign),
+        ("study.toml", &best.table.plan),
+        ("observations/modes.csv", &best.table.modes),
+        ("observations/observations.toml", origin),
+    ];
+    for (name, text) in files {
+        let path = staged.path().join(name);
+        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        made.and_then(|()| std::fs::write(&path, text)).or_failed().map_err(|f| f.at(&path))?;
+    }
+    Ok(())
 }
 
-/// Step of the central differences, in prior standard deviations: their error is some 1e-8 of the value.
-const STEP: f64 = 1e-4;
+/// The network file with numbers in the place of unknowns and factors.
+fn fitted(best: &Found) -> Result<String, Failure> {
+    let mut table: Table = toml::from_str(&best.table.rig).or_failed()?;
+    table.remove("unknown");
+    let growth = |k: &usize| best.stage.measured[*k].growth_rate.map_or(f64::NEG_INFINITY, |g| g[0]);
+    let row = (0..best.stage.measured.len()).max_by(|a, b| growth(a).total_cmp(&growth(b))).unwrap_or(0);
+    let factors = best.study.campaign.factors.iter().zip(&best.stage.measured[row].factors);
+    let mut numbers: Vec<(&str, f64)> =
+        best.model().parameters.iter().map(|p| (p.name.as_str(), p.value)).collect();
+    numbers.extend(factors.filter_map(|(f, v)| Some((f.name.as_str(), (*v)?))));
+    table.iter_mut().for_each(|(_, value)| fill(value, &numbers));
+    toml::to_string(&table).or_failed()
+}
 
-impl Forward for Model<'_> {
-    fn predict(&self, unknowns: &[f64], order: Order) -> Result<Prediction, ForwardError> {
-        let all = |values: &[f64]| -> Result<Vec<f64>, ForwardError> {
-            let modes = self.measured.rows.iter().map(|row| self.template.mode(values, row));
-            let modes: Result<Vec<[f64; 2]>, _> = modes.collect();
-            modes.map(|m| m.concat()).map_err(ForwardError::recoverable)
-        };
-        let values = all(unknowns)?;
-        let mut jacobian = Matrix::default();
-        if order >= Order::First {
-            jacobian = Matrix::zeros(values.len(), unknowns.len());
-            for (i, parameter) in self.template.unknowns.iter().enumerate() {
-                let width = parameter.prior.quantile(0.84) - parameter.prior.quantile(0.16);
-                let step = 0.5 * STEP * width;
-                let side = |sign: f64| {
-                    let mut moved = unknowns.to_vec();
-                    moved[i] += sign * step;
-                    all(&moved)
-                };
-                let (up, down) = (side(1.0)?, side(-1.0)?);
-                for (row, (up, down)) in up.iter().zip(&down).enumerate() {
-                    jacobian[(row, i)] = (up - down) / (2.0 * step);
+/// Puts numbers in the place of `"$name"`, and of names in formulas.
+fn fill(value: &mut Value, numbers: &[(&str, f64)]) {
+    match value {
+        Value::String(text) => {
+            let alone = numbers.iter().find(|(name, _)| text.strip_prefix('$').unwrap_or(text) == *name);
+            if let Some((_, number)) = alone {
+                *value = Value::Float(*number);
+            } else if text.contains('$') {
+                for (name, number) in numbers {
+                    *text = text.replace(&format!("${name}"), &format!("({number:e})"));
                 }
             }
         }
-        Ok(Prediction { values, jacobian, curvature: Vec::new() })
-    }
-
-    fn highest_order(&self) -> Order {
-        Order::First
+        Value::Array(list) => list.iter_mut().for_each(|v| fill(v, numbers)),
+        Value::Table(table) => table.iter_mut().for_each(|(_, v)| fill(v, numbers)),
+        _ => {}
     }
 }

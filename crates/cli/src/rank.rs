@@ -80,18 +80,19 @@ pub(crate) struct Results {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    let study = open(dir)?;
+    let mut study = open(dir)?;
     if !study.plan.responses.is_empty() {
         return crate::study_responses::run(study, args.force, ui);
     }
     let observations = observations(&study)?;
     let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?;
-    let (mut plan, claims) = (study.plan.clone(), study.claims.clone());
     if let Some(id) = &args.until {
-        let Some((k, _)) = plan.stage(id) else { return Err(no_stage(id, &plan, dir)) };
-        plan.stages.truncate(k + 1);
-        plan.questions.retain(|q| study.plan.stage(&q.stage).is_some_and(|(at, _)| at <= k));
+        let Some((k, _)) = study.plan.stage(id) else { return Err(no_stage(id, &study.plan, dir)) };
+        let whole = study.plan.clone();
+        study.plan.stages.truncate(k + 1);
+        study.plan.questions.retain(|q| whole.stage(&q.stage).is_some_and(|(at, _)| at <= k));
     }
+    let (plan, claims) = (study.plan.clone(), study.claims.clone());
     let steps = 2 * plan.stages.len() + plan.questions.len();
     let progress = ui.progress("stages", steps as u64);
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);

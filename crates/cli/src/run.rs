@@ -44,7 +44,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let base = dir.join("base");
     // Inferred states can also be brought along.
     let inferable = observations.join("pings.csv").is_file() && observations.join("rig.toml").is_file();
-    if study.plan.base == Base::States && inferable && (args.force || !base.is_dir()) {
+    if matches!(study.plan.base, Base::States(_)) && inferable && (args.force || !base.is_dir()) {
         ui.note(format!("flow {}", dir.display()));
         flow::of_study(dir, &base, args.force, &step)?;
     }

@@ -17,7 +17,8 @@ pub enum EngineError {
     },
     /// The gas at a point is not known.
     #[error(
-        "nothing is known of the gas at `{point}`: base/states.json has no state of it; ask for a point of the campaign that has one"
+        "nothing is known of the gas at operating point {point}: base/states.json has no state of it; make it with `rijke flow DIR` of clicks \
+         at this point, or leave the point out of [base.states] in study.toml if its gas is ambient and at rest"
     )]
     NoState {
         /// The operating point.
@@ -78,13 +79,21 @@ pub enum EngineError {
         /// The mode of the model, Hz.
         described_hz: f64,
     },
-    /// A length, an area or a place is unknown, which modes cannot tell.
+    /// A rig of unknown lengths that is more than straight ducts of one temperature each, in gas at rest.
+    #[error("at operating point {point}: {problem}, where lengths or places of the rig are unknown")]
+    Shape {
+        /// The operating point.
+        point: String,
+        /// Why, and the remedy.
+        problem: &'static str,
+    },
+    /// A length or an area that is not positive.
     #[error(
-        "the length, area or place of part `{part}` is unknown: train it on responses, or give it a number"
+        "at operating point {point}: a length or an area of the rig is not positive with these parameters"
     )]
-    UnknownShape {
-        /// The part.
-        part: String,
+    Impossible {
+        /// The operating point.
+        point: String,
     },
     /// A response that the model does not have.
     #[error("response `{response}` at operating point {point}: {problem}")]
@@ -151,7 +160,9 @@ pub enum EngineError {
         found: usize,
     },
     /// No point of a stage was observed.
-    #[error("stage `{stage}`: none of its points was observed; check its selection and the observations")]
+    #[error(
+        "stage `{stage}`: none of its points was observed; observe some, correct its `points`, or stop before it with `rijke rank --until`"
+    )]
     NoPoint {
         /// The stage.
         stage: String,
@@ -203,6 +214,7 @@ impl EngineError {
         match self {
             Self::Network { source, .. } => source.is_recoverable(),
             Self::Inference(source) => source.is_recoverable(),
+            Self::Impossible { .. } => true,
             _ => false,
         }
     }

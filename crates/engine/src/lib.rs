@@ -20,6 +20,7 @@ mod predictor;
 pub mod response;
 pub mod run;
 mod saved;
+mod shape;
 mod spectrum;
 mod training;
 
@@ -32,5 +33,6 @@ pub use point::PointModel;
 pub use prediction::{PointPrediction, TrainedPosterior};
 pub use predictor::Predictor;
 pub use saved::SavedModel;
+pub use shape::ShapeModel;
 pub use spectrum::{ModeDetails, Spectrum};
 pub use training::{Knowledge, Trained, Training, train};

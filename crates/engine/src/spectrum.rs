@@ -56,24 +56,24 @@ impl PointModel<'_> {
         let region = Region { sigma, omega: [limit(0), limit(1)] };
         let (chain, work) = (self.chain(), &mut Workspace::default());
         let fail = |source| self.no_answer(source);
-        let modes = chain.modes(&filled, &region, work).map_err(fail)?;
-        let poles = chain.poles(&filled, &region).map_err(fail)?.into_iter().map(|(s, _)| s);
+        let modes = chain.modes(&*filled, &region, work).map_err(fail)?;
+        let poles = chain.poles(&*filled, &region).map_err(fail)?.into_iter().map(|(s, _)| s);
         let poles = poles.filter(|s| region.contains(*s)).collect();
         let samples = (POINTS / chain.count().max(1)).clamp(2, POINTS / 20) + 1;
         let mut details = Vec::new();
         for mode in &modes.modes {
             let root = Root { s: mode.s, steps: 0, residual: mode.residual };
-            let balance = chain.balance(&filled, &root, work).map_err(fail)?;
+            let balance = chain.balance(&*filled, &root, work).map_err(fail)?;
             let mut laws: Vec<(String, f64)> = Vec::new();
             for (law, power) in balance.places.iter().flat_map(|p| &p.laws) {
-                let name = rijke_network::Coefficients::name(&filled, *law);
+                let name = rijke_network::Coefficients::name(&*filled, *law);
                 match laws.iter_mut().find(|(known, _)| *known == name) {
                     Some((_, sum)) => *sum += 0.5 * power,
                     None => laws.push((name, 0.5 * power)),
                 }
             }
-            let condition = chain.condition(&filled, &root, work).map_err(fail)?;
-            let stations = chain.along(&filled, &root, samples, work).map_err(fail)?;
+            let condition = chain.condition(&*filled, &root, work).map_err(fail)?;
+            let stations = chain.along(&*filled, &root, samples, work).map_err(fail)?;
             details.push(ModeDetails { balance, laws, condition, stations });
         }
         Ok((region, Spectrum { modes, poles, details }))

@@ -1,6 +1,6 @@
 //! The state of the gas at an operating point: temperature along the ducts, mass flow, and their errors.
 
-use crate::rig::{DuctAt, GasModel, Layout, Rig};
+use crate::rig::{Duct, DuctAt, GasModel, Layout, Rig, Shape};
 use crate::{Point, Problem};
 use rijke_rig::GasState;
 
@@ -46,6 +46,8 @@ pub enum Cause {
     Ambient(Sharing),
     /// A reading of the state at a place, numbered.
     Reading(usize, Sharing),
+    /// The temperature that the file of the rig gives a part, at all points.
+    Part(String),
     /// The mass flow.
     Flow(Sharing),
     /// A cause that an inference of the base states itself names.
@@ -126,9 +128,21 @@ impl BaseState {
                 vec![if d.temperatures.is_empty() { ambient[1] } else { 0.0 }; d.temperatures.len().max(2)]
             })
             .collect();
+        let error =
+            |cause, temperature| BaseError { cause, mass_flow: 0.0, numbers: Vec::new(), temperature };
         if free.iter().any(|sd| *sd > 0.0) {
-            state.errors =
-                vec![BaseError { cause: day, mass_flow: 0.0, numbers: Vec::new(), temperature: free }];
+            state.errors.push(error(day, free));
+        }
+        for duct in &layout.ducts {
+            let part = &rig.parts[duct.part];
+            let Shape::Duct(Duct { temperature_sd: sd, .. }) = part.shape else { continue };
+            if sd > 0.0 {
+                let own = |d: &DuctAt| {
+                    vec![if d.part == duct.part { sd } else { 0.0 }; d.temperatures.len().max(2)]
+                };
+                let change = layout.ducts.iter().flat_map(own).collect();
+                state.errors.push(error(Cause::Part(part.name.clone()), change));
+            }
         }
         state
     }

@@ -107,7 +107,20 @@ pub fn read_modes(path: &Path, rig: &Rig, campaign: &Campaign) -> Result<Vec<Obs
     parse(&Source::read(path)?, rig, campaign)
 }
 
-fn parse(source: &Source, rig: &Rig, campaign: &Campaign) -> Result<Vec<ObservedMode>, StudyError> {
+/// Whether a column, by its heading, holds what was measured of a mode, whatever the microphones are called.
+pub(crate) fn is_of_modes(text: &str) -> bool {
+    let name = text.split(['[', ' ']).next().unwrap_or_default();
+    let word = name.strip_prefix("sd_").or_else(|| name.strip_suffix("_sd")).unwrap_or(name);
+    let of_pressure = |word: &str| ["_re", "_im", "_abs", "_arg"].iter().any(|end| word.ends_with(end));
+    let known = ["mode", "growth_rate", "frequency", "angular_frequency"];
+    known.contains(&word) || IGNORED.contains(&word) || of_pressure(word) || word.starts_with("cov_")
+}
+
+pub(crate) fn parse(
+    source: &Source,
+    rig: &Rig,
+    campaign: &Campaign,
+) -> Result<Vec<ObservedMode>, StudyError> {
     let mut reader = source.table();
     let wrong = |error: csv::Error| source.csv(&error);
     let header = reader.headers().map_err(wrong)?.clone();

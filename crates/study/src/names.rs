@@ -3,6 +3,9 @@
 use crate::Problem;
 use rijke_formula::{Kind, Name, Scope};
 
+/// Meaning of the names that are factors.
+pub(crate) const FACTOR: &str = "factor of the campaign";
+
 /// Complex angular frequency.
 pub const S: usize = 0;
 /// Density, and so on: the gas where a law acts, in the order of the table below.

@@ -19,7 +19,7 @@ fn data() -> String {
     let mut noise = Streams::new(1).stream("ducted-flame");
     let mut text =
         "# Virtual: modes of truth.toml with noise; written by the test `ducted_flame` of crates/cli.\n\
-                    chamber_length,growth_rate_per_s,growth_rate_sd_per_s,frequency_hz,frequency_sd_hz\n"
+                    chamber_length [m],growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n"
             .to_owned();
     for length in (6..=18).map(|k| 0.05 * f64::from(k)) {
         let built = read(&truth.replace("\"$chamber_length\"", &format!("{length:.2}"))).unwrap();
@@ -89,14 +89,23 @@ fn exact_what_cannot_be_inferred_is_refused() {
             assert!(said.contains(part), "no `{part}` in\n{said}");
         }
     };
-    refused("\"$n\"", "\"$gain\"", &["`$gain` is neither an unknown nor a column", "chamber_length"]);
-    refused("delay = \"$delay\"", "delay = 2e-3", &["the unknown `delay` appears nowhere as \"$delay\""]);
+    refused("\"$n\"", "\"$gain\"", &["unknown or factor called `$gain", "chamber_length"]);
+    refused("delay = \"$delay\"", "delay = 2e-3", &["`$delay` is used nowhere"]);
     refused("sd = 0.5", "sd = -0.5", &["n", "-0.5"]);
-    refused("type = \"flame\"", "type = \"fire\"", &["fire", "middle of the priors"]);
+    refused("type = \"flame\"", "type = \"fire\"", &["fire", "helmholtz"]);
     let output = rijke(&folder, &["infer", &example("n-tau.toml"), "--data", &example("truth.toml")]);
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        output.status.code() == Some(2) && said.contains("there is no column growth_rate_per_s"),
-        "{said}"
-    );
+    assert!(output.status.code() == Some(2) && said.contains("truth.toml, line"), "{said}");
+}
+
+#[test]
+fn behaviour_the_best_network_becomes_a_study_with_a_page() {
+    let folder = scratch("ducted-flame-study");
+    let [file, modes] = ["second-order.toml", "modes.csv"].map(example);
+    let output = rijke(&folder, &["infer", &file, "--data", &modes, "--study", "flame", "--one-start"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = rijke(&folder, &["run", "flame", "--one-start"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && said.contains("-47.5"), "{said}");
+    assert!(folder.join("flame/results/index.html").is_file());
 }

@@ -12,7 +12,8 @@ const POSITIONS: [u32; 4] = [25, 45, 60, 75];
 
 const STUDY: &str = r#"name = "A short campaign"
 question = "By which law does the heater drive the tube?"
-base = "states"
+[base.states]
+points = { where = { Q_h = { above = 0 } } }
 
 [[stage]]
 id = "empty-tube"

@@ -7,10 +7,11 @@ mod fill;
 use crate::EngineError;
 use crate::assembly::Assembly;
 use crate::conditions::Conditions;
+use crate::shape::{Moving, ShapeModel};
 use fill::Filled;
 use rijke_formula::Formula;
 use rijke_network::flow_chain::FlowChain;
-use rijke_network::{Chain, Network, NetworkError, Newton, Places, Response, Root, Workspace};
+use rijke_network::{Chain, Coefficients, Network, NetworkError, Newton, Places, Response, Root, Workspace};
 use rijke_numerics::{C64, Jet, Order};
 use rijke_study::MeanFlow;
 
@@ -20,6 +21,8 @@ pub struct PointModel<'a> {
     pub(crate) assembly: &'a Assembly,
     id: String,
     network: Network,
+    /// Where lengths are unknown: the laws that stand in the place of `laws`.
+    shape: Option<ShapeModel<'a>>,
     /// The same ducts and laws in the mean flow, if the model has one and the gas flows here.
     flowing: Option<FlowChain>,
     laws: Vec<LawAt>,
@@ -56,9 +59,6 @@ impl<'a> PointModel<'a> {
         conditions: &Conditions,
         microphones: &[usize],
     ) -> Result<Self, EngineError> {
-        if let Some(part) = assembly.rig.of_unknown_shape() {
-            return Err(EngineError::UnknownShape { part: part.name.clone() });
-        }
         let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
         let layout = &conditions.layout;
         let reference = microphones.iter().position(|m| *m == assembly.rig.microphones.reference);
@@ -66,19 +66,14 @@ impl<'a> PointModel<'a> {
         // Where nothing listens, the mode is scaled by the pressure at a place that is no simple fraction of the length.
         let elsewhere = 0.3719 * layout.length;
         let at_reference = reference.map_or(elsewhere, |k| heard[k]);
-        let cuts = cuts::all(assembly, conditions, heard.iter().copied().chain([at_reference]));
-        let stretches = cuts::segments(conditions, &cuts);
-        let network = Network::new(stretches.iter().map(|s| s.segment).collect()).map_err(fail)?;
-        let places = Places {
-            at: heard.iter().map(|x| network.place_at(*x)).collect::<Result<_, _>>().map_err(fail)?,
-            reference: network.place_at(at_reference).map_err(fail)?,
-        };
+        let instruments = || heard.iter().copied().chain([at_reference]);
         let travel = conditions.base.travel_time(0.0, layout.length);
         let guess = C64::new(-10.0, std::f64::consts::PI / travel);
-        let mut model = Self {
+        let bare = |network, shape, places| Self {
             assembly,
             id: conditions.id.clone(),
             network,
+            shape,
             flowing: None,
             laws: Vec::new(),
             prepared: Vec::new(),
@@ -88,6 +83,19 @@ impl<'a> PointModel<'a> {
             reference,
             guess,
         };
+        if assembly.rig.of_unknown_shape().is_some() {
+            let shape = ShapeModel::new(assembly, conditions, &instruments().collect::<Vec<_>>())?;
+            let (network, all) = (shape.network.clone(), &shape.microphones);
+            let places = Places { at: all[..heard.len()].to_vec(), reference: all[heard.len()] };
+            return Ok(bare(network, Some(shape), places));
+        }
+        let stretches = cuts::segments(conditions, &cuts::all(assembly, conditions, instruments()));
+        let network = Network::new(stretches.iter().map(|s| s.segment).collect()).map_err(fail)?;
+        let places = Places {
+            at: heard.iter().map(|x| network.place_at(*x)).collect::<Result<_, _>>().map_err(fail)?,
+            reference: network.place_at(at_reference).map_err(fail)?,
+        };
+        let mut model = bare(network, None, places);
         model.attach(conditions, &stretches).map_err(fail)?;
         model.complete_walls();
         model.forget_unused();
@@ -152,26 +160,32 @@ impl<'a> PointModel<'a> {
         work: &mut Workspace,
     ) -> Result<Response, EngineError> {
         let (filled, root) = self.solve(values, work)?;
-        let found = self.chain().respond(&filled, &root, &self.places, order, work);
+        let found = self.chain().respond(&*filled, &root, &self.places, order, work);
         found.map_err(|source| self.no_answer(source))
     }
 
-    pub(crate) fn filled<'m>(&'m self, values: &'m [f64]) -> Result<Filled<'m>, EngineError> {
+    pub(crate) fn filled<'m>(
+        &'m self,
+        values: &'m [f64],
+    ) -> Result<Box<dyn Coefficients + Sync + 'm>, EngineError> {
         let expected = self.assembly.parameters().len();
         if values.len() != expected {
             return Err(EngineError::Count { expected, found: values.len() });
         }
-        Ok(Filled::new(self, values))
+        match &self.shape {
+            Some(shape) => Ok(Box::new(Moving::new(shape, values, &self.id)?)),
+            None => Ok(Box::new(Filled::new(self, values))),
+        }
     }
 
     fn solve<'m>(
         &'m self,
         values: &'m [f64],
         work: &mut Workspace,
-    ) -> Result<(Filled<'m>, Root), EngineError> {
+    ) -> Result<(Box<dyn Coefficients + Sync + 'm>, Root), EngineError> {
         let filled = self.filled(values)?;
         let settings = Newton { tolerance: EIGENVALUE_TOLERANCE, ..Newton::default() };
-        let root = self.chain().solve(&filled, self.guess, &settings, work);
+        let root = self.chain().solve(&*filled, self.guess, &settings, work);
         root.map(|root| (filled, root)).map_err(|source| self.no_answer(source))
     }
 

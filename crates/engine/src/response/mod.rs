@@ -2,14 +2,10 @@
 //! head whose errors are integrated over.
 
 mod data;
-mod extents;
-mod fill;
-mod model;
 mod predict;
 mod record;
 mod residual;
 mod stage;
 
-pub use model::ResponseModel;
 pub use record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 pub use stage::ResponseRun;

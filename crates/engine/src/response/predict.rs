@@ -1,8 +1,7 @@
 //! What response models predict, as a forward model of an inference.
 
-use super::fill::Filled;
-use super::model::{LawOf, ResponseModel};
 use crate::EngineError;
+use crate::shape::{Filled, LawOf, ShapeModel};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_network::{Source, Workspace};
@@ -14,7 +13,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Debug)]
 pub(super) struct Load<'a> {
     pub(super) point: String,
-    pub(super) model: ResponseModel<'a>,
+    pub(super) model: ShapeModel<'a>,
     pub(super) what: ResponseKind,
     pub(super) frequency_hz: Vec<f64>,
 }
@@ -29,14 +28,8 @@ pub(super) struct Responses<'a> {
 impl Load<'_> {
     /// The response at every frequency, with derivatives in the free parameters and s.
     pub(super) fn answer(&self, values: &[f64], order: Order) -> Result<Vec<Jet>, EngineError> {
-        let filled = Filled::new(&self.model, values, order);
-        if !filled.is_possible() {
-            let segments = self.model.network.segments().len();
-            let source =
-                rijke_network::NetworkError::Segment { index: segments, quantity: "length", value: f64::NAN };
-            return Err(EngineError::Network { point: self.point.clone(), source });
-        }
         let order = order.max(Order::First);
+        let filled = Filled::new(&self.model, values, self.model.space(order), &self.point)?;
         self.frequency_hz
             .par_iter()
             .map_init(Workspace::default, |work, f| {
@@ -110,15 +103,7 @@ impl Forward for Quick<'_, '_> {
 impl Forward for Responses<'_> {
     fn predict(&self, values: &[f64], order: Order) -> Result<Prediction, ForwardError> {
         let answers = self.answers(values, order).map_err(|error| {
-            let impossible = matches!(
-                error,
-                EngineError::Network { source: rijke_network::NetworkError::Segment { .. }, .. }
-            );
-            if impossible || error.is_recoverable() {
-                ForwardError::recoverable(error)
-            } else {
-                ForwardError::fatal(error)
-            }
+            if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
         })?;
         let (p, n) = (self.parameters, 2 * answers.iter().map(Vec::len).sum::<usize>());
         let all = || answers.iter().flatten();
@@ -168,7 +153,7 @@ mod tests {
         let conditions = conditions_at(&study, 1).unwrap();
         let load = Load {
             point: "s1-xxxo".into(),
-            model: ResponseModel::new(&assembly, &conditions).unwrap(),
+            model: ShapeModel::new(&assembly, &conditions, &conditions.layout.microphones).unwrap(),
             what: ResponseKind::Reflection { at: Place::Upstream, reference_area: Some(1.2e-5) },
             frequency_hz: vec![333.0, 1490.0, 3800.0],
         };
@@ -193,15 +178,5 @@ mod tests {
                 slopes_near(&slopes_from(0.3, |h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
             }
         }
-    }
-
-    #[test]
-    fn message_modes_refuse_an_unknown_length() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/plain-tube");
-        let study = Study::open(&folder).unwrap();
-        let assembly = Assembly::new(Arc::new(study.rig.clone()), Vec::new(), &Default::default()).unwrap();
-        let conditions = conditions_at(&study, 0).unwrap();
-        let error = crate::PointModel::new(&assembly, &conditions, &[]).unwrap_err().to_string();
-        assert!(error.contains("`tube`") && error.contains("train it on responses"), "{error}");
     }
 }

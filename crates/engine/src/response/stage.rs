@@ -1,11 +1,11 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
 use super::data::{Blocks, Measured};
-use super::model::ResponseModel;
 use super::predict::{Load, Quick, Responses};
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::left;
 use crate::run::{EvidenceRecord, ParameterRecord, conditions_at};
+use crate::shape::ShapeModel;
 use crate::{Assembly, Conditions, EngineError, Knowledge};
 use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior, Prior};
 use rijke_numerics::{C64, Order, Streams};
@@ -287,7 +287,7 @@ impl ResponseRun {
             let conditions: Conditions = conditions_at(&self.study, *point)?;
             loads.push(Load {
                 point: conditions.id.clone(),
-                model: ResponseModel::new(assembly, &conditions)?,
+                model: ShapeModel::new(assembly, &conditions, &conditions.layout.microphones)?,
                 what: what.clone(),
                 frequency_hz: m.frequency_hz.clone(),
             });

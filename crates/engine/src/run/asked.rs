@@ -6,7 +6,7 @@ use crate::{Conditions, EngineError, Misfit, PointModel, PointPrediction, SavedM
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
-use rijke_study::plan::{Base, Selection};
+use rijke_study::plan::Selection;
 use rijke_study::{Observations, Point, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -102,7 +102,7 @@ pub fn modes_at(
         None => study.campaign.points.iter().map(|p| p.ambient).collect(),
     };
     ambient.iter_mut().for_each(|t| *t = t.or(Some([study.rig.temperature, 0.0])));
-    let states = if observations.is_some() { states(study, &ambient)? } else { BTreeMap::new() };
+    let states = states(study, &ambient, observations.is_some())?;
     let conditions = conditions(study, point_of, states.get(&point), ambient[point])?;
     let (assembly, values) = match model {
         Some(model) => {
@@ -151,21 +151,17 @@ pub fn forecast(
     points: &[usize],
 ) -> Result<Vec<Forecast>, EngineError> {
     let ambient = ambient_of_all(study, observations);
-    let states = states(study, &ambient)?;
+    let states = states(study, &ambient, true)?;
     let assembly = assembly_of(study, &model.candidates, &model.hold)?;
     let rig = &study.rig;
     let posterior = model.posterior()?;
     let misfit = Misfit::of(&posterior.noise);
     let heard = Some(rig.microphones.reference).filter(|_| !rig.microphones.at.is_empty());
     let trained = || model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(k, _)| k));
-    let had_states = study.plan.base == Base::States && trained().any(|k| states.contains_key(&k));
     // Of a point that was not measured nothing else is known.
     let usual = trained().find_map(|k| ambient[k]);
     let one = |&k: &usize| -> Result<Forecast, EngineError> {
         let point = &study.campaign.points[k];
-        if had_states && !states.contains_key(&k) {
-            return Err(EngineError::NoState { point: point.id.clone() });
-        }
         let ambient = ambient[k].or(usual);
         let conditions: Conditions = conditions(study, point, states.get(&k), ambient)?;
         let p: PointPrediction =

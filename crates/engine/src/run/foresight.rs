@@ -1,6 +1,6 @@
 //! What planned measurements would tell of the models of a study, before anything is measured.
 
-use super::inputs::{ambient_of_all, conditions, states};
+use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
 use super::rows::{Choice, Row, assembly_of, rows_of};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
@@ -26,6 +26,8 @@ pub struct StageForesight {
     pub title: String,
     /// How many operating points train it.
     pub points: usize,
+    /// At how many of them the gas is not known yet: it is taken as ambient and at rest.
+    pub assumed: usize,
     /// Its models.
     pub models: Vec<Foreseen>,
 }
@@ -69,16 +71,17 @@ pub fn foresight(
         None => study.campaign.points.iter().map(|p| p.ambient).collect(),
     };
     let known: Vec<Option<[f64; 2]>> = known.into_iter().map(|t| t.or(Some([ambient, 0.0]))).collect();
-    // What is inferred from readings is not there yet: the gas is then as if nothing heated it.
-    let states = if observations.is_some() { states(study, &known)? } else { BTreeMap::new() };
+    let states = states(study, &known, observations.is_some())?;
     let mut done: BTreeMap<String, (Choice, Information)> = BTreeMap::new();
     let mut all = Vec::new();
     for stage in &study.plan.stages {
         let meant = study.campaign.points.iter().enumerate();
         let meant = meant.filter(|(_, p)| stage.points.holds(&study.campaign, p));
+        let meant: Vec<_> = meant.take(stage.points.first.unwrap_or(usize::MAX)).collect();
+        let assumed = meant.iter().filter(|(k, p)| lacks_state(study, p, states.get(k))).count();
         let points: Vec<Conditions> = meant
-            .take(stage.points.first.unwrap_or(usize::MAX))
-            .map(|(k, p)| conditions(study, p, states.get(&k), known[k]))
+            .iter()
+            .map(|(k, p)| conditions_or_ambient(study, p, states.get(k), known[*k]))
             .collect::<Result<_, _>>()?;
         if points.is_empty() {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
@@ -92,7 +95,7 @@ pub fn foresight(
             done.insert(stage.id.clone(), (row.choice, first));
         }
         let (id, title) = (stage.id.clone(), stage.title.clone());
-        all.push(StageForesight { id, title, points: points.len(), models });
+        all.push(StageForesight { id, title, points: points.len(), assumed, models });
     }
     Ok(all)
 }

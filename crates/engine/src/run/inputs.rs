@@ -18,22 +18,30 @@ pub(super) fn ambient_of_all(study: &Study, observations: &Observations) -> Vec<
     points.map(|(k, point)| observations.ambient.get(&k).copied().or(point.ambient).or(of_the_file)).collect()
 }
 
-/// The states that were inferred or read, by the place of their point.
+/// The states that were inferred or read, by the place of their point; `measured` says whether readings must be there.
 pub(super) fn states(
     study: &Study,
     ambient: &[Option<[f64; 2]>],
+    measured: bool,
 ) -> Result<BTreeMap<usize, BaseState>, EngineError> {
     let campaign = &study.campaign;
     match &study.plan.base {
         Base::Ambient | Base::Rig => Ok(BTreeMap::new()),
-        Base::States => {
-            let states = read_states(&study.folder.join("base").join("states.json"), &study.rig)?;
+        Base::States(_) => {
+            let path = study.folder.join("base").join("states.json");
+            // Cold points need none; a point that does is refused by [`conditions`].
+            if !path.exists() {
+                return Ok(BTreeMap::new());
+            }
+            let states = read_states(&path, &study.rig)?;
             let place = |(id, state): (String, BaseState)| Some((campaign.point(&id)?.0, state));
             Ok(states.into_iter().filter_map(place).collect())
         }
         Base::HeatedFlow(heated) => {
             let path = study.folder.join("observations").join("readings.csv");
-            let readings = read_readings(&path, campaign)?;
+            // Before anything is measured the gas is as the priors have it.
+            let readings =
+                if measured || path.exists() { read_readings(&path, campaign)? } else { Vec::new() };
             let layout = |(k, point): (usize, &Point)| {
                 let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
                 ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
@@ -48,8 +56,27 @@ pub(super) fn states(
     }
 }
 
+/// Whether the state of the gas at a point must have been inferred, and was not.
+pub(super) fn lacks_state(study: &Study, point: &Point, inferred: Option<&BaseState>) -> bool {
+    let due = |points: &Selection| points.holds(&study.campaign, point);
+    inferred.is_none() && matches!(&study.plan.base, Base::States(points) if due(points))
+}
+
 /// The conditions of an operating point of a study, of which `inferred` may be known.
 pub(super) fn conditions(
+    study: &Study,
+    point: &Point,
+    inferred: Option<&BaseState>,
+    ambient: Option<[f64; 2]>,
+) -> Result<Conditions, EngineError> {
+    if lacks_state(study, point, inferred) {
+        return Err(EngineError::NoState { point: point.id.clone() });
+    }
+    conditions_or_ambient(study, point, inferred, ambient)
+}
+
+/// As [`conditions`]; gas whose state must yet be inferred has the ambient temperature and rests.
+pub(super) fn conditions_or_ambient(
     study: &Study,
     point: &Point,
     inferred: Option<&BaseState>,
@@ -80,7 +107,7 @@ pub(super) fn conditions(
 pub(crate) fn conditions_at(study: &Study, k: usize) -> Result<Conditions, EngineError> {
     let point = &study.campaign.points[k];
     let of_the_file = Some([study.rig.temperature, 0.0]);
-    conditions(study, point, None, point.ambient.or(of_the_file))
+    conditions_or_ambient(study, point, None, point.ambient.or(of_the_file))
 }
 
 /// All observations of a study, in the order of its table.
@@ -94,6 +121,10 @@ pub(super) fn observed(
     let mut all = Vec::new();
     for mode in &observations.modes {
         let point = &study.campaign.points[mode.point];
+        let wanted = study.plan.stages.iter().any(|stage| stage.points.holds(&study.campaign, point));
+        if !wanted && lacks_state(study, point, states.get(&mode.point)) {
+            continue;
+        }
         let conditions = match known.get(&mode.point) {
             Some(conditions) => conditions.clone(),
             None => {

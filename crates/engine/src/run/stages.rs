@@ -8,6 +8,7 @@ use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
 use rayon::prelude::*;
 use rijke_inference::RefereeKind;
 use rijke_rig::ChannelErrors;
+use rijke_study::plan::Stage;
 use rijke_study::{BaseState, Observations, Rig, Study};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -76,8 +77,13 @@ impl Run {
     pub fn new(study: Study, observations: &Observations, trusted: Trusted) -> Result<Self, EngineError> {
         let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
         let ambient = ambient_of_all(&study, observations);
-        let states = states(&study, &ambient)?;
+        let states = states(&study, &ambient, true)?;
         let observed = observed(&study, observations, &states, &ambient)?;
+        // Before anything is trained.
+        let idle = |stage: &&Stage| selected(&study, &observed, &stage.points).is_empty();
+        if let Some(stage) = study.plan.stages.iter().find(idle) {
+            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+        }
         Ok(Self {
             study,
             rig,

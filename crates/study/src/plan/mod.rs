@@ -47,8 +47,8 @@ pub enum Base {
     Ambient,
     /// The temperatures of the rig's ducts, and the ambient one where they have none.
     Rig,
-    /// States that were inferred before, where a point has one; else the ambient temperature.
-    States,
+    /// States that were inferred before, of these points; the others have the ambient temperature and no flow.
+    States(Selection),
     /// Gas that a part heats in a forced flow, from readings of thermometers in `observations/readings.csv`.
     HeatedFlow(HeatedFlow),
 }

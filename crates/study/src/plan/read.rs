@@ -52,14 +52,47 @@ impl CostFile {
     }
 }
 
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Debug, Default)]
 enum BaseChoice {
     #[default]
     Ambient,
     Rig,
-    States,
+    States(Selection),
     HeatedFlow(HeatedFlow),
+}
+
+impl<'de> Deserialize<'de> for BaseChoice {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        enum Table {
+            States(StatesFile),
+            HeatedFlow(HeatedFlow),
+        }
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct StatesFile {
+            points: Selection,
+        }
+        let fail = |text: String| {
+            serde::de::Error::custom(format!(
+                "{text}; give base = \"ambient\", \"rig\" or \"states\", or a table [base.states] or [base.heated-flow]"
+            ))
+        };
+        match toml::Value::deserialize(from)? {
+            toml::Value::String(text) => match text.as_str() {
+                "ambient" => Ok(Self::Ambient),
+                "rig" => Ok(Self::Rig),
+                "states" => Ok(Self::States(Selection::default())),
+                other => Err(fail(format!("there is no base state `{other}`"))),
+            },
+            value => match value.try_into::<Table>() {
+                Ok(Table::States(file)) => Ok(Self::States(file.points)),
+                Ok(Table::HeatedFlow(heated)) => Ok(Self::HeatedFlow(heated)),
+                Err(error) => Err(fail(error.message().to_owned())),
+            },
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -145,7 +178,10 @@ impl Plan {
         let base = match file.base {
             BaseChoice::Ambient => Base::Ambient,
             BaseChoice::Rig => Base::Rig,
-            BaseChoice::States => Base::States,
+            BaseChoice::States(points) => {
+                points.check(campaign).map_err(|problem| source.fail(0, problem))?;
+                Base::States(points)
+            }
             BaseChoice::HeatedFlow(heated) => {
                 let check = Check { rig, campaign, catalogue };
                 check.heated(&heated).map_err(|problem| source.fail(0, problem))?;

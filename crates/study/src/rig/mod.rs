@@ -1,6 +1,7 @@
 //! The rig: ducts in a chain, named parts on them, two ends, and instruments. A network file with names.
 
 mod elements;
+mod oscilos;
 mod place;
 mod read;
 mod resolve;
@@ -150,6 +151,8 @@ pub struct Duct {
     pub area: [Value; 2],
     /// Temperatures at equally spaced places, K; empty where the gas of the base state fills it.
     pub temperatures: Vec<Value>,
+    /// Standard deviation of these temperatures, K: one error that all points share.
+    pub temperature_sd: f64,
     /// Number of pieces into which a cone is cut.
     pub pieces: Option<usize>,
 }
@@ -175,7 +178,15 @@ impl Rig {
     }
 
     pub(crate) fn parse(source: &Source, campaign: &Campaign) -> Result<Self, StudyError> {
-        let outcome: Outcome<Self> = read::rig(source.toml()?, campaign);
+        let file: read::File = source.toml()?;
+        let file = match file.oscilos() {
+            Some(name) => {
+                let folder = Path::new(&source.file).with_file_name(name);
+                file.beside(oscilos::read(&folder)?)
+            }
+            None => file,
+        };
+        let outcome: Outcome<Self> = read::rig(file, campaign);
         source.located(outcome)
     }
 
@@ -185,7 +196,7 @@ impl Rig {
         self.parts.iter().enumerate().find(|(_, p)| p.name == name)
     }
 
-    /// The first part whose length, area or place is unknown, if there is one. Such a rig is trained on responses only.
+    /// The first part whose length, area or place is unknown, if there is one.
     #[must_use]
     pub fn of_unknown_shape(&self) -> Option<&Part> {
         self.parts.iter().find(|part| part.unknown().next().is_some())

@@ -4,11 +4,12 @@ mod element;
 mod shapes;
 
 use super::elements::ENDS;
+use super::oscilos::Folder;
 use super::value::{Given, Reader, Value};
 use super::{GasModel, Instruments, Part, Place, Rig, Shape};
 use crate::catalogue::{Parameters, parameters};
 use crate::law::{Candidate, Coefficient, Effect, Words};
-use crate::names::{add, built_in};
+use crate::names::{FACTOR, add, built_in};
 use crate::source::{Outcome, listed};
 use crate::{Campaign, Problem};
 use rijke_formula::{Kind as NameKind, Name, Scope};
@@ -23,10 +24,12 @@ pub(super) struct File {
     name: String,
     #[serde(default)]
     source: String,
+    /// A folder of OSCILOS_lite beside this file; what this file says comes before what is said there.
+    oscilos: Option<Spanned<String>>,
     gas: Option<Spanned<Table>>,
     search: Option<Search>,
-    upstream: Spanned<Table>,
-    downstream: Spanned<Table>,
+    upstream: Option<Spanned<Table>>,
+    downstream: Option<Spanned<Table>>,
     #[serde(default)]
     element: Vec<Spanned<Table>>,
     microphones: Option<Spanned<Table>>,
@@ -73,12 +76,44 @@ struct Reading<'a> {
     medians: &'a [f64],
 }
 
+impl File {
+    /// Whether a folder of OSCILOS_lite is to be read, and where that is said.
+    pub(super) fn oscilos(&self) -> Option<&str> {
+        self.oscilos.as_ref().map(|name| name.get_ref().as_str())
+    }
+
+    /// With what a folder says where this file says nothing. An element of a name that the folder has adds its keys to that one.
+    pub(super) fn beside(mut self, folder: Folder) -> Self {
+        let at = self.oscilos.as_ref().map_or(0..0, Spanned::span);
+        let spanned = |table: Table| Spanned::new(at.clone(), table);
+        let Folder { gas, ends: [upstream, downstream], elements } = folder;
+        self.gas = self.gas.or(Some(spanned(gas)));
+        self.upstream = self.upstream.or(Some(spanned(upstream)));
+        self.downstream = self.downstream.or(Some(spanned(downstream)));
+        let mut own = std::mem::take(&mut self.element);
+        for element in elements {
+            let same = |e: &Spanned<Table>| e.get_ref().get("name") == element.get("name");
+            self.element.push(match own.iter().position(same) {
+                Some(k) => {
+                    let (at, more) = (own[k].span(), own.remove(k).into_inner());
+                    let other_kind = more.get("type").is_some_and(|kind| Some(kind) != element.get("type"));
+                    let mut whole = if other_kind { Table::new() } else { element };
+                    whole.extend(more);
+                    Spanned::new(at, whole)
+                }
+                None => spanned(element),
+            });
+        }
+        self.element.extend(own);
+        self
+    }
+}
+
 pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
     let mut scope = built_in().map_err(|problem| (0..0, problem))?;
     let mut factors = Vec::new();
     for factor in &campaign.factors {
-        let (name, unit, meaning) =
-            (factor.name.clone(), factor.unit.clone(), "factor of the campaign".into());
+        let (name, unit, meaning) = (factor.name.clone(), factor.unit.clone(), FACTOR.into());
         let name = Name { name, unit, meaning, kind: NameKind::Global };
         factors.push(add(&mut scope, "factor", name).map_err(|problem| (0..0, problem))?);
     }
@@ -103,6 +138,8 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         return Err((gas_at, Problem::Empty { what: "duct", need }));
     }
     for (place, end) in [("upstream", file.upstream), ("downstream", file.downstream)] {
+        let need = "a table with the type of this end";
+        let end = end.ok_or_else(|| (0..0, Problem::Missing { key: format!("[{place}]"), need }))?;
         reading.end(place, end)?;
     }
     let microphones = reading.instruments(file.microphones, "p")?;

@@ -1,8 +1,9 @@
 //! A number of a rig: known, or a formula of factors and of other numbers, or a table over a factor.
 
 use crate::Problem;
+use crate::names::FACTOR;
 use crate::source::{Outcome, listed};
-use rijke_formula::{Context, Formula, Kind, Scope};
+use rijke_formula::{Context, Formula, Kind, Name, Scope};
 use rijke_rig::{Quantity, Unit};
 use std::ops::Range;
 use toml::Value as Toml;
@@ -143,15 +144,18 @@ impl Reader<'_> {
         }
     }
 
-    /// `$name` must be an unknown.
+    /// `$name` must be an unknown or a factor.
     fn without_dollars(&self, key: &str, text: &str) -> Outcome<String> {
         for part in text.split('$').skip(1) {
             let name = crate::law::words(part).next().filter(|name| part.starts_with(*name)).unwrap_or("");
-            if !self.unknowns.iter().any(|u| u == name) {
+            let of_the_campaign = |n: &Name| n.kind == Kind::Global && n.meaning == FACTOR;
+            let factors =
+                || self.scope.names().iter().filter(|n| of_the_campaign(n)).map(|n| n.name.as_str());
+            if !self.unknowns.iter().any(|u| u == name) && !factors().any(|f| f == name) {
                 return self.fail(Problem::Unknown {
-                    what: "unknown",
+                    what: "unknown or factor",
                     name: format!("${name} (at `{key}`)"),
-                    known: listed(self.unknowns.iter().map(String::as_str)),
+                    known: listed(self.unknowns.iter().map(String::as_str).chain(factors())),
                 });
             }
         }

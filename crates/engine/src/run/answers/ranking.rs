@@ -1,7 +1,7 @@
 //! The models of a stage against what was measured, over a factor (Fig. 4 of Juniper & Yoko 2022).
 
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
-use super::super::inputs::conditions;
+use super::super::inputs::conditions_or_ambient;
 use super::super::record::ModelRecord;
 use super::super::stages::{Chosen, Run};
 use super::axes::{axis_label, growth_and_frequency, measured, measured_columns, symbol};
@@ -104,7 +104,10 @@ impl Run {
             let [t0, t1] = [left, right].map(|o| o.conditions.base.temperature[0]);
             let mut point = right.conditions.point.clone();
             point.factors[axis] = here;
-            Ok((conditions(&self.study, &point, None, Some([t0 + (t1 - t0) * share, 0.0]))?, right.near))
+            Ok((
+                conditions_or_ambient(&self.study, &point, None, Some([t0 + (t1 - t0) * share, 0.0]))?,
+                right.near,
+            ))
         };
         (0..LINE_POINTS).map(at).collect()
     }

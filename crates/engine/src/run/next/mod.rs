@@ -276,7 +276,7 @@ struct Place<'a> {
 impl<'a> Place<'a> {
     fn new(study: &'a Study, observations: &Observations) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);
-        let states = states(study, &ambient)?;
+        let states = states(study, &ambient, true)?;
         let observed = observed(study, observations, &states, &ambient)?;
         Ok(Self { study, observed, states, ambient })
     }
@@ -285,9 +285,6 @@ impl<'a> Place<'a> {
     fn conditions(&self, model: &SavedModel, k: usize) -> Result<Conditions, EngineError> {
         let point = &self.study.campaign.points[k];
         let trained = || model.trained_on.iter().filter_map(|id| self.study.campaign.point(id));
-        if !self.states.contains_key(&k) && trained().any(|(t, _)| self.states.contains_key(&t)) {
-            return Err(EngineError::NoState { point: point.id.clone() });
-        }
         let ambient = self.ambient[k].or_else(|| trained().find_map(|(t, _)| self.ambient[t]));
         conditions(self.study, point, self.states.get(&k), ambient)
     }

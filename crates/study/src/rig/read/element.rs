@@ -97,7 +97,7 @@ impl Reading<'_> {
         let keys = COMPACT.iter().chain(&ENDS).find(|k| k.name == kind).map_or(&[][..], |k| k.keys);
         let of_kind = match kind {
             "duct" => {
-                "length, diameter, diameter_end, area, area_end, temperature, temperature_end, temperatures, pieces, wall, wall_factor"
+                "length, diameter, diameter_end, area, area_end, temperature, temperature_end, temperatures, temperature_sd, pieces, wall, wall_factor"
             }
             "insert" => "from, to",
             "flame" => "n, delay, cutoff_hz, numerator, denominator, at",

@@ -57,6 +57,12 @@ impl Reading<'_> {
                 temperatures.push(self.read(part, "temperatures", value, "K", at)?);
             }
         }
+        let temperature_sd = self.plain(table, "temperature_sd", "K", at)?.unwrap_or(0.0);
+        if !(temperature_sd >= 0.0) || (temperature_sd > 0.0 && temperatures.is_empty()) {
+            let (key, value) = ("temperature_sd".into(), temperature_sd.to_string());
+            let need = "positive, beside a `temperature` of this duct";
+            return Err((at.clone(), Problem::Value { key, value, need }));
+        }
         let pieces = self.plain(table, "pieces", "1", at)?;
         let pieces = match pieces {
             None => None,
@@ -91,7 +97,7 @@ impl Reading<'_> {
                 }
             }
         }
-        Ok(Duct { length, area: [start, end], temperatures, pieces })
+        Ok(Duct { length, area: [start, end], temperatures, temperature_sd, pieces })
     }
 
     /// A number of an element, for its laws: as a number of its part, or, where it needs more than the operating point, as a named

@@ -1,11 +1,12 @@
-//! The laws of a response model at given values of the free parameters.
+//! The laws at given values of the free parameters.
 
 use super::extents::Extents;
-use super::model::{LawOf, ResponseModel};
+use super::model::{LawOf, ShapeModel};
+use crate::EngineError;
 use crate::assembly::part_of_wall;
 use rijke_formula::Here;
 use rijke_network::{At, Coefficients, Laws, laws::Law, levine_schwinger};
-use rijke_numerics::{C64, Jet, JetSpace, Order};
+use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_study::names::{
     AREA, AREA_AFTER, DIAMETER, FLANGED, LENGTH, LEVINE_SCHWINGER, PERIMETER, S, SOUND_SPEED, WALL_EP,
     WALL_MU,
@@ -14,9 +15,9 @@ use rijke_study::names::{
 /// Names that may carry derivatives are the first of the scope.
 const NAMES: usize = FLANGED + 1;
 
-/// A response model at given values of the free parameters.
-pub(super) struct Filled<'m> {
-    model: &'m ResponseModel<'m>,
+/// A model at given values of the free parameters.
+pub(crate) struct Filled<'m> {
+    model: &'m ShapeModel<'m>,
     space: JetSpace,
     /// The parameters of each candidate.
     parameters: Vec<Vec<Jet>>,
@@ -26,31 +27,56 @@ pub(super) struct Filled<'m> {
 }
 
 impl<'m> Filled<'m> {
-    pub(super) fn new(model: &'m ResponseModel<'m>, values: &[f64], order: Order) -> Self {
-        let space = model.space(order.max(Order::First));
-        let all: Vec<usize> = (0..values.len()).collect();
-        let candidates = model.assembly.candidates();
-        let parameters: Vec<Vec<Jet>> =
-            (0..candidates.len()).map(|k| model.assembly.jets(k, &all, space, values)).collect();
+    /// In a space of the free parameters and s, or of s alone.
+    ///
+    /// # Errors
+    /// [`EngineError::Impossible`] where a length or an area is not positive.
+    pub(crate) fn new(
+        model: &'m ShapeModel<'m>,
+        values: &[f64],
+        space: JetSpace,
+        point: &str,
+    ) -> Result<Self, EngineError> {
+        let filled = Self::unchecked(model, values, space);
+        let impossible = || EngineError::Impossible { point: point.to_owned() };
+        if filled.is_possible() { Ok(filled) } else { Err(impossible()) }
+    }
+
+    /// As [`Filled::new`], of lengths and areas that are known to be possible.
+    pub(super) fn unchecked(model: &'m ShapeModel<'m>, values: &[f64], space: JetSpace) -> Self {
+        let assembly = model.assembly;
+        let candidates = assembly.candidates();
+        let parameters: Vec<Vec<Jet>> = if space.seeds() == values.len() + 1 {
+            let all: Vec<usize> = (0..values.len()).collect();
+            (0..candidates.len()).map(|k| assembly.jets(k, &all, space, values)).collect()
+        } else {
+            let constants = |numbers: Vec<f64>| numbers.into_iter().map(|v| space.real(v)).collect();
+            assembly.numbers(values).into_iter().map(constants).collect()
+        };
         let own = candidates.iter().position(|c| c.role == "rig").map_or(&[][..], |k| &parameters[k]);
         let extents = model.extents(space, own);
         let moving = model.assembly.rig.of_unknown_shape().is_some();
         Self { model, space, parameters, extents, moving }
     }
 
+    /// The space of the jets.
+    pub(super) fn space(&self) -> JetSpace {
+        self.space
+    }
+
     /// Whether all lengths and areas are those of a tube.
-    pub(super) fn is_possible(&self) -> bool {
+    fn is_possible(&self) -> bool {
         let positive = |jet: &Jet| jet.value().re > 0.0 && jet.value().re.is_finite();
         self.extents.lengths.iter().chain(&self.extents.areas).all(positive)
     }
 
     /// Area of the first duct, m^2.
-    pub(super) fn first_area(&self) -> &Jet {
+    pub(crate) fn first_area(&self) -> &Jet {
         &self.extents.areas[0]
     }
 
     /// The value of an effect at s, in surroundings of number `around`; `walls` are what the walls of the ducts lose.
-    pub(super) fn effect(&self, [candidate, effect, around]: [usize; 3], s: &Jet, walls: &[[Jet; 2]]) -> Jet {
+    pub(crate) fn effect(&self, [candidate, effect, around]: [usize; 3], s: &Jet, walls: &[[Jet; 2]]) -> Jet {
         let law = self.model.effect(candidate, effect);
         let ([before, after], numbers) = &self.model.surroundings[around];
         let (before, after) = (*before, *after);
@@ -91,7 +117,7 @@ impl<'m> Filled<'m> {
     }
 
     /// What the wall of every duct loses per metre: viscous and thermal.
-    pub(super) fn walls(&self, s: &Jet) -> Vec<[Jet; 2]> {
+    pub(crate) fn walls(&self, s: &Jet) -> Vec<[Jet; 2]> {
         let zero = || self.space.real(0.0);
         let mut walls: Vec<[Jet; 2]> = self.model.ducts.iter().map(|_| [zero(), zero()]).collect();
         for law in &self.model.laws {

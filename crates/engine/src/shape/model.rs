@@ -1,4 +1,4 @@
-//! The rig at one operating point as a network whose lengths and areas may be unknown.
+//! The network, and which of its numbers are laws.
 
 use crate::assembly::part_of_wall;
 use crate::{Assembly, Conditions, EngineError};
@@ -6,30 +6,30 @@ use rijke_network::{Network, NetworkError, Segment, Slot};
 use rijke_numerics::{JetSpace, Order};
 use rijke_study::{Coefficient, Effect, PartAt, Place, Shape};
 
-/// A network for one operating point in uniform gas at rest.
+/// A network for one operating point in gas at rest, of one temperature in every duct.
 #[derive(Clone, Debug)]
-pub struct ResponseModel<'a> {
-    pub(super) assembly: &'a Assembly,
-    pub(super) network: Network,
+pub struct ShapeModel<'a> {
+    pub(crate) assembly: &'a Assembly,
+    pub(crate) network: Network,
     /// What the network's laws are, by their numbers.
-    pub(super) laws: Vec<LawOf>,
+    pub(crate) laws: Vec<LawOf>,
     /// Where segments begin and end, ascending.
-    pub(super) cuts: Vec<At>,
+    pub(crate) cuts: Vec<At>,
     /// The parts that are ducts, from upstream to downstream.
-    pub(super) ducts: Vec<usize>,
+    pub(crate) ducts: Vec<usize>,
     /// The duct of every segment.
-    pub(super) duct_of: Vec<usize>,
+    pub(crate) duct_of: Vec<usize>,
     /// Names that are the same everywhere.
-    pub(super) numbers: Vec<f64>,
+    pub(crate) numbers: Vec<f64>,
     /// What laws see, by duct of the upstream side and that of the downstream side.
-    pub(super) surroundings: Vec<([usize; 2], Vec<f64>)>,
-    /// Place in the network of every microphone.
-    pub(super) microphones: Vec<usize>,
+    pub(crate) surroundings: Vec<([usize; 2], Vec<f64>)>,
+    /// Place in the network of every instrument.
+    pub(crate) microphones: Vec<usize>,
 }
 
 /// Where a cut is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum At {
+pub(crate) enum At {
     /// Behind so many ducts.
     Boundary(usize),
     /// Place number `.1` of a part.
@@ -40,7 +40,7 @@ pub(super) enum At {
 
 /// A law of the network.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum LawOf {
+pub(crate) enum LawOf {
     /// An effect of a candidate, in surroundings of this number.
     Effect { candidate: usize, effect: usize, around: usize },
     /// What the length of a segment has beyond the one in the network, m.
@@ -52,18 +52,30 @@ pub(super) enum LawOf {
 /// Places closer than this part of the length are the same.
 const SAME: f64 = 1e-9;
 
-impl<'a> ResponseModel<'a> {
-    /// Lays out the network, at the medians of the unknowns; [`super::predict`] moves it.
+impl<'a> ShapeModel<'a> {
+    /// Lays out the network, at the medians of the unknowns; its laws move it. `instruments` are the places that are heard, m.
     ///
     /// # Errors
-    /// [`EngineError::Response`] for gas that is not uniform, cones, laws along a part of a duct; [`EngineError::Network`].
-    pub fn new(assembly: &'a Assembly, conditions: &Conditions) -> Result<Self, EngineError> {
-        let refuse = |problem| {
-            Err(EngineError::Response { response: "any".into(), point: conditions.id.clone(), problem })
-        };
+    /// [`EngineError::Shape`] for gas that varies along a duct, cones, a mean flow, laws along a part of a duct; [`EngineError::Network`].
+    pub fn new(
+        assembly: &'a Assembly,
+        conditions: &Conditions,
+        instruments: &[f64],
+    ) -> Result<Self, EngineError> {
+        let refuse = |problem| Err(EngineError::Shape { point: conditions.id.clone(), problem });
         let layout = &conditions.layout;
-        if !conditions.base.is_uniform() {
-            return refuse("the gas must have one temperature: take base = \"ambient\"");
+        let base = &conditions.base;
+        let of_one_gas = |[from, to]: [f64; 2]| {
+            let first = base.temperatures(from)[1];
+            let inside = base.places.iter().filter(|x| (from..to).contains(*x) && **x > from);
+            base.temperatures(to)[0] == first
+                && inside.into_iter().all(|x| base.temperatures(*x) == [first; 2])
+        };
+        if !layout.ducts.iter().all(|d| of_one_gas(d.span)) {
+            return refuse("the temperature varies along a duct: cut it into ducts of one temperature each");
+        }
+        if assembly.mean_flow().is_some() {
+            return refuse("a candidate asks for waves in the mean flow: the gas must be at rest");
         }
         if layout.ducts.iter().any(|d| d.area[0] != d.area[1]) {
             return refuse("a duct changes its area: cut it into straight ones");
@@ -77,7 +89,7 @@ impl<'a> ResponseModel<'a> {
                 cuts.extend(places.iter().enumerate().take(list.len()).map(of));
             }
         }
-        cuts.extend(layout.microphones.iter().map(|x| (*x, At::Fixed(*x))));
+        cuts.extend(instruments.iter().map(|x| (*x, At::Fixed(*x))));
         // Of places that are the same the boundary of a duct stays, because it comes first.
         cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
         cuts.dedup_by(|later, first| (later.0 - first.0).abs() <= SAME * layout.length);
@@ -89,8 +101,8 @@ impl<'a> ResponseModel<'a> {
                 layout.ducts.iter().position(|d| middle < d.span[1]).unwrap_or(layout.ducts.len() - 1)
             })
             .collect();
-        let gas = conditions.base.gas.at(conditions.base.temperatures(0.0)[1], conditions.base.pressure);
         let segment = |(w, duct): (&[f64], &usize)| {
+            let gas = base.gas.at(base.temperatures(layout.ducts[*duct].span[0])[1], base.pressure);
             Segment::new(w[1] - w[0], layout.ducts[*duct].area[0], gas.sound_speed, gas.density)
         };
         let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
@@ -105,7 +117,7 @@ impl<'a> ResponseModel<'a> {
             duct_of,
             numbers: layout.numbers.clone(),
             surroundings: Vec::new(),
-            microphones: layout.microphones.iter().map(|x| nearest(*x)).collect(),
+            microphones: instruments.iter().map(|x| nearest(*x)).collect(),
         };
         for (k, candidate) in assembly.candidates().iter().enumerate() {
             for (e, effect) in candidate.effects.iter().enumerate() {
@@ -128,12 +140,12 @@ impl<'a> ResponseModel<'a> {
     }
 
     /// The effect called `effect` of a candidate.
-    pub(super) fn effect(&self, candidate: usize, effect: usize) -> &Effect {
+    pub(crate) fn effect(&self, candidate: usize, effect: usize) -> &Effect {
         &self.assembly.candidates()[candidate].effects[effect]
     }
 
     /// The space of jets of the free parameters and s.
-    pub(super) fn space(&self, order: Order) -> JetSpace {
+    pub(crate) fn space(&self, order: Order) -> JetSpace {
         JetSpace::new(self.assembly.parameters().len() + 1, order)
     }
 

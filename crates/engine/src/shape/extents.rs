@@ -1,25 +1,25 @@
 //! Lengths, areas and places as functions of the unknowns.
 
-use super::model::{At, ResponseModel};
+use super::model::{At, ShapeModel};
 use rijke_formula::Here;
 use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_study::{Shape, Value};
 
 /// The shape of the rig at given unknowns.
-pub(super) struct Extents {
+pub(crate) struct Extents {
     /// Length of every segment, m.
-    pub(super) lengths: Vec<Jet>,
+    pub(crate) lengths: Vec<Jet>,
     /// Area of every duct, m^2.
-    pub(super) areas: Vec<Jet>,
+    pub(crate) areas: Vec<Jet>,
     /// Diameter of every duct, m.
-    pub(super) diameters: Vec<Jet>,
+    pub(crate) diameters: Vec<Jet>,
     /// Total length, m.
-    pub(super) length: Jet,
+    pub(crate) length: Jet,
 }
 
-impl ResponseModel<'_> {
+impl ShapeModel<'_> {
     /// The shape, with derivatives; `own` are the parameters of the rig's file.
-    pub(super) fn extents(&self, space: JetSpace, own: &[Jet]) -> Extents {
+    pub(crate) fn extents(&self, space: JetSpace, own: &[Jet]) -> Extents {
         let number = |value: &Value| match value {
             Value::Unknown(formula, _) => {
                 formula.evaluate(&Here { space, numbers: &self.numbers, analytic: &[] }, own)

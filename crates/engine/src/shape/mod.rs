@@ -1,0 +1,12 @@
+//! The rig at one operating point with lengths, areas and places that may be unknown. Every duct holds gas of one temperature, at rest. Must
+//! not know what was measured.
+
+mod extents;
+mod fill;
+mod model;
+mod moving;
+
+pub(crate) use fill::Filled;
+pub(crate) use model::LawOf;
+pub use model::ShapeModel;
+pub(crate) use moving::Moving;

@@ -1,0 +1,187 @@
+//! Modes of rigs whose lengths and diameters are unknown, against the same rigs with numbers in their place.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use rijke_engine::run::{Run, Trusted};
+use rijke_engine::{Assembly, Conditions, PointModel};
+use rijke_network::Workspace;
+use rijke_numerics::check::{slopes_from, slopes_near};
+use rijke_numerics::{C64, Order};
+use rijke_study::{BaseState, OneTable, Study};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A plenum, a burner with a flame in it, and a hot chamber whose `LENGTH` and `WIDTH` may be unknown; two microphones.
+const RIG: &str = r#"
+name = "burner"
+[search]
+frequency_hz = [60, 420]
+[upstream]
+type = "closed"
+[downstream]
+type = "unflanged"
+wall_thickness = 0.003
+[[element]]
+name = "plenum"
+type = "duct"
+length = 0.25
+diameter = 0.1
+wall = "kirchhoff"
+[[element]]
+name = "burner"
+type = "duct"
+length = 0.12
+diameter = 0.032
+wall = "kirchhoff"
+[[element]]
+name = "damper"
+type = "helmholtz"
+at = 0.1
+volume = VOLUME
+neck_area = 2e-4
+neck_length = 0.02
+resistance = 30
+[[element]]
+name = "flame"
+type = "flame"
+n = "$n"
+delay = 2e-3
+[[element]]
+name = "chamber"
+type = "duct"
+length = LENGTH
+diameter = WIDTH
+temperature = 1350
+wall = "zwikker-kosten"
+[microphones]
+at = [0.05, 0.2, 0.33]
+reference = 1
+[unknown.n]
+prior = { normal = { mean = 0.5, sd = 0.5 } }
+"#;
+
+const UNKNOWNS: &str = r#"
+[unknown.chamber_length]
+unit = "m"
+prior = { normal = { mean = 0.5, sd = 0.2 } }
+[unknown.chamber_width]
+unit = "m"
+prior = { normal = { mean = 0.07, sd = 0.01 } }
+[unknown.volume]
+unit = "m^3"
+prior = { log_normal = { median = 2e-4, ln_sd = 0.3 } }
+"#;
+
+fn files(name: &str, rig: &str, table: &str) -> [PathBuf; 2] {
+    let folder = std::env::temp_dir().join(format!("rijke-unknown-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let paths = ["rig.toml", "modes.csv"].map(|f| folder.join(f));
+    std::fs::write(&paths[0], rig).unwrap();
+    std::fs::write(&paths[1], table).unwrap();
+    paths
+}
+
+const TABLE: &str = "growth_rate,growth_rate_sd,frequency,frequency_sd\n-20,1,110,0.2\n";
+
+fn study(name: &str, [volume, length, width]: [&str; 3], unknowns: &str) -> Study {
+    let rig = RIG.replace("VOLUME", volume).replace("LENGTH", length).replace("WIDTH", width) + unknowns;
+    let [rig, table] = files(name, &rig, TABLE);
+    OneTable::read(&rig, &table).unwrap().study().unwrap().0
+}
+
+fn unknown(name: &str) -> Study {
+    study(name, ["\"$volume\"", "\"$chamber_length\"", "\"$chamber_width\""], UNKNOWNS)
+}
+
+fn assembly(study: &Study) -> Assembly {
+    Assembly::new(Arc::new(study.rig.clone()), Vec::new(), &Default::default()).unwrap()
+}
+
+fn conditions(study: &Study) -> Conditions {
+    let point = study.campaign.points[0].clone();
+    let layout = study.rig.at(&point, 293.15).unwrap();
+    let base = BaseState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    Conditions { id: point.id.clone(), point, layout, base }
+}
+
+const HEARD: [usize; 3] = [0, 1, 2];
+
+/// s and the relative pressures.
+fn numbers(study: &Study, values: &[f64], near: C64) -> Vec<C64> {
+    let assembly = assembly(study);
+    let model = PointModel::new(&assembly, &conditions(study), &HEARD).unwrap().starting_from(near);
+    let found = model.respond(values, Order::Value, &mut Workspace::default()).unwrap();
+    std::iter::once(found.s.value()).chain(found.pressures.iter().map(|p| p.value())).collect()
+}
+
+const NEAR: [C64; 2] = [C64::new(-20.0, 640.0), C64::new(-20.0, 1900.0)];
+
+#[test]
+fn oracle_unknown_lengths_have_the_modes_of_known_ones() {
+    let study_of_unknowns = unknown("same");
+    let names: Vec<String> =
+        assembly(&study_of_unknowns).parameters().iter().map(|p| p.name.clone()).collect();
+    assert_eq!(names, ["n", "chamber_length", "chamber_width", "volume"]);
+    for [length, width, volume] in
+        [["0.5", "0.07", "2e-4"], ["0.43", "0.081", "3e-4"], ["0.8", "0.06", "1e-4"]]
+    {
+        let known = study("known", [volume, length, width], "");
+        let [l, w, v]: [f64; 3] = [length, width, volume].map(|text| text.parse().unwrap());
+        for near in NEAR {
+            let expected = numbers(&known, &[0.4], near);
+            let found = numbers(&study_of_unknowns, &[0.4, l, w, v], expected[0] + C64::new(0.3, -0.4));
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!((found - expected).norm() < 1e-9 * expected.norm().max(1.0), "{found} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn order_modes_have_their_derivatives_in_lengths_and_areas() {
+    let study = unknown("derivatives");
+    let assembly = assembly(&study);
+    let conditions = conditions(&study);
+    let at = [0.4, 0.47, 0.073, 2.2e-4];
+    let respond = |values: &[f64], order: Order, near: C64| {
+        let model = PointModel::new(&assembly, &conditions, &HEARD).unwrap().starting_from(near);
+        model.respond(values, order, &mut Workspace::default()).unwrap()
+    };
+    for near in NEAR {
+        let found = respond(&at, Order::Second, near);
+        let all: Vec<_> = std::iter::once(&found.s).chain(&found.pressures).collect();
+        for direction in [[0.0, 0.02, 0.0, 0.0], [0.0, 0.0, 4e-3, 1e-5], [0.05, 0.01, -2e-3, 2e-5]] {
+            let moved = |h: f64, k: usize| {
+                let values: Vec<f64> = at.iter().zip(&direction).map(|(a, d)| a + h * d).collect();
+                let there = respond(&values, Order::Value, found.s.value());
+                std::iter::once(&there.s).chain(&there.pressures).nth(k).unwrap().value() - all[k].value()
+            };
+            // The second pressure is the reference: one, always.
+            for k in [0, 1, 3] {
+                let slope: C64 = (0..4).map(|i| all[k].gradient()[i] * direction[i]).sum();
+                let pairs = (0..4).flat_map(|i| (0..4).map(move |j| (i, j)));
+                let bend: C64 =
+                    pairs.map(|(i, j)| 0.5 * all[k].hessian(i, j) * direction[i] * direction[j]).sum();
+                slopes_near(&slopes_from(0.3, |h| (moved(h, k) - slope * h).norm()), 2.0, 0.15);
+                slopes_near(&slopes_from(0.3, |h| (moved(h, k) - slope * h - bend * h * h).norm()), 3.0, 0.4);
+            }
+        }
+    }
+}
+
+#[test]
+fn behaviour_an_unknown_length_is_found_from_modes() {
+    let truth = study("truth", ["2e-4", "0.46", "0.07"], "");
+    let mut table = String::from("growth_rate,growth_rate_sd,frequency [Hz],frequency_sd [Hz]\n");
+    for near in NEAR {
+        let s = numbers(&truth, &[0.4], near)[0];
+        table += &format!("{},0.5,{},0.05\n", s.re, s.im / std::f64::consts::TAU);
+    }
+    let rig = RIG.replace("VOLUME", "2e-4").replace("LENGTH", "\"$chamber_length\"").replace("WIDTH", "0.07");
+    let unknown = UNKNOWNS.split("[unknown.chamber_width]").next().unwrap();
+    let [rig, table] = files("found", &(rig + unknown), &table);
+    let (study, observations) = OneTable::read(&rig, &table).unwrap().study().unwrap();
+    let stage = Run::new(study, &observations, Trusted::Laplace).unwrap().next_stage().unwrap().unwrap();
+    let model = &stage.models[0];
+    let length = model.parameters.iter().find(|p| p.name == "chamber_length").unwrap();
+    assert!((length.value - 0.46).abs() < 1e-4 && length.sd < 2e-3, "{length:?}");
+}
