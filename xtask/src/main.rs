@@ -5,6 +5,7 @@ mod child;
 mod package;
 mod page;
 mod python;
+mod recovery;
 mod reference;
 mod reproduce;
 mod tidy;
@@ -34,6 +35,9 @@ enum Task {
     Package,
     /// Install the Python package in a fresh environment under target/, run its tests and check its types.
     Python,
+    /// Make each law of heat release of Table 4 the truth of the virtual laboratory in turn, and write which model wins into
+    /// docs/records/recovery.md: some ten minutes.
+    Recovery,
     /// Run the tests.
     Test {
         /// Include the long studies (tests marked as ignored).
@@ -63,6 +67,7 @@ fn run(task: Task) -> Outcome {
         Task::Reference => reference::run(),
         Task::Package => package::run(),
         Task::Python => python::run(),
+        Task::Recovery => recovery::run(),
         Task::Test { all } => test(all),
         Task::Tidy => tidy::run(&root()),
     }

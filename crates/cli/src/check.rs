@@ -47,13 +47,6 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let [growth, frequency, pressure] = args.sd[..] else {
         return Err(Failure::bad_input("--sd takes three numbers"));
     };
-    let faults = units(&study);
-    if let Some((first, more)) = faults.split_first() {
-        let more = if more.is_empty() { String::new() } else { format!(" (and {} more)", more.len()) };
-        return Err(Failure::bad_input(format!("{first}{more}"))
-            .at(&dir.join("candidates"))
-            .remedy("Correct the formula, or the unit of a parameter."));
-    }
     let recorded = dir.join("records");
     let recorded = if recorded.is_dir() { Some(records::records_of(&recorded, ui)?) } else { None };
     let there = dir.join("observations").is_dir();
@@ -76,6 +69,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         .map_err(|e| of_the_engine(&e, dir))?;
     for stage in &found {
         ui.say(format!("{} ({} operating points)", stage.title, stage.points));
+        if stage.observed == Some(0) {
+            ui.say("  none of them was observed: `rijke rank` needs --until an earlier stage");
+        }
         if stage.assumed > 0 {
             ui.say(format!(
                 "  the gas at {} of them is not inferred yet: taken as ambient and at rest, so that what depends on heat or flow is not judged",
@@ -108,19 +104,4 @@ fn names(study: &Study, ui: &Ui) -> Result<(), Failure> {
     }
     let list = all.iter().map(|n| json!({ "name": n.name, "unit": n.unit, "meaning": n.meaning }));
     ui.result(&list.collect::<Vec<_>>())
-}
-
-/// Formulas whose unit is not that of their coefficient.
-fn units(study: &Study) -> Vec<String> {
-    let mut faults = Vec::new();
-    for c in study.catalogue.candidates() {
-        let of_parameters: Vec<&str> = c.parameters.iter().map(|p| p.unit.as_str()).collect();
-        for e in &c.effects {
-            let wanted = e.coefficient.unit(e.place.is_along());
-            if let Some(fault) = e.law.unit_fault(&study.rig.scope, &of_parameters, wanted) {
-                faults.push(format!("{}, {} at {}: {fault}", c.id, e.coefficient.name(), e.place_text));
-            }
-        }
-    }
-    faults
 }

@@ -3,6 +3,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    number,
     staging::{StagedFolder, write_whole},
     study::of_the_engine,
     ui::Ui,
@@ -129,7 +130,7 @@ fn print(ui: &Ui, found: &[Found]) {
         let file = f.file.display();
         ui.say(format!("{:>10.2} {:>10.2} {:>10.2}   {file}", e.ln_best_fit, e.ln_occam, e.ln_marginal));
         for p in &f.model().parameters {
-            ui.say(format!("{:>34} = {:.5e} +- {:.1e} {}", p.name, p.value, p.sd, p.unit));
+            ui.say(format!("{:>34} = {} {}", p.name, number::with_sd(p.value, p.sd), p.unit));
         }
         let [growth, frequency, _] = f.model().misfit;
         ui.say(format!("{:>34} = {growth:.3} 1/s, {:.3} Hz", "model error", frequency / TAU));

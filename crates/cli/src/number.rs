@@ -30,8 +30,31 @@ pub(crate) fn negative_is_no_option(command: Command) -> Command {
     command.mut_subcommands(negative_is_no_option)
 }
 
+/// A value with its standard deviation, both to the second digit of that.
+pub(crate) fn with_sd(value: f64, sd: f64) -> String {
+    if !(sd > 0.0 && sd.is_finite()) {
+        return format!("{value:.6e} +- {sd:.1e}");
+    }
+    let size = value.abs().max(sd);
+    if (1e-3..1e6).contains(&size) {
+        let digits = (1.0 - sd.log10().floor()).clamp(0.0, 12.0) as usize;
+        return format!("{value:.digits$} +- {sd:.digits$}");
+    }
+    let digits = ((size / sd).log10().floor() + 1.0).clamp(0.0, 12.0) as usize;
+    format!("{value:.digits$e} +- {sd:.1e}")
+}
+
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn exact_values_have_the_digits_that_their_errors_leave() {
+        let shown = |value, sd| super::with_sd(value, sd);
+        assert_eq!(shown(0.982_848, 1.04e-3), "0.9828 +- 0.0010");
+        assert_eq!(shown(4.078e-7, 2.9e-9), "4.078e-7 +- 2.9e-9");
+        assert_eq!(shown(-1234.56, 7.0), "-1234.6 +- 7.0");
+        assert_eq!(shown(2.0, 0.0), "2.000000e0 +- 0.0e0");
+    }
+
     use super::*;
     use crate::Program;
     use clap::{CommandFactory, builder::ValueParser, error::ErrorKind};

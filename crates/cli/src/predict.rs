@@ -20,7 +20,7 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:\n  rijke predict examples/quarter-wave\n  \
     rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \
     rijke predict examples/quarter-wave --map x_g,Q --svg stability.svg\n\n\
-    Prints CSV, a row per operating point: those given with --at, else those of the stage. Factors that --at leaves out are those of\n\
+    Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
     the nearest point of the stage. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.")]
 pub(crate) struct Args {
@@ -65,9 +65,23 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let among = stage.points.clone();
     let (study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
-    let found = forecast(&study, &observed, &model, &places).map_err(wrong)?;
+    let (found, mut left_out) = forecast(&study, &observed, &model, &places).map_err(wrong)?;
+    if map.is_none() || found.is_empty() {
+        if let Some(first) = left_out.drain(..).next() {
+            return Err(wrong(first.why));
+        }
+    }
+    if let Some(first) = left_out.first() {
+        let (n, why) = (left_out.len(), &first.why);
+        ui.note(format!(
+            "{n} of {} points of the map are left out; the first, {}: {why}",
+            places.len(),
+            first.point
+        ));
+    }
     if let (Some(path), Some(grid)) = (&args.svg, &map) {
-        write_whole(path, grid.drawn(&found, observed.kind, &id).svg().as_bytes())?;
+        let ids: Vec<&str> = places.iter().map(|k| study.campaign.points[*k].id.as_str()).collect();
+        write_whole(path, grid.drawn(&ids, &found, observed.kind, &id).svg().as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }
     let text = table(&study, &found)?;
@@ -125,10 +139,21 @@ impl Grid {
         ys.iter().flat_map(point).collect()
     }
 
-    fn drawn(&self, found: &[Forecast], kind: rijke_rig::DataKind, stage: &str) -> StabilityMap {
+    /// At every point the mode that grows fastest; nothing where none is known.
+    fn drawn(
+        &self,
+        ids: &[&str],
+        found: &[Forecast],
+        kind: rijke_rig::DataKind,
+        stage: &str,
+    ) -> StabilityMap {
         let [x, y] = &self.axes;
+        let mut modes: BTreeMap<&str, Vec<&Forecast>> = BTreeMap::new();
+        found.iter().for_each(|f| modes.entry(&f.point).or_default().push(f));
         let rows = |of: fn(&Forecast) -> f64| {
-            found.chunks(x.2.len()).map(|row| row.iter().map(of).collect()).collect()
+            let most =
+                |id: &&str| modes.get(id).into_iter().flatten().map(|f| of(f)).fold(f64::NAN, f64::max);
+            ids.chunks(x.2.len()).map(|row| row.iter().map(most).collect()).collect()
         };
         StabilityMap {
             title: format!("Growth rate and probability of instability, by the model of {stage}"),
@@ -144,7 +169,7 @@ impl Grid {
 
 fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
     let mut table = csv::Writer::from_writer(Vec::new());
-    let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit));
+    let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print()));
     let numbers = [
         "growth_rate [1/s]",
         "growth_rate_sd [1/s]",
@@ -154,12 +179,16 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         "angular_frequency_model_sd [rad/s]",
         "probability_of_instability",
     ];
-    let head = std::iter::once("point".to_owned()).chain(factors).chain(numbers.map(String::from));
+    let several = found.iter().any(|f| !f.mode.is_empty());
+    let mode = several.then(|| "mode".to_owned());
+    let head =
+        std::iter::once("point".to_owned()).chain(mode).chain(factors).chain(numbers.map(String::from));
     table.write_record(head).or_failed()?;
     for f in found {
         let factors = f.factors.iter().map(|v| v.map_or(String::new(), |v| v.to_string()));
         let numbers = f.growth_rate.iter().chain(&f.angular_frequency).map(|v| format!("{v:.6}"));
-        let row = std::iter::once(f.point.clone()).chain(factors).chain(numbers);
+        let mode = several.then(|| f.mode.clone());
+        let row = std::iter::once(f.point.clone()).chain(mode).chain(factors).chain(numbers);
         table.write_record(row.chain([format!("{:.6}", f.unstable)])).or_failed()?;
     }
     let bytes = table.into_inner().map_err(|e| Failure::failed(e.to_string()))?;

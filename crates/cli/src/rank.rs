@@ -200,8 +200,20 @@ fn table(ui: &Ui, stage: &StageRecord) {
         }
     }
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
+        let behind = best - total(model);
+        if behind > 0.0 {
+            ui.say(format!(
+                "      not decided: {} leads by {behind:.1} nats, fewer than the {:.1} that decide; the numbers below hold if {} is right",
+                stage.winner, stage.decides, model.id
+            ));
+        }
+        let [growth, frequency, pressure] = model.misfit.map(f64::abs);
+        ui.say(format!(
+            "      misfit beyond the measured errors: {growth:.2e} 1/s, {:.2e} Hz, {pressure:.1e} of relative pressures",
+            frequency / std::f64::consts::TAU
+        ));
         for p in &model.parameters {
-            ui.say(format!("      {} = {:.6} +- {:.2e} {}", p.name, p.value, p.sd, p.unit));
+            ui.say(format!("      {} = {} {}", p.name, number::with_sd(p.value, p.sd), p.unit));
             if let Some(z) = p.prior_sds.filter(|z| z.abs() > 4.0) {
                 ui.note(format!(
                     "warning: {} lies {:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",

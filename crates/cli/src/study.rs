@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use rijke_engine::EngineError;
-use rijke_study::{Observations, Study, StudyError};
+use rijke_study::{Observations, Problem, Study, StudyError};
 use std::path::Path;
 
 /// Reads a study.
@@ -17,6 +17,9 @@ pub(crate) fn open(dir: &Path) -> Result<Study, Failure> {
 /// Reads what was observed.
 pub(crate) fn observations(study: &Study) -> Result<Observations, Failure> {
     study.observations().map_err(|error| {
+        if !matches!(*error.problem, Problem::Unreadable(_)) {
+            return bad(&error);
+        }
         bad(&error).remedy(
             "Give observations/modes.csv and observations/observations.toml, or make them of records with `rijke process`; \
              docs/study-folder.md describes both.",

@@ -15,6 +15,12 @@ pub enum EngineError {
         /// The stage.
         stage: String,
     },
+    /// Readings that no flow can have.
+    #[error("observations/readings.csv: {problem}")]
+    Readings {
+        /// What is wrong.
+        problem: Box<rijke_study::Problem>,
+    },
     /// The gas at a point is not known.
     #[error(
         "nothing is known of the gas at operating point {point}: base/states.json has no state of it; make it with `rijke flow DIR` of clicks \
@@ -176,11 +182,11 @@ pub enum EngineError {
         reason: String,
     },
     /// A stage without a model that could be fitted.
-    #[error("stage `{stage}`: no model could be fitted; the first failed because {remark}")]
+    #[error("stage `{stage}`: no model could be fitted\n  {remark}")]
     NoWinner {
         /// The stage.
         stage: String,
-        /// Why the first one failed.
+        /// Why each of them failed.
         remark: String,
     },
     /// The search for the most probable parameters gave up.

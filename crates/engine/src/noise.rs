@@ -1,5 +1,6 @@
 //! What is assumed of the misfit of a model, and what a training found of it.
 
+use crate::Observed;
 use crate::errors::Scatter;
 use rijke_inference::{NoiseEstimate, NoiseGroup, NoiseMode};
 use serde::{Deserialize, Serialize};
@@ -90,6 +91,19 @@ impl Misfit {
     }
 }
 
+impl Misfit {
+    /// With the root mean square of the measured standard deviations of `points`, where these are no part of the noise that was found.
+    pub(crate) fn with_measured(self, points: &[Observed], added: bool) -> Self {
+        if !added {
+            return self;
+        }
+        let all = [0, 1, 2].map(|k| measured_sd(points, k));
+        let sd =
+            |k: usize| if all[k].is_finite() { self.measured[k].hypot(all[k]) } else { self.measured[k] };
+        Self { measured: [0, 1, 2].map(sd), ..self }
+    }
+}
+
 /// The noise of a point, and what its installation adds, of growth rate (1/s), angular frequency (rad/s) and each part of a pressure.
 pub(crate) fn of_point_and_installation(noise: &[NoiseEstimate]) -> [[f64; 2]; 3] {
     let sd = |name: &str| noise.iter().find(|n| n.name == name).map_or(0.0, |n| n.sd);
@@ -152,6 +166,26 @@ impl Groups {
         }
         self
     }
+}
+
+/// Root mean square of the measured standard deviations of growth rate (0) or frequency (1).
+pub(crate) fn measured_sd(points: &[Observed], k: usize) -> f64 {
+    let variance = |o: &Observed| {
+        let rows = o.used(&[], usize::MAX).rows;
+        rows.iter().position(|row| *row == k).map(|i| o.mode.covariance[(i, i)])
+    };
+    let all: Vec<f64> = match k {
+        0 | 1 => points.iter().filter_map(variance).collect(),
+        _ => points
+            .iter()
+            .filter_map(|o| {
+                let n = o.mode.covariance.rows();
+                let first = n - 2 * o.mode.pressures.len();
+                (first < n).then(|| o.mode.covariance[(first, first)])
+            })
+            .collect(),
+    };
+    (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
 }
 
 const MEASURED: [&str; 3] = ["growth rate", "angular frequency", "relative pressure"];

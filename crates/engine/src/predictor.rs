@@ -1,7 +1,7 @@
 //! Many observations as one forward model.
 
 use crate::observed::{Observed, Used};
-use crate::point::parts;
+use crate::point::{parts, respond_together};
 use crate::{Assembly, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
@@ -28,11 +28,14 @@ impl<'a> Predictor<'a> {
         Ok(Self { points, parameters: assembly.parameters().len() })
     }
 
+    /// Modes of one point stand side by side.
     fn respond(&self, values: &[f64], order: Order) -> Result<Vec<Response>, EngineError> {
-        self.points
+        let groups: Vec<&[PointModel<'_>]> = self.points.chunk_by(|a, b| a.id() == b.id()).collect();
+        let found: Vec<Vec<Response>> = groups
             .par_iter()
-            .map_init(Workspace::default, |work, point| point.respond(values, order, work))
-            .collect()
+            .map_init(Workspace::default, |work, group| respond_together(group, values, order, work))
+            .collect::<Result<_, EngineError>>()?;
+        Ok(found.into_iter().flatten().collect())
     }
 }
 

@@ -30,6 +30,8 @@ pub struct SavedModel {
     causes: Vec<(Cause, Vec<f64>)>,
     /// The relative error of a law that enters predictions.
     pub law: Option<crate::LawError>,
+    /// Whether the measured errors come on top of the noise.
+    pub measured: bool,
 }
 
 impl SavedModel {
@@ -42,6 +44,7 @@ impl SavedModel {
         trained_on: Vec<String>,
         trained: &Trained,
         law: Option<crate::LawError>,
+        measured: bool,
     ) -> Self {
         let n = trained.values.len();
         Self {
@@ -56,6 +59,7 @@ impl SavedModel {
             noise: trained.noise.iter().map(|e| (e.name.clone(), e.sd)).collect(),
             causes: trained.common.as_ref().map(Common::causes_and_shares).unwrap_or_default(),
             law,
+            measured,
         }
     }
 

@@ -39,7 +39,7 @@ at = 0.1
 volume = VOLUME
 neck_area = 2e-4
 neck_length = 0.02
-resistance = 30
+resistance = 10
 [[element]]
 name = "flame"
 type = "flame"
@@ -165,6 +165,30 @@ fn order_modes_have_their_derivatives_in_lengths_and_areas() {
                 slopes_near(&slopes_from(0.3, |h| (moved(h, k) - slope * h - bend * h * h).norm()), 3.0, 0.4);
             }
         }
+    }
+}
+
+/// The damper's law has a pole among the modes, where its mass and spring are in tune.
+#[test]
+fn exact_all_modes_are_counted_beside_the_pole_of_a_formula() {
+    let known = study("poles", ["2e-4", "0.46", "0.07"], "");
+    let unknown = unknown("poles-unknown");
+    let all = |study: &Study, values: &[f64]| {
+        let assembly = assembly(study);
+        let model = PointModel::new(&assembly, &conditions(study), &[]).unwrap();
+        let (_, spectrum) = model.spectrum(values, [None, None]).unwrap();
+        (spectrum.modes.modes.iter().map(|m| m.s).collect::<Vec<_>>(), spectrum.poles)
+    };
+    let (modes, poles) = all(&known, &[0.4]);
+    let (same, same_poles) = all(&unknown, &[0.4, 0.46, 0.07, 2e-4]);
+    // s^2 m + s r + k = 0 with the neck's mass rho l, its resistance and the spring rho c^2 A_n/V.
+    let (rho, c) = (1.204, 343.2);
+    let (m, r, k) = (rho * 0.02, 10.0, rho * c * c * 2e-4 / 2e-4);
+    let pole = C64::new(-r / (2.0 * m), (k / m - (r / (2.0 * m)).powi(2)).sqrt());
+    assert!(poles.len() == 1 && (poles[0] - pole).norm() < 5e-3 * pole.norm(), "{poles:?} {pole}");
+    assert!(modes.len() >= 2 && modes.len() == same.len(), "{modes:?} {same:?}");
+    for (a, b) in modes.iter().chain(&poles).zip(same.iter().chain(&same_poles)) {
+        assert!((a - b).norm() < 1e-9 * a.norm(), "{a} {b}");
     }
 }
 

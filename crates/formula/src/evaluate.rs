@@ -96,6 +96,21 @@ pub(crate) fn folded(program: &[Operation], numbers: &[f64]) -> Vec<Operation> {
     short
 }
 
+/// Where the operand begins whose last operation is just before `end`.
+pub(crate) fn start(program: &[Operation], end: usize) -> usize {
+    let (mut at, mut missing) = (end, 1_usize);
+    while missing > 0 && at > 0 {
+        at -= 1;
+        missing -= 1;
+        missing += match program[at] {
+            Operation::Binary(_) => 2,
+            Operation::Negate | Operation::Call(_) => 1,
+            _ => 0,
+        };
+    }
+    at
+}
+
 /// Runs `program`; `parameter` gives a parameter by its number, `constant` a number as a `T`.
 pub(crate) fn run<T: Analytic>(
     program: &[Operation],

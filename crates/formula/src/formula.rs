@@ -1,6 +1,7 @@
 //! A formula: text that has become a program.
 
 use crate::evaluate::{self, Operand, Operation};
+use crate::tree::{Binary, Function};
 use crate::{Context, Dual, FormulaError, Here, Scope, definitions, share, units};
 use rijke_numerics::{C64, Jet};
 
@@ -103,6 +104,39 @@ impl Formula {
     #[must_use]
     pub fn depends_on_s(&self) -> bool {
         self.program.iter().any(|o| matches!(o, Operation::Analytic(_)))
+    }
+
+    /// Everything that it divides by and that depends on s, inner divisors before those that contain them: where one of them is zero
+    /// the formula may have a pole. Bases of negative powers and the cosh of a tanh are among them.
+    #[must_use]
+    pub fn divisors(&self) -> Vec<Self> {
+        let mut all = Vec::new();
+        for (k, operation) in self.program.iter().enumerate() {
+            let operand = |end: usize| evaluate::start(&self.program, end)..end;
+            let mut part = match operation {
+                Operation::Binary(Binary::Divide) => self.program[operand(k)].to_vec(),
+                Operation::Binary(Binary::Power) => {
+                    let exponent = operand(k);
+                    match self.program[exponent.clone()] {
+                        [Operation::Number(z)] if z.re < 0.0 => {}
+                        [Operation::Number(z), Operation::Negate] if z.re > 0.0 => {}
+                        _ => continue,
+                    }
+                    self.program[operand(exponent.start)].to_vec()
+                }
+                Operation::Call(Function::Tanh | Function::Tan) => self.program[operand(k)].to_vec(),
+                _ => continue,
+            };
+            match operation {
+                Operation::Call(Function::Tanh) => part.push(Operation::Call(Function::Cosh)),
+                Operation::Call(Function::Tan) => part.push(Operation::Call(Function::Cos)),
+                _ => {}
+            }
+            if part.iter().any(|o| matches!(o, Operation::Analytic(_))) {
+                all.push(Self { source: self.source.clone(), program: part });
+            }
+        }
+        all
     }
 
     /// Why the units of the formula do not agree, or do not give the unit `wanted`; none if they do.

@@ -111,6 +111,29 @@ impl Parameters {
         Ok(self)
     }
 
+    /// As [`Parameters::with_joint`], of a Gaussian in physical values as [`crate::Laplace::parameters`] and
+    /// [`crate::Laplace::physical_covariance`] state it: the inverse of their step from working coordinates, so that nothing is lost.
+    ///
+    /// # Errors
+    /// As [`Parameters::with_joint`]; a mean at which a transform has no slope.
+    pub fn with_physical_joint(
+        self,
+        names: &[&str],
+        mean: &[f64],
+        covariance: &Matrix,
+    ) -> Result<Self, InferenceError> {
+        let mut working = Vec::with_capacity(mean.len());
+        let mut slopes = Vec::with_capacity(mean.len());
+        for (name, value) in names.iter().zip(mean) {
+            let parameter = &self.list[self.place(name)?];
+            working.push(parameter.working(*value));
+            slopes.push(parameter.physical(parameter.working(*value))[1]);
+        }
+        let n = covariance.rows().min(slopes.len());
+        let moved = Matrix::from_fn(n, n, |i, j| covariance[(i, j)] / (slopes[i] * slopes[j]));
+        self.with_joint(names, &working, &moved)
+    }
+
     /// Says where the model repeats itself, so that the other maxima are looked for; [`Parameter::repeating`] does so for one value alone.
     ///
     /// # Errors

@@ -1,8 +1,9 @@
 //! The heater as it stands in the tube: two annular plates with a gap, wound with wire, of finite thickness.
 
-use crate::obstacle::{Cylinders, HeatRelease, Obstacle};
-use crate::truth::Truth;
+use crate::obstacle::{Cylinders, HeatRelease, Lag, Obstacle};
+use crate::truth::{LawOfTable4, Truth};
 use rijke_flow::BaseState;
+use rijke_numerics::C64;
 use rijke_rig::{OperatingPoint, Rig};
 use std::f64::consts::PI;
 
@@ -47,6 +48,7 @@ pub(crate) fn heater(
         volume: (area - open) * geometry.plate_gap,
         surface: 4.0 * annulus,
         heat: hot.release,
+        drift: hot.drift,
         ..Obstacle::none(gas, area)
     };
     Heater { lower_face: face(position - half), middle, upper_face: face(position + half) }
@@ -56,6 +58,7 @@ pub(crate) fn heater(
 struct HotWire {
     film: rijke_rig::GasState,
     release: Option<HeatRelease>,
+    drift: [C64; 2],
 }
 
 impl HotWire {
@@ -64,7 +67,7 @@ impl HotWire {
         let cold = base.at(position);
         let speed = values.wire_speed_up * base.velocity(position);
         if point.power <= 0.0 || speed <= 0.0 {
-            return Self { film: cold, release: None };
+            return Self { film: cold, release: None, drift: [C64::ZERO; 2] };
         }
         // Wire temperature: share of the power = h pi d l (T_wire - T_gas), h = Nu k/d; Nu = 0.24 + 0.56 Re^0.45 with
         // properties at film temperature, Collis & Williams, J. Fluid Mech. 6 (1959) 357, for Re < 44 (here below 25).
@@ -84,12 +87,43 @@ impl HotWire {
         // Energy: (gamma - 1) Q'/(gamma p) = U2' - U1', Q' = share Q slope u'/u.
         let expansion =
             (below.gamma - 1.0) / (below.gamma * rig.pressure) * values.wire_share * point.power * slope;
-        let release = HeatRelease {
+        let momentum = base.mass_flux / rig.tube.area();
+        let of_the_wire = HeatRelease {
             gain: expansion / (speed_below * rig.tube.area()),
-            lag: values.lag_factor * 0.2 * d / speed,
-            momentum: base.mass_flux / rig.tube.area(),
+            lag: Lag::Relaxation(values.lag_factor * 0.2 * d / speed),
+            momentum,
         };
-        Self { film, release: Some(release) }
+        let Some(law) = &values.law else {
+            return Self { film, release: Some(of_the_wire), drift: [C64::ZERO; 2] };
+        };
+        let (gain, lag, drift) = law.at(point.power, speed_below, d, &below);
+        Self { film, release: Some(HeatRelease { gain, lag, momentum }), drift }
+    }
+}
+
+impl LawOfTable4 {
+    /// Gain, lag, and what the drag drifts by, at a power (W), a velocity below the heater (m/s), a diameter of the wire (m) and the gas
+    /// below: Table 4 of Juniper & Yoko 2022.
+    fn at(&self, power: f64, velocity: f64, d: f64, gas: &rijke_rig::GasState) -> (f64, Lag, [C64; 2]) {
+        let [k1, k2, k3, k4, k5, k6] = self.k;
+        // King's law: Q (...)^-1/U, with the conductance of the wire's film.
+        let peclet = velocity * d * gas.density / gas.viscosity * gas.prandtl * PI / 2.0;
+        let king = power / ((peclet.powf(-0.5) + 2.0) * velocity);
+        let gain = k1
+            * match self.model {
+                3 => power.powf(k3),
+                4..=6 => king,
+                _ => power,
+            };
+        let lag = match self.model {
+            1 | 3 | 4 | 9 => Lag::Angle(k2),
+            6 => Lag::Delay(k2 * 0.2 * d / velocity),
+            _ => Lag::Delay(k2),
+        };
+        let impedance = gas.density * gas.sound_speed;
+        let viscous = if self.model >= 7 { C64::new(k3, k4) * power * impedance } else { C64::ZERO };
+        let thermal = if self.model >= 8 { C64::new(k5, k6) * power / impedance } else { C64::ZERO };
+        (gain, lag, [viscous, thermal])
     }
 }
 
@@ -151,7 +185,8 @@ mod tests {
             heater(&rig, &truth, &point, 0.25, &base).middle.heat.unwrap()
         };
         let (low, high) = (release(30.0), release(180.0));
-        assert!(high.gain > 2.0 * low.gain && high.lag < low.lag);
+        let time = |r: &HeatRelease| if let Lag::Relaxation(time) = r.lag { time } else { f64::NAN };
+        assert!(high.gain > 2.0 * low.gain && time(&high) < time(&low));
         let (rig, truth, point, base) = at(180.0);
         assert!(
             heater(&rig, &truth, &point, 0.25, &base).middle.film.temperature > base.temperature(0.25) + 20.0

@@ -27,6 +27,8 @@ pub struct Obstacle {
     pub surface: f64,
     /// Heat release that follows velocity.
     pub heat: Option<HeatRelease>,
+    /// What else it takes: pressure drop per velocity in the tube, Pa s/m, and velocity per pressure, m/(Pa s).
+    pub drift: [C64; 2],
 }
 
 /// Wires or probes across the flow.
@@ -47,10 +49,21 @@ pub struct Cylinders {
 pub struct HeatRelease {
     /// Relative velocity change above the heater per relative velocity change, at low frequency.
     pub gain: f64,
-    /// Time constant of the boundary layer, s.
-    pub lag: f64,
+    /// How it lags behind.
+    pub lag: Lag,
     /// rho1 u1 / A, Pa s/m^3: the momentum of the gas that is accelerated.
     pub momentum: f64,
+}
+
+/// A lag of heat release.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lag {
+    /// The time constant of a boundary layer, s.
+    Relaxation(f64),
+    /// A delay, s.
+    Delay(f64),
+    /// An angle at all frequencies, rad.
+    Angle(f64),
 }
 
 impl Obstacle {
@@ -59,7 +72,8 @@ impl Obstacle {
     pub fn none(gas: GasState, area: f64) -> Self {
         let (cylinders, heat) = (None, None);
         let (inertance, resistance, volume, surface) = (0.0, 0.0, 0.0, 0.0);
-        Self { gas, film: gas, area, inertance, resistance, cylinders, volume, surface, heat }
+        let drift = [C64::ZERO; 2];
+        Self { gas, film: gas, area, inertance, resistance, cylinders, volume, surface, heat, drift }
     }
 
     /// From just above to just below.
@@ -78,7 +92,7 @@ impl Obstacle {
         let cylinders = self
             .cylinders
             .map_or(C64::ZERO, |c| c.length * c.drag(&self.film, s) * c.speed_up.powi(2) / self.area.powi(2));
-        s * self.gas.density * self.inertance + self.resistance / self.area + cylinders
+        s * self.gas.density * self.inertance + (self.resistance + self.drift[0]) / self.area + cylinders
     }
 
     /// Volume velocity taken up per pressure, m^3/(s Pa): the compliance of the volume, and the boundary layers in
@@ -91,7 +105,7 @@ impl Obstacle {
         let cylinders = self
             .cylinders
             .map_or(C64::ZERO, |c| 2.0 * PI * c.radius * c.length * outside(c.radius * root) / root);
-        s / stiffness * (self.volume + (gas.gamma - 1.0) * (plane + cylinders))
+        s / stiffness * (self.volume + (gas.gamma - 1.0) * (plane + cylinders)) + self.drift[1] * self.area
     }
 }
 
@@ -110,7 +124,11 @@ impl HeatRelease {
     /// Relative velocity change above the heater per relative change below, with the lag of a hot cylinder: a simple
     /// relaxation, as Lighthill (Proc. R. Soc. A 224, 1954) finds at low frequency.
     fn transfer(&self, s: C64) -> C64 {
-        self.gain / (1.0 + s * self.lag)
+        match self.lag {
+            Lag::Relaxation(time) => self.gain / (1.0 + s * time),
+            Lag::Delay(time) => self.gain * (-s * time).exp(),
+            Lag::Angle(angle) => C64::from_polar(self.gain, -angle),
+        }
     }
 }
 
@@ -140,7 +158,7 @@ mod tests {
 
     #[test]
     fn exact_heat_in_phase_with_velocity_expands_the_flow_and_lags_above_its_corner() {
-        let heat = HeatRelease { gain: 0.1, lag: 1e-3, momentum: 0.0 };
+        let heat = HeatRelease { gain: 0.1, lag: Lag::Relaxation(1e-3), momentum: 0.0 };
         let obstacle = Obstacle { heat: Some(heat), ..Obstacle::none(gas(), 1e-3) };
         let slow = obstacle.descend(C64::new(0.0, 1e-3), (C64::ONE, C64::new(1.1, 0.0))).1;
         assert!((slow - 1.0).norm() < 1e-5);

@@ -83,6 +83,18 @@ pub struct HeaterTruth {
     pub lag_factor: f64,
     /// Share of the steady loss C_d G u that an oscillation sees.
     pub steady_drag_share: f64,
+    /// A law of the paper's Table 4 in the place of the wire's own heat release: to see which model wins where it is true.
+    pub law: Option<LawOfTable4>,
+}
+
+/// One of the nine models of heat release of Table 4, as the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawOfTable4 {
+    /// Its number in the table, 1 to 9.
+    pub model: u8,
+    /// k_1 to k_6 in the units of the table, as many as the model has; the others 0.
+    pub k: [f64; 6],
 }
 
 /// Thermocouples across the tube.
@@ -306,6 +318,7 @@ impl Truth {
             ("heater.wire_length_m", self.heater.wire_length_m, 0.01, 100.0),
             ("heater.wire_share", self.heater.wire_share, 0.0, 1.0),
             ("heater.wire_speed_up", self.heater.wire_speed_up, 0.1, 10.0),
+            ("heater.law.model", self.heater.law.map_or(1.0, |law| f64::from(law.model)), 1.0, 9.0),
             ("thermocouples.sheath_diameter_m", self.thermocouples.sheath_diameter_m, 1e-5, 0.01),
             ("loudspeaker.click_hz", speaker.click_hz, 100.0, 4000.0),
             ("loudspeaker.modes", speaker.modes as f64, 1.0, 12.0),

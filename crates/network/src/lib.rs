@@ -55,6 +55,7 @@ pub use error::NetworkError;
 pub use forced::{Forced, Source, Transfer};
 pub use newton::{Newton, Root, Workspace};
 pub use response::{Places, Response};
+pub use search::zeros_of;
 pub use sensitivity::{Derivatives, Sensitivities};
 pub use tracking::follow;
 

@@ -50,6 +50,21 @@ pub(crate) fn zeros(
     Ok(Modes { modes, counted: found as usize, poles: pole_count, evaluations: search.evaluations })
 }
 
+/// All zeros of an analytic function in a region, with their orders: `f` gives it with its derivative, `step` is the longest interval between
+/// samples, and `poles` are those of the function near the region.
+///
+/// # Errors
+/// As [`crate::Network::modes`].
+pub fn zeros_of(
+    f: impl FnMut(C64) -> [C64; 2],
+    region: &Region,
+    step: f64,
+    poles: Vec<(C64, usize)>,
+) -> Result<Vec<(C64, usize)>, NetworkError> {
+    let found = zeros(f, region, step, poles, 0)?;
+    Ok(found.modes.iter().map(|m| (m.s, m.multiplicity)).collect())
+}
+
 /// G, and its logarithmic derivative, at one point.
 #[derive(Clone, Copy, Debug)]
 struct Sample {

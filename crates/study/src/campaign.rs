@@ -56,6 +56,9 @@ pub struct Campaign {
 /// Columns with a meaning of their own.
 const RESERVED: [&str; 7] = ["point", "row", "installation", "day", "repeats", "T_amb", "T_amb_sd"];
 
+/// Below this an ambient temperature is taken for one in another unit, K.
+pub(crate) const COLDEST: f64 = 100.0;
+
 /// What stands for the empty cell in tables of other programs.
 const EMPTY: [&str; 4] = ["", "-", "nan", "NaN"];
 
@@ -91,7 +94,7 @@ impl Campaign {
         let mut points: Vec<Point> = Vec::new();
         for record in reader.records() {
             let record = record.map_err(wrong)?;
-            let line = record.position().map_or(1, |p| p.line() as usize);
+            let line = source.line_of(&record);
             let row = Row { cells: record.iter().zip(&columns).collect() };
             let point = row.point(&factors).map_err(|problem| source.at_line(line, problem))?;
             if points.iter().any(|p| p.id == point.id) {
@@ -215,12 +218,12 @@ impl Row<'_> {
             return Err(Problem::Value { key, value, need: "a whole number of repeats" });
         }
         let ambient = self.number("T_amb", false)?;
-        if let Some(t) = ambient.filter(|t| !(*t > 0.0 && *t < 1e4)) {
+        if let Some(t) = ambient.filter(|t| !(*t > COLDEST && *t < 1e4)) {
             let (key, value) = ("T_amb".to_owned(), format!("{t} K"));
             return Err(Problem::Value {
                 key,
                 value,
-                need: "a temperature above 0 K; say its unit in the heading",
+                need: "an ambient temperature above 100 K; say its unit in the heading, as in T_amb [degC]",
             });
         }
         let sd = self.number("T_amb_sd", true)?.unwrap_or(0.0);
@@ -280,6 +283,7 @@ mod tests {
         assert!(message("point,x [furlong]\na,1\n").contains("furlong"));
         assert!(message("point,x [m]\na,1;2\n").contains("`x` is `1;2`, but must be a finite number"));
         assert!(message("point,x [m]\na,1,2\n").contains("line 2"));
-        assert!(message("point,T_amb [K]\na,-3\n").contains("above 0 K"));
+        assert!(message("point,T_amb [K]\na,-3\n").contains("above 100 K"));
+        assert!(message("point,T_amb [K]\na,20\n").contains("T_amb [degC]"));
     }
 }

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
-use toml::{Spanned, Table, Value as Toml};
+use toml::{Spanned, Value as Toml};
 
 /// Candidates in the order of their files.
 #[derive(Clone, Debug, Default)]
@@ -47,7 +47,7 @@ struct Spec {
     #[serde(default, rename = "where")]
     definitions: BTreeMap<String, Spanned<String>>,
     #[serde(default)]
-    effect: Vec<Spanned<Table>>,
+    effect: Vec<Spanned<EffectSpec>>,
     /// Whether it is a measuring head, whose errors stand in `error`; a perfect one has none.
     #[serde(default)]
     head: bool,
@@ -177,7 +177,7 @@ fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
     let mut used = BTreeSet::new();
     let mut effects = Vec::new();
     for effect in spec.effect {
-        effects.extend(read_effect(effect, rig, &names, &definitions, &mut used)?);
+        effects.extend(read_effect(effect, rig, &parameters, &names, &definitions, &mut used)?);
     }
     let id = spec.id.get_ref().clone();
     let errors = spec.error.into_iter().map(error_term).collect::<Outcome<Vec<_>>>()?;
@@ -228,25 +228,40 @@ fn error_term(spec: Spanned<ErrorSpec>) -> Outcome<ErrorTerm> {
     Ok(ErrorTerm { power, functions, sd })
 }
 
+/// The keys of an effect, each with its place.
+type EffectSpec = BTreeMap<String, Spanned<Toml>>;
+
 fn read_effect(
-    effect: Spanned<Table>,
+    effect: Spanned<EffectSpec>,
     rig: &Rig,
+    parameters: &[(Parameter, Range<usize>)],
     names: &[String],
     definitions: &[(String, String)],
     used: &mut BTreeSet<String>,
 ) -> Outcome<Vec<Effect>> {
     let at = effect.span();
     let mut table = effect.into_inner();
-    let Some(Toml::String(place_text)) = table.remove("acts_at") else {
+    let known = || listed(["acts_at"].into_iter().chain(Coefficient::ALL.iter().map(|c| c.0)));
+    let strange = |(key, value): (&String, &Spanned<Toml>)| {
+        (value.span(), Problem::Unknown { what: "key of an effect", name: key.clone(), known: known() })
+    };
+    let is_known = |key: &str| key == "acts_at" || Coefficient::ALL.iter().any(|c| c.0 == key);
+    if let Some(other) = table.iter().find(|(key, _)| !is_known(key)) {
+        return Err(strange(other));
+    }
+    let place = table.remove("acts_at").map(|text| (text.span(), text.into_inner()));
+    let Some((place_at, Toml::String(place_text))) = place else {
         return Err((at, Problem::Missing { key: "acts_at".into(), need: "name a part or a place of it" }));
     };
-    let place = Place::parse(&place_text, &rig.parts).map_err(|problem| (at.clone(), problem))?;
+    let place = Place::parse(&place_text, &rig.parts).map_err(|problem| (place_at, problem))?;
+    let units: Vec<&str> = parameters.iter().map(|(p, _)| p.unit.as_str()).collect();
     let own = rig.own_numbers(&place);
     let words = rig.words(names, definitions, &own);
     let mut effects = Vec::new();
     for (key, coefficient) in Coefficient::ALL {
         let Some(value) = table.remove(key) else { continue };
-        let text = match value {
+        let at = value.span();
+        let text = match value.into_inner() {
             Toml::String(text) => text,
             Toml::Integer(v) => v.to_string(),
             Toml::Float(v) => format!("{v:e}"),
@@ -259,11 +274,10 @@ fn read_effect(
             return Err((at, Problem::WrongPlace { coefficient: key, place: place_text }));
         }
         let law = words.law(&text, &place, at.clone(), key, used)?;
+        if let Some(fault) = law.unit_fault(&rig.scope, &units, coefficient.unit(place.is_along())) {
+            return Err((at, Problem::UnitOfLaw { key: key.into(), place: place_text, fault }));
+        }
         effects.push(Effect { place: place.clone(), place_text: place_text.clone(), coefficient, law });
-    }
-    if let Some(key) = table.keys().next() {
-        let known = listed(["acts_at"].into_iter().chain(Coefficient::ALL.iter().map(|c| c.0)));
-        return Err((at, Problem::Unknown { what: "key of an effect", name: key.clone(), known }));
     }
     Ok(effects)
 }

@@ -36,6 +36,24 @@ pub enum Problem {
         /// What is wrong with it.
         source: FormulaError,
     },
+    /// A formula whose units do not agree.
+    #[error("`{key}` at {place}: {fault}; correct the formula, or the unit of a parameter")]
+    UnitOfLaw {
+        /// The coefficient or key.
+        key: String,
+        /// Where it acts.
+        place: String,
+        /// What does not agree.
+        fault: String,
+    },
+    /// A temperature of a duct that the base state does not use.
+    #[error(
+        "rig.toml gives `{part}` a temperature, which only base = \"rig\" uses; say so, or take the temperature out of rig.toml"
+    )]
+    UnusedTemperature {
+        /// The duct.
+        part: String,
+    },
     /// A quantity whose unit is unknown or of another dimension.
     #[error("`{key}`: {source}")]
     Unit {

@@ -8,7 +8,7 @@
 //! error of its rise.
 
 use crate::base::{BaseError, BaseState, Cause, Sharing};
-use crate::campaign::Campaign;
+use crate::campaign::{COLDEST, Campaign};
 use crate::names::LENGTH;
 use crate::plan::HeatedFlow;
 use crate::rig::{Layout, PartAt, Rig};
@@ -63,7 +63,7 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
     let mut readings = Vec::new();
     for record in reader.records() {
         let record = record.map_err(wrong)?;
-        let line = record.position().map_or(1, |p| p.line() as usize);
+        let line = source.line_of(&record);
         let id = record.get(point.0).unwrap_or_default();
         let found = campaign.point(id).map(|(k, _)| k);
         let found = found.ok_or_else(|| {
@@ -87,11 +87,15 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
             temperature: temperature.1.to_si(number(temperature.0, "temperature")?),
             sd: sd.1.difference_to_si(number(sd.0, "sd")?),
         };
-        if !(read.sd > 0.0 && read.temperature > 0.0) {
+        if !(read.sd > 0.0 && read.temperature > COLDEST) {
             let (key, value) = ("sd, temperature".to_owned(), format!("{}, {}", read.sd, read.temperature));
             return Err(source.at_line(
                 line,
-                Problem::Value { key, value, need: "both positive, in the unit of the heading" },
+                Problem::Value {
+                    key,
+                    value,
+                    need: "a positive sd and a temperature above 100 K, in the units of the heading",
+                },
             ));
         }
         readings.push(read);
@@ -130,7 +134,7 @@ impl Heated {
 /// The base states of all points of a campaign whose ambient temperature is known; `ambient` by point.
 ///
 /// # Errors
-/// A flow that is negative, or power without flow.
+/// A reading beyond the ducts. A point whose flow is negative, or that has power without flow, has no state.
 pub fn heated_states(
     rig: &Rig,
     campaign: &Campaign,
@@ -153,15 +157,23 @@ pub fn heated_states(
             _ => layout.numbers[LENGTH],
         };
         let watts = if at < layout.length { value(power) } else { 0.0 };
+        // Of such a point no state is known, which matters if it is asked for.
         if mass_flow < 0.0 || (watts > 0.0 && mass_flow <= 0.0) {
-            let (key, value) = (format!("{} of {}", plan.flow, point.id), value(flow).to_string());
-            return Err(Problem::Value { key, value, need: "above zero where there is power" });
+            return Ok(None);
         }
         let perimeter = 2.0 * (std::f64::consts::PI * layout.areas(at)[1]).sqrt();
         let capacity = mass_flow * gas.specific_heat;
         let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
         Ok(Some(Heated { ambient, mass_flow, rise, at, cooling }))
     };
+    for r in readings {
+        if let Some(layout) = &layouts[r.point]
+            && !(0.0..=layout.length).contains(&r.at)
+        {
+            let (key, value) = (format!("at of {}", campaign.points[r.point].id), format!("{} m", r.at));
+            return Err(Problem::Value { key, value, need: "on the ducts, from 0 to their total length" });
+        }
+    }
     let all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
     let (values, covariance, misfit) = fit(&all, readings, [plan.share, plan.cooling])?;
     let shared = components(&covariance)?;

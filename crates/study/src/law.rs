@@ -112,6 +112,8 @@ pub(crate) struct Words<'a> {
     pub(crate) definitions: &'a [(String, String)],
     /// Bare name, and name in the scope.
     pub(crate) own: &'a [(String, String)],
+    /// Whether a number of the part comes before a parameter of the same name: in the laws that an element brings.
+    pub(crate) own_first: bool,
 }
 
 impl Words<'_> {
@@ -131,7 +133,11 @@ impl Words<'_> {
             _ => true,
         };
         let definitions = self.needed(text, used);
-        let context = Context { scope, here: &here, parameters: self.parameters, definitions: &definitions };
+        // A parameter that a number hides keeps its place in the list, under a name that no formula has.
+        let hidden = |name: &String| self.own_first && self.own.iter().any(|(own, _)| own == name);
+        let parameters: Vec<String> =
+            self.parameters.iter().map(|p| if hidden(p) { format!("${p}") } else { p.clone() }).collect();
+        let context = Context { scope, here: &here, parameters: &parameters, definitions: &definitions };
         Formula::parse(text, &context)
             .map_err(|source| (at, Problem::Formula { key: key.to_owned(), source }))
     }
@@ -146,7 +152,8 @@ impl Words<'_> {
             }
         }
         let taken = |name: &String| {
-            self.parameters.contains(name) || self.definitions.iter().any(|(defined, _)| defined == name)
+            let parameter = !self.own_first && self.parameters.contains(name);
+            parameter || self.definitions.iter().any(|(defined, _)| defined == name)
         };
         let own = self.own.iter().filter(|(name, _)| wanted.contains(name) && !taken(name));
         let defined = self.definitions.iter().filter(|(name, _)| wanted.contains(name));

@@ -142,13 +142,25 @@ pub(crate) fn parse(
     let mut modes: Vec<ObservedMode> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(wrong)?;
-        let line = record.position().map_or(1, |p| p.line() as usize);
+        let line = source.line_of(&record);
         let fail = |problem| source.at_line(line, problem);
         let mode = row(&record, &header, &columns, campaign).map_err(fail)?;
+        let [low, high] = rig.search[1];
+        if let Some(f) = mode.angular_frequency.map(hertz).filter(|f| !(low..=high).contains(f))
+            && rig.search_is_stated
+        {
+            let (key, value) = ("frequency".to_owned(), format!("{f:.2} Hz"));
+            return Err(fail(Problem::Value {
+                key,
+                value,
+                need: "within frequency_hz of [search] in the rig's file; correct the \
+             number or its unit, or widen the search",
+            }));
+        }
         if modes.iter().any(|m| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
             let name = if mode.label.is_empty() { id } else { format!("{id}, mode {}", mode.label) };
-            return Err(fail(Problem::Duplicate { what: "row for", name }));
+            return Err(fail(Problem::Duplicate { what: "row (operating point and mode)", name }));
         }
         modes.push(mode);
     }

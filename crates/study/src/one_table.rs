@@ -49,7 +49,7 @@ impl OneTable {
         let mut modes = top + &line("point", &header, &observed) + "\n";
         for record in reader.records() {
             let record = record.map_err(wrong)?;
-            let number = record.position().map_or(0, |p| p.line() as usize);
+            let number = source.line_of(&record);
             for (text, columns) in [(&mut campaign, &factors), (&mut modes, &observed)] {
                 let missing = number.saturating_sub(1 + text.lines().count());
                 *text += &"\n".repeat(missing);

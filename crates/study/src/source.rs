@@ -57,6 +57,18 @@ impl Source {
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(self.text.as_bytes())
     }
 
+    /// Line of a row of such a table, from 1. A reader is still before the comments that stand above the row.
+    pub(crate) fn line_of(&self, record: &csv::StringRecord) -> usize {
+        let mut at = record.position().map_or(0, |p| p.byte() as usize);
+        for line in self.text.get(at..).unwrap_or_default().split_inclusive('\n') {
+            if !line.starts_with('#') && !line.trim().is_empty() {
+                break;
+            }
+            at += line.len();
+        }
+        self.line(at)
+    }
+
     /// A fault of such a table, at its line.
     pub(crate) fn csv(&self, error: &csv::Error) -> StudyError {
         let line = error.position().map_or_else(|| self.header_line(), |p| p.line() as usize);

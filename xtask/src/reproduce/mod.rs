@@ -74,7 +74,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
 }
 
 /// Copies the files of the study to where it is run; what they hold, as a hash.
-fn copy_study(to: &Path) -> Result<String, String> {
+pub(crate) fn copy_study(to: &Path) -> Result<String, String> {
     let from = root().join(STUDY);
     let mut all = String::new();
     for (name, hash) in hashes::folder(&from, &from)? {
@@ -148,7 +148,7 @@ fn keep_picture(options: &Options) -> Outcome {
 }
 
 /// Where cargo puts the program.
-fn program() -> PathBuf {
+pub(crate) fn program() -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
     root().join(target).join("release").join(format!("rijke{}", std::env::consts::EXE_SUFFIX))
 }

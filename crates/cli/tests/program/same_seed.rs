@@ -17,7 +17,11 @@ fn run(folder: &Path, threads: &str, seed: &str) -> BTreeMap<String, Vec<u8>> {
     let study = folder.join("study");
     short::paper(&study);
     let plan = fs::read_to_string(study.join("study.toml")).unwrap();
-    fs::write(study.join("study.toml"), plan.replacen("base = \"states\"", "base = \"ambient\"", 1)).unwrap();
+    fs::write(
+        study.join("study.toml"),
+        plan.replacen("[base.states]\npoints = { where = { Q_h = { above = 0 } } }", "", 1),
+    )
+    .unwrap();
     let steps: [&[&str]; 4] = [
         &["lab", "--out", "study/records", "--row", "C3", "--repeats", "2", "--seed", seed],
         &["process", "study/records", "--out", "study/observations"],

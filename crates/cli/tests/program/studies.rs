@@ -20,14 +20,63 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
         String::from_utf8(output.stdout).unwrap()
     };
     let hot = csv(&[]);
-    assert_eq!(hot.lines().count(), 25, "{hot}");
+    // A row for each of two modes.
+    assert_eq!(hot.lines().count(), 49, "{hot}");
     assert!(hot.lines().skip(1).all(|row| row.starts_with('h')), "{hot}");
-    assert_eq!(csv(&["--map", "x_g,Q", "--svg", "map.svg"]).lines().count(), 1 + 15 * 15);
+    // Of the mode that was measured, not of another.
+    let modes = fs::read_to_string(folder.join("rig/observations/modes.csv")).unwrap();
+    let measured = |id: &str, mode: &str| {
+        let row = modes.lines().find(|l| l.starts_with(&format!("{id},{mode},"))).unwrap();
+        let heads: Vec<&str> = modes.lines().find(|l| l.starts_with("point")).unwrap().split(',').collect();
+        let at = heads.iter().position(|h| h.starts_with("frequency [")).unwrap();
+        row.split(',').nth(at).unwrap().parse::<f64>().unwrap()
+    };
+    let heads: Vec<&str> = hot.lines().next().unwrap().split(',').collect();
+    let at = heads.iter().position(|h| h.starts_with("angular_frequency [")).unwrap();
+    for row in hot.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let predicted = cells[at].parse::<f64>().unwrap() / std::f64::consts::TAU;
+        assert!((predicted - measured(cells[0], cells[1])).abs() < 1.0, "{row}");
+    }
+    assert_eq!(csv(&["--map", "x_g,Q", "--svg", "map.svg"]).lines().count(), 1 + 2 * 15 * 15);
     let map = fs::read_to_string(folder.join("map.svg")).unwrap();
     assert!(map.contains("probability of instability") && !map.contains("NaN"));
     // A second run does not overwrite what a first one found.
     let again = rijke(&folder, &["run", "rig", "--one-start"]);
     assert_eq!(again.status.code(), Some(2));
+}
+
+/// A rig from an OSCILOS folder, two or three modes a point, of which two are one of the undamped rig.
+#[test]
+fn lab_the_damper_of_a_combustor_is_found() {
+    let folder = scratch("helmholtz");
+    copy(&example("helmholtz-combustor"), &folder.join("rig"));
+    let output = rijke(&folder, &["run", "rig", "--one-start", "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let stages = found["stages"].as_array().unwrap();
+    let winner = |k: usize| stages[k]["winner"].as_str().unwrap();
+    assert_eq!(winner(0), "wall.kirchhoff + junctions.karal + outlet.calibrated + flame.filter");
+    assert_eq!(winner(1), "damper.layers");
+    let chosen = stages[0]["chosen"].as_str().unwrap();
+    let model = stages[0]["models"].as_array().unwrap().iter().find(|m| m["id"] == chosen).unwrap();
+    let n = model["parameters"].as_array().unwrap().iter().find(|p| p["name"] == "n").unwrap();
+    let (value, sd) = (n["value"].as_f64().unwrap(), n["sd"].as_f64().unwrap());
+    assert!((value - 0.14).abs() < 2.0 * sd, "{value} +- {sd}");
+    assert!(folder.join("rig/results/index.html").is_file());
+    // A law that cannot ring so is told why.
+    let none = stages[1]["models"].as_array().unwrap().iter().find(|m| m["id"] == "damper.none").unwrap();
+    assert!(none["evidence"].is_null() && none["remark"].as_str().unwrap().contains("312.6 Hz was measured"));
+}
+
+#[test]
+fn lab_a_ducted_flame_in_stages_becomes_a_page() {
+    let folder = scratch("flame-stages");
+    copy(&example("ducted-flame-stages"), &folder.join("rig"));
+    let output = rijke(&folder, &["run", "rig", "--one-start"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && said.contains("<- goes on"), "{said}");
+    assert!(folder.join("rig/results/index.html").is_file());
 }
 
 #[test]
@@ -53,6 +102,8 @@ fn message_what_is_wrong_in_a_study_is_refused_with_file_and_line() {
     refused("rig.toml", "type = \"device\"", "type = \"devise\"", &["devise", "known: duct, insert, device"]);
     refused("rig.toml", "at = \"x_g\"", "at = \"x_h\"", &["line", "`at`"]);
     refused("campaign.csv", "x_g [mm]", "x_g [mn]", &["line 4", "mn"]);
+    refused("campaign.csv", "293.8", "20.8", &["line 5", "T_amb [degC]"]);
+    refused("study.toml", "flow = \"flow\"", "flow = \"Q\"", &["base.heated-flow.flow = Q", "m^3/s"]);
     refused(
         "study.toml",
         "compete = \"gauze\"",

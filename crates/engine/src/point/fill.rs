@@ -1,9 +1,10 @@
 //! The laws of an operating point at given values of the free parameters, as coefficients of its network.
 
+use super::poles::{Acting, poles};
 use super::{LawAt, PointModel};
 use crate::assembly::part_of_wall;
 use rijke_formula::{Dual, Formula, Here};
-use rijke_network::{At, Coefficients, Laws, laws::Law, levine_schwinger};
+use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region, laws::Law, levine_schwinger};
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 use rijke_study::Effect;
 use rijke_study::names::{DIAMETER, FLANGED, LEVINE_SCHWINGER, S, SOUND_SPEED, WALL_EP, WALL_MU};
@@ -25,9 +26,9 @@ impl<'m> Filled<'m> {
     }
 
     /// Laws with their numbers, walls first.
-    fn in_order(&self) -> impl Iterator<Item = (usize, &LawAt, &Effect)> {
-        let laws = &self.model.laws;
-        self.model.order.iter().map(|&k| (k, &laws[k], self.model.effect(&laws[k])))
+    fn in_order(&self) -> impl Iterator<Item = (usize, &'m LawAt, &'m Effect)> {
+        let model: &'m PointModel<'m> = self.model;
+        model.order.iter().map(|&k| (k, &model.laws[k], model.effect(&model.laws[k])))
     }
 
     /// Law number `k`.
@@ -114,7 +115,7 @@ impl<'m> Filled<'m> {
     }
 }
 
-impl Coefficients for Filled<'_> {
+impl<'m> Coefficients for Filled<'m> {
     fn parameters(&self) -> usize {
         self.values.len()
     }
@@ -129,6 +130,24 @@ impl Coefficients for Filled<'_> {
         } else {
             self.fill_jets(at, laws);
         }
+    }
+
+    fn poles_in(&self, region: &Region) -> Result<Vec<Pole>, NetworkError> {
+        let acting = |(k, law, effect): (usize, &LawAt, &'m Effect)| {
+            let owner = [law.candidate, law.around];
+            (!effect.place.is_along()).then_some(Acting { law: k, owner, formula: &effect.law })
+        };
+        let acting: Vec<Acting<'_>> = self.in_order().filter_map(acting).collect();
+        Ok(poles(&acting, region, |k, part, s| {
+            let law = &self.model.laws[k];
+            let s = Dual { value: s, slope: C64::ONE };
+            let mut analytic: [Option<&Dual>; NAMES] = [None; NAMES];
+            analytic[S] = Some(&s);
+            let numbers = &self.model.surroundings[law.around];
+            let here = Here { space: JetSpace::new(1, Order::First), numbers, analytic: &analytic };
+            let found = part.evaluate_in_s(&here, &self.numbers[law.candidate]);
+            [found.value, found.slope]
+        }))
     }
 
     fn name(&self, law: usize) -> String {

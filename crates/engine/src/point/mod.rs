@@ -3,6 +3,11 @@
 mod attach;
 mod cuts;
 mod fill;
+mod poles;
+mod together;
+
+pub(crate) use poles::{Acting, poles};
+pub(crate) use together::respond_together;
 
 use crate::EngineError;
 use crate::assembly::Assembly;
@@ -35,6 +40,8 @@ pub struct PointModel<'a> {
     /// Place of the reference among the microphones that are predicted; none if there are no microphones.
     reference: Option<usize>,
     guess: C64,
+    /// Distance between the modes of an open tube of this travel time, rad/s.
+    spacing: f64,
 }
 
 /// Effect number `effect` of candidate number `candidate`, evaluated in surroundings number `around`.
@@ -82,6 +89,7 @@ impl<'a> PointModel<'a> {
             places,
             reference,
             guess,
+            spacing: std::f64::consts::PI / travel,
         };
         if assembly.rig.of_unknown_shape().is_some() {
             let shape = ShapeModel::new(assembly, conditions, &instruments().collect::<Vec<_>>())?;
@@ -159,7 +167,23 @@ impl<'a> PointModel<'a> {
         order: Order,
         work: &mut Workspace,
     ) -> Result<Response, EngineError> {
-        let (filled, root) = self.solve(values, work)?;
+        self.respond_near(values, self.guess, order, work)
+    }
+
+    /// About how far modes lie from each other, rad/s.
+    pub(crate) fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// As [`PointModel::respond`], of the mode near `guess`.
+    fn respond_near(
+        &self,
+        values: &[f64],
+        guess: C64,
+        order: Order,
+        work: &mut Workspace,
+    ) -> Result<Response, EngineError> {
+        let (filled, root) = self.solve(values, guess, work)?;
         let found = self.chain().respond(&*filled, &root, &self.places, order, work);
         found.map_err(|source| self.no_answer(source))
     }
@@ -181,11 +205,12 @@ impl<'a> PointModel<'a> {
     fn solve<'m>(
         &'m self,
         values: &'m [f64],
+        guess: C64,
         work: &mut Workspace,
     ) -> Result<(Box<dyn Coefficients + Sync + 'm>, Root), EngineError> {
         let filled = self.filled(values)?;
         let settings = Newton { tolerance: EIGENVALUE_TOLERANCE, ..Newton::default() };
-        let root = self.chain().solve(&*filled, self.guess, &settings, work);
+        let root = self.chain().solve(&*filled, guess, &settings, work);
         root.map(|root| (filled, root)).map_err(|source| self.no_answer(source))
     }
 

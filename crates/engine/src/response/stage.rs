@@ -269,7 +269,8 @@ impl ResponseRun {
             if !keep.is_empty() {
                 let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
                 let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();
-                parameters = parameters.with_joint(&names, &mean, &known.covariance.select(&keep))?;
+                parameters =
+                    parameters.with_physical_joint(&names, &mean, &known.covariance.select(&keep))?;
             }
         }
         Ok(parameters)

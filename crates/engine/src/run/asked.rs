@@ -1,8 +1,9 @@
 //! Predictions of a saved model at any values of the factors, measured or not.
 
-use super::inputs::{ambient_of_all, conditions, states};
+use super::followed::Followed;
+use super::inputs::{ambient_of_all, conditions, observed, states};
 use super::rows::{Choice, assembly_of, rows_of};
-use crate::{Conditions, EngineError, Misfit, PointModel, PointPrediction, SavedModel, Spectrum};
+use crate::{Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum};
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
@@ -16,6 +17,8 @@ use std::collections::BTreeMap;
 pub struct Forecast {
     /// Name of the point.
     pub point: String,
+    /// Label of the mode, where points have several.
+    pub mode: String,
     /// Value of every factor, SI; none where it has none.
     pub factors: Vec<Option<f64>>,
     /// Growth rate, 1/s; the standard deviation of a new measurement, and that of the model alone.
@@ -24,6 +27,15 @@ pub struct Forecast {
     pub angular_frequency: [f64; 3],
     /// Probability that the growth rate is above zero, taken as normal, without the noise of a measurement.
     pub unstable: f64,
+}
+
+/// A point of which a model cannot say anything.
+#[derive(Debug)]
+pub struct Unpredicted {
+    /// Name of the point.
+    pub point: String,
+    /// Why not.
+    pub why: EngineError,
 }
 
 /// The operating points of the campaign with others, each given by the factors in which it differs from the point of the campaign that is
@@ -140,41 +152,56 @@ pub fn modes_at(
     Ok((region, spectrum, devices))
 }
 
-/// What the saved model says of points of the campaign, by their places.
+/// What the saved model says of points of the campaign, by their places: of every mode that it was trained on.
 ///
 /// # Errors
-/// [`EngineError::NoState`] where the gas of a heated point was not inferred, and those of the model.
+/// Those of the saved model and of the files; a point that cannot be predicted is one of the second list.
 pub fn forecast(
     study: &Study,
     observations: &Observations,
     model: &SavedModel,
     points: &[usize],
-) -> Result<Vec<Forecast>, EngineError> {
+) -> Result<(Vec<Forecast>, Vec<Unpredicted>), EngineError> {
     let ambient = ambient_of_all(study, observations);
     let states = states(study, &ambient, true)?;
+    let observed = observed(study, observations, &states, &ambient)?;
+    let followed = Followed::of(study, &observed, &model.trained_on);
     let assembly = assembly_of(study, &model.candidates, &model.hold)?;
     let rig = &study.rig;
     let posterior = model.posterior()?;
-    let misfit = Misfit::of(&posterior.noise);
+    let used: Vec<Observed> =
+        observed.iter().filter(|o| model.trained_on.contains(&o.conditions.id)).cloned().collect();
+    let misfit = Misfit::of(&posterior.noise).with_measured(&used, model.measured);
     let heard = Some(rig.microphones.reference).filter(|_| !rig.microphones.at.is_empty());
     let trained = || model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(k, _)| k));
     // Of a point that was not measured nothing else is known.
     let usual = trained().find_map(|k| ambient[k]);
-    let one = |&k: &usize| -> Result<Forecast, EngineError> {
+    let one = |&(k, label): &(usize, &String)| -> Result<Forecast, EngineError> {
         let point = &study.campaign.points[k];
-        let ambient = ambient[k].or(usual);
-        let conditions: Conditions = conditions(study, point, states.get(&k), ambient)?;
+        let conditions: Conditions = conditions(study, point, states.get(&k), ambient[k].or(usual))?;
+        let near = followed.near(label, &conditions);
         let p: PointPrediction =
-            posterior.predict(&assembly, &conditions, heard.as_slice(), None, model.law.as_ref())?;
+            posterior.predict(&assembly, &conditions, heard.as_slice(), near, model.law.as_ref())?;
         let number = |k: usize| [p.values[k], p.sd(k, &misfit), p.sd(k, &Misfit::default())];
         let growth_rate = number(0);
         Ok(Forecast {
             point: point.id.clone(),
+            mode: label.clone(),
             factors: point.factors.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
             growth_rate,
             angular_frequency: number(1),
             unstable: normal_cdf(growth_rate[0] / growth_rate[2]),
         })
     };
-    points.par_iter().map(one).collect()
+    let all: Vec<(usize, &String)> =
+        points.iter().flat_map(|k| followed.labels().iter().map(move |label| (*k, label))).collect();
+    let found: Vec<_> = all.par_iter().map(one).collect();
+    let (mut forecasts, mut failures) = (Vec::new(), Vec::new());
+    for ((k, _), found) in all.iter().zip(found) {
+        match found {
+            Ok(forecast) => forecasts.push(forecast),
+            Err(why) => failures.push(Unpredicted { point: study.campaign.points[*k].id.clone(), why }),
+        }
+    }
+    Ok((forecasts, failures))
 }

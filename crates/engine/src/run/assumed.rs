@@ -1,8 +1,8 @@
 //! What a stage assumes of its misfit: the plan's words with the numbers of earlier stages.
 
 use super::stages::{Chosen, Run};
+use crate::EngineError;
 use crate::noise::{LawError, Noise, Varying};
-use crate::{EngineError, Observed};
 use rijke_inference::NoiseMode;
 use rijke_study::plan::{NoiseSpec, SdSpec};
 
@@ -86,24 +86,4 @@ impl Run {
         }
         Ok(sums.map(|sum| (sum / observed.len().max(1) as f64).max(0.0).sqrt()))
     }
-}
-
-/// Root mean square of the measured standard deviations of growth rate (0) or frequency (1).
-pub(super) fn measured_sd(points: &[Observed], k: usize) -> f64 {
-    let variance = |o: &Observed| {
-        let rows = o.used(&[], usize::MAX).rows;
-        rows.iter().position(|row| *row == k).map(|i| o.mode.covariance[(i, i)])
-    };
-    let all: Vec<f64> = match k {
-        0 | 1 => points.iter().filter_map(variance).collect(),
-        _ => points
-            .iter()
-            .filter_map(|o| {
-                let n = o.mode.covariance.rows();
-                let first = n - 2 * o.mode.pressures.len();
-                (first < n).then(|| o.mode.covariance[(first, first)])
-            })
-            .collect(),
-    };
-    (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
 }

@@ -26,6 +26,8 @@ pub struct StageForesight {
     pub title: String,
     /// How many operating points train it.
     pub points: usize,
+    /// How many modes were observed at them, if anything was observed at all.
+    pub observed: Option<usize>,
     /// At how many of them the gas is not known yet: it is taken as ambient and at rest.
     pub assumed: usize,
     /// Its models.
@@ -94,8 +96,15 @@ pub fn foresight(
         if let (Some(row), Some(first)) = (rows.into_iter().next(), information.into_iter().next()) {
             done.insert(stage.id.clone(), (row.choice, first));
         }
+        let seen = |o: &Observations| {
+            let of = |m: &&rijke_study::ObservedMode| {
+                stage.points.holds(&study.campaign, &study.campaign.points[m.point])
+            };
+            o.modes.iter().filter(of).count()
+        };
+        let observed = observations.map(seen);
         let (id, title) = (stage.id.clone(), stage.title.clone());
-        all.push(StageForesight { id, title, points: points.len(), assumed, models });
+        all.push(StageForesight { id, title, points: points.len(), observed, assumed, models });
     }
     Ok(all)
 }

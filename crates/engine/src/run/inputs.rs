@@ -3,7 +3,7 @@
 use crate::{Conditions, EngineError, Observed};
 use rijke_study::plan::{Base, Selection};
 use rijke_study::{
-    BaseState, Cause, Observations, Point, Sharing, Study, heated_states, read_readings, read_states,
+    BaseState, Cause, Observations, Point, Problem, Sharing, Study, heated_states, read_readings, read_states,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -47,10 +47,8 @@ pub(super) fn states(
                 ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
             };
             let layouts = campaign.points.iter().enumerate().map(layout).collect::<Result<Vec<_>, _>>()?;
-            let fail =
-                |source| EngineError::Rig { point: "of readings.csv".into(), source: Box::new(source) };
-            let states =
-                heated_states(&study.rig, campaign, heated, &readings, ambient, &layouts).map_err(fail)?;
+            let states = heated_states(&study.rig, campaign, heated, &readings, ambient, &layouts);
+            let states = states.map_err(|problem| EngineError::Readings { problem: Box::new(problem) })?;
             Ok(states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect())
         }
     }
@@ -84,6 +82,11 @@ pub(super) fn conditions_or_ambient(
 ) -> Result<Conditions, EngineError> {
     let rig = &study.rig;
     let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
+    if let (Base::HeatedFlow(heated), None, Some(_)) = (&study.plan.base, inferred, ambient) {
+        let flow = study.campaign.factor(&heated.flow).map_or(f64::NAN, |k| point.factors[k]);
+        let (key, value) = (heated.flow.clone(), format!("{flow} m^3/s"));
+        return Err(fail(Problem::Value { key, value, need: "above zero where there is power" }));
+    }
     let ambient = match (inferred, ambient) {
         // What enters the rig is ambient gas.
         (Some(state), _) => [state.temperature[0], 0.0],

@@ -1,5 +1,6 @@
 //! Whether the modes that were measured are those of the model.
 
+use crate::point::respond_together;
 use crate::{Assembly, EngineError, Knowledge, Observed, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
@@ -24,14 +25,23 @@ pub(super) fn check_modes(
         earlier.unwrap_or_else(|| p.prior.quantile(0.5))
     };
     let values: Vec<f64> = assembly.parameters().iter().map(middle).collect();
-    let found: Vec<Option<f64>> = points
-        .par_iter()
-        .map(|o| {
-            let model = PointModel::new(assembly, &o.conditions, &[])?.starting_from(o.near);
-            let root = model.respond(&values, Order::Value, &mut Workspace::default());
-            Ok(root.ok().map(|r| r.s.value().im))
+    let groups: Vec<&[Observed]> = points.chunk_by(|a, b| a.conditions.id == b.conditions.id).collect();
+    let of_a_point = |group: &&[Observed]| {
+        let model = |o: &Observed| Ok(PointModel::new(assembly, &o.conditions, &[])?.starting_from(o.near));
+        let models = group.iter().map(model).collect::<Result<Vec<_>, EngineError>>()?;
+        let work = &mut Workspace::default();
+        Ok(match respond_together(&models, &values, Order::Value, work) {
+            Ok(all) => all.iter().map(|r| Some(r.s.value().im)).collect(),
+            Err(_) => {
+                let one =
+                    |m: &PointModel<'_>| m.respond(&values, Order::Value, &mut Workspace::default()).ok();
+                models.iter().map(|m| one(m).map(|r| r.s.value().im)).collect::<Vec<_>>()
+            }
         })
-        .collect::<Result<_, EngineError>>()?;
+    };
+    let found: Vec<Vec<Option<f64>>> =
+        groups.par_iter().map(of_a_point).collect::<Result<_, EngineError>>()?;
+    let found: Vec<Option<f64>> = found.into_iter().flatten().collect();
     for (k, (o, omega)) in points.iter().zip(&found).enumerate() {
         let layout = &o.conditions.layout;
         let spacing = std::f64::consts::PI / o.conditions.base.travel_time(0.0, layout.length);

@@ -4,7 +4,9 @@ mod answers;
 mod asked;
 mod assumed;
 mod claims;
+mod doubts;
 mod earlier;
+mod followed;
 mod foresight;
 mod frame;
 mod inputs;
@@ -15,7 +17,7 @@ mod rows;
 mod stages;
 
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
-pub use asked::{Forecast, forecast, modes_at, with_points};
+pub use asked::{Forecast, Unpredicted, forecast, modes_at, with_points};
 pub use claims::{Judgement, agreement, models, verdicts};
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use frame::{Frame, FrameColumn, FrameRow};

@@ -1,11 +1,12 @@
 //! The rows of a stage's table: which candidates make each model, and what training finds of it.
 
-use super::assumed::measured_sd;
+use super::doubts::doubts;
 use super::earlier::StandsOn;
 use super::matching::check_modes;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use super::stages::{Chosen, Run, Trusted};
 use crate::noise::Noise;
+use crate::noise::measured_sd;
 use crate::{Assembly, EngineError, Knowledge, Misfit, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, TrustRegion};
 use rijke_network::Workspace;
@@ -119,9 +120,6 @@ impl Run {
         });
         record.parameters = parameters(trained, assembly.parameters());
         record.misfit = misfit(trained);
-        let said = trained.referee.iter().map(ToString::to_string);
-        let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).collect();
-        record.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
         let values = &trained.values[..trained.own];
         record.predicted = found
             .observed
@@ -133,6 +131,10 @@ impl Run {
                 Ok([s.re, s.im])
             })
             .collect::<Result<_, EngineError>>()?;
+        let said = trained.referee.iter().map(ToString::to_string);
+        let doubts = doubts(&found.observed, &record.predicted, record.misfit);
+        let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).chain(doubts).collect();
+        record.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
         Ok((record, Some(found)))
     }
 

@@ -152,7 +152,10 @@ impl Run {
         let best = best_of(&results);
         let first = |lead: f64| results.iter().position(|(m, c)| c.is_some() && total(m) >= best - lead);
         let (Some(winner), Some(next)) = (first(0.0), first(stage.decides)) else {
-            let remark = results.iter().find_map(|(m, _)| m.remark.clone()).unwrap_or_default();
+            let why = |(m, _): &(ModelRecord, _)| {
+                Some(format!("{}: {}", if m.id.is_empty() { "it" } else { &m.id }, m.remark.clone()?))
+            };
+            let remark = results.iter().filter_map(why).collect::<Vec<_>>().join("\n  ");
             return Err(EngineError::NoWinner { stage: stage.id, remark });
         };
         let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());

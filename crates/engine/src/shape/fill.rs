@@ -4,7 +4,7 @@ use super::extents::Extents;
 use super::model::{LawOf, ShapeModel};
 use crate::EngineError;
 use crate::assembly::part_of_wall;
-use rijke_formula::Here;
+use rijke_formula::{Formula, Here};
 use rijke_network::{At, Coefficients, Laws, laws::Law, levine_schwinger};
 use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_study::names::{
@@ -76,7 +76,18 @@ impl<'m> Filled<'m> {
     }
 
     /// The value of an effect at s, in surroundings of number `around`; `walls` are what the walls of the ducts lose.
-    pub(crate) fn effect(&self, [candidate, effect, around]: [usize; 3], s: &Jet, walls: &[[Jet; 2]]) -> Jet {
+    pub(crate) fn effect(&self, ids: [usize; 3], s: &Jet, walls: &[[Jet; 2]]) -> Jet {
+        self.part(&self.model.effect(ids[0], ids[1]).law, ids, s, walls)
+    }
+
+    /// As [`Filled::effect`], of a part of its formula.
+    pub(super) fn part(
+        &self,
+        formula: &Formula,
+        [candidate, effect, around]: [usize; 3],
+        s: &Jet,
+        walls: &[[Jet; 2]],
+    ) -> Jet {
         let law = self.model.effect(candidate, effect);
         let ([before, after], numbers) = &self.model.surroundings[around];
         let (before, after) = (*before, *after);
@@ -100,20 +111,20 @@ impl<'m> Filled<'m> {
             // ka = s a/(i c).
             let radius = self.extents.diameters[before].scale(C64::new(0.5, 0.0));
             let x = (s * &radius).scale(C64::new(1.0 / numbers[SOUND_SPEED], 0.0));
-            if law.law.uses(LEVINE_SCHWINGER) {
+            if formula.uses(LEVINE_SCHWINGER) {
                 let turn = -C64::I;
                 let [value, slope, bend] = levine_schwinger::reflection(x.value() * turn);
                 unflanged = x.compose(value, slope * turn, bend * turn * turn);
                 analytic[LEVINE_SCHWINGER] = Some(&unflanged);
             }
-            if law.law.uses(FLANGED) {
+            if formula.uses(FLANGED) {
                 let [value, slope, bend] = Law::Flanged { radius: 1.0, sound_speed: 1.0 }.analytic(x.value());
                 flanged = x.compose(value, slope, bend);
                 analytic[FLANGED] = Some(&flanged);
             }
         }
         let here = Here { space: self.space, numbers, analytic: &analytic };
-        law.law.evaluate(&here, &self.parameters[candidate])
+        formula.evaluate(&here, &self.parameters[candidate])
     }
 
     /// What the wall of every duct loses per metre: viscous and thermal.

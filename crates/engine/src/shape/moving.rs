@@ -3,8 +3,9 @@
 use super::fill::Filled;
 use super::model::{LawOf, ShapeModel};
 use crate::EngineError;
-use rijke_network::{At, Coefficients, Laws};
-use rijke_numerics::{JetSpace, Order};
+use crate::point::{Acting, poles};
+use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region};
+use rijke_numerics::{C64, JetSpace, Order};
 
 /// The laws at given values of the free parameters.
 pub(crate) struct Moving<'m> {
@@ -41,6 +42,24 @@ impl Coefficients for Moving<'_> {
         } else {
             Filled::unchecked(self.model, self.values, at.space()).fill(at, laws);
         }
+    }
+
+    fn poles_in(&self, region: &Region) -> Result<Vec<Pole>, NetworkError> {
+        let acting = |(k, law): (usize, &LawOf)| {
+            let LawOf::Effect { candidate, effect, around } = *law else { return None };
+            let acts = self.model.effect(candidate, effect);
+            let owner = [candidate, around];
+            (!acts.place.is_along()).then_some(Acting { law: k, owner, formula: &acts.law })
+        };
+        let acting: Vec<Acting<'_>> = self.model.laws.iter().enumerate().filter_map(acting).collect();
+        Ok(poles(&acting, region, |k, part, s| {
+            let LawOf::Effect { candidate, effect, around } = self.model.laws[k] else {
+                return [C64::ONE; 2];
+            };
+            let s = self.in_s.space().seed(0, s);
+            let found = self.in_s.part(part, [candidate, effect, around], &s, &[]);
+            [found.value(), found.gradient()[0]]
+        }))
     }
 
     fn name(&self, law: usize) -> String {

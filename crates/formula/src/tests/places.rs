@@ -175,3 +175,23 @@ fn exact_units_are_understood_or_not() {
     assert!(crate::is_unit(&scope().names()[0].unit) && crate::is_unit("W/(m K)"));
     assert!(!crate::is_unit("1/W^k_3") && !crate::is_unit("furlong") && !crate::is_unit("m^"));
 }
+
+#[test]
+fn exact_divisors_are_what_may_vanish() {
+    let at = |f: &Formula| jet(f, &heater(), Order::First, &POINT).value();
+    let values = |text: &str| parse(text).unwrap().divisors().iter().map(at).collect::<Vec<_>>();
+    let s = at(&parse("s").unwrap());
+    let near = |found: &[C64], expected: &[C64]| {
+        assert!(found.len() == expected.len(), "{found:?} {expected:?}");
+        for (f, e) in found.iter().zip(expected) {
+            assert!((f - e).norm() < 1e-12 * e.norm(), "{found:?} {expected:?}");
+        }
+    };
+    // Inner ones first; what does not depend on s cannot vanish.
+    near(&values("rho/(k1 + 1/(s + 2)) + s/D"), &[s + 2.0, at(&parse("k1 + 1/(s + 2)").unwrap())]);
+    near(
+        &values("(s*rho + k1)^(-2)*tanh(s*1e-3) - s^2"),
+        &[at(&parse("s*rho + k1").unwrap()), (s * 1e-3).cosh()],
+    );
+    near(&values("s*rho - k1*exp(-s*k2)"), &[]);
+}

@@ -179,6 +179,33 @@ fn exact_two_batches_in_sequence() {
     );
 }
 
+/// What an earlier stage states in physical values is the prior that its working coordinates hold, whatever the coordinates are.
+#[test]
+fn exact_a_posterior_in_physical_values_is_the_same_prior() {
+    let list = || {
+        vec![
+            Parameter::new("a", "a", "1", Prior::LogNormal { median: 3e-4, ln_sd: 0.8 }),
+            Parameter::new("b", "b", "1", Prior::Uniform { low: -1.0, high: 3.0 }),
+            normal("c", 2.0, 0.3),
+        ]
+    };
+    let parameters = Parameters::new(list()).unwrap();
+    let at = parameters.working(&[2.8e-4, 0.4, 1.7]);
+    let covariance = Matrix::from_fn(3, 3, |i, j| if i == j { 0.04 } else { 0.01 });
+    let slopes: Vec<f64> = list().iter().zip(&at).map(|(p, z)| p.physical(*z)[1]).collect();
+    let physical = Matrix::from_fn(3, 3, |i, j| slopes[i] * slopes[j] * covariance[(i, j)]);
+    let names = ["a", "b", "c"];
+    let working = Parameters::new(list()).unwrap().with_joint(&names, &at, &covariance).unwrap();
+    let stated = parameters.with_physical_joint(&names, &[2.8e-4, 0.4, 1.7], &physical).unwrap();
+    for (a, b) in working.centre().iter().zip(stated.centre()) {
+        assert_relative_eq!(*a, b, max_relative = 1e-12);
+    }
+    for (a, b) in working.scales().iter().zip(stated.scales()) {
+        assert_relative_eq!(*a, b, max_relative = 1e-12);
+    }
+    assert_relative_eq!(stated.physical(&stated.centre())[0], 2.8e-4, max_relative = 1e-12);
+}
+
 /// Pressures at four places, two complex waves: p_m = a_0 e^{i m} + (a_1 + i a_2) e^{-0.4 i m}, relative to one place.
 struct Relative {
     reference: usize,

@@ -34,6 +34,14 @@ pub enum Problem {
         /// Its value.
         value: f64,
     },
+    /// An angle beyond a turn.
+    #[error("{key} is {value} rad, more than a turn: angles are in rad")]
+    Angle {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// A hole wider than its tube.
     #[error("the hole is {diameter} m wide, but the tube only {tube} m: make it narrower, or leave it out")]
     HoleTooWide {

@@ -55,8 +55,20 @@ impl Default for Gas {
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Search {
     /// 1/s.
+    #[serde(default, deserialize_with = "two")]
     pub(super) growth_rate: Option<[f64; 2]>,
+    #[serde(default, deserialize_with = "two")]
     pub(super) frequency_hz: Option<[f64; 2]>,
+}
+
+/// Two numbers and no more: an array of fixed length would pass over a third.
+fn two<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<[f64; 2]>, D::Error> {
+    let list = Vec::<f64>::deserialize(from)?;
+    let found = list.len();
+    let pair = list.try_into().ok();
+    pair.map(Some).ok_or_else(|| {
+        serde::de::Error::custom(format!("two numbers are needed, lowest and highest, not {found}"))
+    })
 }
 
 /// Mean flow, entering at the upstream end.

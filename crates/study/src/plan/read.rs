@@ -188,6 +188,10 @@ impl Plan {
                 Base::HeatedFlow(heated)
             }
         };
+        let hot = |part: &&crate::Part| matches!(&part.shape, crate::Shape::Duct(duct) if !duct.temperatures.is_empty());
+        if let Some(part) = rig.parts.iter().find(hot).filter(|_| !matches!(base, Base::Rig)) {
+            return Err(source.fail(0, Problem::UnusedTemperature { part: part.name.clone() }));
+        }
         let (name, question) = (file.name, file.question);
         let cost = file.cost.map(|cost| {
             let at = cost.span().start;
@@ -274,8 +278,14 @@ impl Check<'_> {
     }
 
     fn heated(&self, heated: &HeatedFlow) -> Result<(), Problem> {
-        self.campaign.known_factor(&heated.power)?;
-        self.campaign.known_factor(&heated.flow)?;
+        for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
+            let factor = &self.campaign.factors[self.campaign.known_factor(name)?];
+            // A factor without a unit in its heading is taken as it is.
+            if factor.unit != "1" {
+                let key = format!("base.heated-flow.{key} = {name}");
+                factor.shown.of(wanted).map_err(|source| Problem::Unit { key, source })?;
+            }
+        }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
                 let (key, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));

@@ -95,7 +95,7 @@ pub(super) const COMPACT: [Kind; 9] = [
             or("eu", "1", "0"),
             or("ep", "m/(Pa s)", "0"),
         ],
-        laws: &[(Mu, "(mu)"), (Mp, "(mp)"), (Eu, "(eu)"), (Ep, "(ep)")],
+        laws: &[(Mu, "(coupling_mu)"), (Mp, "(coupling_mp)"), (Eu, "(coupling_eu)"), (Ep, "(coupling_ep)")],
     },
 ];
 

@@ -47,6 +47,8 @@ pub struct Rig {
     pub brought: Vec<usize>,
     /// Growth rates (1/s) and frequencies (Hz) between which modes are sought.
     pub search: [[f64; 2]; 2],
+    /// Whether the file states these frequencies: then a measured mode lies between them.
+    pub search_is_stated: bool,
 }
 
 /// The gas: how its properties follow from temperature and pressure.
@@ -215,7 +217,7 @@ impl Rig {
         definitions: &'a [(String, String)],
         own: &'a [(String, String)],
     ) -> Words<'a> {
-        Words { scope: &self.scope, parameters, definitions, own }
+        Words { scope: &self.scope, parameters, definitions, own, own_first: false }
     }
 }
 

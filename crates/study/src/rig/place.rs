@@ -11,9 +11,9 @@ pub enum Place {
     Duct(Option<usize>),
     /// Along an insert; the law is a coefficient per metre.
     Along(usize),
-    /// Where an insert begins.
+    /// Where an insert or a duct begins.
     Start(usize),
-    /// Where an insert ends.
+    /// Where an insert or a duct ends.
     End(usize),
     /// Every place of a device, with the whole law at each.
     Each(usize),
@@ -47,15 +47,16 @@ impl Place {
             (Shape::Device(_), "shared") => Some(Self::Shared(k)),
             (Shape::Device(_), "middle") => Some(Self::Middle(k)),
             (Shape::Insert(..), "") => Some(Self::Along(k)),
-            (Shape::Insert(..), "start") => Some(Self::Start(k)),
-            (Shape::Insert(..), "end") => Some(Self::End(k)),
+            (Shape::Insert(..) | Shape::Duct(_), "start") => Some(Self::Start(k)),
+            (Shape::Insert(..) | Shape::Duct(_), "end") => Some(Self::End(k)),
             _ => None,
         });
         place.ok_or_else(|| {
             let of = |p: &Part| match p.shape {
-                Shape::Duct(_) => vec![p.name.clone()],
                 Shape::Device(_) => ["", ".shared", ".middle"].map(|s| format!("{}{s}", p.name)).to_vec(),
-                Shape::Insert(..) => ["", ".start", ".end"].map(|s| format!("{}{s}", p.name)).to_vec(),
+                Shape::Insert(..) | Shape::Duct(_) => {
+                    ["", ".start", ".end"].map(|s| format!("{}{s}", p.name)).to_vec()
+                }
             };
             let all: Vec<String> = parts
                 .iter()

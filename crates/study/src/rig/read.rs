@@ -53,8 +53,20 @@ struct BaseNumbers {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Search {
+    #[serde(default, deserialize_with = "two")]
     growth_rate: Option<[f64; 2]>,
+    #[serde(default, deserialize_with = "two")]
     frequency_hz: Option<[f64; 2]>,
+}
+
+/// Two numbers and no more: an array of fixed length would pass over a third.
+fn two<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<[f64; 2]>, D::Error> {
+    let list = Vec::<f64>::deserialize(from)?;
+    let found = list.len();
+    let pair: Option<[f64; 2]> = list.try_into().ok().filter(|[low, high]: &[f64; 2]| low < high);
+    let need =
+        || format!("two numbers are needed, lowest and highest; {found} were given, or they do not ascend");
+    pair.map(Some).ok_or_else(|| serde::de::Error::custom(need()))
 }
 
 /// A law of an element that waits until all names are known.
@@ -179,6 +191,7 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         scope: reading.scope,
         factors,
         brought,
+        search_is_stated: search.frequency_hz.is_some(),
         search: [
             search.growth_rate.unwrap_or([-500.0, 500.0]),
             search.frequency_hz.unwrap_or([10.0, 1000.0]),
@@ -334,8 +347,13 @@ impl Reading<'_> {
             let Waiting { at, place: place_text, coefficient, text, definitions, part } = waiting;
             let place = Place::parse(&place_text, &self.parts).map_err(|problem| (at.clone(), problem))?;
             let own = part.map_or_else(Vec::new, |part| self.own(part));
-            let words =
-                Words { scope: &self.scope, parameters: self.unknowns, definitions: &definitions, own: &own };
+            let words = Words {
+                scope: &self.scope,
+                parameters: self.unknowns,
+                definitions: &definitions,
+                own: &own,
+                own_first: true,
+            };
             let law = words.law(&text, &place, at, &place_text, &mut BTreeSet::new())?;
             let named = |k: &usize| law.uses_parameter(*k);
             used.extend((0..self.unknowns.len()).filter(named).map(|k| self.unknowns[k].clone()));

@@ -142,6 +142,9 @@ impl Rig {
                 }
             });
         }
+        for (name, x) in self.thermometers.names.iter().zip(&self.thermometers.at) {
+            inside(name, x.at(&numbers), end)?;
+        }
         let mut microphones = Vec::with_capacity(self.microphones.at.len());
         for (name, x) in self.microphones.names.iter().zip(&self.microphones.at) {
             let x = x.at(&numbers);

@@ -139,7 +139,17 @@ impl Reader<'_> {
             .collect();
         let context = Context { scope: self.scope, here: &here, parameters: &[], definitions: &own };
         match Formula::parse(&plain, &context) {
-            Ok(formula) if !unknown => Ok(Given::Value(Value::Formula(formula))),
+            Ok(formula) if !unknown => {
+                let fault = if unit.is_empty() { None } else { formula.unit_fault(self.scope, &[], unit) };
+                match fault {
+                    Some(fault) => self.fail(Problem::UnitOfLaw {
+                        key: key.to_owned(),
+                        place: "this part".into(),
+                        fault,
+                    }),
+                    None => Ok(Given::Value(Value::Formula(formula))),
+                }
+            }
             _ => Ok(Given::Law(plain)),
         }
     }

@@ -11,7 +11,7 @@ const RANK: &str = "rank data --until empty-tube --one-start";
 /// The study of the paper with four cold points without heater, as plain as possible, in `data/observations`.
 pub(crate) fn write(folder: &Path) {
     short::paper(&folder.join("data"));
-    edit(folder, "data/study.toml", "base = \"states\"", "base = \"ambient\"");
+    edit(folder, "data/study.toml", "[base.states]\npoints = { where = { Q_h = { above = 0 } } }", "");
     let rig = Rig::juniper_yoko_2022();
     let size = 2 * rig.microphones.positions.len();
     let ping = |k: f64| {
@@ -127,7 +127,7 @@ pub(super) const CASES: [Case; 19] = [
             fs::write(path, format!("{text}{again}\n")).unwrap();
         },
         RANK,
-        ["pings.csv, line 6", "a second row for", "every name must be different"],
+        ["pings.csv, line 6", "a second row (operating point and mode)", "every name must be different"],
     ),
     case(
         "line that is too short",
@@ -148,7 +148,7 @@ pub(super) const CASES: [Case; 19] = [
             fs::write(path, kept.join("\n") + "\n").unwrap();
         },
         RANK,
-        ["data", "stage `empty-tube`: none of its points was observed", "check its selection"],
+        ["data", "stage `empty-tube`: none of its points was observed", "correct its `points`"],
     ),
     case(
         "clicks of other microphones",

@@ -1,5 +1,6 @@
 //! Predictions of the model that a stage chose, trained on its points or on a few (Figs. 5 and 8 to 11 of Juniper & Yoko 2022).
 
+use super::super::followed::Followed;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::{conditions, selected};
 use super::super::record::parameters;
@@ -9,7 +10,7 @@ use super::{Found, LayerLook};
 use crate::{Conditions, EngineError, Misfit, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_numerics::C64;
-use rijke_study::plan::{Question, Selection};
+use rijke_study::plan::{Question, Selection, Stage};
 use std::sync::Arc;
 
 impl Run {
@@ -35,7 +36,8 @@ impl Run {
         let trained = self.trained_for_predictions(&question.stage, &few)?;
         let law = self.law_error(&question.stage);
         let posterior = trained.posterior();
-        let misfit = Misfit::of(&trained.noise);
+        let adds = self.study.plan.stage(&question.stage).is_some_and(|(_, stage)| added(stage));
+        let misfit = Misfit::of(&trained.noise).with_measured(&few, adds);
         let seen = selected(&self.study, &self.observed, points);
         let campaign = self.study.campaign.points.iter().enumerate();
         let unseen = campaign
@@ -44,17 +46,22 @@ impl Run {
         // A point that was not measured and of whose gas nothing is known is not predicted.
         let unseen = unseen.filter_map(|(k, p)| {
             let found = conditions(&self.study, p, self.states.get(&k), self.ambient[k]);
-            found.ok().map(|c| (Arc::new(c), None))
+            found.ok().map(Arc::new)
         });
-        let all: Vec<(Arc<Conditions>, Option<&Observed>)> =
-            seen.iter().map(|o| (o.conditions.clone(), Some(o))).chain(unseen).collect();
+        let used: Vec<String> = few.iter().map(|o| o.conditions.id.clone()).collect();
+        let followed = Followed::of(&self.study, &self.observed, &used);
+        let every = unseen.flat_map(|c| {
+            let near = followed.labels().iter().map(|label| (followed.near(label, &c), c.clone()));
+            near.map(|(near, c)| (c, near, None)).collect::<Vec<_>>()
+        });
+        let all: Vec<(Arc<Conditions>, Option<C64>, Option<&Observed>)> =
+            seen.iter().map(|o| (o.conditions.clone(), Some(o.near), Some(o))).chain(every).collect();
         if all.is_empty() {
             return Err(no_point());
         }
-        let one = |(conditions, observed): &(Arc<Conditions>, Option<&Observed>)| {
-            let near: Option<C64> = observed.map(|o| o.near);
+        let one = |(conditions, near, observed): &(Arc<Conditions>, Option<C64>, Option<&Observed>)| {
             let heard = self.reference();
-            let p = posterior.predict(&chosen.assembly, conditions, heard.as_slice(), near, law.as_ref())?;
+            let p = posterior.predict(&chosen.assembly, conditions, heard.as_slice(), *near, law.as_ref())?;
             let m = observed.map_or([f64::NAN; 4], measured);
             let (s, sd) = ([p.values[0], p.values[1]], [0, 1].map(|k| p.sd(k, &misfit)));
             let of_the_model = [0, 1].map(|k| p.sd(k, &Misfit::default()));
@@ -100,7 +107,7 @@ impl Run {
         ] {
             columns.push(FrameColumn::new(name, label, unit));
         }
-        let axis = self.axis(question, all.iter().map(|(c, _)| &c.point));
+        let axis = self.axis(question, all.iter().map(|(c, ..)| &c.point));
         let layer =
             (0, LayerLook::Band, [predicted, predicted + 2], [Some(predicted + 1), Some(predicted + 3)]);
         let panels = axis
@@ -137,7 +144,15 @@ impl Run {
         let mut points: Vec<String> = done.chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
         let law = self.law_error(id);
-        Ok(crate::SavedModel::of(id, done.choice.clone(), stage.hold.clone(), points, &trained, law))
+        Ok(crate::SavedModel::of(
+            id,
+            done.choice.clone(),
+            stage.hold.clone(),
+            points,
+            &trained,
+            law,
+            added(stage),
+        ))
     }
 
     /// The best model of a stage but the one that goes on, to be kept on disk; none where no other could be fitted. It is trained with what
@@ -151,7 +166,15 @@ impl Run {
         let mut points: Vec<String> = found.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
         let (hold, law) = (stage.hold.clone(), self.law_error(id));
-        Some(crate::SavedModel::of(id, model.candidates.clone(), hold, points, &found.trained, law))
+        Some(crate::SavedModel::of(
+            id,
+            model.candidates.clone(),
+            hold,
+            points,
+            &found.trained,
+            law,
+            stage.noise.measured,
+        ))
     }
 
     /// The model that goes on from a stage, trained on `points` with what enters predictions but not the comparison.
@@ -188,4 +211,9 @@ impl Run {
         let over = self.study.campaign.factor(&spec.over)?;
         Some(crate::LawError { role: spec.role.clone(), sd: spec.sd, over })
     }
+}
+
+/// Whether measured errors come on top of the noise of predictions.
+fn added(stage: &Stage) -> bool {
+    stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).measured
 }

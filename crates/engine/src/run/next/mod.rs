@@ -3,15 +3,14 @@
 mod plan;
 mod predictive;
 
-use super::assumed::measured_sd;
+use super::followed::Followed;
 use super::inputs::{ambient_of_all, conditions, observed, states};
 use super::rows::assembly_of;
-use crate::noise::{of_point_and_installation, varying};
+use crate::noise::{measured_sd, of_point_and_installation, varying};
 use crate::{Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
 use plan::Worth;
 use predictive::{Numbers, Predictive, Shared};
 use rayon::prelude::*;
-use rijke_numerics::C64;
 use rijke_study::plan::Stage;
 use rijke_study::{BaseState, Observations, Study};
 use serde::Serialize;
@@ -300,7 +299,9 @@ impl<'a> Place<'a> {
         let conditions = self.conditions(model, k)?;
         let assembly = assembly_of(self.study, &model.candidates, &model.hold)?;
         let seen = self.observed.iter().find(|o| o.conditions.id == conditions.id);
-        let near: Option<C64> = seen.map(|o| o.near);
+        let followed = Followed::of(self.study, &self.observed, &model.trained_on);
+        let first = followed.labels().first();
+        let near = seen.map(|o| o.near).or_else(|| followed.near(first?, &conditions));
         let (known, law) = (&posterior.knowledge, model.law.as_ref());
         let linear = posterior.linear(known, &assembly, &conditions, microphones, near, law)?;
         // Repeated visits of a point share the errors of its gas: some of them are made anew, but this promises less.

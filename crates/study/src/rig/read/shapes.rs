@@ -139,6 +139,9 @@ impl Reading<'_> {
         at: &Range<usize>,
     ) -> Outcome<()> {
         let mut definitions = Vec::new();
+        if kind.name == "feedback" {
+            return self.feedback(part, kind, table, at);
+        }
         if kind.name == "flame" {
             definitions.extend(self.flame(part, table, at)?);
         }
@@ -153,16 +156,29 @@ impl Reading<'_> {
         }
         let name = self.parts[part].name.clone();
         for (coefficient, law) in kind.laws {
-            let wanted = |(name, _): &&(String, String)| crate::law::words(law).any(|w| w == name);
-            let nothing = kind.name == "feedback" && !definitions.iter().any(|d| wanted(&d)) && {
-                let own = self.own(part);
-                self.parts[part].numbers.iter().zip(&own).any(|((_, value), (bare, _))| {
-                    bare == coefficient.name() && matches!(value, Value::Number(v) if *v == 0.0)
-                })
+            self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definitions, Some(part));
+        }
+        Ok(())
+    }
+
+    /// The four couplings as they are given: numbers, [re, im], formulas. Their keys are names that formulas know as something else, as
+    /// `mu` for the viscosity, so that they are no numbers of the part.
+    fn feedback(&mut self, part: usize, kind: &Kind, table: &mut Table, at: &Range<usize>) -> Outcome<()> {
+        let name = self.parts[part].name.clone();
+        for (key, (coefficient, law)) in kind.keys.iter().zip(kind.laws) {
+            let Some(value) = table.remove(key.name).map(complex) else { continue };
+            let text = match self.given(part, key.name, &value, key.unit, at)? {
+                Given::Value(Value::Number(v)) => format!("{v:e}"),
+                Given::Value(Value::Formula(formula)) => formula.source().to_owned(),
+                Given::Law(text) => text,
+                Given::Value(_) => {
+                    let need = "a number, [re, im] or a formula";
+                    let (key, value) = (key.name.into(), "a table".into());
+                    return Err((at.clone(), Problem::Value { key, value, need }));
+                }
             };
-            if !nothing {
-                self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definitions, Some(part));
-            }
+            let definition = [(format!("coupling_{}", key.name), text)];
+            self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definition, Some(part));
         }
         Ok(())
     }

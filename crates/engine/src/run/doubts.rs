@@ -1,0 +1,127 @@
+//! What speaks against a model although its evidence may be the best: sentences for people.
+
+use crate::Observed;
+use crate::noise::measured_sd;
+use rijke_study::hertz;
+
+/// Part of the scatter of the measured numbers that a misfit may reach before the model is said to explain nothing.
+const NOTHING: f64 = 0.7;
+
+/// A misfit that is no error of measurement, in measured standard deviations.
+const MANY: f64 = 10.0;
+
+/// A residual of one point, in those of all others together, that is said.
+const ALONE: f64 = 8.0;
+
+/// A misfit of relative pressures beyond which mode shapes do not fit.
+const SHAPES: f64 = 0.1;
+
+/// Reasons to doubt a model whose growth rates and angular frequencies at the points are `predicted`; `misfit` is what it leaves of growth
+/// rate, angular frequency and pressures.
+pub(super) fn doubts(observed: &[Observed], predicted: &[[f64; 2]], misfit: [f64; 3]) -> Vec<String> {
+    let mut all = Vec::new();
+    for (k, what) in ["growth rates", "frequencies"].into_iter().enumerate() {
+        let measured = |o: &Observed| [o.mode.growth_rate, o.mode.angular_frequency][k];
+        let there: Vec<(&Observed, f64, f64)> =
+            observed.iter().zip(predicted).filter_map(|(o, p)| Some((o, measured(o)?, p[k]))).collect();
+        let n = there.len() as f64;
+        if there.len() < 5 {
+            continue;
+        }
+        let sd = measured_sd(observed, k);
+        let shown = |v: f64| if k == 0 { format!("{v:.2} 1/s") } else { format!("{:.2} Hz", hertz(v)) };
+        // Modes of one label have one mean: several modes of a point differ by far more than any misfit.
+        let mean = |label: &str| {
+            let of_it = || there.iter().filter(|t| t.0.mode.label == label);
+            of_it().map(|t| t.1).sum::<f64>() / of_it().count() as f64
+        };
+        let scatter = (there.iter().map(|t| (t.1 - mean(&t.0.mode.label)).powi(2)).sum::<f64>() / n).sqrt();
+        // Repeats of one point do not ask for an explanation.
+        if scatter > MANY * sd && misfit[k] > MANY * sd && misfit[k] > NOTHING * scatter {
+            all.push(format!(
+                "the misfit of {what}, {}, is as large as they differ from each other ({}): the model explains none of it; check units and signs",
+                shown(misfit[k]),
+                shown(scatter)
+            ));
+        }
+        let square = |t: &(&Observed, f64, f64)| (t.1 - t.2).powi(2);
+        let total: f64 = there.iter().map(square).sum();
+        let worst = there.iter().max_by(|a, b| square(a).total_cmp(&square(b)));
+        if let Some(worst) = worst {
+            let others = ((total - square(worst)) / (n - 1.0)).sqrt();
+            let own = square(worst).sqrt();
+            if own > ALONE * others.max(sd) {
+                let point = &worst.0.conditions.id;
+                all.push(format!(
+                    "{point} alone lies {} from the model in its {what}, {:.0} times what the others do: check that point",
+                    shown(own),
+                    own / others.max(sd)
+                ));
+            }
+        }
+    }
+    if misfit[2] > SHAPES {
+        all.push(format!(
+            "mode shapes do not fit (misfit {:.2} of relative pressures): check order, places and gains of the microphones",
+            misfit[2]
+        ));
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::doubts;
+    use crate::{Conditions, Observed};
+    use rijke_numerics::{C64, Matrix};
+    use rijke_study::{BaseState, ObservedMode, OneTable};
+    use std::sync::Arc;
+
+    /// Six points whose growth rates are 0, -1, ... -5, measured to 0.1.
+    fn points() -> Vec<Observed> {
+        let folder = std::env::temp_dir().join(format!("rijke-doubts-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let [rig, table] = ["rig.toml", "modes.csv"].map(|f| folder.join(f));
+        let tube = "name = \"tube\"\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"open\"\n\
+                    [[element]]\ntype = \"duct\"\nlength = 1.0\ndiameter = 0.05\n";
+        std::fs::write(&rig, tube).unwrap();
+        std::fs::write(&table, "growth_rate,growth_rate_sd,frequency,frequency_sd\n-1,1,85,1\n").unwrap();
+        let (study, _) = OneTable::read(&rig, &table).unwrap().study().unwrap();
+        let point = study.campaign.points[0].clone();
+        let layout = study.rig.at(&point, 293.15).unwrap();
+        let base = BaseState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+        let one = |k: usize| Observed {
+            conditions: Arc::new(Conditions {
+                id: format!("p{k}"),
+                point: point.clone(),
+                layout: layout.clone(),
+                base: base.clone(),
+            }),
+            mode: ObservedMode {
+                point: 0,
+                label: String::new(),
+                growth_rate: Some(-(k as f64)),
+                angular_frequency: Some(500.0 + k as f64),
+                pressures: Vec::new(),
+                covariance: Matrix::diagonal(&[0.01, 0.01]),
+            },
+            near: C64::new(0.0, 500.0),
+        };
+        (0..6).map(one).collect()
+    }
+
+    #[test]
+    fn behaviour_a_model_is_doubted_for_what_it_does_not_explain() {
+        let points = points();
+        let right: Vec<[f64; 2]> = (0..6).map(|k| [0.05 - f64::from(k), 500.05 + f64::from(k)]).collect();
+        assert!(doubts(&points, &right, [0.1, 0.1, 0.02]).is_empty());
+        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0]);
+        assert!(said.len() == 2 && said[0].contains("explains none of it"), "{said:?}");
+        let mut one_off = right.clone();
+        one_off[3][1] += 4.0;
+        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0]);
+        assert!(said.iter().any(|s| s.starts_with("p3 alone lies 0.6")), "{said:?}");
+        let said = doubts(&points, &right, [0.1, 0.1, 0.12]);
+        assert!(said.len() == 1 && said[0].contains("order, places and gains"), "{said:?}");
+    }
+}
