@@ -191,6 +191,12 @@ pub enum EngineError {
         /// Why it stopped.
         stop: Stop,
     },
+    /// A training without a maximum that can be compared.
+    #[error("{what}")]
+    Unsettled {
+        /// Why.
+        what: String,
+    },
     /// The inference refuses.
     #[error(transparent)]
     Inference(#[from] InferenceError),

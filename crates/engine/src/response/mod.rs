@@ -2,10 +2,12 @@
 //! head whose errors are integrated over.
 
 mod data;
+mod head;
 mod predict;
 mod record;
 mod residual;
 mod stage;
+mod train;
 
 pub use record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 pub use stage::ResponseRun;

@@ -1,15 +1,15 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
-use super::data::{Blocks, Measured};
-use super::predict::{Load, Quick, Responses};
+use super::data::Measured;
+use super::predict::{Load, Responses};
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::left;
+use super::train::Training;
 use crate::run::{EvidenceRecord, ParameterRecord, conditions_at};
 use crate::shape::ShapeModel;
 use crate::{Assembly, Conditions, EngineError, Knowledge};
-use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior, Prior};
-use rijke_numerics::{C64, Order, Streams};
-use rijke_study::plan::SdSpec;
+use rijke_inference::{Parameters, Prior};
+use rijke_numerics::C64;
 use rijke_study::responses::{ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, ErrorTerm, Study};
 use std::collections::BTreeMap;
@@ -195,22 +195,17 @@ impl ResponseRun {
         let errors: Vec<ErrorTerm> = candidates.iter().flat_map(|c| c.errors.clone()).collect();
         let assembly = Assembly::new(Arc::new(self.study.rig.clone()), candidates, &stage.hold)?;
         let responses = self.models(&assembly, measured, points, whats)?;
-        let blocks = Blocks { measured, errors: &errors, noise: &stage.noise, misfit: stage.misfit.as_ref() };
-        let data = blocks.data()?;
         let parameters = self.parameters(stage, &assembly)?;
-        let quick = Quick(&responses);
-        let posterior = Posterior::new(&responses, &data, &parameters)?;
-        let searched = Posterior::new(&quick, &data, &parameters)?;
-        let (fit, laplace, evidence, mut remarks) = match fitted(&searched, &posterior, stage.checked) {
+        let training =
+            Training { responses: &responses, measured, errors: &errors, parameters: &parameters, stage };
+        let found = match training.found() {
             Ok(found) => found,
             Err(error) => {
                 record.remark = Some(error.to_string());
                 return Ok((record, None));
             }
         };
-        if !fit.stop.converged() {
-            remarks.push(format!("the search stopped early: {}", fit.stop));
-        }
+        let (fit, laplace, evidence, mut remarks) = (found.fit, found.laplace, found.evidence, found.warnings);
         record.evidence = Some(EvidenceRecord {
             ln_best_fit: evidence.ln_best_fit,
             ln_occam: evidence.ln_occam,
@@ -231,20 +226,7 @@ impl ResponseRun {
         };
         record.parameters = assembly.parameters().iter().enumerate().map(parameter).collect();
         record.noise.clone_from(&fit.noise);
-        let answers = responses.answers(&fit.parameters, Order::Value)?;
-        let answers: Vec<Vec<C64>> =
-            answers.iter().map(|a| a.iter().map(rijke_numerics::Jet::value).collect()).collect();
-        let sd_of = |name: &str| fit.noise.iter().find(|n| n.name == name).map_or(0.0, |n| n.sd);
-        let sizes: Vec<f64> = errors
-            .iter()
-            .map(|term| match &term.sd {
-                SdSpec::Fixed(sd) => *sd,
-                _ => sd_of(&format!("error b{} of the head", term.power)),
-            })
-            .collect();
-        let spread = measured.iter().flat_map(|m| &m.sd).fold(0.0, |a: f64, b| a.max(*b));
-        let sd = sd_of("noise").hypot(sd_of("misfit")).hypot(spread);
-        let left = left(&blocks, &answers, sd, &sizes)?;
+        let left = left(measured, found.heard);
         if left.neighbours_sds > NOT_NOISE {
             remarks.push(format!(
                 "the residuals are not noise: their rms is {:.2e} and neighbouring frequencies correlate by {:.2}, {:.0} sd from none; \
@@ -252,7 +234,7 @@ impl ResponseRun {
                 left.size, left.neighbours, left.neighbours_sds
             ));
         }
-        record.predicted = answers.iter().map(|a| pairs(a)).collect();
+        record.predicted = found.answers.iter().map(|a| pairs(a)).collect();
         record.heard = left.heard.iter().map(|a| pairs(a)).collect();
         (record.residual, record.neighbours) = (left.size, left.neighbours);
         record.remark = Some(remarks.join("; ")).filter(|r| !r.is_empty());
@@ -294,27 +276,6 @@ impl ResponseRun {
         }
         Ok(Responses { loads, parameters: assembly.parameters().len() })
     }
-}
-
-/// The maximum of a posterior, which `searched` has without second derivatives of the model, Laplace's method there, the evidence of all maxima that were looked for, and warnings.
-fn fitted(
-    searched: &Posterior<'_>,
-    posterior: &Posterior<'_>,
-    checked: bool,
-) -> Result<(Fit, Laplace, Evidence, Vec<String>), EngineError> {
-    if !checked {
-        let fit = searched.map(&MapOptions::default())?;
-        let laplace = posterior.laplace(&fit)?;
-        let evidence = laplace.evidence;
-        return Ok((fit, laplace, evidence, Vec::new()));
-    }
-    // One stream for every model: a further row must not change the others.
-    let options =
-        AssessOptions { streams: Streams::new(u64::from_le_bytes(*b"response")), ..AssessOptions::default() };
-    let found = posterior.assess(&options)?;
-    let laplace = found.laplace.or_else(|_| posterior.laplace(&found.fit))?;
-    let evidence = found.evidence.unwrap_or(laplace.evidence);
-    Ok((found.fit, laplace, evidence, found.health.warnings))
 }
 
 /// The places of the frequencies that a stage takes: within its band, and at least its step apart.
