@@ -1,9 +1,9 @@
 //! Observed responses as the data of an inference: noise, a misfit along frequency, and the errors of the measuring head.
 
-use super::head::{columns, group_of, sessions};
+use super::head::{Heard, columns, group_of, sessions};
 use crate::EngineError;
-use rijke_inference::{Correlated, Data, NoiseGroup, NoiseMode, Observation, Structured};
 use rijke_numerics::C64;
+use rijke_inference::{Correlated, Data, NoiseGroup, NoiseMode, Observation, Structured};
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::MisfitSpec;
@@ -26,14 +26,14 @@ pub(super) struct Blocks<'a> {
     pub(super) measured: &'a [Measured],
     /// Error terms of the head; none for a perfect one.
     pub(super) errors: &'a [ErrorTerm],
-    /// The answers of the rig, load after load, whose powers the errors of the head multiply.
-    pub(super) about: &'a [Vec<C64>],
+    /// Those errors, as far as they are known.
+    pub(super) heard: &'a Heard,
     pub(super) noise: &'a SdSpec,
     pub(super) misfit: Option<&'a MisfitSpec>,
 }
 
 impl Blocks<'_> {
-    /// The data: one block for every session.
+    /// The data: one block for every session, and the tilt of [`Heard`].
     ///
     /// # Errors
     /// [`EngineError::Inference`] for numbers that cannot be data.
@@ -57,7 +57,7 @@ impl Blocks<'_> {
             .collect();
         let mut blocks = Vec::new();
         for range in sessions(self.measured) {
-            let (loads, about) = (&self.measured[range.clone()], &self.about[range]);
+            let (loads, about) = (&self.measured[range.clone()], &self.heard.about[range]);
             let all = || loads.iter().flat_map(|m| m.values.iter());
             let values: Vec<f64> = all().flat_map(|z| [z.re, z.im]).collect();
             let variance = loads.iter().flat_map(|m| {
@@ -94,6 +94,7 @@ impl Blocks<'_> {
             let label = loads.iter().map(|m| m.label.as_str()).collect::<Vec<_>>().join(" ");
             blocks.push(Observation::new(label, values).with_structure(covariance));
         }
+        blocks.extend(self.heard.tilt_datum());
         Ok(Data::new(blocks, groups)?)
     }
 }

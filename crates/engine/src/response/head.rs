@@ -4,15 +4,17 @@
 //!
 //! y = R + sum of b0 (R^power - R0^power) + sum of b R0^power + noise.
 //!
-//! The sum with b0 belongs to the prediction, the one with b to the covariance. What is left out, (b - b0)(R^power - R0^power), is of second order, and
-//! nothing where R = R0; so the fit is repeated until R0 stays.
+//! The sum with b0 belongs to the prediction, the one with b to the covariance. What is left out of y, (b - b0)(R^power - R0^power), is of second
+//! order, and nothing where R = R0. The volume that the errors leave to b, 1/2 ln det of the covariance, also depends on R: to first order it is a
+//! datum of its own, the tilt. The fit is repeated until R0 stays.
 
 use super::data::Measured;
 use crate::EngineError;
-use rijke_inference::{Kernel, NoiseEstimate, complex_columns};
+use rijke_inference::{Kernel, NoiseEstimate, Observation, complex_columns};
 use rijke_numerics::{C64, Cholesky, Jet, Matrix};
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// The errors of a head about one answer of the rig.
@@ -22,7 +24,13 @@ pub(super) struct Heard {
     pub(super) about: Vec<Vec<C64>>,
     /// Power of every error term, and b0 of every load.
     pub(super) terms: Vec<(i32, Vec<Vec<C64>>)>,
+    /// Slopes of 1/2 ln det of the covariance in R at every frequency of every load: it changes by the sum of Re(slope* dR).
+    tilt: Vec<Vec<C64>>,
 }
+
+/// The datum of the tilt: its cost, with a standard deviation of one, is this squared over two, plus the tilt, plus the tilt squared over twice
+/// this squared, which is nothing.
+const LEVER: f64 = 1e3;
 
 /// The covariance of what is not the head's, by groups of noise.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +57,7 @@ impl Heard {
         Self {
             about: measured.iter().map(|m| m.values.clone()).collect(),
             terms: errors.iter().map(|term| (term.power, none())).collect(),
+            tilt: none(),
         }
     }
 
@@ -65,7 +74,11 @@ impl Heard {
         }
         for loads in sessions(measured) {
             let (about, loads_of) = (&heard.about[loads.clone()], &measured[loads.clone()]);
-            let found = most_probable(loads_of, about, errors, rest)?;
+            let (found, slopes) = most_probable(loads_of, about, errors, rest)?;
+            let mut slopes = slopes.into_iter();
+            for slope in heard.tilt[loads.clone()].iter_mut().flatten() {
+                *slope = slopes.next().unwrap_or_default();
+            }
             let basis = polynomials(loads_of, errors.iter().map(|t| t.functions).max().unwrap_or(0));
             let mut first = 0;
             for (term, (_, b)) in errors.iter().zip(&mut heard.terms) {
@@ -92,6 +105,27 @@ impl Heard {
             sum = &sum + &moved.scale(b[load][k]);
         }
         sum
+    }
+
+    /// What the tilt predicts for its datum; nothing without errors.
+    pub(super) fn tilted(&self, answers: &[Vec<Jet>]) -> Option<Jet> {
+        let all = answers.iter().zip(&self.about).zip(&self.tilt);
+        let all = all.flat_map(|((a, r), t)| a.iter().zip(r).zip(t));
+        let one = |((answer, about), slope): ((&Jet, &C64), &C64)| {
+            answer.shift(-about).scale(slope.conj() / LEVER).re()
+        };
+        (!self.terms.is_empty()).then(|| all.map(one).reduce(|a, b| &a + &b)).flatten()
+    }
+
+    /// The datum of the tilt.
+    pub(super) fn tilt_datum(&self) -> Option<Observation> {
+        let datum = || Observation::new("volume of the errors of the head", vec![-LEVER]).with_floor(Matrix::identity(1));
+        (!self.terms.is_empty()).then(datum)
+    }
+
+    /// What the datum of the tilt takes from ln of the likelihood where R = R0.
+    pub(super) fn tilt_cost(&self) -> f64 {
+        if self.terms.is_empty() { 0.0 } else { 0.5 * (LEVER * LEVER + (2.0 * PI).ln()) }
     }
 
     /// R0 with the errors: what the head hears.
@@ -148,22 +182,28 @@ fn legendre(x: f64, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The coefficients of all error terms that are most probable if the rig answers `about`, of the normal equations
-/// (U* S^-1 U + 1) c = U* S^-1 r, with columns U of unit coefficients and the covariance S of noise and misfit of a part.
+/// The coefficients of all error terms that are most probable if the rig answers `about`, and the slopes of the tilt.
+///
+/// With the columns U of coefficients of unit variance and the covariance S of noise and misfit, the coefficients are M^-1 U* S^-1 r with
+/// M = U* S^-1 U + 1, and C^-1 U = S^-1 U M^-1.
 fn most_probable(
     loads: &[Measured],
     about: &[Vec<C64>],
     errors: &[ErrorTerm],
     rest: Rest<'_>,
-) -> Result<Vec<C64>, EngineError> {
+) -> Result<(Vec<C64>, Vec<C64>), EngineError> {
     let size = |term: &ErrorTerm| match &term.sd {
         SdSpec::Fixed(sd) => *sd,
         _ => rest.sd(&group_of(term)),
     };
     let sizes: Vec<f64> = errors.iter().flat_map(|t| vec![size(t); t.functions]).collect();
+    let powers: Vec<i32> = errors.iter().flat_map(|t| vec![t.power; t.functions]).collect();
     let columns: Vec<Vec<C64>> = errors.iter().flat_map(|term| complex(loads, about, term)).collect();
+    let columns: Vec<Vec<C64>> =
+        columns.iter().zip(&sizes).map(|(column, size)| column.iter().map(|z| z * size).collect()).collect();
     let q = columns.len();
     let (mut normal, mut right) = (vec![vec![C64::ZERO; q]; q], vec![C64::ZERO; q]);
+    let mut solved = vec![Vec::new(); q];
     let mut first = 0;
     for (m, r0) in loads.iter().zip(about) {
         let n = m.values.len();
@@ -174,23 +214,21 @@ fn most_probable(
             let (re, im) = (part(|z| z.re), part(|z| z.im));
             re.into_iter().zip(im).map(|(re, im)| C64::new(re, im)).collect()
         };
-        let own = |j: usize| -> Vec<C64> {
-            columns[j][first..first + n].iter().map(|z| z * sizes[j]).collect()
-        };
-        let own: Vec<Vec<C64>> = (0..q).map(own).collect();
+        let own = |j: usize| &columns[j][first..first + n];
         let residual: Vec<C64> = m.values.iter().zip(r0).map(|(y, r)| y - r).collect();
         let dot = |a: &[C64], b: &[C64]| a.iter().zip(b).map(|(a, b)| a.conj() * b).sum::<C64>();
         let turned = solve(&residual);
         for j in 0..q {
-            let solved = solve(&own[j]);
+            let column = solve(own(j));
             for i in 0..q {
-                normal[i][j] += dot(&own[i], &solved);
+                normal[i][j] += dot(own(i), &column);
             }
-            right[j] += dot(&own[j], &turned);
+            right[j] += dot(own(j), &turned);
+            solved[j].extend(column);
         }
         first += n;
     }
-    // As real numbers: c = a + ib, A = X + iY turns into the symmetric [X, -Y; Y, X].
+    // As real numbers: X + iY turns into [X, -Y; Y, X].
     let matrix = Matrix::from_fn(2 * q, 2 * q, |i, j| {
         let z = normal[i % q][j % q];
         let one = if i == j { 1.0 } else { 0.0 };
@@ -200,9 +238,23 @@ fn most_probable(
             _ => z.im,
         }
     });
+    let factor = Cholesky::new(&matrix)?;
     let both: Vec<f64> = right.iter().map(|z| z.re).chain(right.iter().map(|z| z.im)).collect();
-    let found = Cholesky::new(&matrix)?.solve(&both);
-    Ok((0..q).map(|j| C64::new(found[j], found[q + j]) * sizes[j]).collect())
+    let found = factor.solve(&both);
+    let coefficients = (0..q).map(|j| C64::new(found[j], found[q + j]) * sizes[j]).collect();
+    let inverse = factor.inverse();
+    let inverse = |i: usize, j: usize| C64::new(inverse[(i, j)], inverse[(q + i, j)]);
+    let slope = |(k, r): (usize, &C64)| {
+        let of_column = |j: usize| {
+            let turned: C64 = (0..q).map(|l| solved[l][k] * inverse(l, j)).sum();
+            // Of U dR the derivative of R^power.
+            let slope = columns[j][k] * f64::from(powers[j]) / r;
+            2.0 * turned * slope.conj()
+        };
+        (0..q).filter(|j| powers[*j] != 0).map(of_column).sum::<C64>()
+    };
+    let slopes = about.iter().flatten().enumerate().map(slope).collect();
+    Ok((coefficients, slopes))
 }
 
 /// The group of noise that is the size of an error term.

@@ -106,31 +106,37 @@ impl Forward for Told<'_, '_> {
         let answers = self.responses.answers(values, order).map_err(|error| {
             if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
         })?;
+        let tilt = self.heard.tilted(&answers);
         let told = |(load, answers): (usize, Vec<Jet>)| {
             answers.into_iter().enumerate().map(move |(k, answer)| self.heard.shifted(load, k, answer))
         };
         let all: Vec<Jet> = answers.into_iter().enumerate().flat_map(told).collect();
         let (p, n) = (self.responses.parameters, 2 * all.len());
-        let values: Vec<f64> = all.iter().flat_map(|jet| [jet.value().re, jet.value().im]).collect();
+        let mut values: Vec<f64> = all.iter().flat_map(|jet| [jet.value().re, jet.value().im]).collect();
+        values.extend(tilt.iter().map(|jet| jet.value().re));
         if order == Order::Value {
             return Ok(Prediction { values, ..Prediction::default() });
         }
-        let mut jacobian = Matrix::zeros(n, p);
+        let mut jacobian = Matrix::zeros(values.len(), p);
         for (k, jet) in all.iter().enumerate() {
             for (i, slope) in jet.gradient().iter().take(p).enumerate() {
                 (jacobian[(2 * k, i)], jacobian[(2 * k + 1, i)]) = (slope.re, slope.im);
             }
         }
+        for (i, slope) in tilt.iter().flat_map(|jet| jet.gradient().iter().take(p).enumerate()) {
+            jacobian[(n, i)] = slope.re;
+        }
         let mut curvature = Vec::new();
         if order == Order::Second {
             // s is the last seed, so that the triangle of the parameters comes first.
             let packed = p * (p + 1) / 2;
-            curvature.reserve(n * packed);
+            curvature.reserve(values.len() * packed);
             for jet in &all {
                 let triangle = &jet.hessian_packed()[..packed];
                 curvature.extend(triangle.iter().map(|z| z.re));
                 curvature.extend(triangle.iter().map(|z| z.im));
             }
+            curvature.extend(tilt.iter().flat_map(|jet| jet.hessian_packed()[..packed].iter().map(|z| z.re)));
         }
         Ok(Prediction { values, jacobian, curvature })
     }

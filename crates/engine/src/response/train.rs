@@ -53,7 +53,9 @@ impl Training<'_> {
                 (heard, fit) = self.settled(heard, start.as_deref())?;
                 start = Some(fit.parameters);
             }
-            let (fit, laplace, evidence, warnings) = self.fitted(&heard, start.as_deref())?;
+            let (fit, laplace, mut evidence, warnings) = self.fitted(&heard, start.as_deref())?;
+            evidence.ln_best_fit += heard.tilt_cost();
+            evidence.ln_marginal += heard.tilt_cost();
             let moved = start.as_ref().map_or(0.0, |start| moved(&laplace, &fit.parameters, start));
             let after = self.about(&fit)?;
             if self.errors.is_empty() || moved < SETTLED {
@@ -110,7 +112,7 @@ impl Training<'_> {
         Blocks {
             measured: self.measured,
             errors: self.errors,
-            about: &heard.about,
+            heard,
             noise: &self.stage.noise,
             misfit: self.stage.misfit.as_ref(),
         }
