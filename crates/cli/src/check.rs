@@ -6,6 +6,7 @@ use crate::{
     failure::Failure,
     number,
     study::{observations, of_the_engine, open},
+    study_responses,
     ui::Ui,
 };
 use rijke_engine::run::foresight;
@@ -53,6 +54,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return Err(Failure::bad_input(format!("{first}{more}"))
             .at(&dir.join("candidates"))
             .remedy("Correct the formula, or the unit of a parameter."));
+    }
+    if !study.plan.responses.is_empty() {
+        return study_responses::check(study, ui);
     }
     let recorded = dir.join("records");
     let recorded = if recorded.is_dir() { Some(records::records_of(&recorded, ui)?) } else { None };

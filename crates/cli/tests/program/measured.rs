@@ -35,11 +35,11 @@ fn found(name: &str) -> Option<Value> {
     Some(serde_json::from_slice(&output.stdout).unwrap())
 }
 
-fn stage<'a>(answer: &'a Value, id: &str) -> &'a Value {
+pub(crate) fn stage<'a>(answer: &'a Value, id: &str) -> &'a Value {
     answer["stages"].as_array().unwrap().iter().find(|s| s["id"] == id).unwrap()
 }
 
-fn model<'a>(stage: &'a Value, id: &str) -> &'a Value {
+pub(crate) fn model<'a>(stage: &'a Value, id: &str) -> &'a Value {
     stage["models"].as_array().unwrap().iter().find(|m| m["id"] == id).unwrap()
 }
 
@@ -121,7 +121,7 @@ fn message_without_the_data_says_where_to_get_them() {
 }
 
 /// The plain tube with data of the network file that it is: a radius of 1.9 mm at frequencies from 100 Hz in steps of 50.
-fn own_data(scratch_name: &str) -> (PathBuf, Vec<[f64; 3]>) {
+pub(crate) fn own_data(scratch_name: &str) -> (PathBuf, Vec<[f64; 3]>) {
     let folder = example("plain-tube", scratch_name);
     let network = "[gas]\n[upstream]\ntype = \"anechoic\"\n[downstream]\ntype = \"unflanged\"\n[[element]]\ntype = \"duct\"\n\
                    length = 0.436\ndiameter = 0.0038\nwall = \"zwikker-kosten\"\n";
@@ -144,13 +144,13 @@ fn own_data(scratch_name: &str) -> (PathBuf, Vec<[f64; 3]>) {
     (folder, rows)
 }
 
-fn write(folder: &Path, rows: &[[f64; 3]]) {
+pub(crate) fn write(folder: &Path, rows: &[[f64; 3]]) {
     let text: String = rows.iter().map(|[f, a, b]| format!("{f} {a} {b}\n")).collect();
     fs::write(folder.join("observations/z.txt"), text).unwrap();
 }
 
 /// Numbers of mean zero and unit variance, the same in every run.
-fn noise(k: usize) -> f64 {
+pub(crate) fn noise(k: usize) -> f64 {
     let mut x = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x ^= x >> 31;
     x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -2,8 +2,8 @@
 
 use super::head::{Heard, columns, group_of, sessions};
 use crate::EngineError;
-use rijke_numerics::C64;
 use rijke_inference::{Correlated, Data, NoiseGroup, NoiseMode, Observation, Structured};
+use rijke_numerics::C64;
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::MisfitSpec;

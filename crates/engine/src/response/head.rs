@@ -119,7 +119,9 @@ impl Heard {
 
     /// The datum of the tilt.
     pub(super) fn tilt_datum(&self) -> Option<Observation> {
-        let datum = || Observation::new("volume of the errors of the head", vec![-LEVER]).with_floor(Matrix::identity(1));
+        let datum = || {
+            Observation::new("volume of the errors of the head", vec![-LEVER]).with_floor(Matrix::identity(1))
+        };
         (!self.terms.is_empty()).then(datum)
     }
 
@@ -267,19 +269,19 @@ impl Rest<'_> {
         self.noise.iter().find(|n| n.name == name).map_or(0.0, |n| n.sd)
     }
 
-    /// The covariance of the real parts of one load, and of the imaginary ones.
+    /// The covariance of the real parts of two numbers of one load, and of the imaginary ones.
+    pub(super) fn covariance_of(&self, m: &Measured, i: usize, j: usize) -> f64 {
+        let own = |i: usize| self.sd("noise").powi(2) + m.sd.get(i).map_or(0.0, |sd| sd * sd);
+        let smooth = self.kernel.map_or(0.0, |kernel| {
+            let distance = m.frequency_hz[i] - m.frequency_hz[j];
+            self.sd("misfit").powi(2) * kernel.correlation(distance, self.sd("length of the misfit"))
+        });
+        smooth + if i == j { own(i) } else { 0.0 }
+    }
+
     fn covariance(&self, m: &Measured) -> Matrix {
-        let (noise, size) = (self.sd("noise"), self.sd("misfit"));
-        let length = self.sd("length of the misfit");
         let n = m.values.len();
-        let own = |i: usize| noise.powi(2) + m.sd.get(i).map_or(0.0, |sd| sd * sd);
-        Matrix::from_fn(n, n, |i, j| {
-            let white = if i == j { own(i) } else { 0.0 };
-            let smooth = self.kernel.map_or(0.0, |kernel| {
-                size.powi(2) * kernel.correlation(m.frequency_hz[i] - m.frequency_hz[j], length)
-            });
-            white + smooth
-        })
+        Matrix::from_fn(n, n, |i, j| self.covariance_of(m, i, j))
     }
 }
 

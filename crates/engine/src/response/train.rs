@@ -4,7 +4,7 @@ use super::data::{Blocks, Measured};
 use super::head::{Heard, Rest};
 use super::predict::{Responses, Told};
 use crate::EngineError;
-use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior};
+use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior, Stop};
 use rijke_numerics::{C64, Cholesky, Jet, Matrix, Order, Streams};
 use rijke_study::ErrorTerm;
 use rijke_study::responses::ResponseStage;
@@ -147,11 +147,9 @@ impl Training<'_> {
         if !self.stage.checked {
             let fit = self.fit(heard, start)?;
             let laplace = posterior.laplace(&fit)?;
-            if !fit.stop.converged() && !(laplace.decrement < TO_GAIN) {
-                return Err(EngineError::Unsettled { what: format!("the search stopped early: {}", fit.stop) });
-            }
-            let (evidence, stop) = (laplace.evidence, fit.stop.clone());
-            let early = (!stop.converged()).then(|| format!("the search stopped early: {stop}"));
+            ended(&fit.stop, &laplace)?;
+            let evidence = laplace.evidence;
+            let early = (!fit.stop.converged()).then(|| format!("the search stopped early: {}", fit.stop));
             return Ok((fit, laplace, evidence, early.into_iter().collect()));
         }
         // One stream for every model: a further row must not change the others.
@@ -162,12 +160,23 @@ impl Training<'_> {
         };
         let found = posterior.assess(&options)?;
         let laplace = found.laplace.or_else(|_| posterior.laplace(&found.fit))?;
-        if !found.fit.stop.converged() && !(laplace.decrement < TO_GAIN) {
-            return Err(EngineError::Unsettled { what: format!("the search stopped early: {}", found.fit.stop) });
-        }
+        ended(&found.fit.stop, &laplace)?;
         let evidence = found.evidence.unwrap_or(laplace.evidence);
         Ok((found.fit, laplace, evidence, found.health.warnings))
     }
+}
+
+/// Refuses a search that ended where there is still something to gain: its evidence is no number to rank by.
+fn ended(stop: &Stop, laplace: &Laplace) -> Result<(), EngineError> {
+    let to_gain = match stop {
+        Stop::Converged { .. } => 0.0,
+        Stop::EvaluationCap { decrement } => *decrement,
+        _ => laplace.decrement,
+    };
+    if to_gain < TO_GAIN {
+        return Ok(());
+    }
+    Err(EngineError::Unsettled { what: format!("the search stopped early: {stop}") })
 }
 
 /// How far parameters are from others, in standard deviations.

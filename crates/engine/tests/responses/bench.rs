@@ -84,6 +84,7 @@ pub(crate) fn trained(
     let response = ObservedResponse {
         point: 0,
         what: ResponseKind::Reflection { at: Place::Upstream, reference_area: None },
+        rows: frequency_hz.len(),
         frequency_hz: frequency_hz.to_vec(),
         values: values.to_vec(),
         sd: Vec::new(),
@@ -94,7 +95,7 @@ pub(crate) fn trained(
         list: vec![response],
         warnings: Vec::new(),
     };
-    Ok(ResponseRun::new(Study::open(folder).unwrap(), observed).next_stage()?.unwrap())
+    Ok(ResponseRun::new(Study::open(folder).unwrap(), observed)?.next_stage()?.unwrap())
 }
 
 pub(crate) fn model<'a>(stage: &'a ResponseStageRecord, id: &str) -> &'a ResponseModelRecord {

@@ -64,15 +64,16 @@ impl Full<'_> {
                 (0..3).map(|i| (at(&[(i, 1.0)]) - at(&[(i, -1.0)])) / (2.0 * h[i])).collect();
             hessian = Matrix::from_fn(3, 3, |i, j| {
                 let corner = |a: f64, b: f64| at(&[(i, a), (j, b)]);
-                (corner(0.5, 0.5) - corner(0.5, -0.5) - corner(-0.5, 0.5) + corner(-0.5, -0.5)) / (h[i] * h[j])
+                (corner(0.5, 0.5) - corner(0.5, -0.5) - corner(-0.5, 0.5) + corner(-0.5, -0.5))
+                    / (h[i] * h[j])
             });
             let step = Cholesky::new(&hessian).unwrap().solve(&slope);
             (0..3).for_each(|i| x[i] -= step[i]);
         }
         let factor = Cholesky::new(&hessian).unwrap();
         let covariance = factor.inverse();
-        let ends = [0, 1, 2]
-            .map(|i| [PRIORS[i][0] + PRIORS[i][1] * x[i], PRIORS[i][1] * covariance[(i, i)].sqrt()]);
+        let ends =
+            [0, 1, 2].map(|i| [PRIORS[i][0] + PRIORS[i][1] * x[i], PRIORS[i][1] * covariance[(i, i)].sqrt()]);
         (ends, -self.cost(x) - 0.5 * factor.ln_det() + 1.5 * (2.0 * PI).ln())
     }
 }
