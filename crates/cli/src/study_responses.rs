@@ -133,6 +133,13 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 fn fault(error: &EngineError, dir: &Path) -> Failure {
     match error {
         EngineError::Inference(_) | EngineError::Dense(_) => Failure::failed(error).at(dir),
+        EngineError::Refused { .. } | EngineError::NoPoint { .. } => {
+            Failure::bad_input(error).at(&dir.join("study.toml"))
+        }
+        EngineError::NoWinner { .. } => Failure::bad_input(error).at(dir).remedy(
+            "Check signs, units and reference of the data with `rijke check`, and the priors; a noise that is stated too small makes every \
+             model impossible: let it be inferred.",
+        ),
         _ => Failure::bad_input(error).at(dir),
     }
 }

@@ -166,7 +166,16 @@ fn message_bands_transfers_and_sds_that_cannot_be_meant_are_refused() {
     assert_eq!(code, Some(0), "{error}");
     assert!(error.contains("leaves 9 of 59 frequencies") && error.contains("f [rad/s]"), "{error}");
     assert!(said.contains("9 of the 59 complex numbers"), "{said}");
-    // One complex number for two parameters is enough to be asked, none is not; half of one is less than the free parameters.
+    plan(&folder, &format!("{STAGE}band_hz = [5000, 6000]\nnoise = 1e-3\n"));
+    refused(
+        &folder,
+        &["check", "."],
+        &["study.toml", "stage `wall`", "no frequency of its responses", "band_hz"],
+    );
+    plan(&folder, &format!("base = \"states\"\n{STAGE}noise = 1e-3\n"));
+    refused(&folder, &["check", "."], &["study.toml", "gas at rest", "base = \"rig\""]);
+    plan(&folder, &format!("{STAGE}noise = 1e-3\n"));
+    // One complex number is less than three parameters.
     fs::write(&path, text.replace("files =", "band_hz = [100, 149]\nfiles =")).unwrap();
     let rig = fs::read_to_string(folder.join("rig.toml")).unwrap();
     let further = "length = \"$l\"\n[unknown.l]\nunit = \"m\"\nprior = { normal = { mean = 0.436, sd = 1e-3 } }\n[unknown.bore]";

@@ -1,4 +1,4 @@
-//! What responses can tell of the parameters, to first order at the centre of the priors.
+//! What responses can tell of the parameters, to first order at the centre of the priors and half a standard deviation beside it.
 
 use super::data::Blocks;
 use super::head::Heard;
@@ -11,7 +11,7 @@ use rijke_inference::{Objective, Parameters, Posterior};
 use rijke_numerics::{Cholesky, Jet, Order};
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
-use rijke_study::responses::ResponseStage;
+use rijke_study::responses::{MisfitSpec, ResponseStage};
 use std::collections::BTreeMap;
 
 /// Noise of the real and of the imaginary part where the study leaves it to the data.
@@ -78,26 +78,38 @@ fn widths(
     let noise = fixed(&stage.noise, NOISE);
     let misfit = stage.misfit.clone().map(|m| {
         let length_hz = fixed(&m.length_hz, 100.0);
-        rijke_study::responses::MisfitSpec { size: fixed(&m.size, NOISE), length_hz, ..m }
+        MisfitSpec { size: fixed(&m.size, NOISE), length_hz, ..m }
     });
     let parameters = Parameters::new(assembly.parameters().to_vec())?;
-    let centre = parameters.centre();
-    let answers = responses.answers(&parameters.physical(&centre), Order::Value)?;
-    let mut heard = Heard::about_data(&data.measured, &errors);
+    // Where a gain is nothing at the centre, what it multiplies cannot be told there: beside it, too.
+    let mut least: Vec<f64> = vec![f64::INFINITY; parameters.len()];
+    for beside in [0.0, 0.5, -0.5] {
+        let z = parameters.from_standard_normal(&vec![beside; parameters.len()]);
+        let values = parameters.physical(&z);
+        let found = widths_at(data, &errors, &noise, misfit.as_ref(), responses, &parameters, &values)?;
+        least.iter_mut().zip(found).for_each(|(least, w)| *least = least.min(w));
+    }
+    Ok(parameters.list().iter().map(|p| p.name.clone()).zip(least).collect())
+}
+
+/// Standard deviations that the responses leave at `values`, over those of the priors.
+fn widths_at(
+    data: &Selected,
+    errors: &[ErrorTerm],
+    noise: &SdSpec,
+    misfit: Option<&MisfitSpec>,
+    responses: &Responses<'_>,
+    parameters: &Parameters,
+    values: &[f64],
+) -> Result<Vec<f64>, EngineError> {
+    let answers = responses.answers(values, Order::Value)?;
+    let mut heard = Heard::about_data(&data.measured, errors);
     heard.about = answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect();
-    let blocks = Blocks {
-        measured: &data.measured,
-        errors: &errors,
-        heard: &heard,
-        noise: &noise,
-        misfit: misfit.as_ref(),
-    };
-    let all = blocks.data()?;
+    let all = Blocks { measured: &data.measured, errors, heard: &heard, noise, misfit }.data()?;
     let told = Told { responses, heard: &heard, highest: Order::First };
-    let energy = Posterior::new(&told, &all, &parameters)?.evaluate(&centre, Order::First)?;
+    let posterior = Posterior::new(&told, &all, parameters)?;
+    let energy = posterior.evaluate(&parameters.working(values), Order::First)?;
     let Some(hessian) = energy.gauss_newton else { return Ok(Vec::new()) };
     let covariance = Cholesky::new(&hessian)?.inverse();
-    let width =
-        |(i, scale): (usize, &f64)| (parameters.list()[i].name.clone(), covariance[(i, i)].sqrt() / scale);
-    Ok(parameters.scales().iter().enumerate().map(width).collect())
+    Ok(parameters.scales().iter().enumerate().map(|(i, scale)| covariance[(i, i)].sqrt() / scale).collect())
 }

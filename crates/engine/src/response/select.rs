@@ -67,6 +67,11 @@ impl Selected {
             all.whats.push(o.what.clone());
             all.rows.push(o.rows);
         }
+        if all.measured.is_empty() && !sessions.is_empty() {
+            let problem =
+                "no frequency of its responses lies within its `band_hz`, of the instrument and of the stage: correct them".to_owned();
+            return Err(EngineError::Refused { stage: stage.id.clone(), problem });
+        }
         if all.measured.is_empty() {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
         }

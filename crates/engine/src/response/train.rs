@@ -168,19 +168,42 @@ impl Training<'_> {
 
 /// Refuses a search that ended where there is still something to gain: its evidence is no number to rank by.
 fn ended(stop: &Stop, laplace: &Laplace) -> Result<(), EngineError> {
+    if left_to_gain(stop, laplace.decrement) {
+        return Err(EngineError::Unsettled { what: format!("the search stopped early: {stop}") });
+    }
+    Ok(())
+}
+
+/// Whether a search left nats to gain; `decrement` is half of g' H^-1 g at its end.
+fn left_to_gain(stop: &Stop, decrement: f64) -> bool {
     let to_gain = match stop {
         Stop::Converged { .. } => 0.0,
         Stop::EvaluationCap { decrement } => *decrement,
-        _ => laplace.decrement,
+        _ => decrement,
     };
-    if to_gain < TO_GAIN {
-        return Ok(());
-    }
-    Err(EngineError::Unsettled { what: format!("the search stopped early: {stop}") })
+    // NaN: nobody knows.
+    !matches!(to_gain.partial_cmp(&TO_GAIN), Some(std::cmp::Ordering::Less))
 }
 
 /// How far parameters are from others, in standard deviations.
 fn moved(laplace: &Laplace, here: &[f64], there: &[f64]) -> f64 {
     let sd = |i: usize| laplace.physical_covariance[(i, i)].sqrt();
     here.iter().zip(there).enumerate().map(|(i, (a, b))| (a - b).abs() / sd(i)).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::left_to_gain;
+    use rijke_inference::Stop;
+
+    #[test]
+    fn exact_a_search_with_nats_to_gain_takes_no_part() {
+        assert!(!left_to_gain(&Stop::Converged { decrement: 1e-9 }, f64::NAN));
+        assert!(!left_to_gain(&Stop::EvaluationCap { decrement: 3e-3 }, 190.0));
+        assert!(left_to_gain(&Stop::EvaluationCap { decrement: 190.0 }, 0.0));
+        assert!(left_to_gain(&Stop::EvaluationCap { decrement: f64::INFINITY }, 0.0));
+        assert!(left_to_gain(&Stop::Blocked { reason: "a bound".into() }, 0.5));
+        assert!(!left_to_gain(&Stop::Blocked { reason: "rounding".into() }, 1e-6));
+        assert!(left_to_gain(&Stop::Flat { eigenvalue_ratio: 1e-12 }, f64::NAN));
+    }
 }

@@ -91,12 +91,13 @@ fn truth(stream: &mut rijke_numerics::Stream) -> [f64; 3] {
 fn oracle_errors_of_the_head_are_those_about_the_answer_of_the_model() {
     let frequency_hz: Vec<f64> = (0..80).map(|k| 100.0 + 36.0 * f64::from(k)).collect();
     let (noise, count) = (3e-3, 5);
-    let cases: [(&[(i32, f64)], [f64; 2]); 3] = [
-        (&[(0, 0.05), (1, 0.05)], [0.0, 100.0]),
-        (&[(0, 0.05), (1, 0.05), (2, 0.05)], [0.0, 100.0]),
-        (&[(0, 0.02), (1, 0.02)], [4e-3, 120.0]),
+    let cases = [
+        (vec![(0, 0.05), (1, 0.05)], [0.0, 100.0]),
+        (vec![(0, 0.05), (1, 0.05), (2, 0.05)], [0.0, 100.0]),
+        (vec![(0, 0.02), (1, 0.02)], [4e-3, 120.0]),
     ];
-    for (k, (terms, misfit)) in cases.into_iter().enumerate() {
+    for (k, (terms, misfit)) in cases.iter().enumerate() {
+        let (terms, misfit) = (terms.as_slice(), *misfit);
         for seed in 0..3 {
             let mut stream = Streams::new(seed).stream("responses/head");
             let parameters = truth(&mut stream);
