@@ -29,7 +29,7 @@ pub(crate) fn check(study: Study, ui: &Ui) -> Result<(), Failure> {
     };
     for o in &observed.list {
         ui.say(format!(
-            "  {} at {}: {} of {} frequencies, {} to {} Hz",
+            "  {} at {}: {} of {} frequencies, {:.1} to {:.1} Hz",
             o.what.name(),
             study.campaign.points[o.point].id,
             o.frequency_hz.len(),

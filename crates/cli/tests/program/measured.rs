@@ -70,7 +70,7 @@ fn oracle_measured_plain_tube_does_not_decide() {
     let models = wall["models"].as_array().unwrap();
     let mut all: Vec<f64> = models.iter().map(|m| m["evidence"]["ln_marginal"].as_f64().unwrap()).collect();
     all.sort_by(f64::total_cmp);
-    assert!(all[2] - all[1] < 5.0, "{all:?}");
+    assert!(all[2] - all[0] < 3.0, "{all:?}");
     // A perfect head would have decided, against the law that the tube with holes favours, and is found out by its residuals.
     let perfect = stage(&answer, "perfect-head");
     assert!(lead(perfect, "wall.paper", "wall.bessel") > 5.0);
@@ -92,8 +92,11 @@ fn oracle_measured_side_hole_tube_prefers_bessel_functions() {
             assert_eq!(wall["winner"], "wall.bessel", "session {session}, every {step} Hz");
             assert!(lead(wall, "wall.bessel", "wall.kirchhoff") > 5.0, "{wall}");
         }
-        // Every 60 Hz, as the program that found these data had it. Every 20 Hz the lead is larger: docs/book says why that is no more
-        // knowledge.
+        // With the errors of the head on the model's R, three times the frequencies no longer treble the lead.
+        let [coarse, fine] = [60, 20]
+            .map(|step| lead(stage(&answer, &format!("wall-{session}-{step}")), "wall.bessel", "wall.paper"));
+        assert!(fine < 2.2 * coarse, "session {session}: {coarse} {fine}");
+        // Every 60 Hz. Every 20 Hz the lead is larger: docs/measured.md says why that is no more knowledge.
         let wall = stage(&answer, &format!("wall-{session}-60"));
         assert!(lead(wall, "wall.bessel", "wall.paper") > 4.0, "{wall}");
         let [radius, sd] = parameter(model(wall, "wall.bessel"), "bore");

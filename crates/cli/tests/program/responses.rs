@@ -172,6 +172,8 @@ fn message_bands_transfers_and_sds_that_cannot_be_meant_are_refused() {
         &["check", "."],
         &["study.toml", "stage `wall`", "no frequency of its responses", "band_hz"],
     );
+    plan(&folder, &format!("{STAGE}noise = 0\n"));
+    refused(&folder, &["check", "."], &["study.toml", "`noise = 0`", "column `sd`"]);
     plan(&folder, &format!("base = \"states\"\n{STAGE}noise = 1e-3\n"));
     refused(&folder, &["check", "."], &["study.toml", "gas at rest", "base = \"rig\""]);
     plan(&folder, &format!("{STAGE}noise = 1e-3\n"));

@@ -3,7 +3,7 @@
 use super::data::Measured;
 use crate::EngineError;
 use rijke_study::Study;
-use rijke_study::plan::Base;
+use rijke_study::plan::{Base, SdSpec};
 use rijke_study::responses::{ObservedResponse, ResponseKind, ResponseStage, Responses};
 use std::collections::BTreeSet;
 
@@ -97,7 +97,14 @@ pub(super) fn check(study: &Study, observed: &Responses) -> Result<(), EngineErr
                            with a temperature for every duct in rig.toml";
             return refuse(stage, problem.to_owned());
         }
-        let mut own = Selected::new(study, observed, stage)?.used;
+        let data = Selected::new(study, observed, stage)?;
+        if matches!(stage.noise, SdSpec::Fixed(sd) if sd == 0.0)
+            && data.measured.iter().any(|m| m.sd.is_empty())
+        {
+            let problem = "`noise = 0` leaves numbers without a standard deviation: give their files a column `sd`, or state a noise";
+            return refuse(stage, problem.to_owned());
+        }
+        let mut own = data.used;
         for id in &stage.on {
             let Some((_, before)) = used.iter().find(|(known, _)| known == id) else { continue };
             let twice = own.intersection(before).count();

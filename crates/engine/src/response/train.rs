@@ -46,24 +46,25 @@ impl Training<'_> {
     /// [`EngineError::Unsettled`] if the head's errors do not settle or the search ended early, and errors of the inference.
     pub(super) fn found(&self) -> Result<Found, EngineError> {
         let mut heard = Heard::about_data(self.measured, self.errors);
-        let mut start: Option<Vec<f64>> = None;
+        let mut start: Option<Fit> = None;
         for _ in 0..if self.stage.checked { SEARCHES } else { 1 } {
             if !self.errors.is_empty() {
                 let fit;
-                (heard, fit) = self.settled(heard, start.as_deref())?;
-                start = Some(fit.parameters);
+                (heard, fit) = self.settled(heard, start)?;
+                start = Some(fit);
             }
-            let (fit, laplace, mut evidence, warnings) = self.fitted(&heard, start.as_deref())?;
+            let (fit, laplace, mut evidence, warnings) = self.fitted(&heard, start.as_ref())?;
             evidence.ln_best_fit += heard.tilt_cost();
             evidence.ln_marginal += heard.tilt_cost();
-            let moved = start.as_ref().map_or(0.0, |start| moved(&laplace, &fit.parameters, start));
+            let moved =
+                start.as_ref().map_or(0.0, |start| moved(&laplace, &fit.parameters, &start.parameters));
             let after = self.about(&fit)?;
             if self.errors.is_empty() || moved < SETTLED {
                 let answers = after.about.clone();
                 return Ok(Found { fit, laplace, evidence, answers, heard: after.heard(), warnings });
             }
             // The search found a better maximum, where the head's errors are others.
-            (heard, start) = (after, Some(fit.parameters));
+            (heard, start) = (after, Some(fit));
         }
         Err(EngineError::Unsettled {
             what: "the errors of the head differ between maxima of the posterior, and the searches do not end at one".to_owned(),
@@ -71,19 +72,19 @@ impl Training<'_> {
     }
 
     /// Fits, with the head's errors taken about the fit before, until the parameters stay.
-    fn settled(&self, mut heard: Heard, start: Option<&[f64]>) -> Result<(Heard, Fit), EngineError> {
-        let mut before: Option<Vec<f64>> = start.map(<[f64]>::to_vec);
+    fn settled(&self, mut heard: Heard, start: Option<Fit>) -> Result<(Heard, Fit), EngineError> {
+        let mut before = start;
         let mut last = f64::INFINITY;
         for _ in 0..FITS {
-            let fit = self.fit(&heard, before.as_deref())?;
+            let fit = self.fit(&heard, before.as_ref())?;
             if let Some(before) = &before {
-                last = self.distance(&fit, before);
+                last = self.distance(&fit, &before.parameters);
             }
             heard = self.about(&fit)?;
             if last < SETTLED {
                 return Ok((heard, fit));
             }
-            before = Some(fit.parameters);
+            before = Some(fit);
         }
         Err(EngineError::Unsettled {
             what: format!(
@@ -93,11 +94,17 @@ impl Training<'_> {
         })
     }
 
-    fn fit(&self, heard: &Heard, start: Option<&[f64]>) -> Result<Fit, EngineError> {
+    /// The maximum next to that of the fit before, with its noise, if there is one.
+    fn fit(&self, heard: &Heard, before: Option<&Fit>) -> Result<Fit, EngineError> {
         let data = self.blocks(heard).data()?;
         let quick = Told { responses: self.responses, heard, highest: Order::First };
-        let options = MapOptions { start: start.map(<[f64]>::to_vec), ..MapOptions::default() };
-        Ok(Posterior::new(&quick, &data, self.parameters)?.map(&options)?)
+        let posterior = Posterior::new(&quick, &data, self.parameters)?;
+        let options = MapOptions::default();
+        let Some(before) = before else { return Ok(posterior.map(&options)?) };
+        match posterior.map_from(&before.working, &options.search) {
+            Ok(fit) if fit.stop.converged() => Ok(fit),
+            _ => Ok(posterior.map(&options.from(&before.parameters))?),
+        }
     }
 
     /// The head's errors about the answers of the rig with the parameters of a fit.
@@ -139,7 +146,7 @@ impl Training<'_> {
     fn fitted(
         &self,
         heard: &Heard,
-        start: Option<&[f64]>,
+        start: Option<&Fit>,
     ) -> Result<(Fit, Laplace, Evidence, Vec<String>), EngineError> {
         let data = self.blocks(heard).data()?;
         let whole = Told { responses: self.responses, heard, highest: Order::Second };
@@ -155,7 +162,7 @@ impl Training<'_> {
         // One stream for every model: a further row must not change the others.
         let options = AssessOptions {
             streams: Streams::new(u64::from_le_bytes(*b"response")),
-            starts: start.iter().map(|s| s.to_vec()).collect(),
+            starts: start.iter().map(|fit| fit.parameters.clone()).collect(),
             ..AssessOptions::default()
         };
         let found = posterior.assess(&options)?;
