@@ -6,6 +6,7 @@ use crate::{
     failure::Failure,
     number,
     study::{observations, of_the_engine, open},
+    study_responses,
     ui::Ui,
 };
 use rijke_engine::run::foresight;
@@ -17,7 +18,9 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke check examples/quarter-wave\n  rijke check my-rig --names\n\n\
     Says, for every model of every stage, which parameters the measurements would leave as uncertain as the priors: to first order at\n\
-    the centre of the priors, on top of the first model of each earlier stage. Works before anything is recorded.")]
+    the centre of the priors, on top of the first model of each earlier stage. Works before anything is recorded. Stages that train on\n\
+    responses are judged by the frequencies that were measured, with the stated noise, at the centre of the priors and half a standard\n\
+    deviation beside it.")]
 pub(crate) struct Args {
     /// Folder of the study, or of records with their manifest.toml.
     dir: PathBuf,
@@ -47,6 +50,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let [growth, frequency, pressure] = args.sd[..] else {
         return Err(Failure::bad_input("--sd takes three numbers"));
     };
+    if !study.plan.responses.is_empty() {
+        return study_responses::check(study, ui);
+    }
     let recorded = dir.join("records");
     let recorded = if recorded.is_dir() { Some(records::records_of(&recorded, ui)?) } else { None };
     let there = dir.join("observations").is_dir();

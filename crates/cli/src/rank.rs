@@ -7,7 +7,9 @@ use crate::{
     study::{observations, of_the_engine, open},
     ui::Ui,
 };
-use rijke_engine::run::{Answer, Judgement, ModelRecord, Run, StageRecord, Trusted, verdicts};
+use rijke_engine::run::{
+    Answer, Judgement, ModelRecord, ParameterRecord, Run, StageRecord, Trusted, verdicts,
+};
 use rijke_inference::RefereeKind;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::json;
@@ -56,6 +58,14 @@ enum Referee {
 }
 
 impl Trust {
+    pub(crate) fn has_referee(self) -> bool {
+        self.referee.is_some()
+    }
+
+    pub(crate) fn is_one_start(self) -> bool {
+        self.one_start
+    }
+
     fn trusted(self) -> Result<Trusted, Failure> {
         let kind = match self.referee {
             Some(Referee::Nested) => RefereeKind::Nested,
@@ -82,7 +92,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let mut study = open(dir)?;
     if !study.plan.responses.is_empty() {
-        return crate::study_responses::run(study, args.force, ui);
+        return crate::study_responses::run(study, args.trust, args.until.as_deref(), args.force, ui);
     }
     let observations = observations(&study)?;
     let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?;
@@ -135,10 +145,18 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 
 /// A stage that the study does not have.
 pub(crate) fn no_stage(id: &str, plan: &rijke_study::plan::Plan, dir: &Path) -> Failure {
-    let known = plan.stages.iter().map(|s| s.id.as_str()).collect::<Vec<_>>().join(", ");
+    none_of(id, &plan.stages.iter().map(|s| s.id.as_str()).collect::<Vec<_>>(), dir)
+}
+
+/// The place of a stage among all.
+pub(crate) fn known_stage(id: &str, all: &[&str], dir: &Path) -> Result<usize, Failure> {
+    all.iter().position(|known| *known == id).ok_or_else(|| none_of(id, all, dir))
+}
+
+fn none_of(id: &str, all: &[&str], dir: &Path) -> Failure {
     Failure::bad_input(format!("there is no stage called `{id}`"))
         .at(&dir.join("study.toml"))
-        .remedy(format!("Give one of: {known}."))
+        .remedy(format!("Give one of: {}.", all.join(", ")))
 }
 
 /// Where the best model of a stage but the one that goes on is kept.
@@ -214,13 +232,18 @@ fn table(ui: &Ui, stage: &StageRecord) {
         ));
         for p in &model.parameters {
             ui.say(format!("      {} = {} {}", p.name, number::with_sd(p.value, p.sd), p.unit));
-            if let Some(z) = p.prior_sds.filter(|z| z.abs() > 4.0) {
-                ui.note(format!(
-                    "warning: {} lies {:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",
-                    p.name,
-                    z.abs()
-                ));
-            }
+            warn_of_prior(ui, p);
         }
+    }
+}
+
+/// Warns of a parameter that lies far from its prior.
+pub(crate) fn warn_of_prior(ui: &Ui, p: &ParameterRecord) {
+    if let Some(z) = p.prior_sds.filter(|z| z.abs() > 4.0) {
+        ui.note(format!(
+            "warning: {} lies {:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",
+            p.name,
+            z.abs()
+        ));
     }
 }

@@ -24,7 +24,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
     if !study.plan.responses.is_empty() {
-        return crate::study_responses::run(study, args.force, ui);
+        return crate::study_responses::run(study, args.trust, None, args.force, ui);
     }
     let results = dir.join("results");
     // One run at a time; each step takes its own folder besides.

@@ -14,8 +14,19 @@ pub(crate) fn open(dir: &Path) -> Result<Study, Failure> {
     Study::open(dir).map_err(|error| bad(&error))
 }
 
+/// Refuses a study whose stages train on responses, for a command of modes.
+pub(crate) fn of_modes(study: &Study) -> Result<(), Failure> {
+    if study.plan.responses.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::bad_input("the stages of this study train on responses, and this command is for studies of modes")
+        .at(&study.folder.join("study.toml"))
+        .remedy("Take `rijke check`, `rijke rank`, `rijke run` or `rijke report`; for the answers of a network file `rijke response`."))
+}
+
 /// Reads what was observed.
 pub(crate) fn observations(study: &Study) -> Result<Observations, Failure> {
+    of_modes(study)?;
     study.observations().map_err(|error| {
         if !matches!(*error.problem, Problem::Unreadable(_)) {
             return bad(&error);

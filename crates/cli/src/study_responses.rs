@@ -1,66 +1,147 @@
 //! A study folder whose stages train on responses, run from its files to its page.
 
+mod check;
+
+pub(crate) use check::check;
+
 use crate::{
     failure::{Classify, Failure},
-    staging::StagedFolder,
+    rank::{self, known_stage},
+    staging::{Lock, StagedFolder, write_whole},
     ui::Ui,
 };
 use rijke_engine::EngineError;
 use rijke_engine::response::{ResponseModelRecord, ResponseRun, ResponseStageRecord};
 use rijke_report::{StudyHead, response_page};
+use rijke_rig::DataKind;
 use rijke_study::Study;
+use rijke_study::plan::Plan;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// What the page says of the data, kept beside the numbers so that it can be drawn again.
+#[derive(Serialize, Deserialize)]
+struct Data {
+    kind: DataKind,
+    source: String,
+    doubts: Vec<String>,
+}
+
+/// The file of it, within the results.
+const DATA: &str = "data.json";
+
+/// Refuses a study that has stages of modes as well.
+fn of_one_kind(study: &Study) -> Result<(), Failure> {
+    if study.plan.stages.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::bad_input("study.toml has stages of modes and of responses")
+        .at(&study.folder)
+        .remedy("Put the stages of modes into a study folder of their own."))
+}
 
 /// Runs the stages of a study in order, and writes their numbers and the page into its folder `results`.
-pub(crate) fn run(study: Study, force: bool, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(
+    mut study: Study,
+    trust: rank::Trust,
+    until: Option<&str>,
+    force: bool,
+    ui: &Ui,
+) -> Result<(), Failure> {
     let dir = study.folder.clone();
-    if !study.plan.stages.is_empty() {
-        return Err(Failure::bad_input("study.toml has stages of modes and of responses")
+    of_one_kind(&study)?;
+    if trust.has_referee() {
+        return Err(Failure::bad_input("--referee: the stages of this study train on responses, whose evidence has no referee")
             .at(&dir)
-            .remedy("Put the stages of modes into a study folder of their own."));
+            .remedy("Leave it out; `checked = true` in a stage of study.toml looks for further maxima and checks the evidence."));
+    }
+    if let Some(id) = until {
+        let ids: Vec<&str> = study.plan.responses.iter().map(|s| s.id.as_str()).collect();
+        let last = known_stage(id, &ids, &dir)?;
+        study.plan.responses.truncate(last + 1);
+    }
+    if trust.is_one_start() {
+        study.plan.responses.iter_mut().for_each(|stage| stage.checked = false);
     }
     let observed = study.responses().or_bad_input()?;
     for warning in &observed.warnings {
         ui.note(format!("warning: {warning}"));
     }
-    let head = StudyHead {
-        name: study.plan.name.clone(),
-        question: study.plan.question.clone(),
-        kind: observed.kind,
-        source: observed.source.clone(),
-        claims: rijke_study::Claims::default(),
-        factors: Vec::new(),
-    };
-    let doubts = observed.warnings.clone();
+    let data =
+        Data { kind: observed.kind, source: observed.source.clone(), doubts: observed.warnings.clone() };
+    let plan = study.plan.clone();
     let results = dir.join("results");
+    let mut run = ResponseRun::new(study, observed).map_err(|e| fault(&e, &dir))?;
     let staged = StagedFolder::new(&results, "index.html", force)?;
-    let progress = ui.progress("stages", study.plan.responses.len() as u64);
-    let mut run = ResponseRun::new(study, observed);
+    let progress = ui.progress("stages", plan.responses.len() as u64);
     let mut stages: Vec<ResponseStageRecord> = Vec::new();
-    let fail = |error: &EngineError| match error {
-        EngineError::Inference(_) | EngineError::Dense(_) => Failure::failed(error).at(&dir),
-        _ => Failure::bad_input(error).at(&dir),
-    };
-    while let Some(stage) = run.next_stage().map_err(|e| fail(&e))? {
+    while let Some(stage) = run.next_stage().map_err(|e| fault(&e, &dir))? {
         progress.advance(1);
         stages.push(stage);
     }
     drop(progress);
-    let numbers = staged.path().join("numbers");
-    std::fs::create_dir_all(&numbers).or_failed().map_err(|f| f.at(&numbers))?;
+    write(&staged.path().join(DATA), &(serde_json::to_string(&data).or_failed()? + "\n"))?;
     for stage in &stages {
-        let path = numbers.join(format!("{}.json", stage.id));
-        let text = serde_json::to_string(stage).or_failed()?;
-        std::fs::write(&path, text + "\n").or_failed().map_err(|f| f.at(&path))?;
+        let path = staged.path().join("numbers").join(format!("{}.json", stage.id));
+        write(&path, &(serde_json::to_string(stage).or_failed()? + "\n"))?;
     }
-    for (name, content) in response_page(&head, &doubts, &stages).or_failed()? {
-        let path = staged.path().join(name);
-        let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-        folder.and_then(|()| std::fs::write(&path, content)).or_failed().map_err(|f| f.at(&path))?;
-    }
+    page(&plan, data, &stages, staged.path())?;
     staged.commit()?;
     stages.iter().for_each(|stage| table(ui, stage));
     ui.result(&json!({ "page": results.join("index.html"), "stages": stages.iter().map(short).collect::<Vec<_>>() }))
+}
+
+/// Draws the page of a study again from the numbers of its ranking.
+pub(crate) fn report(study: &Study) -> Result<PathBuf, Failure> {
+    of_one_kind(study)?;
+    let dir = &study.folder;
+    let results = dir.join("results");
+    let stages = study.plan.responses.iter().map(|s| s.id.as_str());
+    let there = |id: &&str| results.join("numbers").join(format!("{id}.json")).is_file();
+    let stages: Vec<ResponseStageRecord> =
+        stages.filter(there).map(|id| rank::kept(dir, "numbers", id)).collect::<Result<_, _>>()?;
+    let data: Data = rank::kept(dir, "", DATA.trim_end_matches(".json"))?;
+    let _lock = Lock::take(&results)?;
+    page(&study.plan, data, &stages, &results)?;
+    Ok(results.join("index.html"))
+}
+
+/// Writes the page of a study with its figures.
+fn page(plan: &Plan, data: Data, stages: &[ResponseStageRecord], folder: &Path) -> Result<(), Failure> {
+    let head = StudyHead {
+        name: plan.name.clone(),
+        question: plan.question.clone(),
+        kind: data.kind,
+        source: data.source,
+        claims: rijke_study::Claims::default(),
+        factors: Vec::new(),
+    };
+    for (name, content) in response_page(&head, &data.doubts, stages).or_failed()? {
+        let path = folder.join(name);
+        path.parent().map_or(Ok(()), std::fs::create_dir_all).or_failed().map_err(|f| f.at(&path))?;
+        write_whole(&path, &content)?;
+    }
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+    folder.and_then(|()| std::fs::write(path, text)).or_failed().map_err(|f| f.at(path))
+}
+
+fn fault(error: &EngineError, dir: &Path) -> Failure {
+    match error {
+        EngineError::Inference(_) | EngineError::Dense(_) => Failure::failed(error).at(dir),
+        EngineError::Refused { .. } | EngineError::NoPoint { .. } => {
+            Failure::bad_input(error).at(&dir.join("study.toml"))
+        }
+        EngineError::NoWinner { .. } => Failure::bad_input(error).at(dir).remedy(
+            "Check signs, units and reference of the data with `rijke check`, and the priors; a noise that is stated too small makes every \
+             model impossible: let it be inferred.",
+        ),
+        _ => Failure::bad_input(error).at(dir),
+    }
 }
 
 /// A stage without its curves.
@@ -75,7 +156,12 @@ fn short(stage: &ResponseStageRecord) -> serde_json::Value {
 /// The models of a stage, best first.
 fn table(ui: &Ui, stage: &ResponseStageRecord) {
     let count: usize = stage.loads.iter().map(|l| l.frequency_hz.len()).sum();
-    ui.say(format!("{} ({} responses, {count} complex numbers)", stage.title, stage.loads.len()));
+    let all: usize = stage.loads.iter().map(|l| l.of).sum();
+    ui.say(format!(
+        "{} ({} responses, {count} of the {all} complex numbers in their files)",
+        stage.title,
+        stage.loads.len()
+    ));
     let mut models: Vec<&ResponseModelRecord> = stage.models.iter().collect();
     models.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
@@ -100,6 +186,7 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
     if let Some(model) = models.first() {
         for p in &model.parameters {
             ui.say(format!("      {} = {:.6e} +- {:.2e} {}", p.name, p.value, p.sd, p.unit));
+            rank::warn_of_prior(ui, p);
         }
         for n in model.noise.iter().filter(|n| n.floats) {
             ui.say(format!("      {}: {:.3e} {}", n.name, n.sd, n.unit));

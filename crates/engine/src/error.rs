@@ -197,6 +197,20 @@ pub enum EngineError {
         /// Why it stopped.
         stop: Stop,
     },
+    /// A stage that cannot be run as it is asked for.
+    #[error("stage `{stage}`: {problem}")]
+    Refused {
+        /// The stage.
+        stage: String,
+        /// Why, and the remedy.
+        problem: String,
+    },
+    /// A training without a maximum that can be compared.
+    #[error("{what}")]
+    Unsettled {
+        /// Why.
+        what: String,
+    },
     /// The inference refuses.
     #[error(transparent)]
     Inference(#[from] InferenceError),

@@ -98,9 +98,10 @@ fn ranking(stage: &ResponseStageRecord) -> String {
         }
     };
     let count: usize = stage.loads.iter().map(|l| l.frequency_hz.len()).sum();
+    let all: usize = stage.loads.iter().map(|l| l.of).sum();
     let rows: String = models.iter().map(row).collect();
     format!(
-        "<p>Trained on {} responses, {count} complex numbers.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in \
+        "<p>Trained on {} responses, {count} of the {all} complex numbers in their files.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in \
          files</th><th>nats behind</th><th>ln best fit</th><th>ln Occam</th><th>residual, rms</th><th>correlation of \
          neighbours</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n",
         stage.loads.len()

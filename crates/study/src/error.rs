@@ -152,6 +152,18 @@ pub enum Problem {
         /// Of what.
         of: String,
     },
+    /// A number that was declared as data twice.
+    #[error(
+        "`{file}` is declared for operating point {point} where the same number at {frequency_hz} Hz is declared already: data count once; remove one"
+    )]
+    Twice {
+        /// The file.
+        file: String,
+        /// The operating point.
+        point: String,
+        /// The first frequency that is there twice, Hz.
+        frequency_hz: f64,
+    },
     /// Something on which nothing could be based.
     #[error("there is no {what}; {need}")]
     Empty {

@@ -112,6 +112,7 @@ impl Case {
         limits: [Option<f64>; 2],
     ) -> Result<Self, Failure> {
         let study = crate::study::open(dir)?;
+        crate::study::of_modes(&study)?;
         let there = dir.join("observations").is_dir();
         let observed = there.then(|| crate::study::observations(&study)).transpose()?;
         let last = study.plan.stages.last().map(|s| s.id.as_str()).unwrap_or_default();

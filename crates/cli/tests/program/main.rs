@@ -21,6 +21,7 @@ mod plots;
 mod profiles;
 mod records;
 mod response;
+mod responses;
 mod same_seed;
 mod short;
 mod studies;

@@ -35,11 +35,11 @@ fn found(name: &str) -> Option<Value> {
     Some(serde_json::from_slice(&output.stdout).unwrap())
 }
 
-fn stage<'a>(answer: &'a Value, id: &str) -> &'a Value {
+pub(crate) fn stage<'a>(answer: &'a Value, id: &str) -> &'a Value {
     answer["stages"].as_array().unwrap().iter().find(|s| s["id"] == id).unwrap()
 }
 
-fn model<'a>(stage: &'a Value, id: &str) -> &'a Value {
+pub(crate) fn model<'a>(stage: &'a Value, id: &str) -> &'a Value {
     stage["models"].as_array().unwrap().iter().find(|m| m["id"] == id).unwrap()
 }
 
@@ -70,7 +70,7 @@ fn oracle_measured_plain_tube_does_not_decide() {
     let models = wall["models"].as_array().unwrap();
     let mut all: Vec<f64> = models.iter().map(|m| m["evidence"]["ln_marginal"].as_f64().unwrap()).collect();
     all.sort_by(f64::total_cmp);
-    assert!(all[2] - all[1] < 5.0, "{all:?}");
+    assert!(all[2] - all[0] < 3.0, "{all:?}");
     // A perfect head would have decided, against the law that the tube with holes favours, and is found out by its residuals.
     let perfect = stage(&answer, "perfect-head");
     assert!(lead(perfect, "wall.paper", "wall.bessel") > 5.0);
@@ -92,8 +92,11 @@ fn oracle_measured_side_hole_tube_prefers_bessel_functions() {
             assert_eq!(wall["winner"], "wall.bessel", "session {session}, every {step} Hz");
             assert!(lead(wall, "wall.bessel", "wall.kirchhoff") > 5.0, "{wall}");
         }
-        // Every 60 Hz, as the program that found these data had it. Every 20 Hz the lead is larger: docs/book says why that is no more
-        // knowledge.
+        // With the errors of the head on the model's R, three times the frequencies no longer treble the lead.
+        let [coarse, fine] = [60, 20]
+            .map(|step| lead(stage(&answer, &format!("wall-{session}-{step}")), "wall.bessel", "wall.paper"));
+        assert!(fine < 2.2 * coarse, "session {session}: {coarse} {fine}");
+        // Every 60 Hz. Every 20 Hz the lead is larger: docs/measured.md says why that is no more knowledge.
         let wall = stage(&answer, &format!("wall-{session}-60"));
         assert!(lead(wall, "wall.bessel", "wall.paper") > 4.0, "{wall}");
         let [radius, sd] = parameter(model(wall, "wall.bessel"), "bore");
@@ -121,7 +124,7 @@ fn message_without_the_data_says_where_to_get_them() {
 }
 
 /// The plain tube with data of the network file that it is: a radius of 1.9 mm at frequencies from 100 Hz in steps of 50.
-fn own_data(scratch_name: &str) -> (PathBuf, Vec<[f64; 3]>) {
+pub(crate) fn own_data(scratch_name: &str) -> (PathBuf, Vec<[f64; 3]>) {
     let folder = example("plain-tube", scratch_name);
     let network = "[gas]\n[upstream]\ntype = \"anechoic\"\n[downstream]\ntype = \"unflanged\"\n[[element]]\ntype = \"duct\"\n\
                    length = 0.436\ndiameter = 0.0038\nwall = \"zwikker-kosten\"\n";
@@ -144,13 +147,13 @@ fn own_data(scratch_name: &str) -> (PathBuf, Vec<[f64; 3]>) {
     (folder, rows)
 }
 
-fn write(folder: &Path, rows: &[[f64; 3]]) {
+pub(crate) fn write(folder: &Path, rows: &[[f64; 3]]) {
     let text: String = rows.iter().map(|[f, a, b]| format!("{f} {a} {b}\n")).collect();
     fs::write(folder.join("observations/z.txt"), text).unwrap();
 }
 
 /// Numbers of mean zero and unit variance, the same in every run.
-fn noise(k: usize) -> f64 {
+pub(crate) fn noise(k: usize) -> f64 {
     let mut x = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x ^= x >> 31;
     x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);

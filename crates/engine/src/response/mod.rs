@@ -2,10 +2,14 @@
 //! head whose errors are integrated over.
 
 mod data;
+mod foresight;
+mod head;
 mod predict;
 mod record;
 mod residual;
+mod select;
 mod stage;
+mod train;
 
-pub use record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
+pub use record::{ForeseenModel, LoadRecord, ResponseForesight, ResponseModelRecord, ResponseStageRecord};
 pub use stage::ResponseRun;

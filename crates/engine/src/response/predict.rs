@@ -1,5 +1,6 @@
 //! What response models predict, as a forward model of an inference.
 
+use super::head::Heard;
 use crate::EngineError;
 use crate::shape::{Filled, LawOf, ShapeModel};
 use rayon::prelude::*;
@@ -87,46 +88,55 @@ impl Responses<'_> {
     }
 }
 
-/// The same without second derivatives, which cost several times the first and change the path of a search, not its end.
-pub(super) struct Quick<'a, 'b>(pub(super) &'b Responses<'a>);
-
-impl Forward for Quick<'_, '_> {
-    fn predict(&self, values: &[f64], order: Order) -> Result<Prediction, ForwardError> {
-        self.0.predict(values, order.min(Order::First))
-    }
-
-    fn highest_order(&self) -> Order {
-        Order::First
-    }
+/// What the head tells of all responses, as far as its errors are known: the forward model of a training.
+pub(super) struct Told<'a, 'b> {
+    pub(super) responses: &'b Responses<'a>,
+    pub(super) heard: &'b Heard,
+    /// Second derivatives cost several times the first and change the path of a search, not its end.
+    pub(super) highest: Order,
 }
 
-impl Forward for Responses<'_> {
+impl Forward for Told<'_, '_> {
+    fn highest_order(&self) -> Order {
+        self.highest
+    }
+
     fn predict(&self, values: &[f64], order: Order) -> Result<Prediction, ForwardError> {
-        let answers = self.answers(values, order).map_err(|error| {
+        let order = order.min(self.highest);
+        let answers = self.responses.answers(values, order).map_err(|error| {
             if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
         })?;
-        let (p, n) = (self.parameters, 2 * answers.iter().map(Vec::len).sum::<usize>());
-        let all = || answers.iter().flatten();
-        let values: Vec<f64> = all().flat_map(|jet| [jet.value().re, jet.value().im]).collect();
+        let tilt = self.heard.tilted(&answers);
+        let told = |(load, answers): (usize, Vec<Jet>)| {
+            answers.into_iter().enumerate().map(move |(k, answer)| self.heard.shifted(load, k, answer))
+        };
+        let all: Vec<Jet> = answers.into_iter().enumerate().flat_map(told).collect();
+        let (p, n) = (self.responses.parameters, 2 * all.len());
+        let mut values: Vec<f64> = all.iter().flat_map(|jet| [jet.value().re, jet.value().im]).collect();
+        values.extend(tilt.iter().map(|jet| jet.value().re));
         if order == Order::Value {
             return Ok(Prediction { values, ..Prediction::default() });
         }
-        let mut jacobian = Matrix::zeros(n, p);
-        for (k, jet) in all().enumerate() {
+        let mut jacobian = Matrix::zeros(values.len(), p);
+        for (k, jet) in all.iter().enumerate() {
             for (i, slope) in jet.gradient().iter().take(p).enumerate() {
                 (jacobian[(2 * k, i)], jacobian[(2 * k + 1, i)]) = (slope.re, slope.im);
             }
+        }
+        for (i, slope) in tilt.iter().flat_map(|jet| jet.gradient().iter().take(p).enumerate()) {
+            jacobian[(n, i)] = slope.re;
         }
         let mut curvature = Vec::new();
         if order == Order::Second {
             // s is the last seed, so that the triangle of the parameters comes first.
             let packed = p * (p + 1) / 2;
-            curvature.reserve(n * packed);
-            for jet in all() {
+            curvature.reserve(values.len() * packed);
+            for jet in &all {
                 let triangle = &jet.hessian_packed()[..packed];
                 curvature.extend(triangle.iter().map(|z| z.re));
                 curvature.extend(triangle.iter().map(|z| z.im));
             }
+            curvature.extend(tilt.iter().flat_map(|jet| jet.hessian_packed()[..packed].iter().map(|z| z.re)));
         }
         Ok(Prediction { values, jacobian, curvature })
     }

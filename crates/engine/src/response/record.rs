@@ -29,10 +29,43 @@ pub struct LoadRecord {
     pub point: String,
     /// What it is: `reflection`, `transfer` or `law`.
     pub what: String,
+    /// How many numbers its file holds, used or not.
+    #[serde(default)]
+    pub of: usize,
     /// Frequencies, Hz.
     pub frequency_hz: Vec<f64>,
     /// Real and imaginary part.
     pub measured: Vec<[f64; 2]>,
+}
+
+/// What the responses of a stage can tell before any training.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResponseForesight {
+    /// Name of the stage.
+    pub id: String,
+    /// What it is called.
+    pub title: String,
+    /// How many responses train.
+    pub responses: usize,
+    /// How many complex numbers those are.
+    pub numbers: usize,
+    /// How many their files hold.
+    pub of: usize,
+    /// The standard deviation that was taken for the noise.
+    pub noise: f64,
+    /// The models, in the order of the table.
+    pub models: Vec<ForeseenModel>,
+}
+
+/// One model of such a stage.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ForeseenModel {
+    /// The candidates in question, joined by ` + `.
+    pub id: String,
+    /// For every parameter the standard deviation that the responses leave, over that of the prior.
+    pub widths: Vec<(String, f64)>,
+    /// Why there are none.
+    pub remark: Option<String>,
 }
 
 /// One row of a table.

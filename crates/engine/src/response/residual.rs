@@ -1,8 +1,8 @@
 //! What a model leaves of the data, once the head's errors are taken at their most probable values.
 
-use super::data::{Blocks, Measured};
-use crate::EngineError;
-use rijke_numerics::{C64, Cholesky, Matrix};
+use super::data::Measured;
+use super::head::Rest;
+use rijke_numerics::C64;
 
 /// What is left of a training.
 pub(super) struct Left {
@@ -12,68 +12,38 @@ pub(super) struct Left {
     pub(super) size: f64,
     /// Correlation between neighbouring frequencies.
     pub(super) neighbours: f64,
-    /// That correlation over its standard deviation for independent residuals.
+    /// How far that correlation is above the one of noise and misfit, over the standard deviation of independent residuals.
     pub(super) neighbours_sds: f64,
+    /// The size over that which noise, misfit and measured standard deviations have.
+    pub(super) ratio: f64,
+    /// Standard deviation of that ratio for independent residuals.
+    pub(super) ratio_sd: f64,
 }
 
-/// What is left of `measured` by `answers`. `sd` is that of a datum's noise and misfit together, `sizes` those of the coefficients of
-/// each error term.
-pub(super) fn left(
-    blocks: &Blocks<'_>,
-    answers: &[Vec<C64>],
-    sd: f64,
-    sizes: &[f64],
-) -> Result<Left, EngineError> {
-    let mut heard: Vec<Vec<C64>> = answers.to_vec();
-    let mut first = 0;
-    for loads in blocks.measured.chunk_by(|a, b| a.session == b.session) {
-        let range = first..first + loads.len();
-        first = range.end;
-        let columns = blocks.columns(loads);
-        if columns.is_empty() {
-            continue;
-        }
-        let residuals: Vec<f64> = loads
-            .iter()
-            .zip(&answers[range.clone()])
-            .flat_map(|(m, a)| m.values.iter().zip(a).flat_map(|(m, a)| [m.re - a.re, m.im - a.im]))
-            .collect();
-        let added = explained(&columns, sizes, sd, &residuals)?;
-        let mut parts = added.chunks_exact(2);
-        for answer in heard[range].iter_mut().flatten() {
-            if let Some([re, im]) = parts.next() {
-                *answer += C64::new(*re, *im);
-            }
-        }
-    }
-    let residuals: Vec<Vec<C64>> = blocks
-        .measured
+/// What is left of `measured` by what the head hears; `rest` is the covariance of what is not the head's.
+pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) -> Left {
+    let residuals: Vec<Vec<C64>> = measured
         .iter()
         .zip(&heard)
         .map(|(m, h)| m.values.iter().zip(h).map(|(m, h)| m - h).collect())
         .collect();
     let square: f64 = residuals.iter().flatten().map(|z| z.norm_sqr()).sum();
     let pairs: f64 = residuals.iter().flat_map(|r| r.windows(2)).map(|w| (w[1] * w[0].conj()).re).sum();
-    let count: usize = blocks.measured.iter().map(|m: &Measured| m.values.len()).sum();
+    let count: usize = measured.iter().map(|m| m.values.len()).sum();
+    let (mut expected, mut shared) = (0.0, 0.0);
+    for m in measured {
+        let n = m.values.len();
+        expected += 2.0 * (0..n).map(|i| rest.covariance_of(m, i, i)).sum::<f64>();
+        shared += 2.0 * (1..n).map(|i| rest.covariance_of(m, i - 1, i)).sum::<f64>();
+    }
     let neighbours = pairs / square.max(f64::MIN_POSITIVE);
-    Ok(Left {
+    let known = shared / expected.max(f64::MIN_POSITIVE);
+    Left {
         heard,
         size: (square / count.max(1) as f64).sqrt(),
         neighbours,
-        neighbours_sds: neighbours * (2.0 * count as f64).sqrt(),
-    })
-}
-
-/// The part of `residuals` that the columns explain, whose coefficients are normal about zero with these standard deviations: the
-/// posterior mean U (U'U/sd^2 + K^-1)^-1 U' r/sd^2.
-fn explained(columns: &[Matrix], sizes: &[f64], sd: f64, residuals: &[f64]) -> Result<Vec<f64>, EngineError> {
-    let wide: Vec<(usize, usize)> =
-        columns.iter().enumerate().flat_map(|(k, m)| (0..m.columns()).map(move |j| (k, j))).collect();
-    let n = residuals.len();
-    let u = Matrix::from_fn(n, wide.len(), |i, j| columns[wide[j].0][(i, wide[j].1)] * sizes[wide[j].0] / sd);
-    let normal = u.transpose().large_product(&u).plus(1.0, &Matrix::diagonal(&vec![1.0; wide.len()]));
-    let right: Vec<f64> =
-        (0..wide.len()).map(|j| (0..n).map(|i| u[(i, j)] * residuals[i] / sd).sum()).collect();
-    let coefficients = Cholesky::new(&normal)?.solve(&right);
-    Ok((0..n).map(|i| (0..wide.len()).map(|j| u[(i, j)] * coefficients[j]).sum::<f64>() * sd).collect())
+        neighbours_sds: (neighbours - known) * (2.0 * count as f64).sqrt(),
+        ratio: (square / expected.max(f64::MIN_POSITIVE)).sqrt(),
+        ratio_sd: 1.0 / (4.0 * count.max(1) as f64).sqrt(),
+    }
 }

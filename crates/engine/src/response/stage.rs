@@ -1,16 +1,18 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
-use super::data::{Blocks, Measured};
-use super::predict::{Load, Quick, Responses};
+use super::data::Measured;
+use super::head::Rest;
+use super::predict::{Load, Responses};
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::left;
+use super::select::{self, Selected};
+use super::train::Training;
 use crate::run::{EvidenceRecord, ParameterRecord, conditions_at};
 use crate::shape::ShapeModel;
 use crate::{Assembly, Conditions, EngineError, Knowledge};
-use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior, Prior};
-use rijke_numerics::{C64, Order, Streams};
-use rijke_study::plan::SdSpec;
-use rijke_study::responses::{ResponseStage, Responses as Observed};
+use rijke_inference::{Parameters, Prior};
+use rijke_numerics::C64;
+use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, ErrorTerm, Study};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,26 +20,32 @@ use std::sync::Arc;
 /// A correlation of neighbouring residuals beyond this many standard deviations is none of noise.
 const NOT_NOISE: f64 = 4.0;
 
+/// Residuals that are larger than expected by this factor are told, if it is no accident.
+const LARGER: f64 = 1.2;
+
 /// A study with its responses, and what has been trained of it so far.
 pub struct ResponseRun {
-    study: Study,
-    observed: Observed,
+    pub(super) study: Study,
+    pub(super) observed: Observed,
     /// What every stage before found, with the candidates that it chose.
     known: BTreeMap<String, (BTreeMap<String, String>, Knowledge)>,
     next: usize,
 }
 
 /// One row of a table: the candidates in question, and role and candidate of the whole model.
-struct Row {
-    own: Vec<Candidate>,
-    choice: BTreeMap<String, String>,
+pub(super) struct Row {
+    pub(super) own: Vec<Candidate>,
+    pub(super) choice: BTreeMap<String, String>,
 }
 
 impl ResponseRun {
     /// A study with its responses.
-    #[must_use]
-    pub fn new(study: Study, observed: Observed) -> Self {
-        Self { study, observed, known: BTreeMap::new(), next: 0 }
+    ///
+    /// # Errors
+    /// [`EngineError::NoPoint`], and [`EngineError::Refused`] for a stage that counts the data of one on which it stands again.
+    pub fn new(study: Study, observed: Observed) -> Result<Self, EngineError> {
+        select::check(&study, &observed)?;
+        Ok(Self { study, observed, known: BTreeMap::new(), next: 0 })
     }
 
     /// Runs the next stage; none after the last.
@@ -48,12 +56,13 @@ impl ResponseRun {
     pub fn next_stage(&mut self) -> Result<Option<ResponseStageRecord>, EngineError> {
         let Some(stage) = self.study.plan.responses.get(self.next).cloned() else { return Ok(None) };
         self.next += 1;
-        let (measured, points, whats) = self.measured(&stage)?;
+        let data = Selected::new(&self.study, &self.observed, &stage)?;
         let mut models = Vec::new();
         let mut found: Vec<Option<Knowledge>> = Vec::new();
-        let rows = self.rows(&stage);
+        let chosen = self.known.iter().map(|(id, (choice, _))| (id.clone(), choice.clone())).collect();
+        let rows = self.rows(&stage, &chosen);
         for row in &rows {
-            let (record, knowledge) = self.row(&stage, row, &measured, &points, &whats)?;
+            let (record, knowledge) = self.row(&stage, row, &data)?;
             models.push(record);
             found.push(knowledge);
         }
@@ -67,80 +76,32 @@ impl ResponseRun {
         if let Some(knowledge) = found[best].take() {
             self.known.insert(stage.id.clone(), (rows[best].choice.clone(), knowledge));
         }
-        let load = |(m, what): (&Measured, &rijke_study::responses::ResponseKind)| LoadRecord {
+        let load = |((m, what), rows): ((&Measured, &ResponseKind), &usize)| LoadRecord {
             point: m.label.clone(),
             what: what.name().to_owned(),
+            of: *rows,
             frequency_hz: m.frequency_hz.clone(),
             measured: pairs(&m.values),
         };
         Ok(Some(ResponseStageRecord {
             id: stage.id.clone(),
             title: if stage.title.is_empty() { stage.id.clone() } else { stage.title.clone() },
-            loads: measured.iter().zip(&whats).map(load).collect(),
+            loads: data.measured.iter().zip(&data.whats).zip(&data.rows).map(load).collect(),
             winner: models[best].id.clone(),
             models,
             decides: stage.decides,
         }))
     }
 
-    /// The responses that train a stage, thinned, with their points and what they are; those of one session side by side.
-    #[allow(clippy::type_complexity, reason = "three lists of one length, used once")]
-    fn measured(
+    /// The rows of a stage, with what earlier ones `chose`.
+    pub(super) fn rows(
         &self,
         stage: &ResponseStage,
-    ) -> Result<(Vec<Measured>, Vec<usize>, Vec<rijke_study::responses::ResponseKind>), EngineError> {
-        let campaign = &self.study.campaign;
-        let session = |point: usize| {
-            let factor = stage.session.as_ref().and_then(|name| campaign.factor(name));
-            factor.map_or_else(|| format!("point {point}"), |k| campaign.points[point].factors[k].to_string())
-        };
-        let meant = |o: &&rijke_study::responses::ObservedResponse| {
-            stage.points.holds(campaign, &campaign.points[o.point])
-        };
-        let mut chosen: Vec<_> = self.observed.list.iter().filter(meant).collect();
-        let mut sessions: Vec<String> = Vec::new();
-        for o in &chosen {
-            let name = session(o.point);
-            if !sessions.contains(&name) {
-                sessions.push(name);
-            }
-        }
-        let number = |point: usize| sessions.iter().position(|s| *s == session(point)).unwrap_or(0);
-        chosen.sort_by_key(|o| (number(o.point), o.point));
-        let mut measured = Vec::new();
-        for o in &chosen {
-            let keep = thinned(&o.frequency_hz, stage);
-            if keep.is_empty() {
-                continue;
-            }
-            measured.push((
-                Measured {
-                    label: campaign.points[o.point].id.clone(),
-                    session: number(o.point),
-                    frequency_hz: keep.iter().map(|&k| o.frequency_hz[k]).collect(),
-                    values: keep.iter().map(|&k| o.values[k]).collect(),
-                    sd: if o.sd.is_empty() { Vec::new() } else { keep.iter().map(|&k| o.sd[k]).collect() },
-                },
-                o.point,
-                o.what.clone(),
-            ));
-        }
-        if measured.is_empty() {
-            return Err(EngineError::NoPoint { stage: stage.id.clone() });
-        }
-        let (mut all, mut points, mut whats) = (Vec::new(), Vec::new(), Vec::new());
-        for (m, point, what) in measured {
-            all.push(m);
-            points.push(point);
-            whats.push(what);
-        }
-        Ok((all, points, whats))
-    }
-
-    fn rows(&self, stage: &ResponseStage) -> Vec<Row> {
+        chosen: &BTreeMap<String, BTreeMap<String, String>>,
+    ) -> Vec<Row> {
         let catalogue = &self.study.catalogue;
         let mut base: BTreeMap<String, String> = BTreeMap::new();
-        for (choice, _) in stage.on.iter().filter_map(|id| self.known.get(id)) {
+        for choice in stage.on.iter().filter_map(|id| chosen.get(id)) {
             base.extend(choice.clone());
         }
         base.extend(stage.with.clone());
@@ -171,10 +132,9 @@ impl ResponseRun {
         &self,
         stage: &ResponseStage,
         row: &Row,
-        measured: &[Measured],
-        points: &[usize],
-        whats: &[rijke_study::responses::ResponseKind],
+        data: &Selected,
     ) -> Result<(ResponseModelRecord, Option<Knowledge>), EngineError> {
+        let measured = &data.measured;
         let joined =
             |word: fn(&Candidate) -> &str, by: &str| row.own.iter().map(word).collect::<Vec<_>>().join(by);
         let mut record = ResponseModelRecord {
@@ -190,27 +150,29 @@ impl ResponseRun {
             neighbours: f64::NAN,
             remark: None,
         };
-        let candidates: Vec<Candidate> =
-            row.choice.values().filter_map(|id| self.study.catalogue.get(id).cloned()).collect();
-        let errors: Vec<ErrorTerm> = candidates.iter().flat_map(|c| c.errors.clone()).collect();
-        let assembly = Assembly::new(Arc::new(self.study.rig.clone()), candidates, &stage.hold)?;
-        let responses = self.models(&assembly, measured, points, whats)?;
-        let blocks = Blocks { measured, errors: &errors, noise: &stage.noise, misfit: stage.misfit.as_ref() };
-        let data = blocks.data()?;
+        let (assembly, errors) = self.assembled(stage, row)?;
+        let (numbers, free) = (2 * data.numbers(), assembly.parameters().len());
+        if numbers < free {
+            let problem = format!(
+                "the model of `{}` has {free} free parameters, and {numbers} real numbers train it: take more frequencies (`band_hz`, `step_hz`), \
+                 or hold parameters",
+                record.id
+            );
+            return Err(EngineError::Refused { stage: stage.id.clone(), problem });
+        }
+        let responses = self.models(&assembly, data)?;
         let parameters = self.parameters(stage, &assembly)?;
-        let quick = Quick(&responses);
-        let posterior = Posterior::new(&responses, &data, &parameters)?;
-        let searched = Posterior::new(&quick, &data, &parameters)?;
-        let (fit, laplace, evidence, mut remarks) = match fitted(&searched, &posterior, stage.checked) {
+        let training =
+            Training { responses: &responses, measured, errors: &errors, parameters: &parameters, stage };
+        let found = match training.found() {
             Ok(found) => found,
             Err(error) => {
                 record.remark = Some(error.to_string());
                 return Ok((record, None));
             }
         };
-        if !fit.stop.converged() {
-            remarks.push(format!("the search stopped early: {}", fit.stop));
-        }
+        let (fit, laplace, evidence, mut remarks) =
+            (found.fit, found.laplace, found.evidence, found.warnings);
         record.evidence = Some(EvidenceRecord {
             ln_best_fit: evidence.ln_best_fit,
             ln_occam: evidence.ln_occam,
@@ -231,20 +193,15 @@ impl ResponseRun {
         };
         record.parameters = assembly.parameters().iter().enumerate().map(parameter).collect();
         record.noise.clone_from(&fit.noise);
-        let answers = responses.answers(&fit.parameters, Order::Value)?;
-        let answers: Vec<Vec<C64>> =
-            answers.iter().map(|a| a.iter().map(rijke_numerics::Jet::value).collect()).collect();
-        let sd_of = |name: &str| fit.noise.iter().find(|n| n.name == name).map_or(0.0, |n| n.sd);
-        let sizes: Vec<f64> = errors
-            .iter()
-            .map(|term| match &term.sd {
-                SdSpec::Fixed(sd) => *sd,
-                _ => sd_of(&format!("error b{} of the head", term.power)),
-            })
-            .collect();
-        let spread = measured.iter().flat_map(|m| &m.sd).fold(0.0, |a: f64, b| a.max(*b));
-        let sd = sd_of("noise").hypot(sd_of("misfit")).hypot(spread);
-        let left = left(&blocks, &answers, sd, &sizes)?;
+        let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
+        let left = left(measured, found.heard, rest);
+        if left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd {
+            remarks.push(format!(
+                "the residuals are {:.1} times as large as the stated noise lets expect (rms {:.2e}): error bars and leads are too sure by \
+                 as much; state a larger noise, let it be inferred, or look for what the model lacks",
+                left.ratio, left.size
+            ));
+        }
         if left.neighbours_sds > NOT_NOISE {
             remarks.push(format!(
                 "the residuals are not noise: their rms is {:.2e} and neighbouring frequencies correlate by {:.2}, {:.0} sd from none; \
@@ -252,13 +209,25 @@ impl ResponseRun {
                 left.size, left.neighbours, left.neighbours_sds
             ));
         }
-        record.predicted = answers.iter().map(|a| pairs(a)).collect();
+        record.predicted = found.answers.iter().map(|a| pairs(a)).collect();
         record.heard = left.heard.iter().map(|a| pairs(a)).collect();
         (record.residual, record.neighbours) = (left.size, left.neighbours);
         record.remark = Some(remarks.join("; ")).filter(|r| !r.is_empty());
         let names = parameters.list().iter().map(|p| p.name.clone()).collect();
         let knowledge = Knowledge { names, mean: fit.parameters, covariance: laplace.physical_covariance };
         Ok((record, Some(knowledge)))
+    }
+
+    /// The model of a row, and the errors of its head.
+    pub(super) fn assembled(
+        &self,
+        stage: &ResponseStage,
+        row: &Row,
+    ) -> Result<(Assembly, Vec<ErrorTerm>), EngineError> {
+        let candidates: Vec<Candidate> =
+            row.choice.values().filter_map(|id| self.study.catalogue.get(id).cloned()).collect();
+        let errors = candidates.iter().flat_map(|c| c.errors.clone()).collect();
+        Ok((Assembly::new(Arc::new(self.study.rig.clone()), candidates, &stage.hold)?, errors))
     }
 
     fn parameters(&self, stage: &ResponseStage, assembly: &Assembly) -> Result<Parameters, EngineError> {
@@ -276,15 +245,13 @@ impl ResponseRun {
         Ok(parameters)
     }
 
-    fn models<'a>(
+    pub(super) fn models<'a>(
         &self,
         assembly: &'a Assembly,
-        measured: &[Measured],
-        points: &[usize],
-        whats: &[rijke_study::responses::ResponseKind],
+        data: &Selected,
     ) -> Result<Responses<'a>, EngineError> {
         let mut loads = Vec::new();
-        for ((m, point), what) in measured.iter().zip(points).zip(whats) {
+        for ((m, point), what) in data.measured.iter().zip(&data.points).zip(&data.whats) {
             let conditions: Conditions = conditions_at(&self.study, *point)?;
             loads.push(Load {
                 point: conditions.id.clone(),
@@ -295,43 +262,6 @@ impl ResponseRun {
         }
         Ok(Responses { loads, parameters: assembly.parameters().len() })
     }
-}
-
-/// The maximum of a posterior, which `searched` has without second derivatives of the model, Laplace's method there, the evidence of all maxima that were looked for, and warnings.
-fn fitted(
-    searched: &Posterior<'_>,
-    posterior: &Posterior<'_>,
-    checked: bool,
-) -> Result<(Fit, Laplace, Evidence, Vec<String>), EngineError> {
-    if !checked {
-        let fit = searched.map(&MapOptions::default())?;
-        let laplace = posterior.laplace(&fit)?;
-        let evidence = laplace.evidence;
-        return Ok((fit, laplace, evidence, Vec::new()));
-    }
-    // One stream for every model: a further row must not change the others.
-    let options =
-        AssessOptions { streams: Streams::new(u64::from_le_bytes(*b"response")), ..AssessOptions::default() };
-    let found = posterior.assess(&options)?;
-    let laplace = found.laplace.or_else(|_| posterior.laplace(&found.fit))?;
-    let evidence = found.evidence.unwrap_or(laplace.evidence);
-    Ok((found.fit, laplace, evidence, found.health.warnings))
-}
-
-/// The places of the frequencies that a stage takes: within its band, and at least its step apart.
-fn thinned(frequency_hz: &[f64], stage: &ResponseStage) -> Vec<usize> {
-    let [low, high] = stage.band_hz.unwrap_or([0.0, f64::INFINITY]);
-    let step = stage.step_hz.unwrap_or(0.0);
-    let mut next = f64::NEG_INFINITY;
-    let mut keep = Vec::new();
-    for (k, f) in frequency_hz.iter().enumerate().filter(|(_, f)| (low..=high).contains(*f)) {
-        if *f >= next {
-            keep.push(k);
-            // A grid of its own step must not lose rows to rounding.
-            next = f + step * (1.0 - 1e-9);
-        }
-    }
-    keep
 }
 
 fn pairs(values: &[C64]) -> Vec<[f64; 2]> {

@@ -1,5 +1,6 @@
 //! What is wrong or doubtful about numbers over frequency.
 
+use super::ObservedResponse;
 use crate::Problem;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
@@ -26,6 +27,10 @@ pub(super) fn refuse(rows: &Rows) -> Result<(), (usize, Problem)> {
         let (key, value) = ("f".to_owned(), format!("{} Hz", rows.frequency_hz[k]));
         Err((line(k), Problem::Value { key, value, need }))
     };
+    if let Some((k, sd)) = rows.sd.iter().enumerate().find(|(_, sd)| **sd <= 0.0) {
+        let need = "above zero, or left out: write `-` for the column in `columns` if no standard deviation was measured";
+        return Err((line(k), Problem::Value { key: "sd".into(), value: sd.to_string(), need }));
+    }
     if let Some(k) = rows.frequency_hz.iter().position(|f| *f <= 0.0) {
         return value(k, "above zero");
     }
@@ -71,6 +76,31 @@ pub(super) fn without_repeats(rows: &mut Rows) -> Option<String> {
         rows.sd = kept.iter().map(|&k| rows.sd[k]).collect();
     }
     Some(said)
+}
+
+/// Whether the band leaves less than half of a file.
+pub(super) fn band(rows: &Rows, kept: usize, [low, high]: [f64; 2]) -> Option<String> {
+    let (all, f) = (rows.frequency_hz.len(), &rows.frequency_hz);
+    (2 * kept < all).then(|| {
+        format!(
+            "`band_hz` from {low} to {high} Hz leaves {kept} of {all} frequencies, which run from {} to {} Hz: if they are angular, write \
+             f [rad/s] in `columns`; else correct `band_hz` if more are meant",
+            f[0],
+            f[all - 1]
+        )
+    })
+}
+
+/// The first frequency at which two responses of one operating point hold the same number of the rig.
+pub(super) fn twice(before: &ObservedResponse, now: &ObservedResponse) -> Option<f64> {
+    if before.point != now.point || !before.what.is_same(&now.what) {
+        return None;
+    }
+    let known = before.frequency_hz.iter().zip(&before.values);
+    let here = |(f, z): &(&f64, &C64)| {
+        now.frequency_hz.iter().zip(&now.values).any(|(other, value)| other == *f && value == *z)
+    };
+    known.into_iter().find(here).map(|(f, _)| *f)
 }
 
 /// Whether phases in radians may be degrees: neighbours then lie turns apart.

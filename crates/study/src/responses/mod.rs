@@ -36,11 +36,14 @@ pub struct ObservedResponse {
     pub point: usize,
     /// What it is.
     pub what: ResponseKind,
+    /// How many numbers the file holds, within the band of the instrument or not.
+    pub rows: usize,
     /// Frequencies, Hz, ascending.
     pub frequency_hz: Vec<f64>,
     /// The numbers.
     pub values: Vec<C64>,
-    /// Standard deviation of the real and of the imaginary part of each, as it was measured; empty if none was.
+    /// Standard deviation of the real and of the imaginary part of each, as it was measured; empty if none was. The noise of a stage comes on
+    /// top, in quadrature.
     pub sd: Vec<f64>,
 }
 
@@ -73,6 +76,21 @@ pub enum ResponseKind {
 }
 
 impl ResponseKind {
+    /// Whether both are the same number of the rig. A reflection coefficient is, whatever area it refers to.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Reflection { at, .. }, Self::Reflection { at: other, .. }) => at == other,
+            (Self::Transfer { to, from }, Self::Transfer { to: other, from: below }) => {
+                (to, from) == (other, below)
+            }
+            (Self::Law { at, coefficient, .. }, Self::Law { at: other, coefficient: second, .. }) => {
+                (at, coefficient) == (other, second)
+            }
+            _ => false,
+        }
+    }
+
     /// What it is called.
     #[must_use]
     pub fn name(&self) -> &'static str {

@@ -119,9 +119,11 @@ impl Study {
                     let need = "choose `band_hz` so that it holds some frequencies";
                     return Err(fail(Problem::Empty { what: "frequency of the file in the band", need }));
                 }
-                all.list.push(ObservedResponse {
+                doubt(doubts::band(&rows, keep.len(), [low, high]));
+                let observed = ObservedResponse {
                     point,
                     what: what.clone(),
+                    rows: rows.values.len(),
                     frequency_hz: keep.iter().map(|&k| rows.frequency_hz[k]).collect(),
                     values: keep.iter().map(|&k| rows.values[k]).collect(),
                     sd: if rows.sd.is_empty() {
@@ -129,7 +131,15 @@ impl Study {
                     } else {
                         keep.iter().map(|&k| rows.sd[k]).collect()
                     },
-                });
+                };
+                if let Some(f) = all.list.iter().find_map(|before| doubts::twice(before, &observed)) {
+                    return Err(fail(Problem::Twice {
+                        file: name.clone(),
+                        point: self.campaign.points[point].id.clone(),
+                        frequency_hz: f,
+                    }));
+                }
+                all.list.push(observed);
             }
         }
         if all.list.is_empty() {
@@ -167,7 +177,15 @@ impl Study {
                     key: "over".into(),
                     need: "name the microphone by which is divided",
                 })?;
-                Ok(ResponseKind::Transfer { to: microphone(&entry.at)?, from: microphone(over)? })
+                let (to, from) = (microphone(&entry.at)?, microphone(over)?);
+                if to == from {
+                    return Err(value(
+                        "over",
+                        over,
+                        "another microphone than `at`: a pressure over itself is 1",
+                    ));
+                }
+                Ok(ResponseKind::Transfer { to, from })
             }
             KindOf::FlameTransferFunction => {
                 let at = Place::parse(&entry.at, &self.rig.parts)?;

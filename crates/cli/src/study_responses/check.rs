@@ -1,0 +1,91 @@
+//! `rijke check` of a study of responses.
+
+use super::{fault, of_one_kind};
+use crate::{
+    failure::{Classify, Failure},
+    ui::Ui,
+};
+use rijke_engine::response::{ResponseForesight, ResponseRun};
+use rijke_study::responses::Responses;
+use rijke_study::{Problem, Study};
+use serde_json::json;
+
+/// Reads all data, and says what every stage trains on and which parameters that can tell.
+pub(crate) fn check(study: Study, ui: &Ui) -> Result<(), Failure> {
+    of_one_kind(&study)?;
+    let dir = study.folder.clone();
+    let plan = study.plan.clone();
+    let head = format!(
+        "{}: {} operating points, {} candidates, {} stages of responses",
+        plan.name,
+        study.campaign.points.len(),
+        study.catalogue.candidates().len(),
+        plan.responses.len()
+    );
+    ui.say(head);
+    let (points, name) = (study.campaign.points.len(), plan.name);
+    let Some(observed) = observed(&study, ui)? else {
+        return ui.result(&json!({ "name": name, "points": points, "responses": null, "stages": [] }));
+    };
+    for o in &observed.list {
+        ui.say(format!(
+            "  {} at {}: {} of {} frequencies, {:.1} to {:.1} Hz",
+            o.what.name(),
+            study.campaign.points[o.point].id,
+            o.frequency_hz.len(),
+            o.rows,
+            o.frequency_hz.first().copied().unwrap_or(f64::NAN),
+            o.frequency_hz.last().copied().unwrap_or(f64::NAN)
+        ));
+    }
+    let responses = observed.list.len();
+    let run = ResponseRun::new(study, observed).map_err(|e| fault(&e, &dir))?;
+    let found = run.foresight().map_err(|e| fault(&e, &dir))?;
+    found.iter().for_each(|stage| told(ui, stage));
+    ui.result(&json!({ "name": name, "points": points, "responses": responses, "stages": found }))
+}
+
+/// The responses; none where nothing is measured yet or the data are other people's and not here.
+fn observed(study: &Study, ui: &Ui) -> Result<Option<Responses>, Failure> {
+    if !study.folder.join("observations").is_dir() {
+        ui.say("nothing is measured yet");
+        return Ok(None);
+    }
+    match study.responses() {
+        Ok(observed) => {
+            observed.warnings.iter().for_each(|warning| ui.note(format!("warning: {warning}")));
+            Ok(Some(observed))
+        }
+        Err(error) if matches!(*error.problem, Problem::Elsewhere { .. }) => {
+            ui.note(format!("warning: {error}"));
+            ui.say("the data were not checked");
+            Ok(None)
+        }
+        Err(error) => Err(error).or_bad_input(),
+    }
+}
+
+fn told(ui: &Ui, stage: &ResponseForesight) {
+    ui.say(format!(
+        "{} ({} responses, {} of the {} complex numbers in their files; noise {:.1e})",
+        stage.title, stage.responses, stage.numbers, stage.of, stage.noise
+    ));
+    for model in &stage.models {
+        if let Some(remark) = &model.remark {
+            ui.say(format!("  {}: no answer at the centre of the priors: {remark}", model.id));
+            continue;
+        }
+        let all = model.widths.iter().map(|(name, w)| format!("{name} {w:.2e}")).collect::<Vec<_>>();
+        ui.say(format!(
+            "  {}: width after the measurements over that of the prior: {}",
+            model.id,
+            if all.is_empty() { "nothing is free".to_owned() } else { all.join(", ") }
+        ));
+        for (name, w) in model.widths.iter().filter(|(_, w)| *w > NOT_TOLD) {
+            ui.say(format!("    not identified: {name} keeps {:.0} % of its prior width", 100.0 * w));
+        }
+    }
+}
+
+/// A parameter that keeps more of its prior width is not told by the data: half of the variance.
+const NOT_TOLD: f64 = std::f64::consts::FRAC_1_SQRT_2;

@@ -1,0 +1,115 @@
+//! What responses can tell of the parameters, to first order at the centre of the priors and half a standard deviation beside it.
+
+use super::data::Blocks;
+use super::head::Heard;
+use super::predict::{Responses, Told};
+use super::record::{ForeseenModel, ResponseForesight};
+use super::select::Selected;
+use super::stage::ResponseRun;
+use crate::{Assembly, EngineError};
+use rijke_inference::{Objective, Parameters, Posterior};
+use rijke_numerics::{Cholesky, Jet, Order};
+use rijke_study::ErrorTerm;
+use rijke_study::plan::SdSpec;
+use rijke_study::responses::{MisfitSpec, ResponseStage};
+use std::collections::BTreeMap;
+
+/// Noise of the real and of the imaginary part where the study leaves it to the data.
+const NOISE: f64 = 0.01;
+/// Errors of a head where the study leaves their size to the data.
+const HEAD: f64 = 0.05;
+
+impl ResponseRun {
+    /// For every model of every stage which parameters the responses tell, with the priors of the candidates, not those of earlier stages.
+    ///
+    /// # Errors
+    /// [`EngineError`] for models that cannot be built. A model that has no answer at the centre of its priors is said.
+    pub fn foresight(&self) -> Result<Vec<ResponseForesight>, EngineError> {
+        let mut chosen: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
+        let mut all = Vec::new();
+        for stage in &self.study.plan.responses {
+            let data = Selected::new(&self.study, &self.observed, stage)?;
+            let rows = self.rows(stage, &chosen);
+            let mut models = Vec::new();
+            for row in &rows {
+                let (assembly, errors) = self.assembled(stage, row)?;
+                let responses = self.models(&assembly, &data)?;
+                let id = row.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ");
+                let (widths, remark) = match widths(stage, &data, &assembly, &responses, &errors) {
+                    Ok(widths) => (widths, None),
+                    Err(error) => (Vec::new(), Some(error.to_string())),
+                };
+                models.push(ForeseenModel { id, widths, remark });
+            }
+            chosen.extend(rows.first().map(|row| (stage.id.clone(), row.choice.clone())));
+            all.push(ResponseForesight {
+                id: stage.id.clone(),
+                title: if stage.title.is_empty() { stage.id.clone() } else { stage.title.clone() },
+                responses: data.measured.len(),
+                numbers: data.numbers(),
+                of: data.rows.iter().sum(),
+                noise: taken(&stage.noise, NOISE),
+                models,
+            });
+        }
+        Ok(all)
+    }
+}
+
+/// The standard deviation that stands for one that is stated, inferred or floated.
+fn taken(sd: &SdSpec, floated: f64) -> f64 {
+    match sd {
+        SdSpec::Fixed(sd) => *sd,
+        SdSpec::Inferred { median, .. } => *median,
+        SdSpec::Floated | SdSpec::Like { .. } => floated,
+    }
+}
+
+fn widths(
+    stage: &ResponseStage,
+    data: &Selected,
+    assembly: &Assembly,
+    responses: &Responses<'_>,
+    errors: &[ErrorTerm],
+) -> Result<Vec<(String, f64)>, EngineError> {
+    let fixed = |sd: &SdSpec, floated: f64| SdSpec::Fixed(taken(sd, floated));
+    let errors: Vec<ErrorTerm> =
+        errors.iter().map(|term| ErrorTerm { sd: fixed(&term.sd, HEAD), ..term.clone() }).collect();
+    let noise = fixed(&stage.noise, NOISE);
+    let misfit = stage.misfit.clone().map(|m| {
+        let length_hz = fixed(&m.length_hz, 100.0);
+        MisfitSpec { size: fixed(&m.size, NOISE), length_hz, ..m }
+    });
+    let parameters = Parameters::new(assembly.parameters().to_vec())?;
+    // Where a gain is nothing at the centre, what it multiplies cannot be told there: beside it, too.
+    let mut least: Vec<f64> = vec![f64::INFINITY; parameters.len()];
+    for beside in [0.0, 0.5, -0.5] {
+        let z = parameters.from_standard_normal(&vec![beside; parameters.len()]);
+        let values = parameters.physical(&z);
+        let found = widths_at(data, &errors, &noise, misfit.as_ref(), responses, &parameters, &values)?;
+        least.iter_mut().zip(found).for_each(|(least, w)| *least = least.min(w));
+    }
+    Ok(parameters.list().iter().map(|p| p.name.clone()).zip(least).collect())
+}
+
+/// Standard deviations that the responses leave at `values`, over those of the priors.
+fn widths_at(
+    data: &Selected,
+    errors: &[ErrorTerm],
+    noise: &SdSpec,
+    misfit: Option<&MisfitSpec>,
+    responses: &Responses<'_>,
+    parameters: &Parameters,
+    values: &[f64],
+) -> Result<Vec<f64>, EngineError> {
+    let answers = responses.answers(values, Order::Value)?;
+    let mut heard = Heard::about_data(&data.measured, errors);
+    heard.about = answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect();
+    let all = Blocks { measured: &data.measured, errors, heard: &heard, noise, misfit }.data()?;
+    let told = Told { responses, heard: &heard, highest: Order::First };
+    let posterior = Posterior::new(&told, &all, parameters)?;
+    let energy = posterior.evaluate(&parameters.working(values), Order::First)?;
+    let Some(hessian) = energy.gauss_newton else { return Ok(Vec::new()) };
+    let covariance = Cholesky::new(&hessian)?.inverse();
+    Ok(parameters.scales().iter().enumerate().map(|(i, scale)| covariance[(i, i)].sqrt() / scale).collect())
+}

@@ -1,0 +1,216 @@
+//! One model trained on responses: the most probable parameters, and the head's errors about what the rig then answers.
+
+use super::data::{Blocks, Measured};
+use super::head::{Heard, Rest};
+use super::predict::{Responses, Told};
+use crate::EngineError;
+use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior, Stop};
+use rijke_numerics::{C64, Cholesky, Jet, Matrix, Order, Streams};
+use rijke_study::ErrorTerm;
+use rijke_study::responses::ResponseStage;
+
+/// Movement of the parameters from fit to fit, in their standard deviations, at which the head's errors have settled.
+const SETTLED: f64 = 0.01;
+/// Most fits until they settle.
+const FITS: usize = 25;
+/// Searches for all maxima, each about the best of the one before.
+const SEARCHES: usize = 3;
+/// Nats that a search may leave to gain in a row that takes part.
+const TO_GAIN: f64 = 0.05;
+
+/// What one model is trained with.
+pub(super) struct Training<'a> {
+    pub(super) responses: &'a Responses<'a>,
+    pub(super) measured: &'a [Measured],
+    pub(super) errors: &'a [ErrorTerm],
+    pub(super) parameters: &'a Parameters,
+    pub(super) stage: &'a ResponseStage,
+}
+
+/// What training found.
+pub(super) struct Found {
+    pub(super) fit: Fit,
+    pub(super) laplace: Laplace,
+    pub(super) evidence: Evidence,
+    /// What the rig answers with these parameters, load after load.
+    pub(super) answers: Vec<Vec<C64>>,
+    /// What the head most probably makes of it.
+    pub(super) heard: Vec<Vec<C64>>,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Training<'_> {
+    /// The maximum of the posterior, Laplace's method there and the evidence, of all maxima if they are looked for.
+    ///
+    /// # Errors
+    /// [`EngineError::Unsettled`] if the head's errors do not settle or the search ended early, and errors of the inference.
+    pub(super) fn found(&self) -> Result<Found, EngineError> {
+        let mut heard = Heard::about_data(self.measured, self.errors);
+        let mut start: Option<Fit> = None;
+        for _ in 0..if self.stage.checked { SEARCHES } else { 1 } {
+            if !self.errors.is_empty() {
+                let fit;
+                (heard, fit) = self.settled(heard, start)?;
+                start = Some(fit);
+            }
+            let (fit, laplace, mut evidence, warnings) = self.fitted(&heard, start.as_ref())?;
+            evidence.ln_best_fit += heard.tilt_cost();
+            evidence.ln_marginal += heard.tilt_cost();
+            let moved =
+                start.as_ref().map_or(0.0, |start| moved(&laplace, &fit.parameters, &start.parameters));
+            let after = self.about(&fit)?;
+            if self.errors.is_empty() || moved < SETTLED {
+                let answers = after.about.clone();
+                return Ok(Found { fit, laplace, evidence, answers, heard: after.heard(), warnings });
+            }
+            // The search found a better maximum, where the head's errors are others.
+            (heard, start) = (after, Some(fit));
+        }
+        Err(EngineError::Unsettled {
+            what: "the errors of the head differ between maxima of the posterior, and the searches do not end at one".to_owned(),
+        })
+    }
+
+    /// Fits, with the head's errors taken about the fit before, until the parameters stay.
+    fn settled(&self, mut heard: Heard, start: Option<Fit>) -> Result<(Heard, Fit), EngineError> {
+        let mut before = start;
+        let mut last = f64::INFINITY;
+        for _ in 0..FITS {
+            let fit = self.fit(&heard, before.as_ref())?;
+            if let Some(before) = &before {
+                last = self.distance(&fit, &before.parameters);
+            }
+            heard = self.about(&fit)?;
+            if last < SETTLED {
+                return Ok((heard, fit));
+            }
+            before = Some(fit);
+        }
+        Err(EngineError::Unsettled {
+            what: format!(
+                "the errors of the head do not settle: after {FITS} fits the parameters still move by {last:.2} standard deviations; \
+                 give the head fewer functions or a smaller sd"
+            ),
+        })
+    }
+
+    /// The maximum next to that of the fit before, with its noise, if there is one.
+    fn fit(&self, heard: &Heard, before: Option<&Fit>) -> Result<Fit, EngineError> {
+        let data = self.blocks(heard).data()?;
+        let quick = Told { responses: self.responses, heard, highest: Order::First };
+        let posterior = Posterior::new(&quick, &data, self.parameters)?;
+        let options = MapOptions::default();
+        let Some(before) = before else { return Ok(posterior.map(&options)?) };
+        match posterior.map_from(&before.working, &options.search) {
+            Ok(fit) if fit.stop.converged() => Ok(fit),
+            _ => Ok(posterior.map(&options.from(&before.parameters))?),
+        }
+    }
+
+    /// The head's errors about the answers of the rig with the parameters of a fit.
+    fn about(&self, fit: &Fit) -> Result<Heard, EngineError> {
+        let answers = self.responses.answers(&fit.parameters, Order::Value)?;
+        let answers = answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect();
+        let rest = Rest { noise: &fit.noise, kernel: self.stage.misfit.as_ref().map(|m| m.kernel) };
+        Heard::about_answers(self.measured, self.errors, answers, rest)
+    }
+
+    fn blocks<'b>(&'b self, heard: &'b Heard) -> Blocks<'b> {
+        Blocks {
+            measured: self.measured,
+            errors: self.errors,
+            heard,
+            noise: &self.stage.noise,
+            misfit: self.stage.misfit.as_ref(),
+        }
+    }
+
+    /// How far the parameters of a fit are from others, in standard deviations of the fit.
+    fn distance(&self, fit: &Fit, others: &[f64]) -> f64 {
+        let p = self.parameters.len();
+        let block = Matrix::from_fn(p, p, |i, j| fit.search_hessian[(i, j)]);
+        let scales = self.parameters.scales();
+        let sds: Vec<f64> = match Cholesky::new(&block) {
+            Ok(factor) => {
+                let inverse = factor.inverse();
+                (0..p).map(|i| inverse[(i, i)].sqrt()).collect()
+            }
+            Err(_) => scales,
+        };
+        let working = self.parameters.working(others);
+        (0..p).map(|i| (fit.working[i] - working[i]).abs() / sds[i]).fold(0.0, f64::max)
+    }
+
+    /// The maximum of a posterior, searched without second derivatives of the model, Laplace's method there, the evidence of all maxima
+    /// that were looked for, and warnings.
+    fn fitted(
+        &self,
+        heard: &Heard,
+        start: Option<&Fit>,
+    ) -> Result<(Fit, Laplace, Evidence, Vec<String>), EngineError> {
+        let data = self.blocks(heard).data()?;
+        let whole = Told { responses: self.responses, heard, highest: Order::Second };
+        let posterior = Posterior::new(&whole, &data, self.parameters)?;
+        if !self.stage.checked {
+            let fit = self.fit(heard, start)?;
+            let laplace = posterior.laplace(&fit)?;
+            ended(&fit.stop, &laplace)?;
+            let evidence = laplace.evidence;
+            let early = (!fit.stop.converged()).then(|| format!("the search stopped early: {}", fit.stop));
+            return Ok((fit, laplace, evidence, early.into_iter().collect()));
+        }
+        // One stream for every model: a further row must not change the others.
+        let options = AssessOptions {
+            streams: Streams::new(u64::from_le_bytes(*b"response")),
+            starts: start.iter().map(|fit| fit.parameters.clone()).collect(),
+            ..AssessOptions::default()
+        };
+        let found = posterior.assess(&options)?;
+        let laplace = found.laplace.or_else(|_| posterior.laplace(&found.fit))?;
+        ended(&found.fit.stop, &laplace)?;
+        let evidence = found.evidence.unwrap_or(laplace.evidence);
+        Ok((found.fit, laplace, evidence, found.health.warnings))
+    }
+}
+
+/// Refuses a search that ended where there is still something to gain: its evidence is no number to rank by.
+fn ended(stop: &Stop, laplace: &Laplace) -> Result<(), EngineError> {
+    if left_to_gain(stop, laplace.decrement) {
+        return Err(EngineError::Unsettled { what: format!("the search stopped early: {stop}") });
+    }
+    Ok(())
+}
+
+/// Whether a search left nats to gain; `decrement` is half of g' H^-1 g at its end.
+fn left_to_gain(stop: &Stop, decrement: f64) -> bool {
+    let to_gain = match stop {
+        Stop::Converged { .. } => 0.0,
+        Stop::EvaluationCap { decrement } => *decrement,
+        _ => decrement,
+    };
+    // NaN: nobody knows.
+    !matches!(to_gain.partial_cmp(&TO_GAIN), Some(std::cmp::Ordering::Less))
+}
+
+/// How far parameters are from others, in standard deviations.
+fn moved(laplace: &Laplace, here: &[f64], there: &[f64]) -> f64 {
+    let sd = |i: usize| laplace.physical_covariance[(i, i)].sqrt();
+    here.iter().zip(there).enumerate().map(|(i, (a, b))| (a - b).abs() / sd(i)).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::left_to_gain;
+    use rijke_inference::Stop;
+
+    #[test]
+    fn exact_a_search_with_nats_to_gain_takes_no_part() {
+        assert!(!left_to_gain(&Stop::Converged { decrement: 1e-9 }, f64::NAN));
+        assert!(!left_to_gain(&Stop::EvaluationCap { decrement: 3e-3 }, 190.0));
+        assert!(left_to_gain(&Stop::EvaluationCap { decrement: 190.0 }, 0.0));
+        assert!(left_to_gain(&Stop::EvaluationCap { decrement: f64::INFINITY }, 0.0));
+        assert!(left_to_gain(&Stop::Blocked { reason: "a bound".into() }, 0.5));
+        assert!(!left_to_gain(&Stop::Blocked { reason: "rounding".into() }, 1e-6));
+        assert!(left_to_gain(&Stop::Flat { eigenvalue_ratio: 1e-12 }, f64::NAN));
+    }
+}

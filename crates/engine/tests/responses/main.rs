@@ -1,0 +1,6 @@
+//! Training on responses, against closed forms and against likelihoods that are written out.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
+
+mod bench;
+mod head;
+mod temperatures;
