@@ -117,6 +117,9 @@ impl Grid {
         };
         let (x, y) =
             text.split_once(',').ok_or_else(|| bad("takes two factors with a comma between".into()))?;
+        if x.trim() == y.trim() {
+            return Err(bad("names one factor twice".into()));
+        }
         let axis = |name: &str| {
             let k = study.campaign.factor(name).ok_or_else(|| bad(format!("there is no factor `{name}`")))?;
             let all = study.campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// its residual, its condition number and where its energy goes.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700\n  rijke modes examples/quarter-wave --point cold-08\n  \
+    after_help = "Examples:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700\n  rijke modes examples/quarter-wave --point e1-0\n  \
                   rijke modes fixtures/networks/rijke-tube.toml --sensitivity --plot modes.svg --along along.csv"
 )]
 pub(crate) struct Args {
@@ -69,6 +69,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             // The file of a study's rig names its folder too.
             let dir = if dir.is_file() { dir.parent().unwrap_or(dir) } else { dir };
             Case::point(dir, id, args.stage.as_deref(), [args.min_hz, args.max_hz])?
+        }
+        (None, Some(dir)) if dir.is_dir() => {
+            let remedy = "Name a network file; of a study name an operating point too, with --point ID.";
+            return Err(Failure::bad_input("is a folder, not a network file").at(dir).remedy(remedy));
         }
         (None, Some(file)) => Case::file(file)?,
         (None, None) => return Err(Failure::bad_input("no network file is named")),

@@ -42,7 +42,7 @@ fn has_twins(roots: &[C64]) -> bool {
 
 impl PointModel<'_> {
     /// A mode of the model for every guess, no two the same; none where there are fewer modes than guesses.
-    fn assigned(&self, values: &[f64], guesses: &[C64], work: &mut Workspace) -> Option<Vec<C64>> {
+    pub(crate) fn assigned(&self, values: &[f64], guesses: &[C64], work: &mut Workspace) -> Option<Vec<C64>> {
         let filled = self.filled(values).ok()?;
         let low = guesses.iter().fold(f64::INFINITY, |a, g| a.min(g.im));
         let high = guesses.iter().fold(f64::NEG_INFINITY, |a, g| a.max(g.im));

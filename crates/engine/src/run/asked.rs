@@ -12,6 +12,9 @@ use rijke_study::{Observations, Point, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// How far beyond the campaign a factor may be asked for, in its range or its largest value.
+const FARTHEST: f64 = 5.0;
+
 /// What a model says of one operating point.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Forecast {
@@ -59,6 +62,16 @@ pub fn with_points(
                 .campaign
                 .factor(name)
                 .ok_or_else(|| fail(format!("there is no factor called `{name}`")))?;
+            let all = study.campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());
+            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            // A unit of another size is further away than any sound extrapolation.
+            let reach = FARTHEST * (high - low).max(low.abs()).max(high.abs());
+            if *value < low - reach || *value > high + reach {
+                let unit = study.campaign.factors[k].unit_in_print();
+                return Err(fail(format!(
+                    "{name} = {value} {unit} is far from every point of the campaign ({low} to {high} {unit}): numbers are in SI units"
+                )));
+            }
             given.push((k, *value));
         }
         let has = |p: &&Point| given.iter().all(|(k, _)| p.factors[*k].is_finite());

@@ -33,9 +33,13 @@ pub(super) fn check_modes(
         Ok(match respond_together(&models, &values, Order::Value, work) {
             Ok(all) => all.iter().map(|r| Some(r.s.value().im)).collect(),
             Err(_) => {
-                let one =
-                    |m: &PointModel<'_>| m.respond(&values, Order::Value, &mut Workspace::default()).ok();
-                models.iter().map(|m| one(m).map(|r| r.s.value().im)).collect::<Vec<_>>()
+                // A search that is lost ends nowhere: the nearest of all modes around says more.
+                let one = |(m, o): (&PointModel<'_>, &Observed)| {
+                    let work = &mut Workspace::default();
+                    let near = m.respond(&values, Order::Value, work).ok().map(|r| r.s.value().im);
+                    near.or_else(|| Some(m.assigned(&values, &[o.near], work)?[0].im))
+                };
+                models.iter().zip(*group).map(one).collect::<Vec<_>>()
             }
         })
     };

@@ -116,8 +116,13 @@ impl Item {
     }
 
     pub(super) fn parse<'de, T: Deserialize<'de>>(&self, table: toml::Table) -> Result<T, FileError> {
-        T::deserialize(toml::Value::Table(table))
-            .map_err(|error| self.fail(Problem::Keys { message: error.message().to_owned() }))
+        T::deserialize(toml::Value::Table(table)).map_err(|error| {
+            let mut message = error.message().to_owned();
+            if message.starts_with("invalid type: string") && message.contains("f64") {
+                message += "; this reader takes plain numbers in SI units";
+            }
+            self.fail(Problem::Keys { message })
+        })
     }
 }
 
