@@ -113,7 +113,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         let Some(stage) = run.next_stage().map_err(wrong)? else { break };
         progress.advance(1);
         answers.push(run.overview(&stage.id).map_err(wrong)?);
-        keep(&models, &stage.id, &run.saved(&stage.id).map_err(wrong)?)?;
+        match run.saved(&stage.id) {
+            Ok(model) => keep(&models, &stage.id, &model)?,
+            Err(error) => left_out(ui, &format!("the model of stage {}", stage.id), error, &wrong)?,
+        }
         if let Some(rival) = run.saved_rival(&stage.id) {
             keep(&models, &rival_of(&stage.id), &rival)?;
         }
@@ -121,7 +124,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         stages.push(stage);
     }
     for question in &plan.questions {
-        answers.push(run.answer(question).map_err(wrong)?);
+        match run.answer(question) {
+            Ok(answer) => answers.push(answer),
+            Err(error) => left_out(ui, &format!("the answer to `{}`", question.id), error, &wrong)?,
+        }
         progress.advance(1);
     }
     drop(progress);
@@ -141,6 +147,20 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ui.say(format!("{}: {} ({})", if v.holds { "holds" } else { "fails" }, v.statement, v.figure));
     }
     ui.result(&json!({ "dir": dir.join("results"), "stages": stages, "claims": verdicts }))
+}
+
+/// A search that does not end costs what stands on it, and nothing else; any other error ends the ranking.
+fn left_out(
+    ui: &Ui,
+    what: &str,
+    error: rijke_engine::EngineError,
+    wrong: &dyn Fn(rijke_engine::EngineError) -> Failure,
+) -> Result<(), Failure> {
+    if !matches!(error, rijke_engine::EngineError::NotConverged { .. }) {
+        return Err(wrong(error));
+    }
+    ui.note(format!("warning: {what} is left out: {error}"));
+    Ok(())
 }
 
 /// A stage that the study does not have.

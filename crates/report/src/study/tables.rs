@@ -17,6 +17,9 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
     models.sort_by(|a, b| {
         total(b).unwrap_or(f64::NEG_INFINITY).total_cmp(&total(a).unwrap_or(f64::NEG_INFINITY))
     });
+    // Where pressures were heard.
+    let shapes = models.iter().any(|m| m.misfit[2] > 0.0);
+    let (columns, heard) = if shapes { (7, "<th>misfit of relative pressures</th>") } else { (6, "") };
     let best = models.first().and_then(|m| total(m)).unwrap_or(0.0);
     let row = |m: &&ModelRecord| {
         let class = if m.id == stage.chosen { " class=\"chosen\"" } else { "" };
@@ -32,22 +35,25 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
         match m.evidence {
             Some(e) => format!(
                 "<tr{class}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
-                 <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td>{printed}</tr>\n",
+                 <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td>{}{printed}</tr>\n",
                 e.ln_marginal - best,
                 e.ln_best_fit,
                 e.ln_occam,
                 e.ln_marginal,
                 m.misfit[0],
-                m.misfit[1]
+                m.misfit[1],
+                if shapes { format!("<td class=\"n\">{:.4}</td>", m.misfit[2]) } else { String::new() }
             ),
-            None => format!("<tr class=\"failed\">{name}<td colspan=\"6\">no evidence</td>{printed}</tr>\n"),
+            None => format!(
+                "<tr class=\"failed\">{name}<td colspan=\"{columns}\">no evidence</td>{printed}</tr>\n"
+            ),
         }
     };
     let rows: String = models.iter().map(row).collect();
     let printed = if published.is_some() { "<th>per point</th><th>published</th>" } else { "" };
     format!(
         "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>ln best fit</th><th>ln Occam</th>\
-         <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th>{printed}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+         <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th>{heard}{printed}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
     )
 }
 
@@ -63,7 +69,8 @@ pub(super) fn parameter_table(parameters: &[ParameterRecord]) -> String {
     }
     let row = |p: &ParameterRecord| {
         let unit = if p.unit == "1" { "" } else { &p.unit };
-        let prior = p.prior_sds.map_or(String::new(), |z| format!("{z:+.1}"));
+        let prior =
+            p.prior_sds.map_or(String::new(), |z| format!("{:+.1}", if z.abs() < 0.05 { 0.0 } else { z }));
         format!(
             "<tr><td>{}</td><td><code>{}</code></td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{prior}</td></tr>\n",
             html(&p.symbol),
