@@ -23,6 +23,7 @@ mod process;
 mod rank;
 mod report;
 mod response;
+mod results;
 mod run;
 mod staging;
 mod study;

@@ -6,7 +6,7 @@ pub(crate) use check::check;
 
 use crate::{
     failure::{Classify, Failure},
-    rank::{self, known_stage},
+    results::{Trust, kept, known_stage, warn_of_prior},
     staging::{Lock, StagedFolder, write_whole},
     ui::Ui,
 };
@@ -44,7 +44,7 @@ fn of_one_kind(study: &Study) -> Result<(), Failure> {
 /// Runs the stages of a study in order, and writes their numbers and the page into its folder `results`.
 pub(crate) fn run(
     mut study: Study,
-    trust: rank::Trust,
+    trust: Trust,
     until: Option<&str>,
     force: bool,
     ui: &Ui,
@@ -100,8 +100,8 @@ pub(crate) fn report(study: &Study) -> Result<PathBuf, Failure> {
     let stages = study.plan.responses.iter().map(|s| s.id.as_str());
     let there = |id: &&str| results.join("numbers").join(format!("{id}.json")).is_file();
     let stages: Vec<ResponseStageRecord> =
-        stages.filter(there).map(|id| rank::kept(dir, "numbers", id)).collect::<Result<_, _>>()?;
-    let data: Data = rank::kept(dir, "", DATA.trim_end_matches(".json"))?;
+        stages.filter(there).map(|id| kept(dir, "numbers", id)).collect::<Result<_, _>>()?;
+    let data: Data = kept(dir, "", DATA.trim_end_matches(".json"))?;
     let _lock = Lock::take(&results)?;
     page(&study.plan, data, &stages, &results)?;
     Ok(results.join("index.html"))
@@ -186,7 +186,7 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
     if let Some(model) = models.first() {
         for p in &model.parameters {
             ui.say(format!("      {} = {:.6e} +- {:.2e} {}", p.name, p.value, p.sd, p.unit));
-            rank::warn_of_prior(ui, p);
+            warn_of_prior(ui, p);
         }
         for n in model.noise.iter().filter(|n| n.floats) {
             ui.say(format!("      {}: {:.3e} {}", n.name, n.sd, n.unit));

@@ -1,25 +1,12 @@
 //! Observed responses as the data of an inference: noise, a misfit along frequency, and the errors of the measuring head.
 
-use super::head::{Heard, columns, group_of, sessions};
+use super::head::{Heard, columns, group_of};
+use super::measured::{Measured, sessions};
 use crate::EngineError;
 use rijke_inference::{Correlated, Data, NoiseGroup, NoiseMode, Observation, Structured};
-use rijke_numerics::C64;
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::MisfitSpec;
-
-/// The numbers of one response that train.
-#[derive(Clone, Debug)]
-pub(super) struct Measured {
-    /// What they are called.
-    pub(super) label: String,
-    /// Loads of one session share the errors of the head.
-    pub(super) session: usize,
-    pub(super) frequency_hz: Vec<f64>,
-    pub(super) values: Vec<C64>,
-    /// Empty if no standard deviations were measured.
-    pub(super) sd: Vec<f64>,
-}
 
 /// Everything that the data of a training are made of. Loads of one session stand side by side.
 pub(super) struct Blocks<'a> {

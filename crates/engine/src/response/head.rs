@@ -8,14 +8,13 @@
 //! order, and nothing where R = R0. The volume that the errors leave to b, 1/2 ln det of the covariance, also depends on R: to first order it is a
 //! datum of its own, the tilt. The fit is repeated until R0 stays.
 
-use super::data::Measured;
+use super::measured::{Measured, sessions};
 use crate::EngineError;
 use rijke_inference::{Kernel, NoiseEstimate, Observation, complex_columns};
 use rijke_numerics::{C64, Cholesky, Jet, Matrix};
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
 use std::f64::consts::PI;
-use std::ops::Range;
 
 /// The errors of a head about one answer of the rig.
 #[derive(Clone, Debug)]
@@ -37,17 +36,6 @@ const LEVER: f64 = 1e3;
 pub(super) struct Rest<'a> {
     pub(super) noise: &'a [NoiseEstimate],
     pub(super) kernel: Option<Kernel>,
-}
-
-/// The places of the loads of each session.
-pub(super) fn sessions(measured: &[Measured]) -> Vec<Range<usize>> {
-    let mut first = 0;
-    let range = |loads: &[Measured]| {
-        let range = first..first + loads.len();
-        first = range.end;
-        range
-    };
-    measured.chunk_by(|a, b| a.session == b.session).map(range).collect()
 }
 
 impl Heard {

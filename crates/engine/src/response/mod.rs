@@ -4,6 +4,7 @@
 mod data;
 mod foresight;
 mod head;
+mod measured;
 mod predict;
 mod record;
 mod residual;

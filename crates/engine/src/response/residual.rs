@@ -1,7 +1,7 @@
 //! What a model leaves of the data, once the head's errors are taken at their most probable values.
 
-use super::data::Measured;
 use super::head::Rest;
+use super::measured::Measured;
 use rijke_numerics::C64;
 
 /// What is left of a training.

@@ -1,6 +1,6 @@
 //! Which numbers train a stage.
 
-use super::data::Measured;
+use super::measured::Measured;
 use crate::EngineError;
 use rijke_study::Study;
 use rijke_study::plan::{Base, SdSpec};

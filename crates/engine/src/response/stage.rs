@@ -1,7 +1,7 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
-use super::data::Measured;
 use super::head::Rest;
+use super::measured::Measured;
 use super::predict::{Load, Responses};
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::left;

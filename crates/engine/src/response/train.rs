@@ -1,7 +1,8 @@
 //! One model trained on responses: the most probable parameters, and the head's errors about what the rig then answers.
 
-use super::data::{Blocks, Measured};
+use super::data::Blocks;
 use super::head::{Heard, Rest};
+use super::measured::Measured;
 use super::predict::{Responses, Told};
 use crate::EngineError;
 use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior, Stop};

@@ -1,0 +1,28 @@
+//! The numbers that train.
+
+use rijke_numerics::C64;
+use std::ops::Range;
+
+/// The numbers of one response that train.
+#[derive(Clone, Debug)]
+pub(super) struct Measured {
+    /// What they are called.
+    pub(super) label: String,
+    /// Loads of one session share the errors of the head.
+    pub(super) session: usize,
+    pub(super) frequency_hz: Vec<f64>,
+    pub(super) values: Vec<C64>,
+    /// Empty if no standard deviations were measured.
+    pub(super) sd: Vec<f64>,
+}
+
+/// The places of the loads of each session.
+pub(super) fn sessions(measured: &[Measured]) -> Vec<Range<usize>> {
+    let mut first = 0;
+    let range = |loads: &[Measured]| {
+        let range = first..first + loads.len();
+        first = range.end;
+        range
+    };
+    measured.chunk_by(|a, b| a.session == b.session).map(range).collect()
+}
