@@ -14,6 +14,8 @@ pub struct Factor {
     pub unit: String,
     /// Its unit in the file, for axes and tables.
     pub shown: Unit,
+    /// Whether the file states a unit; without one a formula may take the factor for any quantity in SI.
+    pub stated: bool,
 }
 
 impl Factor {
@@ -152,6 +154,7 @@ fn column(text: &str) -> Result<Factor, Problem> {
         "T_amb" | "T_amb_sd" => "K",
         _ => "",
     };
+    let is_stated = heading.unit.is_some();
     let stated = heading.unit.clone().unwrap_or_else(Unit::one);
     let unit = if wanted.is_empty() { si_text(&stated) } else { wanted.to_owned() };
     let shown = if wanted.is_empty() {
@@ -168,7 +171,7 @@ fn column(text: &str) -> Result<Factor, Problem> {
             return Err(Problem::Name { what: "factor", name, why });
         }
     }
-    Ok(Factor { name, unit, shown })
+    Ok(Factor { name, unit, shown, stated: is_stated })
 }
 
 /// The cells of a line with their columns.

@@ -112,8 +112,9 @@ pub(crate) fn is_of_modes(text: &str) -> bool {
     let name = text.split(['[', ' ']).next().unwrap_or_default();
     let word = name.strip_prefix("sd_").or_else(|| name.strip_suffix("_sd")).unwrap_or(name);
     let of_pressure = |word: &str| ["_re", "_im", "_abs", "_arg"].iter().any(|end| word.ends_with(end));
-    let known = ["mode", "growth_rate", "frequency", "angular_frequency"];
-    known.contains(&word) || IGNORED.contains(&word) || of_pressure(word) || word.starts_with("cov_")
+    // With what is written behind them: a misspelled one is told with the known ones, and is no factor.
+    let known = ["growth_rate", "frequency", "angular_frequency"];
+    word == "mode" || known.iter().any(|k| word.starts_with(k)) || IGNORED.contains(&word) || of_pressure(word) || word.starts_with("cov_")
 }
 
 pub(crate) fn parse(

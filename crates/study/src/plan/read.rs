@@ -281,7 +281,7 @@ impl Check<'_> {
         for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
             let factor = &self.campaign.factors[self.campaign.known_factor(name)?];
             // A factor without a unit in its heading is taken as it is.
-            if factor.unit != "1" {
+            if factor.stated {
                 let key = format!("base.heated-flow.{key} = {name}");
                 factor.shown.of(wanted).map_err(|source| Problem::Unit { key, source })?;
             }

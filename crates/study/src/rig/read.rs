@@ -125,7 +125,9 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
     let mut scope = built_in().map_err(|problem| (0..0, problem))?;
     let mut factors = Vec::new();
     for factor in &campaign.factors {
-        let (name, unit, meaning) = (factor.name.clone(), factor.unit.clone(), FACTOR.into());
+        // A unit that no formula understands is right everywhere.
+        let unit = if factor.stated { factor.unit.clone() } else { "not stated".to_owned() };
+        let (name, meaning) = (factor.name.clone(), FACTOR.into());
         let name = Name { name, unit, meaning, kind: NameKind::Global };
         factors.push(add(&mut scope, "factor", name).map_err(|problem| (0..0, problem))?);
     }
