@@ -50,7 +50,7 @@ impl Driven {
         }
     }
 
-    fn record(&self, seed: u64) -> Vec<Vec<f64>> {
+    pub(crate) fn record(&self, seed: u64) -> Vec<Vec<f64>> {
         let mut stream = Streams::new(seed).stream("driven");
         let mut normal = || -> f64 { StandardNormal.sample(&mut stream) };
         let samples = (self.end * self.rate_hz) as usize;

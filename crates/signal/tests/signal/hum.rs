@@ -2,6 +2,7 @@
 
 use crate::driven::Driven;
 use rijke_numerics::C64;
+use rijke_signal::{Fault, PingOptions, Trace, fit_ping};
 use std::f64::consts::TAU;
 
 /// A quarter-wave tube at 67.5 Hz with its next mode at 234 Hz, driven for 0.6 s: the build-up is not over. Four pascals in noise of
@@ -54,4 +55,28 @@ fn coverage_of_a_loudspeaker_off_the_mode() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn behaviour_a_mode_that_was_not_driven_is_refused_with_the_frequency_that_was() {
+    let driven = quarter_wave(-4.14, 0.0, 0.0);
+    let mut taken_before = 0;
+    for seed in 0..12 {
+        let channels = driven.record(seed);
+        let quiet = (driven.quiet * driven.rate_hz) as usize;
+        let trace = Trace { channels: &channels, rate_hz: driven.rate_hz, quiet, full_scale: f64::INFINITY };
+        // The band of a metre of tube holds the second mode alone.
+        let fault = fit_ping(&trace, &PingOptions { reference: 2, ..PingOptions::default() }).expect_err("");
+        let driven_hz = match fault {
+            Fault::DrivenElsewhere { driven_hz, mode_hz, .. } => {
+                assert!((mode_hz - 234.0).abs() < 5.0, "{mode_hz}");
+                taken_before += 1;
+                driven_hz
+            }
+            Fault::DrivenOutside { driven_hz, .. } => driven_hz,
+            other => panic!("{other}"),
+        };
+        assert!((driven_hz - 67.5).abs() < 2.0, "{driven_hz}");
+    }
+    println!("{taken_before} of 12 were taken for the second mode");
 }
