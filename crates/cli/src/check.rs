@@ -5,7 +5,7 @@ mod records;
 use crate::{
     failure::Failure,
     number,
-    study::{observations, of_the_engine, open},
+    study::{measured, observations, of_the_engine, open},
     study_responses,
     ui::Ui,
 };
@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let recorded = dir.join("records");
     let recorded = if recorded.is_dir() { Some(records::records_of(&recorded, ui)?) } else { None };
-    let there = dir.join("observations").is_dir();
+    let there = measured(&dir.join("observations"));
     let observed = there.then(|| observations(&study)).transpose()?;
     let plan = &study.plan;
     ui.say(format!(

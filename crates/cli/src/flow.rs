@@ -159,7 +159,9 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         return Ok((document, states));
     }
     let make = |heater: f64| Pipe::new(&observations.rig, closures, heater, 1);
-    let file = folder.join(settled::Readings::FILE);
+    let beside = folder.parent().filter(|p| p.join("study.toml").is_file());
+    let mut files = [Some(folder), beside].into_iter().flatten().map(|f| f.join(settled::Readings::FILE));
+    let file = files.find(|f| f.is_file()).unwrap_or_else(|| folder.join(settled::Readings::FILE));
     let known = |id: &str| observations.points.iter().any(|p| p.point.id == id);
     let readings = if file.is_file() {
         settled::Readings::read(&file, &known).or_bad_input()?

@@ -20,9 +20,13 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let FileContents { format, rate_hz, channels, others } = inspect(&args.file).or_bad_input()?;
-    let described = channels.iter().map(|c| {
+    // The list `channels` of a manifest counts without the column of time.
+    let mut numbers = 0..;
+    let numbers: Vec<Option<usize>> =
+        channels.iter().map(|c| if c.is_time { None } else { numbers.next() }).collect();
+    let described = channels.iter().zip(&numbers).map(|(c, number)| {
         json!({
-            "name": c.name, "samples": c.samples, "mean": c.mean, "rms": c.rms, "smallest": c.smallest, "largest": c.largest,
+            "channel": number, "name": c.name, "samples": c.samples, "mean": c.mean, "rms": c.rms, "smallest": c.smallest, "largest": c.largest,
             "at_full_scale": c.at_full_scale, "not_finite": c.not_finite,
         })
     });
@@ -33,7 +37,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let frames_shown = if even { frames.to_string() } else { "different numbers of".to_owned() };
     let duration =
         rate_hz.map_or_else(String::new, |rate| format!(" at {rate} Hz: {:.4} s", frames as f64 / rate));
-    ui.say(format!("{format}, {} channels of {frames_shown} samples{duration}", channels.len()));
+    ui.say(format!(
+        "{format}, {} channels of {frames_shown} samples{duration}",
+        numbers.iter().flatten().count()
+    ));
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     table.set_header([
@@ -46,9 +53,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         "at full scale",
         "not a number",
     ]);
-    for (k, c) in channels.iter().enumerate() {
+    for (c, number) in channels.iter().zip(&numbers) {
         let numbers = [c.mean, c.rms, c.smallest, c.largest].map(|v| format!("{v:.6}"));
-        let row = [k.to_string(), c.name.clone().unwrap_or_default()].into_iter().chain(numbers);
+        let number = number.map_or_else(|| "time".to_owned(), |k| k.to_string());
+        let row = [number, c.name.clone().unwrap_or_default()].into_iter().chain(numbers);
         table.add_row(row.chain([c.at_full_scale.to_string(), c.not_finite.to_string()]));
     }
     ui.say(table.to_string());

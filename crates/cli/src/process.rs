@@ -1,6 +1,7 @@
 //! `rijke process`: from raw records to pings and clicks with uncertainties.
 
 mod plot;
+mod stated;
 
 use crate::{
     failure::{Classify, Failure},
@@ -14,7 +15,9 @@ use rijke_rig::{PointObservations, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
     ChannelDelays, ProcessError, ProcessOptions, Processed, StatedChannels, process, record_count,
 };
+use rijke_study::Study;
 use serde_json::json;
+pub(crate) use stated::said_of_twins;
 use std::path::{Path, PathBuf};
 
 /// Turn raw records into observations: growth rate, frequency and mode shape of every ping, arrival times of every
@@ -32,14 +35,15 @@ pub(crate) struct Args {
     /// Folder to write [default: DIR/observations].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Frequencies between which the mode of interest is sought, Hz.
-    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = [80.0, 300.0], value_parser = number::positive)]
-    band: Vec<f64>,
-    /// Nominal frequency of the mains, Hz.
-    #[arg(long, value_name = "HZ", default_value_t = 50.0, value_parser = number::positive)]
-    mains: f64,
+    /// Frequencies between which the mode of interest is sought, Hz [default: `band_hz` of the manifest, else `frequency_hz` of
+    /// [search] in the study's rig.toml, else 80 300].
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = number::positive)]
+    band: Option<Vec<f64>>,
+    /// Nominal frequency of the mains, Hz [default: `mains_hz` of the manifest, else 50].
+    #[arg(long, value_name = "HZ", value_parser = number::positive)]
+    mains: Option<f64>,
     /// Without calibration clicks at the pings' rate: how equal the channels are, as relative standard deviation of the gains
-    /// and standard deviation of the delays in s. Mode shapes then stand on that.
+    /// and standard deviation of the delays in s. Mode shapes then stand on that [default: [microphones] of the manifest].
     #[arg(long, num_args = 2, value_names = ["GAIN_SD", "DELAY_SD"], value_parser = positive)]
     channels: Option<Vec<f64>>,
     /// How far the gains that the calibration clicks give may lie from their median, relative to it; farther ones are
@@ -70,8 +74,9 @@ pub(crate) fn records(records: &Path, out: &Path, force: bool, ui: &Ui) -> Resul
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let [low, high] = args.band[..] else { return Err(Failure::bad_input("--band takes two numbers")) };
-    if low >= high {
+    if let Some([low, high]) = args.band.as_deref()
+        && low >= high
+    {
         return Err(Failure::bad_input(format!(
             "--band {low} {high}: the first frequency must be the lower one"
         ))
@@ -79,6 +84,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
     let out = args.out.clone().unwrap_or_else(|| name.join("observations"));
+    let (mut study, mut of_the_study) = (None, false);
+    let mut twins = Vec::new();
     let source: Box<dyn RecordSource> = if args.virtual_rig {
         Box::new(args.laboratory.open()?)
     } else if args.laboratory.is_described() {
@@ -88,12 +95,22 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ))
         .remedy("Leave these options out, or give --virtual-rig instead of the folder."));
     } else {
-        Box::new(open(&name)?)
+        let opened = open(&name)?;
+        twins = opened.records.twins().or_bad_input()?;
+        of_the_study = !opened.records.has_own_campaign();
+        study = opened.study;
+        Box::new(opened.records)
     };
-    let folder = StagedFolder::new(&out, "observations.toml", args.force)?;
+    let folder = StagedFolder::beside_others(&out, "observations.toml", &WRITTEN, args.force)?;
     let mut options = ProcessOptions::default();
-    options.ping.band_hz = (low, high);
-    options.ping.mains_hz = args.mains;
+    let mut said = stated::said_of_twins(&twins);
+    let (band, why) = stated::band(args.band.as_deref(), source.set(), study.as_ref());
+    said.extend(why);
+    options.ping.band_hz = band;
+    // Neighbours are looked for beyond the band.
+    options.ping.highest_hz = options.ping.highest_hz.max(1.4 * band.1);
+    let mains = args.mains.or(source.set().acquisition.mains_hz);
+    options.ping.mains_hz = mains.unwrap_or(options.ping.mains_hz);
     options.gain_spread = Some(args.gain_spread);
     options.stated = args.channels.as_ref().map(|sds| StatedChannels { gain_sd: sds[0], delay_sd: sds[1] });
     let records = record_count(source.set());
@@ -103,12 +120,17 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         other => Err::<(), _>(other).or_bad_input().err().map(|f| f.at(&name)),
     });
     drop(progress);
-    let processed = match processed {
+    let mut processed = match processed {
         Ok(processed) => processed,
         Err(failure) => {
             return Err(failure.unwrap_or_else(|| Failure::failed("the records could not be processed")));
         }
     };
+    // Records with a campaign of their own know their days better than the plan of the study.
+    if let Some(study) = study.as_ref().filter(|_| of_the_study) {
+        said.extend(stated::temperatures(&mut processed.observations, study));
+    }
+    processed.notes.splice(0..0, said);
     processed.observations.write(folder.path()).or_failed()?;
     Rejection::write_all(&processed.corrections, &folder.path().join("corrections.csv")).or_failed()?;
     if args.plot {
@@ -146,14 +168,36 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     ui.result(&json!({ "dir": out, "records": records, "rejected": rejected, "notes": processed.notes, "points": points }))
 }
 
+/// What `rijke process` writes; other files in its folder are kept.
+const WRITTEN: [&str; 11] = [
+    "rig.toml",
+    "points.csv",
+    "pings.csv",
+    "clicks.csv",
+    "ping-repeats.csv",
+    "click-repeats.csv",
+    "rejections.csv",
+    "corrections.csv",
+    "channels.toml",
+    "observations.toml",
+    "plots",
+];
+
+/// A folder of records, and the study that it belongs to, if any.
+pub(crate) struct Opened {
+    pub(crate) records: RecordFolder,
+    pub(crate) study: Option<Study>,
+}
+
 /// Opens a folder of records, or of a study whose records lie in DIR/records.
-pub(crate) fn open(dir: &Path) -> Result<RecordFolder, Failure> {
+pub(crate) fn open(dir: &Path) -> Result<Opened, Failure> {
     let below = dir.join("records");
     let (folder, study) =
         if dir.join("study.toml").is_file() { (below.as_path(), Some(dir)) } else { (dir, dir.parent()) };
     let study = study.filter(|s| s.join("study.toml").is_file()).map(crate::study::open).transpose()?;
-    let described = study.map(|s| s.for_records()).transpose().or_bad_input()?;
-    RecordFolder::open_of(folder, described).or_bad_input()
+    let described = study.as_ref().map(Study::for_records).transpose().or_bad_input()?;
+    let records = RecordFolder::open_of(folder, described).or_bad_input()?;
+    Ok(Opened { records, study })
 }
 
 /// A positive finite number.

@@ -1,6 +1,12 @@
 //! `rijke run`: a study from its files to its page.
 
-use crate::{failure::Failure, flow, process, rank, report, staging::Lock, study::open, ui::Ui};
+use crate::{
+    failure::Failure,
+    flow, process, rank, report,
+    staging::Lock,
+    study::{measured, open},
+    ui::Ui,
+};
 use rijke_study::plan::Base;
 use std::path::PathBuf;
 
@@ -37,7 +43,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let step = ui.of_a_step();
     let records = dir.join("records");
     let observations = dir.join("observations");
-    if records.is_dir() && (args.force || !observations.is_dir()) {
+    if records.is_dir() && (args.force || !measured(&observations)) {
         ui.note(format!("process {}", records.display()));
         process::records(&records, &observations, args.force, &step)?;
     }

@@ -14,6 +14,8 @@ use std::{
 pub(crate) struct StagedFolder {
     target: PathBuf,
     partial: PathBuf,
+    /// The names that are written; others in `target` are kept. None if all of it is.
+    own: Option<&'static [&'static str]>,
     /// The right to write `target`; the last field, because it must outlive the others.
     _lock: Lock,
 }
@@ -26,6 +28,26 @@ impl StagedFolder {
     /// that every finished folder of this kind has: a folder of anything else is never removed. It is refused too while
     /// another run writes it.
     pub(crate) fn new(target: &Path, mark: &str, force: bool) -> Result<Self, Failure> {
+        Self::start(target, mark, None, force)
+    }
+
+    /// As [`Self::new`], for a folder in which the user may keep files: all but those with the names `own` stay, and a folder
+    /// that holds none of `own` counts as empty.
+    pub(crate) fn beside_others(
+        target: &Path,
+        mark: &str,
+        own: &'static [&'static str],
+        force: bool,
+    ) -> Result<Self, Failure> {
+        Self::start(target, mark, Some(own), force)
+    }
+
+    fn start(
+        target: &Path,
+        mark: &str,
+        own: Option<&'static [&'static str]>,
+        force: bool,
+    ) -> Result<Self, Failure> {
         let shown = target.display();
         if target.file_name().is_none() {
             return Err(Failure::bad_input(format!("{shown}: not the name of a folder"))
@@ -46,7 +68,10 @@ impl StagedFolder {
             mended.or_failed().map_err(|f| f.at(&replaced))?;
         }
         let occupied = match fs::read_dir(&target) {
-            Ok(mut entries) => entries.next().is_some(),
+            Ok(mut entries) => match own {
+                Some(own) => own.iter().any(|name| target.join(name).exists()),
+                None => entries.next().is_some(),
+            },
             Err(_) => target.exists(),
         };
         if occupied && !force {
@@ -61,7 +86,7 @@ impl StagedFolder {
         }
         let partial = start_afresh(&target).or_failed().map_err(|f| f.at(&target))?;
         fs::create_dir(&partial).or_bad_input().map_err(|f| place(f.at(&partial)))?;
-        Ok(Self { target, partial, _lock: lock })
+        Ok(Self { target, partial, own, _lock: lock })
     }
 
     /// Where to write for now.
@@ -72,6 +97,9 @@ impl StagedFolder {
     /// Puts the finished folder in its place.
     pub(crate) fn commit(self) -> Result<(), Failure> {
         let (target, old) = (&self.target, replaced(&self.target));
+        if let Some(own) = self.own.filter(|_| target.is_dir()) {
+            keep_others(target, &self.partial, own).or_failed().map_err(|f| f.at(target))?;
+        }
         if target.is_dir() {
             fs::rename(target, &old).or_failed().map_err(|f| f.at(target))?;
         }
@@ -81,6 +109,25 @@ impl StagedFolder {
         }
         Ok(())
     }
+}
+
+/// Copies what a folder holds beside files of the names `own`.
+fn keep_others(from: &Path, to: &Path, own: &[&str]) -> io::Result<()> {
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        if own.iter().any(|own| name == *own) {
+            continue;
+        }
+        let place = to.join(&name);
+        if entry.path().is_dir() {
+            fs::create_dir_all(&place)?;
+            keep_others(&entry.path(), &place, &[])?;
+        } else {
+            fs::copy(entry.path(), place)?;
+        }
+    }
+    Ok(())
 }
 
 impl Drop for StagedFolder {
@@ -192,6 +239,21 @@ mod tests {
         drop(staged);
         assert!(target.join("mark.toml").is_file());
         assert_eq!(names(&folder), ["out"]);
+
+        // What the user keeps there stays, and counts as nothing of ours.
+        let kept = folder.join("kept");
+        fs::create_dir_all(kept.join("notes")).unwrap();
+        fs::write(kept.join("readings.csv"), "mine").unwrap();
+        fs::write(kept.join("notes/one"), "mine").unwrap();
+        for force in [false, true] {
+            let staged = StagedFolder::beside_others(&kept, "mark.toml", &["mark.toml"], force).unwrap();
+            fs::write(staged.path().join("mark.toml"), "").unwrap();
+            staged.commit().unwrap();
+            assert_eq!(names(&kept), ["mark.toml", "notes", "readings.csv"]);
+            assert_eq!(fs::read_to_string(kept.join("notes/one")).unwrap(), "mine");
+        }
+        assert!(StagedFolder::beside_others(&kept, "mark.toml", &["mark.toml"], false).is_err());
+        fs::remove_dir_all(&kept).unwrap();
 
         // Killed between the two renames: the old folder comes back. Killed after them: it goes.
         fs::rename(&target, replaced(&target)).unwrap();

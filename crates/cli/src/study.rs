@@ -38,6 +38,11 @@ pub(crate) fn observations(study: &Study) -> Result<Observations, Failure> {
     })
 }
 
+/// Whether a folder of observations holds what was measured of modes; `readings.csv` may lie there before.
+pub(crate) fn measured(folder: &Path) -> bool {
+    ["observations.toml", "modes.csv", "pings.csv"].iter().any(|name| folder.join(name).is_file())
+}
+
 fn bad(error: &StudyError) -> Failure {
     Failure::bad_input(error)
 }

@@ -16,7 +16,7 @@ pub enum EngineError {
         stage: String,
     },
     /// Readings that no flow can have.
-    #[error("observations/readings.csv: {problem}")]
+    #[error("readings.csv: {problem}")]
     Readings {
         /// What is wrong.
         problem: Box<rijke_study::Problem>,

@@ -13,6 +13,13 @@ pub struct Acquisition {
     pub exceptions: Vec<Exception>,
     /// Gains and delays of the channels as stated; none if only clicks can tell.
     pub stated: Option<StatedChannels>,
+    /// Microphones that were dead in all records and are not in the rig of the set: their numbers in the rig as it stands, ascending,
+    /// and their places, m.
+    pub removed: Vec<(usize, f64)>,
+    /// Frequencies between which the wanted mode lies, Hz, if stated.
+    pub band_hz: Option<[f64; 2]>,
+    /// Nominal frequency of the mains, Hz, if stated.
+    pub mains_hz: Option<f64>,
 }
 
 /// Files that are written otherwise than the rest of their set.
@@ -43,6 +50,13 @@ pub struct StatedChannels {
 }
 
 impl Acquisition {
+    /// For each of the `count` microphones of the set, its number in the rig as it stands.
+    #[must_use]
+    pub fn numbers(&self, count: usize) -> Vec<usize> {
+        let removed = |m: &usize| self.removed.iter().any(|(number, _)| number == m);
+        (0..).filter(|m| !removed(m)).take(count).collect()
+    }
+
     /// What is otherwise in a file of a day.
     pub(crate) fn exception(&self, day: usize, file: &str) -> Option<&Exception> {
         self.exceptions.iter().rev().find(|e| e.days.contains(&day) || e.files.iter().any(|f| f == file))

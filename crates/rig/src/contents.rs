@@ -2,6 +2,7 @@
 
 use crate::arrays::{Array, is_file_of_arrays, read_arrays};
 use crate::blocks::{Blocks, is_text};
+use crate::reading::{Reading, time_column};
 use crate::riff::header;
 use crate::{Problem, RigError};
 use std::path::Path;
@@ -38,6 +39,8 @@ pub struct ChannelContents {
     pub at_full_scale: usize,
     /// Number of samples that are no number; the other figures leave them out.
     pub not_finite: usize,
+    /// Whether its name says that it is the column of time, which the list `channels` of a manifest may leave out.
+    pub is_time: bool,
 }
 
 /// Says what a WAV, MATLAB or HDF5 file, or text with one column per channel (.csv, .tsv, .txt), holds.
@@ -75,8 +78,13 @@ pub fn inspect(path: &Path) -> Result<FileContents, RigError> {
     if channels.iter().any(|c| c.samples == 0) {
         return Err(RigError::invalid(path, "samples", Problem::TooShort { have: 0, quiet: 0 }));
     }
-    let channels = channels.into_iter().enumerate().map(|(k, sums)| sums.contents(names.get(k).cloned()));
-    Ok(FileContents { format, rate_hz, channels: channels.collect(), others: Vec::new() })
+    let time = time_column(&Reading::default(), &names, blocks.width).ok().flatten();
+    let described = |(k, sums): (usize, Sums)| ChannelContents {
+        is_time: time == Some(k),
+        ..sums.contents(names.get(k).cloned())
+    };
+    let channels = channels.into_iter().enumerate().map(described).collect();
+    Ok(FileContents { format, rate_hz, channels, others: Vec::new() })
 }
 
 /// What a file of named arrays holds.
@@ -157,6 +165,7 @@ impl Sums {
             largest: self.largest,
             at_full_scale: self.at_full_scale,
             not_finite: self.samples - self.finite,
+            is_time: false,
         }
     }
 }

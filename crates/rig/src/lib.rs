@@ -38,6 +38,7 @@ mod campaign;
 mod channels;
 mod columns;
 mod contents;
+mod dead;
 mod error;
 mod files;
 mod gas;
@@ -56,6 +57,7 @@ mod table;
 mod text;
 mod units;
 mod wav;
+mod words;
 
 pub use acquisition::{Acquisition, Exception, StatedChannels};
 pub use arrays::{Arrays, named_columns};

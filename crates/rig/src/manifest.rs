@@ -9,6 +9,9 @@ use crate::span::{Event, read_event};
 use crate::wav::Layout;
 use crate::{Campaign, Problem, Record, RecordSet, RecordSource, Rig, RigError, Stretch};
 use keys::{HEADER, Manifest};
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hasher};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Records on disk, read one at a time.
@@ -16,6 +19,7 @@ use std::path::{Path, PathBuf};
 pub struct RecordFolder {
     folder: PathBuf,
     set: RecordSet,
+    own_campaign: bool,
 }
 
 impl RecordFolder {
@@ -39,6 +43,7 @@ impl RecordFolder {
             return Err(RigError::NotARecordSet { path });
         }
         let manifest: Manifest = parse_toml(&read_text(&path)?, &path)?;
+        let own_campaign = manifest.campaign.is_some();
         let (rig, campaign) = match (&manifest.rig, &manifest.campaign, described) {
             (Some(rig), Some(campaign), _) => {
                 (Rig::read(&folder.join(rig))?, Campaign::read(&folder.join(campaign))?)
@@ -54,7 +59,7 @@ impl RecordFolder {
             microphones::Channels::read(&manifest.microphones, rig.microphones.positions.len(), &path)?;
         let set = manifest.resolve(rig, &campaign, channels).map_err(wrong)?;
         set.validate().map_err(wrong)?;
-        let opened = Self { folder: folder.to_owned(), set };
+        let opened = Self { folder: folder.to_owned(), set, own_campaign };
         for file in opened.files() {
             let at = opened.folder.join(file);
             if !at.is_file() {
@@ -70,10 +75,43 @@ impl RecordFolder {
         &self.folder
     }
 
+    /// Whether the manifest names a campaign of its own.
+    #[must_use]
+    pub fn has_own_campaign(&self) -> bool {
+        self.own_campaign
+    }
+
     /// Every file of the set, in order.
     fn files(&self) -> impl Iterator<Item = &String> {
         let points = self.set.points.iter().flat_map(|p| p.pings.iter().chain(&p.clicks));
         points.chain(self.set.calibrations.iter().flat_map(|c| &c.clicks))
+    }
+
+    /// Pairs of records that hold the same bytes, the earlier first: one that was copied under another name counts twice.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn twins(&self) -> Result<Vec<(String, String)>, RigError> {
+        let mut by_size: BTreeMap<u64, Vec<&String>> = BTreeMap::new();
+        for file in self.files() {
+            let path = self.folder.join(file);
+            let size = std::fs::metadata(&path).map_err(RigError::read(&path))?.len();
+            by_size.entry(size).or_default().push(file);
+        }
+        let mut twins = Vec::new();
+        for files in by_size.values().filter(|files| files.len() > 1) {
+            let mut seen: BTreeMap<u64, &String> = BTreeMap::new();
+            for file in files {
+                let path = self.folder.join(file);
+                let digest = digest(&path).map_err(RigError::read(&path))?;
+                match seen.get(&digest) {
+                    Some(first) if *first != *file => twins.push(((*first).clone(), (*file).clone())),
+                    Some(_) => {}
+                    None => drop(seen.insert(digest, file)),
+                }
+            }
+        }
+        Ok(twins)
     }
 
     fn read(&self, name: &str, day: usize, stretch: Stretch, event: Event) -> Result<Record, RigError> {
@@ -86,6 +124,18 @@ impl RecordFolder {
             None => layout,
         };
         read_event(&path, layout, event)
+    }
+}
+
+/// A number that differs for files that differ, but for one pair in 1e19.
+fn digest(path: &Path) -> std::io::Result<u64> {
+    let mut file = std::fs::File::open(path)?;
+    let (mut hasher, mut block) = (DefaultHasher::new(), vec![0; 1 << 16]);
+    loop {
+        match file.read(&mut block)? {
+            0 => return Ok(hasher.finish()),
+            n => hasher.write(&block[..n]),
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What can be wrong with a value in a file, and the remedy.
 
 use crate::UnitError;
+use crate::words::{listed, too_short};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -62,7 +63,8 @@ pub enum Problem {
     },
     /// A matrix of another size.
     #[error(
-        "has {rows} rows, or rows of other lengths, but needs {need} of {need} numbers: one for each microphone but the reference"
+        "has {rows} rows, or rows of other lengths, but needs {need} of {need} numbers, one for each microphone but the reference; process the \
+         records again, or remove the file"
     )]
     WrongSize {
         /// Rows found.
@@ -238,6 +240,12 @@ pub enum Problem {
         /// The key found.
         second: f64,
     },
+    /// A file that stands twice in the lists of records.
+    #[error("is the same file as {first}; list every record once")]
+    ListedTwice {
+        /// Where it stands first.
+        first: String,
+    },
     /// A list of which each entry belongs to one microphone.
     #[error("lists {have} values for {need} microphones; give one for each, or one for all")]
     OtherCount {
@@ -279,9 +287,7 @@ pub enum Problem {
         need: usize,
     },
     /// Too few samples to hold the quiet stretch and an event.
-    #[error(
-        "{have} samples, but the quiet stretch alone is {quiet}; correct the quiet length in the manifest"
-    )]
+    #[error("{}", too_short(*have, *quiet))]
     TooShort {
         /// Samples per channel.
         have: usize,
@@ -389,8 +395,4 @@ pub enum Problem {
         "the covariance is not positive definite; give variances above zero and correlations inside -1 to 1"
     )]
     NotPositiveDefinite,
-}
-
-fn listed(names: &[String]) -> String {
-    if names.is_empty() { "no names".to_owned() } else { format!("`{}`", names.join("`, `")) }
 }

@@ -183,7 +183,11 @@ impl Reading {
 }
 
 /// The column of time, declared or recognised.
-fn time_column(reading: &Reading, headings: &[String], width: usize) -> Result<Option<usize>, Wrong> {
+pub(crate) fn time_column(
+    reading: &Reading,
+    headings: &[String],
+    width: usize,
+) -> Result<Option<usize>, Wrong> {
     match &reading.time {
         Some(Column::Number(number)) if (1..=width).contains(number) => return Ok(Some(number - 1)),
         Some(Column::Number(number)) => {

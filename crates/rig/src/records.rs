@@ -3,7 +3,7 @@
 use crate::files::in_range;
 use crate::{Acquisition, Arrays, OperatingPoint, Problem, Reading, Rig, RigError};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One record of all microphones.
 #[derive(Clone, Debug, PartialEq)]
@@ -184,6 +184,19 @@ impl RecordSet {
                 return Err((format!("exception[{k}].dead"), Problem::DeadReference { microphone }));
             }
         }
+        if let Some(band) = self.acquisition.band_hz {
+            for frequency in band {
+                in_range("band_hz", frequency, 1e-3, 1e6, "Hz")?;
+            }
+            if band[0] >= band[1] {
+                let what = "has the higher frequency first; write it as [low, high]";
+                return Err(("band_hz".into(), Problem::Keys { what }));
+            }
+        }
+        if let Some(mains_hz) = self.acquisition.mains_hz {
+            in_range("mains_hz", mains_hz, 1.0, 1e3, "Hz")?;
+        }
+        self.listed_once()?;
         if self.full_scale != f64::INFINITY {
             in_range("full_scale_pa", self.full_scale, 1e-9, 1e9, "Pa")?;
         }
@@ -209,6 +222,25 @@ impl RecordSet {
             }
             if entry.pings.is_empty() && entry.clicks.is_empty() {
                 return Err((key, Problem::Empty { need: "one ping or one click" }));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl RecordSet {
+    /// A file that is listed twice would count as two repeats, or as two operating points.
+    fn listed_once(&self) -> Result<(), (String, Problem)> {
+        let plain = |name: &str| name.split('/').filter(|part| *part != ".").collect::<Vec<_>>().join("/");
+        let mut seen: BTreeMap<String, String> = BTreeMap::new();
+        for entry in &self.points {
+            for (kind, files) in [("pings", &entry.pings), ("clicks", &entry.clicks)] {
+                for (n, file) in files.iter().enumerate() {
+                    let place = format!("point `{}`: {kind}[{n}] `{file}`", entry.point.id);
+                    if let Some(first) = seen.insert(plain(file), place.clone()) {
+                        return Err((place, Problem::ListedTwice { first }));
+                    }
+                }
             }
         }
         Ok(())

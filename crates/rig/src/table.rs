@@ -108,22 +108,22 @@ impl Observations {
         let columns = ping_columns(microphones, reference);
         let path = folder.join("pings.csv");
         for row in read_csv(&path, &header_of(&path, &columns)?)? {
-            let (values, covariance) = row.measured(1, columns.len())?;
+            let (values, covariance) = row.measured(1, columns.len(), 2)?;
             points[row.known(&index)?].ping = Some(Ping::from_vector(&values, reference, covariance));
         }
         for row in read_csv_if_there(&folder.join("ping-repeats.csv"), &header(&columns, true))? {
-            let (values, covariance) = row.measured(2, columns.len())?;
+            let (values, covariance) = row.measured(2, columns.len(), 2)?;
             let ping = Ping::from_vector(&values, reference, covariance);
             points[row.known(&index)?].pings.push((row.whole(1)?, ping));
         }
         let columns = click_columns(microphones);
         let path = folder.join("clicks.csv");
         for row in read_csv_if_there(&path, &header_of(&path, &columns)?)? {
-            let (arrival_times, covariance) = row.measured(1, columns.len())?;
+            let (arrival_times, covariance) = row.measured(1, columns.len(), 0)?;
             points[row.known(&index)?].click = Some(Click { arrival_times, covariance });
         }
         for row in read_csv_if_there(&folder.join("click-repeats.csv"), &header(&columns, true))? {
-            let (arrival_times, covariance) = row.measured(2, columns.len())?;
+            let (arrival_times, covariance) = row.measured(2, columns.len(), 0)?;
             points[row.known(&index)?].clicks.push((row.whole(1)?, Click { arrival_times, covariance }));
         }
         let (path, columns) = (folder.join("rejections.csv"), ["record", "reason"].map(String::from));
@@ -131,7 +131,9 @@ impl Observations {
         let rejection =
             |row: &Row<'_>| Rejection { record: row.cells[0].clone(), reason: row.cells[1].clone() };
         let rejections = rejected.iter().map(rejection).collect();
-        Ok(Self { rig, kind: origin.kind, source: origin.source, points, rejections, channels })
+        let mut all = Self { rig, kind: origin.kind, source: origin.source, points, rejections, channels };
+        all.leave_out_the_dead();
+        Ok(all)
     }
 }
 
@@ -196,7 +198,8 @@ fn upper(covariance: &Matrix) -> Vec<f64> {
 
 fn cells(point: String, repeat: Option<u32>, values: &[f64]) -> Vec<String> {
     let head = [Some(point), repeat.map(|r| r.to_string())];
-    head.into_iter().flatten().chain(values.iter().map(|v| format!("{v:e}"))).collect()
+    let cell = |v: &f64| if v.is_nan() { String::new() } else { format!("{v:e}") };
+    head.into_iter().flatten().chain(values.iter().map(cell)).collect()
 }
 
 fn point_cells(p: &PointObservations) -> Vec<String> {
@@ -330,12 +333,15 @@ impl Row<'_> {
         index.get(&name).copied().ok_or_else(|| self.wrong(0, Problem::UnknownName { name, known: known() }))
     }
 
-    /// `count` values from column `first` on, and their covariance.
-    fn measured(&self, first: usize, count: usize) -> Result<(Vec<f64>, Matrix), RigError> {
-        let values = (first..first + count).map(|k| self.number(k)).collect::<Result<Vec<_>, _>>()?;
+    /// `count` values from column `first` on, and their covariance. Of a dead microphone, from number `may_lack` on, cells are empty.
+    fn measured(&self, first: usize, count: usize, may_lack: usize) -> Result<(Vec<f64>, Matrix), RigError> {
+        let lacks = |i: usize| i >= may_lack && self.cells[first + i].is_empty();
+        let value = |i: usize| if lacks(i) { Ok(f64::NAN) } else { self.number(first + i) };
+        let values = (0..count).map(value).collect::<Result<Vec<_>, _>>()?;
+        let there: Vec<usize> = (0..count).filter(|i| !lacks(*i)).collect();
         let (mut covariance, mut column) = (Matrix::zeros(count, count), first + count);
         if self.header.get(first + count).is_some_and(|name| name.starts_with("sd_")) {
-            for i in 0..count {
+            for &i in &there {
                 let sd = self.number(first + count + i)?;
                 if sd <= 0.0 {
                     return Err(self.bad(first + count + i, "a positive standard deviation"));
@@ -346,12 +352,12 @@ impl Row<'_> {
         }
         for i in 0..count {
             for j in i..count {
-                let value = self.number(column)?;
+                let value = if lacks(i) || lacks(j) { f64::NAN } else { self.number(column)? };
                 (covariance[(i, j)], covariance[(j, i)]) = (value, value);
                 column += 1;
             }
         }
-        match Cholesky::new(&scaled(&covariance)) {
+        match Cholesky::new(&scaled(&covariance.select(&there))) {
             Ok(_) => Ok((values, covariance)),
             Err(_) => Err(self.wrong(first + count, Problem::NotPositiveDefinite)),
         }

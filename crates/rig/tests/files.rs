@@ -171,7 +171,7 @@ fn exact_text_and_wav_give_the_same_record() {
     refused(with("1,2,3,x,5,6,7,8"), "line 5, column 4: `x` is not a number", "decimal point");
     refused(with("1,2,3,4,5,6,inf,8"), "microphone 1: sample 4 is inf", "remove the file");
     std::fs::write(&path, "").unwrap();
-    refused(read_record(&path, set.layout(set.ping)).unwrap_err(), "0 samples", "correct the quiet length");
+    refused(read_record(&path, set.layout(set.ping)).unwrap_err(), "0 samples", "export it again");
 }
 
 #[test]

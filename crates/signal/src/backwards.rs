@@ -16,8 +16,11 @@ const LENGTH: f64 = 0.25;
 /// Deviations by which a mode must decay rather than last.
 const DECAYS: f64 = 3.0;
 /// Relative difference of amplitude from what the decay after it says, beyond which a stride holds forcing: that is half of it
-/// for a mode that decays with 8 1/s.
+/// for a mode that decays with 8 1/s. So many deviations of what noise makes of it come on top.
 const UNLIKE: f64 = 0.05;
+const DOUBT: f64 = 3.0;
+/// So many windows in a row must show no decay before the decay has begun after them: near the noise one may fail by chance.
+const MISSES: usize = 3;
 /// Length of the stretches in which the forcing is compared with its model, s, and share of the largest energy of any stretch
 /// that may be left: an interruption that changes the amplitude by a seventh leaves more.
 const STRETCH: f64 = 0.02;
@@ -57,19 +60,22 @@ pub(crate) fn last_decay(
     let onset = first * block;
     let mut start = (last * block).min(white.rows().checked_sub(10 * block)?);
     let mut decays: Vec<(usize, Solution)> = Vec::new();
-    loop {
-        match look(search, white.slice(start, start + rows(LENGTH).max(10 * block))) {
-            Seen::Decay(solution) => {
-                if let Some((later, known)) = decays.last()
-                    && !continues(white.slice(start, *later), known, *later - start)
-                {
-                    break;
-                }
+    let mut missed = 0;
+    while missed < MISSES {
+        let seen = look(search, white.slice(start, start + rows(LENGTH).max(10 * block)));
+        let follows = |decays: &[(usize, Solution)]| {
+            decays.last().is_none_or(|(later, known)| {
+                continues(white.slice(start, *later), known, *later - start, rows(LENGTH))
+            })
+        };
+        match seen {
+            Seen::Decay(solution) if follows(&decays) => {
                 decays.push((start, solution));
+                missed = 0;
             }
             // Near the noise nothing may be found yet.
             Seen::Nothing if decays.is_empty() => {}
-            _ => break,
+            _ => missed += 1,
         }
         if start <= onset {
             break;
@@ -112,15 +118,18 @@ fn look(search: &Search<'_>, window: White<'_>) -> Seen {
 }
 
 /// Whether a stretch is as loud as the decay after it, which begins `rows` rows later, says: forcing is less loud. A window that begins
-/// within the forcing may be explained to the noise by enough modes.
-fn continues(stretch: White<'_>, known: &Solution, rows: usize) -> bool {
+/// within the forcing may be explained to the noise by enough modes. The decay was fitted to a window of `length` rows.
+fn continues(stretch: White<'_>, known: &Solution, rows: usize, length: usize) -> bool {
     let left = known.residuals(stretch, -(rows as f64));
     let (mut product, mut square) = (0.0, 0.0);
     for (y, left) in stretch.samples.iter().zip(&left) {
         product += (y - left) * y;
         square += (y - left) * (y - left);
     }
-    (product / square - 1.0).abs() < UNLIKE
+    // The growth rate's error acts from the middle of the window to that of the stretch.
+    let away = 0.5 * (rows + length) as f64 * stretch.step;
+    let doubt = (1.0 / square + known.variance() * known.covariance[(0, 0)] * away * away).sqrt();
+    (product / square - 1.0).abs() < UNLIKE + DOUBT * doubt
 }
 
 /// Something, if one tone, steady or slowly growing or fading, and the modes of `free` are all there is.

@@ -2,6 +2,7 @@
 //! in parallel; results keep the order of the set, whatever the number of threads.
 
 mod calibration;
+mod live;
 mod path;
 mod repeated;
 
@@ -11,6 +12,8 @@ use crate::ping::{PingOptions, fit_ping};
 use crate::repeats::{Repeats, pool};
 use crate::{Drift, Fault, Trace};
 use calibration::{Calibrated, calibrate};
+pub use live::LiveRecord;
+use live::in_all;
 pub use path::click_options;
 use path::setting_covariance;
 use rayon::prelude::*;
@@ -18,6 +21,7 @@ use repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
 use rijke_rig::{
     Click, Observations, Ping, PointObservations, Record, RecordSet, RecordSource, Rejection, RigError,
 };
+use std::collections::BTreeSet;
 
 /// How a campaign is processed. Microphone positions, reference, gas and geometry come from the rig of the record set.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -150,9 +154,11 @@ pub fn process(
         .par_iter()
         .map(|&(point, repeat, is_ping)| -> Result<Fitted, RigError> {
             let fitted = if is_ping {
-                let record = source.ping(point, repeat)?;
-                let fit = fit_ping(&Trace::from(&record), &options.ping);
-                Fitted::Ping(fit.map(|fit| (fit.ping, fit.drift)))
+                let known = LiveRecord::of(source.ping(point, repeat)?, options.ping.reference);
+                let own = PingOptions { reference: known.reference, ..options.ping.clone() };
+                let fit = fit_ping(&Trace::from(&known.record), &own);
+                let fit = fit.map(|fit| (fit.ping, fit.drift)).map_err(|fault| fault.numbered(&known.live));
+                Fitted::Ping(fit, known.live)
             } else if click_delays.is_none() {
                 Fitted::Click(Ok(None))
             } else {
@@ -172,49 +178,76 @@ pub fn process(
         .collect::<Result<_, _>>()?;
 
     let calibration_clicks = rejections.len();
+    let microphones = set.rig.microphones.positions.len();
+    let numbers = set.acquisition.numbers(microphones);
     // Fits are given up as their means are made: those of a whole campaign are not held twice.
     let mut fitted = jobs.iter().zip(fitted).peekable();
     let (mut gathered, mut corrections) = (Vec::with_capacity(set.points.len()), Vec::new());
     for (k, records) in set.points.iter().enumerate() {
-        let mut pings = Vec::new();
+        let (mut pings, mut lives) = (Vec::new(), Vec::new());
         let mut clicks = Vec::new();
         while let Some((&(_, repeat, _), fit)) = fitted.next_if(|(job, _)| job.0 == k) {
             match fit {
-                Fitted::Ping(Ok((ping, drift))) => pings.push((repeat, ping, drift)),
-                Fitted::Ping(Err(fault)) => rejections.push(rejection(&records.pings[repeat], &fault)),
+                Fitted::Ping(Ok((ping, drift)), live) => {
+                    lives.push(live.clone());
+                    pings.push((repeat, ping.among(&live, microphones), drift));
+                }
+                Fitted::Ping(Err(fault), _) => {
+                    rejections.push(rejection(&records.pings[repeat], &fault.numbered(&numbers)));
+                }
                 Fitted::Click(Ok(Some((click, inverted)))) => {
                     // Polarity does not move an arrival.
                     corrections.extend(
                         inverted
-                            .map(|channel| rejection(&records.clicks[repeat], &Fault::Inverted { channel })),
+                            .map(|channel| Fault::Inverted { channel }.numbered(&numbers))
+                            .map(|fault| rejection(&records.clicks[repeat], &fault)),
                     );
                     clicks.push((repeat, click));
                 }
                 Fitted::Click(Ok(None)) => {}
-                Fitted::Click(Err(fault)) => rejections.push(rejection(&records.clicks[repeat], &fault)),
+                Fitted::Click(Err(fault)) => {
+                    rejections.push(rejection(&records.clicks[repeat], &fault.numbered(&numbers)));
+                }
             }
+        }
+        // Repeats are compared in the microphones that all of them have.
+        let live = in_all(lives.iter());
+        pings.iter_mut().for_each(|(_, ping, _)| *ping = ping.only(&live));
+        let named: Vec<usize> = live.iter().map(|m| numbers[*m]).collect();
+        if !named.is_empty() && live.len() < microphones {
+            let dead = (0..microphones).filter(|m| !live.contains(m)).map(|m| numbers[m].to_string());
+            let dead = dead.collect::<Vec<_>>().join(", ");
+            notes.push(format!("{}: without microphone {dead}, which is dead", records.point.id));
         }
         let (mut pings, drift) = common_drift(pings);
         notes.extend(drift.as_ref().map(|drift| drift_in_words(&records.point.id, drift, &pings)));
-        corrections.extend(turn_inverted(&mut pings, &records.pings));
-        let ping_repeats = combine_pings(&mut pings, &records.pings, &mut rejections);
-        let click_repeats = combine_clicks(&mut clicks, &records.clicks, &mut rejections);
-        gathered.push(Gathered { pings, clicks, ping_repeats, click_repeats, drift });
+        corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
+        let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut rejections);
+        let click_repeats = combine_clicks(&mut clicks, &records.clicks, &numbers, &mut rejections);
+        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, drift });
     }
-    pool(&mut gathered.iter_mut().filter_map(|g| g.ping_repeats.as_mut()).collect::<Vec<_>>());
+    // The same microphones at all points that are pooled, so that the same numbers meet.
+    let sets: BTreeSet<Vec<usize>> = gathered.iter().map(|g| g.live.clone()).collect();
+    for set in sets {
+        let alike = gathered.iter_mut().filter(|g| g.live == set);
+        pool(&mut alike.filter_map(|g| g.ping_repeats.as_mut()).collect::<Vec<_>>());
+    }
     pool(&mut gathered.iter_mut().filter_map(|g| g.click_repeats.as_mut()).collect::<Vec<_>>());
     let (mut points, mut scatter) = (Vec::new(), Vec::new());
     let shapes = ping_delays.is_some();
     for (gathered, records) in gathered.into_iter().zip(&set.points) {
-        let Gathered { pings, clicks, mut ping_repeats, click_repeats, drift } = gathered;
+        let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, drift } = gathered;
         if let (Some(repeats), Some(drift)) = (&mut ping_repeats, &drift) {
             // The error of the drift is common to all repeats.
             repeats.covariance[(1, 1)] += (drift.sd * drift.moment).powi(2);
         }
-        let corrected =
-            |ping: &Ping| ping_delays.as_ref().map_or_else(|| alone(ping), |d| d.correct(ping, false));
-        let mean_ping =
-            ping_repeats.as_ref().map(|repeats| corrected(&ping_of(repeats, options.ping.reference)));
+        let of_the_live = ping_delays.as_ref().filter(|_| !live.is_empty()).map(|delays| delays.only(&live));
+        let corrected = |ping: &Ping| match &of_the_live {
+            Some(delays) => delays.correct(ping, false).among(&live, microphones),
+            None => alone(ping),
+        };
+        let reference = live.iter().position(|m| *m == options.ping.reference).unwrap_or(0);
+        let mean_ping = ping_repeats.as_ref().map(|repeats| corrected(&ping_of(repeats, reference)));
         // Errors that all clicks of the point share: of the calibration, of the setting, of what is known of the path.
         let shared = click_delays.as_ref().map(|delays| {
             let setting = setting_covariance(set, records.day, &records.point, delays.delay_per_dispersion());
@@ -255,6 +288,7 @@ pub fn process(
         rig.microphones.positions = position.into_iter().collect();
         rig.microphones.reference = 0;
     }
+    let whole = shapes || !has(|p| p.pings.len());
     let observations = Observations {
         rig,
         kind: set.kind,
@@ -263,6 +297,8 @@ pub fn process(
         rejections,
         channels: ping_delays.as_ref().map(|delays| delays.left_over(options.ping.reference)),
     };
+    let observations =
+        if whole { observations.with_the_dead(&set.acquisition.removed) } else { observations };
     let click = click_options_found;
     Ok(Processed { observations, ping_delays, click_delays, click, notes, scatter, corrections, records })
 }
@@ -270,6 +306,8 @@ pub fn process(
 /// What is left of one operating point's records.
 struct Gathered {
     pings: Vec<(usize, Ping)>,
+    /// The microphones of the pings.
+    live: Vec<usize>,
     clicks: Vec<(usize, Click)>,
     ping_repeats: Option<Repeats>,
     click_repeats: Option<Repeats>,
@@ -310,7 +348,8 @@ fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String
 }
 
 enum Fitted {
-    Ping(Result<(Ping, Drift), Fault>),
+    /// And the microphones that recorded it.
+    Ping(Result<(Ping, Drift), Fault>, Vec<usize>),
     /// Arrival times and the channel of opposite polarity, if any; none without a calibration.
     Click(Result<Option<(Click, Option<usize>)>, Fault>),
 }

@@ -199,6 +199,34 @@ impl ChannelDelays {
         }
     }
 
+    /// The same for channels that differ, as a manifest states them.
+    pub(crate) fn stated_of_each(rate_hz: f64, stated: &rijke_rig::StatedChannels) -> Self {
+        let rijke_rig::StatedChannels { gains, gain_sds, delays, delay_sds } = stated;
+        let squares = |values: &mut dyn Iterator<Item = f64>| {
+            Matrix::diagonal(&values.map(|sd| sd * sd).collect::<Vec<_>>())
+        };
+        let none = StatedChannels { gain_sd: 0.0, delay_sd: 0.0 };
+        Self {
+            delays: delays.clone(),
+            gains: gains.clone(),
+            covariance: squares(&mut delay_sds.iter().copied()),
+            gain_covariance: squares(&mut gains.iter().zip(gain_sds).map(|(g, sd)| g * sd)),
+            ..Self::stated(gains.len(), rate_hz, none)
+        }
+    }
+
+    /// Some of the channels.
+    pub(crate) fn only(&self, channels: &[usize]) -> Self {
+        let of = |values: &[f64]| channels.iter().map(|m| values[*m]).collect();
+        Self {
+            delays: of(&self.delays),
+            gains: of(&self.gains),
+            covariance: self.covariance.select(channels),
+            gain_covariance: self.gain_covariance.select(channels),
+            ..self.clone()
+        }
+    }
+
     /// The same channels at another sampling rate: their gains are the same, their delays only equal to `delay_sd`.
     pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
         let channels = self.gains.len();

@@ -153,6 +153,32 @@ pub enum Fault {
         /// Strongest frequency of the residual, Hz.
         frequency_hz: f64,
     },
+    /// The tone of the record is not in the band, and nothing in the band can be fitted.
+    #[error(
+        "the loudspeaker drives {driven_hz:.1} Hz, and the mode is sought from {:.0} to {:.0} Hz: state the band of the wanted mode, as \
+         `band_hz` in the manifest or with --band",
+        band_hz.0, band_hz.1
+    )]
+    DrivenOutside {
+        /// Frequency of the forcing, Hz.
+        driven_hz: f64,
+        /// Where the mode was sought, Hz.
+        band_hz: (f64, f64),
+    },
+    /// What decays in the band is not what was driven.
+    #[error(
+        "the loudspeaker drives {driven_hz:.1} Hz, and the strongest decay from {:.0} to {:.0} Hz is at {mode_hz:.1} Hz: state the \
+         band of the wanted mode, as `band_hz` in the manifest or with --band",
+        band_hz.0, band_hz.1
+    )]
+    DrivenElsewhere {
+        /// Frequency of the forcing, Hz.
+        driven_hz: f64,
+        /// Frequency of the mode that was fitted, Hz.
+        mode_hz: f64,
+        /// Where it was sought, Hz.
+        band_hz: (f64, f64),
+    },
     /// The oscillation does not decay.
     #[error("the oscillation does not decay: growth rate {growth_rate:.3} 1/s")]
     NotDecaying {

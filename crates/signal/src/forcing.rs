@@ -15,8 +15,6 @@ const RISEN: f64 = 0.05;
 
 /// Fewest samples of a block. Where a block is not a whole number of periods, the energy of a steady tone ripples.
 const BLOCK: f64 = 20.0;
-/// Variance that a steady tone may leave of the forced plateau, over that of the noise; beyond, the build-up still sounds.
-const STEADY: f64 = 1.1;
 
 /// Time over which the fall of the energy is compared, s; energy over that of the noise that is asked for; and the share of a
 /// later fall below which the first one is too slow. Neighbours make a fall uneven by a tenth or two.
@@ -182,20 +180,20 @@ pub(crate) const FORCED: f64 = 0.3;
 /// Energy of a block over that of the noise above which a decay can be told from noise: amplitude ten times the noise of the block.
 const LOUD: f64 = 100.0;
 
-/// A stretch of forcing: a steady tone near `omega` and the mains; and, if these leave more than noise, the modes of `free`
-/// that the switching-on has excited. The tone is steady ([`Kind::Tone`]) or may grow and fade ([`Kind::Mode`]).
+/// A stretch of forcing: a steady tone near `omega` and the mains; and the modes of `free` that the switching-on has excited, if they
+/// explain more than chance would. The tone is steady ([`Kind::Tone`]) or may grow and fade ([`Kind::Mode`]).
 pub(crate) fn forced(stretch: White<'_>, omega: f64, kind: Kind, free: &Solution) -> Option<Solution> {
     let mut tones = vec![Component { s: C64::new(0.0, omega), kind }];
     tones.extend(free.components.iter().filter(|c| matches!(c.kind, Kind::Mains(_))));
     let steady = solve(stretch, &tones, SETTLING);
-    if let Ok(solution) = &steady
-        && solution.variance() < STEADY + 5.0 * (2.0 / solution.freedom).sqrt()
-    {
-        return steady.ok();
+    let known: Vec<Component> = free.components.iter().filter(|c| c.kind == Kind::Mode).copied().collect();
+    // Amplitudes of modes that do not sound take up half of this, on average.
+    let chance = (4 * known.len() * stretch.channels) as f64;
+    tones.splice(1..1, known.into_iter().map(|c| Component { kind: Kind::Known, ..c }));
+    match (steady, solve(stretch, &tones, SETTLING)) {
+        (Ok(steady), Ok(risen)) if steady.residual - risen.residual < chance => Some(steady),
+        (steady, risen) => risen.or(steady).ok(),
     }
-    let known = free.components.iter().filter(|c| c.kind == Kind::Mode);
-    tones.splice(1..1, known.map(|c| Component { kind: Kind::Known, ..*c }));
-    solve(stretch, &tones, SETTLING).or(steady).ok()
 }
 
 /// The change point of highest likelihood, from row `scan_from` on, between `forced` and `free`, each with the first row of its

@@ -43,6 +43,7 @@ mod campaign;
 mod chirp;
 mod click;
 mod delays;
+mod driven;
 mod end;
 mod error;
 mod extent;
@@ -65,8 +66,8 @@ mod verdict;
 mod waveform;
 
 pub use campaign::{
-    PointScatter, ProcessError, ProcessOptions, Processed, StatedChannels, click_options, process,
-    record_count,
+    LiveRecord, PointScatter, ProcessError, ProcessOptions, Processed, StatedChannels, click_options,
+    process, record_count,
 };
 pub use chirp::Drift;
 pub use click::{ClickFit, ClickOptions, Reflection, fit_click, picture_click};

@@ -7,7 +7,7 @@ use crate::noise::{Whitener, remove_hum};
 use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White};
 use crate::search::{Search, has_close_neighbour};
 use crate::verdict::{self, Residue};
-use crate::{Fault, Trace};
+use crate::{Fault, Trace, driven};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::Ping;
 
@@ -114,11 +114,12 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     let plateau = fit(Start::Plateau);
     let doubtful = plateau.as_ref().is_ok_and(|fit| fit.doubtful);
     let backwards = || fit(Start::Backwards)?.judged(options);
-    match plateau.and_then(|fit| fit.judged(options)) {
+    let found = match plateau.and_then(|fit| fit.judged(options)) {
         Ok(found) if doubtful => backwards().or(Ok(found)),
         Err(fault) if may_be_build_up(&fault) => backwards().or(Err(fault)),
         result => result,
-    }
+    };
+    found.map_err(|fault| driven::outside(trace, options.band_hz, options.mains_hz).unwrap_or(fault))
 }
 
 /// How the start of the decay is found.
@@ -249,6 +250,10 @@ fn fit_whitened(
     if growth_rate >= 0.0 {
         return Err(Fault::NotDecaying { growth_rate });
     }
+    let mode_hz = components[0].s.im / std::f64::consts::TAU;
+    let until = quiet + whitener.order() + from;
+    let before: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet..until].to_vec()).collect();
+    driven::check(&before, step, mode_hz, options.band_hz, options.mains_hz)?;
     let length = (DECAY_TIMES / (-growth_rate * step)).ceil() as usize;
     let to = white.rows().min(from + length.max(need));
     let solution = search.solve(white.slice(from, to), early(from), components, SETTLING)?;

@@ -63,6 +63,24 @@ impl Study {
         Ok(Observations { kind: origin.kind, source: origin.source, modes, ambient })
     }
 
+    /// Where the readings of thermometers stand: `readings.csv` in the folder, or in `observations/`.
+    ///
+    /// # Errors
+    /// Both are there and differ.
+    pub fn readings(&self) -> Result<PathBuf, StudyError> {
+        let [here, observed] =
+            [self.folder.clone(), self.folder.join("observations")].map(|f| f.join("readings.csv"));
+        match (here.is_file(), observed.is_file()) {
+            (false, true) => Ok(observed),
+            (true, true) if std::fs::read(&here).ok() != std::fs::read(&observed).ok() => {
+                let text = format!("{} says otherwise; keep one of the two", observed.display());
+                let problem = Box::new(Problem::Toml(text));
+                Err(StudyError { file: here.display().to_string(), line: None, problem })
+            }
+            _ => Ok(here),
+        }
+    }
+
     /// What the calibration leaves of the channels, if `observations/channels.toml` says it.
     ///
     /// # Errors
@@ -71,8 +89,10 @@ impl Study {
         let path = self.folder.join("observations").join("channels.toml");
         let others = self.rig.microphones.names.len().saturating_sub(1);
         ChannelErrors::read(&path, others).map_err(|error| {
-            let problem = Box::new(Problem::Toml(error.to_string()));
-            StudyError { file: path.display().to_string(), line: None, problem }
+            // The error names the file itself.
+            let (file, text) = (path.display().to_string(), error.to_string());
+            let text = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text).to_owned();
+            StudyError { file, line: None, problem: Box::new(Problem::Toml(text)) }
         })
     }
 }

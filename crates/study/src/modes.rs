@@ -114,7 +114,11 @@ pub(crate) fn is_of_modes(text: &str) -> bool {
     let of_pressure = |word: &str| ["_re", "_im", "_abs", "_arg"].iter().any(|end| word.ends_with(end));
     // With what is written behind them: a misspelled one is told with the known ones, and is no factor.
     let known = ["growth_rate", "frequency", "angular_frequency"];
-    word == "mode" || known.iter().any(|k| word.starts_with(k)) || IGNORED.contains(&word) || of_pressure(word) || word.starts_with("cov_")
+    word == "mode"
+        || known.iter().any(|k| word.starts_with(k))
+        || IGNORED.contains(&word)
+        || of_pressure(word)
+        || word.starts_with("cov_")
 }
 
 pub(crate) fn parse(

@@ -1,6 +1,9 @@
 //! The records of a folder, every sample of every file.
 
-use crate::{failure::Failure, ui::Ui};
+use crate::{
+    failure::{Classify, Failure},
+    ui::Ui,
+};
 use rayon::prelude::*;
 use rijke_rig::{DataKind, Record, RecordFolder, RecordSet, RecordSource, RigError};
 use serde_json::json;
@@ -11,7 +14,7 @@ const MOST: usize = 20;
 
 /// Reads every record of a folder, and says what it holds.
 pub(super) fn records_of(dir: &Path, ui: &Ui) -> Result<serde_json::Value, Failure> {
-    let folder = crate::process::open(dir)?;
+    let folder = crate::process::open(dir)?.records;
     let set = folder.set();
     let records = records(set);
     let bar = ui.progress("reading", records.len() as u64);
@@ -34,6 +37,9 @@ pub(super) fn records_of(dir: &Path, ui: &Ui) -> Result<serde_json::Value, Failu
         return Err(Failure::bad_input(text)
             .at(dir)
             .remedy("Mend each file as its line says, or take it out of the manifest; then check again."));
+    }
+    for said in crate::process::said_of_twins(&folder.twins().or_bad_input()?) {
+        ui.note(said);
     }
     describe(set, ui);
     for (record, clipped) in records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0) {

@@ -4,8 +4,8 @@ use crate::failure::{Classify, Failure};
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, gallery};
 use rijke_rig::{RecordSource, RigError};
 use rijke_signal::{
-    ChannelDelays, ClickPicture, PingFit, ProcessOptions, Processed, Trace, click_options, fit_ping,
-    picture_click,
+    ChannelDelays, ClickPicture, LiveRecord, PingFit, PingOptions, ProcessOptions, Processed, Trace,
+    click_options, fit_ping, picture_click,
 };
 use std::fmt::Write as _;
 use std::path::Path;
@@ -55,9 +55,11 @@ pub(super) fn write(
         for (n, name) in records.pings.iter().enumerate().filter(|(n, r)| *n == shown || reason(r).is_some())
         {
             let record = source.ping(k, n).or_bad_input()?;
-            let trace = Trace::from(&record);
-            let panels = match fit_ping(&trace, &options.ping) {
-                Ok(fit) => ping_panels(&fit, &trace),
+            let known = LiveRecord::of(record, source.set().rig.microphones.reference);
+            let trace = Trace::from(&known.record);
+            let own = PingOptions { reference: known.reference, ..options.ping.clone() };
+            let panels = match fit_ping(&trace, &own) {
+                Ok(fit) => ping_panels(&fit, &trace, &known.live),
                 Err(_) => raw_panels(&trace),
             };
             let title = title(name, reason(name));
@@ -98,7 +100,7 @@ fn panel(x: &str, y: &str, curves: Vec<RecordCurve>, marks: Vec<f64>) -> RecordP
 }
 
 /// Start of the decay, what is left, the decay as a whole, and the spectrum before and after.
-fn ping_panels(fit: &PingFit, trace: &Trace<'_>) -> Vec<RecordPanel> {
+fn ping_panels(fit: &PingFit, trace: &Trace<'_>, live: &[usize]) -> Vec<RecordPanel> {
     let picture = fit.picture(trace);
     let (start, time) = (fit.window.0, "*t* / s");
     let early = |points: &[[f64; 2]]| -> Vec<[f64; 2]> {
@@ -107,7 +109,7 @@ fn ping_panels(fit: &PingFit, trace: &Trace<'_>) -> Vec<RecordPanel> {
     let decibels = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
         points.into_iter().map(|[f, d]| [f, 20.0 * d.max(1e-12).log10()]).collect()
     };
-    let label = format!("*p* of microphone {} / Pa", picture.channel + 1);
+    let label = format!("*p* of microphone {} / Pa", live[picture.channel] + 1);
     let (record, fitted) = (early(&picture.record), early(&picture.fit));
     vec![
         panel(

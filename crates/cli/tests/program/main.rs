@@ -17,6 +17,7 @@ mod measured;
 mod modes;
 mod new_rig;
 mod next;
+mod own_records;
 mod plots;
 mod profiles;
 mod records;

@@ -38,7 +38,7 @@ pub(super) fn states(
             Ok(states.into_iter().filter_map(place).collect())
         }
         Base::HeatedFlow(heated) => {
-            let path = study.folder.join("observations").join("readings.csv");
+            let path = study.readings()?;
             // Before anything is measured the gas is as the priors have it.
             let readings =
                 if measured || path.exists() { read_readings(&path, campaign)? } else { Vec::new() };

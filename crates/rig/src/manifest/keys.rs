@@ -25,6 +25,10 @@ pub(super) struct Manifest {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) dead: Vec<usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) band_hz: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) mains_hz: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) time: Option<Column>,
     pub(super) channels: Listed,
     #[serde(default, skip_serializing_if = "is_default")]

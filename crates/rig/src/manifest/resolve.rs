@@ -19,7 +19,7 @@ impl Manifest {
         campaign: &Campaign,
         channels: Channels,
     ) -> Result<RecordSet, Wrong> {
-        let numbers = remove_dead(&mut rig, &self.dead)?;
+        let (numbers, removed) = remove_dead(&mut rig, &self.dead)?;
         let (full_scale, full_scale_in_volts) = self.full_scale()?;
         let (ping, click) = self.stretches()?;
         let channels = channels.without(&self.dead);
@@ -73,7 +73,14 @@ impl Manifest {
             days: self.day,
             points,
             calibrations,
-            acquisition: Acquisition { reading, exceptions, stated: channels.stated },
+            acquisition: Acquisition {
+                reading,
+                exceptions,
+                stated: channels.stated,
+                removed,
+                band_hz: self.band_hz,
+                mains_hz: self.mains_hz,
+            },
         })
     }
 
@@ -120,7 +127,7 @@ impl Manifest {
     /// The manifest of a set.
     pub(super) fn of(set: &RecordSet) -> Self {
         let day = |index: usize| set.days[index].id.clone();
-        let Acquisition { reading, exceptions, stated } = &set.acquisition;
+        let Acquisition { reading, exceptions, stated, removed: _, band_hz, mains_hz } = &set.acquisition;
         let stated_scale = set.full_scale.is_finite();
         let volts =
             || Unit::parse("V").ok().map(|unit| Given::Stated(Quantity { value: set.full_scale, unit }));
@@ -134,6 +141,8 @@ impl Manifest {
             full_scale: volts().filter(|_| stated_scale && reading.full_scale_in_volts),
             unit: reading.unit.as_ref().map(ToString::to_string),
             dead: reading.dead.clone(),
+            band_hz: *band_hz,
+            mains_hz: *mains_hz,
             time: reading.time.clone(),
             text: reading.text.clone(),
             channels: listed(&set.channels, reading),
@@ -209,8 +218,11 @@ impl ExceptionEntry {
     }
 }
 
-/// Takes microphones out of the rig; for each of them its new number.
-fn remove_dead(rig: &mut Rig, dead: &[usize]) -> Result<Vec<Option<usize>>, Wrong> {
+/// For each microphone its number in the rig without the dead ones; numbers and places of those.
+type Removed = (Vec<Option<usize>>, Vec<(usize, f64)>);
+
+/// Takes microphones out of the rig.
+fn remove_dead(rig: &mut Rig, dead: &[usize]) -> Result<Removed, Wrong> {
     let count = rig.microphones.positions.len();
     let place = || "dead".to_owned();
     for &index in dead {
@@ -224,10 +236,12 @@ fn remove_dead(rig: &mut Rig, dead: &[usize]) -> Result<Vec<Option<usize>>, Wron
     let mut left = 0..;
     let numbers: Vec<Option<usize>> =
         (0..count).map(|m| if dead.contains(&m) { None } else { left.next() }).collect();
+    let places = rig.microphones.positions.iter().copied().enumerate();
+    let removed = places.filter(|(m, _)| dead.contains(m)).collect();
     let mut m = 0..;
     rig.microphones.positions.retain(|_| m.next().is_none_or(|m| !dead.contains(&m)));
     rig.microphones.reference = numbers.get(rig.microphones.reference).copied().flatten().unwrap_or(0);
-    Ok(numbers)
+    Ok((numbers, removed))
 }
 
 /// Channels by their place and by their name, with the numbers that the microphones have after the dead ones

@@ -76,8 +76,17 @@ pub(super) fn calibrate(
         (None, None) => None,
         (None, Some(cause)) => {
             let need = "growth rate and frequency need none";
-            let (delays, words) = match (&options.stated, &clicks) {
-                (Some(stated), _) => {
+            let (delays, words) = match (&options.stated, &set.acquisition.stated, &clicks) {
+                (None, Some(stated), _) => {
+                    let largest = |sds: &[f64]| sds.iter().copied().fold(0.0, f64::max);
+                    let words = format!(
+                        "mode shapes take gains and delays from [microphones] of the manifest, known to {:.1} % and {:.0} us or better",
+                        100.0 * largest(&stated.gain_sds),
+                        1e6 * largest(&stated.delay_sds)
+                    );
+                    (Some(ChannelDelays::stated_of_each(set.ping.rate_hz, stated)), words)
+                }
+                (Some(stated), _, _) => {
                     let words = format!(
                         "mode shapes take all gains as equal to {:.1} % and all delays to {:.0} us, as stated",
                         100.0 * stated.gain_sd,
@@ -85,7 +94,7 @@ pub(super) fn calibrate(
                     );
                     (Some(ChannelDelays::stated(channels, set.ping.rate_hz, *stated)), words)
                 }
-                (None, Some(found)) => {
+                (None, None, Some(found)) => {
                     let delay = WITHIN_A_SAMPLE / set.ping.rate_hz;
                     let words = format!(
                         "mode shapes take the gains found at {} Hz, and all delays as equal to {:.0} us, which is one sample at most",
@@ -94,10 +103,10 @@ pub(super) fn calibrate(
                     );
                     (Some(found.at_another_rate(set.ping.rate_hz, delay)), words)
                 }
-                (None, None) => {
+                (None, None, None) => {
                     let words = "mode shapes are left out, and the observations hold the reference microphone alone; for shapes \
                                  record a few clicks in the empty tube at that rate and list them as a [[calibration]] in the \
-                                 manifest, or state how equal the channels are";
+                                 manifest, or state how equal the channels are: gain_sd (or sensitivity_sd) and delay_sd in its [microphones], or --channels";
                     (None, words.to_owned())
                 }
             };

@@ -6,8 +6,12 @@ use crate::repeats::{Repeats, combine};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{Click, Ping, Rejection};
 
-/// Turns a channel that has the opposite sign of the other repeats', and says which.
-pub(super) fn turn_inverted(pings: &mut [(usize, Ping)], names: &[String]) -> Vec<Rejection> {
+/// Turns a channel that has the opposite sign of the other repeats', and says which, by its number in the rig.
+pub(super) fn turn_inverted(
+    pings: &mut [(usize, Ping)],
+    names: &[String],
+    numbers: &[usize],
+) -> Vec<Rejection> {
     if pings.len() < 3 {
         return Vec::new();
     }
@@ -39,7 +43,7 @@ pub(super) fn turn_inverted(pings: &mut [(usize, Ping)], names: &[String]) -> Ve
         ping.covariance = Matrix::from_fn(covariance.rows(), covariance.columns(), |i, j| {
             sign(i) * sign(j) * covariance[(i, j)]
         });
-        turned.push(rejection(&names[*repeat], &Fault::Inverted { channel }));
+        turned.push(rejection(&names[*repeat], &Fault::Inverted { channel }.numbered(numbers)));
     }
     turned
 }
@@ -48,6 +52,7 @@ pub(super) fn turn_inverted(pings: &mut [(usize, Ping)], names: &[String]) -> Ve
 pub(super) fn combine_pings(
     pings: &mut Vec<(usize, Ping)>,
     names: &[String],
+    numbers: &[usize],
     rejections: &mut Vec<Rejection>,
 ) -> Option<Repeats> {
     let reference = pings.first()?.1.reference;
@@ -58,7 +63,7 @@ pub(super) fn combine_pings(
         1 => "angular frequency".to_owned(),
         _ => {
             let place = (i - 2) / 2;
-            let channel = place + usize::from(place >= reference);
+            let channel = numbers[place + usize::from(place >= reference)];
             format!(
                 "{} part of the pressure of channel {channel}",
                 if i % 2 == 0 { "real" } else { "imaginary" }
@@ -72,11 +77,12 @@ pub(super) fn combine_pings(
 pub(super) fn combine_clicks(
     clicks: &mut Vec<(usize, Click)>,
     names: &[String],
+    numbers: &[usize],
     rejections: &mut Vec<Rejection>,
 ) -> Option<Repeats> {
     let values: Vec<(f64, Vec<f64>, Matrix)> =
         clicks.iter().map(|(n, c)| (*n as f64, c.arrival_times.clone(), c.covariance.clone())).collect();
-    let repeats = combine(&values, &|i| format!("arrival time at channel {i}"))?;
+    let repeats = combine(&values, &|i| format!("arrival time at channel {}", numbers[i]))?;
     remove_outliers(clicks, &repeats, names, rejections);
     Some(repeats)
 }
@@ -129,7 +135,7 @@ mod tests {
             let mut pings = vec![ping(&[]), ping(&turned), ping(&[]), ping(&[])];
             let names: Vec<String> = (0..4).map(|n| format!("ping-{n}")).collect();
             pings.iter_mut().enumerate().for_each(|(n, p)| p.0 = n);
-            let said = turn_inverted(&mut pings, &names);
+            let said = turn_inverted(&mut pings, &names, &[0, 1, 2, 3]);
             assert_eq!(said.len(), 1);
             assert_eq!(said[0].record, "ping-1");
             assert_eq!(said[0].reason, format!("channel {channel} has the opposite polarity"));

@@ -9,27 +9,30 @@ use std::f64::consts::TAU;
 
 /// One record: dq/dt = s q + f(t), p_m = Re sum of shape_m q.
 #[derive(Clone, Debug)]
-struct Driven {
-    rate_hz: f64,
+pub(crate) struct Driven {
+    pub(crate) rate_hz: f64,
     /// Modes, how strongly each is driven relative to the first, and their shapes over six channels.
-    modes: Vec<(C64, f64)>,
-    forcing_hz: f64,
+    pub(crate) modes: Vec<(C64, f64)>,
+    pub(crate) forcing_hz: f64,
     /// Silence told to the fit, then times at which the loudspeaker is switched on and off, and the end, s.
-    quiet: f64,
-    switched: Vec<(f64, f64)>,
-    end: f64,
+    pub(crate) quiet: f64,
+    pub(crate) switched: Vec<(f64, f64)>,
+    pub(crate) end: f64,
     /// Steady amplitude of the first mode over the noise.
-    ratio: f64,
-    hum: f64,
-    colour: f64,
+    pub(crate) ratio: f64,
+    pub(crate) hum: f64,
+    /// Frequency of the mains, Hz, and amplitude of its third harmonic over that of the first.
+    pub(crate) mains_hz: f64,
+    pub(crate) third: f64,
+    pub(crate) colour: f64,
     /// Relative change of the speed of sound per second.
-    warming: f64,
+    pub(crate) warming: f64,
     /// Share by which the loudspeaker grows weaker while it acts.
-    sag: f64,
+    pub(crate) sag: f64,
 }
 
 impl Driven {
-    fn tube() -> Self {
+    pub(crate) fn tube() -> Self {
         Self {
             rate_hz: 1e4,
             modes: vec![(C64::new(-8.0, TAU * 172.0), 1.0), (C64::new(-15.0, TAU * 345.0), 1.0)],
@@ -39,13 +42,15 @@ impl Driven {
             end: 2.0,
             ratio: 100.0,
             hum: 0.0,
+            mains_hz: 50.02,
+            third: 0.0,
             colour: 0.0,
             warming: 0.0,
             sag: 0.0,
         }
     }
 
-    fn record(&self, seed: u64) -> Vec<Vec<f64>> {
+    pub(crate) fn record(&self, seed: u64) -> Vec<Vec<f64>> {
         let mut stream = Streams::new(seed).stream("driven");
         let mut normal = || -> f64 { StandardNormal.sample(&mut stream) };
         let samples = (self.end * self.rate_hz) as usize;
@@ -85,7 +90,9 @@ impl Driven {
             for (n, y) in y.iter_mut().enumerate() {
                 noise = self.colour * noise + normal();
                 let t = n as f64 / self.rate_hz;
-                let hum = (TAU * 50.02 * t + m as f64).cos() + 0.5 * (TAU * 100.04 * t).cos();
+                let turn = TAU * self.mains_hz * t;
+                let hum =
+                    (turn + m as f64).cos() + 0.5 * (2.0 * turn).cos() + self.third * (3.0 * turn).cos();
                 *y += noise + self.hum * hum;
             }
         }
@@ -97,14 +104,18 @@ impl Driven {
         let quiet = (self.quiet * self.rate_hz) as usize;
         let trace = Trace { channels: &channels, rate_hz: self.rate_hz, quiet, full_scale: f64::INFINITY };
         let centre = self.modes[0].0.im / TAU;
-        let band_hz = if centre < 300.0 { (80.0, 300.0) } else { (0.8 * centre, 1.15 * centre) };
+        let band_hz = match centre {
+            ..80.0 => (40.0, 150.0),
+            80.0..300.0 => (80.0, 300.0),
+            _ => (0.8 * centre, 1.15 * centre),
+        };
         let highest_hz = (1.4 * centre).max(1300.0);
         fit_ping(&trace, &PingOptions { reference: 2, band_hz, highest_hz, ..PingOptions::default() })
     }
 
     /// Shares of growth rate and frequency inside two stated deviations, root mean square of error over deviation, and the
     /// number refused.
-    fn study(&self, name: &str, count: u64) -> ([f64; 2], [f64; 2], usize) {
+    pub(crate) fn study(&self, name: &str, count: u64) -> ([f64; 2], [f64; 2], usize) {
         let fits: Vec<_> = (0..count).into_par_iter().map(|seed| self.fit(seed)).collect();
         let (mut inside, mut squares, mut n, mut refused) = ([0.0; 2], [0.0; 2], 0.0, 0);
         for fit in fits {

@@ -119,3 +119,122 @@ fn behaviour_stated_channels_carry_the_shapes() {
     let sd = ping.covariance[(2, 2)].sqrt() / ping.pressures[0].norm();
     assert!((0.02..0.04).contains(&sd), "{sd}");
 }
+
+#[test]
+fn behaviour_channels_that_the_manifest_states_carry_the_shapes() {
+    let mut pings = Pings::new(1e4, 3);
+    let plain = |value: f64| vec![value; 8];
+    let stated = rijke_rig::StatedChannels {
+        gains: (0..8).map(|m| 1.0 + 0.1 * f64::from(m)).collect(),
+        gain_sds: plain(0.02),
+        delays: plain(0.0),
+        delay_sds: plain(1e-5),
+    };
+    pings.set.acquisition.stated = Some(stated);
+    let done = process(&pings, &ProcessOptions::default(), &|| ()).unwrap();
+    assert!(
+        done.notes[0].contains("[microphones] of the manifest, known to 2.0 % and 10 us"),
+        "{:?}",
+        done.notes
+    );
+    let ping = done.observations.points[0].ping.as_ref().unwrap();
+    let sd = ping.covariance[(2, 2)].sqrt() / ping.pressures[0].norm();
+    assert!((0.02..0.04).contains(&sd), "{sd}");
+    // The records have no gains: they are taken out all the same.
+    let shape = |m: f64| (std::f64::consts::PI * (0.25 + 0.1 * m)).sin() / (1.0 + 0.1 * m);
+    let expected = shape(0.0) / shape(5.0);
+    assert!((ping.pressures[0].re / expected - 1.0).abs() < 1e-3, "{}", ping.pressures[0]);
+    assert_eq!(done.observations.channels.as_ref().unwrap().gains.rows(), 7);
+    // The command line counts first.
+    let own = Some(StatedChannels { gain_sd: 0.01, delay_sd: 1e-5 });
+    let done = process(&pings, &ProcessOptions { stated: own, ..ProcessOptions::default() }, &|| ()).unwrap();
+    assert!(done.notes[0].contains("as equal to 1.0 %"), "{:?}", done.notes);
+}
+
+/// The same records, in some of which a microphone has no samples.
+struct Dead {
+    pings: Pings,
+    /// Whether microphone 3 is dead in a ping: its point and repeat.
+    dead: fn(usize, usize) -> bool,
+}
+
+impl RecordSource for Dead {
+    fn set(&self) -> &RecordSet {
+        &self.pings.set
+    }
+
+    fn ping(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
+        let mut record = self.pings.ping(point, repeat)?;
+        if (self.dead)(point, repeat) {
+            record.channels[3].clear();
+        }
+        // Microphones that are not in the rig of the set are not read.
+        let numbers = self.pings.set.acquisition.numbers(self.pings.set.rig.microphones.positions.len());
+        record.channels = numbers.iter().map(|m| record.channels[*m].clone()).collect();
+        Ok(record)
+    }
+
+    fn click(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
+        self.ping(point, repeat)
+    }
+
+    fn calibration(&self, which: usize, repeat: usize) -> Result<Record, RigError> {
+        self.ping(which, repeat)
+    }
+}
+
+#[test]
+fn behaviour_a_dead_microphone_costs_its_channel_only_and_moves_no_number() {
+    let stated = Some(StatedChannels { gain_sd: 0.02, delay_sd: 1e-5 });
+    let options = ProcessOptions { stated, ..ProcessOptions::default() };
+    let whole = process(&Pings::new(1e4, 3), &options, &|| ()).unwrap();
+    // Dead on one day only, in one repeat only, and, by the manifest, in all records.
+    let everywhere = || {
+        let mut pings = Pings::new(1e4, 3);
+        let position = pings.set.rig.microphones.positions.remove(3);
+        pings.set.rig.microphones.reference = 4;
+        pings.set.acquisition.removed = vec![(3, position)];
+        Dead { pings, dead: |_, _| false }
+    };
+    let some = |dead| Dead { pings: Pings::new(1e4, 3), dead };
+    for (records, without) in [
+        (some(|p, _| p == 1), [1].as_slice()),
+        (some(|p, r| p == 0 && r == 2), &[0]),
+        (everywhere(), &[0, 1]),
+    ] {
+        let done = process(&records, &options, &|| ()).unwrap();
+        assert!(done.observations.rejections.is_empty(), "{:?}", done.observations.rejections);
+        assert_eq!(done.observations.rig.microphones, whole.observations.rig.microphones);
+        assert_eq!(done.observations.channels.as_ref().unwrap().gains.rows(), 7);
+        for (k, (point, full)) in done.observations.points.iter().zip(&whole.observations.points).enumerate()
+        {
+            let (ping, full) = (point.ping.as_ref().unwrap(), full.ping.as_ref().unwrap());
+            assert_eq!((point.ping_count, ping.reference), (3, 5));
+            for m in 0..8 {
+                if m == 3 && without.contains(&k) {
+                    assert!(ping.pressures[m].re.is_nan());
+                    continue;
+                }
+                let off = (ping.pressures[m] - full.pressures[m]).norm();
+                assert!(off < 2e-3, "point {k}, microphone {m}: {off}");
+            }
+        }
+        // The table has empty cells for it, and every other column keeps its name.
+        let folder =
+            std::env::temp_dir().join(format!("rijke-dead-{}-{}", without.len(), std::process::id()));
+        done.observations.write(&folder).unwrap();
+        let text = std::fs::read_to_string(folder.join("pings.csv")).unwrap();
+        let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+        let column = |name: &str| lines[0].iter().position(|c| *c == name).unwrap();
+        for k in 0..2 {
+            assert_eq!(lines[k + 1][column("p4_re")].is_empty(), without.contains(&k));
+            assert!(!lines[k + 1][column("p5_re")].is_empty() && !lines[k + 1][column("p8_im")].is_empty());
+        }
+        let read = rijke_rig::Observations::read(&folder).unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+        // A reader of the whole gets the rig without what is dead in all.
+        let heard = if without.len() == 2 { 7 } else { 8 };
+        assert_eq!(read.rig.microphones.positions.len(), heard);
+        assert_eq!(read.channels.unwrap().gains.rows(), heard - 1);
+    }
+}

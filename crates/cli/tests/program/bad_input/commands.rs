@@ -51,7 +51,7 @@ pub(super) const CASES: [Case; 27] = [
         "empty file",
         |d| fs::write(d.join("run.csv"), "").unwrap(),
         "inspect run.csv",
-        ["run.csv", "samples", "correct the quiet length"],
+        ["run.csv", "0 samples", "export it again"],
     ),
     case(
         "file of unknown format",

@@ -1,0 +1,172 @@
+//! Records of somebody's own in a study: where the mode is sought, how warm it was, which files count, and what is kept.
+
+use crate::{rijke, scratch};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+const MANIFEST: &str = "kind = \"measured\"\nsource = \"a test\"\nchannels = [0, 1, 2, 3, 4]\n\
+    ping = { rate_hz = 5000, quiet_samples = 1000 }\n[microphones]\ngain_sd = \"2 %\"\ndelay_sd = \"5 us\"\n\
+    [[day]]\nid = \"1\"\nambient_temperature_k = 293.15\nambient_temperature_sd_k = 0.4\n\
+    [[point]]\nid = \"e-0\"\nday = \"1\"\npings = [\"a.csv\", \"b.csv\"]\n\
+    [[point]]\nid = \"e-40\"\nday = \"1\"\npings = [\"c.csv\"]\n";
+
+/// A ring-down at 67.5 Hz with -4 1/s after steady forcing, in noise of a congruence; a column of time first.
+fn record(seed: u32) -> String {
+    let mut state = seed;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        0.02 * (f64::from(state) / f64::from(u32::MAX) - 0.5)
+    };
+    let mut text = String::from("time [s],p1,p2,p3,p4,p5\n");
+    for n in 0..9000 {
+        let t = f64::from(n) / 5000.0;
+        let size = if t < 0.2 { 0.0 } else { (-4.0 * (t - 0.8).max(0.0)).exp() };
+        let row: Vec<String> = (0..5)
+            .map(|m| {
+                let shape = (1.5 - 0.25 * f64::from(m)).sin();
+                (shape * size * (std::f64::consts::TAU * 67.5 * t).sin() + noise()).to_string()
+            })
+            .collect();
+        text += &format!("{t},{}\n", row.join(","));
+    }
+    text
+}
+
+fn study(name: &str) -> PathBuf {
+    let folder = scratch(name);
+    let output = rijke(&folder, &["new", "study", "--template", "quarter-wave"]);
+    assert!(output.status.success());
+    let folder = folder.join("study");
+    fs::create_dir(folder.join("records")).unwrap();
+    for (k, name) in ["a", "b", "c"].iter().enumerate() {
+        fs::write(folder.join(format!("records/{name}.csv")), record(7 + k as u32)).unwrap();
+    }
+    let campaign = fs::read_to_string(folder.join("campaign.csv")).unwrap();
+    let warmer = campaign.replace("e-0,empty,,0,0,0,10,empty,1,293.15", "e-0,empty,,0,0,0,10,empty,1,291.5");
+    fs::write(folder.join("campaign.csv"), warmer).unwrap();
+    manifest(&folder, MANIFEST);
+    folder
+}
+
+fn manifest(folder: &Path, text: &str) {
+    fs::write(folder.join("records/manifest.toml"), text).unwrap();
+}
+
+/// Exit status and what was said.
+fn process(folder: &Path, more: &[&str]) -> (Option<i32>, String) {
+    let words: Vec<&str> =
+        ["process", "records", "--out", "observations"].iter().chain(more).copied().collect();
+    let output = rijke(folder, &words);
+    let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    (output.status.code(), said.concat())
+}
+
+/// A cell of a table of observations: the row of a point, the column of a name.
+fn cell(folder: &Path, file: &str, point: &str, name: &str) -> f64 {
+    let text = fs::read_to_string(folder.join("observations").join(file)).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let row = text.lines().find(|line| line.starts_with(&format!("{point},"))).unwrap();
+    row.split(',').nth(header.iter().position(|c| *c == name).unwrap()).unwrap().parse().unwrap()
+}
+
+#[test]
+fn behaviour_the_study_says_where_the_mode_lies_and_how_warm_it_was() {
+    let folder = study("own-records");
+    // What the user puts there stays, before and after.
+    fs::create_dir(folder.join("observations")).unwrap();
+    fs::write(folder.join("observations/readings.csv"), "mine\n").unwrap();
+    assert!(rijke(&folder, &["check", "."]).status.success());
+    let (code, said) = process(&folder, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    for part in [
+        "sought from 60 to 460 Hz, as [search] of rig.toml says",
+        "gains and delays from [microphones] of the manifest, known to 2.0 % and 5 us",
+        "2 of 2 points have the ambient temperature of campaign.csv (T_amb)",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let omega = cell(&folder, "pings.csv", "e-0", "angular_frequency_rad_per_s");
+    assert!((omega - std::f64::consts::TAU * 67.5).abs() < 0.1, "{omega}");
+    assert_eq!(cell(&folder, "points.csv", "e-0", "ambient_temperature_K"), 291.5);
+    assert_eq!(cell(&folder, "points.csv", "e-0", "ambient_temperature_sd_K"), 0.2);
+    assert!(folder.join("observations/channels.toml").is_file());
+    let (code, said) = process(&folder, &[]);
+    assert!(code == Some(2) && said.contains("--force"), "{said}");
+    manifest(&folder, &format!("band_hz = [50, 90]\nmains_hz = 60\n{MANIFEST}"));
+    let (code, said) = process(&folder, &["--force"]);
+    assert!(
+        code == Some(0) && said.contains("from 50 to 90 Hz, as `band_hz` of the manifest says"),
+        "{said}"
+    );
+    assert_eq!(fs::read_to_string(folder.join("observations/readings.csv")).unwrap(), "mine\n");
+    let (code, said) = process(&folder, &["--force", "--band", "80", "300"]);
+    assert_eq!(code, Some(2), "{said}");
+}
+
+#[test]
+fn behaviour_a_dead_microphone_keeps_the_others_names_in_the_study() {
+    let folder = study("own-dead");
+    manifest(&folder, &format!("dead = [3]\n{MANIFEST}"));
+    let (code, said) = process(&folder, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let header = fs::read_to_string(folder.join("observations/pings.csv")).unwrap();
+    assert!(header.contains(",p4_re,") && header.contains(",p5_re,"));
+    // The last of five: 1.5 - 0.25 * 4.
+    let p5 = cell(&folder, "pings.csv", "e-0", "p5_re");
+    assert!((p5 - 0.5_f64.sin() / 1.5_f64.sin()).abs() < 1e-3, "{p5}");
+    // What is written fits the rig of the study.
+    let output = rijke(&folder, &["check", "."]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // On one day only: that microphone is missing there, and nothing is rejected.
+    manifest(&folder, &format!("{MANIFEST}[[exception]]\nfiles = [\"c.csv\"]\ndead = [2]\n"));
+    let (code, said) = process(&folder, &["--force"]);
+    assert!(code == Some(0) && said.contains("0 rejected"), "{said}");
+    assert!(said.contains("e-40: without microphone 2, which is dead"), "{said}");
+    let text = fs::read_to_string(folder.join("observations/pings.csv")).unwrap();
+    let at = text.lines().next().unwrap().split(',').position(|c| c == "p3_re").unwrap();
+    let empty: Vec<bool> = text.lines().skip(1).map(|l| l.split(',').nth(at).unwrap().is_empty()).collect();
+    assert_eq!(empty, [false, true]);
+}
+
+#[test]
+fn message_records_that_count_twice_or_hold_nothing() {
+    let folder = study("own-twice");
+    for (from, to, place) in [
+        (
+            "\"b.csv\"",
+            "\"./a.csv\"",
+            "point `e-0`: pings[1] `./a.csv`: is the same file as point `e-0`: pings[0]",
+        ),
+        (
+            "\"c.csv\"",
+            "\"a.csv\"",
+            "point `e-40`: pings[0] `a.csv`: is the same file as point `e-0`: pings[0]",
+        ),
+    ] {
+        manifest(&folder, &MANIFEST.replace(from, to));
+        let (code, said) = process(&folder, &[]);
+        assert!(code == Some(2) && said.contains(place) && said.contains("list every record once"), "{said}");
+    }
+    manifest(&folder, MANIFEST);
+    fs::copy(folder.join("records/a.csv"), folder.join("records/c.csv")).unwrap();
+    let (code, said) = process(&folder, &[]);
+    assert!(code == Some(0) && said.contains("c.csv holds the same bytes as a.csv"), "{said}");
+    // The column of time is no channel of the list.
+    let output = rijke(&folder, &["inspect", "records/a.csv"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let row = |name: &str| said.lines().find(|l| l.contains(name)).unwrap().to_owned();
+    assert!(said.contains("5 channels of 9000 samples"), "{said}");
+    assert!(
+        row("time [s]").trim_start().starts_with("time") && row(" p1 ").trim_start().starts_with('0'),
+        "{said}"
+    );
+    fs::write(folder.join("records/c.csv"), "").unwrap();
+    let output = rijke(&folder, &["check", "."]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    for part in ["c.csv", "0 samples: the file holds no record", "export it again"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+}
