@@ -58,7 +58,8 @@ impl Reading<'_> {
             }
         }
         let temperature_sd = self.plain(table, "temperature_sd", "K", at)?.unwrap_or(0.0);
-        if !(temperature_sd >= 0.0) || (temperature_sd > 0.0 && temperatures.is_empty()) {
+        let stands_alone = temperature_sd > 0.0 && temperatures.is_empty();
+        if temperature_sd.is_nan() || temperature_sd < 0.0 || stands_alone {
             let (key, value) = ("temperature_sd".into(), temperature_sd.to_string());
             let need = "positive, beside a `temperature` of this duct";
             return Err((at.clone(), Problem::Value { key, value, need }));
