@@ -79,7 +79,7 @@ fn oracle_measured_plain_tube_does_not_decide() {
 }
 
 #[test]
-#[ignore = "long: three minutes"]
+#[ignore = "long: several minutes"]
 fn oracle_measured_side_hole_tube_prefers_bessel_functions() {
     let Some(answer) = found("side-hole-tube") else { return };
     let remark = model(stage(&answer, "perfect-head"), "wall.bessel")["remark"].as_str().unwrap();
