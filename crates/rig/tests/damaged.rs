@@ -19,7 +19,7 @@ const MANIFEST: &str = "rig = 'rig.toml'\ncampaign = 'campaign.toml'\nkind = 'me
     channels = [0, 1, 2, 3, 4, 5, 6, 7]\nping = { rate_hz = 10000.0, quiet_samples = 1000 }\n\
     click = { rate_hz = 62500.0, quiet_samples = 1000 }\n[arrays]\nnames = ['p']\nrate = 'fs'\n[[day]]\nid = 'one'\n\
     ambient_temperature_k = 293.15\nambient_temperature_sd_k = 0.1\n[[point]]\nid = 'C3-E'\nday = 'one'\n\
-    pings = ['rig.toml']\nclicks = ['rig.toml']\n[[calibration]]\nday = 'one'\nrate_hz = 10000.0\nquiet_samples = 1000\n\
+    pings = ['rig.toml']\nclicks = ['campaign.toml']\n[[calibration]]\nday = 'one'\nrate_hz = 10000.0\nquiet_samples = 1000\n\
     clicks = ['rig.toml']\n";
 
 /// Calls `read` with `times` damaged versions of a file, written to the same place under `folder`.

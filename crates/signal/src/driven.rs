@@ -8,6 +8,8 @@ const SHARE: f64 = 0.5;
 /// Distance from the driven frequency, relative to that of the mode, from which another mode was driven. A loudspeaker may be some per
 /// cent off.
 const FAR: f64 = 0.25;
+/// The same for the edges of the band.
+const BESIDE: f64 = 0.05;
 /// Bins of the spectrum to each side of the largest that count to the tone.
 const BINS: usize = 3;
 
@@ -34,7 +36,7 @@ pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -> 
     let quiet = trace.quiet.min(trace.len());
     let loud: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet.min(y.len())..].to_vec()).collect();
     let driven_hz = tone(&loud, 1.0 / trace.rate_hz)?;
-    let near = ((1.0 - FAR) * band_hz.0..=(1.0 + FAR) * band_hz.1).contains(&driven_hz);
+    let near = ((1.0 - BESIDE) * band_hz.0..=(1.0 + BESIDE) * band_hz.1).contains(&driven_hz);
     (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside { driven_hz, band_hz })
 }
 

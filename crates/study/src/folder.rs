@@ -63,21 +63,28 @@ impl Study {
         Ok(Observations { kind: origin.kind, source: origin.source, modes, ambient })
     }
 
-    /// Where the readings of thermometers stand: `readings.csv` in the folder, or in `observations/`.
+    /// Where the readings of thermometers stand: `readings.csv` in the folder, or in `observations/`. None if they may be missing and are.
     ///
     /// # Errors
-    /// Both are there and differ.
-    pub fn readings(&self) -> Result<PathBuf, StudyError> {
+    /// Both are there and differ, or there is none and they are `needed`.
+    pub fn readings(&self, needed: bool) -> Result<Option<PathBuf>, StudyError> {
         let [here, observed] =
             [self.folder.clone(), self.folder.join("observations")].map(|f| f.join("readings.csv"));
         match (here.is_file(), observed.is_file()) {
-            (false, true) => Ok(observed),
+            (false, true) => Ok(Some(observed)),
             (true, true) if std::fs::read(&here).ok() != std::fs::read(&observed).ok() => {
                 let text = format!("{} says otherwise; keep one of the two", observed.display());
                 let problem = Box::new(Problem::Toml(text));
                 Err(StudyError { file: here.display().to_string(), line: None, problem })
             }
-            _ => Ok(here),
+            (false, false) if needed => {
+                let text = "is missing, and [base.heated-flow] of study.toml needs it; write the readings there, or in \
+                            observations/: point, at [m], temperature [K], sd [K]";
+                let problem = Box::new(Problem::Toml(text.into()));
+                Err(StudyError { file: here.display().to_string(), line: None, problem })
+            }
+            (false, false) => Ok(None),
+            _ => Ok(Some(here)),
         }
     }
 

@@ -47,6 +47,9 @@ fn study(name: &str) -> PathBuf {
     let warmer = campaign.replace("e-0,empty,,0,0,0,10,empty,1,293.15", "e-0,empty,,0,0,0,10,empty,1,291.5");
     fs::write(folder.join("campaign.csv"), warmer).unwrap();
     manifest(&folder, MANIFEST);
+    fs::create_dir(folder.join("observations")).unwrap();
+    fs::copy(folder.join("draft/observations/readings.csv"), folder.join("observations/readings.csv"))
+        .unwrap();
     folder
 }
 
@@ -75,8 +78,7 @@ fn cell(folder: &Path, file: &str, point: &str, name: &str) -> f64 {
 fn behaviour_the_study_says_where_the_mode_lies_and_how_warm_it_was() {
     let folder = study("own-records");
     // What the user puts there stays, before and after.
-    fs::create_dir(folder.join("observations")).unwrap();
-    fs::write(folder.join("observations/readings.csv"), "mine\n").unwrap();
+    let mine = fs::read_to_string(folder.join("observations/readings.csv")).unwrap();
     assert!(rijke(&folder, &["check", "."]).status.success());
     let (code, said) = process(&folder, &[]);
     assert_eq!(code, Some(0), "{said}");
@@ -100,9 +102,18 @@ fn behaviour_the_study_says_where_the_mode_lies_and_how_warm_it_was() {
         code == Some(0) && said.contains("from 50 to 90 Hz, as `band_hz` of the manifest says"),
         "{said}"
     );
-    assert_eq!(fs::read_to_string(folder.join("observations/readings.csv")).unwrap(), "mine\n");
+    assert_eq!(fs::read_to_string(folder.join("observations/readings.csv")).unwrap(), mine);
+    // It may stand beside study.toml as well, but must be somewhere.
+    fs::rename(folder.join("observations/readings.csv"), folder.join("readings.csv")).unwrap();
+    assert!(rijke(&folder, &["check", "."]).status.success());
+    fs::remove_file(folder.join("readings.csv")).unwrap();
+    let output = rijke(&folder, &["check", "."]);
+    let missing = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(missing.contains("readings.csv: is missing, and [base.heated-flow]"), "{missing}");
     let (code, said) = process(&folder, &["--force", "--band", "80", "300"]);
-    assert_eq!(code, Some(2), "{said}");
+    assert!(code == Some(2) && said.contains("the loudspeaker drives 67.5 Hz"), "{said}");
+    assert!(said.contains("`band_hz` in the manifest or with --band"), "{said}");
 }
 
 #[test]

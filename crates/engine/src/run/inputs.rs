@@ -38,10 +38,9 @@ pub(super) fn states(
             Ok(states.into_iter().filter_map(place).collect())
         }
         Base::HeatedFlow(heated) => {
-            let path = study.readings()?;
             // Before anything is measured the gas is as the priors have it.
-            let readings =
-                if measured || path.exists() { read_readings(&path, campaign)? } else { Vec::new() };
+            let path = study.readings(measured)?;
+            let readings = path.map(|path| read_readings(&path, campaign)).transpose()?.unwrap_or_default();
             let layout = |(k, point): (usize, &Point)| {
                 let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
                 ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
