@@ -66,10 +66,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let (study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
     let (found, mut left_out) = forecast(&study, &observed, &model, &places).map_err(wrong)?;
-    if map.is_none() || found.is_empty() {
-        if let Some(first) = left_out.drain(..).next() {
-            return Err(wrong(first.why));
-        }
+    if (map.is_none() || found.is_empty()) && !left_out.is_empty() {
+        return Err(wrong(left_out.swap_remove(0).why));
     }
     if let Some(first) = left_out.first() {
         let (n, why) = (left_out.len(), &first.why);

@@ -37,7 +37,7 @@ impl Assembly<'_> {
             End::Anechoic => constant(0.0),
             End::Constant { modulus, angle } => {
                 item.not_negative("modulus", modulus)?;
-                if !(angle.abs() <= 2.0 * std::f64::consts::PI) {
+                if angle.is_nan() || angle.abs() > 2.0 * std::f64::consts::PI {
                     return Err(item.fail(Problem::Angle { key: "angle", value: angle }));
                 }
                 Law::Constant(C64::from_polar(modulus, angle))
