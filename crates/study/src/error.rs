@@ -37,7 +37,10 @@ pub enum Problem {
         source: FormulaError,
     },
     /// A formula whose units do not agree.
-    #[error("`{key}` at {place}: {fault}; correct the formula, or the unit of a parameter")]
+    #[error(
+        "`{key}` at {place}: {fault}; correct the formula, or the unit of a parameter. A plain number that multiplies has no unit: one that should have, as a \
+         time, is better a number of a part, numbers = {{ lag = \"1 ms\" }}"
+    )]
     UnitOfLaw {
         /// The coefficient or key.
         key: String,

@@ -50,7 +50,7 @@ cite = ["a test"]
 parameters.eta = { unit = "1", prior = { normal = { mean = 0.9, sd = 0.05 } } }
 [[candidate.effect]]
 acts_at = "downstream"
-reflection = "-eta/(1 + s*1e-5)"
+reflection = "-eta/(1 + s*slow)"
 [[candidate]]
 id = "head"
 role = "head"
@@ -67,7 +67,7 @@ pub(crate) fn folder(name: &str, rig: &str, base: &str, errors: &str, more: &str
     let write = |file: &str, text: &str| std::fs::write(folder.join(file), text).unwrap();
     write("rig.toml", rig);
     write("candidates/all.toml", &CANDIDATES.replace("ERRORS", errors));
-    write("campaign.csv", "point\na\n");
+    write("campaign.csv", "point,slow [us]\na,10\n");
     let study = format!(
         "name = \"stepped tube\"\nbase = \"{base}\"\n[[responses]]\nid = \"end\"\nwith = {{ head = \"head\" }}\ncompete = [\"end\"]\n{more}\n"
     );
