@@ -59,6 +59,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let progress = ui.progress("stages", steps as u64);
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let mut run = Run::new(study, &observations, args.trust.trusted()?).map_err(wrong)?;
+    if !run.left_out.is_empty() {
+        ui.note(format!(
+            "warning: left out, because base/states.json has no state of their gas: {}",
+            run.left_out.join(", ")
+        ));
+    }
     let (mut stages, mut answers) = (Vec::new(), Vec::new());
     let models = staged.path().join("models");
     for _ in &plan.stages {

@@ -217,6 +217,26 @@ fn exact_waves_in_a_mean_flow_have_the_closed_form() {
 }
 
 #[test]
+fn behaviour_a_point_whose_gas_is_not_known_is_left_out_and_said() {
+    let plan = PLAN.replace("name = \"t\"", "name = \"t\"\nbase = \"states\"");
+    let states = "{\"points\": {\"a\": {\"mass_flow\": 0.0, \"numbers\": {}, \"places\": [0.0, 1.0], \"temperature\": [293.15, 293.15], \
+                  \"kinks\": [], \"errors\": []}}}";
+    let folder = two_points("left-out", &[("study.toml", &plan), ("base/states.json", states)]);
+    let study = Study::open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+    assert_eq!(run.left_out, ["b"]);
+    assert!(run.next_stage().unwrap().unwrap().measured.iter().all(|m| m.point == "a"));
+    // Without any state there is nothing to stand on.
+    std::fs::remove_file(folder.0.join("base/states.json")).unwrap();
+    let refused = Run::new(study, &observations, Trusted::Laplace).err().unwrap().to_string();
+    assert!(
+        refused.contains("base/states.json has no state of it; make it with `rijke flow DIR`"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn exact_foresight_knows_what_frequencies_cannot_tell() {
     let two = TUBE.replace(
         "[upstream]\ntype = \"constant\"\nmodulus = \"$r\"",

@@ -124,7 +124,8 @@ pub(super) fn observed(
     for mode in &observations.modes {
         let point = &study.campaign.points[mode.point];
         let wanted = study.plan.stages.iter().any(|stage| stage.points.holds(&study.campaign, point));
-        if !wanted && lacks_state(study, point, states.get(&mode.point)) {
+        // One point of many whose flow could not be inferred does not end a campaign; without any state there is nothing to stand on.
+        if lacks_state(study, point, states.get(&mode.point)) && (!wanted || !states.is_empty()) {
             continue;
         }
         let conditions = match known.get(&mode.point) {
@@ -139,6 +140,23 @@ pub(super) fn observed(
         all.push(Observed { conditions, mode: mode.clone(), near });
     }
     Ok(all)
+}
+
+/// The observed points that a stage means but that have no state of their gas, though others have: they are left out.
+pub(super) fn left_out(
+    study: &Study,
+    observations: &Observations,
+    states: &BTreeMap<usize, BaseState>,
+) -> Vec<String> {
+    let mut ids: Vec<String> = Vec::new();
+    for mode in &observations.modes {
+        let point = &study.campaign.points[mode.point];
+        let wanted = study.plan.stages.iter().any(|stage| stage.points.holds(&study.campaign, point));
+        if wanted && lacks_state(study, point, states.get(&mode.point)) && !ids.contains(&point.id) {
+            ids.push(point.id.clone());
+        }
+    }
+    ids
 }
 
 /// Those that a selection means.

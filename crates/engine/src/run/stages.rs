@@ -1,7 +1,7 @@
 //! Candidates that compete on the same points; stages that stand on each other.
 
 use super::earlier::Earlier;
-use super::inputs::{ambient_of_all, observed, selected, states};
+use super::inputs::{ambient_of_all, left_out, observed, selected, states};
 use super::record::{MeasuredRecord, ModelRecord, StageRecord};
 use super::rows::{Choice, Row};
 use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
@@ -62,6 +62,8 @@ pub struct Run {
     pub(super) channels: Option<ChannelErrors>,
     pub(super) trusted: Trusted,
     pub(super) done: Vec<Done>,
+    /// Observed points that no stage uses because nothing is known of their gas.
+    pub left_out: Vec<String>,
     /// States of the gas that were inferred, by the place of their point, and what is known of the temperature at each.
     pub(super) states: BTreeMap<usize, BaseState>,
     pub(super) ambient: Vec<Option<[f64; 2]>>,
@@ -79,6 +81,7 @@ impl Run {
         let ambient = ambient_of_all(&study, observations);
         let states = states(&study, &ambient, true)?;
         let observed = observed(&study, observations, &states, &ambient)?;
+        let left_out = left_out(&study, observations, &states);
         // Before anything is trained.
         let idle = |stage: &&Stage| selected(&study, &observed, &stage.points).is_empty();
         if let Some(stage) = study.plan.stages.iter().find(idle) {
@@ -91,6 +94,7 @@ impl Run {
             channels,
             trusted,
             done: Vec::new(),
+            left_out,
             states,
             ambient,
             predicting: Mutex::default(),
