@@ -27,14 +27,16 @@ def test_exact_records_are_those_of_the_program_to_the_last_bit(
     shutil.copytree(FOLDER, folder, ignore=shutil.ignore_patterns("results"))
     subprocess.run([program, "run", folder, "--one-start"], check=True, capture_output=True)
     for stage in results:
-        theirs = json.loads((folder / "results" / "numbers" / f"{stage.id}.json").read_text())
+        theirs = json.loads((folder / "results" / "numbers" / f"stage-{stage.id}.json").read_text())
         assert stage.record == theirs
 
 
 def test_exact_tables_hold_the_record(results: rijke.Results) -> None:
     stage = results["heat"]
     models = stage.models
-    assert models["id"][0] == stage.winner == stage.chosen == "heat.king-lighthill"
+    assert models["id"][0] == stage.winner
+    # The mean flow leads by less than what decides.
+    assert stage.chosen == "heat.king-lighthill"
     assert (models["ln_best_fit"] + models["ln_occam"]).to_numpy() == pytest.approx(models["ln_marginal"].to_numpy())
     assert models["below"][0] == 0.0 and (models["below"].to_numpy()[1:] < 0).all()
     parameters = stage.parameters()
