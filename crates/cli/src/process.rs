@@ -36,14 +36,14 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Frequencies between which the mode of interest is sought, Hz [default: `band_hz` of the manifest, else `frequency_hz` of
-    /// [search] in the study's rig.toml, else 80 300].
+    /// `[search]` in the study's rig.toml, else 80 300].
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = number::positive)]
     band: Option<Vec<f64>>,
     /// Nominal frequency of the mains, Hz [default: `mains_hz` of the manifest, else 50].
     #[arg(long, value_name = "HZ", value_parser = number::positive)]
     mains: Option<f64>,
     /// Without calibration clicks at the pings' rate: how equal the channels are, as relative standard deviation of the gains
-    /// and standard deviation of the delays in s. Mode shapes then stand on that [default: [microphones] of the manifest].
+    /// and standard deviation of the delays in s. Mode shapes then stand on that [default: `[microphones]` of the manifest].
     #[arg(long, num_args = 2, value_names = ["GAIN_SD", "DELAY_SD"], value_parser = positive)]
     channels: Option<Vec<f64>>,
     /// How far the gains that the calibration clicks give may lie from their median, relative to it; farther ones are
