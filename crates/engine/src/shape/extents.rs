@@ -1,5 +1,6 @@
-//! Lengths, areas and places as functions of the unknowns.
+//! Lengths, areas, temperatures and places as functions of the unknowns.
 
+use super::gas::{Properties, properties};
 use super::model::{At, ShapeModel};
 use rijke_formula::Here;
 use rijke_numerics::{C64, Jet, JetSpace};
@@ -15,6 +16,8 @@ pub(crate) struct Extents {
     pub(crate) diameters: Vec<Jet>,
     /// Total length, m.
     pub(crate) length: Jet,
+    /// The gas of every duct of unknown temperature.
+    pub(crate) gas: Vec<Option<Properties>>,
 }
 
 impl ShapeModel<'_> {
@@ -30,6 +33,15 @@ impl ShapeModel<'_> {
         let duct = |k: &usize| match &parts[*k].shape {
             Shape::Duct(duct) => [number(&duct.length), number(&duct.area[0])],
             _ => [space.real(f64::NAN), space.real(f64::NAN)],
+        };
+        let gas = |k: &usize| match &parts[*k].shape {
+            Shape::Duct(duct) => match duct.temperatures.first()? {
+                unknown @ Value::Unknown(..) => {
+                    Some(properties(&self.assembly.rig.gas, &number(unknown), self.pressure))
+                }
+                _ => None,
+            },
+            _ => None,
         };
         let ducts: Vec<[Jet; 2]> = self.ducts.iter().map(duct).collect();
         let mut ends = vec![space.real(0.0)];
@@ -52,6 +64,7 @@ impl ShapeModel<'_> {
             lengths: places.windows(2).map(|pair| &pair[1] - &pair[0]).collect(),
             diameters: areas.iter().map(|area| area.scale(wide).sqrt()).collect(),
             areas,
+            gas: self.ducts.iter().map(gas).collect(),
             length: ends.last().cloned().unwrap_or_else(|| space.real(0.0)),
         }
     }

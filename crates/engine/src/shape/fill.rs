@@ -1,6 +1,7 @@
 //! The laws at given values of the free parameters.
 
 use super::extents::Extents;
+use super::gas::SPEED;
 use super::model::{LawOf, ShapeModel};
 use crate::EngineError;
 use crate::assembly::part_of_wall;
@@ -8,8 +9,8 @@ use rijke_formula::{Formula, Here};
 use rijke_network::{At, Coefficients, Laws, laws::Law, levine_schwinger};
 use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_study::names::{
-    AREA, AREA_AFTER, DIAMETER, FLANGED, LENGTH, LEVINE_SCHWINGER, PERIMETER, S, SOUND_SPEED, WALL_EP,
-    WALL_MU,
+    AREA, AREA_AFTER, DENSITY, DIAMETER, FLANGED, LENGTH, LEVINE_SCHWINGER, MACH, MASS_FLUX, PERIMETER, S,
+    SOUND_SPEED, TEMPERATURE, TEMPERATURE_AFTER, VELOCITY, WALL_EP, WALL_MU,
 };
 
 /// Names that may carry derivatives are the first of the scope.
@@ -22,7 +23,7 @@ pub(crate) struct Filled<'m> {
     /// The parameters of each candidate.
     parameters: Vec<Vec<Jet>>,
     extents: Extents,
-    /// Whether lengths and areas are unknown.
+    /// Whether lengths, areas or temperatures are unknown.
     moving: bool,
 }
 
@@ -30,7 +31,7 @@ impl<'m> Filled<'m> {
     /// In a space of the free parameters and s, or of s alone.
     ///
     /// # Errors
-    /// [`EngineError::Impossible`] where a length or an area is not positive.
+    /// [`EngineError::Impossible`] where a length, an area or a temperature is not positive.
     pub(crate) fn new(
         model: &'m ShapeModel<'m>,
         values: &[f64],
@@ -64,10 +65,11 @@ impl<'m> Filled<'m> {
         self.space
     }
 
-    /// Whether all lengths and areas are those of a tube.
+    /// Whether all lengths and areas are those of a tube, with gas in it.
     fn is_possible(&self) -> bool {
         let positive = |jet: &Jet| jet.value().re > 0.0 && jet.value().re.is_finite();
-        self.extents.lengths.iter().chain(&self.extents.areas).all(positive)
+        let Extents { lengths, areas, gas, .. } = &self.extents;
+        lengths.iter().chain(areas).chain(gas.iter().flatten().flatten()).all(positive)
     }
 
     /// Area of the first duct, m^2.
@@ -93,9 +95,26 @@ impl<'m> Filled<'m> {
         let (before, after) = (*before, *after);
         let mut analytic: [Option<&Jet>; NAMES] = [None; NAMES];
         analytic[S] = Some(s);
-        let perimeter;
+        let (perimeter, flux, velocity, mach);
         if self.moving {
-            let Extents { areas, diameters, length, .. } = &self.extents;
+            let Extents { areas, diameters, length, gas, .. } = &self.extents;
+            if let Some(gas) = &gas[before] {
+                for (name, property) in (DENSITY..).zip(gas) {
+                    analytic[name] = Some(property);
+                }
+            }
+            if let Some(gas) = &gas[after] {
+                analytic[TEMPERATURE_AFTER] = Some(&gas[TEMPERATURE - DENSITY]);
+            }
+            let known = |name: usize| self.space.real(numbers[name]);
+            let [density, speed] = [DENSITY, SOUND_SPEED]
+                .map(|name| gas[before].as_ref().map_or_else(|| known(name), |g| g[name - DENSITY].clone()));
+            flux = areas[before].recip().scale(C64::new(self.model.mass_flow, 0.0));
+            velocity = &flux * &density.recip();
+            mach = &velocity * &speed.recip();
+            analytic[MASS_FLUX] = Some(&flux);
+            analytic[VELOCITY] = Some(&velocity);
+            analytic[MACH] = Some(&mach);
             perimeter = diameters[before].scale(C64::new(std::f64::consts::PI, 0.0));
             analytic[DIAMETER] = Some(&diameters[before]);
             analytic[AREA] = Some(&areas[before]);
@@ -110,7 +129,11 @@ impl<'m> Filled<'m> {
         if law.place.is_end() {
             // ka = s a/(i c).
             let radius = self.extents.diameters[before].scale(C64::new(0.5, 0.0));
-            let x = (s * &radius).scale(C64::new(1.0 / numbers[SOUND_SPEED], 0.0));
+            let x = s * &radius;
+            let x = match &self.extents.gas[before] {
+                Some(gas) => &x * &gas[SPEED].recip(),
+                None => x.scale(C64::new(1.0 / numbers[SOUND_SPEED], 0.0)),
+            };
             if formula.uses(LEVINE_SCHWINGER) {
                 let turn = -C64::I;
                 let [value, slope, bend] = levine_schwinger::reflection(x.value() * turn);
@@ -125,6 +148,12 @@ impl<'m> Filled<'m> {
         }
         let here = Here { space: self.space, numbers, analytic: &analytic };
         formula.evaluate(&here, &self.parameters[candidate])
+    }
+
+    /// What a property of the gas of segment `i` has beyond `known`.
+    fn gas_of(&self, i: usize, property: usize, known: f64) -> Jet {
+        let gas = self.extents.gas[self.model.duct_of[i]].as_ref();
+        gas.map_or_else(|| self.space.real(0.0), |gas| gas[property].shift(C64::new(-known, 0.0)))
     }
 
     /// What the wall of every duct loses per metre: viscous and thermal.
@@ -165,6 +194,8 @@ impl Coefficients for Filled<'_> {
                 LawOf::Area(i) => {
                     self.extents.areas[self.model.duct_of[i]].shift(C64::new(-segments[i].area, 0.0))
                 }
+                LawOf::SoundSpeed(i) => self.gas_of(i, SPEED, segments[i].sound_speed),
+                LawOf::Density(i) => self.gas_of(i, 0, segments[i].density),
             };
             laws.set(k, &value);
         }

@@ -1,8 +1,9 @@
-//! The rig at one operating point with lengths, areas and places that may be unknown. Every duct holds gas of one temperature, at rest. Must
-//! not know what was measured.
+//! The rig at one operating point with lengths, areas, temperatures and places that may be unknown. Every duct holds gas of one temperature, at
+//! rest. Must not know what was measured.
 
 mod extents;
 mod fill;
+mod gas;
 mod model;
 mod moving;
 

@@ -4,7 +4,7 @@ use crate::assembly::part_of_wall;
 use crate::{Assembly, Conditions, EngineError};
 use rijke_network::{Network, NetworkError, Segment, Slot};
 use rijke_numerics::{JetSpace, Order};
-use rijke_study::{Coefficient, Effect, PartAt, Place, Shape};
+use rijke_study::{Coefficient, DuctAt, Effect, PartAt, Place, Shape};
 
 /// A network for one operating point in gas at rest, of one temperature in every duct.
 #[derive(Clone, Debug)]
@@ -21,6 +21,10 @@ pub struct ShapeModel<'a> {
     pub(crate) duct_of: Vec<usize>,
     /// Names that are the same everywhere.
     pub(crate) numbers: Vec<f64>,
+    /// Mean pressure, Pa.
+    pub(crate) pressure: f64,
+    /// Mass flow through the ducts, kg/s.
+    pub(crate) mass_flow: f64,
     /// What laws see, by duct of the upstream side and that of the downstream side.
     pub(crate) surroundings: Vec<([usize; 2], Vec<f64>)>,
     /// Place in the network of every instrument.
@@ -47,6 +51,10 @@ pub(crate) enum LawOf {
     Length(usize),
     /// The same of its area, m^2.
     Area(usize),
+    /// The same of its speed of sound, m/s.
+    SoundSpeed(usize),
+    /// The same of its density, kg/m^3.
+    Density(usize),
 }
 
 /// Places closer than this part of the length are the same.
@@ -76,6 +84,10 @@ impl<'a> ShapeModel<'a> {
         }
         if assembly.mean_flow().is_some() {
             return refuse("a candidate asks for waves in the mean flow: the gas must be at rest");
+        }
+        let graded = |d: &DuctAt| d.temperatures.len() > 1 && assembly.rig.parts[d.part].is_of_unknown_gas();
+        if layout.ducts.iter().any(graded) {
+            return refuse("an unknown temperature varies along a duct: give it one `temperature`");
         }
         if layout.ducts.iter().any(|d| d.area[0] != d.area[1]) {
             return refuse("a duct changes its area: cut it into straight ones");
@@ -116,6 +128,8 @@ impl<'a> ShapeModel<'a> {
             ducts: layout.ducts.iter().map(|d| d.part).collect(),
             duct_of,
             numbers: layout.numbers.clone(),
+            pressure: base.pressure,
+            mass_flow: base.mass_flow,
             surroundings: Vec::new(),
             microphones: instruments.iter().map(|x| nearest(*x)).collect(),
         };
@@ -130,7 +144,11 @@ impl<'a> ShapeModel<'a> {
         }
         if rig.of_unknown_shape().is_some() {
             for i in 0..model.duct_of.len() {
-                for (slot, law) in [(Slot::Length(i), LawOf::Length(i)), (Slot::Area(i), LawOf::Area(i))] {
+                let shape = [(Slot::Length(i), LawOf::Length(i)), (Slot::Area(i), LawOf::Area(i))];
+                let gas =
+                    [(Slot::SoundSpeed(i), LawOf::SoundSpeed(i)), (Slot::Density(i), LawOf::Density(i))];
+                let of_unknown_gas = rig.parts[model.ducts[model.duct_of[i]]].is_of_unknown_gas();
+                for (slot, law) in shape.into_iter().chain(gas.into_iter().filter(|_| of_unknown_gas)) {
                     model.laws.push(law);
                     model.network.attach(slot, model.laws.len() - 1, 1.0).map_err(fail)?;
                 }

@@ -16,7 +16,7 @@ pub(crate) struct Moving<'m> {
 
 impl<'m> Moving<'m> {
     /// # Errors
-    /// [`EngineError::Impossible`] where a length or an area is not positive.
+    /// [`EngineError::Impossible`] where a length, an area or a temperature is not positive.
     pub(crate) fn new(
         model: &'m ShapeModel<'m>,
         values: &'m [f64],

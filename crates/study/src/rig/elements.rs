@@ -31,7 +31,7 @@ const fn or(name: &'static str, unit: &'static str, default: &'static str) -> Ke
 }
 
 /// Compact elements between ducts. `transfer` is N(s)/D(s) e^(-s delay), with a first-order filter, see [`transfer`].
-pub(super) const COMPACT: [Kind; 9] = [
+pub(super) const COMPACT: [Kind; 8] = [
     Kind { name: "device", keys: &[], laws: &[] },
     // Heat release in proportion to velocity: k_eu = -gain F(s). With `n`, Q'/Q = n F u'/U and the mean heat is that of the
     // temperature rise, so that gain = n (T_2 - T)/T A/A_2 (Dowling & Stow 2003, with the reference just upstream).
@@ -47,8 +47,12 @@ pub(super) const COMPACT: [Kind; 9] = [
              - 0.02287*((diameter)/D)^6 + 0.03015*((diameter)/D)^7 - 0.01641*((diameter)/D)^8))*A/(pi/4*(diameter)^2) + (drag)",
         )],
     },
-    // A thin resistive layer.
-    Kind { name: "screen", keys: &[need("resistance", "Pa s/m")], laws: &[(Mu, "(resistance)")] },
+    // A gauze: resistance, air that it moves, and the slope of the steady loss K rho U^2/2.
+    Kind {
+        name: "screen",
+        keys: &[or("resistance", "Pa s/m", "0"), or("effective_length", "m", "0"), or("loss", "1", "0")],
+        laws: &[(Mu, "(resistance) + s*rho*(effective_length) + (loss)*rho*U")],
+    },
     // A Helmholtz resonator on the wall.
     Kind {
         name: "helmholtz",
@@ -69,17 +73,10 @@ pub(super) const COMPACT: [Kind; 9] = [
         keys: &[need("length", "m"), need("area", "m^2")],
         laws: &[(Ep, "(area)/(A*rho*c)*tanh(s*(length)/c)")],
     },
-    // An open hole in the wall with a chimney of `length`: inertia of the chimney with its inner and outer end corrections
-    // (0.82 and 0.61 radii: Keefe 1982, J. Acoust. Soc. Am. 72), no interaction between holes, no radiation loss.
+    // A hole or chimney of a tube as a symmetric T, open (1) or closed (0), see [`SIDE_HOLE`].
     Kind {
         name: "side-hole",
-        keys: &[need("radius", "m"), need("length", "m"), or("resistance", "Pa s/m", "0")],
-        laws: &[(Ep, "pi*(radius)^2/(A*(s*rho*((length) + (0.82 + 0.61)*(radius)) + (resistance)))")],
-    },
-    // A hole or chimney of a tube as a symmetric T, open (1) or closed (0), see [`TONE_HOLE`].
-    Kind {
-        name: "tone-hole",
-        keys: &[need("radius", "m"), need("height", "m"), or("open", "1", "1")],
+        keys: &[need("diameter", "m"), need("length", "m"), or("open", "1", "1")],
         laws: &[
             (Mu, "hole_z*(1 + hole_y*hole_z/4)"),
             (Mp, "-hole_y*hole_z/2"),
@@ -99,33 +96,45 @@ pub(super) const COMPACT: [Kind; 9] = [
     },
 ];
 
-/// What the laws of a tone hole are made of: half the series inertia, the branch, the other half. Inner correction and curved wall:
+/// What the laws of a side hole are made of: half the series inertia, the branch, the other half. Inner correction and curved wall:
 /// Nederveen, Jansen & van Hassel 1998, Acta Acustica 84, eqs. (40), (37); series length: Dubos et al. 1999, Acta Acustica 85, eq. (73), with coth in
-/// the place of tanh where the hole is closed; losses of the chimney: Kirchhoff to first order; outside: a piston in a baffle to second order in
-/// ka (Pierce 1981, 5-4). Holes do not hear each other outside, nor through evanescent waves.
-pub(super) const TONE_HOLE: [(&str, &str); 12] = [
-    ("hole_delta", "2*(radius)/D"),
+/// the place of tanh where the hole is closed. Holes do not hear each other outside, nor through evanescent waves. `hole_loss` and `hole_outside` are
+/// those of [`HOLE_WALLS`] and [`HOLE_OUTLETS`].
+pub(super) const SIDE_HOLE: [(&str, &str); 13] = [
+    ("hole_radius", "(diameter)/2"),
+    ("hole_height", "(length)"),
+    ("hole_delta", "(diameter)/D"),
     (
         "hole_inner",
-        "(radius)*(0.82 - 0.193*hole_delta - 1.09*hole_delta^2 + 1.27*hole_delta^3 - 0.71*hole_delta^4)",
+        "hole_radius*(0.82 - 0.193*hole_delta - 1.09*hole_delta^2 + 1.27*hole_delta^3 - 0.71*hole_delta^4)",
     ),
-    ("hole_height", "(height) + (radius)*hole_delta/8*(1 + 0.207*hole_delta^3)"),
+    ("hole_line", "hole_height + hole_radius*hole_delta/8*(1 + 0.207*hole_delta^3)"),
     ("hole_side", "0.940 + 0.540*hole_delta + 0.285*hole_delta^2"),
-    ("hole_tanh", "tanh(1.84*(height)/(radius))"),
+    ("hole_tanh", "tanh(1.84*hole_height/hole_radius)"),
     (
         "hole_z",
-        "-s*rho*(radius)*hole_delta^2*((open)/(1.78*hole_tanh + hole_side) + (1 - (open))/(1.78/hole_tanh + hole_side))",
+        "-s*rho*hole_radius*hole_delta^2*((open)/(1.78*hole_tanh + hole_side) + (1 - (open))/(1.78/hole_tanh + hole_side))",
     ),
-    ("hole_loss", "2/(radius)*sqrt(s*rho*mu)"),
     ("hole_inertia", "s*rho + hole_loss"),
     ("hole_spring", "s/(rho*c^2) + hole_loss*(gamma - 1)/(rho*c)^2*Pr^(-1/2)"),
     ("hole_wave", "sqrt(hole_inertia)/sqrt(hole_spring)"),
-    ("hole_mouth", "(open)/(rho*c*(8/(3*pi)*s*(radius)/c - (s*(radius)/c)^2/2))"),
+    ("hole_mouth", "(open)/(rho*c*hole_outside)"),
     (
         "hole_y",
-        "pi*(radius)^2/(A*(s*rho*hole_inner + hole_wave*(1 + hole_wave*hole_mouth*tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_height))\
-         /(hole_wave*hole_mouth + tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_height))))",
+        "pi*hole_radius^2/(A*(s*rho*hole_inner + hole_wave*(1 + hole_wave*hole_mouth*tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_line))\
+         /(hole_wave*hole_mouth + tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_line))))",
     ),
+];
+
+/// `hole_loss` by the `wall` of a side hole: none, or Kirchhoff's to first order.
+pub(super) const HOLE_WALLS: [(&str, &str); 2] =
+    [("none", "0"), ("kirchhoff", "4/(diameter)*sqrt(s*rho*mu)")];
+
+/// Impedance over rho c of the outside by the `outlet` of a side hole, to second order in ka: a piston in a baffle (Pierce 1981, 5-4), or the end of
+/// a thin tube (Levine & Schwinger 1948, as in Pierce 7-5).
+pub(super) const HOLE_OUTLETS: [(&str, &str); 2] = [
+    ("flanged", "(8/(3*pi)*s*(diameter)/2/c - (s*(diameter)/2/c)^2/2)"),
+    ("unflanged", "(0.6133*s*(diameter)/2/c - (s*(diameter)/2/c)^2/4)"),
 ];
 
 /// Ends of the rig.
@@ -188,6 +197,9 @@ pub(super) const WALLS: [(&str, [&str; 2]); 3] = [
         ],
     ),
 ];
+
+/// Loss coefficient K of a screen of round wires, of its open part of the area: Idelchik 1986, diagram 8-6, for Re above 1000.
+pub(super) const SCREEN_LOSS: &str = "1.3*(1 - (open_area)) + (1/(open_area) - 1)^2";
 
 /// N(s)/D(s) e^(-s delay)/(1 + s/(2 pi cutoff)) as a formula; polynomials have ascending coefficients.
 pub(super) fn transfer(

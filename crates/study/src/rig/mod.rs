@@ -120,10 +120,19 @@ pub struct Part {
 }
 
 impl Part {
-    /// The formulas of its lengths, areas and places that name unknowns.
+    /// Whether it is a duct with a temperature that names unknowns.
+    #[must_use]
+    pub fn is_of_unknown_gas(&self) -> bool {
+        let unknown = |t: &Value| matches!(t, Value::Unknown(..));
+        matches!(&self.shape, Shape::Duct(duct) if duct.temperatures.iter().any(unknown))
+    }
+
+    /// The formulas of its lengths, areas, temperatures and places that name unknowns.
     pub fn unknown(&self) -> impl Iterator<Item = &Formula> {
         let values: Vec<&Value> = match &self.shape {
-            Shape::Duct(duct) => [&duct.length].into_iter().chain(&duct.area).collect(),
+            Shape::Duct(duct) => {
+                [&duct.length].into_iter().chain(&duct.area).chain(&duct.temperatures).collect()
+            }
             Shape::Device(at) => at.iter().collect(),
             Shape::Insert(from, to) => vec![from, to],
         };

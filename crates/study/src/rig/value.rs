@@ -65,7 +65,7 @@ impl Reader<'_> {
         Err((self.at.clone(), problem))
     }
 
-    /// As [`Reader::value`], where unknowns may stand too: of a length or a place. `medians` are those of the unknowns' priors.
+    /// As [`Reader::value`], where unknowns may stand too: of a length, a temperature or a place. `medians` are those of the unknowns' priors.
     pub(super) fn extent(&self, key: &str, value: &Toml, unit: &str, medians: &[f64]) -> Outcome<Value> {
         let text = match self.given(key, value, unit)? {
             Given::Value(value) => return Ok(value),

@@ -101,6 +101,8 @@ impl Reading<'_> {
             }
             "insert" => "from, to",
             "flame" => "n, delay, cutoff_hz, numerator, denominator, at",
+            "side-hole" => "outlet, wall, at",
+            "screen" => "open_area, at",
             _ => "at",
         };
         let common = ["name", "type", "present", "near_field", "numbers"];
@@ -157,7 +159,7 @@ impl Reading<'_> {
         reader.value(key, value, unit)
     }
 
-    /// A length or a place, in which unknowns may stand.
+    /// A length, a temperature or a place, in which unknowns may stand.
     pub(super) fn extent(
         &self,
         part: usize,

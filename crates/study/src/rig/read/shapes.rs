@@ -4,7 +4,7 @@ use super::{Reading, Waiting, complex};
 use crate::Problem;
 use crate::law::Coefficient;
 use crate::rig::Duct;
-use crate::rig::elements::{Key, Kind, TONE_HOLE, WALLS, transfer};
+use crate::rig::elements::{HOLE_OUTLETS, HOLE_WALLS, Key, Kind, SCREEN_LOSS, SIDE_HOLE, WALLS, transfer};
 use crate::rig::value::{Given, Value};
 use crate::source::{Outcome, listed};
 use std::ops::Range;
@@ -45,7 +45,7 @@ impl Reading<'_> {
         let mut temperatures = Vec::new();
         for key in ["temperature", "temperature_end"] {
             if let Some(value) = table.remove(key) {
-                temperatures.push(self.read(part, key, &value, "K", at)?);
+                temperatures.push(self.extent(part, key, &value, "K", at)?);
             }
         }
         if let Some(value) = table.remove("temperatures") {
@@ -146,14 +146,31 @@ impl Reading<'_> {
         if kind.name == "flame" {
             definitions.extend(self.flame(part, table, at)?);
         }
+        if kind.name == "side-hole" {
+            for (name, key, laws) in
+                [("hole_loss", "wall", HOLE_WALLS), ("hole_outside", "outlet", HOLE_OUTLETS)]
+            {
+                definitions.push((name.to_owned(), one_of_these(table, key, &laws, at)?));
+            }
+        }
+        if kind.name == "screen"
+            && let Some(open_area) = table.remove("open_area")
+        {
+            if table.contains_key("loss") {
+                let need = "give one of the two";
+                return Err((at.clone(), Problem::Missing { key: "loss or open_area".into(), need }));
+            }
+            definitions.extend(self.definition(part, "open_area", "1", &open_area, at)?);
+            definitions.push(("loss".into(), SCREEN_LOSS.into()));
+        }
         for key in kind.keys {
             if definitions.iter().any(|(name, _)| name == key.name) {
                 continue;
             }
             definitions.extend(self.key(part, key, table, at)?);
         }
-        if kind.name == "tone-hole" {
-            definitions.extend(TONE_HOLE.map(|(name, text)| (name.to_owned(), text.to_owned())));
+        if kind.name == "side-hole" {
+            definitions.extend(SIDE_HOLE.map(|(name, text)| (name.to_owned(), text.to_owned())));
         }
         let name = self.parts[part].name.clone();
         for (coefficient, law) in kind.laws {
@@ -255,4 +272,20 @@ impl Reading<'_> {
         all.push(("transfer".into(), transfer(delay.as_ref(), cutoff, &numerator, &denominator)));
         Ok(all)
     }
+}
+
+/// The law that a word of the file names; the first if there is no word.
+fn one_of_these(
+    table: &mut Table,
+    key: &'static str,
+    laws: &[(&str, &str)],
+    at: &Range<usize>,
+) -> Outcome<String> {
+    let Some(wanted) = table.remove(key) else { return Ok(laws[0].1.to_owned()) };
+    let wanted = wanted.as_str().unwrap_or("?").to_owned();
+    let found = laws.iter().find(|(name, _)| *name == wanted).map(|(_, law)| (*law).to_owned());
+    found.ok_or_else(|| {
+        let (name, known) = (format!("{wanted} (at `{key}`)"), listed(laws.iter().map(|law| law.0)));
+        (at.clone(), Problem::Unknown { what: "word", name, known })
+    })
 }
