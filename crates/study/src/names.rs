@@ -96,6 +96,12 @@ const BUILT_IN: [(&str, &str, &str, Kind); 23] = [
     ),
 ];
 
+/// The factors of the campaign among the names.
+pub(crate) fn factors(scope: &Scope) -> impl Iterator<Item = &str> {
+    let of_the_campaign = |n: &&Name| n.kind == Kind::Global && n.meaning == FACTOR;
+    scope.names().iter().filter(of_the_campaign).map(|n| n.name.as_str())
+}
+
 /// The scope that every study starts from.
 ///
 /// # Errors

@@ -66,20 +66,41 @@ impl OneTable {
     /// # Errors
     /// File, line and remedy; the files are the two that were read.
     pub fn study(&self) -> Result<(Study, Observations), StudyError> {
+        let study = self.without_modes()?;
+        let table = &self.files[1];
+        let modes = parse(&source(table, &self.modes), &study.rig, &study.campaign)?;
+        let (kind, source) = (DataKind::Measured, table.display().to_string());
+        Ok((study, Observations { kind, source, modes, ambient: BTreeMap::new() }))
+    }
+
+    fn without_modes(&self) -> Result<Study, StudyError> {
         let [network, table] = &self.files;
-        let source =
-            |file: &Path, text: &str| Source { file: file.display().to_string(), text: text.to_owned() };
         let campaign = Campaign::parse(&source(table, &self.campaign))?;
         let rig = Rig::parse(&source(network, &self.rig), &campaign)?;
-        let modes = parse(&source(table, &self.modes), &rig, &campaign)?;
         let catalogue = Catalogue::default();
         let plan = Plan::parse(&source(network, &self.plan), &rig, &campaign, &catalogue)?;
         let folder = network.parent().unwrap_or(Path::new("")).to_owned();
         let claims = Claims::default();
-        let study = Study { folder, rig, campaign, catalogue, plan, claims };
-        let (kind, source) = (DataKind::Measured, table.display().to_string());
-        Ok((study, Observations { kind, source, modes, ambient: BTreeMap::new() }))
+        Ok(Study { folder, rig, campaign, catalogue, plan, claims })
     }
+}
+
+impl Study {
+    /// A rig at one operating point without factors and without candidates.
+    ///
+    /// # Errors
+    /// File, line and remedy.
+    pub fn of_rig(file: &Path) -> Result<Self, StudyError> {
+        let rig = Source::read(file)?.text;
+        let plan = format!("name = {:?}\n{PLAN}", stem(file));
+        let files = [file.to_owned(), file.to_owned()];
+        let (campaign, modes) = ("point\nrig\n".to_owned(), String::new());
+        OneTable { rig, campaign, modes, plan, files }.without_modes()
+    }
+}
+
+fn source(file: &Path, text: &str) -> Source {
+    Source { file: file.display().to_string(), text: text.to_owned() }
 }
 
 fn stem(path: &Path) -> String {

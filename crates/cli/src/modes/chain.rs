@@ -9,6 +9,7 @@ use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Device, Mode, Modes, NetworkError, Region, Station};
 use rijke_numerics::C64;
 use rijke_report::ModeCurves;
+use rijke_study::Study;
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -54,11 +55,14 @@ pub(super) struct Line {
 }
 
 impl Case {
-    pub(super) fn file(path: &Path) -> Result<Self, Failure> {
+    pub(super) fn file(path: &Path, limits: [Option<f64>; 2]) -> Result<Self, Failure> {
         let text = std::fs::read_to_string(path).or_bad_input().map_err(|failure| {
             failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
         })?;
-        let mut built = read(&text).or_bad_input().map_err(|failure| failure.at(path))?;
+        let mut built = match read(&text) {
+            Ok(built) => built,
+            Err(error) => return Self::rig(path, &text, limits, &error.to_string()),
+        };
         let network = &built.network;
         let mut devices: Vec<f64> = built.places.iter().map(|(place, _)| network.position(*place)).collect();
         devices.dedup();
@@ -67,6 +71,42 @@ impl Case {
         let chain = Chain::File(Box::new(built));
         let remedy = "Change the region with [search], --min-hz or --max-hz, or the element named.";
         Ok(Self { path: path.to_owned(), title, region, passive, warnings, devices, chain, remedy })
+    }
+
+    /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain network file.
+    fn rig(path: &Path, text: &str, limits: [Option<f64>; 2], error: &str) -> Result<Self, Failure> {
+        const REMEDY: &str =
+            "A rig of a study whose numbers depend on an operating point needs one: --point ID.";
+        let study = Study::of_rig(path).map_err(|of_the_study| {
+            // A file of studies, or one whose numbers have units.
+            let text_of_a_number = error.split("invalid type: string \"").nth(1).unwrap_or_default();
+            let with_unit = text_of_a_number.starts_with(|c: char| c.is_ascii_digit());
+            if text.contains("[microphones]") || text.contains('$') || with_unit {
+                let of_the_study = of_the_study.to_string();
+                let needs_a_point = of_the_study.contains("factor");
+                let failure = Failure::bad_input(of_the_study);
+                if needs_a_point { failure.remedy(REMEDY) } else { failure }
+            } else {
+                Failure::bad_input(error).at(path)
+            }
+        })?;
+        let (region, spectrum, devices) = modes_at(&study, None, None, 0, limits)
+            .map_err(|e| crate::study::of_the_engine(&e, path).remedy(REMEDY))?;
+        let unknowns: Vec<&str> = study.rig.own.parameters.iter().map(|p| p.name.as_str()).collect();
+        let warnings =
+            Vec::from_iter((!unknowns.is_empty()).then(|| {
+                format!("unknown numbers are at the medians of their priors: {}", unknowns.join(", "))
+            }));
+        Ok(Self {
+            path: path.to_owned(),
+            title: Some(study.rig.name),
+            region,
+            passive: false,
+            warnings,
+            devices,
+            chain: Chain::Point(Box::new(spectrum)),
+            remedy: "Change the region with [search] of the file.",
+        })
     }
 
     pub(super) fn oscilos(folder: &Path) -> Result<Self, Failure> {

@@ -19,7 +19,7 @@ use std::path::PathBuf;
                   rijke modes fixtures/networks/rijke-tube.toml --sensitivity --plot modes.svg --along along.csv"
 )]
 pub(crate) struct Args {
-    /// Network file (TOML), or with --point the folder of a study.
+    /// Network file or rig.toml of a study; with --point the folder of a study.
     #[arg(value_name = "FILE", required_unless_present = "oscilos", conflicts_with = "oscilos")]
     file: Option<PathBuf>,
     /// Folder of OSCILOS_lite text inputs (Geometry.txt and so on), or one that holds them in Inputs.
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             let remedy = "Name a network file; of a study name an operating point too, with --point ID.";
             return Err(Failure::bad_input("is a folder, not a network file").at(dir).remedy(remedy));
         }
-        (None, Some(file)) => Case::file(file)?,
+        (None, Some(file)) => Case::file(file, [args.min_hz, args.max_hz])?,
         (None, None) => return Err(Failure::bad_input("no network file is named")),
     };
     for (limit, given) in case.region.omega.iter_mut().zip([args.min_hz, args.max_hz]) {

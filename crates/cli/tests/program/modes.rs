@@ -242,3 +242,39 @@ fn exact_doubtful_files_are_told_and_solved() {
     assert!(notes.contains("rho c^2/gamma is 92439 Pa, but the pressure is 101325 Pa"), "{notes}");
     assert!(notes.contains("|R| = 1.05") && notes.contains("this end feeds the modes"), "{notes}");
 }
+
+#[test]
+fn exact_numbers_with_units_and_unknowns_are_read_as_studies_read_them() {
+    let folder = scratch("modes-units");
+    let plain = "name = \"tube\"\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"unflanged\"\n[[element]]\n\
+                 type = \"duct\"\nlength = 0.8\ndiameter = 0.05\nwall = \"kirchhoff\"\n";
+    let with_units = plain.replace("0.8", "\"80 cm\"").replace("0.05", "\"50 mm\"");
+    let unknown = plain.replace("0.8", "\"$l\"")
+        + "[unknown.l]\nunit = \"m\"\nprior = { normal = { mean = 0.8, sd = 0.1 } }\n";
+    let texts = [("plain.toml", plain), ("units.toml", &with_units), ("unknown.toml", &unknown)];
+    let [plain, with_units, unknown] = texts.map(|(name, text)| {
+        fs::write(folder.join(name), text).unwrap();
+        json(&folder, &[name])["modes"].as_array().unwrap().clone()
+    });
+    assert_eq!(plain.len(), 5);
+    for same in [with_units, unknown] {
+        assert_eq!(same.len(), 5);
+        for (a, b) in same.iter().zip(&plain) {
+            for key in ["frequency_hz", "growth_rate"] {
+                assert!((number(a, key) - number(b, key)).abs() < 1e-9 * number(b, key).abs(), "{key}");
+            }
+        }
+    }
+    for (key, says) in [
+        ("length = \"80 kg\"", "wrong.toml, line 6: `length`: `kg` is not a unit of this quantity"),
+        (
+            "length = 0.8\npresent = \"burner\"\nwidth = \"2 mm\"",
+            "there is no factor called `burner`; known: none",
+        ),
+    ] {
+        fs::write(folder.join("wrong.toml"), texts[1].1.replace("length = \"80 cm\"", key)).unwrap();
+        let output = rijke(&folder, &["modes", "wrong.toml"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && said.contains(says), "{said}");
+    }
+}

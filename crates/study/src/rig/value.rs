@@ -1,9 +1,9 @@
 //! A number of a rig: known, or a formula of factors and of other numbers, or a table over a factor.
 
 use crate::Problem;
-use crate::names::FACTOR;
+use crate::names::factors;
 use crate::source::{Outcome, listed};
-use rijke_formula::{Context, Formula, Kind, Name, Scope};
+use rijke_formula::{Context, Formula, Kind, Scope};
 use rijke_rig::{Quantity, Unit};
 use std::ops::Range;
 use toml::Value as Toml;
@@ -129,7 +129,7 @@ impl Reader<'_> {
         {
             return self.fail(Problem::Unit { key: key.to_owned(), source });
         }
-        let plain = self.without_dollars(key, text)?;
+        let plain = self.without_dollars(text)?;
         let unknown = crate::law::words(&plain).any(|w| self.unknowns.iter().any(|u| u == w));
         let here = |name: usize| self.scope.names()[name].kind == Kind::Global;
         let own: Vec<(String, String)> = crate::law::words(&plain)
@@ -155,17 +155,14 @@ impl Reader<'_> {
     }
 
     /// `$name` must be an unknown or a factor.
-    fn without_dollars(&self, key: &str, text: &str) -> Outcome<String> {
+    fn without_dollars(&self, text: &str) -> Outcome<String> {
         for part in text.split('$').skip(1) {
             let name = crate::law::words(part).next().filter(|name| part.starts_with(*name)).unwrap_or("");
-            let of_the_campaign = |n: &Name| n.kind == Kind::Global && n.meaning == FACTOR;
-            let factors =
-                || self.scope.names().iter().filter(|n| of_the_campaign(n)).map(|n| n.name.as_str());
-            if !self.unknowns.iter().any(|u| u == name) && !factors().any(|f| f == name) {
+            if !self.unknowns.iter().any(|u| u == name) && !factors(self.scope).any(|f| f == name) {
                 return self.fail(Problem::Unknown {
                     what: "unknown or factor",
-                    name: format!("${name} (at `{key}`)"),
-                    known: listed(self.unknowns.iter().map(String::as_str).chain(factors())),
+                    name: format!("${name}"),
+                    known: listed(self.unknowns.iter().map(String::as_str).chain(factors(self.scope))),
                 });
             }
         }
@@ -184,7 +181,7 @@ impl Reader<'_> {
             return self.fail(wrong(table.to_string().trim().to_owned()));
         };
         let Some(factor) = self.scope.find(over) else {
-            let known = listed(self.scope.names().iter().map(|n| n.name.as_str()));
+            let known = listed(factors(self.scope));
             return self.fail(Problem::Unknown { what: "factor", name: over.clone(), known });
         };
         let number = |v: &Toml| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));

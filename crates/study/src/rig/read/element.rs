@@ -2,7 +2,7 @@
 
 use super::Reading;
 use crate::Problem;
-use crate::names::add;
+use crate::names::{add, factors};
 use crate::rig::elements::{COMPACT, ENDS};
 use crate::rig::value::{Given, Reader, Value};
 use crate::rig::{Part, Shape, own_numbers};
@@ -31,7 +31,7 @@ impl Reading<'_> {
         let present = match present {
             None => None,
             Some(factor) => Some(self.scope.find(&factor).ok_or_else(|| {
-                let known = listed(self.scope.names().iter().map(|n| n.name.as_str()));
+                let known = listed(factors(&self.scope));
                 wrong(Problem::Unknown { what: "factor", name: factor, known })
             })?),
         };

@@ -285,7 +285,7 @@ fn one_of_these(
     let wanted = wanted.as_str().unwrap_or("?").to_owned();
     let found = laws.iter().find(|(name, _)| *name == wanted).map(|(_, law)| (*law).to_owned());
     found.ok_or_else(|| {
-        let (name, known) = (format!("{wanted} (at `{key}`)"), listed(laws.iter().map(|law| law.0)));
-        (at.clone(), Problem::Unknown { what: "word", name, known })
+        let known = listed(laws.iter().map(|law| law.0));
+        (at.clone(), Problem::Unknown { what: key, name: wanted, known })
     })
 }
