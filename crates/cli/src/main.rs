@@ -29,6 +29,7 @@ mod staging;
 mod study;
 mod study_responses;
 mod ui;
+mod watch;
 
 /// From microphone records of a thermoacoustic rig to a physics-based model with known uncertainty, chosen by evidence.
 #[derive(Parser)]
@@ -54,6 +55,7 @@ enum Command {
     Inspect(inspect::Args),
     Check(check::Args),
     Run(run::Args),
+    Watch(watch::Args),
     Process(process::Args),
     Flow(flow::Args),
     Rank(rank::Args),
@@ -75,6 +77,7 @@ impl Command {
             Self::Inspect(args) => inspect::run(args, ui),
             Self::Check(args) => check::run(args, ui),
             Self::Run(args) => run::run(args, ui),
+            Self::Watch(args) => watch::run(args, ui),
             Self::Process(args) => process::run(args, ui),
             Self::Flow(args) => flow::run(args, ui),
             Self::Rank(args) => rank::run(args, ui),

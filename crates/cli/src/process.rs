@@ -13,7 +13,7 @@ use crate::{
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use rijke_rig::{PointObservations, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
-    ChannelDelays, ProcessError, ProcessOptions, Processed, StatedChannels, process, record_count,
+    ChannelDelays, Kept, ProcessError, ProcessOptions, Processed, StatedChannels, process_again, record_count,
 };
 use rijke_study::Study;
 use serde_json::json;
@@ -63,14 +63,40 @@ pub(crate) struct Args {
 
 /// Processes the records of a folder with the usual options.
 pub(crate) fn records(records: &Path, out: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+    run(&usual(records, out, force)?, ui)
+}
+
+/// Processes the records of a study that are there so far, of which some fits are kept.
+pub(crate) fn so_far(
+    records: RecordFolder,
+    study: Study,
+    out: &Path,
+    kept: &Kept,
+    ui: &Ui,
+) -> Result<Processed, Failure> {
+    let args = usual(records.folder(), out, true)?;
+    let of_the_study = !records.has_own_campaign();
+    let given = Given { source: Box::new(records), study: Some(study), of_the_study, twins: Vec::new() };
+    make(&args, out, &given, Some(kept), ui)
+}
+
+fn usual(records: &Path, out: &Path, force: bool) -> Result<Args, Failure> {
     let words =
         ["process".into(), records.as_os_str().to_owned(), "--out".into(), out.as_os_str().to_owned()];
     let force = force.then(|| "--force".into());
-    let args = <Args as clap::FromArgMatches>::from_arg_matches(
-        &<Args as clap::Args>::augment_args(clap::Command::new("process"))
-            .get_matches_from(words.into_iter().chain(force)),
-    );
-    run(&args.or_failed()?, ui)
+    let matches = <Args as clap::Args>::augment_args(clap::Command::new("process"))
+        .get_matches_from(words.into_iter().chain(force));
+    <Args as clap::FromArgMatches>::from_arg_matches(&matches).or_failed()
+}
+
+/// Records, and what is known of them.
+struct Given {
+    source: Box<dyn RecordSource>,
+    study: Option<Study>,
+    /// Whether rig and campaign are those of the study.
+    of_the_study: bool,
+    /// Files of the same content.
+    twins: Vec<(String, String)>,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
@@ -101,9 +127,23 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         study = opened.study;
         Box::new(opened.records)
     };
-    let folder = StagedFolder::beside_others(&out, "observations.toml", &WRITTEN, args.force)?;
+    let given = Given { source, study, of_the_study, twins };
+    let processed = make(args, &out, &given, None, ui)?;
+    tell(&processed, &out, ui)
+}
+
+/// Writes the observations that records give.
+fn make(
+    args: &Args,
+    out: &Path,
+    Given { source, study, of_the_study, twins }: &Given,
+    kept: Option<&Kept>,
+    ui: &Ui,
+) -> Result<Processed, Failure> {
+    let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
+    let folder = StagedFolder::beside_others(out, "observations.toml", &WRITTEN, args.force)?;
     let mut options = ProcessOptions::default();
-    let mut said = stated::said_of_twins(&twins);
+    let mut said = stated::said_of_twins(twins);
     let (band, why) = stated::band(args.band.as_deref(), source.set(), study.as_ref());
     said.extend(why);
     options.ping.band_hz = band;
@@ -115,10 +155,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     options.stated = args.channels.as_ref().map(|sds| StatedChannels { gain_sd: sds[0], delay_sd: sds[1] });
     let records = record_count(source.set());
     let progress = ui.progress("processing", records as u64);
-    let processed = process(&*source, &options, &|| progress.advance(1)).map_err(|error| match error {
-        ProcessError::Record(error) => Err::<(), _>(error).or_bad_input().err(),
-        other => Err::<(), _>(other).or_bad_input().err().map(|f| f.at(&name)),
-    });
+    let processed =
+        process_again(&**source, &options, kept, &|| progress.advance(1)).map_err(|error| match error {
+            ProcessError::Record(error) => Err::<(), _>(error).or_bad_input().err(),
+            other => Err::<(), _>(other).or_bad_input().err().map(|f| f.at(&name)),
+        });
     drop(progress);
     let mut processed = match processed {
         Ok(processed) => processed,
@@ -127,17 +168,23 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
     };
     // Records with a campaign of their own know their days better than the plan of the study.
-    if let Some(study) = study.as_ref().filter(|_| of_the_study) {
+    if let Some(study) = study.as_ref().filter(|_| *of_the_study) {
         said.extend(stated::temperatures(&mut processed.observations, study));
     }
     processed.notes.splice(0..0, said);
     processed.observations.write(folder.path()).or_failed()?;
     Rejection::write_all(&processed.corrections, &folder.path().join("corrections.csv")).or_failed()?;
     if args.plot {
-        plot::write(&*source, &processed, &options, folder.path())?;
+        plot::write(&**source, &processed, &options, folder.path())?;
     }
     folder.commit()?;
-    ui.say(table(&processed).to_string());
+    Ok(processed)
+}
+
+/// Says what was measured.
+fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
+    let records = processed.records;
+    ui.say(table(processed).to_string());
     for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
         if let Some(delays) = delays.as_ref().filter(|d| d.clicks > 0) {
             ui.say(describe(what, delays));

@@ -8,7 +8,7 @@ use crate::{
     ui::Ui,
 };
 use rijke_study::plan::Base;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Take a study from its files to ranked models and a page: process records, infer the base flow, rank, report.
 #[derive(clap::Args)]
@@ -40,25 +40,37 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return Err(Failure::bad_input(format!("{}: exists already", results.display()))
             .remedy("Move it away, or take every step again with --force."));
     }
+    steps(dir, args.trust, args.force, ui).map(|_| ())
+}
+
+/// All steps again, whatever was finished before.
+pub(crate) fn from_the_start(dir: &Path, trust: rank::Trust, ui: &Ui) -> Result<PathBuf, Failure> {
+    let _lock = Lock::within(dir)?;
+    steps(dir, trust, true, ui)
+}
+
+fn steps(dir: &Path, trust: rank::Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failure> {
+    let study = open(dir)?;
+    let results = dir.join("results");
     let step = ui.of_a_step();
     let records = dir.join("records");
     let observations = dir.join("observations");
-    if records.is_dir() && (args.force || !measured(&observations)) {
+    if records.is_dir() && (force || !measured(&observations)) {
         ui.note(format!("process {}", records.display()));
-        process::records(&records, &observations, args.force, &step)?;
+        process::records(&records, &observations, force, &step)?;
     }
     let base = dir.join("base");
     // Inferred states can also be brought along.
     let inferable = observations.join("pings.csv").is_file() && observations.join("rig.toml").is_file();
-    if matches!(study.plan.base, Base::States(_)) && inferable && (args.force || !base.is_dir()) {
+    if matches!(study.plan.base, Base::States(_)) && inferable && (force || !base.is_dir()) {
         ui.note(format!("flow {}", dir.display()));
-        flow::of_study(dir, &base, args.force, &step)?;
+        flow::of_study(dir, &base, force, &step)?;
     }
-    if args.force || !results.join("numbers/claims.json").is_file() {
-        let force = results.is_dir();
-        rank::run(&rank::Args { dir: dir.clone(), trust: args.trust, until: None, force }, ui)?;
+    if force || !results.join("numbers/claims.json").is_file() {
+        let replace = results.is_dir();
+        rank::run(&rank::Args { dir: dir.to_owned(), trust, until: None, force: replace }, ui)?;
     }
     let page = report::draw(dir)?;
     ui.note(format!("page: {}", page.display()));
-    Ok(())
+    Ok(page)
 }

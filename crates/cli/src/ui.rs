@@ -30,6 +30,11 @@ impl Ui {
         Self { quiet: output.quiet, json: output.json }
     }
 
+    /// Prints nothing but errors.
+    pub(crate) fn silent() -> Self {
+        Self { quiet: true, json: false }
+    }
+
     /// For one step of a larger command. With `--json` the step prints nothing, because the command prints one result for
     /// all steps.
     pub(crate) fn of_a_step(&self) -> Self {

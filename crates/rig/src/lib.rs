@@ -33,6 +33,7 @@
 
 mod acquisition;
 mod arrays;
+mod arrivals;
 mod blocks;
 mod campaign;
 mod channels;
@@ -61,6 +62,7 @@ mod words;
 
 pub use acquisition::{Acquisition, Exception, StatedChannels};
 pub use arrays::{Arrays, named_columns};
+pub use arrivals::{Arrivals, Arrived};
 pub use campaign::{Campaign, OperatingPoint};
 pub use channels::ChannelErrors;
 pub use columns::Columns;

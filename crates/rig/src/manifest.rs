@@ -38,6 +38,27 @@ impl RecordFolder {
     /// # Errors
     /// As [`RecordFolder::open`].
     pub fn open_of(folder: &Path, described: Option<(Rig, Campaign)>) -> Result<Self, RigError> {
+        let opened = Self::expected(folder, described)?;
+        for file in opened.files() {
+            let at = opened.folder.join(file);
+            if !at.is_file() {
+                let manifest = folder.join("manifest.toml");
+                return Err(RigError::invalid(
+                    &manifest,
+                    format!("`{file}`"),
+                    Problem::AbsentFile { path: at },
+                ));
+            }
+        }
+        Ok(opened)
+    }
+
+    /// As [`RecordFolder::open_of`], of records that are still being made: files may be absent. Only those are read that
+    /// [`RecordFolder::restricted`] leaves.
+    ///
+    /// # Errors
+    /// Those of the manifest.
+    pub fn expected(folder: &Path, described: Option<(Rig, Campaign)>) -> Result<Self, RigError> {
         let path = folder.join("manifest.toml");
         if !path.is_file() {
             return Err(RigError::NotARecordSet { path });
@@ -59,14 +80,22 @@ impl RecordFolder {
             microphones::Channels::read(&manifest.microphones, rig.microphones.positions.len(), &path)?;
         let set = manifest.resolve(rig, &campaign, channels).map_err(wrong)?;
         set.validate().map_err(wrong)?;
-        let opened = Self { folder: folder.to_owned(), set, own_campaign };
-        for file in opened.files() {
-            let at = opened.folder.join(file);
-            if !at.is_file() {
-                return Err(RigError::invalid(&path, format!("`{file}`"), Problem::AbsentFile { path: at }));
-            }
+        Ok(Self { folder: folder.to_owned(), set, own_campaign })
+    }
+
+    /// The set with the files for which `there` holds, and without points and calibrations that have none.
+    #[must_use]
+    pub fn restricted(&self, there: impl Fn(&str) -> bool) -> Self {
+        let mut set = self.set.clone();
+        let keep = |files: &mut Vec<String>| files.retain(|file| there(file));
+        for point in &mut set.points {
+            keep(&mut point.pings);
+            keep(&mut point.clicks);
         }
-        Ok(opened)
+        set.points.retain(|p| !p.pings.is_empty() || !p.clicks.is_empty());
+        set.calibrations.iter_mut().for_each(|c| keep(&mut c.clicks));
+        set.calibrations.retain(|c| !c.clicks.is_empty());
+        Self { set, ..self.clone() }
     }
 
     /// The folder.

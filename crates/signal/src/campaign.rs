@@ -2,6 +2,7 @@
 //! in parallel; results keep the order of the set, whatever the number of threads.
 
 mod calibration;
+mod kept;
 mod live;
 mod path;
 mod repeated;
@@ -12,15 +13,14 @@ use crate::ping::{PingOptions, fit_ping};
 use crate::repeats::{Repeats, pool};
 use crate::{Drift, Fault, Trace};
 use calibration::{Calibrated, calibrate};
+pub use kept::Kept;
 pub use live::LiveRecord;
 use live::in_all;
 pub use path::click_options;
 use path::setting_covariance;
 use rayon::prelude::*;
 use repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
-use rijke_rig::{
-    Click, Observations, Ping, PointObservations, Record, RecordSet, RecordSource, Rejection, RigError,
-};
+use rijke_rig::{Click, Observations, Ping, PointObservations, RecordSet, RecordSource, Rejection, RigError};
 use std::collections::BTreeSet;
 
 /// How a campaign is processed. Microphone positions, reference, gas and geometry come from the rig of the record set.
@@ -125,13 +125,30 @@ pub fn process(
     options: &ProcessOptions,
     advance: &(dyn Fn() + Sync),
 ) -> Result<Processed, ProcessError> {
+    process_again(source, options, None, advance)
+}
+
+/// As [`process`], of a set that grows: records whose fit is `kept` are not read again.
+///
+/// # Errors
+/// See [`ProcessError`].
+pub fn process_again(
+    source: &dyn RecordSource,
+    options: &ProcessOptions,
+    kept: Option<&Kept>,
+    advance: &(dyn Fn() + Sync),
+) -> Result<Processed, ProcessError> {
     let set = source.set();
     let options = &ProcessOptions {
         ping: PingOptions { reference: set.rig.microphones.reference, ..options.ping.clone() },
         ..options.clone()
     };
     let has = |count: fn(&rijke_rig::PointRecords) -> usize| set.points.iter().any(|p| count(p) > 0);
-    let found = calibrate(source, options, has(|p| p.pings.len()), has(|p| p.clicks.len()), advance)?;
+    let calibrate = || calibrate(source, options, has(|p| p.pings.len()), has(|p| p.clicks.len()), advance);
+    let found = match kept {
+        Some(kept) => kept.calibrated(set, calibrate)?,
+        None => calibrate()?,
+    };
     let Calibrated {
         pings: ping_delays,
         clicks: click_delays,
@@ -153,6 +170,12 @@ pub fn process(
     let fitted: Vec<Fitted> = jobs
         .par_iter()
         .map(|&(point, repeat, is_ping)| -> Result<Fitted, RigError> {
+            let records = &set.points[point];
+            let name = if is_ping { &records.pings[repeat] } else { &records.clicks[repeat] };
+            if let Some(fitted) = kept.and_then(|kept| kept.fit(name)) {
+                advance();
+                return Ok(fitted);
+            }
             let fitted = if is_ping {
                 let known = LiveRecord::of(source.ping(point, repeat)?, options.ping.reference);
                 let own = PingOptions { reference: known.reference, ..options.ping.clone() };
@@ -163,7 +186,6 @@ pub fn process(
                 Fitted::Click(Ok(None))
             } else {
                 let record = source.click(point, repeat)?;
-                let records = &set.points[point];
                 let click = click_options(set, records.day, Some(&records.point), &click_options_found);
                 let fit = fit_click(&Trace::from(&record), &click);
                 Fitted::Click(fit.and_then(|fit| {
@@ -173,6 +195,7 @@ pub fn process(
                 }))
             };
             advance();
+            kept.inspect(|kept| kept.keep(name, &fitted));
             Ok(fitted)
         })
         .collect::<Result<_, _>>()?;
@@ -347,6 +370,7 @@ fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String
     )
 }
 
+#[derive(Clone, Debug)]
 enum Fitted {
     /// And the microphones that recorded it.
     Ping(Result<(Ping, Drift), Fault>, Vec<usize>),
@@ -359,17 +383,6 @@ enum Fitted {
 pub fn record_count(set: &RecordSet) -> usize {
     let points: usize = set.points.iter().map(|p| p.pings.len() + p.clicks.len()).sum();
     points + set.calibrations.iter().map(|c| c.clicks.len()).sum::<usize>()
-}
-
-impl<'a> From<&'a Record> for Trace<'a> {
-    fn from(record: &'a Record) -> Self {
-        Self {
-            channels: &record.channels,
-            rate_hz: record.rate_hz,
-            quiet: record.quiet,
-            full_scale: record.full_scale,
-        }
-    }
 }
 
 fn rejection(record: &str, fault: &Fault) -> Rejection {

@@ -66,8 +66,8 @@ mod verdict;
 mod waveform;
 
 pub use campaign::{
-    LiveRecord, PointScatter, ProcessError, ProcessOptions, Processed, StatedChannels, click_options,
-    process, record_count,
+    Kept, LiveRecord, PointScatter, ProcessError, ProcessOptions, Processed, StatedChannels, click_options,
+    process, process_again, record_count,
 };
 pub use chirp::Drift;
 pub use click::{ClickFit, ClickOptions, Reflection, fit_click, picture_click};

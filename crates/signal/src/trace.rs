@@ -3,6 +3,7 @@
 use crate::Fault;
 use crate::kernels::{LANES, run};
 use pulp::NullaryFnOnce;
+use rijke_rig::Record;
 
 /// One multichannel record. Borrowed, so that any source of samples will do.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +25,17 @@ const DROPOUT: usize = 24;
 const SILENCE: f64 = 1e-3;
 /// This many equal samples in a row at the extreme value of a channel are a flat top.
 const FLAT_TOP: usize = 4;
+
+impl<'a> From<&'a Record> for Trace<'a> {
+    fn from(record: &'a Record) -> Self {
+        Self {
+            channels: &record.channels,
+            rate_hz: record.rate_hz,
+            quiet: record.quiet,
+            full_scale: record.full_scale,
+        }
+    }
+}
 
 impl Trace<'_> {
     /// Number of samples per channel.

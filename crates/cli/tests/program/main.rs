@@ -26,6 +26,7 @@ mod responses;
 mod same_seed;
 mod short;
 mod studies;
+mod watch;
 
 use std::{
     path::{Path, PathBuf},

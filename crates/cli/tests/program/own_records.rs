@@ -34,7 +34,7 @@ fn record(seed: u32) -> String {
     text
 }
 
-fn study(name: &str) -> PathBuf {
+pub(crate) fn study(name: &str) -> PathBuf {
     let folder = scratch(name);
     let output = rijke(&folder, &["new", "study", "--template", "quarter-wave"]);
     assert!(output.status.success());

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use rijke_rig::{RecordSource, Rejection, RigError};
 
 /// What is known of the channels.
+#[derive(Clone, Debug)]
 pub(super) struct Calibrated {
     /// At the pings' sampling rate; none if shapes are left out.
     pub(super) pings: Option<ChannelDelays>,

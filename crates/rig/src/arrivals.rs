@@ -1,0 +1,172 @@
+//! Records that are still being made: which of the files that a manifest lists are there, whole and readable.
+
+use crate::{Campaign, RecordFolder, RecordSource, Rig, RigError};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// A folder of records that is looked at again and again while it fills.
+#[derive(Debug)]
+pub struct Arrivals {
+    folder: PathBuf,
+    described: Option<(Rig, Campaign)>,
+    manifest: Option<(Stamp, RecordFolder)>,
+    /// What was wrong with the manifest at the last look.
+    fault: Option<String>,
+    files: BTreeMap<String, State>,
+}
+
+/// What one look found.
+#[derive(Clone, Debug)]
+pub struct Arrived {
+    /// The records that are whole; none before there is a manifest with one of them.
+    pub records: Option<RecordFolder>,
+    /// Files that came, changed or went since the last look.
+    pub changed: Vec<String>,
+    /// Files that cannot be read, with the reason, and what is wrong with the manifest.
+    pub unusable: BTreeMap<String, String>,
+    /// Files that are listed and not there, or still growing.
+    pub awaited: usize,
+    /// Files that are whole.
+    pub whole: usize,
+}
+
+/// A file is the same as long as its length and the time of its last change are.
+type Stamp = (u64, Option<SystemTime>);
+
+#[derive(Clone, Debug)]
+enum State {
+    /// Seen once: it may still be written.
+    Growing(Stamp),
+    /// Read, and right.
+    Whole(Stamp),
+    /// Read, and wrong.
+    Unusable(Stamp, String),
+}
+
+impl Arrivals {
+    /// Of a folder that may still be empty; `described` as in [`RecordFolder::open_of`].
+    #[must_use]
+    pub fn new(folder: &Path, described: Option<(Rig, Campaign)>) -> Self {
+        Self { folder: folder.to_owned(), described, manifest: None, fault: None, files: BTreeMap::new() }
+    }
+
+    /// Looks again. A file counts once two looks in turn found it the same and it could be read as what the manifest says.
+    pub fn look(&mut self) -> Arrived {
+        let path = self.folder.join("manifest.toml");
+        let mut changed = Vec::new();
+        if let Some(stamp) = stamp(&path)
+            && self.manifest.as_ref().is_none_or(|(known, _)| *known != stamp)
+        {
+            match RecordFolder::expected(&self.folder, self.described.clone()) {
+                Ok(records) => {
+                    // Another manifest may say other things of the same files.
+                    if let Some((_, old)) = &self.manifest {
+                        let (then, now) = (said_of(old), said_of(&records));
+                        let same = |file: &String| then.get(file) == now.get(file);
+                        let files = std::mem::take(&mut self.files).into_iter();
+                        let (same, other): (BTreeMap<_, _>, _) = files.partition(|(file, _)| same(file));
+                        self.files = same;
+                        changed.extend(BTreeMap::into_keys(other));
+                    }
+                    (self.manifest, self.fault) = (Some((stamp, records)), None);
+                }
+                Err(error) => self.fault = Some(error.to_string()),
+            }
+        }
+        let mut look = Arrived {
+            records: None,
+            changed,
+            unusable: self.fault.iter().map(|f| ("manifest.toml".to_owned(), f.clone())).collect(),
+            awaited: 0,
+            whole: 0,
+        };
+        let Some((_, records)) = &self.manifest else { return look };
+        let mut states = BTreeMap::new();
+        for (file, read) in records.readers() {
+            let before = self.files.remove(file);
+            let counted = matches!(before, Some(State::Whole(_)));
+            let Some(now) = stamp(&self.folder.join(file)) else {
+                look.awaited += 1;
+                look.changed.extend(counted.then(|| file.to_owned()));
+                continue;
+            };
+            let state = match before {
+                Some(State::Whole(then)) if then == now => State::Whole(now),
+                Some(State::Unusable(then, why)) if then == now => State::Unusable(now, why),
+                Some(State::Growing(then)) if then == now => match read() {
+                    Ok(()) => {
+                        look.changed.push(file.to_owned());
+                        State::Whole(now)
+                    }
+                    Err(error) => State::Unusable(now, error.to_string()),
+                },
+                _ => {
+                    look.changed.extend(counted.then(|| file.to_owned()));
+                    State::Growing(now)
+                }
+            };
+            match &state {
+                State::Growing(_) => look.awaited += 1,
+                State::Whole(_) => look.whole += 1,
+                State::Unusable(_, why) => drop(look.unusable.insert(file.to_owned(), why.clone())),
+            }
+            states.insert(file.to_owned(), state);
+        }
+        // What is listed no longer.
+        let gone = std::mem::replace(&mut self.files, states).into_iter();
+        look.changed.extend(gone.filter(|(_, s)| matches!(s, State::Whole(_))).map(|(file, _)| file));
+        let whole = |file: &str| matches!(self.files.get(file), Some(State::Whole(_)));
+        look.records = (look.whole > 0).then(|| records.restricted(whole));
+        look
+    }
+}
+
+fn stamp(path: &Path) -> Option<Stamp> {
+    let found = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
+    Some((found.len(), found.modified().ok()))
+}
+
+/// All that a manifest says of each of its files.
+fn said_of(records: &RecordFolder) -> BTreeMap<String, String> {
+    let set = records.set();
+    let of_all = format!(
+        "{:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+        set.channels, set.arrays, set.full_scale, set.ping, set.click, set.acquisition, set.rig
+    );
+    let of_points = set.points.iter().flat_map(|p| {
+        let said = format!("{:?} {:?} {of_all}", p.point, set.days[p.day]);
+        p.pings.iter().chain(&p.clicks).map(move |file| (file.clone(), said.clone()))
+    });
+    let of_calibrations = set.calibrations.iter().flat_map(|c| {
+        let said = format!("{:?} {:?} {of_all}", c.stretch, set.days[c.day]);
+        c.clicks.iter().map(move |file| (file.clone(), said.clone()))
+    });
+    of_points.chain(of_calibrations).collect()
+}
+
+/// Reads a record of a set for nothing but its faults.
+type ReadOnce<'a> = Box<dyn Fn() -> Result<(), RigError> + 'a>;
+
+impl RecordFolder {
+    /// Every file of the set, and how it is read.
+    fn readers(&self) -> Vec<(&str, ReadOnce<'_>)> {
+        let set = self.set();
+        let mut all: Vec<(&str, ReadOnce<'_>)> = Vec::new();
+        for (k, point) in set.points.iter().enumerate() {
+            for (n, file) in point.pings.iter().enumerate() {
+                all.push((file, Box::new(move || self.ping(k, n).map(drop))));
+            }
+            for (n, file) in point.clicks.iter().enumerate() {
+                all.push((file, Box::new(move || self.click(k, n).map(drop))));
+            }
+        }
+        for (k, calibration) in set.calibrations.iter().enumerate() {
+            for (n, file) in calibration.clicks.iter().enumerate() {
+                all.push((file, Box::new(move || self.calibration(k, n).map(drop))));
+            }
+        }
+        all
+    }
+}
