@@ -14,6 +14,7 @@ mod matching;
 mod next;
 mod record;
 mod rows;
+mod search;
 mod stages;
 
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
@@ -24,4 +25,8 @@ pub use frame::{Frame, FrameColumn, FrameRow};
 pub(crate) use inputs::conditions_at;
 pub use next::{Aim, Next, Step, Suggestion, Wish, next};
 pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};
+pub use search::{
+    Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,
+    SearchRecord, merge_searches,
+};
 pub use stages::{Chosen, Run, Trusted};

@@ -94,6 +94,16 @@ pub struct EvidenceRecord {
 }
 
 impl EvidenceRecord {
+    pub(super) fn of(trained: &Trained) -> Self {
+        let e = &trained.evidence;
+        Self {
+            ln_best_fit: e.ln_best_fit,
+            ln_occam: e.ln_occam,
+            ln_marginal: e.ln_marginal,
+            observations: e.datapoints,
+        }
+    }
+
     /// ln ML per observation.
     #[must_use]
     pub fn per_observation(&self) -> [f64; 3] {

@@ -111,13 +111,7 @@ impl Run {
             }
         };
         let Chosen { assembly, trained, .. } = &found;
-        let e = &trained.evidence;
-        record.evidence = Some(EvidenceRecord {
-            ln_best_fit: e.ln_best_fit,
-            ln_occam: e.ln_occam,
-            ln_marginal: e.ln_marginal,
-            observations: e.datapoints,
-        });
+        record.evidence = Some(EvidenceRecord::of(trained));
         record.parameters = parameters(trained, assembly.parameters());
         record.misfit = misfit(trained);
         let values = &trained.values[..trained.own];

@@ -27,7 +27,7 @@ pub enum Trusted {
 
 /// Rows within so many nats of the best are searched for other maxima and checked. A start that misses the main maximum has been seen to
 /// cost 59 nats.
-const CONTENDS: f64 = 150.0;
+pub(super) const CONTENDS: f64 = 150.0;
 
 /// A trained model and its training, kept for the stages that stand on it.
 #[derive(Clone, Debug)]
@@ -99,6 +99,22 @@ impl Run {
             ambient,
             predicting: Mutex::default(),
         })
+    }
+
+    /// The same study with these models in the place of what its stages chose.
+    pub(super) fn standing_on(&self, done: Vec<Done>) -> Self {
+        Self {
+            study: self.study.clone(),
+            rig: self.rig.clone(),
+            observed: self.observed.clone(),
+            channels: self.channels.clone(),
+            trusted: self.trusted,
+            done,
+            left_out: self.left_out.clone(),
+            states: self.states.clone(),
+            ambient: self.ambient.clone(),
+            predicting: Mutex::default(),
+        }
     }
 
     /// What the stage called `id` chose, once it has run.

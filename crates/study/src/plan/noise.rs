@@ -117,6 +117,16 @@ impl Default for NoiseSpec {
     }
 }
 
+impl NoiseSpec {
+    /// Every standard deviation that may be taken from an earlier stage.
+    pub fn all(&self) -> impl Iterator<Item = &SdSpec> {
+        [&self.growth_rate, &self.angular_frequency, &self.pressure]
+            .into_iter()
+            .chain(self.installation.iter().flatten())
+            .chain(self.varying.iter().map(|v| &v.sd))
+    }
+}
+
 /// A parameter that scatters between installations about the value that is inferred.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -356,11 +356,7 @@ impl Check<'_> {
     }
 
     fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), Problem> {
-        let all = [&noise.growth_rate, &noise.angular_frequency, &noise.pressure]
-            .into_iter()
-            .chain(noise.installation.iter().flatten())
-            .chain(noise.varying.iter().map(|v| &v.sd));
-        for sd in all {
+        for sd in noise.all() {
             if let SdSpec::Like { stage, .. } = sd {
                 known_stage(plan, stage)?;
             }
