@@ -11,7 +11,9 @@ use crate::{
 };
 use rijke_engine::run::foresight;
 use rijke_study::Study;
+use rijke_study::plan::{Base, Stage};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Check a study: its files, every record, and whether the campaign can identify the parameters of each model.
@@ -56,6 +58,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let recorded = dir.join("records");
     let recorded = if recorded.is_dir() { Some(records::records_of(&recorded, ui)?) } else { None };
     let there = measured(&dir.join("observations"));
+    if matches!(study.plan.base, Base::HeatedFlow(_)) {
+        study.readings(there || recorded.is_some()).map_err(Failure::bad_input)?;
+    }
     let observed = there.then(|| observations(&study)).transpose()?;
     let plan = &study.plan;
     ui.say(format!(
@@ -66,6 +71,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         plan.stages.len(),
         plan.questions.len()
     ));
+    study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     match (&observed, &recorded) {
         (Some(o), _) => ui.say(format!("observations: {} modes", o.modes.len())),
         (None, Some(_)) => ui.say("no record is processed yet"),
@@ -84,6 +90,15 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
                 stage.assumed
             ));
         }
+        if let Some((_, plan)) = study.plan.stage(&stage.id)
+            && (&plan.noise.installation, plan.noise.varying.len()) == (&None, 0)
+            && let shared = shared_installations(&study, plan)
+            && shared > 0
+        {
+            ui.say(format!(
+                "  {shared} installations have several of them, which count as independent: `installation` of this stage's noise says how much assemblies differ"
+            ));
+        }
         for model in &stage.models {
             let widths =
                 model.widths.iter().map(|(name, w)| format!("{name} {w:.2}")).collect::<Vec<_>>().join(", ");
@@ -100,6 +115,15 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
     }
     ui.result(&json!({ "name": plan.name, "points": study.campaign.points.len(), "records": recorded, "stages": found }))
+}
+
+/// How many installations have several points of a stage.
+fn shared_installations(study: &Study, stage: &Stage) -> usize {
+    let mut points: BTreeMap<&str, usize> = BTreeMap::new();
+    for point in study.campaign.points.iter().filter(|p| stage.points.holds(&study.campaign, p)) {
+        *points.entry(&point.installation).or_default() += 1;
+    }
+    points.values().filter(|n| **n > 1).count()
 }
 
 /// What formulas may name.

@@ -25,6 +25,7 @@ mod report;
 mod response;
 mod results;
 mod run;
+mod search;
 mod staging;
 mod study;
 mod study_responses;
@@ -59,6 +60,8 @@ enum Command {
     Process(process::Args),
     Flow(flow::Args),
     Rank(rank::Args),
+    Search(search::Args),
+    Merge(search::MergeArgs),
     Modes(modes::Args),
     Response(response::Args),
     Infer(infer::Args),
@@ -81,6 +84,8 @@ impl Command {
             Self::Process(args) => process::run(args, ui),
             Self::Flow(args) => flow::run(args, ui),
             Self::Rank(args) => rank::run(args, ui),
+            Self::Search(args) => search::run(args, ui),
+            Self::Merge(args) => search::merge(args, ui),
             Self::Modes(args) => modes::run(args, ui),
             Self::Response(args) => response::run(args, ui),
             Self::Infer(args) => infer::run(args, ui),

@@ -69,6 +69,22 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     if (map.is_none() || found.is_empty()) && !left_out.is_empty() {
         return Err(wrong(left_out.swap_remove(0).why));
     }
+    for assumed in &model.assumes {
+        ui.note(format!("warning: this model stands on what is not decided: {assumed}; `rijke search` weighs all combinations"));
+    }
+    let growing: Vec<&Forecast> =
+        found.iter().filter(|f| f.other.is_some_and(|[growth, _]| growth > 0.0)).collect();
+    if let Some(first) = growing.first()
+        && let Some([growth, hertz]) = first.other
+    {
+        ui.note(format!(
+            "warning: at {} of {} points a mode that was not measured grows by this model: at {} one of {hertz:.1} Hz with {growth:+.2} 1/s; \
+             probability_of_instability is of the mode of its row alone",
+            growing.len(),
+            found.len(),
+            first.point
+        ));
+    }
     if let Some(first) = left_out.first() {
         let (n, why) = (left_out.len(), &first.why);
         ui.note(format!(
@@ -96,10 +112,18 @@ pub(crate) fn values(flag: &str, text: &str) -> Result<BTreeMap<String, f64>, Fa
         let (name, value) = part.split_once('=')?;
         Some((name.trim().to_owned(), value.trim().parse::<f64>().ok().filter(|v| v.is_finite())?))
     };
-    text.split(',').map(one).collect::<Option<_>>().ok_or_else(|| {
-        Failure::bad_input(format!("{flag} {text}: not a list of factors with numbers"))
-            .remedy(format!("Write it as {flag} x_g=0.15,Q=12, numbers in SI units."))
-    })
+    let found: Option<Vec<(String, f64)>> = text.split(',').map(one).collect();
+    let remedy = format!("Write it as {flag} x_g=0.15,Q=12, numbers in SI units.");
+    let found = found.ok_or_else(|| {
+        Failure::bad_input(format!("{flag} {text}: not a list of factors with numbers")).remedy(&remedy)
+    })?;
+    let mut values = BTreeMap::new();
+    for (name, value) in found {
+        if values.insert(name.clone(), value).is_some() {
+            return Err(Failure::bad_input(format!("{flag} {text}: {name} is given twice")).remedy(remedy));
+        }
+    }
+    Ok(values)
 }
 
 /// Two factors, each with its values.
@@ -179,6 +203,8 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         "angular_frequency_sd [rad/s]",
         "angular_frequency_model_sd [rad/s]",
         "probability_of_instability",
+        "other_mode_growth_rate [1/s]",
+        "other_mode_frequency [Hz]",
     ];
     let several = found.iter().any(|f| !f.mode.is_empty());
     let mode = several.then(|| "mode".to_owned());
@@ -190,7 +216,8 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         let numbers = f.growth_rate.iter().chain(&f.angular_frequency).map(|v| format!("{v:.6}"));
         let mode = several.then(|| f.mode.clone());
         let row = std::iter::once(f.point.clone()).chain(mode).chain(factors).chain(numbers);
-        table.write_record(row.chain([format!("{:.6}", f.unstable)])).or_failed()?;
+        let other = [0, 1].map(|k| f.other.map_or(String::new(), |o| format!("{:.6}", o[k])));
+        table.write_record(row.chain([format!("{:.6}", f.unstable)]).chain(other)).or_failed()?;
     }
     let bytes = table.into_inner().map_err(|e| Failure::failed(e.to_string()))?;
     String::from_utf8(bytes).or_failed()

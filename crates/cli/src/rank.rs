@@ -65,6 +65,15 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             run.left_out.join(", ")
         ));
     }
+    run.study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
+    if let Some(heat) = &run.heat {
+        ui.note(format!(
+            "the gas gets {} of the power, and gives {} W/(m^2 K) to the wall, by the readings",
+            number::with_sd(heat.share[0], heat.share[1]),
+            number::with_sd(heat.cooling[0], heat.cooling[1])
+        ));
+        heat.warnings().iter().for_each(|warning| ui.note(format!("warning: {warning}")));
+    }
     let (mut stages, mut answers) = (Vec::new(), Vec::new());
     let models = staged.path().join("models");
     for _ in &plan.stages {
@@ -173,11 +182,22 @@ fn table(ui: &Ui, stage: &StageRecord) {
     }
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
         let behind = best - total(model);
+        let next =
+            stage.models.iter().filter(|m| m.id != model.id).map(total).fold(f64::NEG_INFINITY, f64::max);
+        let lead = best - next;
         if behind > 0.0 {
             ui.say(format!(
                 "      not decided: {} leads by {behind:.1} nats, fewer than the {:.1} that decide; the numbers below hold if {} is right",
                 stage.winner, stage.decides, model.id
             ));
+        } else if lead < stage.decides {
+            ui.say(format!(
+                "      not decided: {} leads by {lead:.1} nats, fewer than the {:.1} that decide; the numbers below hold if it is right",
+                model.id, stage.decides
+            ));
+        }
+        for assumed in &stage.assumes {
+            ui.say(format!("      stands on what is not decided: {assumed}"));
         }
         let [growth, frequency, pressure] = model.misfit.map(f64::abs);
         ui.say(format!(

@@ -34,8 +34,14 @@ impl Blocks<'_> {
     fn groups(&self) -> (Groups, Vec<Option<Matrix>>) {
         let near: Vec<_> = self.observed.iter().zip(self.used).map(|(o, u)| self.near_field(o, u)).collect();
         let pressures = self.used.iter().any(|u| !u.others.is_empty());
-        let groups = Groups::new(pressures, self.noise).near_field(near.iter().any(Option::is_some));
+        let groups =
+            Groups::new(self.there(), pressures, self.noise).near_field(near.iter().any(Option::is_some));
         (groups, near)
+    }
+
+    /// Whether any growth rate, and any frequency, is among the data.
+    fn there(&self) -> [bool; 2] {
+        [0, 1].map(|row| self.used.iter().any(|u| u.rows.contains(&row)))
     }
 
     fn floor(&self, own: &Matrix) -> Option<Matrix> {
@@ -84,7 +90,7 @@ impl Blocks<'_> {
     pub(crate) fn together(&self, errors: &BaseErrors) -> Result<Ordered, EngineError> {
         let same = |a: usize, b: usize| same_installation(&self.observed[a], &self.observed[b]);
         let (groups, near) = self.groups();
-        let groups = groups.shared(self.noise).varying(self.scatter);
+        let groups = groups.shared(self.there(), self.noise).varying(self.scatter);
         let varying = |numbers: &[(usize, usize)]| -> Vec<(usize, Matrix)> {
             (groups.varying..).zip(self.scatter.iter().map(|s| s.structure(numbers, same))).collect()
         };

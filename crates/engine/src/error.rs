@@ -205,6 +205,9 @@ pub enum EngineError {
         /// Why, and the remedy.
         problem: String,
     },
+    /// The caller ended a search.
+    #[error("the search was stopped")]
+    Stopped,
     /// A training without a maximum that can be compared.
     #[error("{what}")]
     Unsettled {

@@ -126,13 +126,15 @@ pub(crate) struct Groups {
 }
 
 impl Groups {
-    /// Those of the measured numbers; pressures only where there are any.
-    pub(crate) fn new(pressures: bool, noise: &Noise) -> Self {
+    /// Those of the measured numbers: of growth rates and frequencies only where there are any, because a noise that nothing tells of
+    /// cannot float; pressures likewise.
+    pub(crate) fn new(there: [bool; 2], pressures: bool, noise: &Noise) -> Self {
         let measured = if pressures { 3 } else { 2 };
+        let told = |k: usize| k == 2 || there[k];
         let group = |k: usize| NoiseGroup {
             name: MEASURED[k].into(),
             unit: UNITS[k].into(),
-            mode: noise.of_a_point[k],
+            mode: if told(k) { noise.of_a_point[k] } else { NONE },
         };
         Self { list: (0..measured).map(group).collect(), near_field: None, installation: None, varying: 0 }
     }
@@ -154,13 +156,13 @@ impl Groups {
     }
 
     /// And those that the points of one installation share.
-    pub(crate) fn shared(mut self, noise: &Noise) -> Self {
+    pub(crate) fn shared(mut self, there: [bool; 2], noise: &Noise) -> Self {
         if noise.of_an_installation != [NONE; 2] {
             let first = self.list.len();
             self.list.extend((0..2).map(|k| NoiseGroup {
                 name: format!("{}{BETWEEN}", MEASURED[k]),
                 unit: UNITS[k].into(),
-                mode: noise.of_an_installation[k],
+                mode: if there[k] { noise.of_an_installation[k] } else { NONE },
             }));
             self.installation = Some([first, first + 1]);
         }

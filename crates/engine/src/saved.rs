@@ -32,6 +32,9 @@ pub struct SavedModel {
     pub law: Option<crate::LawError>,
     /// Whether the measured errors come on top of the noise.
     pub measured: bool,
+    /// What is taken for certain, though the evidence does not decide it.
+    #[serde(default)]
+    pub assumes: Vec<String>,
 }
 
 impl SavedModel {
@@ -60,6 +63,7 @@ impl SavedModel {
             causes: trained.common.as_ref().map(Common::causes_and_shares).unwrap_or_default(),
             law,
             measured,
+            assumes: Vec::new(),
         }
     }
 

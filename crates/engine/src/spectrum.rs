@@ -41,6 +41,18 @@ impl Spectrum {
 const POINTS: usize = 1200;
 
 impl PointModel<'_> {
+    /// The eigenvalues in the rig's search region.
+    ///
+    /// # Errors
+    /// As [`PointModel::spectrum`].
+    pub(crate) fn modes(&self, values: &[f64]) -> Result<Vec<C64>, EngineError> {
+        let filled = self.filled(values)?;
+        let [sigma, hertz] = self.assembly.rig.search;
+        let region = Region { sigma, omega: hertz.map(|f| 2.0 * PI * f) };
+        let modes = self.chain().modes(&*filled, &region, &mut Workspace::default());
+        Ok(modes.map_err(|source| self.no_answer(source))?.modes.iter().map(|m| m.s).collect())
+    }
+
     /// The modes in the rig's search region, with frequencies (Hz) between other limits where `limits_hz` gives them.
     ///
     /// # Errors

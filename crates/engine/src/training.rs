@@ -74,6 +74,9 @@ pub struct Trained {
     pub referee: Option<Verdict>,
 }
 
+/// Standard deviations between a rough fit and the final one beyond which the two are of different maxima.
+const ELSEWHERE: f64 = 10.0;
+
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.
 ///
 /// # Errors
@@ -111,26 +114,32 @@ pub fn train(
         let (data, order) = blocks.apart()?;
         return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
-    let errors = BaseErrors::new(assembly, observed, used, values)?;
     let law = noise.law.as_ref().map(|error| LawErrors::of(assembly, error)).transpose()?.flatten();
-    let errors = match &law {
-        Some(law) => errors.and(law.changes(observed, used, values)?),
-        None => errors,
+    // The effect of the errors is taken at `at`, parameters of the model and then of the channels.
+    let with_errors = |at: &[f64]| {
+        let (values, of_channels) = at.split_at(own);
+        let errors = BaseErrors::new(assembly, observed, used, values)?;
+        let errors = match &law {
+            Some(law) => errors.and(law.changes(observed, used, values)?),
+            None => errors,
+        };
+        let (common, errors) = Common::of(errors, observed, used)?;
+        let (data, order) = blocks.together(&errors)?;
+        let shared = common.parameters();
+        let parameters = self::parameters(assembly, &shared, channels.as_ref(), training)?;
+        let carried = common.carried_by(&predictor, own);
+        let through = Heard::new(&carried, own + shared.len(), channels.as_ref(), observed, used);
+        let start = [values, &vec![0.0; shared.len()], of_channels].concat();
+        let options = training.search.clone().from(&start);
+        Fitting { assembly, training, model: &through, parameters: &parameters, common: Some(&common) }
+            .finish(&data, order, options, observed.len())
     };
-    let (common, errors) = Common::of(errors, observed, used)?;
-    let (data, order) = blocks.together(&errors)?;
-    let shared = common.parameters();
-    let parameters = self::parameters(assembly, &shared, channels.as_ref(), training)?;
-    let carried = common.carried_by(&predictor, own);
-    let through = heard(&carried as &dyn Forward, own + shared.len());
-    let start = [values, &vec![0.0; shared.len()], &rough.parameters[own..]].concat();
-    let common = Some(&common);
-    Fitting { assembly, training, model: &through, parameters: &parameters, common }.finish(
-        &data,
-        order,
-        training.search.clone().from(&start),
-        observed.len(),
-    )
+    let mut trained = with_errors(&rough.parameters)?;
+    if trained.lies_elsewhere(&rough.parameters[..own]) {
+        let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
+        trained = with_errors(&[&trained.values[..own], of_channels].concat())?;
+    }
+    Ok(trained)
 }
 
 /// The parameters of the model, those of the base states that all installations share, and those of the channels, with what earlier
@@ -226,6 +235,12 @@ impl Trained {
     pub fn knowledge(&self) -> Knowledge {
         let names = self.parameters.iter().map(|p| p.name.clone()).collect();
         Knowledge { names, mean: self.values.clone(), covariance: self.covariance.clone() }
+    }
+
+    /// Whether the most probable values lie at another maximum than `rough` ones of the model's parameters.
+    fn lies_elsewhere(&self, rough: &[f64]) -> bool {
+        let far = |((value, rough), sd): ((&f64, &f64), f64)| (value - rough).abs() > ELSEWHERE * sd;
+        self.values.iter().zip(rough).zip(self.sd()).any(far)
     }
 
     /// Standard deviation of each parameter.

@@ -1,6 +1,7 @@
 //! Models that are Python functions, fitted and ranked.
 
 use crate::fault::{Answer, Fault};
+use crate::signals::listening;
 use numpy::{AllowTypeChange, PyArray1, PyArrayLikeDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyArithmeticError;
 use pyo3::prelude::*;
@@ -13,7 +14,6 @@ use serde::Deserialize;
 use serde_json::json;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 /// A model as `rijke.rank` hands it over.
 #[derive(FromPyObject)]
@@ -197,9 +197,6 @@ pub(crate) fn rank(
     Ok(json!({ "ranking": rijke_inference::rank(entries), "models": found }).to_string())
 }
 
-/// How often Ctrl-C is looked for while a fit runs.
-const POLL: Duration = Duration::from_millis(2);
-
 /// One fit, in a thread of its own, while this one listens for Ctrl-C. The inner error is a model that cannot be fitted.
 fn fit(
     py: Python<'_>,
@@ -211,23 +208,7 @@ fn fit(
 ) -> PyResult<Result<Assessment, String>> {
     let stopped = AtomicBool::new(false);
     let forward = Callable { own, scales, stopped: &stopped, raised: Mutex::default() };
-    let outcome = std::thread::scope(|scope| -> PyResult<_> {
-        let forward = &forward;
-        let work = scope.spawn(move || assess(forward, data, parameters, options));
-        let mut interrupted = None;
-        while !work.is_finished() {
-            py.detach(|| std::thread::sleep(POLL));
-            if let Err(error) = py.check_signals() {
-                stopped.store(true, Ordering::Relaxed);
-                interrupted = Some(error);
-            }
-        }
-        match (interrupted, work.join()) {
-            (Some(error), _) => Err(error),
-            (None, Ok(outcome)) => Ok(outcome),
-            (None, Err(_)) => Err(Fault::failed("the fit stopped without an answer").into()),
-        }
-    })?;
+    let outcome = listening(py, &stopped, || assess(&forward, data, parameters, options))?;
     let raised = forward.raised.lock().ok().and_then(|mut raised| raised.take());
     match (raised, outcome) {
         (Some(error), Err(_)) => Err(error),

@@ -15,6 +15,7 @@ mod forward;
 mod model;
 mod network;
 mod posterior;
+mod signals;
 mod study;
 
 /// The module as Python sees it.
@@ -29,7 +30,7 @@ mod _native {
     #[pymodule_export]
     use super::posterior::Posterior;
     #[pymodule_export]
-    use super::study::{Run, Study};
+    use super::study::{Run, Study, merge_searches};
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
 }

@@ -2,12 +2,14 @@
 
 use crate::fault::{Answer, Fault};
 use crate::posterior::Posterior;
+use crate::signals::listening;
 use pyo3::prelude::*;
-use rijke_engine::run::Trusted;
+use rijke_engine::run::{Search, SearchOptions, SearchPart, Trusted};
 use rijke_inference::RefereeKind;
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// See `rijke.Study`.
 #[pyclass(frozen, module = "rijke._native")]
@@ -42,20 +44,55 @@ impl Study {
 
     /// Reads the observations and gets ready for the first stage. `trusted`: `laplace`, `checked` or `nested`.
     fn start(&self, py: Python<'_>, trusted: &str, error: f64) -> Answer<Run> {
-        let trusted = match trusted {
-            "laplace" => Trusted::Laplace,
-            "checked" => Trusted::Checked,
-            "nested" => Trusted::Refereed(RefereeKind::Nested, error),
-            other => {
-                return Err(Fault::input(format!("the evidence cannot be trusted by `{other}`"))
-                    .remedy("Give laplace, checked or nested."));
-            }
-        };
+        let trusted = trust(trusted, error)?;
         let run = py.detach(|| -> Answer<_> {
             let observations = self.study.observations()?;
             Ok(rijke_engine::run::Run::new(self.study.clone(), &observations, trusted)?)
         })?;
         Ok(Run { run: Mutex::new(run) })
+    }
+
+    /// Trains shard `[k, n]` of all combinations; the part as JSON, as `rijke search --shard` writes it. Ctrl-C stops.
+    #[pyo3(signature = (stage, within, trusted, shard, threads, tasks))]
+    #[expect(clippy::too_many_arguments, reason = "those of the function of Python")]
+    fn search(
+        &self,
+        py: Python<'_>,
+        stage: Option<String>,
+        within: Option<f64>,
+        trusted: &str,
+        shard: [usize; 2],
+        threads: usize,
+        tasks: Option<PathBuf>,
+    ) -> PyResult<String> {
+        let within = within.unwrap_or(f64::INFINITY);
+        let options = SearchOptions { stage, within, trusted: trust(trusted, 0.1)?, shard, threads, tasks };
+        let stopped = AtomicBool::new(false);
+        let work = || -> Answer<SearchPart> {
+            let search = Search::new(self.study.clone(), &self.study.observations()?, options)?;
+            Ok(search.run(&|_| !stopped.load(Ordering::Relaxed))?)
+        };
+        let part = listening(py, &stopped, work)??;
+        Ok(serde_json::to_string(&part).map_err(Fault::failed)?)
+    }
+}
+
+/// Joins parts of a search, in any order; the result as JSON, as `rijke merge` writes it.
+#[pyfunction]
+pub(crate) fn merge_searches(parts: Vec<String>) -> Answer<String> {
+    let read = |text: &String| serde_json::from_str(text).map_err(Fault::failed);
+    let parts = parts.iter().map(read).collect::<Answer<Vec<SearchPart>>>()?;
+    serde_json::to_string(&rijke_engine::run::merge_searches(&parts)?).map_err(Fault::failed)
+}
+
+/// `laplace`, `checked` or `nested`.
+fn trust(trusted: &str, error: f64) -> Answer<Trusted> {
+    match trusted {
+        "laplace" => Ok(Trusted::Laplace),
+        "checked" => Ok(Trusted::Checked),
+        "nested" => Ok(Trusted::Refereed(RefereeKind::Nested, error)),
+        other => Err(Fault::input(format!("the evidence cannot be trusted by `{other}`"))
+            .remedy("Give laplace, checked or nested.")),
     }
 }
 

@@ -51,6 +51,7 @@ fn stage() -> StageRecord {
         winner: "a".into(),
         chosen: "a".into(),
         decides: 3.0,
+        assumes: vec!["Cold tube: x is taken, though y is only 0.4 nats behind".into()],
     }
 }
 

@@ -304,6 +304,15 @@ pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Param
         check_name("parameter", &name, scope).map_err(|problem| (at.clone(), problem))?;
         let ParameterSpec { symbol, unit, prior } = spec.into_inner();
         let symbol = symbol.unwrap_or_else(|| name.clone());
+        // Formulas compute with the number as it stands: 3 ms would be 3 s.
+        if let Ok(parsed) = rijke_rig::Unit::parse(&unit)
+            && (parsed.to_si(0.0), parsed.to_si(1.0)) != (0.0, 1.0)
+        {
+            let si = crate::campaign::si_text(&parsed);
+            let need = "an SI unit without prefix; formulas compute with the number as it stands, so write prior and unit in SI";
+            let value = if si.is_empty() { unit } else { format!("{unit}, where {si} is due") };
+            return Err((at, Problem::Value { key: format!("unit of {name}"), value, need }));
+        }
         let parameter = Parameter::new(name, symbol, unit, prior);
         // The checks on priors are those of the inference, where they are used.
         match rijke_inference::Parameters::new(vec![parameter.clone()]) {

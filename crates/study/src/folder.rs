@@ -3,7 +3,7 @@
 use crate::modes::read_ambient;
 use crate::plan::Plan;
 use crate::source::Source;
-use crate::{Campaign, Catalogue, Claims, Observations, Problem, Rig, StudyError, read_modes};
+use crate::{Campaign, Candidate, Catalogue, Claims, Observations, Problem, Rig, StudyError, read_modes};
 use rijke_rig::{ChannelErrors, DataKind};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -46,6 +46,23 @@ impl Study {
         let plan = Plan::read(&folder.join("study.toml"), &rig, &campaign, &catalogue)?;
         let claims = Claims::read(&folder.join("paper.toml"), &plan, &catalogue)?;
         Ok(Self { folder: folder.to_owned(), rig, campaign, catalogue, plan, claims })
+    }
+
+    /// Candidates that are part of no model because no stage and no question names their role, each in a sentence with file and line: a role may
+    /// be misspelt.
+    #[must_use]
+    pub fn unused(&self) -> Vec<String> {
+        let (named, unused) = self.plan.unused(&self.catalogue);
+        let said = |candidate: &Candidate| {
+            let (file, line) = self.catalogue.place(&candidate.id).unwrap_or_default();
+            format!(
+                "{file}, line {line}: candidate `{}` has the role `{}`, which no stage and no question names: it is part of no model; named are {}",
+                candidate.id,
+                candidate.role,
+                crate::source::listed(named.iter().copied())
+            )
+        };
+        unused.into_iter().map(said).collect()
     }
 
     /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it.

@@ -31,6 +31,9 @@ pub struct Reading {
     pub sd: f64,
 }
 
+/// Part of the length within which a reading is one of a thermometer.
+const NEAR: f64 = 5e-3;
+
 /// Nodes of the profile behind the part.
 const NODES: usize = 16;
 
@@ -142,8 +145,19 @@ pub fn heated_states(
     readings: &[Reading],
     ambient: &[Option<[f64; 2]>],
     layouts: &[Option<Layout>],
-) -> Result<Vec<Option<BaseState>>, Problem> {
-    let factor = |name: &str| campaign.known_factor(name);
+) -> Result<(Vec<Option<BaseState>>, HeatedFit), Problem> {
+    let factor = |name: &str| {
+        let k = campaign.known_factor(name)?;
+        if campaign.factors[k].stated {
+            return Ok(k);
+        }
+        let (key, value) = (name.to_owned(), "a column without unit".to_owned());
+        Err(Problem::Value {
+            key,
+            value,
+            need: "its unit in brackets in campaign.csv, such as Q [W] or flow [L/min]",
+        })
+    };
     let (power, flow) = (factor(&plan.power)?, factor(&plan.flow)?);
     let part = rig.part(&plan.at).map(|(k, _)| k);
     let heated = |p: usize| -> Result<Option<Heated>, Problem> {
@@ -173,6 +187,21 @@ pub fn heated_states(
             let (key, value) = (format!("at of {}", campaign.points[r.point].id), format!("{} m", r.at));
             return Err(Problem::Value { key, value, need: "on the ducts, from 0 to their total length" });
         }
+        if let Some(layout) = &layouts[r.point]
+            && !rig.thermometers.at.is_empty()
+            && !rig
+                .thermometers
+                .at
+                .iter()
+                .any(|at| (at.at(&layout.numbers) - r.at).abs() <= NEAR * layout.length)
+        {
+            let (key, value) = (format!("at of {}", campaign.points[r.point].id), format!("{} m", r.at));
+            return Err(Problem::Value {
+                key,
+                value,
+                need: "the place of one of the [thermometers] of rig.toml",
+            });
+        }
     }
     let all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
     let (values, covariance, misfit) = fit(&all, readings, [plan.share, plan.cooling])?;
@@ -181,7 +210,80 @@ pub fn heated_states(
         let (heated, layout) = (heated.as_ref()?, layouts[p].as_ref()?);
         Some(state(rig, &campaign.points[p], heated, layout.length, values, &shared, misfit))
     };
-    Ok(all.iter().enumerate().map(state).collect())
+    let states = all.iter().enumerate().map(state).collect();
+    let numbers = [0, 1].map(|i| [values[i], covariance[(i, i)].sqrt()]);
+    let prior = [plan.share, plan.cooling];
+    let thermometers = thermometers(&all, readings, values);
+    Ok((states, HeatedFit { share: numbers[0], cooling: numbers[1], prior, thermometers }))
+}
+
+/// What the readings say of the heat, and how they fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatedFit {
+    /// Share of the power that the gas gets, and its standard deviation.
+    pub share: [f64; 2],
+    /// Heat transfer to the wall, W/(m^2 K), likewise.
+    pub cooling: [f64; 2],
+    /// Mean and standard deviation of both before the readings.
+    prior: [[f64; 2]; 2],
+    /// Every place of readings: m, how much they read more than the model on average, K, and the standard deviation of that by what is stated of
+    /// readings and ambient temperature.
+    pub thermometers: Vec<[f64; 3]>,
+}
+
+/// Standard deviations from which readings and heat, or readings and priors, contradict each other.
+const CONFLICT: f64 = 4.0;
+
+impl HeatedFit {
+    /// What does not fit, in words.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        for (what, [value, _], [mean, sd]) in [
+            ("the share of the power that the gas gets", self.share, self.prior[0]),
+            ("the heat transfer to the wall", self.cooling, self.prior[1]),
+        ] {
+            if (value - mean).abs() > CONFLICT * sd {
+                all.push(format!(
+                    "the readings ask for {what} of {value:.3}, {:.1} standard deviations of the prior from {mean}: check power, flow, their units, and places of thermometers",
+                    (value - mean).abs() / sd
+                ));
+            }
+        }
+        if self.share[0] > 1.0 + CONFLICT * self.share[1] {
+            all.push(format!("the gas gets {:.0} % of the power, more than there is", 100.0 * self.share[0]));
+        }
+        for [at, off, sd] in &self.thermometers {
+            if off.abs() > CONFLICT * sd {
+                let more = if *off > 0.0 { "more" } else { "less" };
+                all.push(format!(
+                    "the thermometer at {at} m reads {:.1} K {more} than the heated gas of this study on average, {:.0} of its stated standard deviations",
+                    off.abs(),
+                    off.abs() / sd
+                ));
+            }
+        }
+        all
+    }
+}
+
+/// Readings of one place against the model, weighted by their stated errors; the ambient temperature's errors are shared.
+fn thermometers(all: &[Option<Heated>], readings: &[Reading], values: [f64; 2]) -> Vec<[f64; 3]> {
+    let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    let mean = |at: &f64| {
+        let (mut weights, mut sum, mut ambient) = (0.0, 0.0, 0.0_f64);
+        for r in readings.iter().filter(|r| r.at == *at) {
+            let Some(h) = all.get(r.point).and_then(Option::as_ref) else { continue };
+            let weight = r.sd.powi(-2);
+            weights += weight;
+            sum += weight * (r.temperature - h.temperature(r.at, values)[0]);
+            ambient = ambient.max(h.ambient[1]);
+        }
+        (weights > 0.0).then(|| [*at, sum / weights, (1.0 / weights + ambient.powi(2)).sqrt()])
+    };
+    places.iter().filter_map(mean).collect()
 }
 
 /// eta and h, their covariance, and the relative error of the rise of one point that the readings ask for: Gauss and Newton's method.
@@ -321,6 +423,33 @@ mod tests {
             assert!((values[i] - truth[i]).abs() < 0.5 * sd, "{values:?} +- {sd}");
         }
         assert_eq!(relative, 0.0);
+    }
+
+    #[test]
+    fn behaviour_a_thermometer_that_reads_otherwise_is_named() {
+        let truth = [0.82, 6.5];
+        let points = [(40.0, 7e-4), (80.0, 7e-4), (40.0, 1.3e-3)].map(|(q, v)| Some(heated(q, v)));
+        let read = |off: f64| -> Vec<Reading> {
+            let of = |(point, h): (usize, &Heated)| {
+                let at = |at: f64| {
+                    let off = if at == 0.5 { off } else { 0.0 };
+                    Reading { point, at, temperature: h.temperature(at, truth)[0] + off, sd: 0.5 }
+                };
+                [0.1, 0.35, 0.5, 0.7].map(at)
+            };
+            points.iter().flatten().enumerate().flat_map(of).collect()
+        };
+        let warnings = |off: f64| {
+            let readings = read(off);
+            let (values, covariance, _) = fit(&points, &readings, [[0.9, 0.15], [5.0, 3.0]]).unwrap();
+            let number = |i: usize| [values[i], covariance[(i, i)].sqrt()];
+            let thermometers = thermometers(&points, &readings, values);
+            let prior = [[0.9, 0.15], [5.0, 3.0]];
+            HeatedFit { share: number(0), cooling: number(1), prior, thermometers }.warnings()
+        };
+        assert_eq!(warnings(0.0), Vec::<String>::new());
+        let said = warnings(8.0).join("; ");
+        assert!(said.contains("the thermometer at 0.5 m reads") && said.contains("K more"), "{said}");
     }
 
     #[test]

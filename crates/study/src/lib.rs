@@ -33,7 +33,7 @@ pub use claims::{ClaimNumber, Claims, Statement, Take};
 pub use error::{Problem, StudyError};
 pub use folder::Study;
 pub use head::ErrorTerm;
-pub use heated::{Reading, heated_states, read_readings};
+pub use heated::{HeatedFit, Reading, heated_states, read_readings};
 pub use law::{Candidate, Coefficient, Effect, MeanFlow};
 pub use modes::{Observations, ObservedMode, hertz, read_modes};
 pub use one_table::OneTable;

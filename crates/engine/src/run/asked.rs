@@ -7,6 +7,7 @@ use crate::{Conditions, EngineError, Misfit, Observed, PointModel, PointPredicti
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
+use rijke_numerics::C64;
 use rijke_study::plan::Selection;
 use rijke_study::{Observations, Point, Study};
 use serde::Serialize;
@@ -28,8 +29,11 @@ pub struct Forecast {
     pub growth_rate: [f64; 3],
     /// Angular frequency, rad/s, likewise.
     pub angular_frequency: [f64; 3],
-    /// Probability that the growth rate is above zero, taken as normal, without the noise of a measurement.
+    /// Probability that the growth rate of this mode is above zero, taken as normal, without the noise of a measurement.
     pub unstable: f64,
+    /// The mode that grows fastest of those in the rig's `[search]` on which the model was not trained, at its most probable parameters:
+    /// growth rate, 1/s, and frequency, Hz. None where there is no other, or where they cannot be counted.
+    pub other: Option<[f64; 2]>,
 }
 
 /// A point of which a model cannot say anything.
@@ -204,6 +208,7 @@ pub fn forecast(
             growth_rate,
             angular_frequency: number(1),
             unstable: normal_cdf(growth_rate[0] / growth_rate[2]),
+            other: None,
         })
     };
     let all: Vec<(usize, &String)> =
@@ -216,5 +221,24 @@ pub fn forecast(
             Err(why) => failures.push(Unpredicted { point: study.campaign.points[*k].id.clone(), why }),
         }
     }
+    let values: Vec<f64> = posterior.knowledge.mean[..assembly.parameters().len()].to_vec();
+    let others = points.par_iter().map(|&k| {
+        let point = &study.campaign.points[k];
+        let known: Vec<C64> = forecasts
+            .iter()
+            .filter(|f| f.point == point.id)
+            .map(|f| C64::new(f.growth_rate[0], f.angular_frequency[0]))
+            .collect();
+        let conditions = conditions(study, point, states.get(&k), ambient[k].or(usual)).ok()?;
+        let modes = PointModel::new(&assembly, &conditions, &[]).ok()?.modes(&values).ok()?;
+        let apart = |s: &&C64| known.iter().all(|k| (*s - k).norm() > SAME_MODE * k.norm());
+        let other = modes.iter().filter(apart).max_by(|a, b| a.re.total_cmp(&b.re))?;
+        Some((point.id.clone(), [other.re, other.im / std::f64::consts::TAU]))
+    });
+    let others: BTreeMap<String, [f64; 2]> = others.flatten().collect();
+    forecasts.iter_mut().for_each(|f| f.other = others.get(&f.point).copied());
     Ok((forecasts, failures))
 }
+
+/// Two eigenvalues that lie closer, relative to their size, are one.
+const SAME_MODE: f64 = 1e-3;

@@ -3,7 +3,8 @@
 use crate::{Conditions, EngineError, Observed};
 use rijke_study::plan::{Base, Selection};
 use rijke_study::{
-    BaseState, Cause, Observations, Point, Problem, Sharing, Study, heated_states, read_readings, read_states,
+    BaseState, Cause, HeatedFit, Observations, Point, Problem, Sharing, Study, heated_states, read_readings,
+    read_states,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,6 +27,7 @@ pub(super) fn states(
 ) -> Result<BTreeMap<usize, BaseState>, EngineError> {
     let campaign = &study.campaign;
     match &study.plan.base {
+        Base::HeatedFlow(_) => Ok(heated(study, ambient, measured)?.0),
         Base::Ambient | Base::Rig => Ok(BTreeMap::new()),
         Base::States(_) => {
             let path = study.folder.join("base").join("states.json");
@@ -37,20 +39,33 @@ pub(super) fn states(
             let place = |(id, state): (String, BaseState)| Some((campaign.point(&id)?.0, state));
             Ok(states.into_iter().filter_map(place).collect())
         }
-        Base::HeatedFlow(heated) => {
-            // Before anything is measured the gas is as the priors have it.
-            let path = study.readings(measured)?;
-            let readings = path.map(|path| read_readings(&path, campaign)).transpose()?.unwrap_or_default();
-            let layout = |(k, point): (usize, &Point)| {
-                let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
-                ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
-            };
-            let layouts = campaign.points.iter().enumerate().map(layout).collect::<Result<Vec<_>, _>>()?;
-            let states = heated_states(&study.rig, campaign, heated, &readings, ambient, &layouts);
-            let states = states.map_err(|problem| EngineError::Readings { problem: Box::new(problem) })?;
-            Ok(states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect())
-        }
     }
+}
+
+/// States by the place of their point, and what the readings say of the heat.
+type Warmed = (BTreeMap<usize, BaseState>, Option<HeatedFit>);
+
+/// The states of gas that a part heats, and what the readings say of the heat; nothing for another base.
+pub(super) fn heated(
+    study: &Study,
+    ambient: &[Option<[f64; 2]>],
+    measured: bool,
+) -> Result<Warmed, EngineError> {
+    let (campaign, Base::HeatedFlow(heated)) = (&study.campaign, &study.plan.base) else {
+        return Ok(Warmed::default());
+    };
+    // Before anything is measured the gas is as the priors have it.
+    let path = study.readings(measured)?;
+    let readings = path.map(|path| read_readings(&path, campaign)).transpose()?.unwrap_or_default();
+    let layout = |(k, point): (usize, &Point)| {
+        let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
+        ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
+    };
+    let layouts = campaign.points.iter().enumerate().map(layout).collect::<Result<Vec<_>, _>>()?;
+    let found = heated_states(&study.rig, campaign, heated, &readings, ambient, &layouts);
+    let (states, fit) = found.map_err(|problem| EngineError::Readings { problem: Box::new(problem) })?;
+    let states = states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect();
+    Ok((states, (!readings.is_empty()).then_some(fit)))
 }
 
 /// Whether the state of the gas at a point must have been inferred, and was not.

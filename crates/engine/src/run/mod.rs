@@ -14,6 +14,7 @@ mod matching;
 mod next;
 mod record;
 mod rows;
+mod search;
 mod so_far;
 mod stages;
 
@@ -25,5 +26,9 @@ pub use frame::{Frame, FrameColumn, FrameRow};
 pub(crate) use inputs::conditions_at;
 pub use next::{Aim, Next, Step, Suggestion, Wish, next};
 pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};
+pub use search::{
+    Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,
+    SearchRecord, merge_searches,
+};
 pub use so_far::{Leading, so_far};
 pub use stages::{Chosen, Run, Trusted};

@@ -18,10 +18,13 @@ pub struct StageRecord {
     pub models: Vec<ModelRecord>,
     /// The model with the most evidence.
     pub winner: String,
-    /// The model that goes on: the first that none beats by more than `decides` nats.
+    /// The model that goes on: the winner, or, if the study prefers so, the first that none beats by more than `decides` nats.
     pub chosen: String,
     /// Nats below which a lead does not decide.
     pub decides: f64,
+    /// What earlier stages took for certain, though their evidence does not decide it: all numbers here hold if it is right.
+    #[serde(default)]
+    pub assumes: Vec<String>,
 }
 
 /// What was measured of one mode at one point.
@@ -94,6 +97,16 @@ pub struct EvidenceRecord {
 }
 
 impl EvidenceRecord {
+    pub(super) fn of(trained: &Trained) -> Self {
+        let e = &trained.evidence;
+        Self {
+            ln_best_fit: e.ln_best_fit,
+            ln_occam: e.ln_occam,
+            ln_marginal: e.ln_marginal,
+            observations: e.datapoints,
+        }
+    }
+
     /// ln ML per observation.
     #[must_use]
     pub fn per_observation(&self) -> [f64; 3] {

@@ -111,13 +111,7 @@ impl Run {
             }
         };
         let Chosen { assembly, trained, .. } = &found;
-        let e = &trained.evidence;
-        record.evidence = Some(EvidenceRecord {
-            ln_best_fit: e.ln_best_fit,
-            ln_occam: e.ln_occam,
-            ln_marginal: e.ln_marginal,
-            observations: e.datapoints,
-        });
+        record.evidence = Some(EvidenceRecord::of(trained));
         record.parameters = parameters(trained, assembly.parameters());
         record.misfit = misfit(trained);
         let values = &trained.values[..trained.own];
@@ -182,12 +176,19 @@ impl Run {
         let used = |m: &usize| stage.microphones.is_empty() || stage.microphones.contains(&names[*m]);
         let search = gauss_newton();
         let referee = if let Trusted::Refereed(kind, error) = trusted { Some((kind, error)) } else { None };
-        let checks = AssessOptions {
+        let usual = AssessOptions {
             search: search.search,
             // One stream per candidate: a further row must not change the others.
             streams: Streams::new(u64::from_le_bytes(*b"evidence")),
             referee,
             ..AssessOptions::default()
+        };
+        let checks = match trusted {
+            Trusted::Laplace => None,
+            Trusted::Searched => {
+                Some(AssessOptions { random_starts: 2, screened: 16, most_starts: 8, draws: 0, ..usual })
+            }
+            Trusted::Checked | Trusted::Refereed(..) => Some(usual),
         };
         Training {
             microphones: (0..names.len()).filter(used).collect(),
@@ -196,7 +197,7 @@ impl Run {
             channels: self.channels.clone().filter(|_| stage.channels),
             search,
             base_errors: stage.base_errors,
-            checks: (trusted != Trusted::Laplace).then_some(checks),
+            checks,
         }
     }
 }

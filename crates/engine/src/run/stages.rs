@@ -1,33 +1,35 @@
 //! Candidates that compete on the same points; stages that stand on each other.
 
 use super::earlier::Earlier;
-use super::inputs::{ambient_of_all, left_out, observed, selected, states};
+use super::inputs::{ambient_of_all, heated, left_out, observed, selected, states};
 use super::record::{MeasuredRecord, ModelRecord, StageRecord};
 use super::rows::{Choice, Row};
 use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
 use rayon::prelude::*;
 use rijke_inference::RefereeKind;
 use rijke_rig::ChannelErrors;
-use rijke_study::plan::Stage;
-use rijke_study::{BaseState, Observations, Rig, Study};
+use rijke_study::plan::{Prefer, Stage};
+use rijke_study::{BaseState, HeatedFit, Observations, Rig, Study};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 /// How far an evidence is trusted or checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Trusted {
-    /// Laplace's method alone.
+    /// Laplace's method at one maximum.
     #[default]
     Laplace,
+    /// Other maxima are looked for; the evidence is summed over them and not checked.
+    Searched,
     /// Other starts, importance sampling and doubled priors as well: some hundred calls of the model.
     Checked,
     /// A referee too, to a statistical error in nats.
     Refereed(RefereeKind, f64),
 }
 
-/// Rows within so many nats of the best are searched for other maxima and checked. A start that misses the main maximum has been seen to
-/// cost 59 nats.
-const CONTENDS: f64 = 150.0;
+/// Rows within so many nats of the best are checked. Of others a few more maxima are looked for first: a delay whose prior lies at an alias
+/// has been seen to cost 316 nats.
+pub(super) const CONTENDS: f64 = 150.0;
 
 /// A trained model and its training, kept for the stages that stand on it.
 #[derive(Clone, Debug)]
@@ -51,6 +53,22 @@ pub(super) struct Done {
     pub(super) chosen: Chosen,
     /// Every row of the table that could be fitted.
     pub(super) rows: Vec<(ModelRecord, Chosen)>,
+    /// What its model takes for certain, though the evidence of this stage or of those before it does not decide it.
+    pub(super) assumes: Vec<String>,
+}
+
+/// That another row of a table is as good as the one that goes on, if it is.
+fn undecided(title: &str, models: &[ModelRecord], taken: usize, decides: f64) -> Option<String> {
+    let total = |m: &ModelRecord| m.evidence.map(|e| e.ln_marginal);
+    let own = total(&models[taken])?;
+    let others = models.iter().enumerate().filter(|(k, _)| *k != taken);
+    let (other, behind) = others
+        .filter_map(|(_, m)| Some((m, own - total(m)?)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, behind)| *behind < decides)?;
+    let lies = if behind < 0.0 { "ahead" } else { "behind" };
+    let (taken, nats) = (&models[taken].id, behind.abs());
+    Some(format!("{title}: {taken} is taken, though {} is only {nats:.1} nats {lies}", other.id))
 }
 
 /// A study with its observations, and what has been trained of it so far.
@@ -62,6 +80,8 @@ pub struct Run {
     pub(super) channels: Option<ChannelErrors>,
     pub(super) trusted: Trusted,
     pub(super) done: Vec<Done>,
+    /// What the readings say of the heat, where a part heats the gas.
+    pub heat: Option<HeatedFit>,
     /// Observed points that no stage uses because nothing is known of their gas.
     pub left_out: Vec<String>,
     /// States of the gas that were inferred, by the place of their point, and what is known of the temperature at each.
@@ -80,6 +100,7 @@ impl Run {
         let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
         let ambient = ambient_of_all(&study, observations);
         let states = states(&study, &ambient, true)?;
+        let heat = heated(&study, &ambient, true)?.1;
         let observed = observed(&study, observations, &states, &ambient)?;
         let left_out = left_out(&study, observations, &states);
         // Before anything is trained.
@@ -94,11 +115,29 @@ impl Run {
             channels,
             trusted,
             done: Vec::new(),
+            heat,
             left_out,
             states,
             ambient,
             predicting: Mutex::default(),
         })
+    }
+
+    /// The same study with these models in the place of what its stages chose.
+    pub(super) fn standing_on(&self, done: Vec<Done>) -> Self {
+        Self {
+            study: self.study.clone(),
+            rig: self.rig.clone(),
+            observed: self.observed.clone(),
+            channels: self.channels.clone(),
+            trusted: self.trusted,
+            done,
+            heat: self.heat.clone(),
+            left_out: self.left_out.clone(),
+            states: self.states.clone(),
+            ambient: self.ambient.clone(),
+            predicting: Mutex::default(),
+        }
     }
 
     /// What the stage called `id` chose, once it has run.
@@ -140,22 +179,27 @@ impl Run {
         };
         if self.trusted != Trusted::Laplace {
             let best = best_of(&results);
+            let contends = |m: &ModelRecord, c: &Option<Chosen>| total(m) >= best - CONTENDS || c.is_none();
             results = results
                 .into_par_iter()
                 .zip(rows.par_iter().zip(&known))
-                .map(|((mut model, chosen), (row, known))| {
-                    if total(&model) >= best - CONTENDS || chosen.is_none() {
-                        return self.row(&stage, row, known.clone(), self.trusted);
+                .map(|((model, chosen), (row, known))| {
+                    let again = |trusted| self.row(&stage, row, known.clone(), trusted);
+                    if contends(&model, &chosen) {
+                        return again(self.trusted);
                     }
-                    let said = format!("too far behind to be checked for other maxima ({CONTENDS} nats)");
-                    model.remark = Some(model.remark.map_or(said.clone(), |r| format!("{r}; {said}")));
-                    Ok((model, chosen))
+                    let (model, chosen) = again(Trusted::Searched)?;
+                    if contends(&model, &chosen) { again(self.trusted) } else { Ok((model, chosen)) }
                 })
                 .collect::<Result<_, EngineError>>()?;
         }
         let best = best_of(&results);
         let first = |lead: f64| results.iter().position(|(m, c)| c.is_some() && total(m) >= best - lead);
-        let (Some(winner), Some(next)) = (first(0.0), first(stage.decides)) else {
+        let next = match stage.prefer {
+            Prefer::Leader => first(0.0),
+            Prefer::First => first(stage.decides),
+        };
+        let (Some(winner), Some(next)) = (first(0.0), next) else {
             let why = |(m, _): &(ModelRecord, _)| {
                 Some(format!("{}: {}", if m.id.is_empty() { "it" } else { &m.id }, m.remark.clone()?))
             };
@@ -165,9 +209,12 @@ impl Run {
         let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());
         let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
+        let assumes = self.assumes(&stage);
+        let own = undecided(&stage.title, &models, next, stage.decides);
         if let Some(goes_on) = results[next].1.clone() {
             let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
-            self.done.push(Done { choice, chosen: goes_on, rows });
+            let assumes = assumes.iter().cloned().chain(own).collect();
+            self.done.push(Done { choice, chosen: goes_on, rows, assumes });
         }
         Ok(Some(StageRecord {
             id: stage.id,
@@ -177,6 +224,24 @@ impl Run {
             winner,
             chosen,
             decides: stage.decides,
+            assumes,
         }))
+    }
+
+    /// What the stages on which `stage` stands took for certain, though their evidence does not decide it.
+    fn assumes(&self, stage: &Stage) -> Vec<String> {
+        let mut all: Vec<String> = Vec::new();
+        for said in stage.on.iter().filter_map(|id| self.stage_done(id)).flat_map(|done| &done.assumes) {
+            if !all.contains(said) {
+                all.push(said.clone());
+            }
+        }
+        all
+    }
+
+    /// What the model of a stage takes for certain, though the evidence of that stage or of those before it does not decide it.
+    #[must_use]
+    pub fn assumptions(&self, id: &str) -> &[String] {
+        self.stage_done(id).map_or(&[], |done| &done.assumes)
     }
 }

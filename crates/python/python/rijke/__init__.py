@@ -17,6 +17,7 @@ from ._errors import ComputationError, InputError, RijkeError
 from ._native import VERSION as __version__
 from ._network import Along, Modes, Network, Response
 from ._own import Data, Noise, OwnModel, Parameter, Ranking, half_normal, log_normal, normal, rank, uniform
+from ._search import Search, search
 from ._study import Model, Posterior, Results, Stage, Study
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "Response",
     "Results",
     "RijkeError",
+    "Search",
     "Stage",
     "Study",
     "__version__",
@@ -42,5 +44,6 @@ __all__ = [
     "log_normal",
     "normal",
     "rank",
+    "search",
     "uniform",
 ]

@@ -6,7 +6,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union, f
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["VERSION", "Model", "Network", "Posterior", "Run", "Study", "rank"]
+__all__ = ["VERSION", "Model", "Network", "Posterior", "Run", "Study", "merge_searches", "rank"]
 
 VERSION: str
 
@@ -61,6 +61,15 @@ class Study:
     def __new__(cls, folder: Union[str, os.PathLike[str]]) -> Study: ...
     def summary(self) -> str: ...
     def start(self, trusted: str, error: float) -> Run: ...
+    def search(
+        self,
+        stage: Optional[str],
+        within: Optional[float],
+        trusted: str,
+        shard: Sequence[int],
+        threads: int,
+        tasks: Optional[Union[str, os.PathLike[str]]],
+    ) -> str: ...
 
 @final
 class Run:
@@ -94,6 +103,7 @@ class Model:
     def measured(self) -> NDArray[np.complex128]: ...
     def solve(self, values: ArrayLike, order: int = 0) -> List[NDArray[np.complex128]]: ...
 
+def merge_searches(parts: Sequence[str]) -> str: ...
 def rank(
     models: Sequence[Any], data: str, starts: int, importance: int, draws: int, seed: int
 ) -> str: ...

@@ -192,6 +192,9 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
     let points =
         if points == 1 { "one operating point".to_owned() } else { format!("{points} operating points") };
     text += &format!("<p>Trained on {modes} at {points}.</p>\n");
+    for assumed in &stage.assumes {
+        text += &format!("<p class=\"warn\">Stands on what is not decided. {}.</p>\n", html(assumed));
+    }
     let doubtful = chosen(stage).map(tables::conflicts).unwrap_or_default();
     for conflict in doubtful {
         text += &format!("<p class=\"warn\">{conflict}</p>\n");

@@ -9,7 +9,8 @@ pub use noise::{LawError, NoiseSpec, SdSpec, Varying};
 pub use questions::{Ask, PointByPoint, Question};
 pub use select::{Condition, Selection};
 
-use std::collections::BTreeMap;
+use crate::{Candidate, Catalogue};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What is asked of a rig, in which order.
 #[derive(Clone, Debug)]
@@ -96,8 +97,10 @@ pub struct Stage {
     pub rows: Vec<Vec<String>>,
     /// Parameters held at a value.
     pub hold: BTreeMap<String, f64>,
-    /// A lead in nats below which the evidence does not decide: the first row that none beats by more goes on.
+    /// A lead in nats below which the evidence does not decide.
     pub decides: f64,
+    /// Which row goes on where it does not.
+    pub prefer: Prefer,
     /// What is assumed of the misfit.
     pub noise: NoiseSpec,
     /// As `noise`, for the model that goes on: what enters predictions but must not enter a comparison.
@@ -108,6 +111,17 @@ pub struct Stage {
     pub channels: bool,
     /// Only these microphones; all if empty.
     pub microphones: Vec<String>,
+}
+
+/// Which of the rows between which the evidence does not decide goes on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Prefer {
+    /// The one with the most evidence.
+    #[default]
+    Leader,
+    /// The first of the table: write the simpler ones first.
+    First,
 }
 
 /// Radiation and holders take a tenth or so.
@@ -121,6 +135,27 @@ fn cooling() -> [f64; 2] {
 }
 
 impl Plan {
+    /// The roles that stages and questions name, and the candidates that are part of no model because nothing names theirs.
+    pub(crate) fn unused<'a>(&self, catalogue: &'a Catalogue) -> (BTreeSet<&str>, Vec<&'a Candidate>) {
+        let mut roles: BTreeSet<&str> = BTreeSet::new();
+        let mut ids: BTreeSet<&str> = BTreeSet::new();
+        for stage in &self.stages {
+            roles.extend(stage.with.keys().chain(&stage.compete).map(String::as_str));
+            ids.extend(stage.rows.iter().flatten().map(String::as_str));
+        }
+        for stage in &self.responses {
+            roles.extend(stage.with.keys().chain(&stage.compete).map(String::as_str));
+        }
+        for question in &self.questions {
+            if let Ask::PointByPoint(one) = &question.ask {
+                roles.extend(one.with.keys().map(String::as_str));
+            }
+        }
+        let used = |c: &&Candidate| roles.contains(&*c.role) || ids.contains(&*c.id);
+        let unused = catalogue.candidates().iter().filter(|c| !used(c)).collect();
+        (roles, unused)
+    }
+
     /// The stage called `id`, with its place.
     #[must_use]
     pub fn stage(&self, id: &str) -> Option<(usize, &Stage)> {

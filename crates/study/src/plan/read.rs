@@ -1,7 +1,7 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
 use super::questions::Asked;
-use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Question, SdSpec, Selection, Stage};
+use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
 use rijke_rig::Given;
@@ -119,6 +119,8 @@ struct StageFile {
     hold: BTreeMap<String, f64>,
     #[serde(default = "three")]
     decides: f64,
+    #[serde(default)]
+    prefer: Prefer,
     #[serde(default)]
     noise: NoiseSpec,
     noise_of_predictions: Option<NoiseSpec>,
@@ -347,6 +349,7 @@ impl Check<'_> {
             rows: file.rows,
             hold: file.hold,
             decides: file.decides,
+            prefer: file.prefer,
             noise: file.noise,
             noise_of_predictions: file.noise_of_predictions,
             base_errors: file.base_errors,

@@ -144,15 +144,10 @@ impl Run {
         let mut points: Vec<String> = done.chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
         let law = self.law_error(id);
-        Ok(crate::SavedModel::of(
-            id,
-            done.choice.clone(),
-            stage.hold.clone(),
-            points,
-            &trained,
-            law,
-            added(stage),
-        ))
+        let (choice, hold) = (done.choice.clone(), stage.hold.clone());
+        let mut model = crate::SavedModel::of(id, choice, hold, points, &trained, law, added(stage));
+        model.assumes.clone_from(&done.assumes);
+        Ok(model)
     }
 
     /// The best model of a stage but the one that goes on, to be kept on disk; none where no other could be fitted. It is trained with what

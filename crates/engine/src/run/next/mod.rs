@@ -128,6 +128,13 @@ pub fn next(
     let mut numbers = [Vec::new(), Vec::new()];
     for ((&k, a), b) in wish.candidates.iter().zip(mine).zip(theirs) {
         match (a, b) {
+            (Ok(a), Ok(_)) if a.values[0] > 0.0 => {
+                let why = format!(
+                    "the model says that the mode grows there, by {:.2} 1/s: it rings by itself, and has no decay to be measured",
+                    a.values[0]
+                );
+                left_out.push((study.campaign.points[k].id.clone(), why));
+            }
             (Ok(a), Ok(b)) => {
                 kept.push(k);
                 numbers[0].push(a);

@@ -1,0 +1,228 @@
+//! `rijke search`: every allowed combination of candidates, in one run or in shards that `rijke merge` joins.
+
+use crate::{
+    failure::{Classify, Failure},
+    number,
+    rank::Trust,
+    staging::write_whole,
+    study::{observations, of_the_engine, open},
+    ui::Ui,
+};
+use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Train every allowed combination of candidates over the stages of a study, and say how probable each is and each choice.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  rijke search examples/quarter-wave --one-start\n  \
+    parallel rijke search examples/quarter-wave --one-start --shard {}/7 ::: 1 2 3 4 5 6 7\n  \
+    rijke merge examples/quarter-wave/search/parts/*-of-7.json\n\n\
+    Writes DIR/search/search.json and DIR/search/tables, or with --shard its part, DIR/search/parts/K-of-N.json. The result of each task is\n\
+    kept in DIR/search/tasks under the hash of all that it depends on, so a run that was killed goes on where it was, and shards on one\n\
+    file system share what they have. docs/search.md says what the numbers mean and how to use several machines.")]
+pub(crate) struct Args {
+    /// Folder of the study.
+    dir: PathBuf,
+    #[command(flatten)]
+    trust: Trust,
+    /// The stage at which combinations end [default: the one that stands on most stages].
+    #[arg(long, value_name = "STAGE")]
+    stage: Option<String>,
+    /// Give up a model, with all that stands on it, that trails the greedy choice by more after any stage but the last.
+    #[arg(long, value_name = "NATS", default_value_t = 20.0, value_parser = number::not_negative)]
+    within: f64,
+    /// Give up no model.
+    #[arg(long, conflicts_with = "within")]
+    every: bool,
+    /// Train only shard K of N.
+    #[arg(long, value_name = "K/N", value_parser = shard)]
+    shard: Option<Shard>,
+    /// How many threads; 0 is one for each processor.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+}
+
+/// Join the parts that `rijke search --shard` wrote.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  rijke merge examples/quarter-wave/search/parts/*-of-7.json\n\n\
+    Writes search.json and tables as one run of `rijke search` would, byte for byte.")]
+pub(crate) struct MergeArgs {
+    /// Parts of one search, in any order.
+    #[arg(required = true, value_name = "PART")]
+    parts: Vec<PathBuf>,
+    /// Where to write [default: the folder that holds the folder of the first part].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Which shard of how many.
+type Shard = [usize; 2];
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let found = text.split_once('/').and_then(|(k, n)| Some([k.parse().ok()?, n.parse().ok()?]));
+    found.filter(|[k, n]| (1..=*n).contains(k)).ok_or_else(|| "give K/N, such as 1/7 to 7/7".to_owned())
+}
+
+/// Rows that are printed; the tables have all.
+const SHOWN: usize = 12;
+
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    let dir = &args.dir;
+    let study = open(dir)?;
+    let observations = observations(&study)?;
+    let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
+    let out = dir.join("search");
+    let options = SearchOptions {
+        stage: args.stage.clone(),
+        within: if args.every { f64::INFINITY } else { args.within },
+        trusted: args.trust.trusted()?,
+        shard: args.shard.unwrap_or([1, 1]),
+        threads: args.threads,
+        tasks: Some(out.join("tasks")),
+    };
+    let search = Search::new(study, &observations, options).map_err(wrong)?;
+    if !search.left_out().is_empty() {
+        ui.note(format!(
+            "warning: left out, because base/states.json has no state of their gas: {}",
+            search.left_out().join(", ")
+        ));
+    }
+    let progress = ui.progress("models", search.tasks() as u64);
+    let advance = |n: usize| {
+        progress.advance(n as u64);
+        true
+    };
+    let part = search.run(&advance).map_err(wrong)?;
+    drop(progress);
+    if let Some([k, n]) = args.shard {
+        let parts = out.join("parts");
+        let path = parts.join(format!("{k}-of-{n}.json"));
+        keep(&path, &part)?;
+        ui.say(format!(
+            "shard {k} of {n}: {} of {} models; {}",
+            part.nodes.len(),
+            part.models,
+            path.display()
+        ));
+        return ui.result(&serde_json::json!({ "part": path, "models": part.nodes.len() }));
+    }
+    let found = merge_searches(&[part]).map_err(wrong)?;
+    write(&found, &out, ui)
+}
+
+pub(crate) fn merge(args: &MergeArgs, ui: &Ui) -> Result<(), Failure> {
+    let read = |path: &PathBuf| -> Result<SearchPart, Failure> {
+        let remedy = "Give files that `rijke search --shard` wrote.";
+        let text = rijke_numerics::read_text(path).or_bad_input().map_err(|f| f.at(path).remedy(remedy))?;
+        serde_json::from_str(&text).or_bad_input().map_err(|f| f.at(path).remedy(remedy))
+    };
+    let parts = args.parts.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let above = args.parts[0].parent().and_then(Path::parent).unwrap_or(Path::new(""));
+    let out = args.out.clone().unwrap_or_else(|| above.to_owned());
+    write(&merge_searches(&parts).or_bad_input()?, &out, ui)
+}
+
+/// Writes and prints the result.
+fn write(found: &SearchRecord, out: &Path, ui: &Ui) -> Result<(), Failure> {
+    let tables = out.join("tables");
+    let roles: Vec<&str> = found.choices.iter().map(|c| &*c.role).collect();
+    let best = found.best.first().map_or(0.0, |c| c.ln_evidence);
+    let head = ["rank", "ln_evidence", "behind", "probability"].into_iter().chain(roles.iter().copied());
+    let head = head.chain(found.stages.iter().map(String::as_str));
+    let mut rows = vec![head.map(str::to_owned).collect::<Vec<String>>()];
+    for (k, c) in found.best.iter().enumerate() {
+        let numbers = [c.ln_evidence, best - c.ln_evidence, c.probability];
+        let named = roles.iter().map(|role| c.candidates.get(*role).cloned().unwrap_or_default());
+        let row = std::iter::once((k + 1).to_string()).chain(numbers.map(|v| v.to_string())).chain(named);
+        rows.push(row.chain(c.stages.iter().map(f64::to_string)).collect());
+    }
+    table(&tables.join("combinations.csv"), &rows)?;
+    let mut rows = vec![["role", "candidate", "probability"].map(str::to_owned).to_vec()];
+    for choice in &found.choices {
+        rows.extend(
+            choice.candidates.iter().map(|(id, p)| vec![choice.role.clone(), id.clone(), p.to_string()]),
+        );
+    }
+    table(&tables.join("choices.csv"), &rows)?;
+    keep(&out.join("search.json"), found)?;
+    print(found, &roles, ui);
+    ui.note(format!("wrote {}", out.join("search.json").display()));
+    ui.result(found)
+}
+
+fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
+    let left: usize = found.given_up.iter().map(|g| g.combinations).sum();
+    let lost: usize = found.not_fitted.iter().map(|g| g.combinations).sum();
+    ui.say(format!(
+        "{} combinations over {}: {} trained to the end, {left} given up before, {lost} not fitted; {} of {} models trained",
+        found.combinations,
+        found.stages.join(", "),
+        found.best.len(),
+        found.models_trained,
+        found.models
+    ));
+    ui.say(format!("{:>10} {:>12}   combination", "nats", "probability"));
+    let best = found.best.first().map_or(0.0, |c| c.ln_evidence);
+    let greedy = found.greedy.rank.unwrap_or(0);
+    for (k, c) in found.best.iter().enumerate().filter(|(k, _)| *k < SHOWN || k + 1 == greedy) {
+        let names: Vec<&str> =
+            roles.iter().filter_map(|role| c.candidates.get(*role).map(String::as_str)).collect();
+        let mark = if k + 1 == greedy { "  <- stage by stage" } else { "" };
+        ui.say(format!(
+            "{:>10.1} {:>12.4}   {}{mark}",
+            c.ln_evidence - best,
+            c.probability,
+            names.join(" + ")
+        ));
+        if let Some(remark) = c.remark.as_ref().filter(|_| k == 0) {
+            ui.say(format!("{:>23}   {remark}", ""));
+        }
+    }
+    for choice in &found.choices {
+        let shown = |(id, p): &(String, f64)| format!("{} {p:.4}", if id.is_empty() { "none" } else { id });
+        let likely = choice.candidates.iter().take(4).map(shown).collect::<Vec<_>>().join(", ");
+        ui.say(format!("{}: {likely}", choice.role));
+    }
+    let g = &found.greedy;
+    ui.say(match g.rank {
+        Some(rank) => format!(
+            "stage by stage: place {rank} of {}, probability {:.4}, {:.1} nats behind the best",
+            found.best.len(),
+            g.probability,
+            g.behind.unwrap_or_default()
+        ),
+        None => "stage by stage: the choice could not be fitted with its candidates in all stages".to_owned(),
+    });
+    if let Some(within) = found.within.filter(|_| left > 0) {
+        ui.say(format!(
+            "given up at {within} nats: at most {:.1e} of the probability, if later stages add to none of it more than the most that they \
+             added to one that was followed",
+            found.given_up_at_most
+        ));
+    }
+    if let Some(first) = found.not_fitted.first() {
+        let named = first.candidates.values().cloned().collect::<Vec<_>>().join(" + ");
+        ui.note(format!(
+            "warning: {lost} combinations hold a model that could not be fitted, first {named} at {}: {}",
+            first.stage,
+            first.remark.as_deref().unwrap_or_default()
+        ));
+    }
+}
+
+fn table(path: &Path, rows: &[Vec<String>]) -> Result<(), Failure> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    rows.iter().try_for_each(|row| writer.write_record(row)).or_failed().map_err(|f| f.at(path))?;
+    let text = writer.into_inner().or_failed().map_err(|f| f.at(path))?;
+    put(path, &text)
+}
+
+fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failure> {
+    put(path, (serde_json::to_string_pretty(what).or_failed()? + "\n").as_bytes())
+}
+
+fn put(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder).or_bad_input().map_err(|f| f.at(folder))?;
+    write_whole(path, content)
+}
