@@ -1,8 +1,12 @@
 //! A formula: text that has become a program.
 
-use crate::evaluate::{self, Operand, Operation};
-use crate::tree::{Binary, Function};
-use crate::{Context, Dual, FormulaError, Here, Scope, definitions, share, units};
+use crate::inspect::{share, units};
+use crate::read::definitions;
+use crate::read::function::Function;
+use crate::read::tree::Binary;
+use crate::run::analytic::Operand;
+use crate::run::evaluate::{self, Operation};
+use crate::{Context, Dual, FormulaError, Here, Scope};
 use rijke_numerics::{C64, Jet};
 
 /// A formula in the names of a [`Scope`] and in parameters.

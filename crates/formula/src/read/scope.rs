@@ -1,7 +1,8 @@
 //! The names that a formula may use, given by the caller.
 
-use crate::lexer;
-use crate::tree::is_reserved;
+use super::function::is_reserved;
+use super::lexer;
+use crate::NameError;
 
 /// What a name stands for, and what is told of it in messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,29 +33,6 @@ pub enum Kind {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Scope {
     names: Vec<Name>,
-}
-
-/// Why something may not be called so.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum NameError {
-    /// No formula could contain it as one name.
-    #[error(
-        "`{0}` is not a name: write a letter or _, then letters, digits and _; two such words may stand with a point between \
-         them, as in `gauze.length`"
-    )]
-    NotAName(String),
-    /// The name of a function or a constant.
-    #[error("`{0}` is a function or a constant in every formula; choose another name")]
-    Reserved(String),
-    /// Something is called so already.
-    #[error("`{name}` is there already ({meaning}); choose another name")]
-    Double {
-        /// The name.
-        name: String,
-        /// What it stands for.
-        meaning: String,
-    },
 }
 
 /// Where a formula is read: its names, which of them have a value there, parameters and definitions.

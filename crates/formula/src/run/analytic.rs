@@ -1,8 +1,30 @@
-//! The two kinds of number that formulas run on.
+//! The numbers that formulas run on: jets, and values with their slope in s.
 
 use crate::Dual;
-use crate::evaluate::Analytic;
 use rijke_numerics::{C64, Jet};
+
+/// A number that a formula can be run on: a jet, or a value with its derivative in s.
+pub(crate) trait Analytic: Clone {
+    /// The value alone.
+    fn value(&self) -> C64;
+    /// f(self), given f and its first two derivatives at the value.
+    fn compose(&self, derivatives: [C64; 3]) -> Self;
+    fn plus(&self, other: &Self) -> Self;
+    fn minus(&self, other: &Self) -> Self;
+    fn times(&self, other: &Self) -> Self;
+    fn scale(&self, factor: C64) -> Self;
+    fn shift(&self, constant: C64) -> Self;
+    /// Real part, imaginary part and conjugate: for what depends on real seeds alone.
+    fn re(&self) -> Self;
+    fn im(&self) -> Self;
+    fn conj(&self) -> Self;
+}
+
+/// An operand: most of them carry no derivative, and are cheaper as plain numbers.
+pub(crate) enum Operand<T> {
+    Number(C64),
+    Full(T),
+}
 
 impl Analytic for Jet {
     fn value(&self) -> C64 {

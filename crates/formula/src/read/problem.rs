@@ -1,7 +1,4 @@
-//! What can be wrong with a formula, and where.
-
-use crate::NameError;
-use crate::parser::{DEEPEST, LONGEST};
+//! What can be wrong with a formula or a name, and where; the limits of what is read.
 
 /// Why a text is not a formula, and where.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -98,6 +95,39 @@ pub enum Problem {
     #[error("the formula has more than {LONGEST} words, those of its definitions counted at every use")]
     TooLong,
 }
+
+/// Why something may not be called so.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NameError {
+    /// No formula could contain it as one name.
+    #[error(
+        "`{0}` is not a name: write a letter or _, then letters, digits and _; two such words may stand with a point between \
+         them, as in `gauze.length`"
+    )]
+    NotAName(String),
+    /// The name of a function or a constant.
+    #[error("`{0}` is a function or a constant in every formula; choose another name")]
+    Reserved(String),
+    /// Something is called so already.
+    #[error("`{name}` is there already ({meaning}); choose another name")]
+    Double {
+        /// The name.
+        name: String,
+        /// What it stands for.
+        meaning: String,
+    },
+}
+
+/// Nesting beyond which a formula is refused rather than risk the stack.
+pub(crate) const DEEPEST: usize = 100;
+
+/// Tokens beyond which a formula with its definitions is refused: a chain of sums makes a tree as deep as
+/// it is long.
+pub(crate) const LONGEST: usize = 1000;
+
+/// What was read, or the place and the kind of the fault.
+pub(crate) type Outcome<T> = Result<T, (usize, Problem)>;
 
 fn hint(suggestion: Option<&str>) -> String {
     suggestion.map(|s| format!("did you mean `{s}`? ")).unwrap_or_default()

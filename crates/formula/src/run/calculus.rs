@@ -1,8 +1,9 @@
 //! Operators and functions on plain numbers, and with their derivatives.
 
+use super::analytic::{Analytic, Operand};
 use crate::Dual;
-use crate::evaluate::{Analytic, Operand};
-use crate::tree::{Binary, Function};
+use crate::read::function::Function;
+use crate::read::tree::Binary;
 use Operand::{Full as J, Number as N};
 use rijke_numerics::C64;
 
@@ -54,7 +55,7 @@ fn small_integer(z: C64) -> Option<i32> {
     whole.then_some(z.re as i32)
 }
 
-pub(crate) fn number_power(a: C64, b: C64) -> C64 {
+fn number_power(a: C64, b: C64) -> C64 {
     match small_integer(b) {
         Some(n) => a.powi(n),
         None if b.im == 0.0 && a.im == 0.0 && a.re >= 0.0 => C64::new(a.re.powf(b.re), 0.0),

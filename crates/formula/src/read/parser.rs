@@ -1,21 +1,22 @@
 //! Tokens to a tree, by precedence climbing; names resolved and analyticity checked on the way.
 
-use crate::definitions::Definition;
-use crate::lexer::{Kind, Token};
-use crate::nearest::unknown;
-use crate::tree::{Binary, CONSTANTS, FUNCTIONS, Tree};
+use super::function::{CONSTANTS, FUNCTIONS};
+use super::lexer::{Kind, Token};
+use super::nearest::unknown;
+use super::problem::{DEEPEST, LONGEST, Outcome};
+use super::tree::{Binary, Tree};
 use crate::{Context, Problem};
 use rijke_numerics::C64;
 
-/// Nesting beyond which a formula is refused rather than risk the stack.
-pub(crate) const DEEPEST: usize = 100;
-
-/// Tokens beyond which a formula with its definitions is refused: a chain of sums makes a tree as deep as
-/// it is long.
-pub(crate) const LONGEST: usize = 1000;
-
-/// What was read, or the place and the kind of the fault.
-pub(crate) type Outcome<T> = Result<T, (usize, Problem)>;
+/// A definition that has been read.
+pub(crate) struct Definition<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) tree: Tree,
+    /// How many words it has, with those of the definitions that it uses.
+    pub(crate) words: usize,
+    /// Whether anything after it uses it.
+    pub(crate) used: bool,
+}
 
 struct Parser<'a, 'd> {
     tokens: &'a [Token<'a>],

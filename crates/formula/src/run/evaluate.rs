@@ -1,8 +1,11 @@
 //! A tree as a list of operations in postfix order, folded and run.
 
-use crate::calculus::{binary, call, number_binary, number_call};
-use crate::tree::{Binary, Function, Tree};
+use super::analytic::{Analytic, Operand};
+use super::calculus::{binary, call, number_binary, number_call};
+use crate::read::function::Function;
+use crate::read::tree::{Binary, Tree};
 use crate::{Here, Kind};
+use Operand::{Full as J, Number as N};
 use rijke_numerics::C64;
 
 /// One step; its operands come before it.
@@ -18,31 +21,6 @@ pub(crate) enum Operation {
     Binary(Binary),
     Call(Function),
 }
-
-/// A number that a formula can be run on: a jet, or a value with its derivative in s.
-pub(crate) trait Analytic: Clone {
-    /// The value alone.
-    fn value(&self) -> C64;
-    /// f(self), given f and its first two derivatives at the value.
-    fn compose(&self, derivatives: [C64; 3]) -> Self;
-    fn plus(&self, other: &Self) -> Self;
-    fn minus(&self, other: &Self) -> Self;
-    fn times(&self, other: &Self) -> Self;
-    fn scale(&self, factor: C64) -> Self;
-    fn shift(&self, constant: C64) -> Self;
-    /// Real part, imaginary part and conjugate: for what depends on real seeds alone.
-    fn re(&self) -> Self;
-    fn im(&self) -> Self;
-    fn conj(&self) -> Self;
-}
-
-/// An operand: most of them carry no derivative, and are cheaper as plain numbers.
-pub(crate) enum Operand<T> {
-    Number(C64),
-    Full(T),
-}
-
-use Operand::{Full as J, Number as N};
 
 pub(crate) fn compile(tree: &Tree, program: &mut Vec<Operation>) {
     match tree {

@@ -1,18 +1,9 @@
 //! Named parts of a formula: each is read once, and its tree stands wherever its name does.
 
-use crate::parser::{self, Outcome};
-use crate::tree::Tree;
-use crate::{Context, FormulaError, NameError, Problem, lexer};
-
-/// A definition that has been read.
-pub(crate) struct Definition<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) tree: Tree,
-    /// How many words it has, with those of the definitions that it uses.
-    pub(crate) words: usize,
-    /// Whether anything after it uses it.
-    pub(crate) used: bool,
-}
+use super::parser::{self, Definition};
+use super::problem::Outcome;
+use super::{lexer, tree::Tree};
+use crate::{Context, FormulaError, NameError, Problem};
 
 /// The tree of the formula `source`, its definitions put in.
 ///

@@ -1,9 +1,10 @@
 //! Units of formulas: what a formula multiplies and adds must give the unit that is wanted.
 
 use crate::Scope;
-use crate::calculus::{number_binary, number_call};
-use crate::evaluate::Operation;
-use crate::tree::{Binary, Function};
+use crate::read::function::Function;
+use crate::read::tree::Binary;
+use crate::run::calculus::{number_binary, number_call};
+use crate::run::evaluate::Operation;
 use rijke_numerics::C64;
 
 /// Exponents of kg, m, s and K.

@@ -4,9 +4,10 @@
 //! times a real number of the local gas: sqrt(s rho mu) = sqrt(rho mu) sqrt(s). Then the function is
 //! evaluated once.
 
-use crate::calculus::{number_binary, number_call};
-use crate::evaluate::Operation;
-use crate::tree::{Binary, Function};
+use crate::read::function::Function;
+use crate::read::tree::Binary;
+use crate::run::calculus::{number_binary, number_call};
+use crate::run::evaluate::Operation;
 use rijke_numerics::C64;
 
 /// What a part of a formula is, seen from one place.
