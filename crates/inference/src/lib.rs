@@ -70,39 +70,25 @@ mod numbers;
 mod problem;
 mod sample;
 
-pub use assessment::assess::{AssessOptions, Assessment, assess};
-pub use assessment::chain::{Chain, ChainStage};
-pub use assessment::health::Health;
-pub use assessment::record::{Draws, ParameterRecord, Record, evidence_csv};
-pub use assessment::simulate::{Calibration, ModelCheck, ParameterCheck};
-pub use assessment::surveyed::{Surveyed, survey};
-pub use density::gaussian::Gaussian;
-pub use density::minimise::{Method, Minimum, TrustRegion, minimise};
-pub use density::objective::{Energy, Objective};
-pub use density::stop::{Calls, Stop};
+pub use assessment::{
+    AssessOptions, Assessment, Calibration, Chain, ChainStage, Draws, Health, ModelCheck, ParameterCheck,
+    ParameterRecord, Record, Surveyed, assess, evidence_csv, survey,
+};
+pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, TrustRegion, minimise};
 pub use error::{ForwardError, InferenceError};
-pub use evidence::conflict::{Conflict, ConflictWarning, LEARNT, Offset, Tension};
-pub use evidence::laplace::{Evidence, Laplace};
-pub use evidence::marginal::MarginalFit;
-pub use evidence::predictive::{Predicted, Residual};
-pub use evidence::rank::{Entry, RankedModel, Ranking, rank};
-pub use fit::map::{Fit, MapOptions, NoiseEstimate};
-pub use fit::posterior::Posterior;
-pub use maxima::modes::{Apart, Maximum, Mode};
-pub use numbers::chi_squared::chi_squared_sds;
-pub use numbers::normal::{normal_cdf, normal_quantile};
-pub use problem::alias::{Alias, Move};
-pub use problem::data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
-pub use problem::forward::{Forward, Prediction};
-pub use problem::misfit::Kernel;
-pub use problem::parameter::{Coordinates, Parameter, Repeat};
-pub use problem::parameters::Parameters;
-pub use problem::prior::Prior;
-pub use problem::structured::{Correlated, Structured, complex_columns};
-pub use sample::choice::RefereeKind;
-pub use sample::importance::{Importance, importance};
-pub use sample::likelihood::LikelihoodTarget;
-pub use sample::nested::Nested;
+pub use evidence::{
+    Conflict, ConflictWarning, Entry, Evidence, LEARNT, Laplace, MarginalFit, Offset, Predicted, RankedModel,
+    Ranking, Residual, Tension, rank,
+};
+pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
+pub use maxima::{Apart, Maximum, Mode};
+pub use numbers::{chi_squared_sds, normal_cdf, normal_quantile};
+pub use problem::{
+    Alias, Coordinates, Correlated, Data, Forward, Kernel, Move, NoiseGroup, NoiseMode, Observation,
+    Parameter, Parameters, Prediction, Prior, Repeat, Structured, complex_columns, relative_noise,
+};
 #[cfg(feature = "nuts")]
-pub use sample::nuts::Nuts;
-pub use sample::referee::{Judged, Referee, Target, Verdict};
+pub use sample::Nuts;
+pub use sample::{
+    Importance, Judged, LikelihoodTarget, Nested, Referee, RefereeKind, Target, Verdict, importance,
+};

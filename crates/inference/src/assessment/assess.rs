@@ -1,13 +1,13 @@
 //! All that can be said of a model with its data: every maximum, the evidence summed over them, and the checks of it.
 
-use crate::maxima::explore::{Breadth, explore};
-use crate::maxima::grounds::Terrain;
-use crate::maxima::modes::{Sorted, sorted, warning};
-use crate::sample::importance::weighed;
-use crate::{
-    Conflict, Data, Evidence, Fit, Forward, Gaussian, Health, InferenceError, Laplace, LikelihoodTarget,
-    Maximum, Parameters, Posterior, RefereeKind, Target, TrustRegion, Verdict,
-};
+use super::health::Health;
+use crate::density::{Gaussian, TrustRegion};
+use crate::error::InferenceError;
+use crate::evidence::{Conflict, Evidence, Laplace};
+use crate::fit::{Fit, Posterior};
+use crate::maxima::{Breadth, Maximum, Sorted, Terrain, explore, sorted, warning};
+use crate::problem::{Data, Forward, Parameters};
+use crate::sample::{LikelihoodTarget, RefereeKind, Target, Verdict, weighed};
 use rijke_numerics::Streams;
 
 /// Settings of [`Posterior::assess`].

@@ -1,7 +1,9 @@
 //! Stages in a row: what each has learnt is the prior of the next, and the evidence of all of them is one number.
 
-use crate::evidence::conflict::tension;
-use crate::{Assessment, Conflict, Evidence, InferenceError, Offset, Parameter, Parameters, Tension};
+use super::assess::Assessment;
+use crate::error::InferenceError;
+use crate::evidence::{Conflict, Evidence, Offset, Tension, tension};
+use crate::problem::{Parameter, Parameters};
 use rijke_numerics::{Cholesky, Matrix};
 
 /// What the stages so far have learnt, the evidence of all their data, and the priors that were declared at first.

@@ -1,8 +1,11 @@
 //! The single checks of a fit: noise, doubled priors, directions that the data do not see, bounds.
 
-use crate::{
-    Coordinates, Fit, Gaussian, Health, InferenceError, Laplace, Objective, Posterior, Prior, TrustRegion,
-};
+use super::health::Health;
+use crate::density::{Energy, Gaussian, Objective, TrustRegion, minimise};
+use crate::error::InferenceError;
+use crate::evidence::Laplace;
+use crate::fit::{Fit, Posterior};
+use crate::problem::{Coordinates, Parameters, Prior};
 use rijke_numerics::{Matrix, Order, symmetric_eigen};
 
 impl Posterior<'_> {
@@ -67,7 +70,7 @@ impl Posterior<'_> {
                 continue;
             }
             surrogate.parameters = self.parameters().widened(i, 2.0);
-            let found = crate::minimise(&surrogate, &laplace.mean, &TrustRegion::default())
+            let found = minimise(&surrogate, &laplace.mean, &TrustRegion::default())
                 .and_then(|minimum| Gaussian::at(&surrogate, &minimum.z));
             changes.push((name, found.ok().map(|g| g.ln_integral - base)));
         }
@@ -117,7 +120,7 @@ struct Surrogate {
     centre: Vec<f64>,
     slope: Vec<f64>,
     hessian: Matrix,
-    parameters: crate::Parameters,
+    parameters: Parameters,
 }
 
 impl Objective for Surrogate {
@@ -125,7 +128,7 @@ impl Objective for Surrogate {
         self.centre.len()
     }
 
-    fn evaluate(&self, z: &[f64], _: Order) -> Result<crate::Energy, InferenceError> {
+    fn evaluate(&self, z: &[f64], _: Order) -> Result<Energy, InferenceError> {
         let (n, p) = (self.size(), self.parameters.len());
         let offset: Vec<f64> = z.iter().zip(&self.centre).map(|(z, c)| z - c).collect();
         let pull = self.hessian.times(&offset);
@@ -139,6 +142,6 @@ impl Objective for Surrogate {
                 hessian[(i, j)] -= prior.hessian[(i, j)];
             }
         }
-        Ok(crate::Energy { value: linear - prior.value, gradient, hessian, gauss_newton: None })
+        Ok(Energy { value: linear - prior.value, gradient, hessian, gauss_newton: None })
     }
 }

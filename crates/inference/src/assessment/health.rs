@@ -1,7 +1,9 @@
 //! Can this evidence be trusted? What the checks of it found.
 
-use crate::maxima::explore::Explored;
-use crate::{Calls, Conflict, Importance, Mode, Verdict};
+use crate::density::Calls;
+use crate::evidence::Conflict;
+use crate::maxima::{Explored, Mode};
+use crate::sample::{Importance, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// What the checks of one evidence found.

@@ -3,10 +3,17 @@
 //!
 //! Knows everything below; nothing in this crate but its root knows it.
 
-pub(crate) mod assess;
-pub(crate) mod chain;
-pub(crate) mod checks;
-pub(crate) mod health;
-pub(crate) mod record;
-pub(crate) mod simulate;
-pub(crate) mod surveyed;
+mod assess;
+mod chain;
+mod checks;
+mod health;
+mod record;
+mod simulate;
+mod surveyed;
+
+pub use assess::{AssessOptions, Assessment, assess};
+pub use chain::{Chain, ChainStage};
+pub use health::Health;
+pub use record::{Draws, ParameterRecord, Record, evidence_csv};
+pub use simulate::{Calibration, ModelCheck, ParameterCheck};
+pub use surveyed::{Surveyed, survey};

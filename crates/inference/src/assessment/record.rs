@@ -1,8 +1,12 @@
 //! Results as files: one record per fitted model, as JSON and CSV, and draws for Python.
 
-use crate::{
-    Assessment, Calls, Evidence, Gaussian, Health, InferenceError, NoiseEstimate, Parameters, Prior, Stop,
-};
+use super::assess::Assessment;
+use super::health::Health;
+use crate::density::{Calls, Gaussian, Stop};
+use crate::error::InferenceError;
+use crate::evidence::{Evidence, Laplace};
+use crate::fit::NoiseEstimate;
+use crate::problem::{Parameters, Prior};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::{Matrix, Streams};
@@ -65,7 +69,7 @@ impl Record {
     #[must_use]
     pub fn new(model: &str, parameters: &Parameters, assessment: &Assessment) -> Self {
         let laplace = assessment.laplace.as_ref();
-        let sds = laplace.map(crate::Laplace::sd).ok();
+        let sds = laplace.map(Laplace::sd).ok();
         let rows = parameters.list().iter().enumerate().map(|(i, q)| ParameterRecord {
             name: q.name.clone(),
             symbol: q.symbol.clone(),
@@ -80,7 +84,7 @@ impl Record {
             covariance: laplace.map(|l| rows_of(&l.physical_covariance)).unwrap_or_default(),
             noise: assessment.fit.noise.clone(),
             evidence: assessment.evidence.clone(),
-            curvature_ratio: laplace.ok().map(crate::Laplace::curvature_ratio),
+            curvature_ratio: laplace.ok().map(Laplace::curvature_ratio),
             bfgs_distance: laplace.ok().and_then(|l| l.bfgs_distance),
             health: assessment.health.clone(),
             stop: assessment.fit.stop.clone(),
@@ -144,7 +148,7 @@ impl Draws {
     /// [`InferenceError::Dense`] if the Hessian is not positive definite.
     pub fn new(
         parameters: &Parameters,
-        laplace: &crate::Laplace,
+        laplace: &Laplace,
         count: usize,
         streams: Streams,
     ) -> Result<Self, InferenceError> {

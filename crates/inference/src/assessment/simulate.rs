@@ -1,7 +1,11 @@
 //! Fits of simulated data: does the method recover what it should?
 
-use crate::covariance::factor::Factor;
-use crate::{Data, Fit, InferenceError, Laplace, MapOptions, Observation, Posterior, normal_cdf};
+use crate::covariance::Factor;
+use crate::error::InferenceError;
+use crate::evidence::Laplace;
+use crate::fit::{Fit, MapOptions, Posterior};
+use crate::numbers::normal_cdf;
+use crate::problem::{Data, NoiseMode, Observation};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
@@ -150,7 +154,7 @@ impl Posterior<'_> {
                 let mut truth = fit.working.clone();
                 truth[..p].copy_from_slice(&self.parameters().from_standard_normal(&xi));
                 for (i, &g) in self.floating().iter().enumerate() {
-                    if let crate::NoiseMode::Inferred { median, ln_sd } = self.data().groups()[g].mode {
+                    if let NoiseMode::Inferred { median, ln_sd } = self.data().groups()[g].mode {
                         truth[p + i] = median.ln() + ln_sd * stream.sample::<f64, _>(StandardNormal);
                     }
                 }

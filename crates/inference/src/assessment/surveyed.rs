@@ -1,10 +1,11 @@
 //! The whole health check for any negative log density.
 
-use crate::maxima::explore::{Peak, explore};
-use crate::maxima::grounds::Plain;
-use crate::maxima::modes::{shares, warning};
-use crate::sample::importance::weighed;
-use crate::{Apart, AssessOptions, Gaussian, Health, InferenceError, Minimum, Mode, Objective};
+use super::assess::AssessOptions;
+use super::health::Health;
+use crate::density::{Gaussian, Minimum, Objective};
+use crate::error::InferenceError;
+use crate::maxima::{Apart, Mode, Peak, Plain, explore, shares, warning};
+use crate::sample::weighed;
 
 /// All maxima of a density, its integral summed over them, and what the checks found.
 #[derive(Clone, Debug)]

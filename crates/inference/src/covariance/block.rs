@@ -1,6 +1,6 @@
 //! One block of data, and what it adds to -ln likelihood.
 
-use crate::{Observation, Prediction};
+use crate::problem::{Observation, Prediction};
 use rijke_numerics::Matrix;
 
 /// A block with everything that its likelihood depends on.

@@ -3,7 +3,8 @@
 use super::block::{Block, Likelihood};
 use super::kernelled::KernelFactor;
 use super::woodbury::Woodbury;
-use crate::{InferenceError, Observation};
+use crate::error::InferenceError;
+use crate::problem::Observation;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::{Cholesky, Order, Stream};

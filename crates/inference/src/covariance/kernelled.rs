@@ -2,8 +2,7 @@
 
 mod slopes;
 
-use crate::Structured;
-use crate::problem::kernelled::Kernelled;
+use crate::problem::{Kernelled, Structured};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::{Cholesky, DenseError, Matrix, Stream};

@@ -3,8 +3,11 @@
 //!
 //! Knows no prior and no search: predictions and standard deviations come in as numbers.
 
-pub(crate) mod block;
-pub(crate) mod dense;
-pub(crate) mod factor;
-pub(crate) mod kernelled;
-pub(crate) mod woodbury;
+mod block;
+mod dense;
+mod factor;
+mod kernelled;
+mod woodbury;
+
+pub(crate) use block::{Block, Likelihood};
+pub(crate) use factor::{Factor, dense_enough};

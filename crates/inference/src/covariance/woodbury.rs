@@ -1,8 +1,8 @@
 //! Likelihood of a block whose covariance is a diagonal and columns, by the matrix inversion lemma.
 
 use super::block::{Block, Likelihood, add_symmetric};
-use crate::Structured;
-use crate::numbers::dot::dot;
+use crate::numbers::dot;
+use crate::problem::Structured;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::{Cholesky, DenseError, Matrix, Order, Stream};

@@ -1,6 +1,7 @@
 //! The Gaussian at a minimum.
 
-use crate::{InferenceError, Objective};
+use super::objective::Objective;
+use crate::error::InferenceError;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
 

@@ -1,8 +1,10 @@
 //! The minimiser: a trust region, with the exact Hessian, the Gauss-Newton matrix or a BFGS matrix.
 
+use super::objective::{Energy, Objective};
 use super::quadratic::Quadratic;
-use crate::numbers::dot::dot;
-use crate::{Calls, Energy, InferenceError, Objective, Stop};
+use super::stop::{Calls, Stop};
+use crate::error::InferenceError;
+use crate::numbers::dot;
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
 

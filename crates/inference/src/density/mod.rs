@@ -2,8 +2,15 @@
 //!
 //! Knows no parameters, no data and no model.
 
-pub(crate) mod gaussian;
-pub(crate) mod minimise;
-pub(crate) mod objective;
-pub(crate) mod quadratic;
-pub(crate) mod stop;
+mod gaussian;
+mod minimise;
+mod objective;
+mod quadratic;
+mod stop;
+
+pub use gaussian::Gaussian;
+pub use minimise::{Method, Minimum, TrustRegion, minimise};
+pub use objective::{Energy, Objective};
+pub use stop::{Calls, Stop};
+
+pub(crate) use gaussian::SAME_MODE;

@@ -1,6 +1,6 @@
 //! A negative log density with derivatives.
 
-use crate::InferenceError;
+use crate::error::InferenceError;
 use rijke_numerics::{Matrix, Order};
 
 /// A negative log density J(z) in working coordinates: what the minimiser, Laplace's method and the referees need.

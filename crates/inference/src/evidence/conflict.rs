@@ -1,9 +1,10 @@
 //! Do the data contradict what was known before them?
 
-use crate::{
-    Coordinates, Fit, InferenceError, Laplace, Parameter, Posterior, Prior, chi_squared_sds, normal_cdf,
-    normal_quantile,
-};
+use super::laplace::Laplace;
+use crate::error::InferenceError;
+use crate::fit::{Fit, Posterior};
+use crate::numbers::{chi_squared_sds, normal_cdf, normal_quantile};
+use crate::problem::{Coordinates, Parameter, Prior};
 use rijke_numerics::{Cholesky, Matrix, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,9 @@
 //! Laplace's method: the posterior as a Gaussian at its maximum, and the evidence that follows.
 
-use crate::covariance::factor::dense_enough;
-use crate::fit::held::Held;
-use crate::{Fit, InferenceError, Method, Objective, Posterior};
+use crate::covariance::dense_enough;
+use crate::density::{Method, Objective};
+use crate::error::InferenceError;
+use crate::fit::{Fit, Held, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

@@ -1,9 +1,8 @@
 //! Noise by maximum marginal likelihood: chosen to make the evidence largest, not the posterior.
 
-use crate::fit::held::Held;
-use crate::{
-    Calls, Energy, Fit, Gaussian, InferenceError, Method, Objective, Posterior, Stop, TrustRegion, minimise,
-};
+use crate::density::{Calls, Energy, Gaussian, Method, Objective, Stop, TrustRegion, minimise};
+use crate::error::InferenceError;
+use crate::fit::{Fit, Held, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::sync::Mutex;
 

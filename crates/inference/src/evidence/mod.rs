@@ -3,8 +3,16 @@
 //!
 //! Knows one maximum, and does not ask whether Laplace's Gaussian is right.
 
-pub(crate) mod conflict;
-pub(crate) mod laplace;
-pub(crate) mod marginal;
-pub(crate) mod predictive;
-pub(crate) mod rank;
+mod conflict;
+mod laplace;
+mod marginal;
+mod predictive;
+mod rank;
+
+pub use conflict::{Conflict, ConflictWarning, LEARNT, Offset, Tension};
+pub use laplace::{Evidence, Laplace};
+pub use marginal::MarginalFit;
+pub use predictive::{Predicted, Residual};
+pub use rank::{Entry, RankedModel, Ranking, rank};
+
+pub(crate) use conflict::tension;

@@ -1,7 +1,10 @@
 //! What a fitted model says about data: posterior predictions, residuals, and leave-one-out scores.
 
-use crate::covariance::factor::dense_enough;
-use crate::{Fit, Forward, InferenceError, Laplace, Posterior};
+use super::laplace::Laplace;
+use crate::covariance::dense_enough;
+use crate::error::InferenceError;
+use crate::fit::{Fit, Posterior};
+use crate::problem::Forward;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

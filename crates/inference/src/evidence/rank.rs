@@ -1,6 +1,6 @@
 //! Competing models side by side.
 
-use crate::Evidence;
+use super::laplace::Evidence;
 use serde::{Deserialize, Serialize};
 
 /// One model of a comparison.

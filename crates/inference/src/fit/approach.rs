@@ -1,9 +1,10 @@
 //! From a start to the neighbourhood of a maximum, in turns of parameters and noise.
 
 use super::held::Held;
+use super::posterior::Posterior;
 use super::settle::Settled;
-use crate::density::gaussian::SAME_MODE;
-use crate::{Calls, Gaussian, InferenceError, Method, Minimum, Posterior, TrustRegion, minimise};
+use crate::density::{Calls, Gaussian, Method, Minimum, SAME_MODE, TrustRegion, minimise};
+use crate::error::InferenceError;
 use rijke_numerics::Order;
 
 /// Most alternations between parameters and noise before both are freed.

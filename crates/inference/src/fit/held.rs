@@ -1,7 +1,10 @@
 //! A posterior as a function of some of its coordinates.
 
-use crate::covariance::factor::Factor;
-use crate::{Energy, InferenceError, NoiseMode, Objective, Posterior};
+use super::posterior::Posterior;
+use crate::covariance::Factor;
+use crate::density::{Energy, Objective};
+use crate::error::InferenceError;
+use crate::problem::NoiseMode;
 use rijke_numerics::Order;
 
 /// The posterior with all coordinates held but those that are `free`.

@@ -2,8 +2,10 @@
 
 use super::approach::Approach;
 use super::held::Held;
+use super::posterior::Posterior;
 use super::settle::Settled;
-use crate::{Calls, InferenceError, Method, Minimum, Objective, Posterior, Stop, TrustRegion, minimise};
+use crate::density::{Calls, Method, Minimum, Objective, Stop, TrustRegion, minimise};
+use crate::error::InferenceError;
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
 

@@ -3,7 +3,7 @@
 //! A search that alternates between parameters and noise starts each turn where the last one ended, and Laplace's method wants
 //! the derivatives where the search has just had them.
 
-use crate::Prediction;
+use crate::problem::Prediction;
 use rijke_numerics::Order;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};

@@ -2,9 +2,15 @@
 //!
 //! Knows no evidence, and does not ask whether there are other maxima.
 
-pub(crate) mod approach;
-pub(crate) mod held;
-pub(crate) mod map;
-pub(crate) mod memory;
-pub(crate) mod posterior;
-pub(crate) mod settle;
+mod approach;
+mod held;
+mod map;
+mod memory;
+mod posterior;
+mod settle;
+
+pub use map::{Fit, MapOptions, NoiseEstimate};
+pub use posterior::Posterior;
+
+pub(crate) use approach::Approach;
+pub(crate) use held::Held;

@@ -1,9 +1,10 @@
 //! The cost J of a model with data: minus ln P(D|a) P(a), with exact derivatives.
 
 use super::memory::Memory;
-use crate::covariance::block::{Block, Likelihood};
-use crate::covariance::factor::Factor;
-use crate::{Data, Energy, Forward, InferenceError, NoiseMode, Objective, Parameters, Prediction};
+use crate::covariance::{Block, Factor, Likelihood};
+use crate::density::{Energy, Objective};
+use crate::error::InferenceError;
+use crate::problem::{Data, Forward, NoiseMode, Parameters, Prediction};
 use rayon::prelude::*;
 use rijke_numerics::{Matrix, Order};
 use std::f64::consts::PI;

@@ -1,6 +1,9 @@
 //! Where a fit starts, and what the residuals of a fit say of floating noise.
 
-use crate::{Energy, InferenceError, NoiseMode, Objective, Posterior, Prediction, TrustRegion, minimise};
+use super::posterior::Posterior;
+use crate::density::{Energy, Objective, TrustRegion, minimise};
+use crate::error::InferenceError;
+use crate::problem::{NoiseMode, Prediction};
 use rijke_numerics::Order;
 
 /// How far, in ln sd, a noise may be from the root mean square of its residuals before all coordinates are free.

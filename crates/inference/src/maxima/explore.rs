@@ -1,8 +1,8 @@
 //! The search for all maxima: from given starts, from the images of what was found, from the best of a sample of the prior.
 
-use crate::density::gaussian::SAME_MODE;
-use crate::fit::approach::Approach;
-use crate::{Calls, Gaussian, InferenceError};
+use crate::density::{Calls, Gaussian, SAME_MODE};
+use crate::error::InferenceError;
+use crate::fit::Approach;
 use rayon::prelude::*;
 
 /// What a search over several starts stands on. A start is a list of numbers in coordinates of the ground's own; None for its centre.

@@ -1,11 +1,11 @@
 //! What a search from several starts stands on: a posterior, or any objective; and where to start.
 
 use super::explore::{Ground, Peak};
-use crate::fit::approach::Approach;
-use crate::{
-    Calls, Fit, Gaussian, InferenceError, Laplace, Minimum, Objective, Posterior, TrustRegion, minimise,
-    normal_quantile,
-};
+use crate::density::{Calls, Gaussian, Minimum, Objective, TrustRegion, minimise};
+use crate::error::InferenceError;
+use crate::evidence::Laplace;
+use crate::fit::{Approach, Fit, Posterior};
+use crate::numbers::normal_quantile;
 use rand::RngExt;
 use rijke_numerics::{Order, Streams};
 

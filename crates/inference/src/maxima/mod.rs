@@ -2,6 +2,12 @@
 //!
 //! Knows the evidence of each maximum, and does not ask whether it can be trusted.
 
-pub(crate) mod explore;
-pub(crate) mod grounds;
-pub(crate) mod modes;
+mod explore;
+mod grounds;
+mod modes;
+
+pub use modes::{Apart, Maximum, Mode};
+
+pub(crate) use explore::{Breadth, Explored, Peak, explore};
+pub(crate) use grounds::{Plain, Terrain};
+pub(crate) use modes::{Sorted, shares, sorted, warning};

@@ -2,7 +2,10 @@
 
 use super::explore::{Explored, MODE_LIMIT, Peak};
 use super::grounds::Fitted;
-use crate::{Evidence, Fit, Gaussian, Laplace, Parameters};
+use crate::density::Gaussian;
+use crate::evidence::{Evidence, Laplace};
+use crate::fit::Fit;
+use crate::problem::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// A maximum of the posterior beside the best one.

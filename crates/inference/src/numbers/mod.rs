@@ -2,6 +2,11 @@
 //!
 //! Knows no parameter, no data and no density.
 
-pub(crate) mod chi_squared;
-pub(crate) mod dot;
-pub(crate) mod normal;
+mod chi_squared;
+mod dot;
+mod normal;
+
+pub use chi_squared::chi_squared_sds;
+pub use normal::{normal_cdf, normal_quantile};
+
+pub(crate) use dot::dot;

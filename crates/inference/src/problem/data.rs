@@ -1,7 +1,9 @@
 //! What was measured, and what is known of its noise.
 
+use super::prior::Prior;
 use super::scale;
-use crate::{InferenceError, Prior, Structured};
+use super::structured::Structured;
+use crate::error::InferenceError;
 use rijke_numerics::{C64, Cholesky, Matrix};
 use serde::{Deserialize, Serialize};
 

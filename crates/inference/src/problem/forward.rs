@@ -1,6 +1,6 @@
 //! The model: from physical parameters to predicted data.
 
-use crate::ForwardError;
+use crate::error::ForwardError;
 use rijke_numerics::{Matrix, Order};
 
 /// A model of the data with derivatives. Object safe; knows neither priors nor transforms.

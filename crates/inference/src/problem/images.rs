@@ -1,6 +1,9 @@
 //! Where a model repeats itself: from one maximum, the places of others.
 
-use crate::{Alias, InferenceError, Move, Parameters, Repeat};
+use super::alias::{Alias, Move};
+use super::parameter::Repeat;
+use super::parameters::Parameters;
+use crate::error::InferenceError;
 
 /// Images further from the prior than this are left out: the drop in its ln density against that of the first point, nats (8 sd).
 const REACH: f64 = 32.0;

@@ -1,6 +1,7 @@
 //! A misfit by its kernel itself, which is exact at any length.
 
-use crate::{InferenceError, Kernel};
+use super::misfit::Kernel;
+use crate::error::InferenceError;
 use rijke_numerics::Matrix;
 
 /// A misfit by its kernel, exact at any length: parts of data that do not hear each other share its size and length.

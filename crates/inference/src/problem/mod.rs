@@ -3,14 +3,25 @@
 //!
 //! Knows no likelihood, no search and no answer.
 
-pub(crate) mod alias;
-pub(crate) mod data;
-pub(crate) mod forward;
-pub(crate) mod images;
-pub(crate) mod kernelled;
-pub(crate) mod misfit;
-pub(crate) mod parameter;
-pub(crate) mod parameters;
-pub(crate) mod prior;
-pub(crate) mod scale;
-pub(crate) mod structured;
+mod alias;
+mod data;
+mod forward;
+mod images;
+mod kernelled;
+mod misfit;
+mod parameter;
+mod parameters;
+mod prior;
+mod scale;
+mod structured;
+
+pub use alias::{Alias, Move};
+pub use data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
+pub use forward::{Forward, Prediction};
+pub use misfit::Kernel;
+pub use parameter::{Coordinates, Parameter, Repeat};
+pub use parameters::Parameters;
+pub use prior::Prior;
+pub use structured::{Correlated, Structured, complex_columns};
+
+pub(crate) use kernelled::Kernelled;

@@ -1,7 +1,7 @@
 //! One unknown number: its name, its unit, its prior, and the coordinate in which it is sought.
 
-use super::prior::gaussian;
-use crate::{InferenceError, Prior};
+use super::prior::{Prior, gaussian};
+use crate::error::InferenceError;
 use serde::{Deserialize, Serialize};
 
 /// One real unknown.

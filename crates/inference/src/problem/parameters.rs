@@ -1,7 +1,11 @@
 //! The unknowns of one model and their joint prior.
 
+use super::alias::Alias;
+use super::parameter::{Coordinates, Parameter};
+use super::prior::Prior;
 use super::scale;
-use crate::{Alias, InferenceError, Parameter, Prior};
+use crate::error::InferenceError;
+use crate::numbers::normal_cdf;
 use rijke_numerics::{Cholesky, Matrix};
 use std::f64::consts::PI;
 
@@ -209,9 +213,9 @@ impl Parameters {
             .iter()
             .zip(xi)
             .map(|(p, &x)| match (p.prior, p.coordinates) {
-                (Prior::Normal { mean, sd }, crate::Coordinates::Natural) => mean + sd * x,
-                (Prior::LogNormal { median, ln_sd }, crate::Coordinates::Log) => median.ln() + ln_sd * x,
-                (prior, _) => p.working(prior.quantile(crate::normal_cdf(x))),
+                (Prior::Normal { mean, sd }, Coordinates::Natural) => mean + sd * x,
+                (Prior::LogNormal { median, ln_sd }, Coordinates::Log) => median.ln() + ln_sd * x,
+                (prior, _) => p.working(prior.quantile(normal_cdf(x))),
             })
             .collect();
         for joint in &self.joint {

@@ -1,6 +1,6 @@
 //! What is known of one number before the data: a probability density.
 
-use crate::{normal_cdf, normal_quantile};
+use crate::numbers::{normal_cdf, normal_quantile};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 

@@ -1,6 +1,7 @@
 //! Widths of priors that double precision can work with.
 
-use crate::{InferenceError, Prior};
+use super::prior::Prior;
+use crate::error::InferenceError;
 
 /// Smallest width: 1/sd^2 and its products with other such numbers stay finite. No quantity of physics in SI units is near.
 const SMALLEST: f64 = 1e-60;

@@ -1,8 +1,9 @@
 //! Blocks of many data whose covariance is a diagonal and a few columns.
 
 use super::kernelled::Kernelled;
-use super::misfit::Basis;
-use crate::{InferenceError, Kernel, Prior};
+use super::misfit::{Basis, Kernel};
+use super::prior::Prior;
+use crate::error::InferenceError;
 use rijke_numerics::{C64, Matrix};
 
 /// The covariance of a block of many data: C = D + U K U', with a diagonal D of measured variances and independent noises, and the columns

@@ -1,6 +1,8 @@
 //! Bridge sampling: the evidence from draws of a posterior.
 
-use crate::{Calls, Gaussian, InferenceError, Target};
+use super::referee::Target;
+use crate::density::{Calls, Gaussian};
+use crate::error::InferenceError;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::{Cholesky, Matrix, Stream};

@@ -1,6 +1,8 @@
 //! The referees by name, for those who choose one at run time.
 
-use crate::{InferenceError, Nested, Referee};
+use super::nested::Nested;
+use super::referee::Referee;
+use crate::error::InferenceError;
 use rijke_numerics::Streams;
 
 /// A referee by name.
@@ -27,7 +29,7 @@ impl RefereeKind {
         match self {
             Self::Nested => Ok(Box::new(Nested::with_error(error, -ln_occam, parameters, streams))),
             #[cfg(feature = "nuts")]
-            Self::Nuts => Ok(Box::new(crate::Nuts::with_error(error, streams))),
+            Self::Nuts => Ok(Box::new(super::nuts::Nuts::with_error(error, streams))),
             #[cfg(not(feature = "nuts"))]
             Self::Nuts => Err(InferenceError::Referee {
                 referee: "the gradient sampler",

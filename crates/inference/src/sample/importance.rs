@@ -1,6 +1,7 @@
 //! Importance sampling from Laplace's Gaussian: does it cover the posterior, and what is the evidence if not?
 
-use crate::{Gaussian, InferenceError, Objective};
+use crate::density::{Gaussian, Objective};
+use crate::error::InferenceError;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;

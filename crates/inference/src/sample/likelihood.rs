@@ -1,7 +1,10 @@
 //! The likelihood of a posterior over its prior, as referees integrate it.
 
-use crate::covariance::factor::Factor;
-use crate::{Fit, InferenceError, NoiseMode, Posterior, Target};
+use super::referee::Target;
+use crate::covariance::Factor;
+use crate::error::InferenceError;
+use crate::fit::{Fit, Posterior};
+use crate::problem::NoiseMode;
 use rijke_numerics::Order;
 
 /// The likelihood of a posterior whose floated noise is held at its value in a fit: the same evidence that Laplace's

@@ -4,11 +4,21 @@
 //! Knows a fit to start from, and neither its Laplace evidence nor other maxima.
 
 #[cfg(feature = "nuts")]
-pub(crate) mod bridge;
-pub(crate) mod choice;
-pub(crate) mod importance;
-pub(crate) mod likelihood;
-pub(crate) mod nested;
+mod bridge;
+mod choice;
+mod importance;
+mod likelihood;
+mod nested;
 #[cfg(feature = "nuts")]
-pub(crate) mod nuts;
-pub(crate) mod referee;
+mod nuts;
+mod referee;
+
+pub use choice::RefereeKind;
+pub use importance::{Importance, importance};
+pub use likelihood::LikelihoodTarget;
+pub use nested::Nested;
+#[cfg(feature = "nuts")]
+pub use nuts::Nuts;
+pub use referee::{Judged, Referee, Target, Verdict};
+
+pub(crate) use importance::weighed;

@@ -1,6 +1,8 @@
 //! Nested sampling (Skilling 2006): evidence without Laplace's approximation, as a referee.
 
-use crate::{Calls, InferenceError, Judged, Referee, Target};
+use super::referee::{Judged, Referee, Target};
+use crate::density::Calls;
+use crate::error::InferenceError;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::{Stream, Streams};

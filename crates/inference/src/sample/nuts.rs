@@ -1,7 +1,9 @@
 //! A gradient sampler as referee: NUTS for draws of the posterior, bridge sampling for the evidence.
 
 use super::bridge::bridge;
-use crate::{Calls, InferenceError, Judged, Referee, Target};
+use super::referee::{Judged, Referee, Target};
+use crate::density::Calls;
+use crate::error::InferenceError;
 use nuts_rs::{Chain, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings};
 use rand::RngExt;
 use rand_distr::StandardNormal;

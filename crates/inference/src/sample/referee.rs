@@ -1,6 +1,7 @@
 //! Referees: slow ways to the evidence and the posterior that do not rest on Laplace's approximation.
 
-use crate::{Calls, InferenceError};
+use crate::density::Calls;
+use crate::error::InferenceError;
 use serde::{Deserialize, Serialize};
 
 /// A way to the evidence that needs no Gaussian approximation. Object safe.

@@ -1,10 +1,9 @@
 //! What a block with an exact misfit adds, with its derivatives.
 
 use super::KernelFactor;
-use crate::Structured;
 use crate::covariance::block::{Block, Likelihood, add_symmetric};
-use crate::numbers::dot::dot;
-use crate::problem::kernelled::Kernelled;
+use crate::numbers::dot;
+use crate::problem::{Kernelled, Structured};
 use rijke_numerics::{Matrix, Order};
 use std::f64::consts::PI;
 
