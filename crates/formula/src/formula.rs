@@ -1,12 +1,8 @@
 //! A formula: text that has become a program.
 
 use crate::inspect::{share, units};
-use crate::read::definitions;
-use crate::read::function::Function;
-use crate::read::tree::Binary;
-use crate::run::analytic::Operand;
-use crate::run::evaluate::{self, Operation};
-use crate::{Context, Dual, FormulaError, Here, Scope};
+use crate::read::{Binary, Context, FormulaError, Function, Scope, definitions};
+use crate::run::{Dual, Here, Operand, Operation, evaluate};
 use rijke_numerics::{C64, Jet};
 
 /// A formula in the names of a [`Scope`] and in parameters.

@@ -70,7 +70,6 @@ mod run;
 mod tests;
 
 pub use formula::Formula;
-pub use inspect::units::is_unit;
-pub use read::problem::{FormulaError, NameError, Problem};
-pub use read::scope::{Context, Kind, Name, Scope};
-pub use run::here::{Dual, Here};
+pub use inspect::is_unit;
+pub use read::{Context, FormulaError, Kind, Name, NameError, Problem, Scope};
+pub use run::{Dual, Here};

@@ -4,3 +4,5 @@
 
 pub(crate) mod share;
 pub(crate) mod units;
+
+pub use units::is_unit;

@@ -4,10 +4,8 @@
 //! times a real number of the local gas: sqrt(s rho mu) = sqrt(rho mu) sqrt(s). Then the function is
 //! evaluated once.
 
-use crate::read::function::Function;
-use crate::read::tree::Binary;
-use crate::run::calculus::{number_binary, number_call};
-use crate::run::evaluate::Operation;
+use crate::read::{Binary, Function};
+use crate::run::{Operation, number_binary, number_call};
 use rijke_numerics::C64;
 
 /// What a part of a formula is, seen from one place.

@@ -1,10 +1,7 @@
 //! Units of formulas: what a formula multiplies and adds must give the unit that is wanted.
 
-use crate::Scope;
-use crate::read::function::Function;
-use crate::read::tree::Binary;
-use crate::run::calculus::{number_binary, number_call};
-use crate::run::evaluate::Operation;
+use crate::read::{Binary, Function, Scope};
+use crate::run::{Operation, number_binary, number_call};
 use rijke_numerics::C64;
 
 /// Exponents of kg, m, s and K.

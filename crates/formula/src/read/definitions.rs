@@ -1,9 +1,9 @@
 //! Named parts of a formula: each is read once, and its tree stands wherever its name does.
 
 use super::parser::{self, Definition};
-use super::problem::Outcome;
+use super::problem::{FormulaError, NameError, Outcome, Problem};
+use super::scope::Context;
 use super::{lexer, tree::Tree};
-use crate::{Context, FormulaError, NameError, Problem};
 
 /// The tree of the formula `source`, its definitions put in.
 ///

@@ -1,7 +1,6 @@
 //! Text to tokens.
 
-use super::problem::Outcome;
-use crate::Problem;
+use super::problem::{Outcome, Problem};
 use winnow::ascii::{float, multispace0};
 use winnow::combinator::{alt, eof, opt, preceded, repeat_till, terminated};
 use winnow::error::ContextError;

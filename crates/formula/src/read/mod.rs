@@ -4,10 +4,16 @@
 //! Knows no values: what a tree is worth is for `run`.
 
 pub(crate) mod definitions;
-pub(crate) mod function;
-pub(crate) mod lexer;
-pub(crate) mod nearest;
-pub(crate) mod parser;
-pub(crate) mod problem;
-pub(crate) mod scope;
-pub(crate) mod tree;
+mod function;
+mod lexer;
+mod nearest;
+mod parser;
+mod problem;
+mod scope;
+mod tree;
+
+pub use problem::{FormulaError, NameError, Problem};
+pub use scope::{Context, Kind, Name, Scope};
+
+pub(crate) use function::Function;
+pub(crate) use tree::{Binary, Tree};

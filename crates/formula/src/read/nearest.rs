@@ -1,6 +1,6 @@
 //! Which known name was meant.
 
-use crate::Problem;
+use super::problem::Problem;
 
 /// The complaint about a name that is none of `known`.
 pub(crate) fn unknown<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Problem {

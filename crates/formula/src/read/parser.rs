@@ -3,9 +3,9 @@
 use super::function::{CONSTANTS, FUNCTIONS};
 use super::lexer::{Kind, Token};
 use super::nearest::unknown;
-use super::problem::{DEEPEST, LONGEST, Outcome};
+use super::problem::{DEEPEST, LONGEST, Outcome, Problem};
+use super::scope::Context;
 use super::tree::{Binary, Tree};
-use crate::{Context, Problem};
 use rijke_numerics::C64;
 
 /// A definition that has been read.

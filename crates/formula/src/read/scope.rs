@@ -2,7 +2,7 @@
 
 use super::function::is_reserved;
 use super::lexer;
-use crate::NameError;
+use super::problem::NameError;
 
 /// What a name stands for, and what is told of it in messages.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! A formula as a tree, and its operators.
 
 use super::function::Function;
-use crate::{Kind, Scope};
+use super::scope::{Kind, Scope};
 use rijke_numerics::C64;
 
 #[derive(Clone, Debug, PartialEq)]

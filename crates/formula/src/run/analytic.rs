@@ -1,6 +1,6 @@
 //! The numbers that formulas run on: jets, and values with their slope in s.
 
-use crate::Dual;
+use super::here::Dual;
 use rijke_numerics::{C64, Jet};
 
 /// A number that a formula can be run on: a jet, or a value with its derivative in s.

@@ -1,9 +1,8 @@
 //! Operators and functions on plain numbers, and with their derivatives.
 
 use super::analytic::{Analytic, Operand};
-use crate::Dual;
-use crate::read::function::Function;
-use crate::read::tree::Binary;
+use super::here::Dual;
+use crate::read::{Binary, Function};
 use Operand::{Full as J, Number as N};
 use rijke_numerics::C64;
 

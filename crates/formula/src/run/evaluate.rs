@@ -2,9 +2,8 @@
 
 use super::analytic::{Analytic, Operand};
 use super::calculus::{binary, call, number_binary, number_call};
-use crate::read::function::Function;
-use crate::read::tree::{Binary, Tree};
-use crate::{Here, Kind};
+use super::here::Here;
+use crate::read::{Binary, Function, Kind, Tree};
 use Operand::{Full as J, Number as N};
 use rijke_numerics::C64;
 

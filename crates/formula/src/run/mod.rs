@@ -2,7 +2,13 @@
 //!
 //! Knows no text: what is wrong with a formula was said when it was read.
 
-pub(crate) mod analytic;
-pub(crate) mod calculus;
+mod analytic;
+mod calculus;
 pub(crate) mod evaluate;
-pub(crate) mod here;
+mod here;
+
+pub use here::{Dual, Here};
+
+pub(crate) use analytic::Operand;
+pub(crate) use calculus::{number_binary, number_call};
+pub(crate) use evaluate::Operation;
