@@ -1,7 +1,6 @@
 //! `rijke completions`: completion of commands and options in a shell.
 
-use crate::{Program, failure::Failure, ui::Ui};
-use clap::CommandFactory;
+use crate::{failure::Failure, ui::Ui};
 
 /// Print a script that makes a shell complete commands and options.
 #[derive(clap::Args)]
@@ -13,9 +12,9 @@ pub(crate) struct Args {
     shell: clap_complete::Shell,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, mut program: clap::Command, ui: &Ui) -> Result<(), Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Program::command(), "rijke", &mut script);
+    clap_complete::generate(args.shell, &mut program, "rijke", &mut script);
     ui.say(String::from_utf8_lossy(&script).trim_end());
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! `rijke flow`: from click arrival times to the base flow.
 
+mod document;
 mod plot;
 mod states;
 
@@ -9,6 +10,7 @@ use crate::{
     staging::StagedFolder,
     ui::Ui,
 };
+use document::Document;
 use rayon::prelude::*;
 use rijke_flow::assimilate::{
     Method, NamedStates, Records, RunReport, Tension, Twin, TwinOptions, Warning, assimilate, staircase,
@@ -17,7 +19,6 @@ use rijke_flow::settled;
 use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
 use rijke_numerics::Streams;
 use rijke_rig::{DataKind, Observations, Rig};
-use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -73,15 +74,6 @@ enum Choice {
     Smoother,
     Paper,
     SquareRoot,
-}
-
-/// OUT/flow.json.
-#[derive(Serialize)]
-struct Document {
-    kind: DataKind,
-    rig: String,
-    seed: u64,
-    runs: Vec<RunReport>,
 }
 
 /// Infers the base flow of a study with the usual options.

@@ -92,8 +92,8 @@ impl Command {
             Self::Report(args) => report::run(args, ui),
             Self::Predict(args) => predict::run(args, ui),
             Self::Next(args) => next::run(args, ui),
-            Self::Completions(args) => completions::run(args, ui),
-            Self::Man(args) => man::run(args, ui),
+            Self::Completions(args) => completions::run(args, Program::command(), ui),
+            Self::Man(args) => man::run(args, Program::command(), ui),
         }
     }
 }

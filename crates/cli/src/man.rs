@@ -1,12 +1,10 @@
 //! `rijke man`: the manual pages, and the page of the book that holds the help of every command.
 
 use crate::{
-    Program,
     failure::{Classify, Failure},
     staging::Lock,
     ui::Ui,
 };
-use clap::CommandFactory;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -22,9 +20,9 @@ pub(crate) struct Args {
     markdown: bool,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, program: clap::Command, ui: &Ui) -> Result<(), Failure> {
     let Some(out) = &args.out else {
-        ui.document(markdown().trim_end());
+        ui.document(markdown(program).trim_end());
         return Ok(());
     };
     // The folder may hold the pages of other programs: each page is moved there when it is complete.
@@ -33,7 +31,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         .or_bad_input()
         .map_err(|f| f.at(out).remedy("Give a place in which you may write."))?;
     let _lock = Lock::take(out)?;
-    let moved = clap_mangen::generate_to(Program::command(), &partial).and_then(|()| {
+    let moved = clap_mangen::generate_to(program, &partial).and_then(|()| {
         for page in std::fs::read_dir(&partial)? {
             let page = page?;
             std::fs::rename(page.path(), out.join(page.file_name()))?;
@@ -46,8 +44,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// Every command with its help, as `--help` prints it.
-fn markdown() -> String {
-    let mut program = Program::command().term_width(100);
+fn markdown(program: clap::Command) -> String {
+    let mut program = program.term_width(100);
     program.build();
     let mut page =
         "# Commands\n\nWritten by `cargo xtask reference`; a test compares it with the program.\n".to_owned();

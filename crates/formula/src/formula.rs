@@ -1,8 +1,8 @@
 //! A formula: text that has become a program.
 
-use crate::evaluate::{self, Operand, Operation};
-use crate::tree::{Binary, Function};
-use crate::{Context, Dual, FormulaError, Here, Scope, definitions, share, units};
+use crate::inspect::{share, units};
+use crate::read::{Binary, Context, FormulaError, Function, Scope, definitions};
+use crate::run::{Dual, Here, Operand, Operation, evaluate};
 use rijke_numerics::{C64, Jet};
 
 /// A formula in the names of a [`Scope`] and in parameters.

@@ -23,6 +23,10 @@
 //! * Values are in the units that the scope states; nothing is converted.
 //! * No text makes the reader panic, and no value makes a formula panic: what has no value is NaN.
 //!
+//! # Folders
+//!
+//! `read` makes a tree of a text, `run` a program of the tree, `inspect` judges the program unrun. Each knows only those before it.
+//!
 //! # Example
 //!
 //! ```
@@ -58,25 +62,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod analytic;
-mod calculus;
-mod definitions;
-mod evaluate;
 mod formula;
-mod here;
-mod lexer;
-mod nearest;
-mod parser;
-mod problem;
-mod scope;
-mod share;
+mod inspect;
+mod read;
+mod run;
 #[cfg(test)]
 mod tests;
-mod tree;
-mod units;
 
 pub use formula::Formula;
-pub use here::{Dual, Here};
-pub use problem::{FormulaError, Problem};
-pub use scope::{Context, Kind, Name, NameError, Scope};
-pub use units::is_unit;
+pub use inspect::is_unit;
+pub use read::{Context, FormulaError, Kind, Name, NameError, Problem, Scope};
+pub use run::{Dual, Here};

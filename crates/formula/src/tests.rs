@@ -3,8 +3,8 @@
 mod names;
 mod places;
 
-use crate::calculus::number_call;
-use crate::tree::Function;
+use crate::read::Function;
+use crate::run::number_call;
 use crate::{Context, Dual, Formula, FormulaError, Here, Kind, Name, Problem, Scope};
 use approx::assert_relative_eq;
 use rijke_numerics::check::{slopes_from, slopes_near};

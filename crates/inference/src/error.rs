@@ -1,6 +1,5 @@
 //! What can go wrong, with numbers.
 
-use crate::ForwardError;
 use rijke_numerics::DenseError;
 
 /// Why an inference has no answer.
@@ -193,5 +192,31 @@ impl InferenceError {
             Self::OutsideBounds { .. } | Self::SingularCovariance { .. } | Self::NotFinite { .. } => true,
             _ => false,
         }
+    }
+}
+
+/// A forward model that could not be evaluated.
+#[derive(Debug, thiserror::Error)]
+#[error("{source}")]
+pub struct ForwardError {
+    recoverable: bool,
+    source: Box<dyn std::error::Error + Send + Sync>,
+}
+
+impl ForwardError {
+    /// The model has no answer at this point, but may have one nearby: an eigenvalue that was lost, say.
+    pub fn recoverable(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self { recoverable: true, source: source.into() }
+    }
+
+    /// No point will do better: a missing file, a wrong size.
+    pub fn fatal(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self { recoverable: false, source: source.into() }
+    }
+
+    /// True for [`ForwardError::recoverable`].
+    #[must_use]
+    pub fn is_recoverable(&self) -> bool {
+        self.recoverable
     }
 }

@@ -18,6 +18,11 @@
 //! * Floated noise is maximised and carries no Occam factor; inferred noise is a parameter, ln sigma, and does.
 //! * Standard deviations are called `sd`; whatever is called variance or covariance is one.
 //!
+//! # Folders
+//!
+//! Each knows only those before it: `numbers`, `problem` and `density`, `covariance`, `fit`, `evidence` and `sample`, `maxima`,
+//! `assessment`. [`ensemble`] needs `numbers` alone.
+//!
 //! # Example
 //!
 //! A straight line through three points with known noise.
@@ -53,80 +58,37 @@
 //! # Ok::<(), InferenceError>(())
 //! ```
 
-mod alias;
-mod block;
-#[cfg(feature = "nuts")]
-mod bridge;
-mod chain;
-mod checks;
-mod conflict;
-mod data;
+mod assessment;
+mod covariance;
+mod density;
 pub mod ensemble;
 mod error;
-mod explore;
-mod forward;
-mod health;
-mod held;
-mod importance;
-mod kernelled;
-mod laplace;
-mod map;
-mod marginal;
-mod memory;
-mod minimise;
-mod misfit;
-mod modes;
-mod nested;
-mod normal;
-#[cfg(feature = "nuts")]
-mod nuts;
-mod objective;
-mod parameters;
-mod posterior;
-mod predictive;
-mod prior;
-mod quadratic;
-mod rank;
-mod record;
-mod referee;
-mod scale;
-mod settle;
-mod simulate;
-mod starts;
-mod stop;
-mod structured;
-mod surveyed;
-mod tail;
-mod woodbury;
+mod evidence;
+mod fit;
+mod maxima;
+mod numbers;
+mod problem;
+mod sample;
 
-pub use alias::{Alias, Move, Repeat};
-pub use chain::{Chain, ChainStage};
-pub use conflict::{Conflict, ConflictWarning, LEARNT, Offset, Tension};
-pub use data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
-pub use error::InferenceError;
-pub use forward::{Forward, ForwardError, Prediction};
-pub use health::{AssessOptions, Assessment, Health, assess};
-pub use importance::{Importance, importance};
-pub use laplace::{Evidence, Gaussian, Laplace};
-pub use map::{Fit, MapOptions, NoiseEstimate};
-pub use marginal::MarginalFit;
-pub use minimise::{Method, Minimum, TrustRegion, minimise};
-pub use misfit::Kernel;
-pub use modes::{Apart, Maximum, Mode};
-pub use nested::Nested;
-pub use normal::{normal_cdf, normal_quantile};
+pub use assessment::{
+    AssessOptions, Assessment, Calibration, Chain, ChainStage, Draws, Health, ModelCheck, ParameterCheck,
+    ParameterRecord, Record, Surveyed, assess, evidence_csv, survey,
+};
+pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, TrustRegion, minimise};
+pub use error::{ForwardError, InferenceError};
+pub use evidence::{
+    Conflict, ConflictWarning, Entry, Evidence, LEARNT, Laplace, MarginalFit, Offset, Predicted, RankedModel,
+    Ranking, Residual, Tension, rank,
+};
+pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
+pub use maxima::{Apart, Maximum, Mode};
+pub use numbers::{chi_squared_sds, normal_cdf, normal_quantile};
+pub use problem::{
+    Alias, Coordinates, Correlated, Data, Forward, Kernel, Move, NoiseGroup, NoiseMode, Observation,
+    Parameter, Parameters, Prediction, Prior, Repeat, Structured, complex_columns, relative_noise,
+};
 #[cfg(feature = "nuts")]
-pub use nuts::Nuts;
-pub use objective::{Energy, Objective};
-pub use parameters::Parameters;
-pub use posterior::Posterior;
-pub use predictive::{Predicted, Residual};
-pub use prior::{Coordinates, Parameter, Prior};
-pub use rank::{Entry, RankedModel, Ranking, rank};
-pub use record::{Draws, ParameterRecord, Record, evidence_csv};
-pub use referee::{Judged, LikelihoodTarget, Referee, RefereeKind, Target, Verdict};
-pub use simulate::{Calibration, ModelCheck, ParameterCheck};
-pub use stop::{Calls, Stop};
-pub use structured::{Correlated, Structured, complex_columns};
-pub use surveyed::{Surveyed, survey};
-pub use tail::chi_squared_sds;
+pub use sample::Nuts;
+pub use sample::{
+    Importance, Judged, LikelihoodTarget, Nested, Referee, RefereeKind, Target, Verdict, importance,
+};

@@ -1,6 +1,6 @@
 //! Pictures of the base flow, and of a filter on its way.
 
-use super::Document;
+use super::document::Document;
 use crate::failure::{Classify, Failure};
 use rijke_flow::assimilate::{CALIBRATION, RunReport, SnapshotReport};
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, gallery};

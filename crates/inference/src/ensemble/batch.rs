@@ -5,7 +5,7 @@ use crate::{
     Data, Forward, ForwardError, MapOptions, NoiseGroup, Observation, Parameter, Parameters, Posterior,
     Prediction, Prior,
 };
-use rijke_numerics::{Order, Streams};
+use rijke_numerics::{Matrix, Order, Streams};
 
 /// y = a e^{-b t}.
 struct Decay(Vec<f64>);

@@ -1,7 +1,7 @@
 //! When not to believe an ensemble.
 
 use super::Innovation;
-use crate::normal_cdf;
+use crate::numbers::normal_cdf;
 use rijke_numerics::{DenseError, Matrix, symmetric_eigen};
 
 /// Innovations of a whole run, collected one analysis at a time.

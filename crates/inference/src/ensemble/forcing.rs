@@ -1,6 +1,7 @@
 //! Random draws that leave the moments of an ensemble alone.
 
 use super::EnsembleError;
+use super::moments::centred;
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{Matrix, Stream};
 
@@ -72,7 +73,7 @@ pub(super) fn normal_matrix(rows: usize, columns: usize, stream: &mut Stream) ->
 
 /// Standard normal numbers with the mean over the members removed and the variance restored in expectation.
 pub(super) fn centred_normal(members: usize, columns: usize, stream: &mut Stream) -> Matrix {
-    let (_, mut noise) = super::centred(&normal_matrix(members, columns, stream));
+    let (_, mut noise) = centred(&normal_matrix(members, columns, stream));
     let factor = (members as f64 / (members as f64 - 1.0)).sqrt();
     noise.as_mut_slice().iter_mut().for_each(|v| *v *= factor);
     noise
@@ -81,7 +82,7 @@ pub(super) fn centred_normal(members: usize, columns: usize, stream: &mut Stream
 /// Mean of the rows `survivors` plus a standard normal combination of their anomalies over sqrt(n - 1).
 pub(super) fn draw_from(members: &Matrix, survivors: &[usize], stream: &mut Stream) -> Vec<f64> {
     let rows = Matrix::from_fn(survivors.len(), members.columns(), |i, j| members[(survivors[i], j)]);
-    let (mut drawn, anomalies) = super::centred(&rows);
+    let (mut drawn, anomalies) = centred(&rows);
     let scale = 1.0 / (survivors.len() as f64 - 1.0).max(1.0).sqrt();
     for i in 0..anomalies.rows() {
         let weight: f64 = StandardNormal.sample(stream);

@@ -1,7 +1,8 @@
 //! Localisation: observations act on nearby variables only.
 
-use super::analysis::White;
-use super::{Ensemble, EnsembleError, Noise, Observed, Options, forcing};
+use super::gain::Gain;
+use super::observed::White;
+use super::{Ensemble, EnsembleError, Noise, Observed, forcing};
 use rijke_numerics::{Cholesky, Matrix, Stream};
 
 /// The compactly supported correlation function of Gaspari & Cohn (1999, eq. 4.10): 1 at distance 0, 0 from distance 2
@@ -59,9 +60,6 @@ pub(super) fn square_root(
     check(ensemble, observed, taper)?;
     let Noise::Independent(variances) = observed.noise else { return Err(EnsembleError::CorrelatedNoise) };
     let mut updated = ensemble.members.clone();
-    let plain = Options::default();
-    // The plain square root draws nothing; the stream is only there for the signature.
-    let mut unused = rijke_numerics::Streams::new(0).stream("unused");
     for variable in 0..ensemble.members.columns() {
         let near: Vec<usize> =
             (0..observed.measured.len()).filter(|&j| taper[(variable, j)] > 1e-6).collect();
@@ -72,11 +70,11 @@ pub(super) fn square_root(
         let measured: Vec<f64> = near.iter().map(|&j| observed.measured[j]).collect();
         let noise = Noise::Independent(near.iter().map(|&j| variances[j] / taper[(variable, j)]).collect());
         let column = Matrix::from_fn(ensemble.size(), 1, |i, _| ensemble.members[(i, variable)]);
-        let mut local = Ensemble { members: column, failures: Vec::new() };
         let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
-        local.analyse(&observed, &plain, &mut unused)?;
+        let white = White::new(ensemble.size(), &observed)?;
+        let moved = Gain::new(&white.anomalies)?.square_root(&column, &white);
         for i in 0..ensemble.size() {
-            updated[(i, variable)] = local.members[(i, 0)];
+            updated[(i, variable)] = moved[(i, 0)];
         }
     }
     ensemble.members = updated;

@@ -1,7 +1,7 @@
 //! Published benchmarks: Lorenz 1963 and 1996 with the settings of fixtures/reference/enkf.toml.
 
 use super::*;
-use rijke_numerics::Streams;
+use rijke_numerics::{Matrix, Streams};
 use serde::Deserialize;
 
 #[derive(Deserialize)]

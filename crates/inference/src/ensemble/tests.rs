@@ -2,9 +2,10 @@
 
 mod forecast;
 
+use super::moments::centred;
 use super::*;
 use approx::assert_abs_diff_eq;
-use rijke_numerics::{Cholesky, Streams, lu_solve};
+use rijke_numerics::{Cholesky, Matrix, Streams, lu_solve};
 
 /// A prior ensemble, a linear observation H, and full noise, with numbers of no special shape.
 struct Problem {

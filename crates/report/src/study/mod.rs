@@ -2,31 +2,17 @@
 
 mod claims;
 mod figure;
+mod head;
 pub(crate) mod tables;
 
 use crate::ReportError;
 use crate::draw::{self, html};
 use rijke_engine::run::{Answer, Frame, Judgement, ModelRecord, StageRecord, models};
 use rijke_rig::DataKind;
-use rijke_study::Claims;
 use std::{fs, path::Path};
+use tables::{chosen, total};
 
-/// What a page says of a study, beside its stages.
-#[derive(Clone, Debug)]
-pub struct StudyHead {
-    /// Its name.
-    pub name: String,
-    /// The question that it answers.
-    pub question: String,
-    /// Measured or virtual.
-    pub kind: DataKind,
-    /// Where the data come from.
-    pub source: String,
-    /// The factors of the campaign: name and unit.
-    pub factors: Vec<(String, String)>,
-    /// What others published of the rig.
-    pub claims: Claims,
-}
+pub use head::StudyHead;
 
 /// The files of the page of a study, in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -148,15 +134,6 @@ fn contents(stages: &[StageRecord], answers: &[Answer]) -> String {
     let others = answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id));
     let of_answers: String = others.map(|a| link(&a.id, &a.title)).collect();
     format!("<nav aria-label=\"Contents\"><ul>\n{of_stages}{of_answers}</ul></nav>\n")
-}
-
-/// The model that goes on.
-fn chosen(stage: &StageRecord) -> Option<&ModelRecord> {
-    stage.models.iter().find(|m| m.id == stage.chosen)
-}
-
-fn total(model: &ModelRecord) -> Option<f64> {
-    model.evidence.map(|e| e.ln_marginal)
 }
 
 /// What a competition found, in a sentence; nothing for a stage of one model.

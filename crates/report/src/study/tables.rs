@@ -1,12 +1,22 @@
 //! Tables of a stage: models by evidence, parameters, laws, residuals.
 
-use super::{StudyHead, chosen, total};
+use super::head::StudyHead;
 use crate::draw::html;
 use rijke_engine::run::{ModelRecord, ParameterRecord, StageRecord};
 use std::collections::BTreeMap;
 
 /// Standard deviations of its prior beyond which a parameter contradicts what was known before.
 const CONFLICT: f64 = 4.0;
+
+/// The model that goes on.
+pub(super) fn chosen(stage: &StageRecord) -> Option<&ModelRecord> {
+    stage.models.iter().find(|m| m.id == stage.chosen)
+}
+
+/// ln of its evidence, nats.
+pub(super) fn total(model: &ModelRecord) -> Option<f64> {
+    model.evidence.map(|e| e.ln_marginal)
+}
 
 /// The models, best first.
 pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [f64; 3]>>) -> String {

@@ -1,0 +1,186 @@
+//! All that can be said of a model with its data: every maximum, the evidence summed over them, and the checks of it.
+
+use super::health::Health;
+use crate::density::{Gaussian, TrustRegion};
+use crate::error::InferenceError;
+use crate::evidence::{Conflict, Evidence, Laplace};
+use crate::fit::{Fit, Posterior};
+use crate::maxima::{Breadth, Maximum, Sorted, Terrain, explore, sorted, warning};
+use crate::problem::{Data, Forward, Parameters};
+use crate::sample::{LikelihoodTarget, RefereeKind, Target, Verdict, weighed};
+use rijke_numerics::Streams;
+
+/// Settings of [`Posterior::assess`].
+#[derive(Clone, Debug)]
+pub struct AssessOptions {
+    /// The minimiser of every start.
+    pub search: TrustRegion,
+    /// Physical parameters to start from, beside the centre of the prior.
+    pub starts: Vec<Vec<f64>>,
+    /// Searches from the best of a sample of the prior, in one batch; there are further batches as long as one finds a new maximum.
+    /// Zero: from given starts and known aliases alone.
+    pub random_starts: usize,
+    /// Size of that sample, an evaluation of the model each.
+    pub screened: usize,
+    /// Most searches, of all kinds together.
+    pub most_starts: usize,
+    /// Model calls spent on the importance-sampled evidence; zero leaves it out, and says so in the row.
+    pub draws: usize,
+    /// A slow method to compare the evidence with, and its statistical error, nats.
+    pub referee: Option<(RefereeKind, f64)>,
+    /// Random streams of starts and draws.
+    pub streams: Streams,
+}
+
+/// All maxima of a posterior, the evidence summed over them, and what the checks found.
+#[derive(Clone, Debug)]
+pub struct Assessment {
+    /// The best maximum found: the one with the most evidence.
+    pub fit: Fit,
+    /// Laplace's method there, or why it does not apply.
+    pub laplace: Result<Laplace, String>,
+    /// The evidence summed over all maxima: the number to rank by. Its best-fit likelihood is that of the best maximum; what the
+    /// others add is in the Occam factor, as prior volume that survives the data. Equal to that of `laplace` if there is one maximum.
+    pub evidence: Result<Evidence, String>,
+    /// All maxima, best first, the first of them that of `fit`.
+    pub maxima: Vec<Maximum>,
+    /// How far the posterior lies from the priors; [`Conflict::warnings`] says where it is too far.
+    pub conflict: Conflict,
+    /// The checks.
+    pub health: Health,
+}
+
+impl Default for AssessOptions {
+    /// Newton, the centre of the prior, the best four of 32 draws from it, and 256 calls for the corrected evidence.
+    fn default() -> Self {
+        Self {
+            search: TrustRegion::default(),
+            starts: Vec::new(),
+            random_starts: 4,
+            screened: 32,
+            most_starts: 32,
+            draws: 256,
+            referee: None,
+            streams: Streams::new(1),
+        }
+    }
+}
+
+impl AssessOptions {
+    /// How widely they let a search go.
+    pub(super) fn breadth(&self) -> Breadth {
+        let &Self { screened, random_starts, most_starts, .. } = self;
+        Breadth { screened, random_starts, most_starts }
+    }
+}
+
+/// All that can be said of a model with its data: every maximum of the posterior, the evidence summed over them, the checks of it, and
+/// whether the data contradict the priors.
+///
+/// # Errors
+/// Those of [`Posterior::new`] and [`Posterior::assess`].
+pub fn assess(
+    forward: &dyn Forward,
+    data: &Data,
+    parameters: &Parameters,
+    options: &AssessOptions,
+) -> Result<Assessment, InferenceError> {
+    Posterior::new(forward, data, parameters)?.assess(options)
+}
+
+impl Posterior<'_> {
+    /// All maxima that several starts lead to, Laplace's method at each, the evidence summed over them, and every check of it.
+    ///
+    /// Cost: a fit per start, `options.screened + options.draws` values of the model, in parallel; the doubled priors cost no call.
+    ///
+    /// # Errors
+    /// Errors that are not recoverable, and the failure of the first start if the model fails at all of them. A model
+    /// that was fitted but cannot be trusted is an [`Assessment`] with warnings.
+    pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
+        let terrain = Terrain { posterior: self, search: options.search, streams: options.streams };
+        let found = explore(&terrain, &options.starts, options.breadth())?;
+        let mut health = Health::of_search(&found);
+        let Sorted { maxima, proposal, modes, evidence } = sorted(self.parameters(), found);
+        (health.other_modes, health.share) = (modes, maxima[0].share);
+        let (fit, laplace) = (maxima[0].fit.clone(), maxima[0].laplace.clone());
+        if let (Ok(laplace), Some(evidence)) = (&laplace, &evidence) {
+            health.warnings.extend(warning(&health.other_modes));
+            self.examine(&fit, laplace, evidence, &proposal, options, &mut health)?;
+        }
+        self.warn_of_fit(&fit, &mut health);
+        let evidence = match (&laplace, evidence) {
+            (Ok(_), Some(evidence)) => Ok(evidence),
+            (Err(reason), _) => Err(reason.clone()),
+            (Ok(laplace), None) => Ok(laplace.evidence),
+        };
+        Ok(Assessment { fit, laplace, evidence, maxima, conflict: health.conflict.clone(), health })
+    }
+
+    fn examine(
+        &self,
+        fit: &Fit,
+        laplace: &Laplace,
+        evidence: &Evidence,
+        proposal: &[(f64, Gaussian)],
+        options: &AssessOptions,
+        health: &mut Health,
+    ) -> Result<(), InferenceError> {
+        let target = self.target(fit);
+        if options.draws > 0 && !laplace.mean.is_empty() {
+            let found = weighed(&target, proposal, options.draws, options.streams)?;
+            health.weigh(found, evidence.ln_marginal);
+        } else if !laplace.mean.is_empty() {
+            health.warnings.push("the evidence was not checked by importance sampling".to_owned());
+        }
+        if let (Some((kind, error)), false) = (options.referee, laplace.mean.is_empty()) {
+            health.referee = Some(self.ask(kind, error, fit, evidence, options, &mut health.warnings)?);
+        }
+        if laplace.gauss_newton_only {
+            health.warnings.push("the model has no second derivatives: Gauss-Newton Hessian".to_owned());
+        }
+        health.doubled_prior = self.doubled_priors(fit, laplace)?;
+        for (name, _) in health.doubled_prior.iter().filter(|(_, change)| change.is_none()) {
+            health.warnings.push(format!("no maximum if the prior sd of {name} is doubled"));
+        }
+        health.unidentified = self.unidentified(laplace)?;
+        health.at_bound = self.at_bound(fit, laplace);
+        if !health.at_bound.is_empty() {
+            health.warnings.push(format!("at a bound: {}", health.at_bound.join(", ")));
+        }
+        health.conflict = self.conflict(fit, laplace)?;
+        health.warnings.extend(health.conflict.warnings().iter().map(ToString::to_string));
+        Ok(())
+    }
+
+    /// The referee's verdict, and a warning if it contradicts Laplace's by more than three of its errors.
+    fn ask(
+        &self,
+        kind: RefereeKind,
+        error: f64,
+        fit: &Fit,
+        evidence: &Evidence,
+        options: &AssessOptions,
+        warnings: &mut Vec<String>,
+    ) -> Result<Verdict, InferenceError> {
+        let target = LikelihoodTarget::new(self, fit)?;
+        let referee = kind.build(error, evidence.ln_occam, target.size(), options.streams)?;
+        let judged = referee.judge(&target)?;
+        let gap = judged.ln_marginal - evidence.ln_marginal;
+        if !judged.finished {
+            warnings.push(format!("{} reached its cap on evaluations", referee.name()));
+        } else if gap.abs() > 3.0 * judged.standard_error {
+            warnings.push(format!(
+                "{} differs by {gap:+.2} nats, of an error of {:.2}",
+                referee.name(),
+                judged.standard_error
+            ));
+        }
+        Ok(Verdict {
+            referee: referee.name().to_owned(),
+            ln_marginal: judged.ln_marginal,
+            standard_error: judged.standard_error,
+            calls: judged.calls.total(),
+            finished: judged.finished,
+        })
+    }
+}

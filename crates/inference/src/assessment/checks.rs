@@ -1,0 +1,147 @@
+//! The single checks of a fit: noise, doubled priors, directions that the data do not see, bounds.
+
+use super::health::Health;
+use crate::density::{Energy, Gaussian, Objective, TrustRegion, minimise};
+use crate::error::InferenceError;
+use crate::evidence::Laplace;
+use crate::fit::{Fit, Posterior};
+use crate::problem::{Coordinates, Parameters, Prior};
+use rijke_numerics::{Matrix, Order, symmetric_eigen};
+
+impl Posterior<'_> {
+    /// Warns of a search that did not converge, and of noise that has too few data or none.
+    pub(crate) fn warn_of_fit(&self, fit: &Fit, health: &mut Health) {
+        if !fit.stop.converged() {
+            health.warnings.push(format!("the search did not converge: {}", fit.stop));
+        }
+        let data = self.data().observations();
+        for (g, noise) in fit.noise.iter().enumerate().filter(|(_, n)| n.floats) {
+            let (mut size, mut count, mut bare) = (0.0_f64, 0, false);
+            for observation in data {
+                if let Some(structured) = &observation.structured {
+                    count += structured.data_of(g);
+                }
+                for (_, s) in observation.noise.iter().filter(|(h, _)| *h == g) {
+                    for i in (0..observation.values.len()).filter(|&i| s[(i, i)] > 0.0) {
+                        size = size.max(observation.values[i].abs());
+                        count += 1;
+                        bare |= observation.floor.as_ref().is_none_or(|f| f[(i, i)] == 0.0);
+                    }
+                }
+            }
+            if count <= self.parameters().len() {
+                health.warnings.push(format!(
+                    "the noise '{}' floats with {count} data against {} parameters",
+                    noise.name,
+                    self.parameters().len()
+                ));
+            }
+            if bare && noise.sd < 1e-12 * size {
+                health.warnings.push(format!("the noise '{}' has collapsed to {:.1e}", noise.name, noise.sd));
+            }
+        }
+    }
+
+    /// The evidence with one prior widened at a time, on the quadratic model of the likelihood at the maximum.
+    pub(crate) fn doubled_priors(
+        &self,
+        fit: &Fit,
+        laplace: &Laplace,
+    ) -> Result<Vec<(String, Option<f64>)>, InferenceError> {
+        let p = self.parameters().len();
+        let density = self.parameters().ln_density(&fit.working[..p])?;
+        let n = laplace.mean.len();
+        let mut surrogate = Surrogate {
+            centre: laplace.mean.clone(),
+            // At the maximum the slopes of likelihood and prior cancel.
+            slope: (0..n).map(|i| density.gradient.get(i).copied().unwrap_or(0.0)).collect(),
+            hessian: Matrix::from_fn(n, n, |i, j| {
+                laplace.hessian[(i, j)] + if i < p && j < p { density.hessian[(i, j)] } else { 0.0 }
+            }),
+            parameters: self.parameters().clone(),
+        };
+        let base = Gaussian::at(&surrogate, &laplace.mean)?.ln_integral;
+        let mut changes = Vec::with_capacity(p);
+        for i in 0..p {
+            let name = self.parameters().list()[i].name.clone();
+            if let Prior::Uniform { .. } = self.parameters().list()[i].prior {
+                // Twice the width halves the density; what lies beyond the old bounds was never looked at.
+                changes.push((name, Some(-std::f64::consts::LN_2)));
+                continue;
+            }
+            surrogate.parameters = self.parameters().widened(i, 2.0);
+            let found = minimise(&surrogate, &laplace.mean, &TrustRegion::default())
+                .and_then(|minimum| Gaussian::at(&surrogate, &minimum.z));
+            changes.push((name, found.ok().map(|g| g.ln_integral - base)));
+        }
+        Ok(changes)
+    }
+
+    /// Directions in which the posterior keeps more than half of the prior variance.
+    pub(crate) fn unidentified(&self, laplace: &Laplace) -> Result<Vec<(String, f64)>, InferenceError> {
+        let keep = self.integrated();
+        let scales = self.scales();
+        let n = keep.len();
+        let likelihood = laplace.gauss_newton.plus(1.0, &laplace.curvature);
+        let scaled = Matrix::from_fn(n, n, |i, j| likelihood[(i, j)] * scales[keep[i]] * scales[keep[j]]);
+        let (values, vectors) = symmetric_eigen(&scaled)?;
+        Ok((0..n)
+            .filter(|&k| values[k] < 1.0)
+            .map(|k| {
+                let direction: Vec<f64> = (0..n).map(|i| vectors[(i, k)]).collect();
+                (self.in_words(&direction, &keep), 1.0 / (1.0 + values[k].max(0.0)))
+            })
+            .collect())
+    }
+
+    /// Parameters that sit at a bound, in words.
+    pub(crate) fn at_bound(&self, fit: &Fit, laplace: &Laplace) -> Vec<String> {
+        let sds = laplace.sd();
+        let mut found = Vec::new();
+        for (i, parameter) in self.parameters().list().iter().enumerate() {
+            let ((low, high), a, z) = (parameter.prior.bounds(), fit.parameters[i], fit.working[i]);
+            let near = match parameter.coordinates {
+                // A Gaussian that is cut by a bound is none.
+                Coordinates::Natural => a - low < sds[i] || high - a < sds[i],
+                // 0.1 % of the width.
+                Coordinates::Logit => z.abs() > 7.0,
+                Coordinates::Log => false,
+            };
+            if near {
+                found.push(format!("{} = {a:.4e} {}", parameter.name, parameter.unit));
+            }
+        }
+        found
+    }
+}
+
+/// A quadratic likelihood with the exact prior of `parameters`.
+struct Surrogate {
+    centre: Vec<f64>,
+    slope: Vec<f64>,
+    hessian: Matrix,
+    parameters: Parameters,
+}
+
+impl Objective for Surrogate {
+    fn size(&self) -> usize {
+        self.centre.len()
+    }
+
+    fn evaluate(&self, z: &[f64], _: Order) -> Result<Energy, InferenceError> {
+        let (n, p) = (self.size(), self.parameters.len());
+        let offset: Vec<f64> = z.iter().zip(&self.centre).map(|(z, c)| z - c).collect();
+        let pull = self.hessian.times(&offset);
+        let prior = self.parameters.ln_density(&z[..p])?;
+        let linear: f64 = (0..n).map(|i| (self.slope[i] + 0.5 * pull[i]) * offset[i]).sum();
+        let mut hessian = self.hessian.clone();
+        let mut gradient: Vec<f64> = (0..n).map(|i| self.slope[i] + pull[i]).collect();
+        for i in 0..p {
+            gradient[i] -= prior.gradient[i];
+            for j in 0..p {
+                hessian[(i, j)] -= prior.hessian[(i, j)];
+            }
+        }
+        Ok(Energy { value: linear - prior.value, gradient, hessian, gauss_newton: None })
+    }
+}

@@ -1,0 +1,71 @@
+//! Can this evidence be trusted? What the checks of it found.
+
+use crate::density::Calls;
+use crate::evidence::Conflict;
+use crate::maxima::{Explored, Mode};
+use crate::sample::{Importance, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// What the checks of one evidence found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Health {
+    /// Evidence by importance sampling from all maxima, if it was asked for.
+    pub importance: Option<Importance>,
+    /// What the referee said, if one was asked.
+    #[serde(default)]
+    pub referee: Option<Verdict>,
+    /// Other maxima of the posterior, most probable first.
+    pub other_modes: Vec<Mode>,
+    /// Share of the summed evidence that the best maximum holds, 0..1.
+    #[serde(default)]
+    pub share: f64,
+    /// Starts that ended without converging, or at which the model failed.
+    pub failed_starts: usize,
+    /// All starts.
+    pub starts: usize,
+    /// Change of ln ML when the prior sd (or width) of one parameter is doubled; about -ln 2 = -0.69 for a parameter
+    /// that the data fix, about zero for one that they do not see. Nothing if there is then no maximum.
+    pub doubled_prior: Vec<(String, Option<f64>)>,
+    /// Combinations of parameters of which the data tell less than the prior, each with the share of prior variance left.
+    pub unidentified: Vec<(String, f64)>,
+    /// Parameters that sit at a bound.
+    pub at_bound: Vec<String>,
+    /// How far the posterior lies from the priors.
+    #[serde(default)]
+    pub conflict: Conflict,
+    /// Reasons not to trust the evidence, in words with numbers; empty means trusted.
+    pub warnings: Vec<String>,
+    /// Calls of the model spent on fits (all starts) and on draws.
+    pub calls: Calls,
+}
+
+/// Difference between Laplace's and the corrected evidence, nats, above which the row says so.
+const GAP: f64 = 0.5;
+
+impl Health {
+    /// The counts of a search.
+    pub(crate) fn of_search<F>(found: &Explored<F>) -> Self {
+        let mut health =
+            Self { starts: found.starts, failed_starts: found.failed, calls: found.calls, ..Self::default() };
+        if found.open {
+            health.warnings.push(format!("new maxima were still found after {} starts", found.starts));
+        }
+        health
+    }
+
+    /// Takes up what importance sampling found, against the sum of Laplace's evidences.
+    pub(crate) fn weigh(&mut self, found: Importance, ln_marginal: f64) {
+        self.calls.value += found.draws;
+        let gap = found.ln_marginal - ln_marginal;
+        if !found.good() {
+            self.warnings.push(format!(
+                "the posterior is not near its Gaussian: Pareto k-hat {:.2} above {:.2}",
+                found.k_hat,
+                found.k_limit()
+            ));
+        } else if gap.abs() > GAP.max(4.0 * found.standard_error) {
+            self.warnings.push(format!("Laplace is off by {gap:+.2} nats"));
+        }
+        self.importance = Some(found);
+    }
+}

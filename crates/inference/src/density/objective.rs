@@ -1,0 +1,48 @@
+//! A negative log density with derivatives.
+
+use crate::error::InferenceError;
+use rijke_numerics::{Matrix, Order};
+
+/// A negative log density J(z) in working coordinates: what the minimiser, Laplace's method and the referees need.
+pub trait Objective: Sync {
+    /// Number of coordinates.
+    fn size(&self) -> usize;
+
+    /// J and its derivatives up to `order`.
+    ///
+    /// # Errors
+    /// A recoverable error ([`InferenceError::is_recoverable`]) says that the point is out of reach.
+    fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError>;
+
+    /// Typical change of each coordinate, for the first step; positive, infinite if nothing is known of it.
+    fn scales(&self) -> Vec<f64> {
+        vec![1.0; self.size()]
+    }
+
+    /// The point that belongs to as many numbers in 0..1, if the density has a region that is known to hold its mass: the inverse of a
+    /// prior. None: a Gaussian about the first start, with [`Objective::scales`] as standard deviations.
+    fn region(&self, shares: &[f64]) -> Option<Vec<f64>> {
+        let _ = shares;
+        None
+    }
+
+    /// Other points at which J is known to be nearly the same as at `z`, all of them within reach of the prior.
+    fn aliases(&self, z: &[f64]) -> Vec<Vec<f64>> {
+        let _ = z;
+        Vec::new()
+    }
+}
+
+/// A negative log density and its derivatives at one point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// J, in nats.
+    pub value: f64,
+    /// dJ/dz; empty below [`Order::First`].
+    pub gradient: Vec<f64>,
+    /// d2J/dz2; 0 x 0 below [`Order::Second`].
+    pub hessian: Matrix,
+    /// A positive semidefinite approximation of the Hessian that needs first derivatives alone (Gauss-Newton), if
+    /// there is one; it also sets the shape of trust regions.
+    pub gauss_newton: Option<Matrix>,
+}

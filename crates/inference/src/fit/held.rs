@@ -1,0 +1,73 @@
+//! A posterior as a function of some of its coordinates.
+
+use super::posterior::Posterior;
+use crate::covariance::Factor;
+use crate::density::{Energy, Objective};
+use crate::error::InferenceError;
+use crate::problem::NoiseMode;
+use rijke_numerics::Order;
+
+/// The posterior with all coordinates held but those that are `free`.
+pub(crate) struct Held<'a> {
+    pub(crate) posterior: &'a Posterior<'a>,
+    /// A value for every coordinate; those of the free ones are not read.
+    pub(crate) whole: Vec<f64>,
+    pub(crate) free: Vec<usize>,
+    /// Factors of all covariances, if no noise is free.
+    factors: Option<Vec<Factor>>,
+}
+
+impl<'a> Held<'a> {
+    pub(crate) fn new(posterior: &'a Posterior<'a>, whole: Vec<f64>, free: Vec<usize>) -> Self {
+        let floats = free.iter().any(|i| *i >= posterior.parameters().len());
+        // A covariance that cannot be factored says so at every evaluation.
+        let factors = if floats { None } else { posterior.factors(&whole).ok() };
+        Self { posterior, whole, free, factors }
+    }
+
+    /// All coordinates, with `z` in the free ones.
+    pub(crate) fn filled(&self, z: &[f64]) -> Vec<f64> {
+        let mut whole = self.whole.clone();
+        for (&i, &v) in self.free.iter().zip(z) {
+            whole[i] = v;
+        }
+        whole
+    }
+}
+
+impl Objective for Held<'_> {
+    fn size(&self) -> usize {
+        self.free.len()
+    }
+
+    fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
+        let mut energy = self.posterior.energy(&self.filled(z), order, self.factors.as_deref())?;
+        if order >= Order::First {
+            energy.gradient = self.free.iter().map(|&i| energy.gradient[i]).collect();
+        }
+        if order == Order::Second {
+            energy.hessian = energy.hessian.select(&self.free);
+        }
+        energy.gauss_newton = energy.gauss_newton.map(|g| g.select(&self.free));
+        Ok(energy)
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        let scales = self.posterior.scales();
+        self.free.iter().map(|&i| scales[i]).collect()
+    }
+}
+
+impl Posterior<'_> {
+    /// The coordinates that an evidence integrates over: the parameters and inferred, but not floated, noise.
+    pub(crate) fn integrated(&self) -> Vec<usize> {
+        let p = self.parameters().len();
+        let inferred = self
+            .floating()
+            .iter()
+            .enumerate()
+            .filter(|(_, g)| matches!(self.data().groups()[**g].mode, NoiseMode::Inferred { .. }))
+            .map(|(k, _)| p + k);
+        (0..p).chain(inferred).collect()
+    }
+}

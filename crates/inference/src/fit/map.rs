@@ -1,0 +1,204 @@
+//! The most probable parameters.
+
+use super::approach::Approach;
+use super::held::Held;
+use super::posterior::Posterior;
+use super::settle::Settled;
+use crate::density::{Calls, Method, Minimum, Objective, Stop, TrustRegion, minimise};
+use crate::error::InferenceError;
+use rijke_numerics::{Matrix, Order};
+use serde::{Deserialize, Serialize};
+
+/// Settings of [`Posterior::map`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapOptions {
+    /// The minimiser; [`Method::Bfgs`] for the paper's algorithm.
+    pub search: TrustRegion,
+    /// Physical parameters to start from; the centre of the prior if none.
+    pub start: Option<Vec<f64>>,
+}
+
+/// The maximum of a posterior, as far as the search has come: look at `stop`.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Working coordinates: those of the parameters, then ln sd of each noise that floats.
+    pub working: Vec<f64>,
+    /// Physical parameters.
+    pub parameters: Vec<f64>,
+    /// Standard deviation of every group of noise.
+    pub noise: Vec<NoiseEstimate>,
+    /// J at the end, nats.
+    pub cost: f64,
+    /// The matrix of second derivatives of J that the search held at the end (BFGS, or exact).
+    pub search_hessian: Matrix,
+    /// Which of the two it is.
+    pub method: Method,
+    /// Why the search ended.
+    pub stop: Stop,
+    /// Accepted steps.
+    pub steps: usize,
+    /// Calls of the model.
+    pub calls: Calls,
+}
+
+/// The standard deviation of one group of noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoiseEstimate {
+    /// Name of the group.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Standard deviation, without the floor.
+    pub sd: f64,
+    /// True if the data chose it.
+    pub floats: bool,
+}
+
+impl Default for MapOptions {
+    /// Exact Newton steps from the centre of the prior.
+    fn default() -> Self {
+        Self { search: TrustRegion::default(), start: None }
+    }
+}
+
+impl MapOptions {
+    /// The paper's algorithm: BFGS with the analytic gradient.
+    ///
+    /// It stops at 1e-12 nats by its own matrix, about 1e-6 posterior standard deviations from the maximum.
+    #[must_use]
+    pub fn bfgs() -> Self {
+        Self {
+            search: TrustRegion { method: Method::Bfgs, tolerance: 1e-12, ..TrustRegion::default() },
+            start: None,
+        }
+    }
+
+    /// The same settings from another start, in physical values.
+    #[must_use]
+    pub fn from(self, start: &[f64]) -> Self {
+        Self { start: Some(start.to_vec()), ..self }
+    }
+}
+
+impl Posterior<'_> {
+    /// Finds a local maximum of the posterior over parameters and floating noise.
+    ///
+    /// # Errors
+    /// [`InferenceError::NoStart`] if the model fails at the start, and errors that are not recoverable. A search that
+    /// ends without converging is a [`Fit`] whose `stop` says so.
+    pub fn map(&self, options: &MapOptions) -> Result<Fit, InferenceError> {
+        let start = options.start.as_deref();
+        if self.floating().is_empty() {
+            return self.map_from(&self.start_alone(start)?, &options.search);
+        }
+        self.finish(self.approach(self.screen(start)?, &options.search, &[])?, &options.search)
+    }
+
+    /// The maximum next to where a rough search has come.
+    pub(crate) fn finish(&self, near: Approach, search: &TrustRegion) -> Result<Fit, InferenceError> {
+        let Approach { z, small, mut calls, .. } = near;
+        let left = |calls: Calls| TrustRegion {
+            max_evaluations: search.max_evaluations.saturating_sub(calls.total()).max(1),
+            ..*search
+        };
+        if let Some(fit) = self.without(small, &z, left, &mut calls)? {
+            return Ok(fit);
+        }
+        let mut fit = self.map_from(&z, &left(calls))?;
+        calls = calls.plus(fit.calls);
+        if !fit.stop.converged() {
+            // Other noises may explain the residuals of one as well, which then runs to nothing.
+            let vanished = self.vanished(&fit.working);
+            if let Some(fit) = self.without(vanished, &fit.working, left, &mut calls)? {
+                return Ok(fit);
+            }
+        }
+        fit.calls = calls;
+        Ok(fit)
+    }
+
+    /// The fit without those of the `small` noises that the floor explains: J does not fall when any of them grows from nothing. None if
+    /// all of them are needed. `left` is what the calls so far leave of a search.
+    ///
+    /// J levels off towards ln sd = -infinity; a search that runs there would never end in finite steps.
+    fn without(
+        &self,
+        mut small: Vec<Settled>,
+        near: &[f64],
+        left: impl Fn(Calls) -> TrustRegion,
+        calls: &mut Calls,
+    ) -> Result<Option<Fit>, InferenceError> {
+        while !small.is_empty() {
+            let search = left(*calls);
+            let mut whole = near.to_vec();
+            for noise in &small {
+                whole[noise.coordinate] = noise.ln_sd;
+            }
+            let free: Vec<usize> =
+                (0..self.size()).filter(|i| small.iter().all(|s| s.coordinate != *i)).collect();
+            let from: Vec<f64> = free.iter().map(|&i| near[i]).collect();
+            let held = Held::new(self, whole, free);
+            // One call is for the slopes below.
+            let budget = search.max_evaluations.saturating_sub(1).max(1);
+            let search_without = TrustRegion { max_evaluations: budget, ..search };
+            // A floor of low rank cannot stand alone: the noise is needed, however small.
+            let minimum = match minimise(&held, &from, &search_without) {
+                Err(InferenceError::NoStart { .. } | InferenceError::SingularCovariance { .. }) => {
+                    return Ok(None);
+                }
+                other => other?,
+            };
+            let z = held.filled(&minimum.z);
+            *calls = calls.plus(minimum.calls);
+            calls.count(Order::First);
+            let slopes = self.evaluate(&z, Order::First)?.gradient;
+            let before = small.len();
+            small.retain(|s| slopes[s.coordinate] >= 0.0);
+            if small.len() < before {
+                continue;
+            }
+            if !minimum.stop.converged() {
+                return Ok(None);
+            }
+            let n = self.size();
+            let mut hessian = Matrix::zeros(n, n);
+            for (k, &i) in held.free.iter().enumerate() {
+                for (l, &j) in held.free.iter().enumerate() {
+                    hessian[(i, j)] = minimum.hessian[(k, l)];
+                }
+            }
+            let end = Minimum { z, hessian, calls: *calls, ..minimum };
+            return Ok(Some(self.fit_of(end, search.method)));
+        }
+        Ok(None)
+    }
+
+    /// As [`Posterior::map`], from working coordinates.
+    ///
+    /// # Errors
+    /// As [`Posterior::map`].
+    pub fn map_from(&self, start: &[f64], search: &TrustRegion) -> Result<Fit, InferenceError> {
+        Ok(self.fit_of(minimise(self, start, search)?, search.method))
+    }
+
+    fn fit_of(&self, minimum: Minimum, method: Method) -> Fit {
+        let sds = self.noise_sd(&minimum.z);
+        let noise = self.data().groups().iter().zip(sds).map(|(g, sd)| NoiseEstimate {
+            name: g.name.clone(),
+            unit: g.unit.clone(),
+            sd,
+            floats: g.floats(),
+        });
+        Fit {
+            parameters: self.parameters().physical(&minimum.z),
+            noise: noise.collect(),
+            cost: minimum.energy.value,
+            search_hessian: minimum.hessian,
+            method,
+            stop: minimum.stop,
+            steps: minimum.steps,
+            calls: minimum.calls,
+            working: minimum.z,
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Where a fit starts, and what the residuals of a fit say of floating noise.
+
+use super::posterior::Posterior;
+use crate::density::{Energy, Objective, TrustRegion, minimise};
+use crate::error::InferenceError;
+use crate::problem::{NoiseMode, Prediction};
+use rijke_numerics::Order;
+
+/// How far, in ln sd, a noise may be from the root mean square of its residuals before all coordinates are free.
+const REACH: f64 = 1.5;
+
+/// A floated noise that may be none: the measured covariance alone may explain the residuals.
+pub(crate) struct Settled {
+    pub(crate) coordinate: usize,
+    /// ln of a standard deviation that adds nothing to the floor.
+    pub(crate) ln_sd: f64,
+}
+
+/// A noise below this share of the measured variance counts as none.
+const NEGLIGIBLE: f64 = 1e-3;
+
+impl Settled {
+    /// So far below the lowest variance of the floor that C is the floor to rounding, yet d/dt can still be formed.
+    fn at(coordinate: usize, lowest: f64) -> Self {
+        Self { coordinate, ln_sd: 0.5 * (1e-16 * lowest).ln() }
+    }
+}
+
+impl Posterior<'_> {
+    /// Starting point, the given or central parameters, and the prediction there. The floating noise is set to one, or to its median.
+    pub(crate) fn start(&self, physical: Option<&[f64]>) -> Result<(Vec<f64>, Prediction), InferenceError> {
+        let mut z = self.start_alone(physical)?;
+        let values = self.parameters().physical(&z);
+        // Before the model is called: a point beyond a bound must not reach it.
+        let prediction =
+            self.parameters()
+                .ln_density(&z)
+                .and_then(|_| self.predict(&values, Order::Value))
+                .map_err(|source| InferenceError::NoStart { at: values, source: Box::new(source) })?;
+        z.extend(self.floating().iter().map(|&g| match self.data().groups()[g].mode {
+            NoiseMode::Inferred { median, .. } => median.ln(),
+            _ => 0.0,
+        }));
+        self.guess_structured(&mut z, &prediction.values);
+        Ok((z, prediction))
+    }
+
+    /// Sets what floats in structured blocks to a size that suits the residuals.
+    fn guess_structured(&self, z: &mut [f64], predicted: &[f64]) {
+        let (p, mut first) = (self.parameters().len(), 0);
+        for observation in self.data().observations() {
+            let n = observation.values.len();
+            if let Some(structured) = &observation.structured {
+                let residuals: Vec<f64> =
+                    (0..n).map(|i| predicted[first + i] - observation.values[i]).collect();
+                for (group, size) in structured.guesses(&residuals) {
+                    let place = self.floating().iter().position(|g| *g == group);
+                    if let Some(k) = place.filter(|_| self.data().groups()[group].mode == NoiseMode::Floated)
+                    {
+                        z[p + k] = size.ln();
+                    }
+                }
+            }
+            first += n;
+        }
+    }
+
+    /// The working coordinates of the given or central parameters, without noise.
+    pub(crate) fn start_alone(&self, physical: Option<&[f64]>) -> Result<Vec<f64>, InferenceError> {
+        let p = self.parameters().len();
+        match physical {
+            Some(values) if values.len() != p => {
+                Err(InferenceError::StartSize { found: values.len(), expected: p })
+            }
+            Some(values) => Ok(self.parameters().working(values)),
+            None => Ok(self.parameters().centre()),
+        }
+    }
+
+    /// Sets each floated (not inferred) noise to the root mean square of its residuals, less the floor, and says which
+    /// of them the floor explains. A noise without residuals is left alone.
+    pub(crate) fn settle_noise(&self, z: &mut [f64], predicted: &[f64]) -> Vec<Settled> {
+        let mut found = Vec::new();
+        for (k, &g) in self.floating().iter().enumerate() {
+            if let NoiseMode::Inferred { .. } = self.data().groups()[g].mode {
+                continue;
+            }
+            let (mut sum, mut floor, mut lowest) = (0.0, 0.0, f64::INFINITY);
+            let (mut count, mut first) = (0, 0);
+            for observation in self.data().observations() {
+                for (_, s) in observation.noise.iter().filter(|(h, _)| *h == g) {
+                    for i in (0..observation.values.len()).filter(|&i| s[(i, i)] > 0.0) {
+                        let r = predicted[first + i] - observation.values[i];
+                        let known = observation.floor.as_ref().map_or(0.0, |f| f[(i, i)]) / s[(i, i)];
+                        sum += r * r / s[(i, i)];
+                        floor += known;
+                        lowest = lowest.min(known);
+                        count += 1;
+                    }
+                }
+                first += observation.values.len();
+            }
+            if sum > 0.0 {
+                let excess = (sum - floor).max(0.01 * sum) / f64::from(count);
+                z[self.parameters().len() + k] = 0.5 * excess.ln();
+            }
+            if lowest > 0.0 && sum < 2.0 * floor {
+                found.push(Settled::at(self.parameters().len() + k, lowest));
+            }
+        }
+        found
+    }
+
+    /// The floated noises that have become negligible beside the floor everywhere.
+    pub(crate) fn vanished(&self, z: &[f64]) -> Vec<Settled> {
+        let p = self.parameters().len();
+        let settled = |(k, g): (usize, usize)| {
+            let floated = matches!(self.data().groups()[g].mode, NoiseMode::Floated);
+            let lowest = self.data().observations().iter().flat_map(|o| {
+                let own = o.noise.iter().filter(move |(h, _)| *h == g);
+                own.flat_map(move |(_, s)| {
+                    let known = move |i: usize| o.floor.as_ref().map_or(0.0, |f| f[(i, i)]) / s[(i, i)];
+                    (0..o.values.len()).filter(move |&i| s[(i, i)] > 0.0).map(known)
+                })
+            });
+            let structured = self.data().observations().iter().filter_map(|o| o.structured.as_ref());
+            let lowest = lowest.chain(structured.flat_map(|s| s.floors(g))).fold(f64::INFINITY, f64::min);
+            let negligible = floated && (2.0 * z[p + k]).exp() < NEGLIGIBLE * lowest;
+            negligible.then(|| Settled::at(p + k, lowest))
+        };
+        self.floating().iter().copied().enumerate().filter_map(settled).collect()
+    }
+
+    /// Brings the floating noise from the root mean square of the residuals to the maximum of the posterior with this
+    /// prediction, which differs from it where data share noise; calls no model. A noise that has none (its residuals
+    /// vanish, or its floor explains them) stays where it is.
+    pub(crate) fn refine_noise(&self, z: &mut [f64], prediction: &Prediction) -> Result<(), InferenceError> {
+        let p = self.parameters().len();
+        let noise = NoiseAlone { posterior: self, prediction, z: z.to_vec() };
+        let search = TrustRegion { tolerance: 1e-6, max_evaluations: 10, ..TrustRegion::default() };
+        match minimise(&noise, &z[p..], &search) {
+            Ok(minimum) if minimum.stop.converged() => {
+                // Far below its residuals a noise leaves C to the floor, which may be singular: the search over
+                // everything decides that, not this one.
+                let near = minimum.z.iter().zip(&z[p..]).all(|(new, old)| (new - old).abs() < REACH);
+                // A structured block has its variance on the diagonal, and what its columns explain is not known before.
+                if near || self.data().observations().iter().all(|o| o.structured.is_some()) {
+                    z[p..].copy_from_slice(&minimum.z);
+                }
+            }
+            Ok(_) => {}
+            Err(error) if error.is_recoverable() || matches!(error, InferenceError::NoStart { .. }) => {}
+            Err(error) => return Err(error),
+        }
+        Ok(())
+    }
+}
+
+/// J as a function of the noise alone, for one prediction.
+struct NoiseAlone<'a> {
+    posterior: &'a Posterior<'a>,
+    prediction: &'a Prediction,
+    z: Vec<f64>,
+}
+
+impl Objective for NoiseAlone<'_> {
+    fn size(&self) -> usize {
+        self.posterior.floating().len()
+    }
+
+    fn evaluate(&self, noise: &[f64], order: Order) -> Result<Energy, InferenceError> {
+        let mut z = self.z.clone();
+        z[self.posterior.parameters().len()..].copy_from_slice(noise);
+        self.posterior.noise_energy(&z, self.prediction, order)
+    }
+}

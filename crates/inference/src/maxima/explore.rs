@@ -1,0 +1,336 @@
+//! The search for all maxima: from given starts, from the images of what was found, from the best of a sample of the prior.
+
+use crate::density::{Calls, Gaussian, SAME_MODE};
+use crate::error::InferenceError;
+use crate::fit::Approach;
+use rayon::prelude::*;
+
+/// What a search over several starts stands on. A start is a list of numbers in coordinates of the ground's own; None for its centre.
+pub(crate) trait Ground: Sync {
+    /// The end of a search.
+    type Fit: Send;
+
+    /// Where a search from `start` begins, and J there.
+    fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError>;
+
+    /// Brings a point within a tenth of a standard deviation of a maximum, or ends at one of the `known` ones.
+    fn approach(&self, from: Approach, known: &[Gaussian]) -> Result<Approach, InferenceError>;
+
+    /// Goes the rest of the way.
+    fn finish(&self, near: Approach) -> Result<Self::Fit, InferenceError>;
+
+    /// Laplace's method at the end of a search.
+    fn peak(&self, fit: Self::Fit) -> Peak<Self::Fit>;
+
+    /// The coordinates of a point that an evidence integrates over.
+    fn inner(&self, z: &[f64]) -> Vec<f64>;
+
+    /// Starts at which the model is known to predict nearly the same as at this end of a search.
+    fn images(&self, fit: &Self::Fit) -> Vec<Vec<f64>>;
+
+    /// Starts spread over the prior, from `count` points of a unit cube; none if the prior is improper.
+    fn spread(&self, count: usize) -> Vec<Vec<f64>>;
+}
+
+/// The end of a search with what Laplace's method says there.
+pub(crate) struct Peak<F> {
+    pub(crate) fit: F,
+    /// The integrated coordinates.
+    pub(crate) z: Vec<f64>,
+    pub(crate) cost: f64,
+    pub(crate) converged: bool,
+    pub(crate) calls: Calls,
+    /// ln of its part of the evidence, if that exists.
+    pub(crate) ln_marginal: Option<f64>,
+    /// The Gaussian that touches it.
+    pub(crate) gaussian: Option<Gaussian>,
+}
+
+/// All that was found.
+pub(crate) struct Explored<F> {
+    /// The maxima, most evidence first; ends that did not converge come last. At least one.
+    pub(crate) peaks: Vec<Peak<F>>,
+    /// Ends whose likelihood is so low that their evidence cannot matter.
+    pub(crate) unpursued: Vec<Approach>,
+    pub(crate) starts: usize,
+    pub(crate) failed: usize,
+    pub(crate) calls: Calls,
+    /// True if the last batch that was allowed still found a new maximum.
+    pub(crate) open: bool,
+}
+
+/// How widely to search.
+#[derive(Clone, Copy)]
+pub(crate) struct Breadth {
+    /// Points of the prior at which J is looked at.
+    pub(crate) screened: usize,
+    /// Searches from the best of these in one batch; zero: from given starts and known images alone.
+    pub(crate) random_starts: usize,
+    /// Most searches, of all kinds together.
+    pub(crate) most_starts: usize,
+}
+
+/// A second maximum counts if it holds more than this fraction of the evidence of the first, as a logarithm: 5 %.
+pub(crate) const MODE_LIMIT: f64 = -3.0;
+
+/// Rounds in which the images of a new best maximum are looked at.
+const ROUNDS: usize = 3;
+
+/// Where there are as many places as this, a batch without a new one does not prove that all are known: ...
+const MANY: usize = 3;
+/// ... there must have been as many searches for each of them.
+const PER_PLACE: usize = 3;
+
+/// Finds the maxima of `ground`: from its centre and the `given` starts, from the images of the best one, and from the best of
+/// `breadth.screened` points of the prior in batches of `breadth.random_starts`, for as long as a batch finds a new one.
+///
+/// # Errors
+/// Those that are not recoverable, and that of the first start if no start leads anywhere.
+pub(crate) fn explore<G: Ground>(
+    ground: &G,
+    given: &[Vec<f64>],
+    breadth: Breadth,
+) -> Result<Explored<G::Fit>, InferenceError> {
+    let starts: Vec<Option<&[f64]>> =
+        std::iter::once(None).chain(given.iter().map(|g| Some(g.as_slice()))).collect();
+    let mut search = Search::first(ground, &starts)?;
+    let tried = search.found.starts;
+    let near: Vec<Approach> = search.screened(&starts[tried..]);
+    search.batch(near);
+    let mut imaged: Vec<Vec<f64>> = Vec::new();
+    let batch = breadth.random_starts.max(1);
+    let mut draws: Option<Vec<Approach>> = None;
+    let mut last_heavy = false;
+    let mut left = breadth.most_starts.saturating_sub(search.found.starts);
+    loop {
+        let best = search.best();
+        if imaged.len() < ROUNDS && !imaged.contains(&best.z) {
+            imaged.push(best.z.clone());
+            let images = ground.images(&best.fit);
+            let mut near = search.screened(&images.iter().map(|i| Some(i.as_slice())).collect::<Vec<_>>());
+            near.retain(|a| !search.known_at(&a.z));
+            near.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            near.truncate(left);
+            left -= near.len();
+            search.batch(near);
+            continue;
+        }
+        if breadth.random_starts == 0 {
+            break;
+        }
+        let waiting = match &mut draws {
+            Some(waiting) => waiting,
+            None => draws.insert(search.sampled(breadth.screened)),
+        };
+        if waiting.is_empty() {
+            break;
+        }
+        if left == 0 {
+            search.found.open = last_heavy;
+            break;
+        }
+        let next: Vec<Approach> = waiting.drain(..batch.min(left).min(waiting.len())).collect();
+        left -= next.len();
+        let before = search.found.peaks.len();
+        let new = search.batch(next);
+        last_heavy = search.found.peaks.len() > before;
+        let places = search.found.peaks.len() + search.found.unpursued.len();
+        if !(new || (places >= MANY && search.found.starts < PER_PLACE * places)) {
+            break;
+        }
+    }
+    Ok(search.done())
+}
+
+struct Search<'a, G: Ground> {
+    ground: &'a G,
+    found: Explored<G::Fit>,
+}
+
+impl<'a, G: Ground> Search<'a, G> {
+    /// The fit from the first start that leads anywhere.
+    fn first(ground: &'a G, starts: &[Option<&[f64]>]) -> Result<Self, InferenceError> {
+        let mut first_error = None;
+        for (k, start) in starts.iter().enumerate() {
+            let fit = ground
+                .screen(*start)
+                .and_then(|at| ground.approach(at, &[]))
+                .and_then(|near| ground.finish(near));
+            match fit {
+                Ok(fit) => {
+                    let peak = ground.peak(fit);
+                    let (calls, failed) = (peak.calls, k + usize::from(!peak.converged));
+                    let found = Explored {
+                        peaks: vec![peak],
+                        unpursued: Vec::new(),
+                        starts: k + 1,
+                        failed,
+                        calls,
+                        open: false,
+                    };
+                    return Ok(Self { ground, found });
+                }
+                Err(error) => {
+                    first_error.get_or_insert(error);
+                }
+            }
+        }
+        Err(first_error.unwrap_or(InferenceError::StartSize { found: 0, expected: 1 }))
+    }
+
+    /// Where searches from these starts begin. Starts at which the model fails are counted, and left out.
+    fn screened(&mut self, starts: &[Option<&[f64]>]) -> Vec<Approach> {
+        let all: Vec<_> = starts.par_iter().map(|s| self.ground.screen(*s)).collect();
+        self.found.calls.value += all.iter().filter(|a| a.is_err()).count();
+        let good: Vec<Approach> = all.into_iter().flatten().collect();
+        self.found.starts += starts.len() - good.len();
+        self.found.failed += starts.len() - good.len();
+        good
+    }
+
+    /// A sample of the prior in the order in which it is worth a descent: points that no better one is close to, then the others, each
+    /// by J (the rule of single linkage: Rinnooy Kan & Timmer 1987, Math. Program. 39, 57).
+    fn sampled(&mut self, count: usize) -> Vec<Approach> {
+        let starts = self.ground.spread(count);
+        let all: Vec<_> = starts.par_iter().map(|s| self.ground.screen(Some(s))).collect();
+        // A draw at which the model fails is no failed search.
+        self.found.calls.value += all.iter().filter(|a| a.is_err()).count();
+        let mut good: Vec<(Vec<f64>, Approach)> =
+            starts.into_iter().zip(all).filter_map(|(s, a)| Some((s, a.ok()?))).collect();
+        good.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let best = self.best();
+        let metric = best.gaussian.clone();
+        let ranks = ranks(&good.iter().map(|g| g.0.as_slice()).collect::<Vec<_>>());
+        let reach = reach(good.len(), ranks.first().map_or(0, Vec::len));
+        let lonely = |k: usize| (0..k).all(|j| distance(&ranks[j], &ranks[k]) > reach);
+        let first: Vec<bool> = (0..good.len()).map(lonely).collect();
+        let known =
+            |a: &Approach| metric.as_ref().is_some_and(|g| g.distance(&self.ground.inner(&a.z)) < SAME_MODE);
+        let mut ordered: Vec<(bool, Approach)> =
+            good.into_iter().zip(first).map(|((_, a), first)| (!first, a)).collect();
+        ordered.retain(|(_, a)| !known(a));
+        ordered.sort_by_key(|(late, _)| *late);
+        // The calls of those that no descent starts from.
+        self.found.calls.value += ordered.len();
+        ordered.into_iter().map(|(_, a)| Approach { calls: Calls::default(), ..a }).collect()
+    }
+
+    fn best(&self) -> &Peak<G::Fit> {
+        // There is one from the start on.
+        self.found.peaks.iter().min_by(|a, b| order(a, b)).unwrap_or(&self.found.peaks[0])
+    }
+
+    /// True if a point belongs to a maximum that is known.
+    fn known_at(&self, z: &[f64]) -> bool {
+        let inner = self.ground.inner(z);
+        self.found.peaks.iter().any(|p| p.gaussian.as_ref().is_some_and(|g| g.distance(&inner) < SAME_MODE))
+    }
+
+    /// True if two points are one maximum, by the shape of the best one.
+    fn same(&self, a: &[f64], b: &[f64]) -> bool {
+        self.best().gaussian.as_ref().is_some_and(|g| {
+            let offset: Vec<f64> = a.iter().zip(b).zip(&g.mean).map(|((a, b), m)| a - b + m).collect();
+            g.distance(&offset) < SAME_MODE
+        })
+    }
+
+    /// Descends from all of these; true if that led to a place that was not known.
+    fn batch(&mut self, starts: Vec<Approach>) -> bool {
+        self.found.starts += starts.len();
+        let known: Vec<Gaussian> = self.found.peaks.iter().filter_map(|p| p.gaussian.clone()).collect();
+        let ends: Vec<_> = starts.into_par_iter().map(|s| self.ground.approach(s, &known)).collect();
+        self.found.failed += ends.iter().filter(|end| end.is_err()).count();
+        let mut ends: Vec<Approach> = ends.into_iter().flatten().collect();
+        // Settled ends first, then by cost; the sort is stable, so ties keep the order of the starts.
+        ends.sort_by(|a, b| b.settled.cmp(&a.settled).then(a.cost.total_cmp(&b.cost)));
+        let limit = self.best().ln_marginal.map_or(f64::NEG_INFINITY, |ln| ln + MODE_LIMIT - 1.0);
+        let (mut others, mut new): (Vec<Approach>, bool) = (Vec::new(), false);
+        for end in ends {
+            let inner = self.ground.inner(&end.z);
+            if end.settled && self.known_at(&end.z) {
+                self.found.calls = self.found.calls.plus(end.calls);
+            } else if end.settled && end.ln_likelihood < limit {
+                // An evidence is a mean of the likelihood, and cannot exceed its maximum: this one cannot matter.
+                self.found.calls = self.found.calls.plus(end.calls);
+                let seen = |u: &Approach| self.same(&self.ground.inner(&u.z), &inner);
+                if !self.found.unpursued.iter().any(seen) {
+                    new = true;
+                    self.found.unpursued.push(end);
+                }
+            } else if end.settled
+                && others.iter().any(|o| o.settled && self.same(&self.ground.inner(&o.z), &inner))
+            {
+                self.found.calls = self.found.calls.plus(end.calls);
+            } else {
+                others.push(end);
+            }
+        }
+        let fits: Vec<_> = others
+            .into_par_iter()
+            .map(|near| self.ground.finish(near).map(|fit| self.ground.peak(fit)))
+            .collect();
+        for fit in fits {
+            let Ok(peak) = fit else {
+                self.found.failed += 1;
+                continue;
+            };
+            self.found.calls = self.found.calls.plus(peak.calls);
+            self.found.failed += usize::from(!peak.converged);
+            let seen = |p: &Peak<G::Fit>| {
+                p.gaussian.as_ref().is_some_and(|g| g.distance(&peak.z) < SAME_MODE)
+                    || self.same(&p.z, &peak.z)
+            };
+            if !self.found.peaks.iter().any(seen) {
+                new |= peak.converged;
+                self.found.peaks.push(peak);
+            }
+        }
+        new
+    }
+
+    fn done(self) -> Explored<G::Fit> {
+        let mut found = self.found;
+        found.peaks.sort_by(order);
+        let metric = found.peaks[0].gaussian.clone();
+        // What was left alone on the way to a better maximum may be that one.
+        found
+            .unpursued
+            .retain(|u| metric.as_ref().is_none_or(|g| g.distance(&self.ground.inner(&u.z)) >= SAME_MODE));
+        found.unpursued.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        found
+    }
+}
+
+/// Converged ends first, then those with more evidence, then by J.
+fn order<F>(a: &Peak<F>, b: &Peak<F>) -> std::cmp::Ordering {
+    let ln = |p: &Peak<F>| p.ln_marginal.unwrap_or(f64::NEG_INFINITY);
+    b.converged.cmp(&a.converged).then(ln(b).total_cmp(&ln(a))).then(a.cost.total_cmp(&b.cost))
+}
+
+/// The place of each point in the order of every coordinate, as numbers in 0..1: its place in the unit cube of the prior.
+fn ranks(points: &[&[f64]]) -> Vec<Vec<f64>> {
+    let size = points.first().map_or(0, |p| p.len());
+    let mut ranks = vec![vec![0.0; size]; points.len()];
+    for i in 0..size {
+        let mut order: Vec<usize> = (0..points.len()).collect();
+        order.sort_by(|&a, &b| points[a][i].total_cmp(&points[b][i]));
+        for (rank, k) in order.into_iter().enumerate() {
+            ranks[k][i] = (rank as f64 + 0.5) / points.len() as f64;
+        }
+    }
+    ranks
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The distance in a unit cube of `size` dimensions within which a sample of `count` points holds a better one, unless a maximum is near:
+/// that of Rinnooy Kan & Timmer with their constant 2.
+fn reach(count: usize, size: usize) -> f64 {
+    if count < 2 || size == 0 {
+        return 0.0;
+    }
+    let (n, d) = (count as f64, size as f64);
+    ((libm::tgamma(1.0 + 0.5 * d) * 2.0 * n.ln() / n).powf(1.0 / d)) / std::f64::consts::PI.sqrt()
+}

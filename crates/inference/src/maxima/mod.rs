@@ -1,0 +1,13 @@
+//! All maxima: the search from many starts (`explore`), what it stands on (`grounds`), the maxima side by side (`modes`).
+//!
+//! Knows the evidence of each maximum, and does not ask whether it can be trusted.
+
+mod explore;
+mod grounds;
+mod modes;
+
+pub use modes::{Apart, Maximum, Mode};
+
+pub(crate) use explore::{Breadth, Explored, Peak, explore};
+pub(crate) use grounds::{Plain, Terrain};
+pub(crate) use modes::{Sorted, shares, sorted, warning};

@@ -1,0 +1,27 @@
+//! The question: what is unknown and what was known of it before (`prior`, `parameter`, `parameters`), what was measured
+//! with which noise (`data`, `structured`), and what a model predicts (`forward`).
+//!
+//! Knows no likelihood, no search and no answer.
+
+mod alias;
+mod data;
+mod forward;
+mod images;
+mod kernelled;
+mod misfit;
+mod parameter;
+mod parameters;
+mod prior;
+mod scale;
+mod structured;
+
+pub use alias::{Alias, Move};
+pub use data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
+pub use forward::{Forward, Prediction};
+pub use misfit::Kernel;
+pub use parameter::{Coordinates, Parameter, Repeat};
+pub use parameters::Parameters;
+pub use prior::Prior;
+pub use structured::{Correlated, Structured, complex_columns};
+
+pub(crate) use kernelled::Kernelled;

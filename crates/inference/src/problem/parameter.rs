@@ -1,0 +1,197 @@
+//! One unknown number: its name, its unit, its prior, and the coordinate in which it is sought.
+
+use super::prior::{Prior, gaussian};
+use crate::error::InferenceError;
+use serde::{Deserialize, Serialize};
+
+/// One real unknown.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Name in files and tables, unique within a model.
+    pub name: String,
+    /// Symbol in print.
+    pub symbol: String,
+    /// Unit of the physical value; "1" if it has none.
+    pub unit: String,
+    /// What is known before the data.
+    pub prior: Prior,
+    /// The coordinate in which the posterior is taken to be Gaussian.
+    pub coordinates: Coordinates,
+    /// Where the model repeats itself if this value alone changes, so that a second maximum is looked for there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<Repeat>,
+}
+
+/// The working coordinate z of a physical value a.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coordinates {
+    /// z = a. With bounds, a step across them is refused.
+    Natural,
+    /// a = e^z, for positive values.
+    Log,
+    /// a = low + (high - low) / (1 + e^-z), for values between two bounds.
+    Logit,
+}
+
+/// How one parameter repeats by itself, said where it is declared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Repeat {
+    /// Every so many units: a delay with the period 2 pi/omega of its wave.
+    Period(f64),
+    /// Once, on the other side of this value.
+    Mirror(f64),
+}
+
+impl Parameter {
+    /// A parameter in the coordinate natural to its prior: ln for log-normal and half-normal, logit for bounded ones, the value itself otherwise.
+    pub fn new(
+        name: impl Into<String>,
+        symbol: impl Into<String>,
+        unit: impl Into<String>,
+        prior: Prior,
+    ) -> Self {
+        let coordinates = match prior {
+            Prior::Normal { .. } | Prior::Flat => Coordinates::Natural,
+            Prior::LogNormal { .. } | Prior::HalfNormal { .. } => Coordinates::Log,
+            Prior::Uniform { .. } | Prior::Truncated { .. } => Coordinates::Logit,
+        };
+        let (name, symbol, unit) = (name.into(), symbol.into(), unit.into());
+        Self { name, symbol, unit, prior, coordinates, repeats: None }
+    }
+
+    /// A complex unknown as two reals, called `name.re` and `name.im`.
+    #[must_use]
+    pub fn complex(name: &str, symbol: &str, unit: &str, re: Prior, im: Prior) -> [Self; 2] {
+        [
+            Self::new(format!("{name}.re"), format!("Re {symbol}"), unit, re),
+            Self::new(format!("{name}.im"), format!("Im {symbol}"), unit, im),
+        ]
+    }
+
+    /// The same parameter in another working coordinate.
+    #[must_use]
+    pub fn in_coordinates(self, coordinates: Coordinates) -> Self {
+        Self { coordinates, ..self }
+    }
+
+    /// The same parameter, of which the model repeats itself every `period`: a delay of a wave.
+    #[must_use]
+    pub fn repeating(self, period: f64) -> Self {
+        Self { repeats: Some(Repeat::Period(period)), ..self }
+    }
+
+    /// The same parameter, of which the model is the same on the other side of `about`.
+    #[must_use]
+    pub fn mirrored(self, about: f64) -> Self {
+        Self { repeats: Some(Repeat::Mirror(about)), ..self }
+    }
+
+    /// The physical value and its first two derivatives with respect to the working coordinate.
+    #[must_use]
+    pub fn physical(&self, z: f64) -> [f64; 3] {
+        match self.coordinates {
+            Coordinates::Natural => [z, 1.0, 0.0],
+            Coordinates::Log => [z.exp(); 3],
+            Coordinates::Logit => {
+                let ((low, high), [s, slope, curvature]) = (self.prior.bounds(), logistic(z));
+                [low + (high - low) * s, (high - low) * slope, (high - low) * curvature]
+            }
+        }
+    }
+
+    /// The working coordinate of a physical value; not finite at or beyond a bound.
+    #[must_use]
+    pub fn working(&self, value: f64) -> f64 {
+        match self.coordinates {
+            Coordinates::Natural => value,
+            Coordinates::Log => value.ln(),
+            Coordinates::Logit => {
+                let (low, high) = self.prior.bounds();
+                ((value - low) / (high - value)).ln()
+            }
+        }
+    }
+
+    /// ln of the prior density *in the working coordinate*, and its first two derivatives.
+    ///
+    /// # Errors
+    /// [`InferenceError::OutsideBounds`], which is recoverable.
+    pub fn ln_density(&self, z: f64) -> Result<[f64; 3], InferenceError> {
+        let [a, t1, t2] = self.physical(z);
+        let (low, high) = self.prior.bounds();
+        if !(low..=high).contains(&a) {
+            return Err(InferenceError::OutsideBounds { parameter: self.name.clone(), value: a, low, high });
+        }
+        if let (Prior::LogNormal { median, ln_sd }, Coordinates::Log) = (self.prior, self.coordinates) {
+            // The Jacobian of the logarithm cancels; said directly, so that the Gaussian is exact.
+            return Ok(gaussian(z, median.ln(), ln_sd));
+        }
+        let [p, p1, p2] = self.prior.ln_density(a);
+        // ln |da/dz| and its derivatives.
+        let [j, j1, j2] = match self.coordinates {
+            Coordinates::Natural => [0.0; 3],
+            Coordinates::Log => [z, 1.0, 0.0],
+            Coordinates::Logit => {
+                let [s, slope, _] = logistic(z);
+                // ln(s (1 - s)) written so that neither factor underflows to zero.
+                let ln_slope = -z.abs() - 2.0 * (-z.abs()).exp().ln_1p();
+                [(high - low).ln() + ln_slope, 1.0 - 2.0 * s, -2.0 * slope]
+            }
+        };
+        Ok([p + j, p1 * t1 + j1, p2 * t1 * t1 + p1 * t2 + j2])
+    }
+
+    /// The working coordinate at which a fit starts (the prior median) and the scale over which the prior changes,
+    /// infinite for [`Prior::Flat`].
+    #[must_use]
+    pub fn start(&self) -> (f64, f64) {
+        let centre = self.working(self.prior.quantile(0.5));
+        let scale = match (self.prior, self.coordinates) {
+            (Prior::Flat, _) => f64::INFINITY,
+            (Prior::Normal { sd, .. }, Coordinates::Natural) => sd,
+            (Prior::LogNormal { ln_sd, .. }, Coordinates::Log) => ln_sd,
+            // Half the distance between the central 68 % quantiles, as for a Gaussian.
+            (prior, _) => {
+                0.5 * (self.working(prior.quantile(0.841_345)) - self.working(prior.quantile(0.158_655)))
+            }
+        };
+        (centre, scale)
+    }
+
+    /// Fails if the numbers of the prior contradict each other or the coordinate.
+    ///
+    /// # Errors
+    /// [`InferenceError::BadPrior`], [`InferenceError::PriorScale`] for a number whose square or inverse leaves double precision,
+    /// [`InferenceError::BadAlias`] for a period that is no number or zero.
+    pub fn validate(&self) -> Result<(), InferenceError> {
+        if let Some(Repeat::Period(value) | Repeat::Mirror(value)) = self.repeats
+            && !(value.is_finite() && (value != 0.0 || matches!(self.repeats, Some(Repeat::Mirror(_)))))
+        {
+            return Err(InferenceError::BadAlias { parameter: self.name.clone(), value });
+        }
+        let problem = self.prior.problem().or_else(|| {
+            let (low, high) = self.prior.bounds();
+            match self.coordinates {
+                Coordinates::Log if low != 0.0 || high.is_finite() => {
+                    Some("the coordinate ln needs the bounds 0 and infinity".to_owned())
+                }
+                Coordinates::Logit if !(low.is_finite() && high.is_finite()) => {
+                    Some("the coordinate logit needs two finite bounds".to_owned())
+                }
+                _ => None,
+            }
+        });
+        problem.map_or(Ok(()), |problem| {
+            Err(InferenceError::BadPrior { parameter: self.name.clone(), problem })
+        })?;
+        self.prior.in_range(&self.name)
+    }
+}
+
+fn logistic(z: f64) -> [f64; 3] {
+    let s = if z >= 0.0 { 1.0 / (1.0 + (-z).exp()) } else { z.exp() / (1.0 + z.exp()) };
+    let slope = s * (1.0 - s);
+    [s, slope, slope * (1.0 - 2.0 * s)]
+}
