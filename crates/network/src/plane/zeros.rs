@@ -1,6 +1,7 @@
 //! Counting and finding the zeros of an analytic function in a rectangle: cells, edges and samples.
 
-use crate::contour::{Mode, Modes, Region};
+use super::modes::{Mode, Modes};
+use super::region::Region;
 use crate::error::NetworkError;
 use rijke_numerics::C64;
 use std::f64::consts::PI;

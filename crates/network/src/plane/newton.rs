@@ -1,10 +1,7 @@
-//! The eigenvalue nearest a guess, by Newton's iteration.
+//! Newton's iteration on an analytic function, from a guess to the zero nearby.
 
-use crate::chain::Network;
-use crate::coefficients::{Coefficients, Laws};
+use super::dual::Dual;
 use crate::error::NetworkError;
-use crate::sweep::Dual;
-use crate::tangents::Tangents;
 use rijke_numerics::C64;
 
 /// How Newton's iteration is bounded.
@@ -91,42 +88,4 @@ pub(crate) fn iterate(
         }
     }
     Err(NetworkError::NotConverged { steps: settings.max_steps, residual })
-}
-
-/// Memory that is reused from call to call; after the first call with a network of the same size, root searches
-/// allocate nothing.
-#[derive(Clone, Debug, Default)]
-pub struct Workspace {
-    pub(crate) laws: Laws,
-    pub(crate) tangents: Tangents,
-}
-
-impl Network {
-    /// The eigenvalue to which Newton's iteration from `guess` leads.
-    ///
-    /// # Errors
-    /// [`NetworkError::NotConverged`] after too many steps, [`NetworkError::NotFinite`] where a law has no value,
-    /// [`NetworkError::LostBranch`] if the root is farther from the guess than [`Newton::radius`].
-    pub fn solve<K: Coefficients + ?Sized>(
-        &self,
-        coefficients: &K,
-        guess: C64,
-        settings: &Newton,
-        work: &mut Workspace,
-    ) -> Result<Root, NetworkError> {
-        let spacing = std::f64::consts::PI / self.travel_time();
-        iterate(guess, spacing, settings, |s| self.characteristic(coefficients, s, &mut work.laws))
-    }
-
-    /// F(s) and dF/ds of the characteristic function whose zeros are the eigenvalues; entire in s if all laws are.
-    #[must_use]
-    pub fn characteristic_function<K: Coefficients + ?Sized>(
-        &self,
-        coefficients: &K,
-        s: C64,
-        work: &mut Workspace,
-    ) -> [C64; 2] {
-        let f = self.characteristic(coefficients, s, &mut work.laws);
-        [f.v, f.d]
-    }
 }

@@ -4,13 +4,16 @@
 //! changes the output, the change of s included. The derivative with respect to a local coefficient is then
 //! Lambda (dM/dtheta) v at its element: a few products each, whatever the number of coefficients.
 
-use crate::chain::{Network, Slot};
-use crate::coefficients::Coefficients;
+use crate::chain::coefficients::Coefficients;
+use crate::chain::line::Line;
+use crate::chain::network::Network;
+use crate::chain::sweep::Step;
+use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::newton::{Root, Workspace};
-use crate::response::Places;
-use crate::sweep::{Dual, Step};
-use crate::transfer::Line;
+use crate::plane::dual::Dual;
+use crate::plane::newton::Root;
+use crate::respond::answer::Places;
+use crate::slot::Slot;
 use rijke_numerics::C64;
 
 /// Derivatives of one output with respect to every local coefficient, in the primitive form of the adjoint.

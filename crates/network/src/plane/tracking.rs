@@ -1,7 +1,7 @@
 //! Following one mode along a path of parameters.
 
+use super::newton::Root;
 use crate::error::NetworkError;
-use crate::newton::Root;
 use rijke_numerics::C64;
 
 /// Follows the mode `start` at t = 0 to t = 1. `solve(t, guess)` finds the eigenvalue of the network at t.

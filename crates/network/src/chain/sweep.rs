@@ -1,55 +1,11 @@
 //! One sweep of the state (p, u) through the chain: the characteristic function F(s) and its derivative.
 
-use crate::block::{LANES, Lines, Passages};
-use crate::chain::{AREA, Attachment, DENSITY, LENGTH, Network, SOUND_SPEED, THERMAL, VISCOUS};
-use crate::coefficients::{At, Coefficients, Laws};
-use crate::transfer::Line;
+use super::block::{LANES, Lines, Passages};
+use super::coefficients::{At, Coefficients, Laws};
+use super::line::Line;
+use super::network::{AREA, Attachment, DENSITY, LENGTH, Network, SOUND_SPEED, THERMAL, VISCOUS};
+use crate::plane::dual::Dual;
 use rijke_numerics::C64;
-use std::ops::{Add, Mul, Sub};
-
-/// A value and its derivative with respect to s.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Dual {
-    pub(crate) v: C64,
-    pub(crate) d: C64,
-}
-
-impl Dual {
-    pub(crate) fn constant(v: C64) -> Self {
-        Self { v, d: C64::ZERO }
-    }
-    fn real(v: f64) -> Self {
-        Self::constant(C64::new(v, 0.0))
-    }
-    fn recip(self) -> Self {
-        let r = self.v.inv();
-        Self { v: r, d: -self.d * r * r }
-    }
-}
-
-impl Add for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, o: Self) -> Self {
-        Self { v: self.v + o.v, d: self.d + o.d }
-    }
-}
-
-impl Sub for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, o: Self) -> Self {
-        Self { v: self.v - o.v, d: self.d - o.d }
-    }
-}
-
-impl Mul for Dual {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, o: Self) -> Self {
-        Self { v: self.v * o.v, d: self.v * o.d + self.d * o.v }
-    }
-}
 
 /// What a sweep passes, with the state just before it.
 pub(crate) enum Step<'a> {

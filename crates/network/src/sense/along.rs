@@ -8,13 +8,15 @@
 //! Between a source and a velocity that it hears at a distance ([`Coefficients::hears_at`]) its coefficients k_eu, k_ep, which
 //! stand for that velocity, change too: see `Hearing`.
 
-use crate::chain::Network;
-use crate::coefficients::Coefficients;
+use super::hearing::Change;
+use super::piece::Piece;
+use crate::chain::coefficients::Coefficients;
+use crate::chain::network::Network;
+use crate::chain::sweep::Step;
+use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::hearing::Change;
-use crate::newton::{Root, Workspace};
-use crate::sweep::{Dual, Step};
-use crate::transfer::line;
+use crate::plane::dual::Dual;
+use crate::plane::newton::Root;
 use rijke_numerics::C64;
 
 /// The mode and the sensitivities at one x.
@@ -63,31 +65,6 @@ impl Station {
             Device::Heat => -eu,
             Device::Leak => self.branch / self.impedance,
         }
-    }
-}
-
-/// A segment on the way: what it needs to be entered anywhere.
-pub(crate) struct Piece {
-    start: [C64; 2],
-    impedance: C64,
-    admittance: C64,
-    pub(crate) length: f64,
-    pub(crate) rho_c: f64,
-    inertia: C64,
-}
-
-impl Piece {
-    /// [[C, P S], [Q S, C]] over `x`: the inverse of its matrix; the matrix itself with the signs of P S and Q S turned.
-    fn matrix(&self, x: f64) -> [C64; 3] {
-        let (p, q) = (self.impedance * x, self.admittance * x);
-        let at = line(p * q);
-        [at.c, p * at.s, q * at.s]
-    }
-
-    /// A row on the state, `x` upstream of where it is given.
-    pub(crate) fn back(&self, row: [C64; 2], x: f64) -> [C64; 2] {
-        let [c, ps, qs] = self.matrix(x);
-        [row[0] * c - row[1] * qs, row[1] * c - row[0] * ps]
     }
 }
 

@@ -1,7 +1,7 @@
 //! How a caller hands over coefficients that depend on s and on parameters the network knows nothing about.
 
-use crate::contour::Region;
 use crate::error::NetworkError;
+use crate::plane::region::Region;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 
 /// Coefficients as numbered laws: complex numbers that depend on s and on real parameters a_1 .. a_p.

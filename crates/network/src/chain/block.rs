@@ -1,8 +1,8 @@
 //! Segments computed side by side. What a segment does to a state does not depend on its neighbours: only the state
 //! itself has to pass one segment after the other.
 
-use crate::sweep::Dual;
-use crate::transfer::{Line, SHORT, line, short_line};
+use super::line::{Line, SHORT, line, short_line};
+use crate::plane::dual::Dual;
 use rijke_numerics::C64;
 
 /// Segments in a block: four vectors of four doubles, few enough for short chains not to wait for idle lanes.

@@ -1,6 +1,6 @@
 //! The state of the chain with its tangents in all seeds, to first and second order.
 
-use crate::coefficients::Laws;
+use super::coefficients::Laws;
 use rijke_numerics::{C64, Jet};
 
 type Pair = [C64; 2];

@@ -1,11 +1,12 @@
 //! The mode of an eigenvalue without derivatives.
 
-use crate::chain::Network;
-use crate::coefficients::Coefficients;
+use super::answer::{Places, Response};
+use crate::chain::coefficients::Coefficients;
+use crate::chain::network::Network;
+use crate::chain::sweep::Step;
+use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::newton::{Root, Workspace};
-use crate::response::{Places, Response};
-use crate::sweep::Step;
+use crate::plane::newton::Root;
 use rijke_numerics::{C64, Jet};
 
 impl Network {

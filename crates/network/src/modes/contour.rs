@@ -5,80 +5,16 @@
 //! is sampled once and shared by its neighbours. A winding number is accepted from samples whose change of ln G agrees
 //! with the derivative at both ends and at the middle: strong evidence, not a proof in interval arithmetic.
 
-use crate::chain::Network;
-use crate::coefficients::{At, Coefficients, Pole};
+use crate::chain::coefficients::{At, Coefficients, Pole};
+use crate::chain::network::Network;
+use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::newton::{Newton, Root, Workspace};
-use crate::search::zeros;
+use crate::plane::modes::{Mode, Modes};
+use crate::plane::newton::{Newton, Root};
+use crate::plane::region::Region;
+use crate::plane::zeros::zeros;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
-
-/// A rectangle of the s-plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Region {
-    /// Limits of the growth rate, 1/s.
-    pub sigma: [f64; 2],
-    /// Limits of the angular frequency, rad/s. Laws with square roots of s or open ends need both above zero.
-    pub omega: [f64; 2],
-}
-
-impl Region {
-    /// Refuses limits that do not increase or are not finite.
-    pub(crate) fn check(&self) -> Result<(), NetworkError> {
-        let Self { sigma: [left, right], omega: [low, high] } = *self;
-        if left < right && low < high && [left, right, low, high].iter().all(|v| v.is_finite()) {
-            Ok(())
-        } else {
-            Err(NetworkError::Region { sigma: self.sigma, omega: self.omega })
-        }
-    }
-
-    /// Whether `s` lies inside or on the border.
-    #[must_use]
-    pub fn contains(&self, s: C64) -> bool {
-        (self.sigma[0]..=self.sigma[1]).contains(&s.re) && (self.omega[0]..=self.omega[1]).contains(&s.im)
-    }
-
-    /// The region with a margin on all sides, 1/s.
-    #[must_use]
-    pub fn widened(&self, margin: f64) -> Self {
-        let wide = |[low, high]: [f64; 2]| [low - margin, high + margin];
-        Self { sigma: wide(self.sigma), omega: wide(self.omega) }
-    }
-}
-
-/// One mode.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mode {
-    /// s = sigma + i omega.
-    pub s: C64,
-    /// |F/F'|/|s| at s: the relative error that Newton still sees.
-    pub residual: f64,
-    /// 1, or more for roots too close for rounding to tell apart; s is then their mean, to about the square root of
-    /// rounding.
-    pub multiplicity: usize,
-}
-
-impl Mode {
-    /// The mode as what asks for its response, sensitivities and budget.
-    #[must_use]
-    pub fn root(&self) -> Root {
-        Root { s: self.s, steps: 0, residual: self.residual }
-    }
-}
-
-/// All modes of a region, with the count that certifies them: `found == counted` always, or there is an error.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Modes {
-    /// The modes in order of frequency.
-    pub modes: Vec<Mode>,
-    /// Modes by the winding number, with multiplicity.
-    pub counted: usize,
-    /// Declared poles of laws inside the region, with their orders; they are not modes.
-    pub poles: usize,
-    /// How often the chain was swept.
-    pub evaluations: usize,
-}
 
 impl Network {
     /// All modes in `region`, or an error: never an incomplete list.

@@ -4,10 +4,12 @@
 //! d(A I)/dx = -A [sigma (rho |u|^2 + |p|^2/(rho c^2))/2 + Re(kappa_mu) |u|^2/2 + Re(kappa_ep) |p|^2/2], so that
 //! 2 sigma E is what crosses the ends and the places minus what the losses take.
 
-use crate::chain::Network;
-use crate::coefficients::Coefficients;
-use crate::newton::{Root, Workspace};
-use crate::sweep::{Dual, Step};
+use crate::chain::coefficients::Coefficients;
+use crate::chain::network::Network;
+use crate::chain::sweep::Step;
+use crate::chain::workspace::Workspace;
+use crate::plane::dual::Dual;
+use crate::plane::newton::Root;
 use rijke_numerics::C64;
 
 /// Mean power by mechanism over the energy of the mode, 1/s; positive feeds the mode. Half of each is its share of

@@ -5,11 +5,11 @@
 //! the laws and in s, which is i omega here, so that first and second derivatives come along. Poles of what is returned are the
 //! modes: all of it is divided by the same F.
 
-use crate::chain::Network;
-use crate::coefficients::{At, Coefficients, Laws};
+use super::response::Context;
+use crate::chain::coefficients::{At, Coefficients, Laws};
+use crate::chain::network::Network;
+use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::newton::Workspace;
-use crate::response::Context;
 use rijke_numerics::{C64, Jet, Order};
 
 /// What drives the gas, of unit strength, at a place.
@@ -87,7 +87,7 @@ impl Network {
             Source::Upstream | Source::Downstream => (0, [0.0, 0.0]),
         };
         if place > n {
-            return Err(NetworkError::Slot { slot: crate::Slot::Mu(place), segments: n });
+            return Err(NetworkError::Slot { slot: crate::slot::Slot::Mu(place), segments: n });
         }
         let [up, down] = context.reflections();
         let (z_up, z_down) = (context.impedance(0), context.impedance(n - 1));
@@ -183,7 +183,7 @@ impl Network {
     ) -> Result<Transfer, NetworkError> {
         let n = self.segments.len();
         if to > n || from > to {
-            return Err(NetworkError::Slot { slot: crate::Slot::Mu(from.max(to)), segments: n });
+            return Err(NetworkError::Slot { slot: crate::slot::Slot::Mu(from.max(to)), segments: n });
         }
         let at = self.filled(laws, s, order, &mut work.laws);
         let context = Context::new(self, &work.laws, &at);

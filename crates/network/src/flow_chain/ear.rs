@@ -4,20 +4,10 @@
 //! x_0 + k v x_1 (x_1 what a unit amount of the effect adds) and the velocities v_0 and v_1 that x_0 and x_1 make at the
 //! reference, v = v_0/(1 - k v_1). F is multiplied by 1 - k v_1, so that a loop brings it no poles.
 
+use super::ducts::{Action, FlowDuct, Reference};
 use super::gate::Basis;
 use super::number::Number;
-use super::passage::State;
-use super::{Action, FlowChain, FlowDuct};
 use crate::error::NetworkError;
-
-/// Where the velocity is taken that an action answers to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reference {
-    /// So many metres upstream of the place; at 0 just in front of it.
-    Upstream(f64),
-    /// So many metres downstream; at 0 just behind the place. What acts in between must answer to where it stands.
-    Downstream(f64),
-}
 
 /// An action that answers to the velocity elsewhere.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,22 +72,5 @@ impl Ear {
             Reference::Upstream(d) => sum(self.duct..self.place) - basis.length[0].real(d),
             Reference::Downstream(d) => basis.length[0].real(d) - sum(self.place..self.duct),
         }
-    }
-}
-
-impl FlowChain {
-    /// What an ear hears of the state at the upstream end of its duct.
-    pub(super) fn hear<T: Number>(&self, basis: &Basis<T>, ear: &Ear, [p, u, _]: &State<T>, s: &T) -> T {
-        let [_, velocity] = self.carry(basis, ear.duct, [p, u], s, &ear.offset(basis));
-        velocity
-    }
-
-    /// What the ear of a loop hears of the state behind its place.
-    pub(super) fn hear_ahead<T: Number>(&self, basis: &Basis<T>, ear: &Ear, x: State<T>, s: &T) -> T {
-        let mut x = x;
-        for i in ear.place..ear.duct {
-            x = self.cross_alone(basis, i + 1, &self.pass(basis, i, &x, s), s);
-        }
-        self.hear(basis, ear, &x, s)
     }
 }

@@ -9,9 +9,9 @@
 //! * downstream, u2 = r u1 + T v, so that k_eu = -r T alpha/(1 - T alpha) and k_ep = -T beta/(1 - T alpha): a change in
 //!   between is also heard, which adds Lambda_u T/(1 - T alpha) times (beta, alpha) to the row.
 
-use crate::along::Piece;
-use crate::chain::Network;
-use crate::coefficients::{Coefficients, Laws};
+use super::piece::Piece;
+use crate::chain::coefficients::{Coefficients, Laws};
+use crate::chain::network::Network;
 use rijke_numerics::C64;
 use std::ops::RangeInclusive;
 
