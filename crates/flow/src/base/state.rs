@@ -201,12 +201,6 @@ impl BaseState {
         })
     }
 
-    /// Covariance of the density at the places `at`, (kg/m^3)^2, to first order in the errors.
-    #[must_use]
-    pub fn density_covariance(&self, at: &[f64]) -> Matrix {
-        self.covariance(at, |g, _, t| -g.density / t)
-    }
-
     fn covariance(&self, at: &[f64], slope: impl Fn(&GasState, &Gas, f64) -> f64) -> Matrix {
         let slopes: Vec<f64> =
             at.iter().map(|&x| slope(&self.at(x), &self.gas, self.temperature(x))).collect();

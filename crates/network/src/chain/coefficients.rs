@@ -112,12 +112,6 @@ impl At {
         JetSpace::new(self.parameters + 1, self.order)
     }
 
-    /// Index of the seed s, the last one.
-    #[must_use]
-    pub fn seed_of_s(&self) -> usize {
-        self.parameters
-    }
-
     /// Highest derivative asked for.
     #[must_use]
     pub fn order(&self) -> Order {

@@ -1,4 +1,6 @@
 //! Analytic laws of s alone: what the elements of a network file, and users of the library, are made of.
+//!
+//! Knows nothing of how a chain with these laws is solved.
 
 mod ends;
 mod holes;

@@ -204,24 +204,4 @@ impl Steady {
             errors: Vec::new(),
         }
     }
-
-    /// Temperatures of the inner and outer surface of the wall, K: the mean over the thickness plus and minus half of
-    /// q' ln(D_o/D)/(2 pi k_w), q' the mean of the heat per length through the two surfaces; about 0.05 K.
-    #[must_use]
-    pub fn surfaces(&self, pipe: &Pipe) -> Vec<[f64; 2]> {
-        let resistance = (pipe.outer_diameter / pipe.diameter).ln()
-            / (std::f64::consts::TAU * pipe.closures.wall_conductivity);
-        let p = &self.parameters;
-        let surface = |(i, cell): (usize, &super::pipe::Cell)| {
-            let w = self.wall[i];
-            let losses = pipe.losses(w, self.drive.ambient, p);
-            let share = p.wall_share * cell.heater + pipe.closures.radiated_share * cell.radiated;
-            let inner = (self.gas.march.to_wall[i] + self.drive.released * share) / cell.length;
-            let mount = (w - self.drive.ambient) * cell.mount / (p.mount_resistance * cell.length);
-            let outer = losses.convection + losses.radiation + mount;
-            let half = 0.25 * (inner + outer) * resistance;
-            [w + half, w - half]
-        };
-        pipe.cells.iter().enumerate().map(surface).collect()
-    }
 }

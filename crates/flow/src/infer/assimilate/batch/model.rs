@@ -53,12 +53,6 @@ impl<'a> Batch<'a> {
         Ok(Self { whitening, ..batch })
     }
 
-    /// The same with other priors on the ten unknowns.
-    #[must_use]
-    pub fn with_priors(self, priors: [Parameter; UNKNOWNS]) -> Self {
-        Self { priors, ..self }
-    }
-
     /// Number of scores: unknowns, then constant errors.
     #[must_use]
     pub fn scores(&self) -> usize {
