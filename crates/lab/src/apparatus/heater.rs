@@ -1,6 +1,6 @@
 //! The heater as it stands in the tube: two annular plates with a gap, wound with wire, of finite thickness.
 
-use crate::acoustics::obstacle::{Cylinders, HeatRelease, Lag, Obstacle};
+use crate::acoustics::obstacle::{Cylinders, HeatRelease, Lag, Obstacle, end_correction};
 use crate::truth::{LawOfTable4, Truth};
 use rijke_flow::BaseState;
 use rijke_numerics::C64;
