@@ -23,38 +23,23 @@
 //! # Ok::<(), rijke_flow::FlowError>(())
 //! ```
 
-mod air;
-mod arrival;
-pub mod assimilate;
-mod band;
-mod base_state;
-mod base_states;
-mod closures;
-mod draught;
+mod base;
 mod error;
-mod gas;
+mod infer;
 mod number;
-mod parameters;
-mod pipe;
-mod profiles;
-pub mod settled;
-mod steady;
-mod transient;
-mod wall;
+mod tube;
 
-#[cfg(test)]
-mod exact;
-
-pub use base_state::{BaseState, ErrorComponent, Stretch};
-pub use base_states::BaseStates;
-pub use closures::Closures;
-pub use draught::Draught;
+pub use base::profiles::{PROFILES, VELOCITIES, read_profiles};
+pub use base::state::{BaseState, ErrorComponent, Stretch};
+pub use base::states::BaseStates;
 pub use error::FlowError;
-pub use gas::March;
+pub use infer::{assimilate, settled};
 pub use number::{Dual, Lanes, Number, Single};
-pub use parameters::{Parameters, UNKNOWNS, Unknowns, unknowns};
-pub use pipe::Pipe;
-pub use profiles::{PROFILES, VELOCITIES, read_profiles};
-pub use steady::{SENSITIVE_TO, Sensitivity, Steady};
-pub use transient::{Implicit, Transient};
-pub use wall::Budget;
+pub use tube::closures::Closures;
+pub use tube::draught::Draught;
+pub use tube::march::March;
+pub use tube::parameters::{Parameters, UNKNOWNS, Unknowns, unknowns};
+pub use tube::pipe::Pipe;
+pub use tube::steady::{SENSITIVE_TO, Sensitivity, Steady};
+pub use tube::transient::{Implicit, Transient};
+pub use tube::wall::Budget;

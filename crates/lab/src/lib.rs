@@ -29,29 +29,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod base;
+mod acoustics;
+mod apparatus;
 pub mod bench;
-mod click;
-pub mod duct;
-mod faults;
-mod heater;
-mod mouths;
-mod noise;
-pub mod obstacle;
-mod ping;
-pub mod radiation;
-mod setup;
+mod records;
 mod truth;
-mod tube;
-mod virtual_rig;
-pub mod walls;
-mod write;
 
-pub use base::base_state;
-pub use faults::Fault;
-pub use mouths::{mouths, seed_of};
+pub use acoustics::{duct, obstacle, radiation, walls};
+pub use apparatus::base::base_state;
+pub use apparatus::mouths::mouths;
+pub use records::faults::Fault;
+pub use records::source::seed_of;
+pub use records::virtual_rig::VirtualRig;
 pub use truth::{
     Ambient, Channels, Ends, Faults, Flow, HeaterTruth, LabError, Loudspeaker, Noise, ProngSurface, Recorder,
     Thermocouples, Truth, Wall,
 };
-pub use virtual_rig::VirtualRig;

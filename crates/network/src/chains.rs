@@ -1,13 +1,16 @@
 //! One way to ask either chain, of gas at rest or with mean flow.
 
-use crate::along::Station;
-use crate::chain::{Network, Slot};
-use crate::coefficients::Coefficients;
-use crate::contour::{Modes, Region};
+use crate::chain::coefficients::Coefficients;
+use crate::chain::network::Network;
+use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::newton::{Newton, Root, Workspace};
-use crate::response::{Places, Response};
-use crate::sensitivity::Sensitivities;
+use crate::plane::modes::Modes;
+use crate::plane::newton::{Newton, Root};
+use crate::plane::region::Region;
+use crate::respond::answer::{Places, Response};
+use crate::sense::along::Station;
+use crate::sense::sensitivity::Sensitivities;
+use crate::slot::Slot;
 use rijke_numerics::{C64, Order};
 
 /// A chain of ducts whose numbers laws of a caller can change: [`Network`], the gas at rest, or
@@ -240,7 +243,11 @@ impl Chain for Network {
         work: &mut Workspace,
     ) -> Result<Balance, NetworkError> {
         let budget = self.budget(laws, root, work);
-        let place = |e: crate::Exchange| Power { place: e.place, power: e.power.iter().sum(), laws: e.laws };
+        let place = |e: crate::sense::budget::Exchange| Power {
+            place: e.place,
+            power: e.power.iter().sum(),
+            laws: e.laws,
+        };
         Ok(Balance {
             growth: budget.growth,
             upstream: budget.upstream,

@@ -1,6 +1,6 @@
 //! What can go wrong.
 
-use crate::Slot;
+use crate::slot::Slot;
 use rijke_numerics::C64;
 
 /// Why a network has no answer.

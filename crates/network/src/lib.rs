@@ -20,44 +20,35 @@
 //! See [`Network`] for a first example, [`file::read`] for a network as a file, [`Coefficients`] for laws with parameters,
 //! [`flow_chain`] for mean flow.
 
-mod along;
-mod block;
-mod budget;
 mod chain;
 mod chains;
-mod coefficients;
-mod contour;
 mod error;
 pub mod file;
 pub mod flow_chain;
-mod forced;
-mod hearing;
 pub mod laws;
-pub mod levine_schwinger;
-mod mode;
-mod newton;
-mod response;
-mod search;
-mod sensitivity;
-mod sweep;
-mod tangents;
-mod tracking;
-mod transfer;
-pub mod wall;
+mod modes;
+mod plane;
+mod respond;
+mod sense;
+mod slot;
 
-pub use along::{Device, Station};
-pub use budget::{Budget, Exchange};
-pub use chain::{Network, Segment, Slot};
+pub use chain::coefficients::{At, Coefficients, Constant, Laws, Pole};
+pub use chain::network::{Network, Segment};
+pub use chain::workspace::Workspace;
 pub use chains::{Balance, Chain, Power};
-pub use coefficients::{At, Coefficients, Constant, Laws, Pole};
-pub use contour::{Mode, Modes, Region};
 pub use error::NetworkError;
-pub use forced::{Forced, Source, Transfer};
-pub use newton::{Newton, Root, Workspace};
-pub use response::{Places, Response};
-pub use search::zeros_of;
-pub use sensitivity::{Derivatives, Sensitivities};
-pub use tracking::follow;
+pub use laws::{levine_schwinger, wall};
+pub use plane::modes::{Mode, Modes};
+pub use plane::newton::{Newton, Root};
+pub use plane::region::Region;
+pub use plane::tracking::follow;
+pub use plane::zeros::zeros_of;
+pub use respond::answer::{Places, Response};
+pub use respond::forced::{Forced, Source, Transfer};
+pub use sense::along::{Device, Station};
+pub use sense::budget::{Budget, Exchange};
+pub use sense::sensitivity::{Derivatives, Sensitivities};
+pub use slot::Slot;
 
 /// The example of the README, compiled and run.
 #[cfg(doctest)]

@@ -1,6 +1,6 @@
 //! What can be wrong with a file, said with the file, the place in it and the remedy.
 
-use crate::Problem;
+use crate::problem::Problem;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use thiserror::Error;

@@ -1,6 +1,6 @@
 //! What can be wrong with a value in a file, and the remedy.
 
-use crate::UnitError;
+use crate::units::UnitError;
 use crate::words::{listed, too_short};
 use std::path::PathBuf;
 use thiserror::Error;

@@ -80,7 +80,7 @@ fn true_state(pipe: &Pipe, truth: &[f64]) -> BaseState {
 /// Runs `method` on `seeds` twins and prints the table.
 ///
 /// In the environment, SEEDS replaces the number of twins, FROM the first of them, and CSV names a file to which the table is
-/// appended as `src/assimilate/calibration.csv` has it.
+/// appended as `src/infer/assimilate/calibration.csv` has it.
 fn table(
     title: &str,
     heater: f64,

@@ -1,14 +1,14 @@
 //! Derivatives against differences.
 
 use super::{AMBIENT, pipe};
-use rijke_flow::{Dual, Number, Parameters, SENSITIVE_TO, Transient, UNKNOWNS, Unknowns};
+use rijke_flow::{Dual, Number, Parameters, SENSITIVE_TO, Single, Transient, UNKNOWNS, Unknowns};
 use rijke_numerics::check::{slopes_from, slopes_near};
 
 const MIDDLE: [f64; UNKNOWNS] = [8.0, 1.0, 5.0, 0.12, 1.2, 1.0, 1.0, 0.0, 35.0, 0.05];
 /// Sizes of a plausible change, one per unknown.
 const SCALE: [f64; UNKNOWNS] = [2.0, 0.2, 2.0, 0.05, 0.3, 0.5, 0.05, 1.0, 10.0, 0.02];
 
-fn transient<N: Number>(a: [N; UNKNOWNS]) -> (Vec<N>, N) {
+fn transient<N: Single>(a: [N; UNKNOWNS]) -> (Vec<N>, N) {
     let pipe = pipe(0.25, 1);
     let u = Unknowns::from_array(a);
     let implicit = pipe.implicit(15.0);

@@ -1,8 +1,9 @@
 //! The mean flow and the temperature of the gas along a chain.
 
-use super::BenchError;
 use super::campaign::Point;
-use super::truth::{Cooling, Truth, is_present};
+use super::error::BenchError;
+use super::truth::{Cooling, Truth};
+use super::value::is_present;
 use rijke_rig::{Gas, GasState};
 use std::f64::consts::PI;
 
@@ -222,8 +223,8 @@ pub(crate) fn within(
 
 #[cfg(test)]
 mod tests {
-    use super::super::campaign;
     use super::*;
+    use crate::bench::campaign;
     use std::path::Path;
 
     /// 50 W into a duct with a change of area behind it; the heat capacity does not depend on temperature.

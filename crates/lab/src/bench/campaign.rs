@@ -1,6 +1,6 @@
 //! The campaign as a bench needs it: factors in SI units, ambient temperature and day of every point.
 
-use super::BenchError;
+use super::error::BenchError;
 use std::collections::BTreeMap;
 use std::path::Path;
 

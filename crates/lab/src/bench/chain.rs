@@ -1,16 +1,16 @@
 //! One operating point as a chain of stretches, and the march through it.
 
-use super::BenchError;
 use super::base::{Base, within};
 use super::campaign::Point;
 use super::ends::End;
+use super::error::BenchError;
 use super::parts::Branch;
 use super::response::{Response, wire_sensitivity};
-use super::truth::{Truth, is_present};
-use crate::duct::Stretch;
-use crate::heater::end_correction;
-use crate::obstacle::Obstacle;
-use crate::walls::{Line, Section};
+use super::truth::Truth;
+use super::value::is_present;
+use crate::acoustics::duct::Stretch;
+use crate::acoustics::obstacle::{Obstacle, end_correction};
+use crate::acoustics::walls::{Line, Section};
 use rijke_numerics::C64;
 use rijke_rig::GasState;
 use std::f64::consts::PI;

@@ -1,6 +1,6 @@
 //! The two ends of a chain.
 
-use crate::radiation::OpenEnd;
+use crate::acoustics::radiation::OpenEnd;
 use rijke_numerics::C64;
 use rijke_rig::GasState;
 use serde::Deserialize;

@@ -1,5 +1,5 @@
 //! A bench: any chain of ducts with heat sources, obstacles and side branches, told by a truth file, solved by the laboratory's
-//! own integrator and observed with noise. It makes the data of the folders under `examples/`.
+//! own integrator and observed with noise. It makes the data of the folders under `examples/`. Knows nothing of the tube of the paper.
 //!
 //! In a duct the distributed equations are integrated in x, to first order in the Mach number of the mean flow, with U the
 //! volume velocity and A the cross-section:
@@ -26,6 +26,7 @@ mod observe;
 mod parts;
 mod response;
 mod truth;
+mod value;
 
 pub use error::BenchError;
 pub use observe::{Bench, Measured, Observations, Reading, run};

@@ -1,6 +1,6 @@
 //! All modes of a chain in a region of the s-plane.
 
-use super::BenchError;
+use super::error::BenchError;
 use super::truth::Search;
 use rijke_numerics::C64;
 use std::f64::consts::{PI, TAU};

@@ -1,9 +1,10 @@
 //! From a truth file to observations with noise, and to files.
 
-use super::BenchError;
 use super::base::Base;
-use super::campaign::{self, Point};
+use super::campaign;
+use super::campaign::Point;
 use super::chain::Chain;
+use super::error::BenchError;
 use super::modes::modes;
 use super::truth::Truth;
 use rand::RngExt;

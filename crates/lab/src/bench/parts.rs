@@ -1,10 +1,9 @@
 //! What stands in a duct, and what hangs on it.
 
-use super::truth::Value;
-use crate::duct::Stretch;
-use crate::heater::end_correction;
-use crate::obstacle::{Cylinders, Obstacle};
-use crate::walls::Section;
+use super::value::Value;
+use crate::acoustics::duct::Stretch;
+use crate::acoustics::obstacle::{Cylinders, Obstacle, end_correction};
+use crate::acoustics::walls::Section;
 use rijke_numerics::C64;
 use rijke_rig::GasState;
 use serde::Deserialize;

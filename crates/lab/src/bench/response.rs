@@ -1,6 +1,6 @@
 //! Heat sources: how much heat follows the velocity, and how it lags.
 
-use super::truth::Value;
+use super::value::Value;
 use rijke_numerics::C64;
 use rijke_rig::{Gas, GasState};
 use serde::Deserialize;

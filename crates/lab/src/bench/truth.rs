@@ -1,10 +1,10 @@
 //! The truth file of a bench.
 
-use super::BenchError;
-use super::campaign::Point;
 use super::ends::EndTruth;
+use super::error::BenchError;
 use super::parts::{BranchTruth, ObstacleTruth};
 use super::response::SourceTruth;
+use super::value::Value;
 use rijke_rig::Gas;
 use serde::Deserialize;
 use std::path::Path;
@@ -118,33 +118,6 @@ pub(crate) struct Noise {
     pub(crate) frequency_hz: f64,
     /// Of the real and the imaginary part of a pressure relative to the reference.
     pub(crate) pressure: f64,
-}
-
-/// A number, or the factor of the campaign that holds it.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
-pub(crate) enum Value {
-    Number(f64),
-    Factor(String),
-}
-
-impl Value {
-    /// The number at `point`.
-    pub(crate) fn at(&self, point: &Point) -> Result<f64, BenchError> {
-        match self {
-            Self::Number(number) => Ok(*number),
-            Self::Factor(factor) => point.factors.get(factor).copied().ok_or_else(|| BenchError::Factor {
-                point: point.id.clone(),
-                factor: factor.clone(),
-                known: point.factors.keys().cloned().collect(),
-            }),
-        }
-    }
-}
-
-/// Whether a part whose factor is `present` is there: always without a factor, else where it is not 0 and not empty.
-pub(crate) fn is_present(present: Option<&String>, point: &Point) -> bool {
-    present.is_none_or(|factor| point.factors.get(factor).is_some_and(|value| *value != 0.0))
 }
 
 fn yes() -> bool {

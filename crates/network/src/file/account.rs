@@ -1,13 +1,15 @@
 //! What is asked of a network that was read from a file, whether its gas is at rest or flows: modes, poles, where the growth rate of a
 //! mode comes from, and what small changes along it would do.
 
-use super::Built;
-use crate::along::Station;
+use super::build::Built;
+use crate::chain::workspace::Workspace;
 use crate::chains::Chain;
-use crate::contour::{Mode, Modes, Region};
 use crate::error::NetworkError;
 use crate::flow_chain::FlowChain;
-use crate::newton::{Newton, Root, Workspace};
+use crate::plane::modes::{Mode, Modes};
+use crate::plane::newton::{Newton, Root};
+use crate::plane::region::Region;
+use crate::sense::along::Station;
 use rijke_numerics::C64;
 
 /// Points to ask of each of `ducts` ducts for a smooth curve: about 1200 along the whole tube, at most a twentieth of them in one.

@@ -1,14 +1,17 @@
 //! From the tables of a file to a network and its laws.
 
-use super::compact::Flame;
-use super::layout::{self, SAME};
-use super::schema::{File, Gas};
-use super::{FileError, Problem, REGION};
-use crate::chain::{Network, Segment, Slot};
-use crate::contour::Region;
-use crate::flow_chain::{FlowChain, FlowEnd, FlowWall};
+use super::assembly::{Assembly, Attached};
+use super::error::FileError;
+use super::item::{Item, line_of, line_of_table};
+use super::layout::{SAME, place};
+use super::problem::Problem;
+use super::schema::File;
+use super::warning::Warning;
+use crate::chain::network::Network;
+use crate::flow_chain::{FlowChain, FlowEnd};
 use crate::laws::LawSet;
-use serde::Deserialize;
+use crate::plane::region::Region;
+use crate::slot::Slot;
 use std::f64::consts::PI;
 
 /// A network with its laws, and where to look for modes.
@@ -34,141 +37,9 @@ pub struct Built {
     pub warnings: Vec<Warning>,
 }
 
-/// What is doubtful about a network.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Warning {
-    /// Density and sound speed do not belong to the pressure.
-    #[error("line {line}: {place}: rho c^2/gamma is {found:.0} Pa, but the pressure is {expected:.0} Pa")]
-    Pressure {
-        /// Line in the file.
-        line: usize,
-        /// Which element.
-        place: String,
-        /// rho c^2/gamma, Pa.
-        found: f64,
-        /// The pressure of the gas, Pa.
-        expected: f64,
-    },
-    /// A reflection coefficient above one feeds energy.
-    #[error(
-        "line {line}: {place}: |R| = {modulus} at {frequency_hz} Hz is above 1: this end feeds the modes"
-    )]
-    Reflection {
-        /// Line in the file.
-        line: usize,
-        /// Which end.
-        place: String,
-        /// The largest |R| at the frequencies searched.
-        modulus: f64,
-        /// Where, Hz.
-        frequency_hz: f64,
-    },
-    /// The search goes beyond a table.
-    #[error(
-        "line {line}: {place}: the table ends at {low_hz} and {high_hz} Hz, but the search does not: modes beyond rest \
-         on extrapolation"
-    )]
-    Extrapolation {
-        /// Line in the file.
-        line: usize,
-        /// Which element or end.
-        place: String,
-        /// Limits of the table, Hz.
-        low_hz: f64,
-        /// Upper limit.
-        high_hz: f64,
-    },
-}
-
-#[derive(Clone)]
-pub(super) struct Item {
-    pub(super) line: usize,
-    pub(super) place: String,
-}
-
-impl Item {
-    pub(super) fn fail(&self, problem: Problem) -> FileError {
-        FileError::Element { line: self.line, place: self.place.clone(), problem }
-    }
-
-    pub(super) fn positive(&self, key: &'static str, value: f64) -> Result<f64, FileError> {
-        if value.is_finite() && value > 0.0 {
-            Ok(value)
-        } else {
-            Err(self.fail(Problem::NotPositive { key, value }))
-        }
-    }
-
-    pub(super) fn not_negative(&self, key: &'static str, value: f64) -> Result<f64, FileError> {
-        if value.is_finite() && value >= 0.0 {
-            Ok(value)
-        } else {
-            Err(self.fail(Problem::Negative { key, value }))
-        }
-    }
-
-    pub(super) fn polynomial(&self, key: &'static str, value: &[f64]) -> Result<Vec<f64>, FileError> {
-        if value.iter().any(|k| *k != 0.0) && value.iter().all(|k| k.is_finite()) {
-            Ok(value.to_vec())
-        } else {
-            Err(self.fail(Problem::Polynomial { key }))
-        }
-    }
-
-    pub(super) fn parse<'de, T: Deserialize<'de>>(&self, table: toml::Table) -> Result<T, FileError> {
-        T::deserialize(toml::Value::Table(table)).map_err(|error| {
-            let mut message = error.message().to_owned();
-            if message.starts_with("invalid type: string") && message.contains("f64") {
-                message += "; this reader takes plain numbers in SI units";
-            }
-            self.fail(Problem::Keys { message })
-        })
-    }
-}
-
-/// What an attached law is for a chain with flow.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
-    /// Force or heat, by its slot.
-    Plain,
-    /// Mass taken by a side branch.
-    Branch,
-    /// Stands in the list of flames too, in another form.
-    Flame,
-}
-
-/// A law in a slot.
-pub(super) struct Attached {
-    pub(super) slot: Slot,
-    pub(super) law: usize,
-    pub(super) weight: f64,
-    pub(super) role: Role,
-}
-
-/// Segments so far, and what acts on them.
-pub(super) struct Assembly<'a> {
-    pub(super) gas: &'a Gas,
-    pub(super) segments: Vec<Segment>,
-    pub(super) temperatures: Vec<f64>,
-    pub(super) walls: Vec<Option<FlowWall>>,
-    /// Element of each segment, by its index in the list of elements.
-    pub(super) owners: Vec<usize>,
-    pub(super) laws: LawSet,
-    pub(super) attach: Vec<Attached>,
-    pub(super) flames: Vec<Flame>,
-    /// Place and loss coefficient of screens.
-    pub(super) screens: Vec<(usize, f64)>,
-    pub(super) places: Vec<(usize, String)>,
-    /// Place of each device, and what it is called in messages.
-    pub(super) devices: Vec<(usize, String)>,
-    pub(super) tables: Vec<(Item, [f64; 2])>,
-    pub(super) passive: bool,
-    pub(super) warnings: Vec<Warning>,
-}
-
 pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     let gas = &file.gas;
-    let head = Item { line: layout::line_of_table(text, "gas"), place: "[gas]".to_owned() };
+    let head = Item { line: line_of_table(text, "gas"), place: "[gas]".to_owned() };
     for (key, value) in [
         ("temperature", gas.temperature),
         ("pressure", gas.pressure),
@@ -183,7 +54,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         return Err(head.fail(Problem::Gamma { value: gas.gamma }));
     }
     let region = region(text, file)?;
-    let (placed, length) = layout::place(text, &file.element)?;
+    let (placed, length) = place(text, &file.element)?;
     let mut assembly = Assembly {
         gas,
         segments: Vec::new(),
@@ -221,14 +92,14 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     for (device, &place) in placed.iter().zip(&at).filter(|(p, _)| !p.is_duct()) {
         assembly.compact(&device.item, place, &device.element)?;
     }
-    let line = layout::line_of_table(text, "flow");
+    let line = line_of_table(text, "flow");
     let flow = file.flow.as_ref().map(|flow| assembly.flow(line, flow, &placed)).transpose()?;
     let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(gas.gamma)));
     let mut ends = Vec::new();
     for (k, (place, table)) in
         [("[upstream]", &file.upstream), ("[downstream]", &file.downstream)].into_iter().enumerate()
     {
-        let item = Item { line: layout::line_of(text, table.span().start), place: place.to_owned() };
+        let item = Item { line: line_of(text, table.span().start), place: place.to_owned() };
         ends.push(assembly.end(item, table.get_ref().clone(), k, machs.map(|m| m[k]), &region)?);
     }
     for (item, [low, high]) in std::mem::take(&mut assembly.tables) {
@@ -276,7 +147,7 @@ fn region(text: &str, file: &File) -> Result<Region, FileError> {
         if limits[0] < limits[1] && limits.iter().all(|v| v.is_finite()) {
             Ok(limits)
         } else {
-            Err(FileError::Search { line: layout::line_of_table(text, "search"), key })
+            Err(FileError::Search { line: line_of_table(text, "search"), key })
         }
     };
     if let Some(limits) = file.search.growth_rate {
@@ -287,3 +158,6 @@ fn region(text: &str, file: &File) -> Result<Region, FileError> {
     }
     Ok(region)
 }
+
+/// The default region of a search: growth rates from -500 to 500 1/s, frequencies from 10 Hz to 1 kHz.
+const REGION: Region = Region { sigma: [-500.0, 500.0], omega: [2.0 * PI * 10.0, 2.0 * PI * 1000.0] };

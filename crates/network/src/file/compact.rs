@@ -1,28 +1,21 @@
 //! Devices between ducts: feedback, orifices, flames, resonators.
 
-use super::build::{Assembly, Attached, Item, Role};
-use super::schema::{self, Coefficient, Direction, Element, Outlet, Transfer};
-use super::{FileError, Problem};
-use crate::chain::Slot;
+use super::assembly::Flame;
+use super::assembly::{Assembly, Attached, Role};
+use super::error::FileError;
+use super::item::Item;
+use super::problem::Problem;
+use super::schema;
+use super::schema::{Coefficient, Direction, Element, Outlet, Transfer};
 use crate::flow_chain::Effect;
+use crate::laws::wall::Wall;
 use crate::laws::{
     Entry, Law, Leg, Part, Probe, Side, SideHole, Stretch, Table, fok, inner_correction, matching_length,
     series_correction,
 };
-use crate::wall::Wall;
+use crate::slot::Slot;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
-
-/// A flame as a chain with flow takes it.
-pub(super) struct Flame {
-    pub(super) place: usize,
-    /// k_eu from the velocity at the reference, or Q'/Q from it over its mean.
-    pub(super) law: Law,
-    pub(super) effect: Effect,
-    /// Distance of the reference, m, and whether it lies downstream.
-    pub(super) reference: f64,
-    pub(super) downstream: bool,
-}
 
 impl Assembly<'_> {
     /// A function of s, times `factor`.

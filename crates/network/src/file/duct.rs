@@ -1,13 +1,16 @@
 //! Ducts: straight or conical, uniform or with a temperature profile, with or without wall losses.
 
-use super::build::{Assembly, Attached, Role, Warning};
+use super::assembly::{Assembly, Attached, Role};
+use super::error::FileError;
 use super::layout::Placed;
+use super::problem::Problem;
 use super::schema::{Duct, Element, Scheme};
-use super::{FileError, Problem};
-use crate::chain::{Segment, Slot};
+use super::warning::Warning;
+use crate::chain::network::Segment;
 use crate::flow_chain::FlowWall;
 use crate::laws::Law;
-use crate::wall::Wall;
+use crate::laws::wall::Wall;
+use crate::slot::Slot;
 use std::f64::consts::PI;
 
 impl Assembly<'_> {

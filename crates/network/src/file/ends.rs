@@ -1,10 +1,13 @@
 //! Ends of the tube.
 
-use super::build::{Assembly, Item, Warning};
+use super::assembly::Assembly;
+use super::error::FileError;
+use super::item::Item;
+use super::problem::Problem;
 use super::schema::{End, Transfer};
-use super::{FileError, Problem};
-use crate::contour::Region;
+use super::warning::Warning;
 use crate::laws::{Law, choked_inlet, choked_outlet, thick_wall_correction};
+use crate::plane::region::Region;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 

@@ -1,13 +1,14 @@
 //! The chain with mean flow of a file.
 
-use super::build::{Assembly, Attached, Role};
+use super::assembly::{Assembly, Attached, Role};
+use super::error::FileError;
 use super::layout::Placed;
+use super::problem::Problem;
 use super::schema::Flow;
-use super::{FileError, Problem};
-use crate::chain::Slot;
 use crate::error::NetworkError;
 use crate::flow_chain::{Action, Effect, FlowChain, FlowDuct, FlowEnd, FlowState, Reference};
 use crate::laws::Law;
+use crate::slot::Slot;
 use rijke_numerics::C64;
 
 impl Assembly<'_> {

@@ -1,8 +1,10 @@
 //! Where the elements of a file lie: ducts follow each other, devices stand where the file puts them.
 
-use super::build::Item;
+use super::error::FileError;
+use super::item::Item;
+use super::item::line_of;
+use super::problem::Problem;
 use super::schema::Element;
-use super::{FileError, Problem};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -91,14 +93,4 @@ fn parse(
     let called = called.map_or(kind, str::to_owned);
     let element = item.parse(table)?;
     Ok((item, called, at, element))
-}
-
-pub(super) fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.as_bytes().iter().take(offset).filter(|b| **b == b'\n').count()
-}
-
-/// The line where a table of the file begins, 1 if it is written in some other way.
-pub(super) fn line_of_table(text: &str, name: &str) -> usize {
-    let header = format!("[{name}]");
-    1 + text.lines().position(|line| line.trim_start().starts_with(&header)).unwrap_or(0)
 }

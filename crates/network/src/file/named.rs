@@ -4,10 +4,12 @@
 //! fourth order of F at s held, with steps of 1e-3 theta: its remainder is about 1e-12 of F'''''/F', rounding 1e-13 of F/(theta F').
 //! Reading the file again at other values is the only way on which every element, end and table is seen as it is.
 
+use super::build::Built;
+use super::error::FileError;
+use super::read::read;
 use super::schema::Gas;
-use super::{Built, FileError, read};
+use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::newton::Workspace;
 use rijke_numerics::C64;
 use toml::{Table, Value};
 
@@ -206,7 +208,11 @@ fn collect(name: &str, value: &Value, into: &mut Vec<(String, f64)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Coefficients, Newton, Places, Sensitivities, Slot};
+    use crate::chain::coefficients::Coefficients;
+    use crate::plane::newton::Newton;
+    use crate::respond::answer::Places;
+    use crate::sense::sensitivity::Sensitivities;
+    use crate::slot::Slot;
     use std::f64::consts::PI;
 
     const TUBE: &str = include_str!("../../../../fixtures/networks/rijke-tube.toml");
@@ -255,7 +261,7 @@ mod tests {
         let law = built.actors.iter().position(|a| a == "heat release").unwrap();
         let place = built.places.iter().find(|(_, name)| name == "heat release").unwrap().0;
         let (mut all, mut work) = (Sensitivities::default(), Workspace::default());
-        let root = crate::Root { s, steps: 0, residual: 0.0 };
+        let root = crate::plane::newton::Root { s, steps: 0, residual: 0.0 };
         let none = Places { at: Vec::new(), reference: 0 };
         built.network.sensitivities(&built.laws, &root, &none, &mut all, &mut work).unwrap();
         let by_coefficient = all.with_respect_to(&all.s, Slot::Eu(place));

@@ -4,9 +4,9 @@
 //! used: boundary 11 is Levine and Schwinger's integral, 12 Rayleigh's piston in a baffle. Entropy waves are left out,
 //! as in that program's own remarks (no indirect noise).
 
-use crate::contour::Region;
 use crate::flow_chain::{Effect, FlowChain, FlowDuct, FlowEnd, FlowState};
 use crate::laws::Law;
+use crate::plane::region::Region;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -66,7 +66,7 @@ pub enum OscilosError {
     NoFlame,
     /// The chain is refused.
     #[error(transparent)]
-    Network(#[from] crate::NetworkError),
+    Network(#[from] crate::error::NetworkError),
 }
 
 /// The rows of numbers below the title; `-` is read as absent (0).

@@ -4,15 +4,17 @@
 //! matrix K for a whole duct: the mixed second derivative, at dx = a = 0, of what two places with the piece between them do,
 //! mean flow included. The two closures of steps of area agree to first order in a, so that K is that of a smooth change.
 
+use super::assembly::FlowChain;
+use super::ducts::{FlowDuct, FlowEnd};
 use super::gate::Basis;
+use super::mean::state_of;
 use super::number::{Number, Seeded};
 use super::passage::State;
 use super::sensitivity::{Back, EFFECTS, Passed, Row, dot, fixed, through};
-use super::{FlowChain, FlowDuct, FlowEnd, state_of};
-use crate::along::{Station, of_loudest};
 use crate::error::NetworkError;
-use crate::newton::Root;
-use crate::sweep::Dual;
+use crate::plane::dual::Dual;
+use crate::plane::newton::Root;
+use crate::sense::along::{Station, of_loudest};
 use rijke_numerics::{C64, JetSpace, Order};
 
 /// By columns: what unit p, u and e become.

@@ -4,11 +4,13 @@
 //! w = rho |u|^2/4 + |p|^2/(4 rho c^2) + U Re(u* p)/(2 c^2) and its flux I = Re(J m*)/2 with J = p + rho U u, m = u + U p/(rho c^2). The equations of a duct
 //! give exactly d(A I)/dx = -A [2 sigma w + Re(kappa_mu u m*)/2 + Re(kappa_ep p J*)/2].
 
+use super::assembly::FlowChain;
+use super::ducts::FlowState;
 use super::gate::Basis;
+use super::mean::state_of;
 use super::passage::State;
-use super::{FlowChain, FlowState, state_of};
-use crate::newton::Root;
-use crate::sweep::Dual;
+use crate::plane::dual::Dual;
+use crate::plane::newton::Root;
 use gauss_quad::GaussLegendre;
 use rijke_numerics::C64;
 use std::num::NonZeroUsize;

@@ -1,18 +1,22 @@
 //! A chain with flow and laws of a caller, behind the trait that it shares with the chain at rest.
 
+use super::assembly::FlowChain;
 use super::gate::Basis;
 use super::number::Seeded;
-use super::{FlowChain, FlowSlot};
-use crate::along::Station;
-use crate::chain::Slot;
+use super::slots::FlowSlot;
+use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
+use crate::chain::workspace::Workspace;
 use crate::chains::{Balance, Chain, Power};
-use crate::coefficients::{At, Coefficients, Laws, Pole};
-use crate::contour::{Modes, Region, check_analytic};
 use crate::error::NetworkError;
-use crate::newton::{Newton, Root, Workspace, iterate};
-use crate::response::{Places, Response};
-use crate::search::zeros;
-use crate::sweep::Dual;
+use crate::modes::contour::check_analytic;
+use crate::plane::dual::Dual;
+use crate::plane::modes::Modes;
+use crate::plane::newton::{Newton, Root, iterate};
+use crate::plane::region::Region;
+use crate::plane::zeros::zeros;
+use crate::respond::answer::{Places, Response};
+use crate::sense::along::Station;
+use crate::slot::Slot;
 use rijke_numerics::{C64, Jet, Order};
 use std::f64::consts::PI;
 

@@ -3,12 +3,13 @@
 //! As [`crate::Network::forced`], with the sweep of the modes started from other states: everything is linear in the state at
 //! the upstream end, and nothing that enters there carries entropy but what the end itself sheds.
 
+use super::assembly::FlowChain;
 use super::gate::Basis;
 use super::number::Seeded;
 use super::passage::State;
-use super::{FlowChain, FlowParameter};
+use super::response::FlowParameter;
 use crate::error::NetworkError;
-use crate::forced::{Forced, Source, Transfer};
+use crate::respond::forced::{Forced, Source, Transfer};
 use rijke_numerics::{C64, Jet, Order};
 
 impl FlowChain {
@@ -129,9 +130,9 @@ impl FlowChain {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Workspace;
+    use crate::chain::workspace::Workspace;
     use crate::file::read;
-    use crate::flow_chain::FlowState;
+    use crate::flow_chain::ducts::FlowState;
     use std::f64::consts::PI;
 
     const FLOW: &str = include_str!("../../../../fixtures/networks/combustor-flow.toml");
@@ -169,7 +170,7 @@ mod tests {
     #[test]
     fn exact_waves_in_a_straight_duct_with_flow() {
         // p = f e^{-i k x/(1+M)} + g e^{i k x/(1-M)} between ends of no reflection.
-        use crate::flow_chain::{FlowDuct, FlowEnd};
+        use crate::flow_chain::ducts::{FlowDuct, FlowEnd};
         use crate::laws::Law;
         let inlet = FlowState { pressure: 101_325.0, density: 1.2, velocity: 40.0 };
         let end = || FlowEnd::Reflection(Law::Constant(C64::ZERO));

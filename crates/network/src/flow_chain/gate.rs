@@ -1,11 +1,11 @@
 //! The places between ducts: mean states on both sides, and the matrices with which disturbances (p, u, e) pass them.
 
-use super::attach::Attached;
-use super::mean::{Mean, area_step, heat_step};
+use super::ducts::{Effect, FlowDuct, FlowState};
+use super::mean::{Mean, area_step, heat_step, state_of};
 use super::number::Number;
-use super::{Effect, FlowDuct, FlowState, state_of};
+use super::slots::Attached;
 use crate::error::NetworkError;
-use crate::sweep::Dual;
+use crate::plane::dual::Dual;
 
 /// Everything of a chain that may depend on parameters, by duct.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,8 @@
 //! Mean states behind changes of area and behind heat.
 
+use super::ducts::FlowState;
 use super::number::Number;
+use crate::plane::dual::Dual;
 
 /// Mean pressure, density and velocity.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,4 +96,9 @@ pub(super) fn heat_step<T: Number>(before: &Mean<T>, ratio: &T) -> Mean<T> {
     let pressure = (total + root).times(0.5);
     let density = pressure.over(&hot);
     Mean { velocity: flux.over(&density), pressure, density }
+}
+
+/// The mean state without its slopes.
+pub(super) fn state_of(mean: &Mean<Dual>) -> FlowState {
+    FlowState { pressure: mean.pressure.v.re, density: mean.density.v.re, velocity: mean.velocity.v.re }
 }

@@ -1,7 +1,7 @@
 //! The two numbers that a flow chain is computed in: value and slope in s for searches, jets for parameters.
 
 use crate::laws::Law;
-use crate::sweep::Dual;
+use crate::plane::dual::Dual;
 use rijke_numerics::{C64, Jet};
 use std::ops::{Add, Mul, Neg, Sub};
 

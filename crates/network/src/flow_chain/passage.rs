@@ -1,11 +1,12 @@
 //! How a disturbance (p, u, e) with e = rho' - p/c^2 passes ducts and the places between them.
 
+use super::assembly::FlowChain;
+use super::ducts::{Effect, FlowEnd};
+use super::ear::Ear;
 use super::gate::{Basis, Gate, apply, fluxes, inverse};
 use super::number::Number;
-use super::reference::Ear;
-use super::{Effect, FlowChain, FlowEnd};
+use crate::chain::line::{curvature, line};
 use crate::laws::Law;
-use crate::transfer::{curvature, line};
 
 /// p, u and e.
 pub(super) type State<T> = [T; 3];
@@ -191,6 +192,21 @@ impl FlowChain {
         self.effect(basis, ear.place, action.effect, ear.duct).map(|v| v * k.clone())
     }
 
+    /// What an ear hears of the state at the upstream end of its duct.
+    pub(super) fn hear<T: Number>(&self, basis: &Basis<T>, ear: &Ear, [p, u, _]: &State<T>, s: &T) -> T {
+        let [_, velocity] = self.carry(basis, ear.duct, [p, u], s, &ear.offset(basis));
+        velocity
+    }
+
+    /// What the ear of a loop hears of the state behind its place.
+    fn hear_ahead<T: Number>(&self, basis: &Basis<T>, ear: &Ear, x: State<T>, s: &T) -> T {
+        let mut x = x;
+        for i in ear.place..ear.duct {
+            x = self.cross_alone(basis, i + 1, &self.pass(basis, i, &x, s), s);
+        }
+        self.hear(basis, ear, &x, s)
+    }
+
     /// The coefficient of action `k` of duct `i`.
     fn strength<T: Number>(&self, basis: &Basis<T>, i: usize, k: usize, s: &T) -> T {
         let own = s.law(&self.ducts[i].actions[k].law);
@@ -270,9 +286,9 @@ impl FlowChain {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow_chain::ducts::{FlowDuct, FlowState};
     use crate::flow_chain::mean::{Mean, area_step, heat_step};
-    use crate::flow_chain::{FlowDuct, FlowState};
-    use crate::sweep::Dual;
+    use crate::plane::dual::Dual;
     use rijke_numerics::C64;
 
     const GAMMA: f64 = 1.4;

@@ -1,14 +1,15 @@
 //! Derivatives of an eigenvalue and mode with flow with respect to what the chain is made of, by jets through the whole
 //! chain, mean states included.
 
+use super::assembly::FlowChain;
+use super::ducts::Effect;
 use super::gate::Basis;
 use super::number::Seeded;
-use super::{Effect, FlowChain};
-use crate::coefficients::Laws;
+use crate::chain::coefficients::Laws;
 use crate::error::NetworkError;
-use crate::newton::Root;
-use crate::response::{Places, Response, implicit};
-use crate::sweep::Dual;
+use crate::plane::dual::Dual;
+use crate::plane::newton::Root;
+use crate::respond::answer::{Places, Response, implicit};
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 
 /// A real quantity of a flow chain to differentiate by. Ducts are numbered from 0; "at" a duct means at its upstream end.

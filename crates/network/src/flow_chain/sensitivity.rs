@@ -4,13 +4,15 @@
 //! velocity that is heard elsewhere takes its own weight along: mu = Lambda x_1 k, what it adds at its place, enters Lambda
 //! where it is heard. For a loop mu is needed before it is known; Lambda is affine in it, and mu = a + b mu follows.
 
+use super::assembly::FlowChain;
+use super::ducts::{Effect, FlowEnd};
 use super::gate::Basis;
+use super::mean::state_of;
 use super::passage::State;
-use super::{Effect, FlowChain, FlowEnd, state_of};
 use crate::error::NetworkError;
-use crate::newton::Root;
-use crate::response::Places;
-use crate::sweep::Dual;
+use crate::plane::dual::Dual;
+use crate::plane::newton::Root;
+use crate::respond::answer::Places;
 use rijke_numerics::C64;
 
 /// Derivatives of one output of a chain with flow.

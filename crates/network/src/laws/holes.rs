@@ -1,8 +1,8 @@
 //! Holes: in a plate across the tube, and in its wall.
 
+use super::wall::Wall;
 use super::{Law, WallLaw};
-use crate::transfer::{curvature, line};
-use crate::wall::Wall;
+use crate::chain::line::{curvature, line};
 use rijke_numerics::{C64, Jet, JetSpace};
 
 /// How much of the end correction of a hole is left in a tube `xi` = (radius of hole)/(radius of tube) as wide: Fok's

@@ -1,26 +1,29 @@
 //! Analytic laws of s alone: what the elements of a network file, and users of the library, are made of.
+//!
+//! Knows nothing of how a chain with these laws is solved.
 
 mod ends;
 mod holes;
+pub mod levine_schwinger;
 mod probe;
 mod relocate;
 mod roots;
 mod table;
+pub mod wall;
 
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{Part, Probe, Side, Stretch};
 pub use table::{Entry, Table, TableError};
 
-use crate::coefficients::{At, Coefficients, Laws, Pole};
-use crate::contour::Region;
+use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::error::NetworkError;
-use crate::levine_schwinger;
-use crate::search::zeros;
-use crate::wall::Wall;
-use ends::piston;
+use crate::laws::ends::piston;
+use crate::laws::roots::polynomial_roots;
+use crate::laws::wall::Wall;
+use crate::plane::region::Region;
+use crate::plane::zeros::zeros;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
-use roots::polynomial_roots;
 use std::f64::consts::PI;
 
 /// A coefficient as an analytic function of s.
@@ -261,7 +264,7 @@ fn roots_of(
 }
 
 impl WallLaw {
-    pub(crate) fn loss(self, wall: &Wall, s: C64) -> crate::wall::Loss {
+    pub(crate) fn loss(self, wall: &Wall, s: C64) -> crate::laws::wall::Loss {
         match self {
             Self::Paper => wall.paper(s),
             Self::Kirchhoff => wall.kirchhoff(s),

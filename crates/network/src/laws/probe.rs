@@ -1,8 +1,8 @@
 //! Feedback from the velocity at another place: what it is of the pressure and velocity where the source is.
 
 use super::Law;
-use crate::chain::Segment;
-use crate::transfer::{curvature, line};
+use crate::chain::line::{curvature, line};
+use crate::chain::network::Segment;
 use rijke_numerics::{C64, Jet, JetSpace};
 
 /// One of the two coefficients k_eu and k_ep of a source u2 - r u1 = T(s) u_ref whose reference velocity u_ref lies

@@ -1,7 +1,9 @@
 //! `manifest.toml` as it is written.
 
+use crate::formats::text::TextForm;
+use crate::records::reading::{Arrays, Column};
+use crate::records::set::{DataKind, Day, Stretch};
 use crate::units::{Given, Unit};
-use crate::{Arrays, Column, DataKind, Day, Stretch, TextForm};
 use serde::de::value::{F64Deserializer, I64Deserializer, StrDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -206,6 +208,6 @@ impl<'de> Deserialize<'de> for Each {
 }
 
 /// A unit under a key of the manifest.
-pub(super) fn unit(key: &str, text: Option<&str>) -> Result<Option<Unit>, (String, crate::Problem)> {
-    text.map(Unit::parse).transpose().map_err(|error| (key.to_owned(), crate::Problem::Unit(error)))
+pub(super) fn unit(key: &str, text: Option<&str>) -> Result<Option<Unit>, (String, crate::problem::Problem)> {
+    text.map(Unit::parse).transpose().map_err(|error| (key.to_owned(), crate::problem::Problem::Unit(error)))
 }

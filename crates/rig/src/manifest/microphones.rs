@@ -2,10 +2,12 @@
 //! in a table.
 
 use super::keys::{Each, MicrophoneKeys};
-use crate::columns::Columns;
+use crate::error::RigError;
 use crate::files::in_range;
+use crate::formats::columns::Columns;
+use crate::problem::Problem;
+use crate::records::acquisition::StatedChannels;
 use crate::units::{Given, Quantity};
-use crate::{Problem, RigError, StatedChannels};
 use std::path::Path;
 
 /// What is stated of the channels, for each microphone.

@@ -2,10 +2,13 @@
 
 use super::keys::{CalibrationEntry, ExceptionEntry, Listed, Manifest, PointEntry, unit};
 use super::microphones::Channels;
+use crate::apparatus::campaign::Campaign;
+use crate::apparatus::geometry::Rig;
+use crate::problem::Problem;
+use crate::records::acquisition::{Acquisition, Exception};
+use crate::records::reading::Reading;
+use crate::records::set::{Calibration, PointRecords, RecordSet, Stretch};
 use crate::units::{Given, Quantity, Unit};
-use crate::{
-    Acquisition, Calibration, Campaign, Exception, PointRecords, Problem, Reading, RecordSet, Rig, Stretch,
-};
 use std::collections::BTreeMap;
 
 type Wrong = (String, Problem);

@@ -1,13 +1,8 @@
-//! Units, quantities and headings as they are written.
+//! Quantities and headings as they are written.
 
-use super::known::{BASES, KELVIN, Known, find};
-use super::{Unit, UnitError};
+use super::error::UnitError;
+use super::unit::Unit;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-/// Longest unit that is read, bytes; keeps exponents small.
-const LONGEST: usize = 64;
-/// Largest exponent of one factor.
-const STEEPEST: i32 = 9;
 
 /// A number and its unit: `12 mm`, `-3.5e-2 m`, `20 degC`, `5 %`; `0.3` alone is a pure number.
 #[derive(Clone, Debug, PartialEq)]
@@ -167,123 +162,5 @@ impl Serialize for Given {
             Self::Si(value) => to.serialize_f64(*value),
             Self::Stated(Quantity { value, unit }) => to.collect_str(&format_args!("{value} {unit}")),
         }
-    }
-}
-
-/// Reads a unit; see [`Unit::parse`].
-pub(super) fn unit(text: &str) -> Result<Unit, UnitError> {
-    let text = text.trim();
-    let form = |why| UnitError::Form { text: text.chars().take(LONGEST).collect(), why };
-    if text.is_empty() {
-        return Err(form("is empty"));
-    }
-    if text.len() > LONGEST {
-        return Err(form("is longer than 64 bytes"));
-    }
-    let mut unit = Unit { text: text.into(), ..Unit::one() };
-    if let Some((scale, known)) = find(bare(text).unwrap_or(text)) {
-        times(&mut unit, scale, known, 1);
-        unit.offset = known.offset;
-        return Ok(unit);
-    }
-    let mut parts = split(text).ok_or_else(|| form("has brackets that do not match"))?.into_iter();
-    let above = parts.next().unwrap_or_default();
-    product(bare(above).unwrap_or(above), 1, &mut unit)?;
-    for below in parts {
-        let bracket = bare(below);
-        let count = product(bracket.unwrap_or(below), -1, &mut unit)?;
-        if count > 1 && bracket.is_none() {
-            return Err(form("has several factors behind a slash"));
-        }
-    }
-    if !unit.factor.is_normal() {
-        return Err(form("is too large or too small for a number"));
-    }
-    // In a product, degC is a difference; where nothing is left beside it, as in `1 degC`, either could be
-    // meant.
-    let mut kelvin = [0; BASES];
-    kelvin[KELVIN] = 1;
-    if unit.dimension == kelvin && !text.contains('K') {
-        return Err(form("is a temperature in a product"));
-    }
-    Ok(unit)
-}
-
-/// What stands between slashes outside brackets; none if brackets do not match.
-fn split(text: &str) -> Option<Vec<&str>> {
-    let (mut parts, mut start, mut depth) = (Vec::new(), 0, 0);
-    for (k, c) in text.char_indices() {
-        match c {
-            '(' => depth += 1,
-            ')' => depth -= 1,
-            '/' if depth == 0 => {
-                parts.push(text[start..k].trim());
-                start = k + 1;
-            }
-            _ => {}
-        }
-        if !(0..=1).contains(&depth) {
-            return None;
-        }
-    }
-    parts.push(text[start..].trim());
-    (depth == 0).then_some(parts)
-}
-
-/// The inside of a bracket that is all of the text.
-fn bare(text: &str) -> Option<&str> {
-    text.strip_prefix('(').and_then(|t| t.strip_suffix(')'))
-}
-
-/// Multiplies the unit by factors to a power; how many there were.
-fn product(text: &str, power: i32, unit: &mut Unit) -> Result<usize, UnitError> {
-    let whole = unit.text.clone();
-    let form = |why| UnitError::Form { text: whole.clone(), why };
-    let factors = text.split([' ', '*', '·', '⋅']).filter(|f| !f.is_empty());
-    let mut count = 0;
-    for factor in factors {
-        let (word, exponent) =
-            exponent(factor).ok_or_else(|| form("has an exponent that is not a whole number"))?;
-        if !(1..=STEEPEST).contains(&exponent.abs()) {
-            return Err(form("has an exponent beyond 1 to 9"));
-        }
-        let unknown = || UnitError::Unknown { word: word.into(), text: whole.clone() };
-        let (scale, known) = find(word).ok_or_else(unknown)?;
-        times(unit, scale, known, power * exponent);
-        count += 1;
-    }
-    if count == 0 {
-        return Err(form("has nothing beside a slash"));
-    }
-    Ok(count)
-}
-
-fn times(unit: &mut Unit, scale: f64, known: &Known, power: i32) {
-    unit.factor *= (scale * known.factor).powi(power);
-    for k in 0..BASES {
-        unit.dimension[k] += power * known.dimension[k];
-    }
-}
-
-/// A word and its exponent: `m^3`, `m3`, `m³`, `s^-1`, `s-1`, `s⁻¹`, `mmH2O`.
-fn exponent(factor: &str) -> Option<(&str, i32)> {
-    if find(factor).is_some() {
-        return Some((factor, 1));
-    }
-    if let Some((word, power)) = factor.split_once('^') {
-        return Some((word, power.trim_matches(['(', ')']).parse().ok()?));
-    }
-    const RAISED: [char; 12] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹', '⁻', '⁺'];
-    let plain = |c: char| match RAISED.iter().position(|r| *r == c) {
-        Some(10) => '-',
-        Some(11) => '+',
-        Some(k) => char::from(b'0' + k as u8),
-        None => c,
-    };
-    let word =
-        factor.trim_end_matches(|c: char| c.is_ascii_digit() || "+-".contains(c) || RAISED.contains(&c));
-    match &factor[word.len()..] {
-        "" => Some((word, 1)),
-        power => Some((word, power.chars().map(plain).collect::<String>().parse().ok()?)),
     }
 }

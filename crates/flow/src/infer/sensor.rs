@@ -1,0 +1,56 @@
+//! What a sensor measures, and whether a reading can be true.
+
+use crate::error::FlowError;
+use crate::tube::air::in_range;
+use serde::{Deserialize, Serialize};
+
+/// One measured quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum SensorKind {
+    /// Arrival time of a click at a microphone, s, counted from 0 in the rig's list.
+    Arrival {
+        /// Which microphone.
+        microphone: usize,
+    },
+    /// Gas temperature, K, for a user with thermometers instead of clicks.
+    Temperature {
+        /// Where, m.
+        place: f64,
+    },
+    /// Speed of sound, m/s, for a user who has it from elsewhere.
+    SoundSpeed {
+        /// Where, m.
+        place: f64,
+    },
+}
+
+/// A quantity with the sd of its noise and of its constant error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sensor {
+    /// What it measures.
+    pub kind: SensorKind,
+    /// Standard deviation of the noise of one reading, in the unit of the quantity.
+    pub sd: f64,
+    /// Standard deviation of an error common to all readings: of a channel delay after calibration, of a thermometer.
+    pub bias_sd: f64,
+}
+
+/// Refuses a power that is negative, and temperatures at which the properties of air do not hold.
+pub(crate) fn plausible(
+    power: f64,
+    ambient: f64,
+    sensors: &[SensorKind],
+    readings: &[f64],
+) -> Result<(), FlowError> {
+    if !power.is_finite() || power < 0.0 {
+        return Err(FlowError::Power { watts: power });
+    }
+    in_range("the ambient temperature", ambient)?;
+    for (sensor, &kelvin) in sensors.iter().zip(readings) {
+        if let SensorKind::Temperature { place } = sensor {
+            in_range(&format!("the gas at x = {place} m"), kelvin)?;
+        }
+    }
+    Ok(())
+}

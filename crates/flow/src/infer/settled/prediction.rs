@@ -1,0 +1,86 @@
+//! What the sensors read and what the flow is, at given unknowns.
+
+use super::run::Run;
+use super::unknowns::Filled;
+use crate::error::FlowError;
+use crate::infer::sensor::SensorKind;
+use crate::tube::pipe::Pipe;
+use crate::tube::steady::Steady;
+use rijke_inference::Parameter;
+
+/// One state as predicted.
+#[derive(Clone, Debug)]
+pub(crate) struct Predicted {
+    pub(crate) readings: Vec<f64>,
+    /// Mass flux, velocity at the heater, then the gas temperature at the places of the base state.
+    pub(crate) base: Vec<f64>,
+    pub(crate) steady: Steady,
+}
+
+impl Run {
+    /// All states of the tube `pipe` at `scores` of the unknowns `priors`; `near` are steady states to start from.
+    pub(crate) fn predict(
+        &self,
+        pipe: &Pipe,
+        priors: &[Parameter],
+        scores: &[f64],
+        near: Option<&[Predicted]>,
+    ) -> Result<Vec<Predicted>, FlowError> {
+        let filled = Filled::new(priors, scores, &pipe.closures)?;
+        let places = pipe.faces();
+        let pipe = pipe.altered(filled.heater_shift, &filled.closures)?;
+        let days = self.days();
+        let (offsets, paths) = filled.rest.split_at(days.len());
+        let mut list = Vec::with_capacity(self.states.len());
+        for (k, state) in self.states.iter().enumerate() {
+            let offset = days.iter().zip(offsets).find(|(d, _)| **d == state.day).map_or(0.0, |(_, o)| *o);
+            let (power, ambient) = (state.power * filled.power_factor, state.ambient + offset);
+            let p = &filled.parameters;
+            let steady = match near.and_then(|n| n.get(k)) {
+                Some(near) => pipe.steady_near(p, power, ambient, &near.steady)?,
+                None => pipe.steady(p, power, ambient)?,
+            };
+            let arrivals = arrivals(&pipe, &steady, &filled, paths, state.ambient);
+            let at = |place: f64| interpolate(&pipe.faces, &steady.gas.march.face, place);
+            let readings = state.sensors.iter().map(|sensor| match *sensor {
+                SensorKind::Arrival { microphone } => arrivals[microphone],
+                SensorKind::Temperature { place } => at(place),
+                SensorKind::SoundSpeed { place } => pipe.air.sound_speed(at(place)),
+            });
+            let flow = [steady.gas.mass_flow / pipe.area, pipe.heater_velocity(&steady.gas)];
+            let base = flow.into_iter().chain(places.iter().map(|&x| at(x))).collect();
+            list.push(Predicted { readings: readings.collect(), base, steady });
+        }
+        Ok(list)
+    }
+}
+
+/// Arrival times as signal processing reports them: delays of channels and the dispersion of the empty tube at the
+/// `indicated` ambient temperature removed, so that an empty cold tube gives x/c. What is left of the dispersion is its
+/// change with temperature. Each interval of the path may be longer than its geometry by `paths` (m of sound path).
+fn arrivals(pipe: &Pipe, steady: &Steady, filled: &Filled, paths: &[f64], indicated: f64) -> Vec<f64> {
+    let at_faces = pipe.times_at_faces(&steady.gas);
+    let slowness = |x: f64| 1.0 / pipe.air.sound_speed(interpolate(&pipe.faces, &steady.gas.march.face, x));
+    let cold = 1.0 / pipe.air.sound_speed(indicated);
+    // At the heater, the mean of cold and hot gas.
+    let [low, high] = pipe.edges.map(|e| pipe.faces[e]);
+    let warmth = 0.5 * (slowness(low) + slowness(high)) / cold;
+    let orifice = 0.5 * filled.orifice_length * cold * warmth.powf(filled.orifice_exponent);
+    let (mut excess, mut from) = (0.0, 0.0);
+    let beyond = |x: f64| ((x - low) / (high - low)).clamp(0.0, 1.0);
+    let time = |(&(x, _), path): (&(f64, usize), &f64)| {
+        // The speed of sound at both ends of the interval is enough for a few millimetres.
+        excess += path * 0.5 * (slowness(from) + slowness(x));
+        from = x;
+        let dispersion = x * pipe.cold_retardation(indicated) * cold;
+        interpolate(&pipe.faces, &at_faces, x) + excess + orifice * beyond(x) - dispersion
+    };
+    pipe.microphones.iter().zip(paths).map(time).collect()
+}
+
+/// Linear interpolation in a table with ascending places.
+fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
+    let upper = places.partition_point(|&p| p <= x).clamp(1, places.len() - 1);
+    let share = ((x - places[upper - 1]) / (places[upper] - places[upper - 1])).clamp(0.0, 1.0);
+    values[upper - 1] * (1.0 - share) + values[upper] * share
+}

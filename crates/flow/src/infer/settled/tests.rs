@@ -1,0 +1,255 @@
+//! Settled runs made by the model itself, with truth drawn from the prior.
+
+use super::fit::{Fit, Settled};
+use super::run::{Run, State};
+use super::unknowns::unknowns;
+use crate::infer::sensor::SensorKind;
+use crate::tube::closures::Closures;
+use crate::tube::pipe::Pipe;
+use rand_distr::{Distribution, StandardNormal};
+use rijke_numerics::{Matrix, Streams};
+use rijke_rig::Rig;
+
+const POWERS: [f64; 4] = [0.0, 30.0, 80.0, 180.0];
+const SD: f64 = 0.5e-6;
+
+fn pipe(heater: f64) -> Pipe {
+    Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), heater, 1).unwrap()
+}
+
+/// A run with empty readings.
+fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> Run {
+    let n = sensors.len();
+    let state = |&power: &f64| State {
+        id: format!("H{power}-{heater}"),
+        power,
+        ambient: 293.0,
+        ambient_sd: 0.1,
+        day: format!("day of {heater}"),
+        sensors: sensors.to_vec(),
+        readings: vec![0.0; n],
+        noise: Matrix::diagonal(&vec![sd * sd; n]),
+    };
+    Run { heater, states: POWERS.iter().map(state).collect(), common: Matrix::diagonal(&[1e-12; 8]) }
+}
+
+fn arrivals() -> Vec<SensorKind> {
+    (0..8).map(|microphone| SensorKind::Arrival { microphone }).collect()
+}
+
+/// Fills the readings with those at scores drawn from `stream`; returns the scores.
+fn read(pipe: &Pipe, run: &mut Run, sd: f64, stream: &mut rijke_numerics::Stream) -> Vec<f64> {
+    let model = Settled::at_prior(pipe, run);
+    let scores: Vec<f64> = model.priors.iter().map(|_| StandardNormal.sample(stream)).collect();
+    let states = model.states(&scores, None).unwrap();
+    let shared: Vec<f64> = (0..8).map(|_| StandardNormal.sample(stream)).collect();
+    for (state, predicted) in run.states.iter_mut().zip(states) {
+        for (j, value) in predicted.readings.iter().enumerate() {
+            let noise: f64 = StandardNormal.sample(stream);
+            let common =
+                if matches!(state.sensors[j], SensorKind::Arrival { .. }) { 1e-6 * shared[j] } else { 0.0 };
+            state.readings[j] = value + common + sd * noise;
+        }
+    }
+    scores
+}
+
+#[test]
+fn oracle_differences_agree_with_the_implicit_function_theorem() {
+    let pipe = pipe(0.45);
+    let run = empty(0.45, &arrivals(), SD);
+    let model = Settled::at_prior(&pipe, &run);
+    let scores = vec![0.1; model.priors.len()];
+    let states = model.states(&scores, None).unwrap();
+    let (_, base) = model.slopes(&scores, &states).unwrap();
+    // The six parameters and the power at 180 W, the last state: rows of base vectors count from the first.
+    let first = base.rows() - states[3].base.len();
+    let filled = super::unknowns::Filled::new(&model.priors, &scores, &Closures::default()).unwrap();
+    let moved = pipe.altered(filled.heater_shift, &filled.closures).unwrap();
+    let sensitivities = states[3].steady.sensitivities(&moved).unwrap();
+    for (k, sensitivity) in sensitivities.iter().enumerate().take(7) {
+        let h = 1e-6;
+        let physical = |z: f64| crate::infer::scores::physical(&model.priors[k], z).unwrap();
+        let mut slope = (physical(0.1 + h) - physical(0.1 - h)) / (2.0 * h);
+        if k == 6 {
+            slope /= filled.power_factor;
+        }
+        let (exact, found) = (sensitivity.heater_velocity * slope, base[(first + 1, k)]);
+        assert!((found - exact).abs() < 1e-5 * exact.abs().max(1e-3), "{k}: {found} {exact}");
+    }
+}
+
+#[test]
+fn oracle_causes_rebuild_the_posterior_covariance() {
+    let mut stream = Streams::new(3).stream("causes");
+    let runs: Vec<(Pipe, Run)> = [0.25, 0.7]
+        .map(|heater| {
+            let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
+            read(&pipe, &mut run, SD, &mut stream);
+            (pipe, run)
+        })
+        .into();
+    let fit = Fit::new(&runs).unwrap();
+    let states = fit.base_states().unwrap();
+    let mut all = states.iter();
+    for (run, turn) in fit.runs.iter().zip(&fit.turns) {
+        let slopes = run.base_slopes.product(turn);
+        let mut first = 0;
+        for predicted in &run.predicted {
+            let (id, base) = all.next().unwrap();
+            // Variances of the velocity and of the outlet's temperature.
+            let direct = |row: usize| fit.covariance.quadratic(slopes.row(first + row)).sqrt();
+            let last = predicted.base.len() - 1;
+            let outlet = base.errors.iter().map(|e| e.temperature[last - 2].powi(2)).sum::<f64>().sqrt();
+            for (found, exact) in [(base.heater_velocity_sd(), direct(1)), (outlet, direct(last))] {
+                assert!((found - exact).abs() <= 0.005 * exact, "{id}: {found} {exact}");
+            }
+            first += predicted.base.len();
+        }
+    }
+}
+
+#[test]
+fn exact_fit_gives_the_same_bytes_for_one_and_two_threads() {
+    let runs: Vec<(Pipe, Run)> = [0.25, 0.45, 0.7]
+        .map(|heater| {
+            let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
+            read(&pipe, &mut run, SD, &mut Streams::new(4).stream("threads"));
+            (pipe, run)
+        })
+        .into();
+    let fit = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let fit = Fit::new(&runs).unwrap();
+            (fit.base_states().unwrap(), fit.covariance)
+        })
+    };
+    assert_eq!(fit(1), fit(2));
+}
+
+#[test]
+fn lab_settled_runs_cover_their_truth() {
+    // Twelve draws of the truth: error of the velocity at 180 W over its sd, and chi-squared.
+    let pipe = pipe(0.35);
+    let (mut squares, mut chi) = (0.0, 0.0);
+    for seed in 0..12 {
+        let mut run = empty(0.35, &arrivals(), SD);
+        let truth = read(&pipe, &mut run, SD, &mut Streams::new(seed).stream("settled twin"));
+        let real = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap()[3].base[1];
+        let runs = [(pipe.clone(), run)];
+        let fit = Fit::new(&runs).unwrap();
+        let base = &fit.base_states().unwrap()[3].1;
+        squares += ((base.heater_velocity - real) / base.heater_velocity_sd()).powi(2) / 12.0;
+        chi += fit.runs[0].misfit.chi_squared / fit.runs[0].misfit.readings as f64 / 12.0;
+    }
+    assert!((0.3..2.3).contains(&squares), "mean square of error over sd {squares}");
+    assert!((0.85..1.15).contains(&chi), "chi-squared {chi}");
+}
+
+#[test]
+fn lab_thermocouples_and_sound_speeds_serve_instead_of_clicks() {
+    let pipe = pipe(0.35);
+    for temperature in [true, false] {
+        let sensors: Vec<SensorKind> = (1..10)
+            .map(|k| 0.1 * f64::from(k))
+            .map(|place| {
+                if temperature { SensorKind::Temperature { place } } else { SensorKind::SoundSpeed { place } }
+            })
+            .collect();
+        let mut run = empty(0.35, &sensors, 0.5);
+        let truth = read(&pipe, &mut run, 0.5, &mut Streams::new(5).stream("thermocouples"));
+        let real = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap()[3].base.clone();
+        let runs = [(pipe.clone(), run.checked(&pipe).unwrap())];
+        let fit = Fit::new(&runs).unwrap();
+        let base = &fit.base_states().unwrap()[3].1;
+        for (k, t) in real[2..].iter().enumerate() {
+            let sd = base.errors.iter().map(|e| e.temperature[k].powi(2)).sum::<f64>().sqrt();
+            assert!(
+                (base.temperature[k] - t).abs() < 4.0 * sd.max(0.1),
+                "{k}: {} {t} {sd}",
+                base.temperature[k]
+            );
+        }
+    }
+}
+
+#[test]
+fn exact_unusable_runs_are_refused_with_numbers() {
+    use crate::error::FlowError;
+    let pipe = pipe(0.25);
+    let good = empty(0.25, &arrivals(), SD);
+    assert!(good.clone().checked(&pipe).is_ok());
+    let broken = |change: &dyn Fn(&mut Run)| {
+        let mut run = good.clone();
+        change(&mut run);
+        run.checked(&pipe).unwrap_err()
+    };
+    let said = |change: &dyn Fn(&mut Run)| broken(change).to_string();
+    let watts = said(&|r| r.states[1].power = -3.0);
+    assert!(watts.ends_with("the heater power is -3 W; it must be zero or positive"), "{watts}");
+    let cold = said(&|r| r.states[2].ambient = 180.0);
+    assert!(
+        cold.starts_with("operating point ") && cold.contains("180 K; the properties of air hold from 210"),
+        "{cold}"
+    );
+    assert!(matches!(broken(&|r| r.states[1].readings[2] = f64::NAN), FlowError::Readings { index: 1, .. }));
+    assert!(matches!(broken(&|r| r.states.truncate(1)), FlowError::TooFewSamples { have: 0, need: 6 }));
+    let outside = SensorKind::Temperature { place: 1.3 };
+    assert!(matches!(broken(&|r| r.states[1].sensors[0] = outside), FlowError::Sensor { .. }));
+    assert_eq!(unknowns(&good, &pipe).len(), 19 + 1 + 8);
+}
+
+#[test]
+fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
+    use super::observed::runs;
+    use super::readings::Readings;
+    use crate::error::FlowError;
+    use crate::tube::parameters::Parameters;
+    use rijke_rig::{Campaign, DataKind, Day, Observations, PointObservations};
+    let rig = Rig::juniper_yoko_2022();
+    let truth = Parameters { inner_nusselt: 1.5, heater_drag: 10.0, ..Parameters::default() };
+    let pipe = pipe(0.25);
+    let mut readings = Readings::default();
+    let mut points = Vec::new();
+    for point in Campaign::juniper_yoko_2022().points {
+        if !["H30-25", "H180-25"].contains(&point.id.as_str()) {
+            continue;
+        }
+        let real = pipe.steady(&truth, point.power, 293.0).unwrap().base_state(&pipe);
+        let reading = |place: f64| (SensorKind::Temperature { place }, real.temperature(place), 1.0);
+        let list = (1..10).map(|k| reading(0.1 * f64::from(k))).collect();
+        readings.points.insert(point.id.clone(), list);
+        points.push(PointObservations {
+            point,
+            ambient: Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 },
+            ping: None,
+            ping_count: 0,
+            click: None,
+            click_count: 0,
+            pings: Vec::new(),
+            clicks: Vec::new(),
+        });
+    }
+    let observations = Observations {
+        rig: rig.clone(),
+        kind: DataKind::Virtual,
+        source: "test".into(),
+        points,
+        rejections: vec![],
+        channels: None,
+    };
+    let make = |heater: f64| -> Result<Pipe, FlowError> { Pipe::new(&rig, &Closures::default(), heater, 1) };
+    assert!(runs(&observations, &Readings::default(), &make).unwrap().is_empty());
+    let runs = runs(&observations, &readings, &make).unwrap();
+    let fit = Fit::new(&runs).unwrap();
+    for (id, base) in fit.base_states().unwrap() {
+        let power = if id == "H30-25" { 30.0 } else { 180.0 };
+        let real = pipe.steady(&truth, power, 293.0).unwrap().base_state(&pipe);
+        for x in [0.35, 0.55, 0.75, 0.95] {
+            let off = base.sound_speed(x) - real.sound_speed(x);
+            let sd = base.sound_speed_covariance(&[x])[(0, 0)].sqrt();
+            assert!(off.abs() < 3.0 * sd && sd < 2.0, "{id} {x}: {off} {sd}");
+        }
+    }
+}

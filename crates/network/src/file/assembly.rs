@@ -1,0 +1,60 @@
+//! A network in the making.
+
+use super::item::Item;
+use super::schema::Gas;
+use super::warning::Warning;
+use crate::chain::network::Segment;
+use crate::flow_chain::{Effect, FlowWall};
+use crate::laws::{Law, LawSet};
+use crate::slot::Slot;
+
+/// What an attached law is for a chain with flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Force or heat, by its slot.
+    Plain,
+    /// Mass taken by a side branch.
+    Branch,
+    /// Stands in the list of flames too, in another form.
+    Flame,
+}
+
+/// A law in a slot.
+pub(super) struct Attached {
+    pub(super) slot: Slot,
+    pub(super) law: usize,
+    pub(super) weight: f64,
+    pub(super) role: Role,
+}
+
+/// Segments so far, and what acts on them.
+pub(super) struct Assembly<'a> {
+    pub(super) gas: &'a Gas,
+    pub(super) segments: Vec<Segment>,
+    pub(super) temperatures: Vec<f64>,
+    pub(super) walls: Vec<Option<FlowWall>>,
+    /// Element of each segment, by its index in the list of elements.
+    pub(super) owners: Vec<usize>,
+    pub(super) laws: LawSet,
+    pub(super) attach: Vec<Attached>,
+    pub(super) flames: Vec<Flame>,
+    /// Place and loss coefficient of screens.
+    pub(super) screens: Vec<(usize, f64)>,
+    pub(super) places: Vec<(usize, String)>,
+    /// Place of each device, and what it is called in messages.
+    pub(super) devices: Vec<(usize, String)>,
+    pub(super) tables: Vec<(Item, [f64; 2])>,
+    pub(super) passive: bool,
+    pub(super) warnings: Vec<Warning>,
+}
+
+/// A flame as a chain with flow takes it.
+pub(super) struct Flame {
+    pub(super) place: usize,
+    /// k_eu from the velocity at the reference, or Q'/Q from it over its mean.
+    pub(super) law: Law,
+    pub(super) effect: Effect,
+    /// Distance of the reference, m, and whether it lies downstream.
+    pub(super) reference: f64,
+    pub(super) downstream: bool,
+}

@@ -1,0 +1,62 @@
+//! A table of a file by its line and the name that messages call it, and the checks of its numbers.
+
+use super::error::FileError;
+use super::problem::Problem;
+use serde::Deserialize;
+
+/// An element or an end, as messages call it.
+#[derive(Clone)]
+pub(super) struct Item {
+    pub(super) line: usize,
+    pub(super) place: String,
+}
+
+impl Item {
+    pub(super) fn fail(&self, problem: Problem) -> FileError {
+        FileError::Element { line: self.line, place: self.place.clone(), problem }
+    }
+
+    pub(super) fn positive(&self, key: &'static str, value: f64) -> Result<f64, FileError> {
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(self.fail(Problem::NotPositive { key, value }))
+        }
+    }
+
+    pub(super) fn not_negative(&self, key: &'static str, value: f64) -> Result<f64, FileError> {
+        if value.is_finite() && value >= 0.0 {
+            Ok(value)
+        } else {
+            Err(self.fail(Problem::Negative { key, value }))
+        }
+    }
+
+    pub(super) fn polynomial(&self, key: &'static str, value: &[f64]) -> Result<Vec<f64>, FileError> {
+        if value.iter().any(|k| *k != 0.0) && value.iter().all(|k| k.is_finite()) {
+            Ok(value.to_vec())
+        } else {
+            Err(self.fail(Problem::Polynomial { key }))
+        }
+    }
+
+    pub(super) fn parse<'de, T: Deserialize<'de>>(&self, table: toml::Table) -> Result<T, FileError> {
+        T::deserialize(toml::Value::Table(table)).map_err(|error| {
+            let mut message = error.message().to_owned();
+            if message.starts_with("invalid type: string") && message.contains("f64") {
+                message += "; this reader takes plain numbers in SI units";
+            }
+            self.fail(Problem::Keys { message })
+        })
+    }
+}
+
+pub(super) fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.as_bytes().iter().take(offset).filter(|b| **b == b'\n').count()
+}
+
+/// The line where a table of the file begins, 1 if it is written in some other way.
+pub(super) fn line_of_table(text: &str, name: &str) -> usize {
+    let header = format!("[{name}]");
+    1 + text.lines().position(|line| line.trim_start().starts_with(&header)).unwrap_or(0)
+}

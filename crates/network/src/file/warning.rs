@@ -1,0 +1,47 @@
+//! What is doubtful about a network but possible.
+
+/// What is doubtful about a network.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Warning {
+    /// Density and sound speed do not belong to the pressure.
+    #[error("line {line}: {place}: rho c^2/gamma is {found:.0} Pa, but the pressure is {expected:.0} Pa")]
+    Pressure {
+        /// Line in the file.
+        line: usize,
+        /// Which element.
+        place: String,
+        /// rho c^2/gamma, Pa.
+        found: f64,
+        /// The pressure of the gas, Pa.
+        expected: f64,
+    },
+    /// A reflection coefficient above one feeds energy.
+    #[error(
+        "line {line}: {place}: |R| = {modulus} at {frequency_hz} Hz is above 1: this end feeds the modes"
+    )]
+    Reflection {
+        /// Line in the file.
+        line: usize,
+        /// Which end.
+        place: String,
+        /// The largest |R| at the frequencies searched.
+        modulus: f64,
+        /// Where, Hz.
+        frequency_hz: f64,
+    },
+    /// The search goes beyond a table.
+    #[error(
+        "line {line}: {place}: the table ends at {low_hz} and {high_hz} Hz, but the search does not: modes beyond rest \
+         on extrapolation"
+    )]
+    Extrapolation {
+        /// Line in the file.
+        line: usize,
+        /// Which element or end.
+        place: String,
+        /// Limits of the table, Hz.
+        low_hz: f64,
+        /// Upper limit.
+        high_hz: f64,
+    },
+}

@@ -1,0 +1,140 @@
+//! Every mode in a rectangle of the s-plane, counted by the argument principle.
+//!
+//! The winding number of G(s) = F(s) prod (s - pole)^order round a cell is its number of zeros. Cells are halved until
+//! each holds one zero or none; the first moment of G'/G gives the zero to some digits and Newton the rest. Every edge
+//! is sampled once and shared by its neighbours. A winding number is accepted from samples whose change of ln G agrees
+//! with the derivative at both ends and at the middle: strong evidence, not a proof in interval arithmetic.
+
+use crate::chain::coefficients::{At, Coefficients, Pole};
+use crate::chain::network::Network;
+use crate::chain::workspace::Workspace;
+use crate::error::NetworkError;
+use crate::plane::modes::{Mode, Modes};
+use crate::plane::newton::{Newton, Root};
+use crate::plane::region::Region;
+use crate::plane::zeros::zeros;
+use rijke_numerics::C64;
+use std::f64::consts::PI;
+
+impl Network {
+    /// All modes in `region`, or an error: never an incomplete list.
+    ///
+    /// Cost: about fifty sweeps per mode.
+    ///
+    /// # Errors
+    /// [`NetworkError::Region`], [`NetworkError::NotAnalytic`], [`NetworkError::PoleInSegment`],
+    /// [`NetworkError::Border`], [`NetworkError::NotFinite`], [`NetworkError::Uncertified`].
+    pub fn modes<K: Coefficients + ?Sized>(
+        &self,
+        coefficients: &K,
+        region: &Region,
+        work: &mut Workspace,
+    ) -> Result<Modes, NetworkError> {
+        region.check()?;
+        check_analytic(coefficients, region, work)?;
+        let step = 0.25 * PI / self.travel_time();
+        // Poles far outside do not change the count and would only scale G.
+        let wide = region.widened(4.0 * step);
+        let mut poles = self.poles(coefficients, &wide)?;
+        let pole_count = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
+        poles.retain(|p| wide.contains(p.0));
+        let f = |s: C64| {
+            let f = self.characteristic(coefficients, s, &mut work.laws);
+            [f.v, f.d]
+        };
+        zeros(f, region, step, poles, pole_count)
+    }
+
+    /// Newton from `guess`, and the modes that are nearer to the guess than the root found; normally none.
+    ///
+    /// # Errors
+    /// As [`Network::solve`] and [`Network::modes`].
+    pub fn solve_nearest<K: Coefficients + ?Sized>(
+        &self,
+        coefficients: &K,
+        guess: C64,
+        settings: &Newton,
+        work: &mut Workspace,
+    ) -> Result<(Root, Vec<Mode>), NetworkError> {
+        let root = self.solve(coefficients, guess, settings, work)?;
+        let radius = (root.s - guess).norm();
+        if radius <= 1e-6 * root.s.norm() {
+            return Ok((root, Vec::new()));
+        }
+        let region = Region {
+            sigma: [guess.re - radius, guess.re + 0.999 * radius],
+            omega: [guess.im - 0.998 * radius, guess.im + 0.997 * radius],
+        };
+        let mut nearer = self.modes(coefficients, &region, work)?.modes;
+        nearer.retain(|m| (m.s - guess).norm() < radius * (1.0 - 1e-6));
+        Ok((root, nearer))
+    }
+
+    /// Poles of F with their orders: those of every law that acts at a place or an end. All that lie in `region`; others may
+    /// be among them.
+    ///
+    /// # Errors
+    /// [`NetworkError::PoleInSegment`]; as [`Coefficients::poles_in`].
+    pub fn poles<K: Coefficients + ?Sized>(
+        &self,
+        coefficients: &K,
+        region: &Region,
+    ) -> Result<Vec<(C64, usize)>, NetworkError> {
+        let mut poles = Vec::new();
+        for Pole { law, at, order } in coefficients.poles_in(region)? {
+            let mut keys: Vec<usize> = Vec::new();
+            for a in self.attachments.iter().filter(|a| a.law == law && a.weight != 0.0) {
+                if a.key % 2 == 0 && a.key > 0 && a.key < 2 + 2 * self.segments.len() {
+                    return Err(NetworkError::PoleInSegment { law: coefficients.name(law), at });
+                }
+                keys.push(a.key);
+            }
+            // Two coefficients of one place share a rank-one pole only if they act alike; count each.
+            if !keys.is_empty() {
+                poles.push((at, order * keys.len()));
+            }
+        }
+        Ok(poles)
+    }
+}
+
+/// Compares the slopes of every law along sigma and along omega at nine points of the region.
+pub(crate) fn check_analytic<K: Coefficients + ?Sized>(
+    coefficients: &K,
+    region: &Region,
+    work: &mut Workspace,
+) -> Result<(), NetworkError> {
+    let count = coefficients.laws();
+    let [width, height] = [region.sigma[1] - region.sigma[0], region.omega[1] - region.omega[0]];
+    let mut values = |s: C64| -> Vec<C64> {
+        let at = At::search(s);
+        work.laws.reset(count, &at);
+        coefficients.fill(&at, &mut work.laws);
+        (0..count).map(|k| work.laws.value(k)).collect()
+    };
+    let poles = coefficients.poles_in(region)?;
+    for k in 0..9 {
+        let (a, b) = (0.17 + 0.33 * f64::from(k % 3), 0.17 + 0.33 * f64::from(k / 3));
+        let s = C64::new(region.sigma[0] + a * width, region.omega[0] + b * height);
+        let h = 1e-5 * s.norm().max(1e-3 * (width + height));
+        if poles.iter().any(|p| (p.at - s).norm() < 1e3 * h) {
+            continue;
+        }
+        let along = |values: &mut dyn FnMut(C64) -> Vec<C64>, d: C64| -> Vec<C64> {
+            let (up, down) = (values(s + d), values(s - d));
+            up.iter().zip(down).map(|(u, v)| (u - v) / (2.0 * d)).collect()
+        };
+        let centre = values(s);
+        let across = along(&mut values, C64::new(h, 0.0));
+        let upward = along(&mut values, C64::new(0.0, h));
+        for law in 0..count {
+            // Rounding of a central difference is eps |law|/h; its truncation h^2 law'''.
+            let size = across[law].norm() + upward[law].norm() + centre[law].norm() / s.norm();
+            let mismatch = (across[law] - upward[law]).norm() / size;
+            if mismatch > 1e-4 {
+                return Err(NetworkError::NotAnalytic { law: coefficients.name(law), s, mismatch });
+            }
+        }
+    }
+    Ok(())
+}

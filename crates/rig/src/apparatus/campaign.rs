@@ -1,0 +1,228 @@
+//! The campaign: which operating points were measured, and how often (Table 1 of the paper).
+
+use crate::error::RigError;
+use crate::files::read_text;
+use crate::files::{in_range, parse_toml};
+use crate::problem::Problem;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// All operating points of a campaign, in the order of its file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Default)]
+pub struct Campaign {
+    /// What the campaign is called in reports.
+    pub name: String,
+    /// The operating points.
+    pub points: Vec<OperatingPoint>,
+}
+
+/// One configuration of the rig at one power.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OperatingPoint {
+    /// Unique name, also a folder name: row and position in cm, `"C3-E"`, `"C3-05"`, `"H180-25"`.
+    pub id: String,
+    /// Row of the campaign, `"C3"`.
+    pub row: String,
+    /// Where the insert end and the plates (if attached) sits, m from x = 0; none for the empty tube.
+    pub position: Option<f64>,
+    /// Whether the plates is attached to the insert.
+    pub plates: bool,
+    /// Whether the thermometers are in place.
+    pub thermometers: bool,
+    /// Electrical power of the plates, W.
+    pub power: f64,
+    /// Number of repeats measured.
+    pub repeats: u32,
+}
+
+/// A campaign file as written by hand.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CampaignFile {
+    name: String,
+    #[serde(default, rename = "source")]
+    _source: String,
+    #[serde(default)]
+    row: Vec<Row>,
+}
+
+/// One row of the table.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Row {
+    id: String,
+    plates: bool,
+    thermometers: bool,
+    power_w: f64,
+    repeats: u32,
+    #[serde(default)]
+    empty_tube: bool,
+    #[serde(default)]
+    positions_cm: Vec<f64>,
+}
+
+impl Campaign {
+    /// Reads and validates a campaign file (TOML, one `[[row]]` per row of the paper's Table 1).
+    ///
+    /// # Errors
+    /// The file, the line or key, and the remedy.
+    pub fn read(path: &Path) -> Result<Self, RigError> {
+        Self::parse(&read_text(path)?, path)
+    }
+
+    /// The campaign of the paper's Table 1: 175 operating points, 40 repeats each.
+    #[must_use]
+    #[allow(clippy::expect_used, reason = "the text is part of the program and a test parses it")]
+    pub fn juniper_yoko_2022() -> Self {
+        let text = include_str!("../../fixtures/campaigns/juniper-yoko-2022.toml");
+        Self::parse(text, Path::new("juniper-yoko-2022.toml")).expect("the campaign of the paper is valid")
+    }
+
+    /// As [`Campaign::read`], from text; `path` appears in messages only.
+    ///
+    /// # Errors
+    /// As [`Campaign::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, RigError> {
+        let file: CampaignFile = parse_toml(text, path)?;
+        let mut points = Vec::new();
+        for (k, row) in file.row.iter().enumerate() {
+            let at = |key: &str| format!("row[{k}] `{}`: {key}", row.id);
+            let wrong = |(place, problem): (String, Problem)| RigError::invalid(path, place, problem);
+            if row.id.is_empty() || !row.id.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+                let (text, expected) = (row.id.clone(), "a name of letters, digits and _");
+                return Err(wrong((at("id"), Problem::BadCell { text, expected })));
+            }
+            in_range(&at("power_w"), row.power_w, 0.0, 1e6, "W").map_err(wrong)?;
+            in_range(&at("repeats"), f64::from(row.repeats), 1.0, 1e6, "").map_err(wrong)?;
+            if !row.empty_tube && row.positions_cm.is_empty() {
+                let problem = Problem::Empty { need: "one position, or set empty_tube = true" };
+                return Err(wrong((at("positions_cm"), problem)));
+            }
+            if row.empty_tube {
+                points.push(row.point(None));
+            }
+            for (j, &cm) in row.positions_cm.iter().enumerate() {
+                in_range(&at(&format!("positions_cm[{j}]")), cm, 0.0, 1e5, "cm").map_err(wrong)?;
+                points.push(row.point(Some(cm)));
+            }
+        }
+        let campaign = Self { name: file.name, points };
+        campaign.validate().map_err(|(place, problem)| RigError::invalid(path, place, problem))?;
+        Ok(campaign)
+    }
+
+    /// Checks that there is something to measure and that names are distinct.
+    ///
+    /// # Errors
+    /// Place and problem.
+    pub fn validate(&self) -> Result<(), (String, Problem)> {
+        if self.points.is_empty() {
+            return Err(("campaign".into(), Problem::Empty { need: "one [[row]] with one position" }));
+        }
+        let mut seen = std::collections::BTreeSet::new();
+        for point in &self.points {
+            if !seen.insert(point.id.as_str()) {
+                return Err(("points".into(), Problem::Duplicate { name: point.id.clone() }));
+            }
+        }
+        Ok(())
+    }
+
+    /// The campaign as a file: [`Campaign::parse`] gives the same points back, provided that the points of a row
+    /// differ only in position and their names follow from it.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut text = format!("name = {}\n", toml::Value::from(self.name.as_str()));
+        for row in self.rows() {
+            let points: Vec<_> = self.row(&row).collect();
+            let first = points.iter().find(|p| p.position.is_some()).unwrap_or(&points[0]);
+            let (plates, thermometers) = (first.plates, first.thermometers);
+            let empty = points.iter().any(|p| p.position.is_none());
+            let centimetres = |p: &&OperatingPoint| p.position.map(|x| (x * 1e10).round() / 1e8);
+            let positions: Vec<f64> = points.iter().filter_map(centimetres).collect();
+            text += &format!(
+                "\n[[row]]\nid = \"{row}\"\nplates = {plates}\nthermometers = {thermometers}\n\
+                 power_w = {:?}\nrepeats = {}\nempty_tube = {empty}\npositions_cm = {positions:?}\n",
+                first.power, first.repeats
+            );
+        }
+        text
+    }
+
+    /// The points of one row, in order.
+    pub fn row<'a>(&'a self, row: &'a str) -> impl Iterator<Item = &'a OperatingPoint> {
+        self.points.iter().filter(move |point| point.row == row)
+    }
+
+    /// The names of the rows, in order.
+    #[must_use]
+    pub fn rows(&self) -> Vec<String> {
+        let mut rows: Vec<String> = self.points.iter().map(|point| point.row.clone()).collect();
+        rows.dedup();
+        rows
+    }
+}
+
+impl Row {
+    /// The operating point at a position, or of the empty tube.
+    fn point(&self, position_cm: Option<f64>) -> OperatingPoint {
+        let suffix = match position_cm {
+            None => "E".to_owned(),
+            Some(cm) if cm.fract() == 0.0 => format!("{cm:02}"),
+            Some(cm) => format!("{cm}"),
+        };
+        OperatingPoint {
+            id: format!("{}-{suffix}", self.id),
+            row: self.id.clone(),
+            position: position_cm.map(|cm| cm / 100.0),
+            plates: self.plates && position_cm.is_some(),
+            thermometers: self.thermometers,
+            power: self.power_w,
+            repeats: self.repeats,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paper_table_1_has_175_operating_points() {
+        let campaign = Campaign::juniper_yoko_2022();
+        let count = |row: &str| campaign.row(row).count();
+        assert_eq!([count("C1"), count("C2"), count("C3"), count("H0")], [15, 19, 20, 16]);
+        let hot = campaign.points.iter().filter(|p| p.power > 0.0).count();
+        assert_eq!((hot, campaign.points.len()), (105, 175));
+        assert_eq!(campaign.points.iter().map(|p| p.repeats).sum::<u32>(), 7000);
+        assert_eq!(campaign.rows().len(), 11);
+        let first: Vec<_> = campaign.row("C3").take(2).map(|p| (p.id.as_str(), p.position)).collect();
+        assert_eq!(first, [("C3-E", None), ("C3-05", Some(0.05))]);
+    }
+
+    #[test]
+    fn exact_campaign_survives_a_round_trip() {
+        let campaign = Campaign::juniper_yoko_2022();
+        assert_eq!(Campaign::parse(&campaign.to_toml(), Path::new("x")).unwrap(), campaign);
+    }
+
+    #[test]
+    fn exact_messages_of_a_wrong_campaign() {
+        let message = |text: &str| Campaign::parse(text, Path::new("c.toml")).unwrap_err().to_string();
+        assert_eq!(
+            message("name = 'x'"),
+            "c.toml: campaign: is empty; give at least one [[row]] with one position"
+        );
+        let row =
+            "name = 'x'\n[[row]]\nid = 'A'\nplates = true\nthermometers = false\npower_w = 0\nrepeats = 4\n";
+        assert_eq!(
+            message(row),
+            "c.toml: row[0] `A`: positions_cm: is empty; give at least one position, or set empty_tube = true"
+        );
+        let twice = format!("{row}positions_cm = [5, 5]\n");
+        assert_eq!(message(&twice), "c.toml: points: `A-05` appears twice; every name must be different");
+        let typo = format!("{row}position_cm = [5]\n");
+        assert!(message(&typo).starts_with("c.toml:8:1: unknown field `position_cm`, expected one of "));
+    }
+}

@@ -1,0 +1,219 @@
+//! A folder of records: `manifest.toml`, the rig, the campaign, and the files it lists.
+
+use super::keys::{HEADER, Manifest};
+use crate::apparatus::campaign::Campaign;
+use crate::apparatus::geometry::Rig;
+use crate::error::RigError;
+use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
+use crate::problem::Problem;
+use crate::read::layout::Layout;
+use crate::read::span::{Event, read_event};
+use crate::records::record::Record;
+use crate::records::set::{RecordSet, RecordSource, Stretch};
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hasher};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Records on disk, read one at a time.
+#[derive(Clone, Debug)]
+pub struct RecordFolder {
+    folder: PathBuf,
+    set: RecordSet,
+    own_campaign: bool,
+}
+
+impl RecordFolder {
+    /// Opens a folder: reads its manifest, rig and campaign, and checks that every file exists. Samples are read
+    /// later, record by record.
+    ///
+    /// # Errors
+    /// The file, the place in it and the remedy.
+    pub fn open(folder: &Path) -> Result<Self, RigError> {
+        Self::open_of(folder, None)
+    }
+
+    /// As [`RecordFolder::open`], for records of a rig and a campaign that are described elsewhere; a manifest that names files of its
+    /// own for them counts first.
+    ///
+    /// # Errors
+    /// As [`RecordFolder::open`].
+    pub fn open_of(folder: &Path, described: Option<(Rig, Campaign)>) -> Result<Self, RigError> {
+        let opened = Self::expected(folder, described)?;
+        for file in opened.files() {
+            let at = opened.folder.join(file);
+            if !at.is_file() {
+                let manifest = folder.join("manifest.toml");
+                return Err(RigError::invalid(
+                    &manifest,
+                    format!("`{file}`"),
+                    Problem::AbsentFile { path: at },
+                ));
+            }
+        }
+        Ok(opened)
+    }
+
+    /// As [`RecordFolder::open_of`], of records that are still being made: files may be absent. Only those are read that
+    /// [`RecordFolder::restricted`] leaves.
+    ///
+    /// # Errors
+    /// Those of the manifest.
+    pub fn expected(folder: &Path, described: Option<(Rig, Campaign)>) -> Result<Self, RigError> {
+        let path = folder.join("manifest.toml");
+        if !path.is_file() {
+            return Err(RigError::NotARecordSet { path });
+        }
+        let manifest: Manifest = parse_toml(&read_text(&path)?, &path)?;
+        let own_campaign = manifest.campaign.is_some();
+        let (rig, campaign) = match (&manifest.rig, &manifest.campaign, described) {
+            (Some(rig), Some(campaign), _) => {
+                (Rig::read(&folder.join(rig))?, Campaign::read(&folder.join(campaign))?)
+            }
+            (None, None, Some(both)) => both,
+            _ => {
+                let what = "are missing; name the files, or leave both out where the records lie in the folder of a study";
+                return Err(RigError::invalid(&path, "`rig` and `campaign`", Problem::Keys { what }));
+            }
+        };
+        let wrong = |(place, problem): (String, Problem)| RigError::invalid(&path, place, problem);
+        let channels = super::microphones::Channels::read(
+            &manifest.microphones,
+            rig.microphones.positions.len(),
+            &path,
+        )?;
+        let set = manifest.resolve(rig, &campaign, channels).map_err(wrong)?;
+        set.validate().map_err(wrong)?;
+        Ok(Self { folder: folder.to_owned(), set, own_campaign })
+    }
+
+    /// The set with the files for which `there` holds, and without points and calibrations that have none.
+    #[must_use]
+    pub fn restricted(&self, there: impl Fn(&str) -> bool) -> Self {
+        let mut set = self.set.clone();
+        let keep = |files: &mut Vec<String>| files.retain(|file| there(file));
+        for point in &mut set.points {
+            keep(&mut point.pings);
+            keep(&mut point.clicks);
+        }
+        set.points.retain(|p| !p.pings.is_empty() || !p.clicks.is_empty());
+        set.calibrations.iter_mut().for_each(|c| keep(&mut c.clicks));
+        set.calibrations.retain(|c| !c.clicks.is_empty());
+        Self { set, ..self.clone() }
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Whether the manifest names a campaign of its own.
+    #[must_use]
+    pub fn has_own_campaign(&self) -> bool {
+        self.own_campaign
+    }
+
+    /// Every file of the set, in order.
+    fn files(&self) -> impl Iterator<Item = &String> {
+        let points = self.set.points.iter().flat_map(|p| p.pings.iter().chain(&p.clicks));
+        points.chain(self.set.calibrations.iter().flat_map(|c| &c.clicks))
+    }
+
+    /// Pairs of records that hold the same bytes, the earlier first: one that was copied under another name counts twice.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub fn twins(&self) -> Result<Vec<(String, String)>, RigError> {
+        let mut by_size: BTreeMap<u64, Vec<&String>> = BTreeMap::new();
+        for file in self.files() {
+            let path = self.folder.join(file);
+            let size = std::fs::metadata(&path).map_err(RigError::read(&path))?.len();
+            by_size.entry(size).or_default().push(file);
+        }
+        let mut twins = Vec::new();
+        for files in by_size.values().filter(|files| files.len() > 1) {
+            let mut seen: BTreeMap<u64, &String> = BTreeMap::new();
+            for file in files {
+                let path = self.folder.join(file);
+                let digest = digest(&path).map_err(RigError::read(&path))?;
+                match seen.get(&digest) {
+                    Some(first) if *first != *file => twins.push(((*first).clone(), (*file).clone())),
+                    Some(_) => {}
+                    None => drop(seen.insert(digest, file)),
+                }
+            }
+        }
+        Ok(twins)
+    }
+
+    fn read(&self, name: &str, day: usize, stretch: Stretch, event: Event) -> Result<Record, RigError> {
+        let path = self.folder.join(name);
+        let layout = self.set.layout(stretch);
+        let layout = match self.set.acquisition.exception(day, name) {
+            Some(exception) => {
+                Layout { channels: &exception.channels, reading: &exception.reading, ..layout }
+            }
+            None => layout,
+        };
+        read_event(&path, layout, event)
+    }
+}
+
+/// A number that differs for files that differ, but for one pair in 1e19.
+fn digest(path: &Path) -> std::io::Result<u64> {
+    let mut file = std::fs::File::open(path)?;
+    let (mut hasher, mut block) = (DefaultHasher::new(), vec![0; 1 << 16]);
+    loop {
+        match file.read(&mut block)? {
+            0 => return Ok(hasher.finish()),
+            n => hasher.write(&block[..n]),
+        }
+    }
+}
+
+impl RecordSource for RecordFolder {
+    fn set(&self) -> &RecordSet {
+        &self.set
+    }
+
+    fn ping(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
+        let records = &self.set.points[point];
+        self.read(&records.pings[repeat], records.day, self.set.ping, Event::Ping)
+    }
+
+    fn click(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
+        let records = &self.set.points[point];
+        self.read(&records.clicks[repeat], records.day, self.set.click, Event::Click)
+    }
+
+    fn calibration(&self, which: usize, repeat: usize) -> Result<Record, RigError> {
+        let calibration = &self.set.calibrations[which];
+        self.read(&calibration.clicks[repeat], calibration.day, calibration.stretch, Event::Click)
+    }
+}
+
+impl RecordSet {
+    /// How the files of one kind are to be read.
+    #[must_use]
+    pub fn layout(&self, stretch: Stretch) -> Layout<'_> {
+        let Stretch { rate_hz, quiet } = stretch;
+        let Self { channels, arrays, full_scale, .. } = self;
+        let reading = &self.acquisition.reading;
+        Layout { channels, full_scale: *full_scale, rate_hz, quiet, arrays, reading }
+    }
+
+    /// Writes `rig.toml`, `campaign.toml` and, last, `manifest.toml`: a folder whose records are incomplete has no
+    /// manifest and is not taken for a record set.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), RigError> {
+        make_folder(folder)?;
+        write_toml(&self.rig, "# SI units; x = 0 is the bottom of the tube.\n\n", &folder.join("rig.toml"))?;
+        let points = self.points.iter().map(|p| p.point.clone()).collect();
+        let campaign = Campaign { name: self.source.clone(), points };
+        write_whole(&folder.join("campaign.toml"), campaign.to_toml().as_bytes())?;
+        write_toml(&Manifest::of(self), HEADER, &folder.join("manifest.toml"))
+    }
+}

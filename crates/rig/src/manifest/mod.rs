@@ -1,0 +1,9 @@
+//! A folder of records: `manifest.toml` with the words of its keys, and the files that it lists, read one at a time.
+//!
+//! Knows nothing of what is made of the records.
+
+pub(crate) mod arrivals;
+pub(crate) mod folder;
+mod keys;
+mod microphones;
+mod resolve;

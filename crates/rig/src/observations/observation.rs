@@ -1,0 +1,94 @@
+//! What signal processing makes of records.
+
+use super::channels::ChannelErrors;
+use crate::apparatus::campaign::OperatingPoint;
+use crate::apparatus::geometry::Rig;
+use crate::records::set::{DataKind, Day};
+use rijke_numerics::{C64, Matrix};
+
+/// One ring-down: complex frequency and mode shape, with their covariance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ping {
+    /// s = sigma + i omega; growth rate in 1/s, angular frequency in rad/s.
+    pub s: C64,
+    /// Complex pressure at each microphone, relative to the reference microphone (whose entry is 1).
+    pub pressures: Vec<C64>,
+    /// Index of the reference microphone.
+    pub reference: usize,
+    /// Covariance of [`Ping::vector`]. Full: relative pressures share the noise of the reference microphone.
+    pub covariance: Matrix,
+}
+
+impl Ping {
+    /// The real numbers measured: sigma, omega, then real and imaginary part of every pressure but the reference's.
+    #[must_use]
+    pub fn vector(&self) -> Vec<f64> {
+        let others = self.pressures.iter().enumerate().filter(|(m, _)| *m != self.reference);
+        [self.s.re, self.s.im].into_iter().chain(others.flat_map(|(_, p)| [p.re, p.im])).collect()
+    }
+
+    /// The ping whose [`Ping::vector`] is `vector`.
+    #[must_use]
+    pub fn from_vector(vector: &[f64], reference: usize, covariance: Matrix) -> Self {
+        let mut pressures: Vec<C64> = vector[2..].chunks_exact(2).map(|p| C64::new(p[0], p[1])).collect();
+        pressures.insert(reference.min(pressures.len()), C64::new(1.0, 0.0));
+        Self { s: C64::new(vector[0], vector[1]), pressures, reference, covariance }
+    }
+}
+
+/// One impulse: arrival time at each microphone, with covariance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Click {
+    /// Arrival time at each microphone after the loudspeaker's trigger, s, channel delays removed.
+    pub arrival_times: Vec<f64>,
+    /// Covariance of the arrival times, s^2. The error of the channel delays is part of it, and is common to all
+    /// clicks that were corrected with the same calibration.
+    pub covariance: Matrix,
+}
+
+/// A record that is not used, and why. Rejections are counted and listed, never averaged in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rejection {
+    /// Which record.
+    pub record: String,
+    /// Why, in words with numbers.
+    pub reason: String,
+}
+
+/// What was observed over a campaign: the input of all inference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observations {
+    /// The rig.
+    pub rig: Rig,
+    /// Measured or virtual.
+    pub kind: DataKind,
+    /// Where the data come from.
+    pub source: String,
+    /// Operating point by operating point.
+    pub points: Vec<PointObservations>,
+    /// Records that were not used.
+    pub rejections: Vec<Rejection>,
+    /// What the pings share of the channels' calibration, if that is known.
+    pub channels: Option<ChannelErrors>,
+}
+
+/// What was observed at one operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointObservations {
+    /// The operating point.
+    pub point: OperatingPoint,
+    /// Day and ambient temperature.
+    pub ambient: Day,
+    /// Mean over the accepted pings, with the covariance of the mean.
+    pub ping: Option<Ping>,
+    /// Number of pings in the mean.
+    pub ping_count: u32,
+    /// Mean over the accepted clicks, with the covariance of the mean.
+    pub click: Option<Click>,
+    /// Number of clicks in the mean.
+    pub click_count: u32,
+    /// Every accepted ping with its repeat; may be empty when only means are kept.
+    pub pings: Vec<(u32, Ping)>,
+    /// Every accepted click with its repeat; may be empty.
+    pub clicks: Vec<(u32, Click)>,
+}

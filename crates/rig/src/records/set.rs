@@ -1,0 +1,240 @@
+//! What a set of records is, and where records come from.
+
+use super::acquisition::Acquisition;
+use super::reading::{Arrays, Reading};
+use super::record::Record;
+use crate::apparatus::campaign::OperatingPoint;
+use crate::apparatus::geometry::Rig;
+use crate::error::RigError;
+use crate::files::in_range;
+use crate::problem::Problem;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Whether data come from a rig or from a computation. Every figure says which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DataKind {
+    /// From instruments.
+    Measured,
+    /// From the virtual laboratory.
+    Virtual,
+}
+
+/// A day (or session) with one ambient state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Day {
+    /// Name of the day.
+    pub id: String,
+    /// Ambient temperature, K.
+    #[serde(rename = "ambient_temperature_k")]
+    pub ambient_temperature: f64,
+    /// Its standard deviation, K.
+    #[serde(rename = "ambient_temperature_sd_k")]
+    pub ambient_temperature_sd: f64,
+}
+
+/// How records of one kind are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stretch {
+    /// Sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Samples before the loudspeaker acts; see [`Record::quiet`].
+    #[serde(rename = "quiet_samples")]
+    pub quiet: usize,
+}
+
+/// The records of one operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointRecords {
+    /// The operating point.
+    pub point: OperatingPoint,
+    /// Index into [`RecordSet::days`].
+    pub day: usize,
+    /// Files of the pings, relative to the set's folder; also the names by which rejections speak of them.
+    pub pings: Vec<String>,
+    /// Files of the clicks.
+    pub clicks: Vec<String>,
+}
+
+/// Clicks in the empty tube at ambient temperature, from which channel delays are found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// Index into [`RecordSet::days`].
+    pub day: usize,
+    /// How they were recorded.
+    pub stretch: Stretch,
+    /// Files of the clicks.
+    pub clicks: Vec<String>,
+}
+
+/// Everything about a set of records but the samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordSet {
+    /// The rig.
+    pub rig: Rig,
+    /// Measured or virtual.
+    pub kind: DataKind,
+    /// Who recorded it, when, where; appears in reports.
+    pub source: String,
+    /// For every channel of a file the microphone it records; none for a channel that is not a microphone.
+    pub channels: Vec<Option<usize>>,
+    /// Which arrays hold a record, in files that have named arrays.
+    pub arrays: Arrays,
+    /// Pressure of the largest integer of an integer file, Pa, or its voltage, V
+    /// ([`Reading::full_scale_in_volts`]); infinite if not stated.
+    pub full_scale: f64,
+    /// How pings are taken.
+    pub ping: Stretch,
+    /// How clicks are taken.
+    pub click: Stretch,
+    /// The days.
+    pub days: Vec<Day>,
+    /// The records, operating point by operating point.
+    pub points: Vec<PointRecords>,
+    /// Calibration clicks, one entry per day and sampling rate.
+    pub calibrations: Vec<Calibration>,
+    /// What else is known of files and channels.
+    pub acquisition: Acquisition,
+}
+
+/// Where records come from: files of a real rig, or the virtual laboratory. Records are made or read one at a
+/// time, so a set never has to fit into memory.
+pub trait RecordSource: Sync {
+    /// What the set holds.
+    fn set(&self) -> &RecordSet;
+
+    /// One ping: `point` indexes [`RecordSet::points`], `repeat` its pings.
+    ///
+    /// # Errors
+    /// The record cannot be read or is not what the set says.
+    fn ping(&self, point: usize, repeat: usize) -> Result<Record, RigError>;
+
+    /// One click: `point` indexes [`RecordSet::points`], `repeat` its clicks.
+    ///
+    /// # Errors
+    /// As [`RecordSource::ping`].
+    fn click(&self, point: usize, repeat: usize) -> Result<Record, RigError>;
+
+    /// One calibration click: `which` indexes [`RecordSet::calibrations`], `repeat` its clicks.
+    ///
+    /// # Errors
+    /// As [`RecordSource::ping`].
+    fn calibration(&self, which: usize, repeat: usize) -> Result<Record, RigError>;
+}
+
+impl RecordSet {
+    /// Checks that names resolve, ranges are sensible and every microphone has one channel.
+    ///
+    /// # Errors
+    /// Key of the manifest, and the problem.
+    pub fn validate(&self) -> Result<(), (String, Problem)> {
+        let microphones = self.rig.microphones.positions.len();
+        check_map(&self.channels, &self.acquisition.reading, microphones, "channels")?;
+        for (k, exception) in self.acquisition.exceptions.iter().enumerate() {
+            check_map(
+                &exception.channels,
+                &exception.reading,
+                microphones,
+                &format!("exception[{k}].channels"),
+            )?;
+            let microphone = self.rig.microphones.reference;
+            if exception.reading.dead.contains(&microphone) {
+                return Err((format!("exception[{k}].dead"), Problem::DeadReference { microphone }));
+            }
+        }
+        if let Some(band) = self.acquisition.band_hz {
+            for frequency in band {
+                in_range("band_hz", frequency, 1e-3, 1e6, "Hz")?;
+            }
+            if band[0] >= band[1] {
+                let what = "has the higher frequency first; write it as [low, high]";
+                return Err(("band_hz".into(), Problem::Keys { what }));
+            }
+        }
+        if let Some(mains_hz) = self.acquisition.mains_hz {
+            in_range("mains_hz", mains_hz, 1.0, 1e3, "Hz")?;
+        }
+        self.listed_once()?;
+        if self.full_scale != f64::INFINITY {
+            in_range("full_scale_pa", self.full_scale, 1e-9, 1e9, "Pa")?;
+        }
+        if self.days.is_empty() {
+            return Err(("day".into(), Problem::Empty { need: "one [[day]] with its ambient temperature" }));
+        }
+        for (k, day) in self.days.iter().enumerate() {
+            let key = |name: &str| format!("day[{k}] `{}`: {name}", day.id);
+            in_range(&key("ambient_temperature_k"), day.ambient_temperature, 150.0, 500.0, "K")?;
+            in_range(&key("ambient_temperature_sd_k"), day.ambient_temperature_sd, 0.0, 50.0, "K")?;
+        }
+        distinct("day", self.days.iter().map(|day| day.id.as_str()))?;
+        if self.points.is_empty() {
+            return Err(("point".into(), Problem::Empty { need: "one [[point]] with its records" }));
+        }
+        distinct("point", self.points.iter().map(|p| p.point.id.as_str()))?;
+        for entry in &self.points {
+            let (key, length) = (format!("point `{}`", entry.point.id), self.rig.tube.length);
+            if let Some(position) = entry.point.position
+                && !(position > 0.0 && position < length)
+            {
+                return Err((key, Problem::OutsideTube { position, length }));
+            }
+            if entry.pings.is_empty() && entry.clicks.is_empty() {
+                return Err((key, Problem::Empty { need: "one ping or one click" }));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl RecordSet {
+    /// A file that is listed twice would count as two repeats, or as two operating points.
+    fn listed_once(&self) -> Result<(), (String, Problem)> {
+        let plain = |name: &str| name.split('/').filter(|part| *part != ".").collect::<Vec<_>>().join("/");
+        let mut seen: BTreeMap<String, String> = BTreeMap::new();
+        for entry in &self.points {
+            for (kind, files) in [("pings", &entry.pings), ("clicks", &entry.clicks)] {
+                for (n, file) in files.iter().enumerate() {
+                    let place = format!("point `{}`: {kind}[{n}] `{file}`", entry.point.id);
+                    if let Some(first) = seen.insert(plain(file), place.clone()) {
+                        return Err((place, Problem::ListedTwice { first }));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Every microphone that is not dead has one channel.
+fn check_map(
+    channels: &[Option<usize>],
+    reading: &Reading,
+    microphones: usize,
+    place: &str,
+) -> Result<(), (String, Problem)> {
+    let listed = || channels.iter().chain(reading.names.values()).flatten();
+    if let Some(&index) = listed().find(|m| **m >= microphones) {
+        return Err((place.into(), Problem::NoSuchIndex { index, count: microphones }));
+    }
+    for microphone in 0..microphones {
+        let count = listed().filter(|m| **m == microphone).count();
+        if count > 1 || count == 0 && !reading.dead.contains(&microphone) {
+            return Err((place.into(), Problem::ChannelMap { microphone, count }));
+        }
+    }
+    Ok(())
+}
+
+/// No name twice.
+fn distinct<'a>(place: &str, names: impl Iterator<Item = &'a str>) -> Result<(), (String, Problem)> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            return Err((place.to_owned(), Problem::Duplicate { name: name.to_owned() }));
+        }
+    }
+    Ok(())
+}
