@@ -28,7 +28,8 @@ pub(crate) struct Args {
     /// The stage at which combinations end [default: the one that stands on most stages].
     #[arg(long, value_name = "STAGE")]
     stage: Option<String>,
-    /// Give up a model, with all that stands on it, that trails the greedy choice by more after any stage but the last.
+    /// Give up a model, with all that stands on it, that trails the greedy choice by more, after its stage and also after the last if it is
+    /// continued with the later candidates of the greedy choice.
     #[arg(long, value_name = "NATS", default_value_t = 20.0, value_parser = number::not_negative)]
     within: f64,
     /// Give up no model.
@@ -195,8 +196,8 @@ fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
     });
     if let Some(within) = found.within.filter(|_| left > 0) {
         ui.say(format!(
-            "given up at {within} nats: at most {:.1e} of the probability, if later stages add to none of it more than the most that they \
-             added to one that was followed",
+            "given up at {within} nats: at most {:.1e} of the probability, if none of it gains more by other later candidates than the most \
+             that one which was followed gained",
             found.given_up_at_most
         ));
     }

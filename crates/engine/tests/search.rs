@@ -104,6 +104,7 @@ name = "t"
 id = "ends"
 points = { where = { x_s = "absent" } }
 compete = "ends"
+decides = 0.0
 [stage.noise]
 growth_rate = 0.1
 angular_frequency = 0.3
@@ -113,6 +114,7 @@ points = { where = { x_s = "given", Q = 0 } }
 on = "ends"
 compete = "screen"
 rows = [["screen.mass", "ends.sloped"]]
+decides = 0.0
 [stage.noise]
 growth_rate = { median = 0.2, ln_sd = 1.0 }
 angular_frequency = 0.3
@@ -246,7 +248,9 @@ fn oracle_a_search_that_gives_up_models_finds_the_same_winner() {
     let followed =
         |c: &&rijke_engine::run::Combination| found.best.iter().any(|f| f.candidates == c.candidates);
     let left: f64 = every.best.iter().filter(|c| !followed(c)).map(|c| c.probability).sum();
-    assert!(left > 0.0 && left <= found.given_up_at_most, "{left} {}", found.given_up_at_most);
+    // Nothing gains more than it does here, where all is followed.
+    let more = every.gained.iter().zip(&found.gained).map(|(all, seen)| all - seen).fold(0.0, f64::max);
+    assert!(left > 0.0 && left <= found.given_up_at_most * more.exp(), "{left} {}", found.given_up_at_most);
     let counted: usize = found.given_up.iter().map(|g| g.combinations).sum();
     assert_eq!(counted + found.best.len(), found.combinations);
 }
@@ -255,12 +259,12 @@ fn oracle_a_search_that_gives_up_models_finds_the_same_winner() {
 fn exact_parts_join_to_the_same_text() {
     let folder = Folder::new("shards");
     let text = |parts: &[SearchPart]| serde_json::to_string(&merge_searches(parts).unwrap()).unwrap();
-    let one = text(&[part(&folder.0, 2.0, [1, 1], None)]);
+    let one = text(&[part(&folder.0, 0.01, [1, 1], None)]);
     for n in [2, 7] {
-        let mut parts: Vec<SearchPart> = (1..=n).map(|k| part(&folder.0, 2.0, [k, n], None)).collect();
+        let mut parts: Vec<SearchPart> = (1..=n).map(|k| part(&folder.0, 0.01, [k, n], None)).collect();
         assert!(parts.iter().all(|p| p.nodes.len() < parts[0].models));
         parts.reverse();
-        parts.push(part(&folder.0, 2.0, [1, n], None));
+        parts.push(part(&folder.0, 0.01, [1, n], None));
         assert_eq!(text(&parts), one, "{n} shards");
         // Through a file and back.
         let read = |p: &SearchPart| serde_json::from_str(&serde_json::to_string(p).unwrap()).unwrap();

@@ -24,6 +24,7 @@ mod records;
 mod response;
 mod responses;
 mod same_seed;
+mod search;
 mod short;
 mod studies;
 mod watch;

@@ -37,8 +37,8 @@ def search(
         Where to train: a shard of the search is one task of Dask, which gives it to another worker if one is lost. By default here, with
         all processors; Ctrl-C stops.
     within : float or None
-        A model that trails the greedy choice by more nats, after any stage but the last, is given up with all that stands on it. None
-        gives up nothing.
+        A model that trails the greedy choice by more nats, after its stage and also after the last one if it is continued with the later
+        candidates of the greedy choice, is given up with all that stands on it. None gives up nothing.
     stage : str, optional
         The stage at which combinations end: by default the one that stands on most stages.
     trusted : {"checked", "laplace", "nested"}
@@ -117,8 +117,8 @@ class Search:
 
     @property
     def given_up_at_most(self) -> float:
-        """The most probability that models hold which were given up, if none of them gains more from later stages than the one that
-        gained most of those that were followed."""
+        """The most probability that models hold which were given up, if none of them gains more by other later candidates than the one
+        that gained most of those that were followed."""
         return float(self.record["given_up_at_most"])
 
     def __repr__(self) -> str:

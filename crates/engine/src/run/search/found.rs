@@ -1,142 +1,9 @@
 //! What shards found, joined: probabilities of combinations, of each choice, and of what was given up.
 
+use super::record::{Combination, GivenUp, GreedyChoice, RoleChoice, SearchNode, SearchPart, SearchRecord};
 use crate::EngineError;
-use crate::run::record::EvidenceRecord;
 use crate::run::rows::Choice;
-use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// What one shard of a search found, or all of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SearchPart {
-    /// Hash of all that the search depends on: parts of one search have the same.
-    pub search: String,
-    /// What the study is called.
-    pub study: String,
-    /// The stages, each of which stands on earlier ones.
-    pub stages: Vec<String>,
-    /// How many nats a model may trail the greedy choice; none for a search of every combination.
-    pub within: Option<f64>,
-    /// Which shard of how many, counted from 1.
-    pub shard: [usize; 2],
-    /// Combinations in all shards.
-    pub combinations: usize,
-    /// Models of single stages in all shards.
-    pub models: usize,
-    /// The nodes of the greedy choice, by level.
-    pub greedy: Vec<usize>,
-    /// The models that the shard visited, in order.
-    pub nodes: Vec<SearchNode>,
-}
-
-/// A model of one stage on models of the stages before it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SearchNode {
-    /// Its stage.
-    pub level: usize,
-    /// Its place among all of that stage.
-    pub node: usize,
-    /// The place of the model of the stage before.
-    pub parent: usize,
-    /// How many combinations hold it.
-    pub combinations: usize,
-    /// Role and candidate.
-    pub candidates: BTreeMap<String, String>,
-    /// The task that trained it: a hash of all that it depends on.
-    pub task: String,
-    /// Evidence of the stage's data given those of the stages before; none if it could not be fitted.
-    pub evidence: Option<EvidenceRecord>,
-    /// Warnings, or why there is no evidence.
-    pub remark: Option<String>,
-    /// Whether it trails the greedy choice too far for what stands on it to be trained.
-    pub given_up: bool,
-}
-
-/// What a whole search found. All candidates of a role are equally probable before the data, and so are all combinations.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SearchRecord {
-    /// What the study is called.
-    pub study: String,
-    /// The stages, each of which stands on earlier ones.
-    pub stages: Vec<String>,
-    /// How many nats a model may trail the greedy choice; none for a search of every combination.
-    pub within: Option<f64>,
-    /// Combinations that the study allows.
-    pub combinations: usize,
-    /// Models of single stages that these consist of.
-    pub models: usize,
-    /// How many of these were trained.
-    pub models_trained: usize,
-    /// Combinations trained to the last stage, most probable first.
-    pub best: Vec<Combination>,
-    /// Probability of each candidate of each role of which combinations have different ones.
-    pub choices: Vec<RoleChoice>,
-    /// What ranking stage by stage chose.
-    pub greedy: GreedyChoice,
-    /// Least and most that the stages after each added to a combination that was trained to the end, nats.
-    pub later: Vec<[f64; 2]>,
-    /// What was not followed to the last stage because it trails the greedy choice.
-    pub given_up: Vec<GivenUp>,
-    /// The most probability that all of it can hold, if no model that was given up gains more from later stages than the one that gained
-    /// most of those that were followed. Probabilities above leave it out.
-    pub given_up_at_most: f64,
-    /// What could not be fitted, and holds no probability here.
-    pub not_fitted: Vec<GivenUp>,
-}
-
-/// A combination of candidates.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Combination {
-    /// Role and candidate, over all stages.
-    pub candidates: BTreeMap<String, String>,
-    /// ln evidence of all data, nats.
-    pub ln_evidence: f64,
-    /// That of each stage, given the ones before.
-    pub stages: Vec<f64>,
-    /// Probability among the combinations that were trained.
-    pub probability: f64,
-    /// Warnings of its stages.
-    pub remark: Option<String>,
-}
-
-/// The candidates of one role.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RoleChoice {
-    /// The role.
-    pub role: String,
-    /// Candidate, and the probability of all combinations that hold it; without a name, of those that have none.
-    pub candidates: Vec<(String, f64)>,
-}
-
-/// What ranking stage by stage chose, among all.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GreedyChoice {
-    /// Role and candidate, over all stages.
-    pub candidates: BTreeMap<String, String>,
-    /// Its place in the order of evidence, from 1; none if it could not be fitted.
-    pub rank: Option<usize>,
-    /// Its probability.
-    pub probability: f64,
-    /// Nats by which it trails the best; none if it could not be fitted.
-    pub behind: Option<f64>,
-}
-
-/// A model with all combinations that hold it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GivenUp {
-    /// The stage after which it was left.
-    pub stage: String,
-    /// Role and candidate up to there.
-    pub candidates: BTreeMap<String, String>,
-    /// How many combinations hold it.
-    pub combinations: usize,
-    /// ln evidence up to there.
-    pub ln_evidence: Option<f64>,
-    /// The most probability that it can hold; see [`SearchRecord::given_up_at_most`].
-    pub at_most: f64,
-    /// Warnings, or why it could not be fitted.
-    pub remark: Option<String>,
-}
 
 /// The nodes of a whole search.
 struct Whole<'a> {
@@ -197,9 +64,18 @@ impl<'a> Whole<'a> {
         node.level + 1 == self.first.stages.len() || node.given_up || node.evidence.is_none()
     }
 
-    /// The nodes on which nothing was trained.
+    /// Whether it was given up, or stands on one that was.
+    fn is_given_up(&self, node: &'a SearchNode) -> bool {
+        self.path(node).iter().any(|node| node.given_up)
+    }
+
+    /// The nodes at which the tree was left, each combination under one of them; and no others.
     fn ends(&self) -> impl Iterator<Item = &'a SearchNode> {
-        self.nodes.values().copied().filter(|node| self.is_end(node))
+        let below = |node: &SearchNode| {
+            let before = node.level.checked_sub(1).and_then(|l| self.nodes.get(&(l, node.parent)));
+            before.is_some_and(|before| self.is_given_up(before))
+        };
+        self.nodes.values().copied().filter(move |node| self.is_end(node) && !below(node))
     }
 
     /// A node with those before it, the first stage first.
@@ -218,7 +94,8 @@ impl<'a> Whole<'a> {
         let SearchPart { study, stages, within, combinations, models, greedy, .. } = self.first.clone();
         let last = stages.len() - 1;
         let mut best: Vec<(usize, Combination)> = self
-            .ends()
+            .nodes
+            .values()
             .filter(|node| node.level == last && node.evidence.is_some())
             .map(|node| (node.node, combination(&self.path(node))))
             .collect();
@@ -226,30 +103,32 @@ impl<'a> Whole<'a> {
         let most = best.first().map_or(f64::NEG_INFINITY, |(_, c)| c.ln_evidence);
         let sum: f64 = best.iter().map(|(_, c)| (c.ln_evidence - most).exp()).sum();
         best.iter_mut().for_each(|(_, c)| c.probability = (c.ln_evidence - most).exp() / sum);
-        let after = |c: &Combination, level: usize| c.stages[level + 1..].iter().sum::<f64>();
-        let later: Vec<[f64; 2]> = (0..=last)
-            .map(|level| {
-                let all = || best.iter().map(|(_, c)| after(c, level));
-                [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
-            })
-            .collect();
+        let ends: BTreeMap<usize, f64> = best.iter().map(|(k, c)| (*k, c.ln_evidence)).collect();
+        // Under each node: how many combinations were trained to the end, and the best of them.
+        let mut under: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
+        for (k, ln) in &ends {
+            for node in self.nodes.get(&(last, *k)).map(|leaf| self.path(leaf)).into_iter().flatten() {
+                let (count, best) = under.entry((node.level, node.node)).or_insert((0, f64::NEG_INFINITY));
+                (*count, *best) = (*count + 1, best.max(*ln));
+            }
+        }
+        let mut gained = vec![0.0_f64; stages.len()];
+        for node in self.nodes.values().filter(|node| !self.is_given_up(node)) {
+            if let (Some((_, best)), Some(ln)) =
+                (under.get(&(node.level, node.node)), ends.get(&node.continued))
+            {
+                gained[node.level] = gained[node.level].max(best - ln);
+            }
+        }
         let left = |node: &'a SearchNode| {
             let Combination { candidates, ln_evidence, remark, .. } = combination(&self.path(node));
             let ln_evidence = node.evidence.map(|_| ln_evidence);
-            let weight = ln_evidence.map_or(0.0, |ln| (ln + later[node.level][1] - most).exp());
-            let weight = weight * node.combinations as f64;
+            let trained = under.get(&(node.level, node.node)).map_or(0, |(count, _)| *count);
+            let combinations = node.combinations - trained;
+            let continued = ends.get(&node.continued).map_or(f64::NEG_INFINITY, |ln| ln + gained[node.level]);
+            let weight = combinations as f64 * (continued - most).exp();
             let stage = stages[node.level].clone();
-            (
-                weight,
-                GivenUp {
-                    stage,
-                    candidates,
-                    combinations: node.combinations,
-                    ln_evidence,
-                    at_most: 0.0,
-                    remark,
-                },
-            )
+            (weight, GivenUp { stage, candidates, combinations, ln_evidence, at_most: 0.0, remark })
         };
         let (mut given_up, mut not_fitted) = (Vec::new(), Vec::new());
         for node in self.ends() {
@@ -284,7 +163,7 @@ impl<'a> Whole<'a> {
             models_trained: self.nodes.len(),
             best,
             greedy,
-            later,
+            gained,
             given_up,
             not_fitted,
         }

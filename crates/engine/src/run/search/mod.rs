@@ -5,33 +5,30 @@
 //! one stage is independent of those of the others.
 
 mod found;
+mod models;
+mod record;
 mod task;
 mod tree;
 
-pub use found::{
-    Combination, GivenUp, GreedyChoice, RoleChoice, SearchNode, SearchPart, SearchRecord, merge_searches,
-};
+pub use found::merge_searches;
+pub use record::{Combination, GivenUp, GreedyChoice, RoleChoice, SearchNode, SearchPart, SearchRecord};
 
-use super::earlier::Earlier;
-use super::inputs::selected;
-use super::record::EvidenceRecord;
-use super::rows::{Choice, Row};
-use super::stages::{CONTENDS, Chosen, Done, Run, Trusted};
+use super::rows::Choice;
+use super::stages::{CONTENDS, Chosen, Run, Trusted};
 use crate::EngineError;
-use rayon::prelude::*;
 use rijke_study::{Observations, Study};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::sync::Arc;
 use task::{Kept, Names, Outcome, hash};
-use tree::{Tree, chain, settle};
+use tree::{Tree, chain};
 
 /// How a search is made.
 #[derive(Clone, Debug)]
 pub struct SearchOptions {
     /// The stage at which combinations end; by default the one that stands on most stages.
     pub stage: Option<String>,
-    /// A model that trails the greedy choice by more nats, after any stage but the last, is given up with all that stands on it.
+    /// A model that trails the greedy choice by more nats, after its stage and also after the last one if it is continued with the later
+    /// candidates of the greedy choice, is given up with all that stands on it.
     pub within: f64,
     /// How evidence is checked.
     pub trusted: Trusted,
@@ -68,6 +65,12 @@ struct Visited {
 struct State {
     visited: Vec<BTreeMap<usize, Visited>>,
     models: Vec<BTreeMap<usize, Chosen>>,
+}
+
+impl State {
+    fn total(&self, level: usize, k: usize) -> Option<f64> {
+        self.visited[level].get(&k)?.total
+    }
 }
 
 impl Search {
@@ -135,43 +138,53 @@ impl Search {
     fn levels(&self, step: Steps<'_>) -> Result<SearchPart, EngineError> {
         let greedy = self.greedy(step)?;
         let levels = self.tree.levels.len();
-        let mut needed = self.tree.needed(self.options.shard);
-        greedy.iter().zip(&mut needed).for_each(|(node, needed)| needed.extend([*node]));
-        let empty = || (0..levels).map(|_| BTreeMap::new());
-        let mut state =
-            State { visited: empty().collect(), models: (0..levels).map(|_| BTreeMap::new()).collect() };
-        let mut nodes = Vec::new();
+        let mut state = State {
+            visited: (0..levels).map(|_| BTreeMap::new()).collect(),
+            models: (0..levels).map(|_| BTreeMap::new()).collect(),
+        };
+        // What all others are compared with.
+        for (level, node) in greedy.iter().enumerate() {
+            self.visit(&mut state, level, &[*node], &greedy, step)?;
+        }
+        let mut given_up = BTreeSet::new();
         let mut alive = BTreeSet::from([0]);
-        for (level, needed) in needed.iter().enumerate() {
+        for (level, needed) in self.tree.needed(self.options.shard).iter().enumerate() {
             let of = |k: &usize| &self.tree.levels[level][*k];
             let there: Vec<usize> =
                 needed.iter().copied().filter(|k| level == 0 || alive.contains(&of(k).parent)).collect();
-            step(self.phases() * (needed.len() - there.len()));
-            let reference = self.visit(&mut state, level, &there, greedy[level], step)?;
-            alive.clear();
-            for k in there {
-                let Visited { task, outcome, total, .. } = &state.visited[level][&k];
-                let trails = total.is_none_or(|total| total < reference - self.options.within);
-                let given_up = trails && total.is_some() && level + 1 < levels;
-                if !trails {
-                    alive.insert(k);
-                }
-                nodes.push(SearchNode {
-                    level,
-                    node: k,
-                    parent: of(&k).parent,
-                    combinations: of(&k).combinations,
-                    candidates: Choice::clone(&of(&k).choice),
-                    task: task.clone(),
-                    evidence: outcome.evidence,
-                    remark: outcome.remark.clone(),
-                    given_up,
-                });
+            self.visit(&mut state, level, &there, &greedy, step)?;
+            let left = self.given_up(&mut state, level, &there, &greedy, step)?;
+            let fitted = |k: &usize| state.visited[level].get(k).is_some_and(|v| v.total.is_some());
+            alive = there.into_iter().filter(|k| fitted(k) && !left.contains(k)).collect();
+            // Of the others no model is wanted any more.
+            for (at, models) in state.models.iter_mut().enumerate().skip(level) {
+                models.retain(|k, _| greedy[at] == *k || alive.contains(&self.tree.path(at, *k)[level]));
             }
-            state.models[level].retain(|k, _| alive.contains(k));
+            let open = needed.iter().filter(|k| !state.visited[level].contains_key(k)).count();
+            step(self.phases() * open);
+            given_up.extend(left.into_iter().map(|k| (level, k)));
         }
         let within = Some(self.options.within).filter(|w| w.is_finite());
         let plan = &self.run.study.plan;
+        let nodes = state.visited.into_iter().enumerate().flat_map(|(level, visited)| {
+            visited.into_iter().map(move |(k, Visited { task, outcome, .. })| (level, k, task, outcome))
+        });
+        let node = |(level, k, task, outcome): (usize, usize, String, Outcome)| {
+            let node = &self.tree.levels[level][k];
+            SearchNode {
+                level,
+                node: k,
+                parent: node.parent,
+                combinations: node.combinations,
+                candidates: Choice::clone(&node.choice),
+                task,
+                evidence: outcome.evidence,
+                remark: outcome.remark,
+                given_up: given_up.contains(&(level, k)),
+                continued: self.tree.continued(level, k, &greedy)[levels - 1],
+            }
+        };
+        let nodes = nodes.map(node).collect();
         Ok(SearchPart {
             search: hash(&[&self.names.greedy(), &format!("{within:?}")]),
             study: plan.name.clone(),
@@ -185,169 +198,58 @@ impl Search {
         })
     }
 
-    /// Trains nodes of a level, or takes what was kept of them; the ln evidence that the greedy choice has up to here.
+    /// Those of `nodes` that trail the greedy choice by too much, both up to their level and at the end, if they are continued with its
+    /// later candidates.
+    fn given_up(
+        &self,
+        state: &mut State,
+        level: usize,
+        nodes: &[usize],
+        greedy: &[usize],
+        step: Steps<'_>,
+    ) -> Result<BTreeSet<usize>, EngineError> {
+        let last = self.tree.levels.len() - 1;
+        let trails = |state: &State, level: usize, k: usize| {
+            let least =
+                state.total(level, greedy[level]).map_or(f64::NEG_INFINITY, |t| t - self.options.within);
+            state.total(level, k).is_some_and(|total| total < least)
+        };
+        let trailing: Vec<usize> =
+            nodes.iter().copied().filter(|k| level < last && trails(state, level, *k)).collect();
+        let continued: Vec<Vec<usize>> =
+            trailing.iter().map(|k| self.tree.continued(level, *k, greedy)).collect();
+        for later in level + 1..=last {
+            // One that could not be fitted does not go on.
+            let fitted = |path: &&Vec<usize>| state.total(later - 1, path[later - 1]).is_some();
+            let nodes: BTreeSet<usize> = continued.iter().filter(fitted).map(|path| path[later]).collect();
+            self.visit(state, later, &nodes.into_iter().collect::<Vec<_>>(), greedy, step)?;
+        }
+        let at_the_end = |path: &Vec<usize>| trails(state, last, path[last]);
+        Ok(trailing.iter().zip(&continued).filter(|(_, path)| at_the_end(path)).map(|(k, _)| *k).collect())
+    }
+
+    /// Trains nodes of a level, or takes what was kept of them.
     fn visit(
         &self,
         state: &mut State,
         level: usize,
         nodes: &[usize],
-        greedy: usize,
-        step: Steps<'_>,
-    ) -> Result<f64, EngineError> {
-        let total = |state: &State, k: usize| state.visited[level].get(&k).and_then(|v| v.total);
-        let reference = |state: &State| total(state, greedy).unwrap_or(f64::NEG_INFINITY);
-        self.outcomes(state, level, nodes, Trusted::Laplace, step)?;
-        if self.options.trusted != Trusted::Laplace {
-            // As a ranking does it: checks cost far more than the first fit.
-            let least = reference(state) - CONTENDS;
-            let contends = |state: &State, k: usize| total(state, k).is_none_or(|total| total >= least);
-            let behind: Vec<usize> = nodes.iter().copied().filter(|k| !contends(state, *k)).collect();
-            self.outcomes(state, level, &behind, Trusted::Searched, step)?;
-            let nodes: Vec<usize> = nodes.iter().copied().filter(|k| contends(state, *k)).collect();
-            self.outcomes(state, level, &nodes, self.options.trusted, step)?;
-        }
-        Ok(reference(state))
-    }
-
-    fn outcomes(
-        &self,
-        state: &mut State,
-        level: usize,
-        nodes: &[usize],
-        trusted: Trusted,
+        greedy: &[usize],
         step: Steps<'_>,
     ) -> Result<(), EngineError> {
-        let mut open = Vec::new();
-        for &k in nodes {
-            let task = self.task(state, level, k, trusted);
-            match self.kept.read::<Outcome>(&task) {
-                Some(outcome) => {
-                    self.note(state, level, k, task, trusted, outcome);
-                    step(1);
-                }
-                None => open.push((k, trusted)),
-            }
-        }
-        for (k, outcome, chosen) in self.trained(state, level, &open, step)? {
-            let task = self.task(state, level, k, trusted);
-            self.note(state, level, k, task, trusted, outcome);
-            chosen.and_then(|chosen| state.models[level].insert(k, chosen));
+        let nodes: Vec<usize> =
+            nodes.iter().copied().filter(|k| !state.visited[level].contains_key(k)).collect();
+        self.outcomes(state, level, &nodes, Trusted::Laplace, step)?;
+        if self.options.trusted != Trusted::Laplace {
+            // As a ranking does it: checks cost far more than the first fit.
+            let least = state.total(level, greedy[level]).map_or(f64::NEG_INFINITY, |t| t - CONTENDS);
+            let contends = |state: &State, k: usize| state.total(level, k).is_none_or(|total| total >= least);
+            let behind: Vec<usize> = nodes.iter().copied().filter(|k| !contends(state, *k)).collect();
+            self.outcomes(state, level, &behind, Trusted::Searched, step)?;
+            let checked: Vec<usize> = nodes.into_iter().filter(|k| contends(state, *k)).collect();
+            self.outcomes(state, level, &checked, self.options.trusted, step)?;
         }
         Ok(())
-    }
-
-    fn note(
-        &self,
-        state: &mut State,
-        level: usize,
-        k: usize,
-        task: String,
-        trusted: Trusted,
-        outcome: Outcome,
-    ) {
-        let before = match level {
-            0 => Some(0.0),
-            _ => state.visited[level - 1].get(&self.tree.levels[level][k].parent).and_then(|v| v.total),
-        };
-        let total = before.zip(outcome.evidence).map(|(before, e)| before + e.ln_marginal);
-        state.visited[level].insert(k, Visited { task, trusted, outcome, total });
-        // That of another way to train.
-        state.models[level].remove(&k);
-    }
-
-    fn task(&self, state: &State, level: usize, k: usize, trusted: Trusted) -> String {
-        let node = &self.tree.levels[level][k];
-        let parent = level.checked_sub(1).and_then(|before| state.visited[before].get(&node.parent));
-        self.names.task(level, &node.choice, parent.map_or("", |p| &p.task), trusted)
-    }
-
-    /// Trains nodes of a level at once, and keeps what they found.
-    fn trained(
-        &self,
-        state: &mut State,
-        level: usize,
-        nodes: &[(usize, Trusted)],
-        step: Steps<'_>,
-    ) -> Result<Vec<(usize, Outcome, Option<Chosen>)>, EngineError> {
-        // Of tasks that were kept from before there is no model: those on which one stands that is to be trained are trained again.
-        for before in 0..level {
-            let wanted: BTreeSet<usize> =
-                nodes.iter().map(|(k, _)| self.tree.path(level, *k)[before]).collect();
-            let missing = wanted.into_iter().filter(|k| !state.models[before].contains_key(k));
-            let again: Vec<_> =
-                missing.filter_map(|k| Some((k, state.visited[before].get(&k)?.trusted))).collect();
-            for (k, _, chosen) in self.trained(state, before, &again, &|_| step(0))? {
-                chosen.and_then(|chosen| state.models[before].insert(k, chosen));
-            }
-        }
-        let state = &*state;
-        let one = |&(k, trusted): &(usize, Trusted)| {
-            if !step(0) {
-                return Err(EngineError::Stopped);
-            }
-            let (outcome, chosen) = self.train(state, level, k, trusted)?;
-            self.kept.write(&self.task(state, level, k, trusted), &outcome)?;
-            step(1);
-            // Nothing stands on the last stage.
-            Ok((k, outcome, chosen.filter(|_| level + 1 < self.tree.levels.len())))
-        };
-        nodes.par_iter().map(one).collect()
-    }
-
-    fn train(
-        &self,
-        state: &State,
-        level: usize,
-        k: usize,
-        trusted: Trusted,
-    ) -> Result<(Outcome, Option<Chosen>), EngineError> {
-        let mut done = Vec::with_capacity(level);
-        for (before, k) in self.tree.path(level, k).into_iter().enumerate().take(level) {
-            let stage = || self.run.study.plan.stages[before].id.clone();
-            let chosen = state.models[before].get(&k).cloned();
-            let chosen = chosen.ok_or_else(|| EngineError::Damaged { stage: stage() })?;
-            let choice = Choice::clone(&self.tree.levels[before][k].choice);
-            done.push(Done { choice, chosen, rows: Vec::new(), assumes: Vec::new() });
-        }
-        let run = self.run.standing_on(done);
-        let stage = &run.study.plan.stages[level];
-        let row = Row { own: Vec::new(), choice: Choice::clone(&self.tree.levels[level][k].choice) };
-        let points = selected(&run.study, &run.observed, &stage.points);
-        let stands_on = Earlier::new(&run).of(stage, &row.choice, &points)?;
-        let without = |remark: String| Ok((Outcome { evidence: None, remark: Some(remark) }, None));
-        let found = match run.train_row(stage, &row, stands_on, trusted) {
-            Ok(found) => found,
-            Err(error) => return without(error.to_string()),
-        };
-        let (evidence, warnings) = (EvidenceRecord::of(&found.trained), &found.trained.warnings);
-        if !evidence.ln_marginal.is_finite() {
-            return without("its evidence is no finite number".to_owned());
-        }
-        let remark = Some(warnings.join("; ")).filter(|w| !w.is_empty());
-        Ok((Outcome { evidence: Some(evidence), remark }, Some(found)))
-    }
-
-    /// The nodes of the combination that ranks stage by stage.
-    fn greedy(&self, step: Steps<'_>) -> Result<Vec<usize>, EngineError> {
-        let task = self.names.greedy();
-        if let Some(path) = self.kept.read::<Vec<Choice>>(&task).and_then(|kept| self.tree.find(&kept)) {
-            return Ok(path);
-        }
-        let mut run = self.run.standing_on(Vec::new());
-        while run.next_stage()?.is_some() {
-            if !step(0) {
-                return Err(EngineError::Stopped);
-            }
-        }
-        let mut path: Vec<Arc<Choice>> = Vec::new();
-        for (done, stage) in run.done.iter().zip(&run.study.plan.stages) {
-            settle(&run.study, stage, &done.choice, &mut path);
-            path.push(Arc::new(done.choice.clone()));
-        }
-        let choices: Vec<Choice> = path.iter().map(|c| Choice::clone(c)).collect();
-        self.kept.write(&task, &choices)?;
-        let unknown = || EngineError::Damaged { stage: run.study.plan.stages[0].id.clone() };
-        self.tree.find(&choices).ok_or_else(unknown)
     }
 
     /// How often a model is trained: checks come after a first fit.

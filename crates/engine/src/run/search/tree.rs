@@ -132,6 +132,24 @@ impl Tree {
         (0..self.combinations()).map(|k| self.path(last, k)).find(same)
     }
 
+    /// The nodes from the first level to the last through node `k` of `level`, with those candidates of the combination `greedy` in later
+    /// stages that are possible there.
+    pub(super) fn continued(&self, level: usize, k: usize, greedy: &[usize]) -> Vec<usize> {
+        let mut path = self.path(level, k);
+        for later in path.len()..self.levels.len() {
+            let nodes = &self.levels[later];
+            let parent = path[path.len() - 1];
+            let (wanted, before) = (&nodes[greedy[later]], &self.levels[later - 1][greedy[later - 1]]);
+            let news = wanted.choice.iter().filter(|(role, id)| before.choice.get(*role) != Some(id));
+            let alike =
+                |node: &Node| news.clone().filter(|(role, id)| node.choice.get(*role) == Some(id)).count();
+            let children = (0..nodes.len()).filter(|k| nodes[*k].parent == parent);
+            // Of several that are as much alike, the first.
+            path.extend(children.rev().max_by_key(|k| alike(&nodes[*k])));
+        }
+        path
+    }
+
     /// For every level, the nodes that shard `[k, n]`, counted from 1, has to visit. The first level with [`SPREAD`] nodes for each shard
     /// is dealt out in turn; what lies before it is visited by every shard that builds on it.
     pub(super) fn needed(&self, [k, n]: [usize; 2]) -> Vec<BTreeSet<usize>> {
