@@ -51,6 +51,8 @@ fn stage() -> StageRecord {
         winner: "a".into(),
         chosen: "a".into(),
         decides: 3.0,
+        missing: None,
+        checks: None,
     }
 }
 

@@ -3,6 +3,7 @@
 mod answers;
 mod asked;
 mod assumed;
+mod checks;
 mod claims;
 mod doubts;
 mod earlier;
@@ -11,6 +12,7 @@ mod foresight;
 mod frame;
 mod inputs;
 mod matching;
+mod missing;
 mod next;
 mod record;
 mod rows;
@@ -18,10 +20,12 @@ mod stages;
 
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
 pub use asked::{Forecast, Unpredicted, forecast, modes_at, with_points};
+pub use checks::{Checks, PointCheck, SumCheck};
 pub use claims::{Judgement, agreement, models, verdicts};
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use frame::{Frame, FrameColumn, FrameRow};
 pub(crate) use inputs::conditions_at;
+pub use missing::{Asked, Family, Missing};
 pub use next::{Aim, Next, Step, Suggestion, Wish, next};
 pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};
 pub use stages::{Chosen, Run, Trusted};

@@ -1,5 +1,7 @@
 //! What a stage found, as numbers that are written and drawn.
 
+use super::checks::Checks;
+use super::missing::Missing;
 use crate::{Misfit, Observed, Trained};
 use rijke_inference::Prior;
 use serde::{Deserialize, Serialize};
@@ -22,6 +24,12 @@ pub struct StageRecord {
     pub chosen: String,
     /// Nats below which a lead does not decide.
     pub decides: f64,
+    /// What the data still ask for after the model that goes on.
+    #[serde(default)]
+    pub missing: Option<Missing>,
+    /// That model point by point.
+    #[serde(default)]
+    pub checks: Option<Checks>,
 }
 
 /// What was measured of one mode at one point.

@@ -1,5 +1,7 @@
 //! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes nothing of its own.
 
+mod asked;
+mod checks;
 mod claims;
 mod figure;
 pub(crate) mod tables;
@@ -64,6 +66,17 @@ impl StudyPage {
             page.table(&stage.id, &models(stage))?;
             for answer in answers.iter().filter(|a| a.id == stage.id) {
                 body += &page.figure(head, answer)?;
+            }
+            body += &checks::section(stage);
+            if let Some(found) = &stage.checks {
+                page.table(&format!("{}-points", stage.id), &checks::points(found))?;
+            }
+            if let Some(answer) = checks::residuals(head, stage) {
+                body += &page.figure(head, &answer)?;
+            }
+            body += &asked::section(stage);
+            if let Some(missing) = &stage.missing {
+                body += &page.figure(head, &asked::along(stage, missing))?;
             }
             body += &claims::of(verdicts, &stage.id);
         }

@@ -19,7 +19,8 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
     });
     // Where pressures were heard.
     let shapes = models.iter().any(|m| m.misfit[2] > 0.0);
-    let (columns, heard) = if shapes { (7, "<th>misfit of relative pressures</th>") } else { (6, "") };
+    let (columns, heard) = if shapes { (8, "<th>misfit of relative pressures</th>") } else { (7, "") };
+    let probabilities = stage.probabilities();
     let best = models.first().and_then(|m| total(m)).unwrap_or(0.0);
     let row = |m: &&ModelRecord| {
         let class = if m.id == stage.chosen { " class=\"chosen\"" } else { "" };
@@ -32,9 +33,11 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
             ),
             None => "<td></td><td></td>".to_owned(),
         });
+        let place = stage.models.iter().position(|other| other.id == m.id);
+        let probability = place.and_then(|k| probabilities.get(k)).map_or(String::new(), |p| chance(*p));
         match m.evidence {
             Some(e) => format!(
-                "<tr{class}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
+                "<tr{class}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{probability}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
                  <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td>{}{printed}</tr>\n",
                 e.ln_marginal - best,
                 e.ln_best_fit,
@@ -52,9 +55,14 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
     let rows: String = models.iter().map(row).collect();
     let printed = if published.is_some() { "<th>per point</th><th>published</th>" } else { "" };
     format!(
-        "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>ln best fit</th><th>ln Occam</th>\
+        "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>probability</th><th>ln best fit</th><th>ln Occam</th>\
          <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th>{heard}{printed}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
     )
+}
+
+/// A probability in print.
+pub(super) fn chance(p: f64) -> String {
+    if p < 5e-4 { "&lt; 0.001".to_owned() } else { format!("{p:.3}") }
 }
 
 /// The parameters of the chosen model.
