@@ -7,6 +7,7 @@ use rijke_engine::run::{
     Answer, AnswerPanel, Checks, Frame, FrameColumn, FrameRow, Layer, LayerLook, PointCheck, StageRecord,
     SumCheck,
 };
+use std::collections::BTreeMap;
 
 /// The sums of residuals, and the table of points given all others.
 pub(super) fn section(stage: &StageRecord) -> String {
@@ -52,6 +53,36 @@ pub(super) fn section(stage: &StageRecord) -> String {
     )
 }
 
+/// What the page says of every measured point under the pointer, as JSON by its name: pairs of a stage and a line.
+pub(super) fn said(stages: &[StageRecord]) -> String {
+    let mut all: BTreeMap<&str, Vec<[String; 2]>> = BTreeMap::new();
+    for stage in stages {
+        let Some(model) = super::chosen(stage).filter(|m| m.predicted.len() == stage.measured.len()) else {
+            continue;
+        };
+        for (k, (m, predicted)) in stage.measured.iter().zip(&model.predicted).enumerate() {
+            let residual = |part: usize| stage.checks.as_ref().and_then(|c| c.residuals.get(k)?[part]);
+            let words = |what: &str, unit: &str, measured: Option<[f64; 2]>, part: usize, scale: f64| {
+                let [value, sd] = measured?;
+                let left = residual(part).map_or(String::new(), |r| format!(", residual {r:+.1} sd"));
+                let (value, sd, predicted) = (scale * value, scale * sd, scale * predicted[part]);
+                Some(format!("{what} {value:.3} \u{b1} {sd:.3} {unit}, predicted {predicted:.3}{left}"))
+            };
+            let hertz = rijke_study::hertz(1.0);
+            let parts = [
+                words("growth rate", "1/s", m.growth_rate, 0, 1.0),
+                words("frequency", "Hz", m.angular_frequency, 1, hertz),
+            ];
+            let line = parts.into_iter().flatten().collect::<Vec<_>>().join("; ");
+            let mode = if m.mode.is_empty() { String::new() } else { format!(", mode {}", m.mode) };
+            let line = format!("{}{mode}: {line}", stage.title);
+            all.entry(&m.point).or_default().push([stage.id.clone(), line]);
+        }
+    }
+    // A script ends where this text stands, whatever it is in.
+    serde_json::to_string(&all).unwrap_or_default().replace('<', "\\u003c")
+}
+
 /// The points as a table of numbers.
 pub(super) fn points(checks: &Checks) -> Frame {
     let columns = [
@@ -83,11 +114,7 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> Option<Answer>
         let frequency = m.angular_frequency.map(|[v, _]| rijke_study::hertz(v));
         let mut values = m.factors.clone();
         values.extend([frequency, r[k]]);
-        FrameRow {
-            label: format!("{} {}", m.point, m.mode).trim().to_owned(),
-            series: ["growth rate", "frequency"][k].to_owned(),
-            values,
-        }
+        FrameRow { label: m.point.clone(), series: ["growth rate", "frequency"][k].to_owned(), values }
     };
     let both = || stage.measured.iter().zip(&checks.residuals);
     let rows: Vec<FrameRow> = (0..2).flat_map(|k| both().map(move |pair| row(pair, k))).collect();

@@ -5,10 +5,13 @@
 //! posterior covariance, takes out of a direction what the parameters can do as well. At the fit P times the residual from the prior mean is
 //! C^-1 r, with r the residual of the fit.
 
+mod left_out;
+
 use crate::woodbury::dense_enough;
 use crate::{Fit, InferenceError, Laplace, NoiseMode, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, Stream, symmetric_eigen};
-use std::f64::consts::PI;
+
+pub use left_out::LeftOut;
 
 /// A model with its data to first order about a fit, with noise as fitted.
 #[derive(Clone, Debug)]
@@ -180,6 +183,17 @@ impl Linearised {
             .collect()
     }
 
+    /// S v for the covariance of a floating noise.
+    fn through(&self, noise: &Floating, v: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; v.len()];
+        for (k, part) in &noise.parts {
+            let (first, n) = (self.blocks[*k].first, part.rows());
+            let found = part.times(&v[first..first + n]);
+            out[first..first + n].iter_mut().zip(found).for_each(|(o, f)| *o += f);
+        }
+        out
+    }
+
     /// v' S u for the covariance of a floating noise.
     fn within(&self, noise: &Floating, v: &[f64], u: &[f64]) -> f64 {
         let one = |(k, part): &(usize, Matrix)| {
@@ -266,70 +280,6 @@ impl Linearised {
         Drawn { pulls, noise }
     }
 
-    /// The variance of a noise, in that of the fit, where it is chosen from data of which it would explain `count` and explains `explained`:
-    /// the root of the derivative of J, with the prior's pull as it is at the fit and the floor left out.
-    fn chosen_again(noise: &Floating, explained: f64, count: f64) -> f64 {
-        let mut shift = 0.0;
-        for _ in 0..NEWTON {
-            let now = explained * f64::exp(-2.0 * shift);
-            let slope = now - count - (noise.explained - noise.count) - shift * noise.precision;
-            shift += slope / (2.0 * now.max(0.5 * count) + noise.precision);
-        }
-        f64::exp(2.0 * shift)
-    }
-
-    /// The data at `places` given all others: the conditional density of a Gaussian. With P the inverse covariance of all and a = P r, the
-    /// covariance is `P_SS`^-1 and the residual `P_SS`^-1 `a_S`. Noise that floats is chosen again from the others, which changes what acts on
-    /// these data themselves.
-    ///
-    /// # Errors
-    /// [`InferenceError::Dense`] if these data alone decide a parameter.
-    pub fn left_out(&self, places: &[usize]) -> Result<LeftOut, InferenceError> {
-        let n = places.len();
-        let block = |i: usize| self.blocks.partition_point(|b| b.first <= i) - 1;
-        let within = |a: usize, b: usize, of: &dyn Fn(&Block) -> f64| {
-            if block(a) == block(b) { of(&self.blocks[block(a)]) } else { 0.0 }
-        };
-        let precision = Matrix::from_fn(n, n, |i, j| {
-            let (a, b) = (places[i], places[j]);
-            let own = within(a, b, &|own| own.inverse[(a - own.first, b - own.first)]);
-            own - dot(self.learnt.row(a), self.learnt.row(b))
-        });
-        let factor = Cholesky::new(&precision)?;
-        let residuals = factor.solve(&places.iter().map(|&i| self.pulls[i]).collect::<Vec<f64>>());
-        let mut covariance = factor.inverse();
-        let mut moved = vec![0.0; self.residuals.len()];
-        places.iter().zip(&residuals).for_each(|(&i, r)| moved[i] = *r);
-        let others: Vec<f64> = self.pulls.iter().zip(self.pulled(&moved)).map(|(a, b)| a - b).collect();
-        for noise in &self.floating {
-            let part_of =
-                |k: usize| noise.parts.iter().filter(move |(block, _)| *block == k).map(|(_, part)| part);
-            let explains = |&i: &usize| -> f64 {
-                let (k, own) = (block(i), &self.blocks[block(i)]);
-                part_of(k).map(|part| dot(part.row(i - own.first), own.inverse.row(i - own.first))).sum()
-            };
-            let count = noise.count - places.iter().map(explains).sum::<f64>();
-            let again =
-                Self::chosen_again(noise, self.within(noise, &others, &others), count).max(noise.floor);
-            for i in 0..n {
-                for j in 0..n {
-                    let (a, b) = (places[i], places[j]);
-                    let first = self.blocks[block(a)].first;
-                    let part = within(a, b, &|_| part_of(block(a)).map(|p| p[(a - first, b - first)]).sum());
-                    covariance[(i, j)] += (again - 1.0) * part;
-                }
-            }
-        }
-        let factor = Cholesky::new(&covariance)?;
-        let square: f64 = factor.whiten(&residuals).iter().map(|w| w * w).sum();
-        Ok(LeftOut {
-            ln_density: -0.5 * (factor.ln_det() + square + n as f64 * (2.0 * PI).ln()),
-            sds: (0..n).map(|i| covariance[(i, i)].sqrt()).collect(),
-            residuals,
-            shift: self.told_by(&moved).iter().map(|t| t * t).sum::<f64>().sqrt(),
-        })
-    }
-
     /// The sum of squares of residuals in the standard deviations of the noise, of the data at `places`, for residuals that belong to these
     /// `pulls`: [`Linearised::pulls`], or those of a draw.
     #[must_use]
@@ -353,24 +303,8 @@ impl Linearised {
     }
 }
 
-/// Data against the prediction from all others.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LeftOut {
-    /// ln of their density, nats.
-    pub ln_density: f64,
-    /// Measured minus predicted.
-    pub residuals: Vec<f64>,
-    /// Standard deviation of each.
-    pub sds: Vec<f64>,
-    /// How far the parameters move without them, in posterior standard deviations.
-    pub shift: f64,
-}
-
 /// Share of the information below which a direction is one of the parameters.
 const SEEN: f64 = 1e-6;
-
-/// Steps to the root of a convex function.
-const NEWTON: usize = 8;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
