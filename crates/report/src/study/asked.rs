@@ -44,8 +44,9 @@ pub(super) fn section(stage: &StageRecord) -> String {
             .map_or(String::new(), |[a, b]| format!("<br><small>between {a:.3} m and {b:.3} m</small>"));
         let unit = if a.unit == "1" { String::new() } else { format!(" {}", html(&a.unit)) };
         format!(
-            "<tr><td>{}{range}</td><td class=\"n\">{}{unit}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{}</td>\
+            "<tr{}><td>{}{range}</td><td class=\"n\">{}{unit}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{}</td>\
              <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td><td><small>{}</small></td></tr>\n",
+            if f.beyond.1 > CHANCE { " class=\"failed\"" } else { "" },
             html(&a.words()),
             with_uncertainty(a.strength[0], a.strength[1]),
             a.gain,
@@ -76,7 +77,9 @@ pub(super) fn along(stage: &StageRecord, missing: &Missing) -> Answer {
         series: series.to_owned(),
         values: vec![Some(x), Some(gain)],
     };
-    let at = || missing.best.iter().filter_map(|a| Some((a, a.x?)));
+    // Not those of the ends, which are no function of place.
+    let local = || missing.best.iter().filter(|a| !a.place.ends_with(" end"));
+    let at = || local().filter_map(|a| Some((a, a.x?)));
     let mut rows: Vec<FrameRow> = at().map(|(a, x)| row(&a.words(), &a.effect, x, a.gain)).collect();
     let last = at().map(|(_, x)| x).fold(0.0, f64::max);
     rows.extend([0.0, last].map(|x| row("by chance", "by chance, 1 of 20", x, missing.by_chance)));
@@ -89,8 +92,8 @@ pub(super) fn along(stage: &StageRecord, missing: &Missing) -> Answer {
         parameters: Vec::new(),
         frames: vec![Frame { columns, rows }],
         panels: vec![AnswerPanel {
-            x: "Place (m)".to_owned(),
-            y: "Expected gain (nats)".to_owned(),
+            x: "x / m".to_owned(),
+            y: "Expected gain / nats".to_owned(),
             layers: vec![Layer { frame: 0, look: LayerLook::Line, x: 0, y: 1, sd: None }],
         }],
     }

@@ -126,8 +126,12 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> Option<Answer>
     let shown: Vec<usize> = (0..last).filter(varies).collect();
     let layer = |k: usize| Layer { frame: 0, look: LayerLook::Dots, x: k, y: last, sd: None };
     let panel = |&k: &usize| AnswerPanel {
-        x: format!("{} ({})", columns[k].label, columns[k].unit),
-        y: "Residual (sd)".to_owned(),
+        x: if columns[k].unit == "1" {
+            columns[k].label.clone()
+        } else {
+            format!("{} / {}", columns[k].label, columns[k].unit)
+        },
+        y: "Residual / sd".to_owned(),
         layers: vec![layer(k)],
     };
     let panels: Vec<AnswerPanel> = shown.iter().map(panel).collect();

@@ -251,7 +251,9 @@ fn factors(campaign: &Campaign, observed: &[Observed], probed: &[Probed]) -> Vec
         };
         if largest > 0.0 && largest.is_finite() && !all.iter().any(|(_, other)| parallel(other)) {
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-            all.push((format!("{name}/({largest:.4}{unit})"), scaled));
+            // Four digits, as short as they can be written.
+            let shown = format!("{largest:.3e}").parse().unwrap_or(largest);
+            all.push((format!("{name}/({shown}{unit})"), scaled));
         }
     }
     all
