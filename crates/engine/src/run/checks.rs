@@ -1,56 +1,12 @@
 //! A trained model point by point: how well it foresees each from all others, and whether the residuals are as large as its noise says.
 
-use super::record::StageRecord;
+use super::found::{Checks, PointCheck, SumCheck};
 use super::stages::{Chosen, Run};
 use crate::EngineError;
 use crate::observed::Used;
 use rayon::prelude::*;
 use rijke_numerics::Streams;
 use rijke_study::plan::Stage;
-use serde::{Deserialize, Serialize};
-
-/// The model that goes on from a stage, point by point.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Checks {
-    /// The best other model, if one could be fitted.
-    pub rival: Option<String>,
-    /// Every operating point given all others.
-    pub points: Vec<PointCheck>,
-    /// For every observation: growth rate and angular frequency less what the other points foresee, in standard deviations.
-    pub residuals: Vec<[Option<f64>; 2]>,
-    /// Residuals of one kind together.
-    pub sums: Vec<SumCheck>,
-}
-
-/// An operating point given all others.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PointCheck {
-    /// Its name.
-    pub point: String,
-    /// ln of the density of its data given those of all other points, nats; none if it alone decides a parameter.
-    pub ln_left_out: Option<f64>,
-    /// How many nats of it the model has more than its rival.
-    pub ahead: Option<f64>,
-    /// How far the parameters move without it, in posterior standard deviations; the density is linearised, and is not to be trusted to 0.05 nats
-    /// where this is large.
-    pub shift: f64,
-    /// Whether it is that large.
-    pub doubtful: bool,
-}
-
-/// Residuals of one kind.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SumCheck {
-    /// What of.
-    pub what: String,
-    /// How many there are.
-    pub count: usize,
-    /// Their sum of squares in standard deviations of the noise.
-    pub chi_squared: f64,
-    /// Probability that data of the model itself have a larger one; none where the data chose more than half of the noise, which makes the
-    /// sum what it is.
-    pub probability: Option<f64>,
-}
 
 /// Shift of the parameters from which on a linearised density is doubted.
 const FAR: f64 = 1.0;
@@ -131,18 +87,5 @@ impl Run {
             residuals,
             sums: kinds.into_iter().filter_map(sum).collect(),
         })
-    }
-}
-
-impl StageRecord {
-    /// The probability of every model of the table, in its order, if all were as probable before and one of them is right; zero for one without
-    /// evidence.
-    #[must_use]
-    pub fn probabilities(&self) -> Vec<f64> {
-        let all: Vec<f64> =
-            self.models.iter().map(|m| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal)).collect();
-        let best = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let sum: f64 = all.iter().map(|ln| (ln - best).exp()).sum();
-        all.iter().map(|ln| (ln - best).exp() / sum).collect()
     }
 }

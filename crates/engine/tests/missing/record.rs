@@ -1,4 +1,5 @@
 //! The long study behind docs/records/missing.md: run it with `cargo test --release --test missing -- --ignored --nocapture`.
+#![allow(clippy::print_stdout, reason = "a study prints its tables")]
 
 use crate::is;
 use crate::variants::{COMBUSTOR, DUCTED_FLAME, Example, QUARTER_WAVE, Variant, has_formula};

@@ -1,6 +1,6 @@
 //! What the data still ask for: a table, and gains along the rig.
 
-use super::tables::{chance, with_uncertainty};
+use super::numbers::{chance, with_uncertainty};
 use crate::draw::html;
 use rijke_engine::run::{
     Answer, AnswerPanel, Family, Frame, FrameColumn, FrameRow, Layer, LayerLook, Missing, StageRecord,

@@ -1,7 +1,6 @@
 //! A model point by point: residuals over every factor, and each point given all others.
 
-use super::StudyHead;
-use super::tables::chance;
+use super::numbers::chance;
 use crate::draw::html;
 use rijke_engine::run::{
     Answer, AnswerPanel, Checks, Frame, FrameColumn, FrameRow, Layer, LayerLook, PointCheck, StageRecord,
@@ -57,9 +56,10 @@ pub(super) fn section(stage: &StageRecord) -> String {
 pub(super) fn said(stages: &[StageRecord]) -> String {
     let mut all: BTreeMap<&str, Vec<[String; 2]>> = BTreeMap::new();
     for stage in stages {
-        let Some(model) = super::chosen(stage).filter(|m| m.predicted.len() == stage.measured.len()) else {
-            continue;
+        let going = |m: &&rijke_engine::run::ModelRecord| {
+            m.id == stage.chosen && m.predicted.len() == stage.measured.len()
         };
+        let Some(model) = stage.models.iter().find(going) else { continue };
         for (k, (m, predicted)) in stage.measured.iter().zip(&model.predicted).enumerate() {
             let residual = |part: usize| stage.checks.as_ref().and_then(|c| c.residuals.get(k)?[part]);
             let words = |what: &str, unit: &str, measured: Option<[f64; 2]>, part: usize, scale: f64| {
@@ -102,9 +102,9 @@ pub(super) fn points(checks: &Checks) -> Frame {
 }
 
 /// The residuals over every factor that varies, and over the frequency; none where nothing varies.
-pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> Option<Answer> {
+pub(super) fn residuals(factors: &[(String, String)], stage: &StageRecord) -> Option<Answer> {
     let checks = stage.checks.as_ref()?;
-    let factors = || head.factors.iter().map(|(name, unit)| (name.as_str(), unit.as_str()));
+    let factors = || factors.iter().map(|(name, unit)| (name.as_str(), unit.as_str()));
     let mut columns: Vec<FrameColumn> =
         factors().map(|(name, unit)| FrameColumn::new(name, name, unit)).collect();
     columns.push(FrameColumn::new("frequency", "Frequency", "Hz"));

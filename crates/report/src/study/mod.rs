@@ -4,7 +4,8 @@ mod asked;
 mod checks;
 mod claims;
 mod figure;
-pub(crate) mod tables;
+pub(crate) mod numbers;
+mod tables;
 
 use crate::ReportError;
 use crate::draw::{self, html};
@@ -74,7 +75,7 @@ impl StudyPage {
             if let Some(found) = &stage.checks {
                 page.table(&format!("{}-points", stage.id), &checks::points(found))?;
             }
-            if let Some(answer) = checks::residuals(head, stage) {
+            if let Some(answer) = checks::residuals(&head.factors, stage) {
                 body += &page.figure(head, &answer, Some(stage))?;
             }
             body += &asked::section(stage);

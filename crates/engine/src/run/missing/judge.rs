@@ -1,7 +1,7 @@
 //! Scores of all terms, families of those that are alike, and what chance would do.
 
 use super::library::{Library, Term};
-use super::{Asked, Family, Missing, words};
+use crate::run::found::{Asked, Family, Missing, words};
 use rayon::prelude::*;
 use rijke_inference::{Linearised, Told, gain};
 use rijke_numerics::{Matrix, Streams};

@@ -11,72 +11,13 @@ mod library;
 #[cfg(test)]
 mod tests;
 
+use super::found::Missing;
 use super::stages::{Chosen, Run};
 use crate::EngineError;
 use crate::observed::Used;
 use judge::judged;
 use library::Library;
 use rijke_study::plan::Stage;
-use serde::{Deserialize, Serialize};
-
-/// What the data still ask for after a model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Missing {
-    /// How many terms were tried.
-    pub tried: usize,
-    /// The gain that the best of all terms reaches by chance in one of twenty data sets of the model itself, nats.
-    pub by_chance: f64,
-    /// Families of terms, in the order in which each gains most beyond those before it.
-    pub families: Vec<Family>,
-    /// Of each kind of effect at each place the term of the largest gain, the most gain first.
-    pub best: Vec<Asked>,
-}
-
-/// Terms that these data cannot tell apart.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Family {
-    /// The term of the largest gain.
-    pub first: Asked,
-    /// Its gain beyond the families before it, nats, noise as fitted; and the probability that the best of all terms does as well by chance.
-    pub beyond: (f64, f64),
-    /// Others like it, in words, the most gain first.
-    pub like: Vec<String>,
-    /// Where along the rig terms of the same effect are like it, m; none for what acts along it.
-    pub between: Option<[f64; 2]>,
-}
-
-/// A term with what the data say of it. It describes what is missing, and is no cause.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Asked {
-    /// What it does.
-    pub effect: String,
-    /// Where.
-    pub place: String,
-    /// Where along the rig, m, in the mean over the observations.
-    pub x: Option<f64>,
-    /// What it is in proportion to; empty if it is the same at all points.
-    pub times: String,
-    /// Its strength and the standard deviation of that, the parameters of the model being free to follow.
-    pub strength: [f64; 2],
-    /// Unit of the strength.
-    pub unit: String,
-    /// Standard deviation of the prior of the strength.
-    pub prior_sd: f64,
-    /// Expected gain in ln evidence, nats: noise chosen again.
-    pub gain: f64,
-    /// Probability that the best term of the library does as well by chance.
-    pub probability: f64,
-    /// Root mean square change of growth rates (1/s) and of angular frequencies (rad/s) at that strength, before parameters follow.
-    pub moves: [f64; 2],
-}
-
-impl Asked {
-    /// The term in words.
-    #[must_use]
-    pub fn words(&self) -> String {
-        words(&self.effect, &self.place, &self.times)
-    }
-}
 
 impl Run {
     /// What the data of a stage still ask for after the model that goes on.
@@ -112,9 +53,4 @@ impl Chosen {
         };
         self.trained.linear.1.iter().map(row).collect()
     }
-}
-
-fn words(effect: &str, place: &str, times: &str) -> String {
-    let by = if times.is_empty() { String::new() } else { format!(", times {times}") };
-    format!("{effect} at {place}{by}")
 }
