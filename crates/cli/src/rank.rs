@@ -7,7 +7,7 @@ use crate::{
     study::{observations, of_the_engine, open},
     ui::Ui,
 };
-use rijke_engine::run::{Answer, Judgement, ModelRecord, Run, StageRecord, verdicts};
+use rijke_engine::run::{Answer, Asked, Judgement, Missing, ModelRecord, Run, StageRecord, verdicts};
 use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -209,4 +209,35 @@ fn table(ui: &Ui, stage: &StageRecord) {
             crate::results::warn_of_prior(ui, p);
         }
     }
+    if let Some(missing) = &stage.missing {
+        still_asked(ui, missing);
+    }
 }
+
+/// The first terms that the data still ask for.
+fn still_asked(ui: &Ui, missing: &Missing) {
+    let Some(first) = missing.families.first() else { return };
+    let tried = missing.tried;
+    if first.first.probability > CHANCE {
+        ui.say(format!(
+            "      missing: nothing beyond chance; the best of {tried} terms is {} (p = {:.2})",
+            first.first.words(),
+            first.first.probability
+        ));
+        return;
+    }
+    for (k, family) in missing.families.iter().take(2).enumerate().filter(|(_, f)| f.beyond.1 <= CHANCE) {
+        let (Asked { strength: [value, sd], unit, gain, .. }, (beyond, probability)) =
+            (&family.first, family.beyond);
+        let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
+        ui.say(format!(
+            "      {word}: {} = {} {unit}: {gain:+.1} nats expected, p = {probability:.3} ({} of {tried} terms cannot be told from it)",
+            family.first.words(),
+            number::with_sd(*value, *sd),
+            family.like.len()
+        ));
+    }
+}
+
+/// Probability above which a term is not told.
+const CHANCE: f64 = 0.05;

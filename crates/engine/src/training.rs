@@ -7,11 +7,12 @@ use crate::observed::{Observed, Used};
 use crate::predictor::{Predictor, Reordered};
 use crate::{Assembly, EngineError};
 use rijke_inference::{
-    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter,
-    Parameters, Posterior, Stop, Verdict,
+    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, Linearised, MapOptions, NoiseEstimate,
+    Parameter, Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
 use rijke_rig::ChannelErrors;
+use std::sync::Arc;
 
 /// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of the next.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,6 +71,8 @@ pub struct Trained {
     pub calls: Calls,
     /// Reasons not to trust the evidence; empty if it passed its checks or was not checked.
     pub warnings: Vec<String>,
+    /// The model and its data to first order about these values, and the place of each datum in the prediction.
+    pub(crate) linear: Arc<(Linearised, Vec<usize>)>,
     /// What a referee said of the evidence, if one was asked.
     pub referee: Option<Verdict>,
 }
@@ -202,7 +205,7 @@ impl Fitting<'_> {
         let exact = Reordered { inner: self.model, order: order.clone(), highest: Order::Second };
         let posterior = Posterior::new(&exact, data, self.parameters)?;
         let (fit, laplace, summed, warnings, referee) = match &self.training.checks {
-            None => (self.search(data, order, &options)?, None, None, Vec::new(), None),
+            None => (self.search(data, order.clone(), &options)?, None, None, Vec::new(), None),
             Some(checks) => {
                 let starts = options.start.into_iter().chain(checks.starts.iter().cloned()).collect();
                 let found = posterior.assess(&AssessOptions { starts, ..checks.clone() })?;
@@ -211,6 +214,7 @@ impl Fitting<'_> {
             }
         };
         let laplace: Laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
+        let linear = Arc::new((posterior.linearised(&fit, &laplace)?, order));
         // Blocks of data may hold several operating points or parts of one; all maxima that were found count.
         let evidence = Evidence { datapoints: points, ..summed.unwrap_or(laplace.evidence) };
         Ok(Trained {
@@ -222,6 +226,7 @@ impl Fitting<'_> {
             noise: fit.noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
             evidence,
             stop: fit.stop,
+            linear,
             warnings,
             referee,
             calls: fit.calls,

@@ -65,6 +65,7 @@ pub mod ensemble;
 mod error;
 mod evidence;
 mod fit;
+mod linearised;
 mod maxima;
 mod numbers;
 mod problem;
@@ -78,9 +79,10 @@ pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, Tru
 pub use error::{ForwardError, InferenceError};
 pub use evidence::{
     Conflict, ConflictWarning, Entry, Evidence, LEARNT, Laplace, MarginalFit, Offset, Predicted, RankedModel,
-    Ranking, Residual, Tension, rank,
+    Ranking, Tension, rank,
 };
 pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
+pub use linearised::{Drawn, LeftOut, Linearised, Told, gain};
 pub use maxima::{Apart, Maximum, Mode};
 pub use numbers::{chi_squared_sds, normal_cdf, normal_quantile};
 pub use problem::{

@@ -1,7 +1,7 @@
 //! The page of a study of responses: tables of models, and what was measured beside what they answer.
 
 use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, html, model_stroke};
-use crate::study::{STYLE, tables::with_uncertainty};
+use crate::study::{STYLE, numbers::with_uncertainty};
 use crate::{ReportError, StudyHead};
 use rijke_engine::response::{ResponseModelRecord, ResponseStageRecord};
 use rijke_rig::DataKind;

@@ -2,8 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use rijke_engine::run::{
-    Answer, AnswerPanel, EvidenceRecord, Frame, FrameColumn, FrameRow, Judgement, Layer, LayerLook,
-    MeasuredRecord, ModelRecord, ParameterRecord, StageRecord,
+    Answer, AnswerPanel, Asked, Checks, EvidenceRecord, Family, Frame, FrameColumn, FrameRow, Judgement,
+    Layer, LayerLook, MeasuredRecord, Missing, ModelRecord, ParameterRecord, PointCheck, StageRecord,
+    SumCheck,
 };
 use rijke_report::{StudyHead, StudyPage, answer_svg};
 use rijke_rig::DataKind;
@@ -52,7 +53,48 @@ fn stage() -> StageRecord {
         chosen: "a".into(),
         decides: 3.0,
         assumes: vec!["Cold tube: x is taken, though y is only 0.4 nats behind".into()],
+        missing: Some(missing()),
+        checks: Some(Checks {
+            rival: Some("b".into()),
+            points: vec![check("p0", false), check("p1", true)],
+            residuals: vec![[Some(0.25), Some(-1.5)], [Some(0.5), None]],
+            sums: vec![SumCheck {
+                what: "growth rates".into(),
+                count: 2,
+                chi_squared: 3.25,
+                probability: Some(0.197),
+            }],
+        }),
     }
+}
+
+fn check(point: &str, doubtful: bool) -> PointCheck {
+    PointCheck {
+        point: point.into(),
+        ln_left_out: Some(-2.5),
+        ahead: Some(1.25),
+        shift: if doubtful { 1.5 } else { 0.5 },
+        doubtful,
+    }
+}
+
+fn missing() -> Missing {
+    let first = Asked {
+        effect: "leak".into(),
+        place: "x = 0.300 m".into(),
+        x: Some(0.3),
+        times: "Q/(50 W)".into(),
+        strength: [0.0021, 0.0004],
+        unit: "1".into(),
+        prior_sd: 0.004,
+        gain: 12.34,
+        probability: 0.001,
+        moves: [0.4, 0.02],
+    };
+    let like = vec!["compliance at x = 0.250 m".to_owned()];
+    let family = Family { first: first.clone(), beyond: (11.5, 0.001), like, between: Some([0.25, 0.35]) };
+    let other = Asked { x: Some(0.5), gain: -0.5, ..first.clone() };
+    Missing { tried: 700, by_chance: 3.4, families: vec![family], best: vec![first, other] }
 }
 
 fn answer(look: LayerLook) -> Answer {
@@ -100,6 +142,16 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
         "1.0109(18)",
         "lies 5.2 standard deviations of its prior",
         "<h2 id=\"question\">What &amp; how</h2>",
+        // One model of two, by 17 nats.
+        "<td class=\"n\">1.000</td>",
+        "growth rates 3.2 of 2 (p = 0.197)",
+        "Together the points are +2.5 nats ahead",
+        "<td>p1*</td>",
+        "leak at x = 0.300 m, times Q/(50 W)<br><small>between 0.250 m and 0.350 m</small>",
+        "It is no cause",
+        "data-point=\"p1\"",
+        // Of the point under the pointer.
+        "growth rate -6.000 \u{b1} 0.100 1/s, predicted -6.000, residual +0.5 sd",
     ] {
         assert!(text.contains(part), "no `{part}` in\n{text}");
     }
@@ -111,6 +163,12 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
         "{table}"
     );
     assert!(folder.join("figures/question.svg").is_file() && folder.join("tables/heat.csv").is_file());
+    let points = std::fs::read_to_string(folder.join("tables/heat-points.csv")).unwrap();
+    assert!(points.contains("p1,doubtful,-2.5,1.25,1.5"), "{points}");
+    assert!(
+        folder.join("figures/heat-missing.svg").is_file()
+            && folder.join("tables/heat-residuals.csv").is_file()
+    );
     std::fs::remove_dir_all(folder).unwrap();
 }
 

@@ -4,9 +4,11 @@ mod attach;
 mod cuts;
 mod fill;
 mod poles;
+mod probe;
 mod together;
 
 pub(crate) use poles::{Acting, poles};
+pub(crate) use probe::Probed;
 pub(crate) use together::respond_together;
 
 use crate::EngineError;
@@ -37,6 +39,8 @@ pub struct PointModel<'a> {
     /// Numbers of the laws, those of walls first, because what they lose is a name of the others.
     order: Vec<usize>,
     places: Places,
+    /// Places at which further effects are tried.
+    cuts: Vec<usize>,
     /// Place of the reference among the microphones that are predicted; none if there are no microphones.
     reference: Option<usize>,
     guess: C64,
@@ -66,6 +70,19 @@ impl<'a> PointModel<'a> {
         conditions: &Conditions,
         microphones: &[usize],
     ) -> Result<Self, EngineError> {
+        Self::with_cuts(assembly, conditions, microphones, &[])
+    }
+
+    /// The same with places where further effects can be tried, m.
+    ///
+    /// # Errors
+    /// As [`PointModel::new`].
+    pub(crate) fn with_cuts(
+        assembly: &'a Assembly,
+        conditions: &Conditions,
+        microphones: &[usize],
+        further: &[f64],
+    ) -> Result<Self, EngineError> {
         let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
         let layout = &conditions.layout;
         let reference = microphones.iter().position(|m| *m == assembly.rig.microphones.reference);
@@ -73,10 +90,10 @@ impl<'a> PointModel<'a> {
         // Where nothing listens, the mode is scaled by the pressure at a place that is no simple fraction of the length.
         let elsewhere = 0.3719 * layout.length;
         let at_reference = reference.map_or(elsewhere, |k| heard[k]);
-        let instruments = || heard.iter().copied().chain([at_reference]);
+        let instruments = || heard.iter().copied().chain([at_reference]).chain(further.iter().copied());
         let travel = conditions.base.travel_time(0.0, layout.length);
         let guess = C64::new(-10.0, std::f64::consts::PI / travel);
-        let bare = |network, shape, places| Self {
+        let bare = |network, shape, places, cuts| Self {
             assembly,
             id: conditions.id.clone(),
             network,
@@ -87,6 +104,7 @@ impl<'a> PointModel<'a> {
             surroundings: Vec::new(),
             order: Vec::new(),
             places,
+            cuts,
             reference,
             guess,
             spacing: std::f64::consts::PI / travel,
@@ -95,7 +113,8 @@ impl<'a> PointModel<'a> {
             let shape = ShapeModel::new(assembly, conditions, &instruments().collect::<Vec<_>>())?;
             let (network, all) = (shape.network.clone(), &shape.microphones);
             let places = Places { at: all[..heard.len()].to_vec(), reference: all[heard.len()] };
-            return Ok(bare(network, Some(shape), places));
+            let cuts = all[heard.len() + 1..].to_vec();
+            return Ok(bare(network, Some(shape), places, cuts));
         }
         let stretches = cuts::segments(conditions, &cuts::all(assembly, conditions, instruments()));
         let network = Network::new(stretches.iter().map(|s| s.segment).collect()).map_err(fail)?;
@@ -103,7 +122,8 @@ impl<'a> PointModel<'a> {
             at: heard.iter().map(|x| network.place_at(*x)).collect::<Result<_, _>>().map_err(fail)?,
             reference: network.place_at(at_reference).map_err(fail)?,
         };
-        let mut model = bare(network, None, places);
+        let found = further.iter().map(|x| network.place_at(*x)).collect::<Result<_, _>>().map_err(fail)?;
+        let mut model = bare(network, None, places, found);
         model.attach(conditions, &stretches).map_err(fail)?;
         model.complete_walls();
         model.forget_unused();

@@ -55,6 +55,7 @@ pub fn models(stage: &StageRecord) -> Frame {
         ("ln_occam", "ln Occam factor per observation", "1"),
         ("ln_marginal", "ln evidence per observation", "1"),
         ("total", "ln evidence", "1"),
+        ("probability", "Probability, all models equally probable before", "1"),
         ("growth_rate_misfit", "Misfit of the growth rate", "1/s"),
         ("angular_frequency_misfit", "Misfit of the angular frequency", "rad/s"),
         ("pressure_misfit", "Misfit of relative pressures", "1"),
@@ -71,10 +72,10 @@ pub fn models(stage: &StageRecord) -> Frame {
             columns.push(FrameColumn::new(&format!("{}_sd", p.name), &format!("{}, sd", p.symbol), &p.unit));
         }
     }
-    let row = |m: &ModelRecord| {
+    let row = |(m, probability): (&ModelRecord, f64)| {
         let mut values = vec![None; columns.len()];
         if let Some(e) = m.evidence {
-            let all = e.per_observation().into_iter().chain([e.ln_marginal]).chain(m.misfit);
+            let all = e.per_observation().into_iter().chain([e.ln_marginal, probability]).chain(m.misfit);
             values[..first].iter_mut().zip(all).for_each(|(to, from)| *to = finite(from));
         }
         for p in &m.parameters {
@@ -84,7 +85,7 @@ pub fn models(stage: &StageRecord) -> Frame {
         }
         FrameRow { label: m.id.clone(), series: stage.id.clone(), values }
     };
-    let rows = stage.models.iter().map(row).collect();
+    let rows = stage.models.iter().zip(stage.probabilities()).map(row).collect();
     Frame { columns, rows }
 }
 

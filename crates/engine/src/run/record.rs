@@ -1,5 +1,6 @@
 //! What a stage found, as numbers that are written and drawn.
 
+use super::found::{Checks, Missing};
 use crate::{Misfit, Observed, Trained};
 use rijke_inference::Prior;
 use serde::{Deserialize, Serialize};
@@ -25,6 +26,12 @@ pub struct StageRecord {
     /// What earlier stages took for certain, though their evidence does not decide it: all numbers here hold if it is right.
     #[serde(default)]
     pub assumes: Vec<String>,
+    /// What the data still ask for after the model that goes on.
+    #[serde(default)]
+    pub missing: Option<Missing>,
+    /// That model point by point.
+    #[serde(default)]
+    pub checks: Option<Checks>,
 }
 
 /// What was measured of one mode at one point.
@@ -94,6 +101,19 @@ pub struct EvidenceRecord {
     pub ln_marginal: f64,
     /// Number of observations, by which tables divide.
     pub observations: usize,
+}
+
+impl StageRecord {
+    /// The probability of every model of the table, in its order, if all were as probable before and one of them is right; zero for one without
+    /// evidence.
+    #[must_use]
+    pub fn probabilities(&self) -> Vec<f64> {
+        let all: Vec<f64> =
+            self.models.iter().map(|m| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal)).collect();
+        let best = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = all.iter().map(|ln| (ln - best).exp()).sum();
+        all.iter().map(|ln| (ln - best).exp() / sum).collect()
+    }
 }
 
 impl EvidenceRecord {

@@ -132,6 +132,13 @@ impl Run {
         Ok((record, Some(found)))
     }
 
+    /// The microphones that a stage uses.
+    pub(super) fn microphones(&self, stage: &Stage) -> Vec<usize> {
+        let names = &self.rig.microphones.names;
+        let used = |m: &usize| stage.microphones.is_empty() || stage.microphones.contains(&names[*m]);
+        (0..names.len()).filter(used).collect()
+    }
+
     /// The microphone to which pressures are relative, if there is one.
     pub(super) fn reference(&self) -> Option<usize> {
         Some(self.rig.microphones.reference).filter(|_| !self.rig.microphones.at.is_empty())
@@ -172,8 +179,6 @@ impl Run {
         known: Vec<Knowledge>,
         trusted: Trusted,
     ) -> Training {
-        let names = &self.rig.microphones.names;
-        let used = |m: &usize| stage.microphones.is_empty() || stage.microphones.contains(&names[*m]);
         let search = gauss_newton();
         let referee = if let Trusted::Refereed(kind, error) = trusted { Some((kind, error)) } else { None };
         let usual = AssessOptions {
@@ -191,7 +196,7 @@ impl Run {
             Trusted::Checked | Trusted::Refereed(..) => Some(usual),
         };
         Training {
-            microphones: (0..names.len()).filter(used).collect(),
+            microphones: self.microphones(stage),
             noise,
             known,
             channels: self.channels.clone().filter(|_| stage.channels),

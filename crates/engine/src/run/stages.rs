@@ -71,6 +71,15 @@ fn undecided(title: &str, models: &[ModelRecord], taken: usize, decides: f64) ->
     Some(format!("{title}: {taken} is taken, though {} is only {nats:.1} nats {lies}", other.id))
 }
 
+impl Done {
+    /// The best model of the table but the one that goes on.
+    pub(super) fn rival(&self) -> Option<&(ModelRecord, Chosen)> {
+        let others = self.rows.iter().filter(|(model, _)| model.candidates != self.choice);
+        let total = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
+        others.max_by(|a, b| total(&a.0).total_cmp(&total(&b.0)))
+    }
+}
+
 /// A study with its observations, and what has been trained of it so far.
 pub struct Run {
     /// The study.
@@ -216,6 +225,12 @@ impl Run {
             let assumes = assumes.iter().cloned().chain(own).collect();
             self.done.push(Done { choice, chosen: goes_on, rows, assumes });
         }
+        let (mut missing, mut checks) = (None, None);
+        if let Some(done) = self.done.last() {
+            missing = self.missing(&stage, &done.chosen)?;
+            let rival = done.rival().map(|(model, found)| (model.id.as_str(), found));
+            checks = Some(self.checks(&stage, &done.chosen, rival)?);
+        }
         Ok(Some(StageRecord {
             id: stage.id,
             title: stage.title,
@@ -225,6 +240,8 @@ impl Run {
             chosen,
             decides: stage.decides,
             assumes,
+            missing,
+            checks,
         }))
     }
 

@@ -12,7 +12,7 @@ mod rank;
 pub use conflict::{Conflict, ConflictWarning, LEARNT, Offset, Tension};
 pub use laplace::{Evidence, Laplace};
 pub use marginal::MarginalFit;
-pub use predictive::{Predicted, Residual};
+pub use predictive::Predicted;
 pub use rank::{Entry, RankedModel, Ranking, rank};
 
 pub(crate) use conflict::tension;

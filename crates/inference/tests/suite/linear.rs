@@ -3,7 +3,7 @@
 use crate::problems::{Linear, design, normal, numbers};
 use approx::assert_relative_eq;
 use rijke_inference::*;
-use rijke_numerics::{Cholesky, Matrix};
+use rijke_numerics::{Cholesky, Matrix, Streams};
 
 fn fixed(values: Vec<f64>, sd: f64) -> Data {
     let all: Vec<usize> = (0..values.len()).collect();
@@ -113,12 +113,15 @@ fn exact_leave_one_out_and_prediction() {
     let fit = posterior.map(&MapOptions::default()).unwrap();
     let laplace = posterior.laplace(&fit).unwrap();
     let all: Vec<usize> = (0..m).collect();
-    for (b, residual) in posterior.residuals(&fit, &laplace).unwrap().iter().enumerate() {
+    let linear = posterior.linearised(&fit, &laplace).unwrap();
+    for b in 0..m / block {
+        let places: Vec<usize> = (b * block..(b + 1) * block).collect();
+        let found = linear.left_out(&places).unwrap().ln_density;
         // ln p(block | rest) = ln p(all) - ln p(rest), both in closed form.
         let rest: Vec<usize> = all.iter().copied().filter(|i| i / block != b).collect();
         let others: Vec<f64> = rest.iter().map(|&i| y[i]).collect();
         let exact = ln_gaussian(&y, &marginal(&x, &all, sd)) - ln_gaussian(&others, &marginal(&x, &rest, sd));
-        assert_relative_eq!(residual.ln_left_out, exact, epsilon = 1e-10);
+        assert_relative_eq!(found, exact, epsilon = 1e-10);
     }
     let new = design("blocks/new", 2, 4);
     let predicted = laplace.predict(&Linear(new.clone())).unwrap();
@@ -135,4 +138,37 @@ fn exact_leave_one_out_and_prediction() {
             assert_relative_eq!(predicted.covariance[(r, s)], prior - learnt, epsilon = 1e-10);
         }
     }
+}
+
+/// With the noise known, a further direction gains what the closed form of both evidences says.
+#[test]
+fn exact_a_further_direction_gains_the_difference_of_two_evidences() {
+    let (m, sd) = (24, 0.4);
+    let (x, y, data, parameters) = problem(m, 4, 3, NoiseGroup::fixed("noise", "1", sd));
+    let model = Linear(x.clone());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let linear = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap();
+    let all: Vec<usize> = (0..m).collect();
+    let without = marginal(&x, &all, sd);
+    let more = design("a further direction", m, 1);
+    let direction: Vec<f64> = (0..m).map(|i| more[(i, 0)] + x[(i, 1)]).collect();
+    let told = linear.told(&direction).unwrap();
+    assert!(told.left > 0.1 && told.left < 0.9, "{}", told.left);
+    for observations in [1, 8] {
+        let variance = told.prior_sd(observations).powi(2);
+        let with = Matrix::from_fn(m, m, |i, j| without[(i, j)] + variance * direction[i] * direction[j]);
+        let exact = ln_gaussian(&y, &with) - ln_gaussian(&y, &without);
+        assert_relative_eq!(told.gain(told.drop[0], observations), exact, epsilon = 1e-10);
+        assert_relative_eq!(told.drop[0], told.drop[1], epsilon = 1e-12);
+    }
+    // Draws of the predictive density have the covariance of scores that it says: one, for each.
+    let mut stream = Streams::new(7).stream("draws");
+    let squares = (0..4000).map(|_| {
+        let pulls = linear.draw(&mut stream).pulls;
+        (direction.iter().zip(&pulls).map(|(d, p)| d * p).sum::<f64>() * told.sd).powi(2)
+    });
+    let mean = squares.sum::<f64>() / 4000.0;
+    assert!((mean - 1.0).abs() < 4.0 * (2.0_f64 / 4000.0).sqrt(), "{mean}");
+    assert!(linear.told(&(0..m).map(|_| 0.0).collect::<Vec<_>>()).is_none());
 }

@@ -50,10 +50,19 @@ impl Panel {
     }
 
     /// A filled circle with a remark that browsers show under the pointer.
-    pub(crate) fn dot(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str, remark: &str) {
+    pub(crate) fn dot(&mut self, at: [f64; 2], radius: f64, colour: &str, remark: &str) {
+        self.circle(at, radius, colour, remark, "");
+    }
+
+    /// The same for the measured point `name`, by which the page finds it in all figures.
+    pub(crate) fn measured(&mut self, at: [f64; 2], radius: f64, colour: &str, remark: &str, name: &str) {
+        self.circle(at, radius, colour, remark, &format!(" data-point=\"{}\"", text::escape(name)));
+    }
+
+    fn circle(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str, remark: &str, more: &str) {
         let ([x, y], radius, remark) = (self.at([x, y]).map(px), px(radius), text::escape(remark));
         self.body += &format!(
-            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{colour}\"><title>{remark}</title></circle>"
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{colour}\"{more}><title>{remark}</title></circle>"
         );
     }
 

@@ -156,7 +156,7 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
                     panel.error_bar([x, y], 2.0 * sd, 0.0, &Stroke::solid(colour, 1.0));
                 }
                 let sd = sd.map_or(String::new(), |sd| format!(" \u{b1} {sd:.2e}"));
-                panel.dot([x, y], 2.8, colour, &format!("{}: {y:.5}{sd}", row.label));
+                panel.measured([x, y], 2.8, colour, &format!("{}: {y:.5}{sd}", row.label), &row.label);
             }
         }
         LayerLook::Dashes => {

@@ -1,9 +1,12 @@
 //! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes nothing of its own.
 
+mod asked;
+mod checks;
 mod claims;
 mod figure;
 mod head;
-pub(crate) mod tables;
+pub(crate) mod numbers;
+mod tables;
 
 use crate::ReportError;
 use crate::draw::{self, html};
@@ -21,6 +24,9 @@ pub struct StudyPage {
 }
 
 pub(crate) const STYLE: &str = include_str!("page.css");
+
+/// Shows what is known of a point under the pointer, and marks it in every figure.
+const SCRIPT: &str = include_str!("page.js");
 
 /// The figure of an answer as the text of an SVG file; none where there is nothing to draw.
 #[must_use]
@@ -49,13 +55,24 @@ impl StudyPage {
             body += &section(head, stage);
             page.table(&stage.id, &models(stage))?;
             for answer in answers.iter().filter(|a| a.id == stage.id) {
-                body += &page.figure(head, answer)?;
+                body += &page.figure(head, answer, Some(stage))?;
+            }
+            body += &checks::section(stage);
+            if let Some(found) = &stage.checks {
+                page.table(&format!("{}-points", stage.id), &checks::points(found))?;
+            }
+            if let Some(answer) = checks::residuals(&head.factors, stage) {
+                body += &page.figure(head, &answer, Some(stage))?;
+            }
+            body += &asked::section(stage);
+            if let Some(missing) = &stage.missing {
+                body += &page.figure(head, &asked::along(stage, missing), Some(stage))?;
             }
             body += &claims::of(verdicts, &stage.id);
         }
         for answer in answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id)) {
             body += &format!("<h2 id=\"{}\">{}</h2>\n", answer.id, html(&answer.title));
-            body += &page.figure(head, answer)?;
+            body += &page.figure(head, answer, None)?;
             body += &tables::parameter_table(&answer.parameters);
             body += &claims::of(verdicts, &answer.id);
         }
@@ -68,19 +85,26 @@ impl StudyPage {
         let text = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
              initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<main>\n<h1>{name}</h1>\n<p>{question}</p>\n{answer}\
-             {published}<p class=\"data\">{data}. Source: {source}.</p>\n{contents}{body}</main>\n</body></html>\n",
+             {published}<p class=\"data\">{data}. Source: {source}.</p>\n{contents}{body}</main>\n\
+             <script type=\"application/json\" id=\"points\">{points}</script>\n<script>\n{SCRIPT}</script>\n</body></html>\n",
             name = html(&head.name),
             question = html(&head.question),
             source = html(&head.source),
             published = claims::summary(&head.claims, verdicts),
             contents = contents(stages, answers),
+            points = checks::said(stages),
         );
         page.files.push(("index.html".to_owned(), text.into_bytes()));
         Ok(page)
     }
 
     /// Keeps the figure of an answer and its tables; the figure as HTML.
-    fn figure(&mut self, head: &StudyHead, answer: &Answer) -> Result<String, ReportError> {
+    fn figure(
+        &mut self,
+        head: &StudyHead,
+        answer: &Answer,
+        stage: Option<&StageRecord>,
+    ) -> Result<String, ReportError> {
         let prefix = if answer.frames.len() > 1 { "-measured" } else { "" };
         for (k, frame) in answer.frames.iter().enumerate() {
             let name =
@@ -90,7 +114,12 @@ impl StudyPage {
         }
         let Some(figure) = figure::of(Some(head.kind), answer) else { return Ok(String::new()) };
         self.files.push((format!("figures/{}.svg", answer.id), figure.svg().into_bytes()));
-        Ok(format!("<figure>{}<figcaption>{}</figcaption></figure>\n", figure.html(), html(&figure.caption)))
+        let of = stage.map_or(String::new(), |s| format!(" data-stage=\"{}\"", s.id));
+        Ok(format!(
+            "<figure{of}>{}<figcaption>{}</figcaption></figure>\n",
+            figure.html(),
+            html(&figure.caption)
+        ))
     }
 
     fn table(&mut self, name: &str, frame: &Frame) -> Result<(), ReportError> {

@@ -1,6 +1,8 @@
 //! Tables of a stage: models by evidence, parameters, laws, residuals.
 
 use super::head::StudyHead;
+use super::numbers::{chance, with_uncertainty};
+
 use crate::draw::html;
 use rijke_engine::run::{ModelRecord, ParameterRecord, StageRecord};
 use std::collections::BTreeMap;
@@ -29,7 +31,8 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
     });
     // Where pressures were heard.
     let shapes = models.iter().any(|m| m.misfit[2] > 0.0);
-    let (columns, heard) = if shapes { (7, "<th>misfit of relative pressures</th>") } else { (6, "") };
+    let (columns, heard) = if shapes { (8, "<th>misfit of relative pressures</th>") } else { (7, "") };
+    let probabilities = stage.probabilities();
     let best = models.first().and_then(|m| total(m)).unwrap_or(0.0);
     let row = |m: &&ModelRecord| {
         let class = if m.id == stage.chosen { " class=\"chosen\"" } else { "" };
@@ -42,9 +45,11 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
             ),
             None => "<td></td><td></td>".to_owned(),
         });
+        let place = stage.models.iter().position(|other| other.id == m.id);
+        let probability = place.and_then(|k| probabilities.get(k)).map_or(String::new(), |p| chance(*p));
         match m.evidence {
             Some(e) => format!(
-                "<tr{class}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
+                "<tr{class}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{probability}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
                  <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td>{}{printed}</tr>\n",
                 e.ln_marginal - best,
                 e.ln_best_fit,
@@ -62,7 +67,7 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
     let rows: String = models.iter().map(row).collect();
     let printed = if published.is_some() { "<th>per point</th><th>published</th>" } else { "" };
     format!(
-        "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>ln best fit</th><th>ln Occam</th>\
+        "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>probability</th><th>ln best fit</th><th>ln Occam</th>\
          <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th>{heard}{printed}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
     )
 }
@@ -94,23 +99,6 @@ pub(super) fn parameter_table(parameters: &[ParameterRecord]) -> String {
         "<div class=\"wide\"><table><thead><tr><th>parameter</th><th>name in files</th><th>value</th><th>unit</th><th>from its prior, in prior \
          sd</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
     )
-}
-
-/// A value with its standard deviation in the last two digits: 1.0109(18).
-pub(crate) fn with_uncertainty(value: f64, sd: f64) -> String {
-    if !(sd > 0.0 && sd.is_finite() && value.is_finite()) {
-        return format!("{value:.4e}");
-    }
-    let digits = 1 - sd.log10().floor() as i32;
-    let largest = value.abs().max(sd).log10().floor() as i32;
-    if (-4..=5).contains(&largest) && (0..=9).contains(&digits) {
-        let digits = digits as usize;
-        return format!("{value:.digits$}({:.0})", sd * 10f64.powi(digits as i32)).replace('-', "\u{2212}");
-    }
-    let scale = 10f64.powi(largest);
-    let shown = (digits + largest).max(0) as usize;
-    let text = format!("{:.shown$}({:.0})", value / scale, sd / scale * 10f64.powi(shown as i32));
-    format!("{} × 10<sup>{largest}</sup>", text.replace('-', "\u{2212}")).replace("<sup>-", "<sup>\u{2212}")
 }
 
 /// Sentences on parameters that contradict what was known before.
@@ -178,17 +166,4 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
         "<details><summary>Measured and predicted, point by point</summary><div class=\"wide\"><table><thead><tr><th>point</th>{factors}<th>growth \
          rate, 1/s</th><th>predicted</th><th>angular frequency, rad/s</th><th>predicted</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n"
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::with_uncertainty;
-
-    #[test]
-    fn exact_the_last_two_digits_are_the_uncertain_ones() {
-        assert_eq!(with_uncertainty(1.01093, 0.0018), "1.0109(18)");
-        assert_eq!(with_uncertainty(-55.31, 0.12), "\u{2212}55.31(12)");
-        assert_eq!(with_uncertainty(0.0004, 2.1e-6), "0.0004000(21)");
-        assert_eq!(with_uncertainty(1.6e-7, 2e-9), "1.600(20) × 10<sup>\u{2212}7</sup>");
-    }
 }

@@ -155,9 +155,7 @@ impl Run {
     #[must_use]
     pub fn saved_rival(&self, id: &str) -> Option<crate::SavedModel> {
         let ((_, stage), done) = (self.study.plan.stage(id)?, self.stage_done(id)?);
-        let others = done.rows.iter().filter(|(model, _)| model.candidates != done.choice);
-        let total = |m: &crate::run::ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
-        let (model, found) = others.max_by(|a, b| total(&a.0).total_cmp(&total(&b.0)))?;
+        let (model, found) = done.rival()?;
         let mut points: Vec<String> = found.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
         let (hold, law) = (stage.hold.clone(), self.law_error(id));

@@ -1,0 +1,91 @@
+//! A trained model point by point: how well it foresees each from all others, and whether the residuals are as large as its noise says.
+
+use super::found::{Checks, PointCheck, SumCheck};
+use super::stages::{Chosen, Run};
+use crate::EngineError;
+use crate::observed::Used;
+use rayon::prelude::*;
+use rijke_numerics::Streams;
+use rijke_study::plan::Stage;
+
+/// Shift of the parameters from which on a linearised density is doubted.
+const FAR: f64 = 1.0;
+
+/// Data sets that are drawn.
+const DRAWS: usize = 1000;
+
+impl Run {
+    /// The checks of the model that goes on, and of its rival.
+    ///
+    /// # Errors
+    /// Those of the inference.
+    pub(super) fn checks(
+        &self,
+        stage: &Stage,
+        chosen: &Chosen,
+        rival: Option<(&str, &Chosen)>,
+    ) -> Result<Checks, EngineError> {
+        let (reference, microphones) = (self.rig.microphones.reference, self.microphones(stage));
+        let rows_of = |chosen: &Chosen| {
+            let used: Vec<Used> = chosen.observed.iter().map(|o| o.used(&microphones, reference)).collect();
+            chosen.rows(&used)
+        };
+        let rows = rows_of(chosen);
+        let others = rival.map(|(_, rival)| (rival, rows_of(rival)));
+        let linear = &chosen.trained.linear.0;
+        let mut residuals = vec![[None; 2]; chosen.observed.len()];
+        let mut points: Vec<PointCheck> = Vec::new();
+        for point in chosen.observed.chunk_by(|a, b| a.conditions.id == b.conditions.id) {
+            let id = &point[0].conditions.id;
+            let of = |chosen: &Chosen, rows: &[(usize, usize)]| -> Vec<usize> {
+                let own = |i: &usize| chosen.observed[rows[*i].0].conditions.id == *id;
+                (0..rows.len()).filter(own).collect()
+            };
+            let own = of(chosen, &rows);
+            // A point that alone decides a parameter cannot be foreseen by the others.
+            let found = linear.left_out(&own).ok();
+            let other = others
+                .as_ref()
+                .and_then(|(rival, rows)| rival.trained.linear.0.left_out(&of(rival, rows)).ok());
+            if let Some(found) = &found {
+                for (k, &i) in own.iter().enumerate().filter(|(_, i)| rows[**i].1 < 2) {
+                    residuals[rows[i].0][rows[i].1] = Some(found.residuals[k] / found.sds[k]);
+                }
+            }
+            let shift = found.as_ref().map_or(f64::MAX, |f| f.shift);
+            points.push(PointCheck {
+                point: id.clone(),
+                ln_left_out: found.as_ref().map(|f| f.ln_density),
+                ahead: found.as_ref().zip(other.as_ref()).map(|(a, b)| a.ln_density - b.ln_density),
+                shift,
+                doubtful: shift.max(other.map_or(0.0, |o| o.shift)) > FAR,
+            });
+        }
+        let streams = Streams::new(u64::from_le_bytes(*b"checks\0\0"));
+        let draw = |k: usize| linear.draw(&mut streams.stream(&format!("engine/checks/{k}"))).pulls;
+        let draws: Vec<Vec<f64>> = (0..DRAWS).into_par_iter().map(draw).collect();
+        let kinds = [
+            ("growth rates", [0, 1]),
+            ("angular frequencies", [1, 2]),
+            ("relative pressures", [2, usize::MAX]),
+        ];
+        let sum = |(what, [from, to]): (&str, [usize; 2])| {
+            let places: Vec<usize> = (0..rows.len()).filter(|&i| (from..to).contains(&rows[i].1)).collect();
+            let chi_squared = linear.squares(linear.pulls(), &places);
+            let floats = places.iter().map(|&i| linear.floats(i)).sum::<f64>() / places.len() as f64;
+            let above = || draws.iter().filter(|d| linear.squares(d, &places) >= chi_squared).count();
+            (!places.is_empty()).then(|| SumCheck {
+                what: what.to_owned(),
+                count: places.len(),
+                chi_squared,
+                probability: (floats < 0.5).then(|| (1.0 + above() as f64) / (1.0 + DRAWS as f64)),
+            })
+        };
+        Ok(Checks {
+            rival: rival.map(|(id, _)| id.to_owned()),
+            points,
+            residuals,
+            sums: kinds.into_iter().filter_map(sum).collect(),
+        })
+    }
+}

@@ -1,0 +1,111 @@
+//! What is found of a trained model beside its evidence, as numbers that are written and drawn.
+
+use serde::{Deserialize, Serialize};
+
+/// What the data still ask for after a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Missing {
+    /// How many terms were tried.
+    pub tried: usize,
+    /// The gain that the best of all terms reaches by chance in one of twenty data sets of the model itself, nats.
+    pub by_chance: f64,
+    /// Families of terms, in the order in which each gains most beyond those before it.
+    pub families: Vec<Family>,
+    /// Of each kind of effect at each place the term of the largest gain, the most gain first.
+    pub best: Vec<Asked>,
+}
+
+/// Terms that these data cannot tell apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Family {
+    /// The term of the largest gain.
+    pub first: Asked,
+    /// Its gain beyond the families before it, nats, noise as fitted; and the probability that the best of all terms does as well by chance.
+    pub beyond: (f64, f64),
+    /// Others like it, in words, the most gain first.
+    pub like: Vec<String>,
+    /// Where along the rig terms of the same effect are like it, m; none for what acts along it.
+    pub between: Option<[f64; 2]>,
+}
+
+/// A term with what the data say of it. It describes what is missing, and is no cause.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    /// What it does.
+    pub effect: String,
+    /// Where.
+    pub place: String,
+    /// Where along the rig, m, in the mean over the observations.
+    pub x: Option<f64>,
+    /// What it is in proportion to; empty if it is the same at all points.
+    pub times: String,
+    /// Its strength and the standard deviation of that, the parameters of the model being free to follow.
+    pub strength: [f64; 2],
+    /// Unit of the strength.
+    pub unit: String,
+    /// Standard deviation of the prior of the strength.
+    pub prior_sd: f64,
+    /// Expected gain in ln evidence, nats: noise chosen again.
+    pub gain: f64,
+    /// Probability that the best term of the library does as well by chance.
+    pub probability: f64,
+    /// Root mean square change of growth rates (1/s) and of angular frequencies (rad/s) at that strength, before parameters follow.
+    pub moves: [f64; 2],
+}
+
+impl Asked {
+    /// The term in words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        words(&self.effect, &self.place, &self.times)
+    }
+}
+
+/// The model that goes on from a stage, point by point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Checks {
+    /// The best other model, if one could be fitted.
+    pub rival: Option<String>,
+    /// Every operating point given all others.
+    pub points: Vec<PointCheck>,
+    /// For every observation: growth rate and angular frequency less what the other points foresee, in standard deviations.
+    pub residuals: Vec<[Option<f64>; 2]>,
+    /// Residuals of one kind together.
+    pub sums: Vec<SumCheck>,
+}
+
+/// An operating point given all others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointCheck {
+    /// Its name.
+    pub point: String,
+    /// ln of the density of its data given those of all other points, nats; none if it alone decides a parameter.
+    pub ln_left_out: Option<f64>,
+    /// How many nats of it the model has more than its rival.
+    pub ahead: Option<f64>,
+    /// How far the parameters move without it, in posterior standard deviations; the density is linearised, and is not to be trusted to 0.05 nats
+    /// where this is large.
+    pub shift: f64,
+    /// Whether it is that large.
+    pub doubtful: bool,
+}
+
+/// Residuals of one kind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SumCheck {
+    /// What of.
+    pub what: String,
+    /// How many there are.
+    pub count: usize,
+    /// Their sum of squares in standard deviations of the noise.
+    pub chi_squared: f64,
+    /// Probability that data of the model itself have a larger one; none where the data chose more than half of the noise, which makes the
+    /// sum what it is.
+    pub probability: Option<f64>,
+}
+
+/// A term in words.
+pub(super) fn words(effect: &str, place: &str, times: &str) -> String {
+    let by = if times.is_empty() { String::new() } else { format!(", times {times}") };
+    format!("{effect} at {place}{by}")
+}

@@ -1,0 +1,260 @@
+//! The effects that are tried: every kind at every place, in proportion to one and to every factor.
+
+use crate::observed::Used;
+use crate::point::Probed;
+use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
+use rayon::prelude::*;
+use rijke_network::Workspace;
+use rijke_numerics::C64;
+use rijke_study::names::{DENSITY, SOUND_SPEED};
+use rijke_study::{Campaign, PartAt, Place, Shape, hertz};
+
+/// A term of the library.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Term {
+    /// What it does.
+    pub(super) effect: String,
+    /// Where.
+    pub(super) place: String,
+    /// Mean over the observations of where that is, m; none for what acts along the rig.
+    pub(super) x: Option<f64>,
+    /// What it is in proportion to; nothing if it is the same at all points.
+    pub(super) times: String,
+    /// Unit of its strength.
+    pub(super) unit: &'static str,
+}
+
+/// All terms, and the change of every datum per strength of each.
+pub(super) struct Library {
+    pub(super) terms: Vec<Term>,
+    pub(super) directions: Vec<Vec<f64>>,
+}
+
+/// An effect at a place: the coefficient, and what it is per strength, of density, speed of sound and s.
+struct Kind {
+    name: &'static str,
+    coefficient: usize,
+    unit: &'static str,
+    per_strength: fn(f64, f64, C64) -> C64,
+}
+
+/// In the order k_mu, k_mp, k_eu, k_ep of a probe. Resistances and leaks are in rho c, inertia and compliance are lengths of duct, heat release is that
+/// of -k_eu = n (1 - s tau).
+const KINDS: [Kind; 8] = [
+    Kind { name: "resistance", coefficient: 0, unit: "1", per_strength: |rho, c, _| C64::from(rho * c) },
+    Kind { name: "inertia", coefficient: 0, unit: "m", per_strength: |rho, _, s| s * rho },
+    Kind {
+        name: "force in phase with pressure",
+        coefficient: 1,
+        unit: "1",
+        per_strength: |_, _, _| C64::ONE,
+    },
+    Kind { name: "force out of phase with pressure", coefficient: 1, unit: "s", per_strength: |_, _, s| s },
+    Kind {
+        name: "heat release in phase with velocity",
+        coefficient: 2,
+        unit: "1",
+        per_strength: |_, _, _| -C64::ONE,
+    },
+    Kind {
+        name: "heat release out of phase with velocity",
+        coefficient: 2,
+        unit: "s",
+        per_strength: |_, _, s| s,
+    },
+    Kind { name: "leak", coefficient: 3, unit: "1", per_strength: |rho, c, _| C64::from(1.0 / (rho * c)) },
+    Kind { name: "compliance", coefficient: 3, unit: "m", per_strength: |rho, c, s| s / (rho * c * c) },
+];
+
+/// Least distance of places, m, and their least and largest number.
+const SPACING: f64 = 0.05;
+const PLACES: [f64; 2] = [10.0, 40.0];
+
+/// A part as near as this to a place of the grid takes its place, in its spacings.
+const TAKES: f64 = 0.02;
+
+/// Factors that vary by less than this share of the largest are no factors of terms, nor are factors whose courses are as parallel.
+const VARIES: f64 = 0.02;
+
+/// A place of the library, where it is at each observation.
+struct Spot {
+    name: String,
+    at: Vec<Option<f64>>,
+}
+
+impl Library {
+    /// The terms for a trained model with these parameters. `rows` are the observation and the row in its prediction of every datum.
+    pub(super) fn of(
+        assembly: &Assembly,
+        campaign: &Campaign,
+        observed: &[Observed],
+        used: &[Used],
+        values: &[f64],
+        rows: &[(usize, usize)],
+    ) -> Result<Self, EngineError> {
+        let spots = spots(assembly, observed);
+        let probe = |(k, (o, u)): (usize, (&Observed, &Used))| -> Result<Probed, EngineError> {
+            let xs: Vec<f64> = spots.iter().filter_map(|spot| spot.at[k]).collect();
+            let model = PointModel::with_cuts(assembly, &o.conditions, &u.microphones, &xs)?;
+            model.starting_from(o.near).probe(values, &mut Workspace::default())
+        };
+        let probed: Vec<Probed> =
+            observed.par_iter().zip(used).enumerate().map(probe).collect::<Result<_, EngineError>>()?;
+        let factors = factors(campaign, observed, &probed);
+        let mut library = Self { terms: Vec::new(), directions: Vec::new() };
+        let mut add = |term: &Term, slope: &dyn Fn(usize) -> Option<Vec<C64>>| {
+            let slopes: Vec<Option<Vec<C64>>> = (0..observed.len()).map(slope).collect();
+            if slopes.iter().all(Option::is_none) {
+                return;
+            }
+            for (times, weights) in &factors {
+                let datum = |&(k, row): &(usize, usize)| {
+                    let z = slopes[k].as_ref().map_or(C64::ZERO, |z| z[row / 2]);
+                    weights[k] * if row % 2 == 0 { z.re } else { z.im }
+                };
+                library.directions.push(rows.iter().map(datum).collect());
+                library.terms.push(Term { times: times.clone(), ..term.clone() });
+            }
+        };
+        let times = |z: &[C64], by: C64| z.iter().map(|z| z * by).collect::<Vec<C64>>();
+        for (number, spot) in spots.iter().enumerate() {
+            let there: Vec<f64> = spot.at.iter().copied().flatten().collect();
+            // To a micrometre: a mean of equal places is that place.
+            let x = Some((there.iter().sum::<f64>() / there.len() as f64 * 1e6).round() * 1e-6);
+            for Kind { name, coefficient, unit, per_strength } in &KINDS {
+                let term = Term {
+                    effect: (*name).to_owned(),
+                    place: spot.name.clone(),
+                    x,
+                    times: String::new(),
+                    unit,
+                };
+                add(&term, &|k| {
+                    let x = spot.at[k]?;
+                    let place = spots[..number].iter().filter(|other| other.at[k].is_some()).count();
+                    let around = observed[k].conditions.around(x);
+                    let slope = probed[k].places[place][*coefficient].as_ref()?;
+                    Some(times(slope, per_strength(around[DENSITY], around[SOUND_SPEED], probed[k].s)))
+                });
+            }
+        }
+        let term = |effect: &str, place: &str, unit| Term {
+            effect: effect.to_owned(),
+            place: place.to_owned(),
+            x: None,
+            times: String::new(),
+            unit,
+        };
+        for (end, place) in ["upstream end", "downstream end"].into_iter().enumerate() {
+            let slope = |k: usize| probed[k].ends[end].as_ref();
+            let at = |effect, unit| {
+                let length = |c: &Conditions| c.layout.length;
+                let x =
+                    observed.iter().map(|o| if end == 0 { 0.0 } else { length(&o.conditions) }).sum::<f64>();
+                Term { x: Some(x / observed.len() as f64), ..term(effect, place, unit) }
+            };
+            add(&at("reflection, real part", "1"), &|k| slope(k).cloned());
+            add(&at("reflection, in proportion to s", "s"), &|k| Some(times(slope(k)?, probed[k].s)));
+        }
+        for (part, [loss, reactive]) in
+            [["friction of walls", "inertia of the gas"], ["heat to walls", "compliance of the gas"]]
+                .into_iter()
+                .enumerate()
+        {
+            let slope = |k: usize| probed[k].walls[part].as_ref();
+            add(&term(loss, "all ducts", "m^-1"), &|k| slope(k).cloned());
+            let by = |k: usize| probed[k].s / observed[k].conditions.base.at(0.0).sound_speed;
+            add(&term(reactive, "all ducts", "1"), &|k| Some(times(slope(k)?, by(k))));
+        }
+        let mut owners: Vec<[usize; 2]> = probed.iter().flat_map(|p| p.laws.iter().map(|l| l.0)).collect();
+        owners.sort_unstable();
+        owners.dedup();
+        for [candidate, number] in owners {
+            let owner = &assembly.candidates()[candidate];
+            let effect = &owner.effects[number];
+            if effect.place.is_end() {
+                continue;
+            }
+            let slope = |k: usize| probed[k].laws.iter().find(|l| l.0 == [candidate, number]).map(|l| &l.1);
+            let of = |what: &str| format!("{what} of {} of {}", effect.coefficient.name(), owner.id);
+            add(&term(&of("gain"), &effect.place_text, "1"), &|k| slope(k).cloned());
+            if !effect.place.is_along() {
+                add(&term(&of("delay"), &effect.place_text, "s"), &|k| Some(times(slope(k)?, -probed[k].s)));
+            }
+        }
+        Ok(library)
+    }
+}
+
+/// A grid along the rig, and the parts that act at places.
+fn spots(assembly: &Assembly, observed: &[Observed]) -> Vec<Spot> {
+    let layouts = || observed.iter().map(|o| &o.conditions.layout);
+    let mut spots = Vec::new();
+    for (k, part) in assembly.rig.parts.iter().enumerate() {
+        let kinds: &[(Place, &str)] = match part.shape {
+            Shape::Device(_) => &[(Place::Middle(k), "")],
+            Shape::Insert(..) => &[(Place::Start(k), ", start"), (Place::End(k), ", end")],
+            Shape::Duct(_) => &[(Place::Start(k), ", start")],
+        };
+        for (place, side) in kinds {
+            let at = layouts().map(|l| {
+                let there = !matches!(l.parts.get(k), Some(PartAt::Absent) | None);
+                let found = l.places(place).first().map(|(x, _)| *x).filter(|_| there);
+                found.filter(|x| *x > 0.0 && *x < l.length)
+            });
+            let at: Vec<Option<f64>> = at.collect();
+            if at.iter().any(Option::is_some) {
+                spots.push(Spot { name: format!("{}{side}", part.name), at });
+            }
+        }
+    }
+    let longest = layouts().map(|l| l.length).fold(0.0, f64::max);
+    let count = (longest / SPACING).ceil().clamp(PLACES[0], PLACES[1]);
+    let step = longest / count;
+    for k in 1..count as usize {
+        let x = step * k as f64;
+        let taken = |spot: &Spot| spot.at.iter().all(|at| at.is_some_and(|at| (at - x).abs() < TAKES * step));
+        if !spots.iter().any(taken) {
+            let at = layouts().map(|l| Some(x).filter(|x| *x < l.length)).collect();
+            spots.push(Spot { name: format!("x = {x:.3} m"), at });
+        }
+    }
+    spots
+}
+
+/// One, the factors of the campaign that vary, the velocity and the frequency, each in the largest of their values.
+fn factors(campaign: &Campaign, observed: &[Observed], probed: &[Probed]) -> Vec<(String, Vec<f64>)> {
+    let mut all = vec![(String::new(), vec![1.0; observed.len()])];
+    let velocity = |o: &Observed| {
+        let around = o.conditions.around(0.0);
+        o.conditions.base.mass_flow / (around[DENSITY] * o.conditions.layout.areas(0.0)[1])
+    };
+    let of_campaign = campaign.factors.iter().enumerate().map(|(k, f)| {
+        let values = observed.iter().map(|o| o.conditions.point.factors[k]);
+        (f.name.clone(), f.unit_in_print(), values.map(|v| if v.is_finite() { v } else { 0.0 }).collect())
+    });
+    let named: Vec<(String, String, Vec<f64>)> = of_campaign
+        .chain([
+            ("velocity".into(), "m/s".into(), observed.iter().map(velocity).collect()),
+            ("frequency".into(), "Hz".into(), probed.iter().map(|p| hertz(p.s.im)).collect()),
+        ])
+        .collect();
+    for (name, unit, values) in named {
+        let largest = values.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+        let scaled: Vec<f64> = values.iter().map(|v| v / largest).collect();
+        let parallel = |other: &[f64]| {
+            // Whatever is left of it after a multiple of the other.
+            let square = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let by = square(&scaled, other) / square(other, other);
+            let left: f64 = scaled.iter().zip(other).map(|(a, b)| (a - by * b).powi(2)).sum();
+            left < VARIES * VARIES * square(&scaled, &scaled)
+        };
+        if largest > 0.0 && largest.is_finite() && !all.iter().any(|(_, other)| parallel(other)) {
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            // Four digits, as short as they can be written.
+            let shown = format!("{largest:.3e}").parse().unwrap_or(largest);
+            all.push((format!("{name}/({shown}{unit})"), scaled));
+        }
+    }
+    all
+}

@@ -1,0 +1,71 @@
+//! The derivatives at strength zero against those of models that have the effects.
+
+use crate::run::{Run, Trusted};
+use crate::{Assembly, Observed, PointModel};
+use rijke_network::Workspace;
+use rijke_numerics::{C64, Order};
+use rijke_study::Study;
+use rijke_study::names::{DENSITY, SOUND_SPEED};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The derivatives of a model that has the effect, at strength zero, against those that the model without it foresees.
+#[test]
+fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/quarter-wave");
+    let study = Study::open(&folder).unwrap();
+    let observations = study.observations().unwrap();
+    let run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+    let observed = run.observed.iter().find(|o| o.conditions.point.row == "hot").unwrap();
+    let model = |ids: &[&str]| {
+        let candidates = ids.iter().map(|id| study.catalogue.get(id).unwrap().clone()).collect();
+        Assembly::new(Arc::new(study.rig.clone()), candidates, &BTreeMap::new()).unwrap()
+    };
+    let microphones = [0, 1, 2];
+    let x = observed.conditions.layout.parts.iter().find_map(|p| match p {
+        rijke_study::PartAt::Places(list) => Some(list[0]),
+        _ => None,
+    });
+    let x = x.unwrap();
+    let values = |assembly: &Assembly, given: &[(&str, f64)]| -> Vec<f64> {
+        let of = |name: &str| given.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
+        assembly.parameters().iter().map(|p| of(&p.name).unwrap_or_else(|| p.prior.quantile(0.5))).collect()
+    };
+    let bare = model(&["wall.kirchhoff", "inlet.rigid", "mouth.thick"]);
+    let point = PointModel::with_cuts(&bare, &observed.conditions, &microphones, &[x]).unwrap();
+    let point = point.starting_from(observed.near);
+    let found = point.probe(&values(&bare, &[]), &mut Workspace::default()).unwrap();
+    // The slope in a parameter of a model with more.
+    let slope = |ids: &[&str], name: &str, given: &[(&str, f64)], observed: &Observed| -> Vec<C64> {
+        let assembly = model(ids);
+        let model = PointModel::with_cuts(&assembly, &observed.conditions, &microphones, &[x]).unwrap();
+        let model = model.starting_from(observed.near);
+        let response =
+            model.respond(&values(&assembly, given), Order::First, &mut Workspace::default()).unwrap();
+        let k = assembly.parameters().iter().position(|p| p.name == name).unwrap();
+        model.numbers(&response).map(|z| z.gradient()[k]).collect()
+    };
+    let same = |found: &[C64], scale: C64, expected: &[C64]| {
+        assert_eq!(found.len(), 3);
+        for (a, b) in found.iter().zip(expected) {
+            assert!((a * scale - b).norm() < 1e-9 * b.norm(), "{} {b}", a * scale);
+        }
+    };
+    let around = observed.conditions.around(x);
+    let cold = ["wall.kirchhoff", "inlet.rigid", "mouth.thick", "gauze.resistance"];
+    let drag = slope(&cold, "drag", &[("drag", 0.0)], observed);
+    let [mu, _, eu, _] = &found.places[0];
+    same(mu.as_ref().unwrap(), C64::from(around[DENSITY] * around[SOUND_SPEED]), &drag);
+    let hot = ["wall.kirchhoff", "inlet.rigid", "mouth.thick", "heat.constant"];
+    let heat = slope(&hot, "k1", &[("k1", 0.0), ("k2", 0.0)], observed);
+    let q = study.campaign.factor("Q").unwrap();
+    same(eu.as_ref().unwrap(), C64::from(-observed.conditions.point.factors[q]), &heat);
+    let blown = slope(&["wall.kirchhoff", "inlet.loss", "mouth.thick"], "y", &[("y", 0.0)], observed);
+    same(found.ends[0].as_ref().unwrap(), C64::from(-2.0), &blown);
+    // The wall's two laws are in proportion to eta.
+    let walls: Vec<C64> =
+        (0..3).map(|i| found.laws.iter().filter(|l| l.0[0] == 0).map(|l| l.1[i]).sum()).collect();
+    let eta = slope(&["wall.kirchhoff", "inlet.rigid", "mouth.thick"], "eta", &[], observed);
+    same(&walls, C64::from(1.0 / values(&bare, &[])[0]), &eta);
+}

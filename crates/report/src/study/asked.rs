@@ -1,0 +1,100 @@
+//! What the data still ask for: a table, and gains along the rig.
+
+use super::numbers::{chance, with_uncertainty};
+use crate::draw::html;
+use rijke_engine::run::{
+    Answer, AnswerPanel, Family, Frame, FrameColumn, FrameRow, Layer, LayerLook, Missing, StageRecord,
+};
+
+/// Members of a family that are named.
+const NAMED: usize = 5;
+
+/// Probability above which nothing is said to be missing.
+const CHANCE: f64 = 0.05;
+
+/// The terms in words and as a table.
+pub(super) fn section(stage: &StageRecord) -> String {
+    let Some(missing) = &stage.missing else { return String::new() };
+    let Some(first) = missing.families.first() else { return String::new() };
+    let sentence = if first.beyond.1 > CHANCE {
+        format!(
+            "Of {} further terms none gains more than chance would: the best, {}, has p = {:.2}.",
+            missing.tried,
+            html(&first.first.words()),
+            first.beyond.1
+        )
+    } else {
+        let asked = missing.families.iter().take_while(|f| f.beyond.1 <= CHANCE).count();
+        format!(
+            "Of {} further terms, {} of those below {} more than chance would give: {:.1} nats in one of twenty data sets of the model itself.",
+            missing.tried,
+            if asked == missing.families.len() { "all".to_owned() } else { format!("the first {asked}") },
+            if asked == 1 { "gains" } else { "gain" },
+            missing.by_chance
+        )
+    };
+    let row = |f: &Family| {
+        let a = &f.first;
+        let mut like: Vec<String> = f.like.iter().take(NAMED).map(|t| html(t)).collect();
+        if f.like.len() > NAMED {
+            like.push(format!("and {} more", f.like.len() - NAMED));
+        }
+        let between = f.between.filter(|b| b[1] > b[0]);
+        let range = between
+            .map_or(String::new(), |[a, b]| format!("<br><small>between {a:.3} m and {b:.3} m</small>"));
+        let unit = if a.unit == "1" { String::new() } else { format!(" {}", html(&a.unit)) };
+        format!(
+            "<tr{}><td>{}{range}</td><td class=\"n\">{}{unit}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{}</td>\
+             <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td><td><small>{}</small></td></tr>\n",
+            if f.beyond.1 > CHANCE { " class=\"failed\"" } else { "" },
+            html(&a.words()),
+            with_uncertainty(a.strength[0], a.strength[1]),
+            a.gain,
+            f.beyond.0,
+            chance(f.beyond.1),
+            a.moves[0],
+            a.moves[1],
+            like.join("; ")
+        )
+    };
+    let rows: String = missing.families.iter().map(row).collect();
+    format!(
+        "<h3 id=\"{}-missing\">What these data still ask for</h3>\n<p>{sentence} A term describes what is missing. It is no cause: the data cannot tell it \
+         from those of its family, and what is there may be in no library.</p>\n<details{}><summary>The terms</summary><div class=\"wide\"><table><thead><tr><th>term</th><th>strength</th><th>gain \
+         expected, nats</th><th>beyond the terms above</th><th>by chance</th><th>moves growth rates, 1/s</th><th>moves frequencies, \
+         rad/s</th><th>cannot be told from</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",
+        stage.id,
+        if first.beyond.1 > CHANCE { "" } else { " open" }
+    )
+}
+
+/// The gain of each kind of effect along the rig, and the most that chance gives.
+pub(super) fn along(stage: &StageRecord, missing: &Missing) -> Answer {
+    let columns = [("x", "Place", "m"), ("gain", "Expected gain", "nats")];
+    let columns = columns.map(|(name, label, unit)| FrameColumn::new(name, label, unit)).to_vec();
+    let row = |label: &str, series: &str, x: f64, gain: f64| FrameRow {
+        label: label.to_owned(),
+        series: series.to_owned(),
+        values: vec![Some(x), Some(gain)],
+    };
+    // Not those of the ends, which are no function of place.
+    let local = || missing.best.iter().filter(|a| !a.place.ends_with(" end"));
+    let at = || local().filter_map(|a| Some((a, a.x?)));
+    let mut rows: Vec<FrameRow> = at().map(|(a, x)| row(&a.words(), &a.effect, x, a.gain)).collect();
+    let last = at().map(|(_, x)| x).fold(0.0, f64::max);
+    rows.extend([0.0, last].map(|x| row("by chance", "by chance, 1 of 20", x, missing.by_chance)));
+    Answer {
+        id: format!("{}-missing", stage.id),
+        title: format!("{}: what the data still ask for", stage.title),
+        caption: "Expected gain in ln evidence of one more term of each kind at each place, in proportion to whichever factor gains most. \
+                  A term describes what is missing, and is no cause."
+            .to_owned(),
+        parameters: Vec::new(),
+        frames: vec![Frame { columns, rows }],
+        panels: vec![AnswerPanel {
+            x: "x / m".to_owned(),
+            y: "Expected gain / nats".to_owned(),
+            layers: vec![Layer { frame: 0, look: LayerLook::Line, x: 0, y: 1, sd: None }],
+        }],
+    }
+}

@@ -1,0 +1,36 @@
+//! Numbers in print.
+
+/// A value with its standard deviation in the last two digits: 1.0109(18).
+pub(crate) fn with_uncertainty(value: f64, sd: f64) -> String {
+    if !(sd > 0.0 && sd.is_finite() && value.is_finite()) {
+        return format!("{value:.4e}");
+    }
+    let digits = 1 - sd.log10().floor() as i32;
+    let largest = value.abs().max(sd).log10().floor() as i32;
+    if (-4..=5).contains(&largest) && (0..=9).contains(&digits) {
+        let digits = digits as usize;
+        return format!("{value:.digits$}({:.0})", sd * 10f64.powi(digits as i32)).replace('-', "\u{2212}");
+    }
+    let scale = 10f64.powi(largest);
+    let shown = (digits + largest).max(0) as usize;
+    let text = format!("{:.shown$}({:.0})", value / scale, sd / scale * 10f64.powi(shown as i32));
+    format!("{} × 10<sup>{largest}</sup>", text.replace('-', "\u{2212}")).replace("<sup>-", "<sup>\u{2212}")
+}
+
+/// A probability in print.
+pub(super) fn chance(p: f64) -> String {
+    if p < 5e-4 { "&lt; 0.001".to_owned() } else { format!("{p:.3}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_uncertainty;
+
+    #[test]
+    fn exact_the_last_two_digits_are_the_uncertain_ones() {
+        assert_eq!(with_uncertainty(1.01093, 0.0018), "1.0109(18)");
+        assert_eq!(with_uncertainty(-55.31, 0.12), "\u{2212}55.31(12)");
+        assert_eq!(with_uncertainty(0.0004, 2.1e-6), "0.0004000(21)");
+        assert_eq!(with_uncertainty(1.6e-7, 2e-9), "1.600(20) × 10<sup>\u{2212}7</sup>");
+    }
+}
