@@ -19,6 +19,7 @@ mod new_rig;
 mod next;
 mod own_records;
 mod plots;
+mod pressures;
 mod profiles;
 mod records;
 mod response;

@@ -5,6 +5,7 @@ mod extents;
 mod fill;
 mod model;
 mod moving;
+mod waves;
 
 pub(crate) use fill::Filled;
 pub(crate) use model::LawOf;
