@@ -91,8 +91,8 @@ impl Training<'_> {
         }
         Err(EngineError::Unsettled {
             what: format!(
-                "the errors of the head do not settle: after {FITS} fits the parameters still move by {last:.2} standard deviations; \
-                 give the head fewer functions or a smaller sd"
+                "the errors of the head, or the fields of unknown sources, do not settle: after {FITS} fits the parameters still move by {last:.2} \
+                 standard deviations; give the head fewer functions or a smaller sd, and look for what the model lacks"
             ),
         })
     }

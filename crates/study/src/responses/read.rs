@@ -6,7 +6,7 @@ use crate::source::{Source, listed};
 use crate::{Coefficient, Problem, Study, StudyError};
 use rijke_formula::{Context, Formula, Kind};
 use rijke_numerics::C64;
-use rijke_rig::{DataKind, Quantity as Number};
+use rijke_rig::{DataKind, Elsewhere, Quantity as Number};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -21,18 +21,6 @@ struct File {
     measured: Option<Elsewhere>,
     #[serde(default)]
     response: Vec<Spanned<Entry>>,
-}
-
-/// Data that are not part of the study.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Elsewhere {
-    /// The environment variable that names the folder of all such data.
-    variable: String,
-    /// The folder within.
-    folder: String,
-    /// How to get them.
-    obtain: String,
 }
 
 #[derive(Deserialize)]
@@ -77,7 +65,10 @@ impl Study {
         let file: File = source.toml()?;
         let data = match &file.measured {
             None => folder,
-            Some(elsewhere) => elsewhere.folder(&source)?,
+            Some(elsewhere) => elsewhere.find().ok_or_else(|| {
+                let Elsewhere { variable, folder, obtain } = elsewhere.clone();
+                source.fail(0, Problem::Elsewhere { variable, folder, obtain })
+            })?,
         };
         let mut all =
             Responses { kind: file.kind, source: file.source, list: Vec::new(), warnings: Vec::new() };
@@ -281,17 +272,5 @@ fn source(name: &str) -> Result<Place, Problem> {
             name: other.to_owned(),
             known: "upstream, downstream".to_owned(),
         }),
-    }
-}
-
-impl Elsewhere {
-    fn folder(&self, source: &Source) -> Result<PathBuf, StudyError> {
-        let set = std::env::var_os(&self.variable).filter(|value| !value.is_empty());
-        let folder = set.map(|value| PathBuf::from(value).join(&self.folder)).filter(|path| path.is_dir());
-        folder.ok_or_else(|| {
-            let (variable, folder, obtain) =
-                (self.variable.clone(), self.folder.clone(), self.obtain.clone());
-            source.fail(0, Problem::Elsewhere { variable, folder, obtain })
-        })
     }
 }
