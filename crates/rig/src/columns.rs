@@ -236,7 +236,7 @@ fn complex_cell(text: &str) -> Option<C64> {
     // The sign between the parts is the last one that belongs to no exponent.
     let between =
         |(k, c): &(usize, char)| *k > 0 && matches!(c, '+' | '-') && !body[..*k].ends_with(['e', 'E']);
-    let (re, im) = match body.char_indices().filter(between).last() {
+    let (re, im) = match body.char_indices().rfind(between) {
         Some((k, _)) => (finite(&body[..k])?, &body[k..]),
         None => (0.0, body),
     };

@@ -20,7 +20,7 @@ pub struct ExcitedRecords {
     /// Frequencies that are wanted, Hz.
     pub band_hz: [f64; 2],
     /// What drives the rig.
-    pub drive: Excitation,
+    pub excitation: Excitation,
     /// Where the files are.
     folder: PathBuf,
 }
@@ -148,11 +148,15 @@ impl ExcitedRecords {
                 "must be above zero, and the band ascend below half the rate",
             );
         }
-        let drive = match (manifest.random, manifest.blow) {
+        let excitation = match (manifest.random, manifest.blow) {
             (Some(random), None) => {
                 if random.segment < 16 || random.polynomials == 0 || random.points.is_empty() {
                     let what = "must have a segment of 16 samples or more, a polynomial or more, and points with their records";
                     return wrong("[random]", what);
+                }
+                let listed = |s: &Specimen| s.points.iter().all(|p| random.points.contains_key(p));
+                if !random.transmission.as_ref().is_none_or(listed) {
+                    return wrong("[random.transmission]", "must name points that [random.points] lists");
                 }
                 Excitation::Random(random)
             }
@@ -183,7 +187,7 @@ impl ExcitedRecords {
                 .ok_or_else(|| RigError::Elsewhere { path: path.clone(), data: elsewhere.clone() })?,
         };
         let Manifest { kind, source, rate_hz, band_hz, .. } = manifest;
-        Ok(Some(Self { path, kind, source, rate_hz, band_hz, drive, folder }))
+        Ok(Some(Self { path, kind, source, rate_hz, band_hz, excitation, folder }))
     }
 
     /// Reads one record. Integers are parts of full scale, floats as they are.

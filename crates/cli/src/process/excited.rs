@@ -30,7 +30,7 @@ pub(super) fn open(dir: &Path) -> Result<Option<(ExcitedRecords, Study)>, Failur
 /// Reads every record of such a folder: how many there are; none for records of pings and clicks.
 pub(crate) fn files_of(dir: &Path) -> Result<Option<usize>, Failure> {
     let Some((records, _)) = open(dir)? else { return Ok(None) };
-    let files: Vec<&String> = match &records.drive {
+    let files: Vec<&String> = match &records.excitation {
         Excitation::Blow(blow) => blow.files.iter().collect(),
         Excitation::Random(random) => {
             let switched = random.switched.iter().map(|s| &s.file);
@@ -59,7 +59,7 @@ pub(super) fn run(
     ui: &Ui,
 ) -> Result<(), Failure> {
     let folder = StagedFolder::beside_others(out, "observations.toml", &WRITTEN, force)?;
-    let (files, answer) = match &records.drive {
+    let (files, answer) = match &records.excitation {
         Excitation::Random(random) => noise(records, random, study, ui)?,
         Excitation::Blow(blow) => blows(records, blow, ui)?,
     };
@@ -99,6 +99,17 @@ fn noise(records: &ExcitedRecords, random: &RandomNoise, study: &Study, ui: &Ui)
                 .remedy(format!("Look at {file}, or shorten `segment`."))
         })
     };
+    if let Some(strange) = random.switched.iter().find(|s| !(1..n).contains(&s.channel)) {
+        return Err(Failure::bad_input(format!(
+            "[[random.switched]]: channel {} of {}",
+            strange.channel, strange.file
+        ))
+        .at(&records.path)
+        .remedy(format!(
+            "Give a channel from 1 to {}: the one that changed places with channel 0.",
+            n.saturating_sub(1)
+        )));
+    }
     let straight = spectra(&random.straight)?;
     let switched: Vec<(usize, Spectra)> =
         random.switched.iter().map(|s| Ok((s.channel, spectra(&s.file)?))).collect::<Result<_, Failure>>()?;

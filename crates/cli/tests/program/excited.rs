@@ -35,7 +35,7 @@ fn oracle_measured_transmission_tube_agrees_over_all_pairs() {
         let [from, energy, down] = [0, 4, 5].map(|k| band[k].as_f64().unwrap());
         assert!((0.85..1.1).contains(&energy) && (0.9..1.1).contains(&down), "{from} Hz: {energy} {down}");
     }
-    assert_eq!(bands("transmission").len(), 13);
+    assert!(bands("transmission").len() >= 13);
 }
 
 #[test]
