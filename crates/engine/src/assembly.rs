@@ -142,14 +142,20 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EngineError::Waves`].
-    pub(crate) fn waves_for(&self, pressures: bool, layout: &Layout) -> Result<(), EngineError> {
+    pub(crate) fn waves_for(&self, sources: usize, layout: &Layout) -> Result<(), EngineError> {
         let states = |c: &&Candidate| c.effects.iter().any(|e| e.coefficient.is_wave());
         let Some(candidate) = self.candidates.iter().find(states) else { return Ok(()) };
         let refuse = |problem| Err(EngineError::Waves { candidate: candidate.id.clone(), problem });
         let inside = |e: &&Effect| !e.place.is_end() && !e.place.is_duct();
         let areas = || layout.ducts.iter().flat_map(|d| d.area);
-        if !pressures {
-            return refuse("which only pressures of unknown sources use: take it out of this stage");
+        match sources {
+            0 => return refuse("which only pressures of unknown sources use: take it out of this stage"),
+            1 => {
+                return refuse(
+                    "which say nothing of what an end reflects: write sources = [\"upstream\", \"downstream\"], so that waves enter at both ends",
+                );
+            }
+            _ => {}
         }
         if areas().any(|a| areas().next() != Some(a)) {
             return refuse(

@@ -41,10 +41,10 @@ pub(crate) fn check(study: Study, ui: &Ui) -> Result<(), Failure> {
     for o in (0..observed.list.len()).filter(first).map(|k| &observed.list[k]) {
         ui.say(format!(
             "  {} at {}: {} of {} frequencies, {:.1} to {:.1} Hz",
-            if let ResponseKind::Pressure { excitation, .. } = &o.what {
-                format!("pressures, excitation {excitation},")
-            } else {
-                o.what.name().to_owned()
+            match &o.what {
+                ResponseKind::Pressure { excitation, .. } if excitation.is_empty() => "pressures".to_owned(),
+                ResponseKind::Pressure { excitation, .. } => format!("pressures, excitation {excitation},"),
+                other => other.name().to_owned(),
             },
             study.campaign.points[o.point].id,
             o.frequency_hz.len(),

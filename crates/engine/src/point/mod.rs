@@ -68,7 +68,7 @@ impl<'a> PointModel<'a> {
     ) -> Result<Self, EngineError> {
         let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
         let layout = &conditions.layout;
-        assembly.waves_for(false, layout)?;
+        assembly.waves_for(0, layout)?;
         let reference = microphones.iter().position(|m| *m == assembly.rig.microphones.reference);
         let heard: Vec<f64> = microphones.iter().map(|&m| layout.microphones[m]).collect();
         // Where nothing listens, the mode is scaled by the pressure at a place that is no simple fraction of the length.

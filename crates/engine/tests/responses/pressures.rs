@@ -108,13 +108,14 @@ fn heard(
 }
 
 fn trained(folder: &Path, frequency_hz: &[f64], heard: &[Vec<Vec<C64>>]) -> ResponseStageRecord {
+    let sources = [Place::Upstream, Place::Downstream];
+    run(folder, frequency_hz, heard, &sources).next_stage().unwrap().unwrap()
+}
+
+fn run(folder: &Path, frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], sources: &[Place]) -> ResponseRun {
     let response = |(e, m): (usize, usize)| ObservedResponse {
         point: 0,
-        what: ResponseKind::Pressure {
-            microphone: m,
-            excitation: e.to_string(),
-            sources: vec![Place::Upstream, Place::Downstream],
-        },
+        what: ResponseKind::Pressure { microphone: m, excitation: e.to_string(), sources: sources.to_vec() },
         rows: frequency_hz.len(),
         frequency_hz: frequency_hz.to_vec(),
         values: heard[e].iter().map(|row| row[m]).collect(),
@@ -127,7 +128,7 @@ fn trained(folder: &Path, frequency_hz: &[f64], heard: &[Vec<Vec<C64>>]) -> Resp
         list: all.map(response).collect(),
         warnings: Vec::new(),
     };
-    ResponseRun::new(Study::open(folder).unwrap(), observed).unwrap().next_stage().unwrap().unwrap()
+    ResponseRun::new(Study::open(folder).unwrap(), observed).unwrap()
 }
 
 /// The cost of the slow route, nats: the whole covariance of the pressures with the field of the sources at these very parameters.
@@ -236,6 +237,70 @@ fn oracle_waves_by_laws_and_by_the_network_agree() {
     assert!(difference.abs() < 1e-6, "{difference}");
     let [p, q] = [law, network].map(|m| &m.parameters[0]);
     assert!((p.value - q.value).abs() < 1e-6 * p.sd && (p.value - 0.003).abs() < 4.0 * p.sd, "{p:?} {q:?}");
+}
+
+#[test]
+fn exact_one_source_is_heard_with_what_the_other_end_reflects() {
+    // An anechoic upstream end and an open one, R = -1, at 1.1 m: one unknown number for every excitation and frequency.
+    let frequency_hz: Vec<f64> = (0..6).map(|k| 300.0 + 190.0 * f64::from(k)).collect();
+    let (extra, c) = (0.004, (1.4 * 287.0 * 293.15_f64).sqrt());
+    let row = |f: &f64, size: f64| -> Vec<C64> {
+        let s = C64::new(0.0, 2.0 * PI * f);
+        let at = |(k, x): (usize, &f64)| {
+            let x = if k < MOVED { *x } else { x + extra };
+            let turned = C64::from_polar(size, 7.0 * size);
+            turned * ((-s * x / c).exp() - (-s * (2.2 - x) / c).exp())
+        };
+        let all: Vec<C64> = AT.iter().enumerate().map(at).collect();
+        let level = (all.iter().map(|z| z.norm_sqr()).sum::<f64>() / all.len() as f64).sqrt();
+        all.iter().map(|z| z / level).collect()
+    };
+    let heard: Vec<Vec<Vec<C64>>> =
+        [1.0, 3.0].iter().map(|size| frequency_hz.iter().map(|f| row(f, *size)).collect()).collect();
+    let stage = |name: &str, sources: &[Place]| {
+        let folder = folder(name, &format!("with = {{ wall = \"wall.none\" }}\nnoise = {NOISE}"));
+        run(&folder, &frequency_hz, &heard, sources).next_stage().unwrap().unwrap()
+    };
+    let one = stage("one-source", &[Place::Upstream]);
+    let two = stage("two-sources", &[Place::Upstream, Place::Downstream]);
+    let [p, q] = [&one, &two].map(|s| &s.models[0].parameters[0]);
+    // The prior pulls by the square of its relative width.
+    assert!((p.value - extra).abs() < 0.1 * p.sd && (q.value - extra).abs() < 0.1 * q.sd, "{p:?} {q:?}");
+    assert!(p.sd < q.sd, "an end that is known tells more: {p:?} {q:?}");
+    assert!(
+        one.models[0].residual < 1e-3 && two.models[0].residual < 1e-3,
+        "{} {}",
+        one.models[0].residual,
+        two.models[0].residual
+    );
+}
+
+#[test]
+fn message_waves_of_laws_are_for_pressures_of_two_sources() {
+    let frequency_hz = [400.0, 500.0];
+    let folder = folder("refused", "with = { waves = \"waves.still\" }\nnoise = 0.01");
+    let heard = vec![vec![vec![C64::ONE; AT.len()]; 2]];
+    let error = run(&folder, &frequency_hz, &heard, &[Place::Upstream]).next_stage().unwrap_err().to_string();
+    for part in ["waves.still", "forward", "both ends"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    let reflection = ObservedResponse {
+        point: 0,
+        what: ResponseKind::Reflection { at: Place::Upstream, reference_area: None },
+        rows: 2,
+        frequency_hz: frequency_hz.to_vec(),
+        values: vec![C64::ONE; 2],
+        sd: Vec::new(),
+    };
+    let observed = Responses {
+        kind: DataKind::Virtual,
+        source: "a test".into(),
+        list: vec![reflection],
+        warnings: Vec::new(),
+    };
+    let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed).unwrap();
+    let error = run.next_stage().unwrap_err().to_string();
+    assert!(error.contains("only pressures of unknown sources use"), "{error}");
 }
 
 #[test]
