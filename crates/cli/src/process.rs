@@ -1,5 +1,6 @@
 //! `rijke process`: from raw records to pings and clicks with uncertainties.
 
+mod excited;
 mod plot;
 mod stated;
 
@@ -11,6 +12,7 @@ use crate::{
     ui::Ui,
 };
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+pub(crate) use excited::files_of as excited_files;
 use rijke_rig::{PointObservations, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
     ChannelDelays, Kept, ProcessError, ProcessOptions, Processed, StatedChannels, process_again, record_count,
@@ -20,7 +22,7 @@ use serde_json::json;
 pub(crate) use stated::said_of_twins;
 use std::path::{Path, PathBuf};
 
-/// Turn raw records into observations: growth rate, frequency and mode shape of every ping, arrival times of every
+/// Turn raw records into observations. Of pings and clicks: growth rate, frequency and mode shape of every ping, arrival times of every
 /// click, with uncertainties, corrected for the delays of the channels. Bad records are rejected with a reason.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke process records --out observations\n  \
@@ -110,6 +112,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
     let out = args.out.clone().unwrap_or_else(|| name.join("observations"));
+    if !args.virtual_rig
+        && let Some((records, study)) = excited::open(&name)?
+    {
+        let beside = study.folder.join("observations");
+        return excited::run(&records, &study, args.out.as_deref().unwrap_or(&beside), args.force, ui);
+    }
     let (mut study, mut of_the_study) = (None, false);
     let mut twins = Vec::new();
     let source: Box<dyn RecordSource> = if args.virtual_rig {

@@ -29,7 +29,12 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
+    let (records, observations) = (dir.join("records"), dir.join("observations"));
     if !study.plan.responses.is_empty() {
+        if records.is_dir() && (args.force || !measured(&observations)) {
+            ui.note(format!("process {}", records.display()));
+            process::records(&records, &observations, args.force, &ui.of_a_step())?;
+        }
         return crate::study_responses::run(study, args.trust, None, args.force, ui);
     }
     let results = dir.join("results");

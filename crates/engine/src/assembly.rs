@@ -3,7 +3,7 @@
 use crate::EngineError;
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::{C64, Jet, JetSpace};
-use rijke_study::{Candidate, Coefficient, Effect, MeanFlow, Rig};
+use rijke_study::{Candidate, Coefficient, Effect, Layout, MeanFlow, Rig};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -136,6 +136,38 @@ impl Assembly {
     /// Whether the laws of candidate `k` are in error by 1 + e, the parts of e being its last two parameters.
     pub(crate) fn is_erring(&self, k: usize) -> bool {
         self.erring.contains(&k)
+    }
+
+    /// Refuses propagation constants of waves where a model is none of pressures, or where the ducts of `layout` are not alike.
+    ///
+    /// # Errors
+    /// [`EngineError::Waves`].
+    pub(crate) fn waves_for(&self, sources: usize, layout: &Layout) -> Result<(), EngineError> {
+        let states = |c: &&Candidate| c.effects.iter().any(|e| e.coefficient.is_wave());
+        let Some(candidate) = self.candidates.iter().find(states) else { return Ok(()) };
+        let refuse = |problem| Err(EngineError::Waves { candidate: candidate.id.clone(), problem });
+        let inside = |e: &&Effect| !e.place.is_end() && !e.place.is_duct();
+        let areas = || layout.ducts.iter().flat_map(|d| d.area);
+        match sources {
+            0 => return refuse("which only pressures of unknown sources use: take it out of this stage"),
+            1 => {
+                return refuse(
+                    "which say nothing of what an end reflects: write sources = [\"upstream\", \"downstream\"], so that waves enter at both ends",
+                );
+            }
+            _ => {}
+        }
+        if areas().any(|a| areas().next() != Some(a)) {
+            return refuse(
+                "but the ducts are of several areas, at whose steps waves are reflected: leave these to the network",
+            );
+        }
+        match self.candidates.iter().flat_map(|c| &c.effects).find(inside) {
+            Some(_) => refuse(
+                "but a law acts between the ends, where waves are reflected: leave these to the network",
+            ),
+            None => Ok(()),
+        }
     }
 
     /// Names and values of the parameters that are held.

@@ -197,6 +197,14 @@ pub enum EngineError {
         /// Why it stopped.
         stop: Stop,
     },
+    /// Propagation constants of waves where nothing can use them.
+    #[error("`{candidate}` states propagation constants (forward, backward), {problem}")]
+    Waves {
+        /// The candidate.
+        candidate: String,
+        /// Why, and the remedy.
+        problem: &'static str,
+    },
     /// A stage that cannot be run as it is asked for.
     #[error("stage `{stage}`: {problem}")]
     Refused {

@@ -48,6 +48,17 @@ pub enum RigError {
         /// What is wrong and what to do about it.
         problem: Problem,
     },
+    /// Data of other people that are not here.
+    #[error(
+        "{}: the data are not part of this folder: set the variable {} to a folder that holds `{}`; get them from {}",
+        path.display(), data.variable, data.folder, data.obtain
+    )]
+    Elsewhere {
+        /// The file that says so.
+        path: PathBuf,
+        /// Where they would be.
+        data: Elsewhere,
+    },
     /// An output folder that already holds something.
     #[error("{}: exists already; choose another folder or remove this one", path.display())]
     Exists {
@@ -65,6 +76,27 @@ pub enum RigError {
         /// The manifest that is missing.
         path: PathBuf,
     },
+}
+
+/// Where data are that are not part of a folder.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Elsewhere {
+    /// The environment variable that names the folder of all such data.
+    pub variable: String,
+    /// The folder within.
+    pub folder: String,
+    /// How to get them.
+    pub obtain: String,
+}
+
+impl Elsewhere {
+    /// The folder, if it is here.
+    #[must_use]
+    pub fn find(&self) -> Option<PathBuf> {
+        let set = std::env::var_os(&self.variable).filter(|value| !value.is_empty());
+        set.map(|value| PathBuf::from(value).join(&self.folder)).filter(|path| path.is_dir())
+    }
 }
 
 /// What can be done about a file that cannot be read.

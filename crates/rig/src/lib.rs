@@ -33,6 +33,7 @@
 
 mod apparatus;
 mod error;
+mod excited;
 mod files;
 mod formats;
 mod manifest;
@@ -46,7 +47,8 @@ mod words;
 pub use apparatus::campaign::{Campaign, OperatingPoint};
 pub use apparatus::gas::{Gas, GasState};
 pub use apparatus::geometry::{Insert, Microphones, Plates, Recording, Rig, Tube};
-pub use error::RigError;
+pub use error::{Elsewhere, RigError};
+pub use excited::{Blow, BlowState, Excitation, ExcitedRecords, RandomNoise, Specimen, SwitchedRecord};
 pub use formats::arrays::named_columns;
 pub use formats::columns::Columns;
 pub use formats::text::{Decimal, TextForm};

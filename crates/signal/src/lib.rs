@@ -3,10 +3,13 @@
 //!
 //! * [`fit_ping`]: one complex frequency and a mode shape from a ring-down.
 //! * [`fit_click`]: arrival times of one impulse at all channels.
+//! * [`fit_blow`]: several modes of a record that begins with a blow.
 //! * [`ChannelDelays`]: delays and gains of the channels, learnt from impulses at a known speed of sound, and removed.
 //! * [`combine`]: the mean over repeats, scatter within and between them, drift, outliers; [`pool`]: the same scatter
 //!   learnt from all points.
 //! * [`process`]: all of this for the records of a campaign.
+//! * [`Spectra`]: transfer functions between channels in random noise; [`SwitchedGains`]: gains of channels from records in which two have changed
+//!   places; [`TransmissionTube`]: what a specimen lets through.
 //!
 //! A record that must not be used is refused with a [`Fault`] that says why. The theory is in `docs/theory/signal.md`.
 //!
@@ -39,6 +42,7 @@
 //! ```
 
 mod backwards;
+mod blow;
 mod campaign;
 mod chirp;
 mod click;
@@ -60,11 +64,15 @@ mod repeats;
 mod ringdown;
 mod search;
 mod segment;
+mod spectra;
+mod switched;
 mod trace;
 mod transform;
+mod transmission;
 mod verdict;
 mod waveform;
 
+pub use blow::{BlowFit, BlowMode, BlowOptions, combine_blows, fit_blow};
 pub use campaign::{
     Kept, LiveRecord, PointScatter, ProcessError, ProcessOptions, Processed, StatedChannels, click_options,
     process, process_again, record_count,
@@ -77,4 +85,7 @@ pub use extent::Extent;
 pub use picture::{ClickPicture, PingPicture};
 pub use ping::{PingFit, PingOptions, fit_ping};
 pub use repeats::{Repeats, combine, pool};
+pub use spectra::{Spectra, TransferEstimate};
+pub use switched::{GainPair, SwitchedGains};
 pub use trace::Trace;
+pub use transmission::{TransmissionTube, Transmitted};

@@ -182,7 +182,7 @@ fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
     let id = spec.id.get_ref().clone();
     let errors = spec.error.into_iter().map(error_term).collect::<Outcome<Vec<_>>>()?;
     if effects.is_empty() && !spec.head && spec.mean_flow.is_none() {
-        let need = "add a [[candidate.effect]] with acts_at and one of mu, mp, eu, ep, reflection";
+        let need = "add a [[candidate.effect]] with acts_at and one of mu, mp, eu, ep, reflection, forward, backward";
         return Err((spec.id.span(), Problem::Empty { what: "effect", need }));
     }
     for (k, (parameter, at)) in parameters.iter().enumerate() {
@@ -270,7 +270,12 @@ fn read_effect(
                 return Err((at, Problem::Value { key: key.into(), value: other.to_string(), need }));
             }
         };
-        if place.is_end() != (coefficient == Coefficient::Reflection) {
+        let fits = if coefficient.is_wave() {
+            place.is_duct()
+        } else {
+            place.is_end() == (coefficient == Coefficient::Reflection)
+        };
+        if !fits {
             return Err((at, Problem::WrongPlace { coefficient: key, place: place_text }));
         }
         let law = words.law(&text, &place, at.clone(), key, used)?;

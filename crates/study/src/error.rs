@@ -133,7 +133,7 @@ pub enum Problem {
     },
     /// A coefficient where it cannot act.
     #[error(
-        "`{coefficient}` cannot act at `{place}`: ends take `reflection`, all other places mu, mp, eu and ep"
+        "`{coefficient}` cannot act at `{place}`: ends take `reflection`, ducts also `forward` and `backward`, all other places mu, mp, eu and ep"
     )]
     WrongPlace {
         /// The coefficient.

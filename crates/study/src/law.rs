@@ -72,22 +72,34 @@ pub enum Coefficient {
     Ep,
     /// R at an end, both including the minus sign of an open end.
     Reflection,
+    /// Propagation constant of the wave that runs downstream, which goes like exp(-forward x), 1/m.
+    Forward,
+    /// That of the wave that runs upstream, which goes like exp(backward x), 1/m.
+    Backward,
 }
 
 impl Coefficient {
     /// All of them, as files call them.
-    pub const ALL: [(&'static str, Self); 5] = [
+    pub const ALL: [(&'static str, Self); 7] = [
         ("mu", Self::Mu),
         ("mp", Self::Mp),
         ("eu", Self::Eu),
         ("ep", Self::Ep),
         ("reflection", Self::Reflection),
+        ("forward", Self::Forward),
+        ("backward", Self::Backward),
     ];
 
     /// The name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         Self::ALL[self as usize].0
+    }
+
+    /// Whether it is the propagation constant of a wave.
+    #[must_use]
+    pub fn is_wave(self) -> bool {
+        matches!(self, Self::Forward | Self::Backward)
     }
 
     /// The SI unit at a place, or per metre along a stretch.
@@ -98,7 +110,7 @@ impl Coefficient {
             (Self::Mu, true) => "kg/(m^3 s)",
             (Self::Ep, false) => "m/(Pa s)",
             (Self::Ep, true) => "1/(Pa s)",
-            (Self::Mp | Self::Eu, true) => "1/m",
+            (Self::Mp | Self::Eu, true) | (Self::Forward | Self::Backward, _) => "1/m",
             (Self::Mp | Self::Eu | Self::Reflection, _) => "1",
         }
     }

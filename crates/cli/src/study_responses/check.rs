@@ -6,7 +6,7 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::response::{ResponseForesight, ResponseRun};
-use rijke_study::responses::Responses;
+use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
 use rijke_study::{Problem, Study};
 use serde_json::json;
 
@@ -27,10 +27,25 @@ pub(crate) fn check(study: Study, ui: &Ui) -> Result<(), Failure> {
     let Some(observed) = observed(&study, ui)? else {
         return ui.result(&json!({ "name": name, "points": points, "responses": null, "stages": [] }));
     };
-    for o in &observed.list {
+    // Of an excitation one line: its microphones share frequencies and file.
+    let named = |o: &ObservedResponse| match &o.what {
+        ResponseKind::Pressure { excitation, .. } => {
+            Some((o.point, excitation.clone(), o.frequency_hz.clone()))
+        }
+        _ => None,
+    };
+    let first = |k: &usize| {
+        let own = named(&observed.list[*k]);
+        own.is_none() || k.checked_sub(1).is_none_or(|before| named(&observed.list[before]) != own)
+    };
+    for o in (0..observed.list.len()).filter(first).map(|k| &observed.list[k]) {
         ui.say(format!(
             "  {} at {}: {} of {} frequencies, {:.1} to {:.1} Hz",
-            o.what.name(),
+            match &o.what {
+                ResponseKind::Pressure { excitation, .. } if excitation.is_empty() => "pressures".to_owned(),
+                ResponseKind::Pressure { excitation, .. } => format!("pressures, excitation {excitation},"),
+                other => other.name().to_owned(),
+            },
             study.campaign.points[o.point].id,
             o.frequency_hz.len(),
             o.rows,

@@ -10,7 +10,7 @@ use std::{
 };
 
 /// A copy of an example in a scratch folder.
-fn example(name: &str, scratch_name: &str) -> PathBuf {
+pub(crate) fn example(name: &str, scratch_name: &str) -> PathBuf {
     let folder = scratch(scratch_name);
     copy(&crate::example(name), &folder);
     folder
@@ -18,7 +18,7 @@ fn example(name: &str, scratch_name: &str) -> PathBuf {
 
 /// What a study of measured data finds; none where the data are not here.
 #[allow(clippy::print_stdout, reason = "who runs the tests must learn what was left out")]
-fn found(name: &str) -> Option<Value> {
+pub(crate) fn found(name: &str) -> Option<Value> {
     if std::env::var_os("RIJKE_MEASURED").is_none_or(|v| v.is_empty()) {
         println!("left out: RIJKE_MEASURED names no folder of measured data");
         return None;
@@ -49,7 +49,7 @@ fn lead(stage: &Value, a: &str, b: &str) -> f64 {
     ln(a) - ln(b)
 }
 
-fn parameter(model: &Value, name: &str) -> [f64; 2] {
+pub(crate) fn parameter(model: &Value, name: &str) -> [f64; 2] {
     let p = model["parameters"].as_array().unwrap().iter().find(|p| p["name"] == name).unwrap();
     [p["value"].as_f64().unwrap(), p["sd"].as_f64().unwrap()]
 }
@@ -106,7 +106,7 @@ fn oracle_measured_side_hole_tube_prefers_bessel_functions() {
 
 #[test]
 fn message_without_the_data_says_where_to_get_them() {
-    for name in ["side-hole-tube", "plain-tube", "swirl-flame"] {
+    for name in ["side-hole-tube", "plain-tube", "swirl-flame", "flow-duct"] {
         let folder = example(name, &format!("without-{name}"));
         let output = Command::new(env!("CARGO_BIN_EXE_rijke"))
             .args(["run", "."])

@@ -202,6 +202,8 @@ fn at_place(coefficient: Coefficient, j: usize) -> Slot {
         Coefficient::Mp => Slot::Mp(j),
         Coefficient::Eu => Slot::Eu(j),
         Coefficient::Ep => Slot::Ep(j),
-        Coefficient::Mu | Coefficient::Reflection => Slot::Mu(j),
+        Coefficient::Mu | Coefficient::Reflection | Coefficient::Forward | Coefficient::Backward => {
+            Slot::Mu(j)
+        }
     }
 }

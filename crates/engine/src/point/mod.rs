@@ -85,6 +85,7 @@ impl<'a> PointModel<'a> {
     ) -> Result<Self, EngineError> {
         let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
         let layout = &conditions.layout;
+        assembly.waves_for(0, layout)?;
         let reference = microphones.iter().position(|m| *m == assembly.rig.microphones.reference);
         let heard: Vec<f64> = microphones.iter().map(|&m| layout.microphones[m]).collect();
         // Where nothing listens, the mode is scaled by the pressure at a place that is no simple fraction of the length.
@@ -109,7 +110,7 @@ impl<'a> PointModel<'a> {
             guess,
             spacing: std::f64::consts::PI / travel,
         };
-        if assembly.rig.of_unknown_shape().is_some() {
+        if assembly.rig.is_of_unknown_shape() {
             let shape = ShapeModel::new(assembly, conditions, &instruments().collect::<Vec<_>>())?;
             let (network, all) = (shape.network.clone(), &shape.microphones);
             let places = Places { at: all[..heard.len()].to_vec(), reference: all[heard.len()] };

@@ -44,6 +44,10 @@ impl Blocks<'_> {
             .collect();
         let mut blocks = Vec::new();
         for range in sessions(self.measured) {
+            if self.measured[range.start].unknown_sources {
+                blocks.extend(self.heard.pressures(self.measured, range));
+                continue;
+            }
             let (loads, about) = (&self.measured[range.clone()], &self.heard.about[range]);
             let all = || loads.iter().flat_map(|m| m.values.iter());
             let values: Vec<f64> = all().flat_map(|z| [z.re, z.im]).collect();

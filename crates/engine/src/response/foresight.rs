@@ -103,10 +103,11 @@ fn widths_at(
     values: &[f64],
 ) -> Result<Vec<f64>, EngineError> {
     let answers = responses.answers(values, Order::Value)?;
-    let mut heard = Heard::about_data(&data.measured, errors);
-    heard.about = answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect();
+    let about: Vec<Vec<_>> = answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect();
+    let mut heard = Heard::about_data(&data.measured, errors, about.clone())?;
+    heard.about = about;
     let all = Blocks { measured: &data.measured, errors, heard: &heard, noise, misfit }.data()?;
-    let told = Told { responses, heard: &heard, highest: Order::First };
+    let told = Told { responses, measured: &data.measured, heard: &heard, highest: Order::First };
     let posterior = Posterior::new(&told, &all, parameters)?;
     let energy = posterior.evaluate(&parameters.working(values), Order::First)?;
     let Some(hessian) = energy.gauss_newton else { return Ok(Vec::new()) };

@@ -9,12 +9,15 @@
 //! datum of its own, the tilt. The fit is repeated until R0 stays.
 
 use super::measured::{Measured, sessions};
+use super::sources::{Field, fields};
 use crate::EngineError;
 use rijke_inference::{Kernel, NoiseEstimate, Observation, complex_columns};
 use rijke_numerics::{C64, Cholesky, Jet, Matrix};
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// The errors of a head about one answer of the rig.
 #[derive(Clone, Debug)]
@@ -23,6 +26,8 @@ pub(super) struct Heard {
     pub(super) about: Vec<Vec<C64>>,
     /// Power of every error term, and b0 of every load.
     pub(super) terms: Vec<(i32, Vec<Vec<C64>>)>,
+    /// What is known of unknown sources, by the first load of their excitation and by frequency.
+    fields: BTreeMap<usize, Vec<Field>>,
     /// Slopes of 1/2 ln det of the covariance in R at every frequency of every load: it changes by the sum of Re(slope* dR).
     tilt: Vec<Vec<C64>>,
 }
@@ -39,14 +44,25 @@ pub(super) struct Rest<'a> {
 }
 
 impl Heard {
-    /// Before any fit: about the numbers that were measured, with no error known.
-    pub(super) fn about_data(measured: &[Measured], errors: &[ErrorTerm]) -> Self {
+    /// Before any fit: about the numbers that were measured, with no error known, and about the `answers` of the rig where sources are unknown.
+    pub(super) fn about_data(
+        measured: &[Measured],
+        errors: &[ErrorTerm],
+        answers: Vec<Vec<C64>>,
+    ) -> Result<Self, EngineError> {
         let none = || measured.iter().map(|m| vec![C64::ZERO; m.values.len()]).collect();
-        Self {
-            about: measured.iter().map(|m| m.values.clone()).collect(),
+        let of_sources = sessions(measured).into_iter().filter(|range| measured[range.start].unknown_sources);
+        let of_sources = of_sources.map(|range| Ok((range.start, fields(measured, range, &answers)?)));
+        Ok(Self {
+            fields: of_sources.collect::<Result<_, EngineError>>()?,
+            about: measured
+                .iter()
+                .zip(answers)
+                .map(|(m, answer)| if m.unknown_sources { answer } else { m.values.clone() })
+                .collect(),
             terms: errors.iter().map(|term| (term.power, none())).collect(),
             tilt: none(),
-        }
+        })
     }
 
     /// About the `answers` of the rig, with the errors that are most probable there.
@@ -56,11 +72,11 @@ impl Heard {
         answers: Vec<Vec<C64>>,
         rest: Rest<'_>,
     ) -> Result<Self, EngineError> {
-        let mut heard = Self { about: answers, ..Self::about_data(measured, errors) };
+        let mut heard = Self { about: answers.clone(), ..Self::about_data(measured, errors, answers)? };
         if errors.is_empty() {
             return Ok(heard);
         }
-        for loads in sessions(measured) {
+        for loads in sessions(measured).into_iter().filter(|range| !measured[range.start].unknown_sources) {
             let (about, loads_of) = (&heard.about[loads.clone()], &measured[loads.clone()]);
             let (found, slopes) = most_probable(loads_of, about, errors, rest)?;
             let mut slopes = slopes.into_iter();
@@ -84,8 +100,37 @@ impl Heard {
         Ok(heard)
     }
 
+    /// Whether the likelihood is the one that a fit finds, wherever it was taken.
+    pub(super) fn is_exact(&self) -> bool {
+        self.terms.is_empty() && self.fields.is_empty()
+    }
+
+    /// What the data of the loads of a session are told to be, in their order.
+    pub(super) fn told(&self, measured: &[Measured], range: Range<usize>, answers: &[Vec<Jet>]) -> Vec<Jet> {
+        let Some(fields) = self.fields.get(&range.start) else {
+            let of_load = |load: usize| {
+                answers[load].iter().enumerate().map(move |(k, answer)| self.shifted(load, k, answer.clone()))
+            };
+            return range.flat_map(of_load).collect();
+        };
+        let count = answers[range.start].len() / measured[range.start].values.len().max(1);
+        let first = range.start;
+        let at = |(k, field): (usize, &Field)| field.told(&|m, j| answers[first + m][k * count + j].clone());
+        fields.iter().enumerate().flat_map(at).collect()
+    }
+
+    /// The data of the loads of an excitation.
+    pub(super) fn pressures(&self, measured: &[Measured], range: Range<usize>) -> Vec<Observation> {
+        let at = |(k, field): (usize, &Field)| {
+            let heard: Vec<C64> = range.clone().map(|load| measured[load].values[k]).collect();
+            let first = &measured[range.start];
+            field.observation(format!("{} at {} Hz", first.label, first.frequency_hz[k]), &heard)
+        };
+        self.fields.get(&range.start).into_iter().flatten().enumerate().map(at).collect()
+    }
+
     /// What the head adds to the answer of load `load` at its frequency `k`, as far as it is known: the sum of b0 (R^power - R0^power).
-    pub(super) fn shifted(&self, load: usize, k: usize, answer: Jet) -> Jet {
+    fn shifted(&self, load: usize, k: usize, answer: Jet) -> Jet {
         let about = self.about[load][k];
         let mut sum = answer.clone();
         for (power, b) in self.terms.iter().filter(|(power, _)| *power != 0) {
@@ -118,15 +163,28 @@ impl Heard {
         if self.terms.is_empty() { 0.0 } else { 0.5 * (LEVER * LEVER + (2.0 * PI).ln()) }
     }
 
+    /// R0 of every load; with unknown sources their most probable pressures.
+    pub(super) fn answered(&self) -> Vec<Vec<C64>> {
+        let mut all = self.about.clone();
+        for (first, fields) in &self.fields {
+            let heard: Vec<Vec<C64>> = fields.iter().map(Field::heard).collect();
+            for m in 0..heard.first().map_or(0, Vec::len) {
+                all[first + m] = heard.iter().map(|h| h[m]).collect();
+            }
+        }
+        all
+    }
+
     /// R0 with the errors: what the head hears.
     pub(super) fn heard(&self) -> Vec<Vec<C64>> {
+        let about = self.answered();
         let one = |load: usize| {
             let at = |(k, r): (usize, &C64)| {
                 r + self.terms.iter().map(|(power, b)| b[load][k] * r.powi(*power)).sum::<C64>()
             };
-            self.about[load].iter().enumerate().map(at).collect()
+            about[load].iter().enumerate().map(at).collect()
         };
-        (0..self.about.len()).map(one).collect()
+        (0..about.len()).map(one).collect()
     }
 }
 

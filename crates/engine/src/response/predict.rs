@@ -1,12 +1,14 @@
 //! What response models predict, as a forward model of an inference.
 
 use super::head::Heard;
+use super::measured::{Measured, sessions};
 use crate::EngineError;
 use crate::shape::{Filled, LawOf, ShapeModel};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_network::{Source, Workspace};
 use rijke_numerics::{C64, Jet, Matrix, Order};
+use rijke_study::Place;
 use rijke_study::responses::ResponseKind;
 use std::f64::consts::PI;
 
@@ -29,13 +31,44 @@ pub(super) struct Responses<'a> {
 impl Load<'_> {
     /// The response at every frequency, with derivatives in the free parameters and s.
     pub(super) fn answer(&self, values: &[f64], order: Order) -> Result<Vec<Jet>, EngineError> {
+        self.each(values, order, |filled, s, order, work| self.at(filled, s, order, work))
+    }
+
+    /// The pressures that waves of unit pressure from `sources` make, by frequency, source and place.
+    fn made(
+        &self,
+        values: &[f64],
+        sources: &[Place],
+        order: Order,
+    ) -> Result<Vec<Vec<Vec<Jet>>>, EngineError> {
+        let carried = self.model.has_waves();
+        self.each(values, order, |filled, s, order, work| {
+            let one = |source: &Place| {
+                if carried {
+                    return Ok(filled.carried(s, source));
+                }
+                let entering = if *source == Place::Upstream { Source::Upstream } else { Source::Downstream };
+                let forced = self.model.network.forced(filled, s, entering, order, work);
+                let forced =
+                    forced.map_err(|source| EngineError::Network { point: self.point.clone(), source })?;
+                Ok(forced.before.into_iter().map(|[p, _]| p).collect())
+            };
+            sources.iter().map(one).collect()
+        })
+    }
+
+    /// What `one` says at every frequency.
+    fn each<T: Send>(
+        &self,
+        values: &[f64],
+        order: Order,
+        one: impl Fn(&Filled<'_>, C64, Order, &mut Workspace) -> Result<T, EngineError> + Sync,
+    ) -> Result<Vec<T>, EngineError> {
         let order = order.max(Order::First);
         let filled = Filled::new(&self.model, values, self.model.space(order), &self.point)?;
         self.frequency_hz
             .par_iter()
-            .map_init(Workspace::default, |work, f| {
-                self.at(&filled, C64::new(0.0, 2.0 * PI * f), order, work)
-            })
+            .map_init(Workspace::default, |work, f| one(&filled, C64::new(0.0, 2.0 * PI * f), order, work))
             .collect()
     }
 
@@ -63,6 +96,9 @@ impl Load<'_> {
                 let [to, from] = [to, from].map(|m| &forced.before[self.model.microphones[*m]][0]);
                 Ok(to / from)
             }
+            ResponseKind::Pressure { .. } => Err(EngineError::Unsettled {
+                what: "a pressure of an unknown source is no number of the rig".to_owned(),
+            }),
             ResponseKind::Law { at, coefficient, factor } => {
                 let space = self.model.space(order);
                 let s = space.seed(space.seeds() - 1, s);
@@ -82,15 +118,42 @@ impl Load<'_> {
 }
 
 impl Responses<'_> {
-    /// All answers, load after load.
+    /// All answers, load after load. With unknown sources: at each frequency what every one of them makes.
     pub(super) fn answers(&self, values: &[f64], order: Order) -> Result<Vec<Vec<Jet>>, EngineError> {
-        self.loads.iter().map(|load| load.answer(values, order)).collect()
+        // What one source makes at all microphones is one answer of the rig, whatever the excitation.
+        let mut known: Vec<(&Load<'_>, Vec<Vec<Vec<Jet>>>)> = Vec::new();
+        let mut all = Vec::with_capacity(self.loads.len());
+        for load in &self.loads {
+            let ResponseKind::Pressure { microphone, sources, .. } = &load.what else {
+                all.push(load.answer(values, order)?);
+                continue;
+            };
+            let of = |(other, _): &&(&Load<'_>, _)| {
+                let same =
+                    matches!(&other.what, ResponseKind::Pressure { sources: known, .. } if known == sources);
+                same && other.point == load.point && other.frequency_hz == load.frequency_hz
+            };
+            let found = match known.iter().position(|k| of(&k)) {
+                Some(found) => found,
+                None => {
+                    known.push((load, load.made(values, sources, order)?));
+                    known.len() - 1
+                }
+            };
+            let place = load.model.microphones[*microphone];
+            let at = |made: &Vec<Vec<Jet>>| {
+                made.iter().map(move |by_place| by_place[place].clone()).collect::<Vec<_>>()
+            };
+            all.push(known[found].1.iter().flat_map(at).collect());
+        }
+        Ok(all)
     }
 }
 
 /// What the head tells of all responses, as far as its errors are known: the forward model of a training.
 pub(super) struct Told<'a, 'b> {
     pub(super) responses: &'b Responses<'a>,
+    pub(super) measured: &'b [Measured],
     pub(super) heard: &'b Heard,
     /// Second derivatives cost several times the first and change the path of a search, not its end.
     pub(super) highest: Order,
@@ -107,10 +170,8 @@ impl Forward for Told<'_, '_> {
             if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
         })?;
         let tilt = self.heard.tilted(&answers);
-        let told = |(load, answers): (usize, Vec<Jet>)| {
-            answers.into_iter().enumerate().map(move |(k, answer)| self.heard.shifted(load, k, answer))
-        };
-        let all: Vec<Jet> = answers.into_iter().enumerate().flat_map(told).collect();
+        let told = |range| self.heard.told(self.measured, range, &answers);
+        let all: Vec<Jet> = sessions(self.measured).into_iter().flat_map(told).collect();
         let (p, n) = (self.responses.parameters, 2 * all.len());
         let mut values: Vec<f64> = all.iter().flat_map(|jet| [jet.value().re, jet.value().im]).collect();
         values.extend(tilt.iter().map(|jet| jet.value().re));
@@ -147,7 +208,7 @@ mod tests {
     use super::*;
     use crate::{Assembly, run::conditions_at};
     use rijke_numerics::check::{slopes_from, slopes_near};
-    use rijke_study::{Place, Study};
+    use rijke_study::Study;
     use std::path::Path;
     use std::sync::Arc;
 

@@ -27,22 +27,37 @@ impl Selected {
         stage: &ResponseStage,
     ) -> Result<Self, EngineError> {
         let campaign = &study.campaign;
-        let session = |point: usize| {
+        let session = |o: &ObservedResponse| {
+            let point = o.point;
+            if let ResponseKind::Pressure { excitation, .. } = &o.what {
+                let first = o.frequency_hz.first().copied().unwrap_or(f64::NAN);
+                return format!("excitation {excitation} from {first} Hz at point {point}");
+            }
             let factor = stage.session.as_ref().and_then(|name| campaign.factor(name));
             factor.map_or_else(|| format!("point {point}"), |k| campaign.points[point].factors[k].to_string())
         };
-        let meant =
-            |(_, o): &(usize, &ObservedResponse)| stage.points.holds(campaign, &campaign.points[o.point]);
+        let heard = |o: &ObservedResponse| match &o.what {
+            ResponseKind::Pressure { microphone, .. } if !stage.microphones.is_empty() => {
+                stage.microphones.contains(&study.rig.microphones.names[*microphone])
+            }
+            _ => true,
+        };
+        let meant = |(_, o): &(usize, &ObservedResponse)| {
+            heard(o) && stage.points.holds(campaign, &campaign.points[o.point])
+        };
         let mut chosen: Vec<_> = observed.list.iter().enumerate().filter(meant).collect();
         let mut sessions: Vec<String> = Vec::new();
         for (_, o) in &chosen {
-            let name = session(o.point);
+            let name = session(o);
             if !sessions.contains(&name) {
                 sessions.push(name);
             }
         }
-        let number = |point: usize| sessions.iter().position(|s| *s == session(point)).unwrap_or(0);
-        chosen.sort_by_key(|(_, o)| (number(o.point), o.point));
+        let number = |o: &ObservedResponse| {
+            let own = session(o);
+            sessions.iter().position(|s| *s == own).unwrap_or(0)
+        };
+        chosen.sort_by_cached_key(|(_, o)| (number(o), o.point));
         let mut all = Self {
             measured: Vec::new(),
             points: Vec::new(),
@@ -57,8 +72,9 @@ impl Selected {
             }
             all.used.extend(keep.iter().map(|&k| (place, k)));
             all.measured.push(Measured {
-                label: campaign.points[o.point].id.clone(),
-                session: number(o.point),
+                label: label(study, o),
+                session: number(o),
+                unknown_sources: matches!(o.what, ResponseKind::Pressure { .. }),
                 frequency_hz: keep.iter().map(|&k| o.frequency_hz[k]).collect(),
                 values: keep.iter().map(|&k| o.values[k]).collect(),
                 sd: if o.sd.is_empty() { Vec::new() } else { keep.iter().map(|&k| o.sd[k]).collect() },
@@ -98,6 +114,10 @@ pub(super) fn check(study: &Study, observed: &Responses) -> Result<(), EngineErr
             return refuse(stage, problem.to_owned());
         }
         let data = Selected::new(study, observed, stage)?;
+        if stage.misfit.is_some() && data.measured.iter().any(|m| m.unknown_sources) {
+            let problem = "pressures of unknown sources are trained without a misfit: leave it out; the page says how far the residuals correlate";
+            return refuse(stage, problem.to_owned());
+        }
         if matches!(stage.noise, SdSpec::Fixed(sd) if sd == 0.0)
             && data.measured.iter().any(|m| m.sd.is_empty())
         {
@@ -126,6 +146,14 @@ pub(super) fn check(study: &Study, observed: &Responses) -> Result<(), EngineErr
         used.push((&stage.id, own));
     }
     Ok(())
+}
+
+/// What a response is called.
+fn label(study: &Study, o: &ObservedResponse) -> String {
+    let point = &study.campaign.points[o.point].id;
+    let ResponseKind::Pressure { microphone, excitation, .. } = &o.what else { return point.clone() };
+    let name = &study.rig.microphones.names[*microphone];
+    if excitation.is_empty() { format!("{point}, {name}") } else { format!("{point}, {excitation}, {name}") }
 }
 
 /// The places of the frequencies that a stage takes: within its band, and at least its step apart.

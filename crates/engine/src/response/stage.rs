@@ -253,6 +253,8 @@ impl ResponseRun {
         let mut loads = Vec::new();
         for ((m, point), what) in data.measured.iter().zip(&data.points).zip(&data.whats) {
             let conditions: Conditions = conditions_at(&self.study, *point)?;
+            let sources = if let ResponseKind::Pressure { sources, .. } = what { sources.len() } else { 0 };
+            assembly.waves_for(sources, &conditions.layout)?;
             loads.push(Load {
                 point: conditions.id.clone(),
                 model: ShapeModel::new(assembly, &conditions, &conditions.layout.microphones)?,

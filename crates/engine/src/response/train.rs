@@ -46,10 +46,12 @@ impl Training<'_> {
     /// # Errors
     /// [`EngineError::Unsettled`] if the head's errors do not settle or the search ended early, and errors of the inference.
     pub(super) fn found(&self) -> Result<Found, EngineError> {
-        let mut heard = Heard::about_data(self.measured, self.errors);
+        let middle = self.parameters.from_standard_normal(&vec![0.0; self.parameters.len()]);
+        let middle = self.answered(&self.parameters.physical(&middle))?;
+        let mut heard = Heard::about_data(self.measured, self.errors, middle)?;
         let mut start: Option<Fit> = None;
         for _ in 0..if self.stage.checked { SEARCHES } else { 1 } {
-            if !self.errors.is_empty() {
+            if !heard.is_exact() {
                 let fit;
                 (heard, fit) = self.settled(heard, start)?;
                 start = Some(fit);
@@ -60,8 +62,8 @@ impl Training<'_> {
             let moved =
                 start.as_ref().map_or(0.0, |start| moved(&laplace, &fit.parameters, &start.parameters));
             let after = self.about(&fit)?;
-            if self.errors.is_empty() || moved < SETTLED {
-                let answers = after.about.clone();
+            if heard.is_exact() || moved < SETTLED {
+                let answers = after.answered();
                 return Ok(Found { fit, laplace, evidence, answers, heard: after.heard(), warnings });
             }
             // The search found a better maximum, where the head's errors are others.
@@ -89,8 +91,8 @@ impl Training<'_> {
         }
         Err(EngineError::Unsettled {
             what: format!(
-                "the errors of the head do not settle: after {FITS} fits the parameters still move by {last:.2} standard deviations; \
-                 give the head fewer functions or a smaller sd"
+                "the errors of the head, or the fields of unknown sources, do not settle: after {FITS} fits the parameters still move by {last:.2} \
+                 standard deviations; give the head fewer functions or a smaller sd, and look for what the model lacks"
             ),
         })
     }
@@ -98,7 +100,7 @@ impl Training<'_> {
     /// The maximum next to that of the fit before, with its noise, if there is one.
     fn fit(&self, heard: &Heard, before: Option<&Fit>) -> Result<Fit, EngineError> {
         let data = self.blocks(heard).data()?;
-        let quick = Told { responses: self.responses, heard, highest: Order::First };
+        let quick = Told { responses: self.responses, measured: self.measured, heard, highest: Order::First };
         let posterior = Posterior::new(&quick, &data, self.parameters)?;
         let options = MapOptions::default();
         let Some(before) = before else { return Ok(posterior.map(&options)?) };
@@ -110,10 +112,15 @@ impl Training<'_> {
 
     /// The head's errors about the answers of the rig with the parameters of a fit.
     fn about(&self, fit: &Fit) -> Result<Heard, EngineError> {
-        let answers = self.responses.answers(&fit.parameters, Order::Value)?;
-        let answers = answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect();
+        let answers = self.answered(&fit.parameters)?;
         let rest = Rest { noise: &fit.noise, kernel: self.stage.misfit.as_ref().map(|m| m.kernel) };
         Heard::about_answers(self.measured, self.errors, answers, rest)
+    }
+
+    /// The answers of the rig.
+    fn answered(&self, parameters: &[f64]) -> Result<Vec<Vec<C64>>, EngineError> {
+        let answers = self.responses.answers(parameters, Order::Value)?;
+        Ok(answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect())
     }
 
     fn blocks<'b>(&'b self, heard: &'b Heard) -> Blocks<'b> {
@@ -150,7 +157,8 @@ impl Training<'_> {
         start: Option<&Fit>,
     ) -> Result<(Fit, Laplace, Evidence, Vec<String>), EngineError> {
         let data = self.blocks(heard).data()?;
-        let whole = Told { responses: self.responses, heard, highest: Order::Second };
+        let whole =
+            Told { responses: self.responses, measured: self.measured, heard, highest: Order::Second };
         let posterior = Posterior::new(&whole, &data, self.parameters)?;
         if !self.stage.checked {
             let fit = self.fit(heard, start)?;

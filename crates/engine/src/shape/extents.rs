@@ -55,6 +55,7 @@ impl ShapeModel<'_> {
                 Shape::Device(list) => number(&list[*k]),
                 _ => space.real(f64::NAN),
             },
+            At::Microphone(k) => number(&self.assembly.rig.microphones.at[*k]),
             At::Fixed(x) => space.real(*x),
         };
         let places: Vec<Jet> = self.cuts.iter().map(place).collect();

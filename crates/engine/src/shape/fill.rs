@@ -56,8 +56,18 @@ impl<'m> Filled<'m> {
         };
         let own = candidates.iter().position(|c| c.role == "rig").map_or(&[][..], |k| &parameters[k]);
         let extents = model.extents(space, own);
-        let moving = model.assembly.rig.of_unknown_shape().is_some();
+        let moving = model.assembly.rig.is_of_unknown_shape();
         Self { model, space, parameters, extents, moving }
+    }
+
+    /// The model whose laws these are.
+    pub(super) fn model(&self) -> &'m ShapeModel<'m> {
+        self.model
+    }
+
+    /// Length of every segment, m.
+    pub(super) fn lengths(&self) -> &[Jet] {
+        &self.extents.lengths
     }
 
     /// The space of the jets.

@@ -6,6 +6,7 @@ mod fill;
 mod gas;
 mod model;
 mod moving;
+mod waves;
 
 pub(crate) use fill::Filled;
 pub(crate) use model::LawOf;

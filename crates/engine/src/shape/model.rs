@@ -4,7 +4,7 @@ use crate::assembly::part_of_wall;
 use crate::{Assembly, Conditions, EngineError};
 use rijke_network::{Network, NetworkError, Segment, Slot};
 use rijke_numerics::{JetSpace, Order};
-use rijke_study::{Coefficient, DuctAt, Effect, PartAt, Place, Shape};
+use rijke_study::{Coefficient, DuctAt, Effect, PartAt, Place, Shape, Value};
 
 /// A network for one operating point in gas at rest, of one temperature in every duct.
 #[derive(Clone, Debug)]
@@ -38,6 +38,8 @@ pub(crate) enum At {
     Boundary(usize),
     /// Place number `.1` of a part.
     Part(usize, usize),
+    /// At this microphone.
+    Microphone(usize),
     /// At a known place, m.
     Fixed(f64),
 }
@@ -101,7 +103,12 @@ impl<'a> ShapeModel<'a> {
                 cuts.extend(places.iter().enumerate().take(list.len()).map(of));
             }
         }
-        cuts.extend(instruments.iter().map(|x| (*x, At::Fixed(*x))));
+        let instrument = |x: &f64| {
+            let moves = |(at, known): (&Value, &f64)| known == x && at.unknown().is_some();
+            let all = || rig.microphones.at.iter().zip(&layout.microphones);
+            (*x, all().position(moves).map_or(At::Fixed(*x), At::Microphone))
+        };
+        cuts.extend(instruments.iter().map(instrument));
         // Of places that are the same the boundary of a duct stays, because it comes first.
         cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
         cuts.dedup_by(|later, first| (later.0 - first.0).abs() <= SAME * layout.length);
@@ -142,7 +149,7 @@ impl<'a> ShapeModel<'a> {
                 }
             }
         }
-        if rig.of_unknown_shape().is_some() {
+        if rig.is_of_unknown_shape() {
             for i in 0..model.duct_of.len() {
                 let shape = [(Slot::Length(i), LawOf::Length(i)), (Slot::Area(i), LawOf::Area(i))];
                 let gas =
@@ -178,7 +185,8 @@ impl<'a> ShapeModel<'a> {
     ) -> Result<bool, NetworkError> {
         let last = self.duct_of.len();
         if let Place::Duct(which) = effect.place {
-            if part_of_wall(effect).is_none() {
+            let wave = effect.coefficient.is_wave();
+            if part_of_wall(effect).is_none() && !wave {
                 return Ok(false);
             }
             for duct in 0..self.ducts.len() {
@@ -188,6 +196,9 @@ impl<'a> ShapeModel<'a> {
                 let [from, to] = conditions.layout.ducts[duct].span;
                 let around = self.around(conditions, [duct, duct], 0.5 * (from + to));
                 let law = self.law(candidate, number, around);
+                if wave {
+                    continue;
+                }
                 for i in (0..last).filter(|i| self.duct_of[*i] == duct).collect::<Vec<_>>() {
                     let slot = if effect.coefficient == Coefficient::Mu {
                         Slot::Viscous(i)

@@ -3,4 +3,5 @@
 
 mod bench;
 mod head;
+mod pressures;
 mod temperatures;

@@ -7,6 +7,7 @@ use super::text::{Decimal, Split, number, table_rows};
 use crate::error::RigError;
 use crate::problem::Problem;
 use crate::units::{Heading, Unit};
+use rijke_numerics::C64;
 use std::path::{Path, PathBuf};
 
 /// Columns of a file, read as a whole. Numbers become SI where they are asked for.
@@ -96,6 +97,21 @@ impl Columns {
         let Some(unit) = unit else { return Ok(values) };
         let unit = unit.of(wanted).map_err(|e| self.invalid(format!("column `{name}`"), Problem::Unit(e)))?;
         Ok(values.into_iter().map(|v| unit.to_si(v)).collect())
+    }
+
+    /// A column of complex numbers, as programs write them: `(1.5e-3-2j)`, `1.5+2i`, or a plain number.
+    ///
+    /// # Errors
+    /// Those of [`Columns::numbers`], but for units, which are not looked at.
+    pub fn complex(&self, name: &str) -> Result<Vec<C64>, RigError> {
+        let column = self.column(name)?;
+        let Rows::Text { rows, .. } = &self.rows else {
+            return Ok(self.as_written(name)?.1.into_iter().map(C64::from).collect());
+        };
+        let cell = |(row, (_, cells)): (usize, &(usize, Vec<String>))| {
+            complex_cell(&cells[column]).ok_or_else(|| self.bad(row, name, cells[column].clone()))
+        };
+        rows.iter().enumerate().map(cell).collect()
     }
 
     /// A column as [`Columns::numbers`] gives it, in which a cell may be empty.
@@ -201,7 +217,8 @@ impl Columns {
     }
 
     /// Line of a row, from 1; of arrays its number.
-    fn line(&self, row: usize) -> usize {
+    #[must_use]
+    pub fn line(&self, row: usize) -> usize {
         match &self.rows {
             Rows::Text { rows, .. } => rows.get(row).map_or(0, |(line, _)| *line),
             Rows::Numbers(_) => row + 1,
@@ -210,5 +227,50 @@ impl Columns {
 
     fn invalid(&self, place: String, problem: Problem) -> RigError {
         RigError::invalid(&self.path, place, problem)
+    }
+}
+
+/// A finite complex number with a decimal point, in brackets or not.
+fn complex_cell(text: &str) -> Option<C64> {
+    let bare = text.trim().trim_start_matches('(').trim_end_matches(')').trim();
+    let Some(body) = bare.strip_suffix(['i', 'j']) else { return finite(bare).map(C64::from) };
+    // The sign between the parts is the last one that belongs to no exponent.
+    let between =
+        |(k, c): &(usize, char)| *k > 0 && matches!(c, '+' | '-') && !body[..*k].ends_with(['e', 'E']);
+    let (re, im) = match body.char_indices().rfind(between) {
+        Some((k, _)) => (finite(&body[..k])?, &body[k..]),
+        None => (0.0, body),
+    };
+    let im = match im {
+        "+" | "" => 1.0,
+        "-" => -1.0,
+        im => finite(im)?,
+    };
+    Some(C64::new(re, im))
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::complex_cell;
+    use rijke_numerics::C64;
+
+    #[test]
+    fn exact_complex_numbers_as_programs_write_them() {
+        for (text, re, im) in [
+            (" (5.0e+00-7.9e-01j)", 5.0, -0.79),
+            ("-1e-3-2E-2i", -1e-3, -2e-2),
+            ("3", 3.0, 0.0),
+            ("-2.5j", 0.0, -2.5),
+            ("1+j", 1.0, 1.0),
+        ] {
+            assert_eq!(complex_cell(text), Some(C64::new(re, im)), "{text}");
+        }
+        for text in ["", "j+", "1+2", "nan+1j", "1,5+2j", "(1 + two j)"] {
+            assert_eq!(complex_cell(text), None, "{text}");
+        }
     }
 }

@@ -7,6 +7,7 @@ mod calibrated;
 mod click;
 mod clicking;
 mod driven;
+mod excited;
 mod hum;
 mod naive;
 mod ping;

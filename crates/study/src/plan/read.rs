@@ -218,7 +218,9 @@ impl Plan {
             let at = stage.span().start;
             let stage = stage.into_inner();
             let checked = stage.check(campaign, catalogue, &plan.responses);
-            checked.map_err(|problem| source.fail(at, problem))?;
+            checked
+                .and_then(|()| rig.microphones.have(&stage.microphones))
+                .map_err(|problem| source.fail(at, problem))?;
             plan.responses.push(stage);
         }
         if plan.stages.is_empty() && plan.responses.is_empty() {
@@ -326,12 +328,7 @@ impl Check<'_> {
         for noise in [Some(&file.noise), file.noise_of_predictions.as_ref()].into_iter().flatten() {
             self.noise(noise, plan)?;
         }
-        for name in &file.microphones {
-            if !self.rig.microphones.names.contains(name) {
-                let known = listed(self.rig.microphones.names.iter().map(String::as_str));
-                return Err(Problem::Unknown { what: "microphone", name: name.clone(), known });
-            }
-        }
+        self.rig.microphones.have(&file.microphones)?;
         if !(file.decides >= 0.0 && file.decides.is_finite()) {
             let (key, value) = ("decides".into(), file.decides.to_string());
             return Err(Problem::Value { key, value, need: "a number of nats, zero or more" });

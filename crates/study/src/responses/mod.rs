@@ -1,4 +1,5 @@
-//! Observed responses: impedances, reflection coefficients, transfer functions, flame transfer functions over frequency.
+//! Observed responses: impedances, reflection coefficients, pressures of unknown sources, transfer functions, flame transfer functions
+//! over frequency.
 //!
 //! `observations/observations.toml` declares them in `[[response]]`. The numbers are in files of their own, in the folder of the
 //! observations or, where they are other people's, in one that an environment variable names.
@@ -6,6 +7,7 @@
 mod columns;
 mod doubts;
 mod plan;
+mod pressures;
 mod read;
 
 pub use plan::{MisfitSpec, ResponseStage};
@@ -57,6 +59,15 @@ pub enum ResponseKind {
         /// Area, m^2, of the tube whose wave impedance the data refer to; that of the rig at the port if none is stated.
         reference_area: Option<f64>,
     },
+    /// Pressure at a microphone, of sources of unknown strength, over the root mean square of all microphones then.
+    Pressure {
+        /// The microphone.
+        microphone: usize,
+        /// The excitation, as the file calls it: what its microphones heard at one frequency is of the same sources.
+        excitation: String,
+        /// Where waves of unknown pressure enter: [`Place::Upstream`], [`Place::Downstream`], or both.
+        sources: Vec<Place>,
+    },
     /// Pressure at a microphone over that at another, by their places in the rig.
     Transfer {
         /// The one above.
@@ -81,6 +92,10 @@ impl ResponseKind {
     pub fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Reflection { at, .. }, Self::Reflection { at: other, .. }) => at == other,
+            (
+                Self::Pressure { microphone, excitation, .. },
+                Self::Pressure { microphone: other, excitation: second, .. },
+            ) => (microphone, excitation) == (other, second),
             (Self::Transfer { to, from }, Self::Transfer { to: other, from: below }) => {
                 (to, from) == (other, below)
             }
@@ -96,6 +111,7 @@ impl ResponseKind {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Reflection { .. } => "reflection",
+            Self::Pressure { .. } => "pressure",
             Self::Transfer { .. } => "transfer",
             Self::Law { .. } => "law",
         }

@@ -41,6 +41,9 @@ pub struct ResponseStage {
     pub band_hz: Option<[f64; 2]>,
     /// Distance of the frequencies that are taken, Hz; all if absent.
     pub step_hz: Option<f64>,
+    /// Of pressures only those at these microphones; all if empty.
+    #[serde(default)]
+    pub microphones: Vec<String>,
     /// The factor whose value the responses share that one instrument measured in one state: its errors are the same in all of them.
     pub session: Option<String>,
     /// Independent noise of the real and of the imaginary part of each number.

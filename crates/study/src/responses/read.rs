@@ -1,16 +1,16 @@
 //! From `observations.toml` and the files that it names to responses.
 
-use super::{ObservedResponse, ResponseKind, Responses, columns, doubts};
+use super::{ObservedResponse, ResponseKind, Responses, columns, doubts, pressures};
 use crate::rig::Place;
 use crate::source::{Source, listed};
 use crate::{Coefficient, Problem, Study, StudyError};
 use rijke_formula::{Context, Formula, Kind};
 use rijke_numerics::C64;
-use rijke_rig::{DataKind, Quantity as Number};
+use rijke_rig::{DataKind, Elsewhere, Quantity as Number};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use toml::{Spanned, Value as Toml};
 
 #[derive(Deserialize)]
@@ -23,24 +23,14 @@ struct File {
     response: Vec<Spanned<Entry>>,
 }
 
-/// Data that are not part of the study.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Elsewhere {
-    /// The environment variable that names the folder of all such data.
-    variable: String,
-    /// The folder within.
-    folder: String,
-    /// How to get them.
-    obtain: String,
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
     kind: KindOf,
-    /// A place; for a transfer the microphone above.
-    at: String,
+    /// A place; for a transfer the microphone above; of pressures none.
+    at: Option<String>,
+    /// For pressures: the ends at which waves of unknown pressure enter.
+    sources: Option<Vec<String>>,
     /// For a transfer: the microphone below.
     over: Option<String>,
     /// For a law.
@@ -59,6 +49,7 @@ struct Entry {
 enum KindOf {
     Impedance,
     Reflection,
+    Pressures,
     Transfer,
     FlameTransferFunction,
 }
@@ -74,7 +65,10 @@ impl Study {
         let file: File = source.toml()?;
         let data = match &file.measured {
             None => folder,
-            Some(elsewhere) => elsewhere.folder(&source)?,
+            Some(elsewhere) => elsewhere.find().ok_or_else(|| {
+                let Elsewhere { variable, folder, obtain } = elsewhere.clone();
+                source.fail(0, Problem::Elsewhere { variable, folder, obtain })
+            })?,
         };
         let mut all =
             Responses { kind: file.kind, source: file.source, list: Vec::new(), warnings: Vec::new() };
@@ -82,18 +76,15 @@ impl Study {
             let at = entry.span().start;
             let entry = entry.into_inner();
             let fail = |problem| source.fail(at, problem);
+            if entry.kind == KindOf::Pressures {
+                for (point, path) in self.places(&entry, &data).map_err(fail)? {
+                    self.pressures(&entry, point, &path, &fail, &mut all)?;
+                }
+                continue;
+            }
             let what = self.quantity(&entry).map_err(fail)?;
             let columns = columns::declared(&entry.columns).map_err(fail)?;
-            for (point, name) in &entry.files {
-                let Some((point, _)) = self.campaign.point(point) else {
-                    let known = listed(self.campaign.points.iter().take(8).map(|p| p.id.as_str()));
-                    return Err(fail(Problem::Unknown {
-                        what: "operating point",
-                        name: point.clone(),
-                        known,
-                    }));
-                };
-                let path = data.join(name);
+            for (point, path) in self.places(&entry, &data).map_err(fail)? {
                 let mut rows = columns::read(&path, &columns)?;
                 let mut doubt = |said: Option<String>| {
                     all.warnings.extend(said.map(|said| format!("{}: {said}", path.display())));
@@ -116,8 +107,7 @@ impl Study {
                     .filter(|&k| (low..=high).contains(&rows.frequency_hz[k]))
                     .collect();
                 if keep.is_empty() {
-                    let need = "choose `band_hz` so that it holds some frequencies";
-                    return Err(fail(Problem::Empty { what: "frequency of the file in the band", need }));
+                    return Err(fail(OUTSIDE));
                 }
                 doubt(doubts::band(&rows, keep.len(), [low, high]));
                 let observed = ObservedResponse {
@@ -132,14 +122,7 @@ impl Study {
                         keep.iter().map(|&k| rows.sd[k]).collect()
                     },
                 };
-                if let Some(f) = all.list.iter().find_map(|before| doubts::twice(before, &observed)) {
-                    return Err(fail(Problem::Twice {
-                        file: name.clone(),
-                        point: self.campaign.points[point].id.clone(),
-                        frequency_hz: f,
-                    }));
-                }
-                all.list.push(observed);
+                self.add(observed, &path, &mut all).map_err(fail)?;
             }
         }
         if all.list.is_empty() {
@@ -148,14 +131,82 @@ impl Study {
         Ok(all)
     }
 
+    /// Operating points and files of an entry.
+    fn places(&self, entry: &Entry, data: &Path) -> Result<Vec<(usize, PathBuf)>, Problem> {
+        let place = |(point, name): (&String, &String)| match self.campaign.point(point) {
+            Some((point, _)) => Ok((point, data.join(name))),
+            None => {
+                let known = listed(self.campaign.points.iter().take(8).map(|p| p.id.as_str()));
+                Err(Problem::Unknown { what: "operating point", name: point.clone(), known })
+            }
+        };
+        entry.files.iter().map(place).collect()
+    }
+
+    /// Adds a response that is not there yet.
+    fn add(&self, observed: ObservedResponse, path: &Path, all: &mut Responses) -> Result<(), Problem> {
+        if let Some(frequency_hz) = all.list.iter().find_map(|before| doubts::twice(before, &observed)) {
+            let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let point = self.campaign.points[observed.point].id.clone();
+            return Err(Problem::Twice { file, point, frequency_hz });
+        }
+        all.list.push(observed);
+        Ok(())
+    }
+
+    /// Adds the pressures of a file, a response for every excitation and microphone.
+    fn pressures(
+        &self,
+        entry: &Entry,
+        point: usize,
+        path: &Path,
+        fail: &dyn Fn(Problem) -> StudyError,
+        all: &mut Responses,
+    ) -> Result<(), StudyError> {
+        let sources = match &entry.sources {
+            None => vec![Place::Upstream, Place::Downstream],
+            Some(names) => names.iter().map(|name| source(name)).collect::<Result<_, _>>().map_err(fail)?,
+        };
+        if sources.is_empty() || sources.len() > 2 || sources.first() == sources.get(1) {
+            let (key, value) =
+                ("sources".to_owned(), format!("{:?}", entry.sources.clone().unwrap_or_default()));
+            return Err(fail(Problem::Value { key, value, need: "one or both of upstream, downstream" }));
+        }
+        let names = &self.rig.microphones.names;
+        let table = pressures::declared(&entry.columns, names, sources.len()).map_err(fail)?;
+        let band = entry.band_hz.unwrap_or([0.0, f64::INFINITY]);
+        let (list, doubts) = pressures::read(path, &table, band)?;
+        all.warnings.extend(doubts.iter().map(|said| format!("{}: {said}", path.display())));
+        if list.is_empty() {
+            return Err(fail(OUTSIDE));
+        }
+        for heard in list {
+            for (microphone, values) in heard.pressures {
+                let (excitation, sources) = (heard.excitation.clone(), sources.clone());
+                let observed = ObservedResponse {
+                    point,
+                    what: ResponseKind::Pressure { microphone, excitation, sources },
+                    rows: heard.of,
+                    frequency_hz: heard.frequency_hz.clone(),
+                    values,
+                    sd: Vec::new(),
+                };
+                self.add(observed, path, all).map_err(fail)?;
+            }
+        }
+        Ok(())
+    }
+
     fn quantity(&self, entry: &Entry) -> Result<ResponseKind, Problem> {
         let value =
             |key: &str, value: &str, need| Problem::Value { key: key.into(), value: value.into(), need };
+        let need = "name the place, or the microphone, of the response";
+        let named = entry.at.as_ref().ok_or_else(|| Problem::Missing { key: "at".into(), need })?;
         match entry.kind {
             KindOf::Impedance | KindOf::Reflection => {
-                let at = Place::parse(&entry.at, &self.rig.parts)?;
+                let at = Place::parse(named, &self.rig.parts)?;
                 if at != Place::Upstream {
-                    return Err(value("at", &entry.at, "upstream: the port is where the rig begins"));
+                    return Err(value("at", named, "upstream: the port is where the rig begins"));
                 }
                 let diameter = entry.reference_diameter.as_deref().map(|text| {
                     let fail = |source| Problem::Unit { key: "reference_diameter".into(), source };
@@ -164,20 +215,17 @@ impl Study {
                 let area = diameter.transpose()?.map(|d| 0.25 * PI * d * d);
                 Ok(ResponseKind::Reflection { at, reference_area: area })
             }
-            KindOf::Transfer => {
+            KindOf::Pressures | KindOf::Transfer => {
                 let microphone = |name: &str| {
                     let names = &self.rig.microphones.names;
-                    names.iter().position(|n| n == name).ok_or_else(|| Problem::Unknown {
-                        what: "microphone",
-                        name: name.to_owned(),
-                        known: listed(names.iter().map(String::as_str)),
-                    })
+                    self.rig.microphones.have(&[name.to_owned()])?;
+                    Ok::<_, Problem>(names.iter().position(|n| n == name).unwrap_or(0))
                 };
                 let over = entry.over.as_deref().ok_or_else(|| Problem::Missing {
                     key: "over".into(),
                     need: "name the microphone by which is divided",
                 })?;
-                let (to, from) = (microphone(&entry.at)?, microphone(over)?);
+                let (to, from) = (microphone(named)?, microphone(over)?);
                 if to == from {
                     return Err(value(
                         "over",
@@ -188,7 +236,7 @@ impl Study {
                 Ok(ResponseKind::Transfer { to, from })
             }
             KindOf::FlameTransferFunction => {
-                let at = Place::parse(&entry.at, &self.rig.parts)?;
+                let at = Place::parse(named, &self.rig.parts)?;
                 let name = entry.coefficient.as_deref().unwrap_or("eu");
                 let coefficient = Coefficient::ALL.iter().find(|(known, _)| *known == name).map(|(_, c)| *c);
                 let coefficient = coefficient.ok_or_else(|| Problem::Unknown {
@@ -208,14 +256,21 @@ impl Study {
     }
 }
 
-impl Elsewhere {
-    fn folder(&self, source: &Source) -> Result<PathBuf, StudyError> {
-        let set = std::env::var_os(&self.variable).filter(|value| !value.is_empty());
-        let folder = set.map(|value| PathBuf::from(value).join(&self.folder)).filter(|path| path.is_dir());
-        folder.ok_or_else(|| {
-            let (variable, folder, obtain) =
-                (self.variable.clone(), self.folder.clone(), self.obtain.clone());
-            source.fail(0, Problem::Elsewhere { variable, folder, obtain })
-        })
+/// What is said of a band without a frequency of the file.
+const OUTSIDE: Problem = Problem::Empty {
+    what: "frequency of the file in the band",
+    need: "choose `band_hz` so that it holds some frequencies",
+};
+
+/// An end at which a wave of unknown pressure enters.
+fn source(name: &str) -> Result<Place, Problem> {
+    match name {
+        "upstream" => Ok(Place::Upstream),
+        "downstream" => Ok(Place::Downstream),
+        other => Err(Problem::Unknown {
+            what: "source",
+            name: other.to_owned(),
+            known: "upstream, downstream".to_owned(),
+        }),
     }
 }

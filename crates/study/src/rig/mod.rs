@@ -12,8 +12,8 @@ pub use resolve::{DuctAt, Layout, PartAt};
 pub use value::Value;
 
 use crate::law::{Candidate, Words};
-use crate::source::{Outcome, Source};
-use crate::{Campaign, StudyError};
+use crate::source::{Outcome, Source, listed};
+use crate::{Campaign, Problem, StudyError};
 use rijke_formula::{Formula, Scope};
 use rijke_rig::{Gas, GasState};
 use std::path::Path;
@@ -136,9 +136,7 @@ impl Part {
             Shape::Device(at) => at.iter().collect(),
             Shape::Insert(from, to) => vec![from, to],
         };
-        values
-            .into_iter()
-            .filter_map(|v| if let Value::Unknown(formula, _) = v { Some(formula) } else { None })
+        values.into_iter().filter_map(Value::unknown)
     }
 }
 
@@ -179,6 +177,15 @@ pub struct Instruments {
     pub reference: usize,
 }
 
+impl Instruments {
+    /// Refuses a name that none of them has.
+    pub(crate) fn have(&self, names: &[String]) -> Result<(), Problem> {
+        let Some(name) = names.iter().find(|name| !self.names.contains(name)) else { return Ok(()) };
+        let known = listed(self.names.iter().map(String::as_str));
+        Err(Problem::Unknown { what: "microphone", name: name.clone(), known })
+    }
+}
+
 impl Rig {
     /// Reads `rig.toml`; `campaign` says which factors its formulas may name.
     ///
@@ -207,10 +214,11 @@ impl Rig {
         self.parts.iter().enumerate().find(|(_, p)| p.name == name)
     }
 
-    /// The first part whose length, area or place is unknown, if there is one.
+    /// Whether a length, an area, or the place of a part or a microphone is unknown.
     #[must_use]
-    pub fn of_unknown_shape(&self) -> Option<&Part> {
-        self.parts.iter().find(|part| part.unknown().next().is_some())
+    pub fn is_of_unknown_shape(&self) -> bool {
+        self.parts.iter().any(|part| part.unknown().next().is_some())
+            || self.microphones.at.iter().any(|at| at.unknown().is_some())
     }
 
     /// The numbers of the part of a place by bare name, with their names in the scope.

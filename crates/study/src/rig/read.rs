@@ -159,7 +159,8 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
     let microphones = reading.instruments(file.microphones, "p")?;
     let thermometers = reading.instruments(file.thermometers, "T")?;
     let (effects, mut used) = reading.effects()?;
-    for formula in reading.parts.iter().flat_map(Part::unknown) {
+    let heard = microphones.at.iter().filter_map(Value::unknown);
+    for formula in reading.parts.iter().flat_map(Part::unknown).chain(heard) {
         let named = (0..names.len()).filter(|k| formula.uses_parameter(*k));
         used.extend(named.map(|k| names[k].clone()));
     }
@@ -304,9 +305,13 @@ impl Reading<'_> {
         let at = table.span();
         let mut table = table.into_inner();
         let wrong = |problem| (at.clone(), problem);
-        let reader = Reader { scope: &self.scope, own: &[], unknowns: &[], at: at.clone() };
+        let reader = Reader { scope: &self.scope, own: &[], unknowns: self.unknowns, at: at.clone() };
         let list = table.remove("at").and_then(|v| v.as_array().cloned()).unwrap_or_default();
-        let places = list.iter().map(|v| reader.value("at", v, "m")).collect::<Outcome<Vec<_>>>()?;
+        let place = |v: &Toml| match letter {
+            "p" => reader.extent("at", v, "m", self.medians),
+            _ => reader.value("at", v, "m"),
+        };
+        let places = list.iter().map(place).collect::<Outcome<Vec<_>>>()?;
         if places.is_empty() {
             return Err(wrong(Problem::Missing { key: "at".into(), need: "a list of places" }));
         }

@@ -22,6 +22,12 @@ pub enum Value {
 }
 
 impl Value {
+    /// Its formula, if it names unknowns.
+    #[must_use]
+    pub fn unknown(&self) -> Option<&Formula> {
+        if let Self::Unknown(formula, _) = self { Some(formula) } else { None }
+    }
+
     /// Its value, given those of all names, unknowns at the medians of their priors; NaN where a factor has none.
     #[must_use]
     pub fn at(&self, numbers: &[f64]) -> f64 {

@@ -1,0 +1,197 @@
+//! Several modes of a record that begins with a blow: a tube that was struck, and rings until it is silent.
+
+use crate::Fault;
+use crate::pencil::{Decimated, poles};
+use crate::ringdown::{Component, Kind, SETTLING, Solution, White, energies, solve};
+use rijke_numerics::{C64, Matrix};
+use std::f64::consts::TAU;
+
+/// Settings of [`fit_blow`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlowOptions {
+    /// The stretch that is used, s after the onset.
+    pub stretch_s: [f64; 2],
+    /// The highest frequency that is looked at, Hz.
+    pub highest_hz: f64,
+    /// About where the wanted modes are, Hz.
+    pub near_hz: Vec<f64>,
+}
+
+/// What a record of a blow tells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlowFit {
+    /// Onsets of blows, s from the first sample; the first is used.
+    pub onsets_s: Vec<f64>,
+    /// For every wanted frequency the mode, or none if none was found near it.
+    pub modes: Vec<Option<BlowMode>>,
+}
+
+/// A mode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlowMode {
+    /// Growth rate and angular frequency, 1/s.
+    pub s: C64,
+    /// Covariance of the two.
+    pub covariance: Matrix,
+}
+
+/// A blow begins where the envelope first reaches this part of its largest value.
+const ONSET: f64 = 0.1;
+/// Another begins where it rises by this factor over all of the 20 ms before.
+const RISE: f64 = 3.0;
+/// Length of a block of the envelope, s.
+const BLOCK: f64 = 1e-3;
+const BLOCKS_BEFORE: usize = 20;
+/// The fit is made from several starts, so far apart, s: what the modes owe to the choice is part of their error.
+const LATER: f64 = 0.01;
+const STARTS: usize = 3;
+/// A mode is one that was wanted if it is so near, relatively.
+const NEAR: f64 = 0.04;
+
+/// Finds the onset of the blow, and fits damped exponentials to the stretch behind it: the poles of ESPRIT, then the maximum of the likelihood of all of
+/// them together, from several starts. Channels that are copies of another count once.
+///
+/// # Errors
+/// [`Fault::TooShort`] where the record or the stretch before another blow is too short; faults of the fits, if none of them succeeds.
+pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> Result<BlowFit, Fault> {
+    let mut own: Vec<&Vec<f64>> = Vec::new();
+    for channel in channels {
+        if !own.contains(&channel) {
+            own.push(channel);
+        }
+    }
+    let have = own.first().map_or(0, |c| c.len());
+    if let Some(channel) = channels.iter().position(|c| c.len() != have) {
+        return Err(Fault::UnequalChannels { channel, have: channels[channel].len(), need: have });
+    }
+    let onsets_s = onsets(&own, rate_hz);
+    let first = onsets_s.first().copied().unwrap_or(0.0);
+    // What follows another blow is another decay.
+    let next = onsets_s.get(1).map_or(f64::INFINITY, |next| next - first);
+    let [from, to] = [options.stretch_s[0], options.stretch_s[1].min(next)];
+    let sample = |t: f64| ((first + t) * rate_hz).round() as usize;
+    let (begin, end) = (sample(from), sample(to));
+    if end > have || begin >= end {
+        return Err(Fault::TooShort {
+            what: "decay of the blow",
+            have: have.min(end),
+            need: sample(options.stretch_s[1]),
+        });
+    }
+    let factor = ((0.4 * rate_hz / options.highest_hz).floor() as usize).max(1);
+    let mut found: Vec<Vec<BlowMode>> = vec![Vec::new(); options.near_hz.len()];
+    let mut failed = None;
+    for start in 0..STARTS {
+        let begin = sample(from + LATER * start as f64).min(end);
+        let samples: Vec<f64> = (begin..end).flat_map(|n| own.iter().map(move |c| c[n])).collect();
+        let white = White { samples: &samples, channels: own.len(), step: 1.0 / rate_hz };
+        match fitted(&Decimated::new(white, factor), options) {
+            Ok(modes) => {
+                for (list, mode) in found.iter_mut().zip(modes) {
+                    list.extend(mode);
+                }
+            }
+            Err(fault) => failed = Some(fault),
+        }
+    }
+    match failed {
+        Some(fault) if found.iter().all(Vec::is_empty) => Err(fault),
+        _ => Ok(BlowFit { onsets_s, modes: found.iter().map(|list| together(list, 1.0)).collect() }),
+    }
+}
+
+/// The mean of several records of like blows, mode by mode: the mean of their errors, and how they scatter.
+#[must_use]
+pub fn combine_blows(fits: &[BlowFit]) -> Vec<Option<BlowMode>> {
+    let count = fits.first().map_or(0, |f| f.modes.len());
+    let of = |k: usize| {
+        let all: Vec<BlowMode> = fits.iter().filter_map(|f| f.modes.get(k).cloned().flatten()).collect();
+        let n = all.len() as f64;
+        if all.len() == 1 { all.into_iter().next() } else { together(&all, n) }
+    };
+    (0..count).map(of).collect()
+}
+
+/// The mean of at least two estimates, weighted by the errors of their frequencies; its covariance is the mean of theirs and their scatter, over
+/// `independent`.
+fn together(all: &[BlowMode], independent: f64) -> Option<BlowMode> {
+    if all.len() < 2 {
+        return None;
+    }
+    let n = all.len() as f64;
+    let weights: Vec<f64> = all.iter().map(|m| 1.0 / m.covariance[(1, 1)]).collect();
+    let whole: f64 = weights.iter().sum();
+    let mean: C64 = all.iter().zip(&weights).map(|(m, w)| m.s * *w).sum::<C64>() / whole;
+    let apart = |m: &BlowMode| [(m.s - mean).re, (m.s - mean).im];
+    let covariance = Matrix::from_fn(2, 2, |i, j| {
+        let one = |(m, w): (&BlowMode, &f64)| {
+            let scatter = apart(m)[i] * apart(m)[j] * n / (n - 1.0);
+            w * (m.covariance[(i, j)] + scatter)
+        };
+        all.iter().zip(&weights).map(one).sum::<f64>() / whole / independent
+    });
+    Some(BlowMode { s: mean, covariance })
+}
+
+/// Where blows begin, s.
+fn onsets(channels: &[&Vec<f64>], rate_hz: f64) -> Vec<f64> {
+    let block = ((BLOCK * rate_hz).round() as usize).max(1);
+    let length = channels.first().map_or(0, |c| c.len());
+    let size = |n: usize| channels.iter().map(|c| c[n].abs()).fold(0.0, f64::max);
+    let envelope: Vec<f64> = (0..length)
+        .step_by(block)
+        .map(|n| (n..(n + block).min(length)).map(size).fold(0.0, f64::max))
+        .collect();
+    let least = ONSET * envelope.iter().copied().fold(0.0, f64::max);
+    let mut all: Vec<usize> = Vec::new();
+    for (k, value) in envelope.iter().enumerate().filter(|(_, value)| **value >= least) {
+        let before = &envelope[k.saturating_sub(BLOCKS_BEFORE)..k];
+        let is_apart = all.last().is_none_or(|last| k - last > BLOCKS_BEFORE);
+        if all.is_empty() || (is_apart && *value > RISE * before.iter().copied().fold(0.0, f64::max)) {
+            all.push(k);
+        }
+    }
+    let first = |k: &usize| {
+        let range = k * block..((k + 1) * block).min(length);
+        range.clone().find(|n| size(*n) >= least).unwrap_or(range.start) as f64 / rate_hz
+    };
+    all.iter().map(first).collect()
+}
+
+/// The wanted modes of one stretch.
+fn fitted(data: &Decimated, options: &BlowOptions) -> Result<Vec<Option<BlowMode>>, Fault> {
+    let is_mode = |s: &C64| s.re < 0.0 && s.re > -0.5 * s.im && s.im < TAU * options.highest_hz;
+    let list = poles(data)?;
+    let mut components: Vec<Component> =
+        list.into_iter().filter(is_mode).map(|s| Component { s, kind: Kind::Mode }).collect();
+    let solution: Solution = loop {
+        let fault = match solve(data.white(), &components, SETTLING) {
+            Ok(solution) => match solution.components.iter().position(|c| !is_mode(&c.s)) {
+                None => break solution,
+                Some(k) if components.len() > 1 => {
+                    components.remove(k);
+                    continue;
+                }
+                Some(_) => return Err(Fault::Weak { ratio: 0.0 }),
+            },
+            Err(fault) => fault,
+        };
+        if components.len() < 2 {
+            return Err(fault);
+        }
+        let strength = energies(data.white(), &components)?;
+        let weakest = (0..components.len()).min_by(|a, b| strength[*a].total_cmp(&strength[*b])).unwrap_or(0);
+        components.remove(weakest);
+    };
+    let (strength, variance) = (solution.energies()?, solution.variance());
+    let wanted = |near: &f64| {
+        let is_near = |k: &usize| (solution.components[*k].s.im / (TAU * near) - 1.0).abs() < NEAR;
+        let k = (0..solution.components.len())
+            .filter(is_near)
+            .max_by(|a, b| strength[*a].total_cmp(&strength[*b]))?;
+        let whole = solution.mode_covariance(k);
+        let covariance = Matrix::from_fn(2, 2, |i, j| variance * whole[(i, j)]);
+        Some(BlowMode { s: solution.components[k].s, covariance })
+    };
+    Ok(options.near_hz.iter().map(wanted).collect())
+}

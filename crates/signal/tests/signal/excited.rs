@@ -1,0 +1,239 @@
+//! Random noise and blows, against closed forms, plain sums and the truth.
+
+use rand_distr::{Distribution, StandardNormal};
+use rijke_numerics::{C64, Stream, Streams};
+use rijke_signal::{BlowOptions, Spectra, SwitchedGains, TransmissionTube, combine_blows, fit_blow};
+use std::f64::consts::{PI, TAU};
+
+fn normal(stream: &mut Stream) -> f64 {
+    StandardNormal.sample(stream)
+}
+
+#[test]
+fn oracle_cross_spectra_are_plain_sums() {
+    let mut stream = Streams::new(1).stream("spectra");
+    let channels: Vec<Vec<f64>> =
+        (0..2).map(|_| (0..96).map(|_| 0.3 + normal(&mut stream)).collect()).collect();
+    let (rate, n) = (64.0, 32);
+    let found = Spectra::welch(&channels, rate, n, [5.0, 21.0]).unwrap();
+    assert_eq!(found.frequency_hz, (3..=10).map(|k| 2.0 * f64::from(k)).collect::<Vec<_>>());
+    let estimates = found.transfer(0, 1);
+    for (f, estimate) in found.frequency_hz.iter().zip(&estimates) {
+        let mut sums = [C64::ZERO; 3];
+        for start in (0..=64).step_by(16) {
+            let spectrum = |c: usize| -> C64 {
+                let part = &channels[c][start..start + n];
+                let mean = part.iter().sum::<f64>() / n as f64;
+                let term = |(k, v): (usize, &f64)| {
+                    let window = (PI * k as f64 / n as f64).sin().powi(2);
+                    (v - mean) * window * C64::from_polar(1.0, -TAU * f * k as f64 / rate)
+                };
+                part.iter().enumerate().map(term).sum()
+            };
+            let (a, b) = (spectrum(0), spectrum(1));
+            sums[0] += a.conj() * a;
+            sums[1] += a.conj() * b;
+            sums[2] += b.conj() * b;
+        }
+        assert!((estimate.value - sums[1] / sums[0]).norm() < 1e-12);
+        let coherence = sums[1].norm_sqr() / (sums[0].re * sums[2].re);
+        assert!((estimate.coherence - coherence).abs() < 1e-12);
+        let sd = ((1.0 - coherence) / (2.0 * coherence * found.averages)).sqrt();
+        assert!((estimate.relative_sd - sd).abs() < 1e-12);
+    }
+    // Five segments that overlap by half, each with 1/36 of the variance of its neighbours.
+    let double: f64 = (1..5).map(|k| if k == 1 { 4.0 / 36.0 } else { 0.0 }).sum::<f64>() * 2.0 / 25.0;
+    assert!((1.0 / found.averages - (0.2 + double)).abs() < 1e-12, "{}", found.averages);
+}
+
+/// A record of a sound field of two waves and their echoes, channel c at place `order[c]`, with gains of the channels a_c + b_c z^-1, and noise.
+fn record(order: &[usize], stream: &mut Stream) -> Vec<Vec<f64>> {
+    const LENGTH: usize = 40_000;
+    const GAINS: [[f64; 2]; 3] = [[1.0, 0.0], [1.1, 0.05], [0.8, -0.08]];
+    let source: Vec<f64> = (0..LENGTH + 200).map(|_| normal(stream)).collect();
+    let place = |m: usize, n: usize| {
+        let late = |d: usize| source[n + 200 - d];
+        late(3 + 7 * m) + 0.6 * late(60 - 5 * m) + 0.3 * late(150 + 4 * m)
+    };
+    let mut one = |(c, m): (usize, &usize)| -> Vec<f64> {
+        let mut before = 0.0;
+        let [a, b] = GAINS[c];
+        (0..LENGTH)
+            .map(|n| {
+                let p = place(*m, n);
+                let heard = a * p + b * before;
+                before = p;
+                heard + 0.02 * normal(stream)
+            })
+            .collect()
+    };
+    order.iter().enumerate().map(&mut one).collect()
+}
+
+/// Those gains at a frequency (Hz) of records of 10 kHz.
+fn gain(c: usize, f: f64) -> C64 {
+    let [a, b] = [[1.0, 0.0], [1.1, 0.05], [0.8, -0.08]][c];
+    a + b * C64::from_polar(1.0, -TAU * f / 1e4)
+}
+
+#[test]
+fn coverage_gains_of_switched_channels_lie_within_their_errors() {
+    let (mut within, mut all) = (0_u32, 0_u32);
+    for seed in 0..12 {
+        let mut stream = Streams::new(seed).stream("switched");
+        let mut spectra = |order: &[usize]| {
+            Spectra::welch(&record(order, &mut stream), 1e4, 2048, [300.0, 3000.0]).unwrap()
+        };
+        let straight = spectra(&[0, 1, 2]);
+        let switched = [(1, spectra(&[1, 0, 2])), (2, spectra(&[2, 1, 0]))];
+        let found = SwitchedGains::new(&straight, &switched, 3, 4).unwrap();
+        assert!(found.gains[0].iter().all(|g| *g == C64::ONE));
+        for c in 1..3 {
+            // Three of them are as many as four polynomials tell.
+            for k in [40, 280, 500] {
+                let f = found.frequency_hz[k];
+                let error = (found.gains[c][k] / gain(c, f)).ln();
+                let sd = found.relative_sd[c][k];
+                assert!(
+                    sd < 4e-3 && error.norm() < 6.0 * sd,
+                    "{seed}, channel {c} at {f} Hz: {error} +- {sd}"
+                );
+                for part in [error.re, error.im] {
+                    (within, all) = (within + u32::from(part.abs() < 2.0 * sd), all + 1);
+                }
+            }
+        }
+        for pair in &found.pairs {
+            assert!(pair.distance < 5.0 * pair.sd, "{pair:?}");
+        }
+    }
+    let share = f64::from(within) / f64::from(all);
+    assert!((0.88..=1.0).contains(&share), "{within} of {all}");
+}
+
+/// Microphones 0.5, 0.3 and 0.2 m before and behind a thin mass at 1 m, and the pressures there with an end that reflects.
+fn tube_with_mass(f: f64, sound_speed: f64) -> (TransmissionTube, Vec<C64>, C64) {
+    let places = vec![0.5, 0.7, 0.8, 1.2, 1.3, 1.5];
+    let tube = TransmissionTube { places: places.clone(), between: [1.0, 1.0], sound_speed };
+    let k = TAU * f / sound_speed;
+    let mass = C64::new(0.0, 2e-3 * f);
+    // Behind it: c = 1 and d by an end at 2 m. Velocity times rho c is the same on both sides.
+    let (c, d) = (C64::ONE, C64::from_polar(0.7, 2.0 - 2.0 * k));
+    let (p, u) = (c + d + mass * (c - d), c - d);
+    let (a, b) = (0.5 * (p + u), 0.5 * (p - u));
+    let at = |x: &f64| {
+        let (down, up) = if *x < 1.0 { (a, b) } else { (c, d) };
+        let turn = C64::from_polar(1.0, -k * (x - 1.0));
+        down * turn + up / turn
+    };
+    (tube, places.iter().map(at).collect(), 2.0 / (2.0 + mass))
+}
+
+#[test]
+fn exact_a_mass_lets_through_what_it_must() {
+    for f in [210.0, 555.0, 1234.0] {
+        let (tube, pressures, coefficient) = tube_with_mass(f, 343.0);
+        let found = tube.transmitted(f, &pressures).unwrap();
+        assert!((found.coefficient - coefficient).norm() < 1e-9, "{found:?} {coefficient}");
+        assert!((found.energy - 1.0).abs() < 1e-9, "{found:?}");
+        let [loss, sd] = tube.loss(f, &pressures, &[0.0; 6], [0.0; 2]).unwrap();
+        assert!((loss + 20.0 * coefficient.norm().log10()).abs() < 1e-8 && sd == 0.0, "{loss} {sd}");
+    }
+    // One microphone of a side cannot tell two waves apart.
+    let (tube, pressures, _) = tube_with_mass(300.0, 343.0);
+    let less = TransmissionTube { places: tube.places[2..].to_vec(), ..tube };
+    assert_eq!(less.transmitted(300.0, &pressures[2..]), None);
+}
+
+#[test]
+fn oracle_errors_of_the_loss_are_those_of_random_trials() {
+    let (tube, pressures, _) = tube_with_mass(700.0, 343.0);
+    let sds = [0.0, 0.01, 0.02, 0.01, 0.015, 0.01];
+    let more = [1e-3, 2e-3];
+    let [middle, sd] = tube.loss(700.0, &pressures, &sds, more).unwrap();
+    let mut stream = Streams::new(2).stream("loss");
+    let trials: Vec<f64> = (0..20_000)
+        .map(|_| {
+            let mut other = tube.clone();
+            other.places.iter_mut().for_each(|x| *x += more[0] * normal(&mut stream));
+            other.sound_speed *= 1.0 + more[1] * normal(&mut stream);
+            let p: Vec<C64> = pressures
+                .iter()
+                .zip(&sds)
+                .map(|(p, sd)| p * (1.0 + sd * C64::new(normal(&mut stream), normal(&mut stream))))
+                .collect();
+            -20.0 * other.transmitted(700.0, &p).unwrap().coefficient.norm().log10()
+        })
+        .collect();
+    let n = trials.len() as f64;
+    let mean = trials.iter().sum::<f64>() / n;
+    let spread = (trials.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / n).sqrt();
+    assert!((sd / spread - 1.0).abs() < 0.05, "{sd} {spread}");
+    assert!((mean - middle).abs() < 0.2 * sd, "{mean} {middle}");
+}
+
+/// Growth rate, frequency (Hz) and size of what sounds.
+const MODES: [[f64; 3]; 5] =
+    [[-14.0, 150.0, 1.0], [-17.0, 222.0, 0.5], [-19.0, 293.0, 0.9], [-22.0, 368.0, 0.5], [-25.0, 446.0, 0.4]];
+
+/// 10 ms of silence, a blow, and the decay; in two channels that are the same, as recorders of one microphone write them.
+fn struck(noise: f64, stream: &mut Stream) -> Vec<Vec<f64>> {
+    let rate = 8000.0;
+    let phases: Vec<f64> = MODES.iter().map(|_| TAU * normal(stream)).collect();
+    let channel: Vec<f64> = (0..3000)
+        .map(|n| {
+            let t = f64::from(n) / rate - 0.01;
+            let ring = |(m, phase): (&[f64; 3], &f64)| {
+                if t < 0.0 { 0.0 } else { m[2] * (m[0] * t).exp() * (TAU * m[1] * t + phase).cos() }
+            };
+            let blow = if (0.0..0.004).contains(&t) { 8.0 * normal(stream) } else { 0.0 };
+            MODES.iter().zip(&phases).map(ring).sum::<f64>() + blow + noise * normal(stream)
+        })
+        .collect();
+    vec![channel.clone(), channel]
+}
+
+#[test]
+fn coverage_modes_of_a_blow_lie_within_their_errors() {
+    let options = BlowOptions {
+        stretch_s: [0.02, 0.3],
+        highest_hz: 600.0,
+        near_hz: MODES.iter().map(|m| m[1] + 3.0).chain([550.0]).collect(),
+    };
+    let (mut within, mut all) = (0_u32, 0_u32);
+    for seed in 0..20 {
+        let mut stream = Streams::new(seed).stream("blow");
+        let fits: Vec<_> =
+            (0..2).map(|_| fit_blow(&struck(0.02, &mut stream), 8000.0, &options).unwrap()).collect();
+        for fit in &fits {
+            assert!(fit.onsets_s.len() == 1 && (fit.onsets_s[0] - 0.01).abs() < 1.5e-3, "{:?}", fit.onsets_s);
+        }
+        let found = combine_blows(&fits);
+        assert!(found[5].is_none(), "{:?}", found[5]);
+        for (mode, truth) in found.iter().zip(&MODES) {
+            let mode = mode.as_ref().unwrap();
+            for (k, error) in [mode.s.re - truth[0], mode.s.im - TAU * truth[1]].into_iter().enumerate() {
+                let sd = mode.covariance[(k, k)].sqrt();
+                assert!(sd < 4.0, "{sd}");
+                (within, all) = (within + u32::from(error.abs() < 2.0 * sd), all + 1);
+            }
+        }
+    }
+    // Starts share most of the record, so that their scatter adds to an error that is there already: more than 95 %.
+    let share = f64::from(within) / f64::from(all);
+    assert!((0.93..=1.0).contains(&share), "{within} of {all}");
+}
+
+#[test]
+fn behaviour_a_second_blow_ends_the_decay_of_the_first() {
+    let mut stream = Streams::new(7).stream("two blows");
+    let (first, second) = (struck(0.02, &mut stream), struck(0.02, &mut stream));
+    let both: Vec<f64> = first[0].iter().chain(&second[0]).copied().collect();
+    let options = BlowOptions { stretch_s: [0.02, 0.6], highest_hz: 600.0, near_hz: vec![150.0] };
+    let fit = fit_blow(&[both], 8000.0, &options).unwrap();
+    assert_eq!(fit.onsets_s.len(), 2, "{:?}", fit.onsets_s);
+    let mode = fit.modes[0].as_ref().unwrap();
+    assert!((mode.s.im / TAU - 150.0).abs() < 1.0 && (mode.s.re + 14.0).abs() < 4.0, "{mode:?}");
+    let late = BlowOptions { stretch_s: [0.5, 0.6], ..options };
+    assert!(fit_blow(&first, 8000.0, &late).is_err());
+}

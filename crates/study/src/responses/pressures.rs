@@ -1,0 +1,204 @@
+//! Pressures at several microphones, of sources of unknown strength: a table with a row for every frequency and excitation.
+
+use super::doubts::{self, Rows};
+use crate::source::listed;
+use crate::{Problem, StudyError};
+use rijke_numerics::C64;
+use rijke_rig::{Columns, Heading, RigError};
+use std::f64::consts::PI;
+use std::path::Path;
+use toml::Value as Toml;
+
+/// Which column of a file is what.
+pub(super) struct Table {
+    frequency: Column,
+    excitation: Option<String>,
+    /// Microphone, and its columns.
+    microphones: Vec<(usize, Pressure)>,
+}
+
+/// A column, and the factor to its SI unit.
+struct Column {
+    name: String,
+    factor: f64,
+}
+
+enum Pressure {
+    Complex(Column),
+    Parts([Column; 2]),
+    Polar([Column; 2]),
+}
+
+/// What the microphones heard of one excitation, each row over its root mean square.
+pub(super) struct Heard {
+    pub(super) excitation: String,
+    /// Rows in the file, within the band or not.
+    pub(super) of: usize,
+    pub(super) frequency_hz: Vec<f64>,
+    /// Microphone, and its pressures.
+    pub(super) pressures: Vec<(usize, Vec<C64>)>,
+}
+
+/// Reads the key `columns`: headings, and their names in the file. `names` are the microphones of the rig; `sources` how many waves are unknown.
+pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result<Table, Problem> {
+    let need = "a table as { \"f [Hz]\" = \"frequency\", excitation = \"case\", p1 = \"Mic1\", ... } with p1, or p1_re and p1_im, or \
+                p1_abs and p1_arg [deg], of more microphones than waves are unknown";
+    let wrong = || Problem::Value { key: "columns".into(), value: value.to_string(), need };
+    let table = value.as_table().ok_or_else(wrong)?;
+    let (mut frequency, mut excitation) = (None, None);
+    // By microphone: the whole, and its parts re, im, abs, arg.
+    let mut found: Vec<[Option<Column>; 5]> = names.iter().map(|_| Default::default()).collect();
+    for (text, name) in table {
+        let name = name.as_str().ok_or_else(wrong)?.to_owned();
+        let bare = text.split('[').next().unwrap_or(text).trim();
+        if bare == "excitation" {
+            excitation = Some(name);
+            continue;
+        }
+        if bare == "f" {
+            frequency = Some(column(text, name, "Hz", true)?);
+            continue;
+        }
+        let part = |(k, end): (usize, &str)| {
+            let microphone = names.iter().position(|n| bare.strip_suffix(end) == Some(n))?;
+            Some((microphone, k))
+        };
+        let known = ["", "_re", "_im", "_abs", "_arg"].into_iter().enumerate().find_map(part);
+        let (microphone, k) = known.ok_or_else(|| Problem::Unknown {
+            what: "column of pressures",
+            name: text.clone(),
+            known: listed(["f", "excitation"].into_iter().chain(names.iter().map(String::as_str))),
+        })?;
+        let unit = if k == 4 { "rad" } else { "Pa" };
+        found[microphone][k] = Some(column(text, name, unit, k == 4)?);
+    }
+    let mut microphones = Vec::new();
+    for (microphone, cells) in found.into_iter().enumerate() {
+        match cells {
+            [None, None, None, None, None] => {}
+            [Some(whole), None, None, None, None] => microphones.push((microphone, Pressure::Complex(whole))),
+            [None, Some(re), Some(im), None, None] => {
+                microphones.push((microphone, Pressure::Parts([re, im])))
+            }
+            [None, None, None, Some(r), Some(a)] => microphones.push((microphone, Pressure::Polar([r, a]))),
+            _ => return Err(wrong()),
+        }
+    }
+    match frequency {
+        Some(frequency) if microphones.len() > sources => Ok(Table { frequency, excitation, microphones }),
+        _ => Err(wrong()),
+    }
+}
+
+fn column(text: &str, name: String, wanted: &str, needed: bool) -> Result<Column, Problem> {
+    let fail = |source| Problem::Unit { key: text.to_owned(), source };
+    let factor = match Heading::parse(text).map_err(fail)?.unit {
+        Some(unit) => unit.of(wanted).map_err(fail)?.to_si(1.0),
+        None if needed => {
+            let need = "write it in brackets behind the name: f [Hz], p1_arg [deg]";
+            return Err(Problem::Missing { key: format!("unit of `{text}`"), need });
+        }
+        None => 1.0,
+    };
+    Ok(Column { name, factor })
+}
+
+/// Reads a file: the excitations in the order of the file, and what is doubtful. Rows outside of the band are passed over.
+pub(super) fn read(
+    path: &Path,
+    table: &Table,
+    band: [f64; 2],
+) -> Result<(Vec<Heard>, Vec<String>), StudyError> {
+    let fail = |line: Option<usize>, problem: Problem| StudyError {
+        file: path.display().to_string(),
+        line,
+        problem: Box::new(problem),
+    };
+    let told = |error: RigError| fail(None, Problem::Csv(error.to_string()));
+    let file = Columns::read(path).map_err(told)?;
+    let number = |column: &Column| {
+        let cells = file.complex(&column.name).map_err(told)?;
+        if let Some(k) = cells.iter().position(|z| z.im != 0.0) {
+            let problem =
+                Problem::Value { key: column.name.clone(), value: cells[k].to_string(), need: "real" };
+            return Err(fail(Some(file.line(k)), problem));
+        }
+        Ok(cells.iter().map(|z| z.re * column.factor).collect::<Vec<f64>>())
+    };
+    let frequency_hz = number(&table.frequency)?;
+    let of: Vec<String> = match &table.excitation {
+        None => vec![String::new(); frequency_hz.len()],
+        Some(name) => match file.complex(name) {
+            Ok(cells) => cells.iter().map(|z| z.re.to_string()).collect(),
+            Err(_) => file.words(name).map_err(told)?.into_iter().map(str::to_owned).collect(),
+        },
+    };
+    let mut radians = false;
+    let mut pressures: Vec<Vec<C64>> = Vec::new();
+    for (_, pressure) in &table.microphones {
+        pressures.push(match pressure {
+            Pressure::Complex(whole) => {
+                let cells = file.complex(&whole.name).map_err(told)?;
+                cells.iter().map(|z| z * whole.factor).collect()
+            }
+            Pressure::Parts([re, im]) => {
+                number(re)?.into_iter().zip(number(im)?).map(|(re, im)| C64::new(re, im)).collect()
+            }
+            Pressure::Polar([modulus, angle]) => {
+                radians |= (angle.factor - PI / 180.0).abs() > 1e-9;
+                let (r, a) = (number(modulus)?, number(angle)?);
+                if let Some(k) = r.iter().position(|r| *r < 0.0) {
+                    let (key, value) = (modulus.name.clone(), r[k].to_string());
+                    return Err(fail(
+                        Some(file.line(k)),
+                        Problem::Value { key, value, need: "zero or more" },
+                    ));
+                }
+                r.into_iter().zip(a).map(|(r, a)| C64::from_polar(r, a)).collect()
+            }
+        });
+    }
+    let mut names: Vec<&String> = Vec::new();
+    for name in &of {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let (mut all, mut doubtful) = (Vec::new(), None);
+    for name in names {
+        let rows: Vec<usize> = (0..of.len()).filter(|k| of[*k] == *name).collect();
+        let [low, high] = band;
+        let keep: Vec<usize> =
+            rows.iter().copied().filter(|k| (low..=high).contains(&frequency_hz[*k])).collect();
+        let level = |k: usize| {
+            let square: f64 = pressures.iter().map(|p| p[k].norm_sqr()).sum();
+            (square / pressures.len() as f64).sqrt()
+        };
+        if let Some(k) = keep.iter().find(|k| level(**k) == 0.0) {
+            let need = "of some microphone other than zero";
+            let problem = Problem::Value { key: "pressure".into(), value: "0".into(), need };
+            return Err(fail(Some(file.line(*k)), problem));
+        }
+        let of_microphone = |p: &Vec<C64>| -> Vec<C64> { keep.iter().map(|&k| p[k] / level(k)).collect() };
+        let heard: Vec<Vec<C64>> = pressures.iter().map(of_microphone).collect();
+        // The sources are unknown: what varies smoothly with frequency is the pressure over that of another microphone.
+        let relative = |p: &Vec<C64>| Rows {
+            frequency_hz: keep.iter().map(|&k| frequency_hz[k]).collect(),
+            values: p.iter().zip(&heard[0]).map(|(a, b)| a / b).collect(),
+            sd: Vec::new(),
+            lines: keep.iter().map(|&k| file.line(k)).collect(),
+            radians,
+        };
+        doubts::refuse(&relative(&heard[0])).map_err(|(line, problem)| fail(Some(line), problem))?;
+        doubtful = doubtful.or_else(|| heard[1..].iter().find_map(|p| doubts::phase(&relative(p))));
+        let microphones = table.microphones.iter().map(|(microphone, _)| *microphone);
+        all.push(Heard {
+            excitation: name.clone(),
+            of: rows.len(),
+            frequency_hz: keep.iter().map(|&k| frequency_hz[k]).collect(),
+            pressures: microphones.zip(heard).collect(),
+        });
+    }
+    all.retain(|heard| !heard.frequency_hz.is_empty());
+    Ok((all, doubtful.into_iter().collect()))
+}
