@@ -166,4 +166,5 @@ def _part(files: Dict[str, bytes], options: Any, shard: List[int], tasks: Option
             os.makedirs(os.path.dirname(path), exist_ok=True)
             with open(path, "wb") as file:
                 file.write(content)
-        return Study(folder)._native.search(*options, shard, 1, tasks)
+        stage, within, trusted = options
+        return Study(folder)._native.search(stage, within, trusted, shard, 1, tasks)
