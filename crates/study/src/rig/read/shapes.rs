@@ -146,13 +146,6 @@ impl Reading<'_> {
         if kind.name == "flame" {
             definitions.extend(self.flame(part, table, at)?);
         }
-        if kind.name == "side-hole" {
-            for (name, key, laws) in
-                [("hole_loss", "wall", HOLE_WALLS), ("hole_outside", "outlet", HOLE_OUTLETS)]
-            {
-                definitions.push((name.to_owned(), one_of_these(table, key, &laws, at)?));
-            }
-        }
         if kind.name == "screen"
             && let Some(open_area) = table.remove("open_area")
         {
@@ -170,6 +163,11 @@ impl Reading<'_> {
             definitions.extend(self.key(part, key, table, at)?);
         }
         if kind.name == "side-hole" {
+            for (name, key, laws) in
+                [("hole_loss", "wall", HOLE_WALLS), ("hole_outside", "outlet", HOLE_OUTLETS)]
+            {
+                definitions.push((name.to_owned(), one_of_these(table, key, &laws, at)?));
+            }
             definitions.extend(SIDE_HOLE.map(|(name, text)| (name.to_owned(), text.to_owned())));
         }
         let name = self.parts[part].name.clone();

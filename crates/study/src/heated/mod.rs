@@ -7,6 +7,10 @@
 //! `study.toml`; their error is shared by all. What the readings of a point differ by from that, beyond their own errors, is an
 //! error of its rise.
 
+mod compared;
+
+pub use compared::HeatedFit;
+
 use crate::base::{BaseError, BaseState, Cause, Sharing};
 use crate::campaign::{COLDEST, Campaign};
 use crate::names::LENGTH;
@@ -213,77 +217,11 @@ pub fn heated_states(
     let states = all.iter().enumerate().map(state).collect();
     let numbers = [0, 1].map(|i| [values[i], covariance[(i, i)].sqrt()]);
     let prior = [plan.share, plan.cooling];
-    let thermometers = thermometers(&all, readings, values);
-    Ok((states, HeatedFit { share: numbers[0], cooling: numbers[1], prior, thermometers }))
-}
-
-/// What the readings say of the heat, and how they fit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeatedFit {
-    /// Share of the power that the gas gets, and its standard deviation.
-    pub share: [f64; 2],
-    /// Heat transfer to the wall, W/(m^2 K), likewise.
-    pub cooling: [f64; 2],
-    /// Mean and standard deviation of both before the readings.
-    prior: [[f64; 2]; 2],
-    /// Every place of readings: m, how much they read more than the model on average, K, and the standard deviation of that by what is stated of
-    /// readings and ambient temperature.
-    pub thermometers: Vec<[f64; 3]>,
-}
-
-/// Standard deviations from which readings and heat, or readings and priors, contradict each other.
-const CONFLICT: f64 = 4.0;
-
-impl HeatedFit {
-    /// What does not fit, in words.
-    #[must_use]
-    pub fn warnings(&self) -> Vec<String> {
-        let mut all = Vec::new();
-        for (what, [value, _], [mean, sd]) in [
-            ("the share of the power that the gas gets", self.share, self.prior[0]),
-            ("the heat transfer to the wall", self.cooling, self.prior[1]),
-        ] {
-            if (value - mean).abs() > CONFLICT * sd {
-                all.push(format!(
-                    "the readings ask for {what} of {value:.3}, {:.1} standard deviations of the prior from {mean}: check power, flow, their units, and places of thermometers",
-                    (value - mean).abs() / sd
-                ));
-            }
-        }
-        if self.share[0] > 1.0 + CONFLICT * self.share[1] {
-            all.push(format!("the gas gets {:.0} % of the power, more than there is", 100.0 * self.share[0]));
-        }
-        for [at, off, sd] in &self.thermometers {
-            if off.abs() > CONFLICT * sd {
-                let more = if *off > 0.0 { "more" } else { "less" };
-                all.push(format!(
-                    "the thermometer at {at} m reads {:.1} K {more} than the heated gas of this study on average, {:.0} of its stated standard deviations",
-                    off.abs(),
-                    off.abs() / sd
-                ));
-            }
-        }
-        all
-    }
-}
-
-/// Readings of one place against the model, weighted by their stated errors; the ambient temperature's errors are shared.
-fn thermometers(all: &[Option<Heated>], readings: &[Reading], values: [f64; 2]) -> Vec<[f64; 3]> {
-    let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
-    places.sort_by(f64::total_cmp);
-    places.dedup();
-    let mean = |at: &f64| {
-        let (mut weights, mut sum, mut ambient) = (0.0, 0.0, 0.0_f64);
-        for r in readings.iter().filter(|r| r.at == *at) {
-            let Some(h) = all.get(r.point).and_then(Option::as_ref) else { continue };
-            let weight = r.sd.powi(-2);
-            weights += weight;
-            sum += weight * (r.temperature - h.temperature(r.at, values)[0]);
-            ambient = ambient.max(h.ambient[1]);
-        }
-        (weights > 0.0).then(|| [*at, sum / weights, (1.0 / weights + ambient.powi(2)).sqrt()])
+    let against = |r: &Reading| {
+        let heated = all.get(r.point)?.as_ref()?;
+        Some([r.temperature - heated.temperature(r.at, values)[0], heated.ambient[1]])
     };
-    places.iter().filter_map(mean).collect()
+    Ok((states, HeatedFit::new(numbers, prior, readings, against)))
 }
 
 /// eta and h, their covariance, and the relative error of the rise of one point that the readings ask for: Gauss and Newton's method.
@@ -423,33 +361,6 @@ mod tests {
             assert!((values[i] - truth[i]).abs() < 0.5 * sd, "{values:?} +- {sd}");
         }
         assert_eq!(relative, 0.0);
-    }
-
-    #[test]
-    fn behaviour_a_thermometer_that_reads_otherwise_is_named() {
-        let truth = [0.82, 6.5];
-        let points = [(40.0, 7e-4), (80.0, 7e-4), (40.0, 1.3e-3)].map(|(q, v)| Some(heated(q, v)));
-        let read = |off: f64| -> Vec<Reading> {
-            let of = |(point, h): (usize, &Heated)| {
-                let at = |at: f64| {
-                    let off = if at == 0.5 { off } else { 0.0 };
-                    Reading { point, at, temperature: h.temperature(at, truth)[0] + off, sd: 0.5 }
-                };
-                [0.1, 0.35, 0.5, 0.7].map(at)
-            };
-            points.iter().flatten().enumerate().flat_map(of).collect()
-        };
-        let warnings = |off: f64| {
-            let readings = read(off);
-            let (values, covariance, _) = fit(&points, &readings, [[0.9, 0.15], [5.0, 3.0]]).unwrap();
-            let number = |i: usize| [values[i], covariance[(i, i)].sqrt()];
-            let thermometers = thermometers(&points, &readings, values);
-            let prior = [[0.9, 0.15], [5.0, 3.0]];
-            HeatedFit { share: number(0), cooling: number(1), prior, thermometers }.warnings()
-        };
-        assert_eq!(warnings(0.0), Vec::<String>::new());
-        let said = warnings(8.0).join("; ");
-        assert!(said.contains("the thermometer at 0.5 m reads") && said.contains("K more"), "{said}");
     }
 
     #[test]

@@ -1,0 +1,102 @@
+//! What the readings say of the heat, and how they fit the heated gas.
+
+use super::Reading;
+
+/// The heat by the readings, beside what was known before, and every thermometer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatedFit {
+    /// Share of the power that the gas gets, and its standard deviation.
+    pub share: [f64; 2],
+    /// Heat transfer to the wall, W/(m^2 K), likewise.
+    pub cooling: [f64; 2],
+    /// Mean and standard deviation of both before the readings.
+    prior: [[f64; 2]; 2],
+    /// Every place of readings: m, how much they read more than the model on average, K, and the standard deviation of that by what is stated of
+    /// readings and ambient temperature.
+    pub thermometers: Vec<[f64; 3]>,
+}
+
+/// Standard deviations from which readings and heat, or readings and priors, contradict each other.
+const CONFLICT: f64 = 4.0;
+
+impl HeatedFit {
+    /// `against` is how much a reading lies above the model, K, and the standard deviation of its ambient temperature; none where there is no
+    /// model. Readings of one place are weighted by their stated errors; those of the ambient temperature are shared.
+    pub(super) fn new(
+        [share, cooling]: [[f64; 2]; 2],
+        prior: [[f64; 2]; 2],
+        readings: &[Reading],
+        against: impl Fn(&Reading) -> Option<[f64; 2]>,
+    ) -> Self {
+        let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
+        places.sort_by(f64::total_cmp);
+        places.dedup();
+        let mean = |at: &f64| {
+            let (mut weights, mut sum, mut ambient) = (0.0, 0.0, 0.0_f64);
+            for r in readings.iter().filter(|r| r.at == *at) {
+                let Some([off, ambient_sd]) = against(r) else { continue };
+                let weight = r.sd.powi(-2);
+                weights += weight;
+                sum += weight * off;
+                ambient = ambient.max(ambient_sd);
+            }
+            (weights > 0.0).then(|| [*at, sum / weights, (1.0 / weights + ambient.powi(2)).sqrt()])
+        };
+        Self { share, cooling, prior, thermometers: places.iter().filter_map(mean).collect() }
+    }
+
+    /// What does not fit, in words.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        for (what, [value, _], [mean, sd]) in [
+            ("the share of the power that the gas gets", self.share, self.prior[0]),
+            ("the heat transfer to the wall", self.cooling, self.prior[1]),
+        ] {
+            if (value - mean).abs() > CONFLICT * sd {
+                all.push(format!(
+                    "the readings ask for {what} of {value:.3}, {:.1} standard deviations of the prior from {mean}: check power, flow, their units, and places of thermometers",
+                    (value - mean).abs() / sd
+                ));
+            }
+        }
+        if self.share[0] > 1.0 + CONFLICT * self.share[1] {
+            all.push(format!("the gas gets {:.0} % of the power, more than there is", 100.0 * self.share[0]));
+        }
+        for [at, off, sd] in &self.thermometers {
+            if off.abs() > CONFLICT * sd {
+                let more = if *off > 0.0 { "more" } else { "less" };
+                all.push(format!(
+                    "the thermometer at {at} m reads {:.1} K {more} than the heated gas of this study on average, {:.0} of its stated standard deviations",
+                    off.abs(),
+                    off.abs() / sd
+                ));
+            }
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn behaviour_a_thermometer_that_reads_otherwise_is_named() {
+        let at = |at: f64| Reading { point: 0, at, temperature: 350.0, sd: 0.5 };
+        let readings = [at(0.1), at(0.5), at(0.5), at(0.7)];
+        let prior = [[0.9, 0.15], [5.0, 3.0]];
+        let warnings = |share: [f64; 2], off: f64| {
+            let against = |r: &Reading| Some([if r.at == 0.5 { off } else { 0.3 }, 0.2]);
+            HeatedFit::new([share, [6.0, 1.0]], prior, &readings, against).warnings()
+        };
+        assert_eq!(warnings([0.85, 0.02], 0.4), Vec::<String>::new());
+        // 8 K of sqrt(0.5^2/2 + 0.2^2) K.
+        let said = warnings([0.85, 0.02], 8.0);
+        assert!(said.len() == 1 && said[0].contains("the thermometer at 0.5 m reads 8.0 K more"), "{said:?}");
+        assert!(said[0].contains("20 of its stated standard deviations"), "{said:?}");
+        // Of a prior of 0.9 +- 0.15, and more power than there is.
+        let said = warnings([1.7, 0.02], 0.4);
+        assert!(said.len() == 2 && said[0].contains("5.3 standard deviations of the prior"), "{said:?}");
+    }
+}
