@@ -77,8 +77,10 @@ pub struct Trained {
     pub referee: Option<Verdict>,
 }
 
-/// Standard deviations between a rough fit and the final one beyond which the two are of different maxima.
+/// Standard deviations between the fit without errors of the base states and the one with them, beyond which the first may be of another maximum.
 const ELSEWHERE: f64 = 10.0;
+/// It is, if a search from the second ends so many nats lower.
+const BETTER: f64 = 1.0;
 
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.
 ///
@@ -109,7 +111,7 @@ pub fn train(
     if !training.base_errors && !any_varies(assembly, training) {
         return fit.finish(&data, order, training.search.clone(), observed.len());
     }
-    let rough = fit.search(&data, order, &training.search)?;
+    let rough = fit.search(&data, order.clone(), &training.search)?;
     let values = &rough.parameters[..own];
     let scatter = Scatter::of(assembly, observed, used, training, values)?;
     let blocks = Blocks { scatter: &scatter, ..blocks };
@@ -137,12 +139,17 @@ pub fn train(
         Fitting { assembly, training, model: &through, parameters: &parameters, common: Some(&common) }
             .finish(&data, order, options, observed.len())
     };
-    let mut trained = with_errors(&rough.parameters)?;
-    if trained.lies_elsewhere(&rough.parameters[..own]) {
-        let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
-        trained = with_errors(&[&trained.values[..own], of_channels].concat())?;
+    let trained = with_errors(&rough.parameters)?;
+    // Other starts may have found a maximum that the fit without errors missed: then their effect is taken there.
+    if training.checks.is_none() || !trained.lies_elsewhere(&rough.parameters[..own]) {
+        return Ok(trained);
     }
-    Ok(trained)
+    let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
+    let from = [&trained.values[..own], of_channels].concat();
+    match fit.search(&data, order, &training.search.clone().from(&from)) {
+        Ok(better) if better.cost < rough.cost - BETTER => with_errors(&better.parameters),
+        _ => Ok(trained),
+    }
 }
 
 /// The parameters of the model, those of the base states that all installations share, and those of the channels, with what earlier
@@ -242,10 +249,10 @@ impl Trained {
         Knowledge { names, mean: self.values.clone(), covariance: self.covariance.clone() }
     }
 
-    /// Whether the most probable values lie at another maximum than `rough` ones of the model's parameters.
-    fn lies_elsewhere(&self, rough: &[f64]) -> bool {
-        let far = |((value, rough), sd): ((&f64, &f64), f64)| (value - rough).abs() > ELSEWHERE * sd;
-        self.values.iter().zip(rough).zip(self.sd()).any(far)
+    /// Whether the most probable values lie far from these of the model's parameters.
+    fn lies_elsewhere(&self, at: &[f64]) -> bool {
+        let far = |((value, at), sd): ((&f64, &f64), f64)| (value - at).abs() > ELSEWHERE * sd;
+        self.values.iter().zip(at).zip(self.sd()).any(far)
     }
 
     /// Standard deviation of each parameter.

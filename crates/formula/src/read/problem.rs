@@ -124,7 +124,7 @@ pub(crate) const DEEPEST: usize = 100;
 
 /// Tokens beyond which a formula with its definitions is refused: a chain of sums makes a tree as deep as
 /// it is long.
-pub(crate) const LONGEST: usize = 1000;
+pub(crate) const LONGEST: usize = 2000;
 
 /// What was read, or the place and the kind of the fault.
 pub(crate) type Outcome<T> = Result<T, (usize, Problem)>;
