@@ -26,7 +26,7 @@ impl FlowChain {
     /// Poles of the laws that act, with their orders: all that lie in `region`, others may be among them.
     ///
     /// # Errors
-    /// As [`Law::poles_in`].
+    /// As [`crate::laws::Law::poles_in`].
     pub fn poles(&self, region: &Region) -> Result<Vec<(C64, usize)>, NetworkError> {
         let reflections = self.ends.iter().filter_map(|end| match end {
             FlowEnd::Reflection(law) => Some(law),

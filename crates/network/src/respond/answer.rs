@@ -3,7 +3,7 @@
 use crate::error::NetworkError;
 use rijke_numerics::{C64, Jet, Order};
 
-/// Where pressures are wanted: places of the network (see [`Network::place_at`]), and the place they are relative to.
+/// Where pressures are wanted: places of the network (see [`crate::Network::place_at`]), and the place they are relative to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Places {
     /// Places whose pressure is returned, upstream side, in any order.
