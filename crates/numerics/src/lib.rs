@@ -4,7 +4,7 @@
 //! * [`Matrix`], [`Cholesky`], [`lu_solve`] and friends: small dense algebra behind two files, so that the
 //!   linear-algebra library never appears in a public signature.
 //! * [`Streams`]: named random streams from one seed, the same for any number of threads.
-//! * [`special`]: special functions of a complex variable.
+//! * [`special`]: special functions of a complex variable, and Legendre's polynomials.
 //! * [`read_text`], [`open_file`]: files of others, which may be pipes, devices, or too large.
 //! * [`check`]: Taylor slopes and orders of convergence, for tests.
 //!
@@ -36,8 +36,8 @@ mod streams;
 
 pub use cholesky::Cholesky;
 pub use dense::{
-    DenseError, Matrix, complex_eigenvalues, complex_lu_solve, least_direction, least_squares_sd, lu_solve,
-    symmetric_eigen,
+    DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, least_direction, least_squares_sd,
+    lu_solve, symmetric_eigen,
 };
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use jet::{Jet, JetSpace, Order};

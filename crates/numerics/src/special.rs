@@ -1,6 +1,20 @@
-//! Special functions of a complex variable.
+//! Special functions of a complex variable, and Legendre's polynomials.
 
 use crate::C64;
+
+/// The first `count` Legendre polynomials at x, each of unit root mean square over -1 .. 1.
+#[must_use]
+pub fn legendre(x: f64, count: usize) -> Vec<f64> {
+    let (mut before, mut here) = (0.0, 1.0);
+    (0..count)
+        .map(|n| {
+            let scaled = here * ((2 * n + 1) as f64).sqrt();
+            let next = ((2 * n + 1) as f64 * x * here - n as f64 * before) / (n + 1) as f64;
+            (before, here) = (here, next);
+            scaled
+        })
+        .collect()
+}
 
 /// r(z) = I1(z)/I0(z) for Re z >= 0, to rounding; r' = 1 - r/z - r^2.
 #[must_use]
@@ -52,6 +66,23 @@ mod tests {
                 let (ours, theirs) = (bessel_ratio(z), continued_fraction(z));
                 assert!((ours - theirs).norm() <= 1e-13 * theirs.norm(), "{z}: {ours} {theirs}");
             }
+        }
+    }
+
+    #[test]
+    fn exact_polynomials_are_orthogonal_and_of_unit_mean_square() {
+        let n = 4000;
+        let at = |k: usize| -1.0 + (2 * k + 1) as f64 / n as f64;
+        for (i, j) in [(0, 0), (3, 3), (7, 7), (2, 4), (0, 6)] {
+            let mean = (0..n)
+                .map(|k| {
+                    let p = legendre(at(k), 8);
+                    p[i] * p[j]
+                })
+                .sum::<f64>()
+                / n as f64;
+            let expected = if i == j { 1.0 } else { 0.0 };
+            assert!((mean - expected).abs() < 1e-4, "{i} {j}: {mean}");
         }
     }
 }

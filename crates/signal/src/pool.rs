@@ -8,6 +8,8 @@
 //! normal distribution with the same 95.45 % interval: "two standard deviations" means what it says. With many repeats it
 //! is (w + b)/n; a single point of two repeats has nearly the interval of Student's t with one degree of freedom.
 
+use rijke_numerics::dot;
+
 /// What the repeats of one quantity at one point say.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Group {
@@ -127,10 +129,6 @@ fn half_width(group: &Group, scatter: &[f64], weights: &[f64]) -> f64 {
         if outside(middle) > 1.0 - TWO_DEVIATIONS { low = middle } else { high = middle }
     }
     (low * high).sqrt()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

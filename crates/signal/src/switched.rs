@@ -6,7 +6,7 @@
 //! as far as the sound field was the same.
 
 use crate::{Fault, Spectra, TransferEstimate};
-use rijke_numerics::{C64, Cholesky, Matrix};
+use rijke_numerics::{C64, Cholesky, Matrix, special};
 use std::f64::consts::PI;
 
 /// Gains of the channels over that of channel 0.
@@ -56,7 +56,7 @@ impl SwitchedGains {
         if n < 2 * polynomials || !switched.iter().all(|(_, s)| same(s)) {
             return Err(Fault::TooShort { what: "band", have: n, need: 2 * polynomials });
         }
-        let basis = legendre(&frequency_hz, polynomials);
+        let basis = self::polynomials(&frequency_hz, polynomials);
         let mut all = Self {
             gains: vec![vec![C64::ONE; n]],
             relative_sd: vec![vec![0.0; n]],
@@ -163,17 +163,8 @@ fn mean(curves: &[(usize, Curve)]) -> Option<Curve> {
 }
 
 /// The first `count` Legendre polynomials over the band, by frequency.
-fn legendre(frequency_hz: &[f64], count: usize) -> Vec<Vec<f64>> {
+fn polynomials(frequency_hz: &[f64], count: usize) -> Vec<Vec<f64>> {
     let (low, high) = (frequency_hz[0], frequency_hz[frequency_hz.len() - 1]);
-    let one = |f: &f64| {
-        let x = 2.0 * (f - low) / (high - low) - 1.0;
-        let mut all = vec![1.0, x];
-        for n in 2..count.max(2) {
-            let m = n as f64;
-            all.push(((2.0 * m - 1.0) * x * all[n - 1] - (m - 1.0) * all[n - 2]) / m);
-        }
-        all.truncate(count);
-        all
-    };
-    frequency_hz.iter().map(one).collect()
+    let place = |f: &f64| 2.0 * (f - low) / (high - low) - 1.0;
+    frequency_hz.iter().map(|f| special::legendre(place(f), count)).collect()
 }

@@ -12,7 +12,7 @@ use super::measured::{Measured, sessions};
 use super::sources::{Field, fields};
 use crate::EngineError;
 use rijke_inference::{Kernel, NoiseEstimate, Observation, complex_columns};
-use rijke_numerics::{C64, Cholesky, Jet, Matrix};
+use rijke_numerics::{C64, Cholesky, Jet, Matrix, special};
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
 use std::collections::BTreeMap;
@@ -214,20 +214,7 @@ fn polynomials(loads: &[Measured], count: usize) -> Vec<Vec<f64>> {
     let low = frequencies().fold(f64::INFINITY, f64::min);
     let high = frequencies().fold(f64::NEG_INFINITY, f64::max);
     let place = |f: f64| if high > low { 2.0 * (f - low) / (high - low) - 1.0 } else { 0.0 };
-    frequencies().map(|f| legendre(place(f), count)).collect()
-}
-
-/// The first `count` Legendre polynomials at x, each of unit root mean square over -1 .. 1.
-fn legendre(x: f64, count: usize) -> Vec<f64> {
-    let (mut before, mut here) = (0.0, 1.0);
-    (0..count)
-        .map(|n| {
-            let scaled = here * ((2 * n + 1) as f64).sqrt();
-            let next = ((2 * n + 1) as f64 * x * here - n as f64 * before) / (n + 1) as f64;
-            (before, here) = (here, next);
-            scaled
-        })
-        .collect()
+    frequencies().map(|f| special::legendre(place(f), count)).collect()
 }
 
 /// The coefficients of all error terms that are most probable if the rig answers `about`, and the slopes of the tilt.
@@ -328,27 +315,5 @@ impl Rest<'_> {
     fn covariance(&self, m: &Measured) -> Matrix {
         let n = m.values.len();
         Matrix::from_fn(n, n, |i, j| self.covariance_of(m, i, j))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::legendre;
-
-    #[test]
-    fn exact_polynomials_are_orthogonal_and_of_unit_mean_square() {
-        let n = 4000;
-        let at = |k: usize| -1.0 + (2 * k + 1) as f64 / n as f64;
-        for (i, j) in [(0, 0), (3, 3), (7, 7), (2, 4), (0, 6)] {
-            let mean = (0..n)
-                .map(|k| {
-                    let p = legendre(at(k), 8);
-                    p[i] * p[j]
-                })
-                .sum::<f64>()
-                / n as f64;
-            let expected = if i == j { 1.0 } else { 0.0 };
-            assert!((mean - expected).abs() < 1e-4, "{i} {j}: {mean}");
-        }
     }
 }

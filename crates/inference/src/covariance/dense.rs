@@ -1,7 +1,7 @@
 //! Likelihood of a block whose covariance is a dense matrix.
 
 use super::block::{Block, Likelihood, add_symmetric};
-use crate::numbers::dot;
+use rijke_numerics::dot;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
 

@@ -1,10 +1,10 @@
 //! Likelihood of a block whose covariance is a diagonal and columns, by the matrix inversion lemma.
 
 use super::block::{Block, Likelihood, add_symmetric};
-use crate::numbers::dot;
 use crate::problem::Structured;
 use rand::RngExt;
 use rand_distr::StandardNormal;
+use rijke_numerics::dot;
 use rijke_numerics::{Cholesky, DenseError, Matrix, Order, Stream};
 use std::f64::consts::PI;
 

@@ -4,7 +4,7 @@ use super::objective::{Energy, Objective};
 use super::quadratic::Quadratic;
 use super::stop::{Calls, Stop};
 use crate::error::InferenceError;
-use crate::numbers::dot;
+use rijke_numerics::dot;
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
 

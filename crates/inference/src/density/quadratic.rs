@@ -1,7 +1,7 @@
 //! The subproblem of a trust region: a quadratic model within a ball.
 
 use crate::error::InferenceError;
-use crate::numbers::dot;
+use rijke_numerics::dot;
 use rijke_numerics::{Matrix, symmetric_eigen};
 
 /// The quadratic model g's + s'Hs/2 in scaled coordinates, on the eigenvectors of H.

@@ -1,8 +1,8 @@
 //! Data foreseen from all others.
 
-use super::{Block, Floating, Linearised, dot};
+use super::{Block, Floating, Linearised};
 use crate::InferenceError;
-use rijke_numerics::{Cholesky, Matrix};
+use rijke_numerics::{Cholesky, Matrix, dot};
 use std::f64::consts::PI;
 
 /// Data against the prediction from all others.

@@ -9,7 +9,7 @@ mod left_out;
 
 use crate::covariance::dense_enough;
 use crate::{Fit, InferenceError, Laplace, NoiseMode, Posterior};
-use rijke_numerics::{Cholesky, Matrix, Order, Stream, symmetric_eigen};
+use rijke_numerics::{Cholesky, Matrix, Order, Stream, dot, symmetric_eigen};
 
 pub use left_out::LeftOut;
 
@@ -305,7 +305,3 @@ impl Linearised {
 
 /// Share of the information below which a direction is one of the parameters.
 const SEEN: f64 = 1e-6;
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}

@@ -2,8 +2,8 @@
 
 use super::KernelFactor;
 use crate::covariance::block::{Block, Likelihood, add_symmetric};
-use crate::numbers::dot;
 use crate::problem::{Kernelled, Structured};
+use rijke_numerics::dot;
 use rijke_numerics::{Matrix, Order};
 use std::f64::consts::PI;
 
