@@ -4,10 +4,10 @@ use crate::{
     failure::{Classify, Failure},
     number,
     staging::StagedFolder,
-    study::{observations, of_the_engine, open},
+    study::{observations, of_the_engine, open, warn_of_left_out},
     ui::Ui,
 };
-use rijke_engine::run::{Answer, Asked, Judgement, Missing, ModelRecord, Run, StageRecord, verdicts};
+use rijke_engine::run::{Answer, Asked, Judgement, Missing, Run, StageRecord, verdicts};
 use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -59,12 +59,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let progress = ui.progress("stages", steps as u64);
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let mut run = Run::new(study, &observations, args.trust.trusted()?).map_err(wrong)?;
-    if !run.left_out.is_empty() {
-        ui.note(format!(
-            "warning: left out, because base/states.json has no state of their gas: {}",
-            run.left_out.join(", ")
-        ));
-    }
+    warn_of_left_out(ui, &run.left_out);
     run.study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     if let Some(heat) = &run.heat {
         ui.note(format!(
@@ -162,15 +157,13 @@ impl Results {
 /// The models of a stage, best first.
 fn table(ui: &Ui, stage: &StageRecord) {
     ui.say(format!("{} ({} modes)", stage.title, stage.measured.len()));
-    let total = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
-    let mut models: Vec<_> = stage.models.iter().collect();
-    models.sort_by(|a, b| total(b).total_cmp(&total(a)));
-    let best = models.first().map_or(0.0, |m| total(m));
+    let models = stage.by_evidence();
+    let best = models.first().map_or(0.0, |m| m.ln_evidence());
     for model in models {
         let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
         match model.evidence {
             Some(_) => {
-                ui.say(format!("  {:>9.1} nats  {}{mark}", total(model) - best, model.id));
+                ui.say(format!("  {:>9.1} nats  {}{mark}", model.ln_evidence() - best, model.id));
                 if let Some(remark) = &model.remark {
                     ui.say(format!("                  {remark}"));
                 }
@@ -181,19 +174,12 @@ fn table(ui: &Ui, stage: &StageRecord) {
         }
     }
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
-        let behind = best - total(model);
-        let next =
-            stage.models.iter().filter(|m| m.id != model.id).map(total).fold(f64::NEG_INFINITY, f64::max);
-        let lead = best - next;
-        if behind > 0.0 {
+        if let Some((other, behind)) = stage.nearest().filter(|(_, behind)| *behind < stage.decides) {
+            let (leader, lead) = if behind < 0.0 { (other, -behind) } else { (model, behind) };
+            let right = if behind < 0.0 { model.id.as_str() } else { "it" };
             ui.say(format!(
-                "      not decided: {} leads by {behind:.1} nats, fewer than the {:.1} that decide; the numbers below hold if {} is right",
-                stage.winner, stage.decides, model.id
-            ));
-        } else if lead < stage.decides {
-            ui.say(format!(
-                "      not decided: {} leads by {lead:.1} nats, fewer than the {:.1} that decide; the numbers below hold if it is right",
-                model.id, stage.decides
+                "      not decided: {} leads by {lead:.1} nats, fewer than the {:.1} that decide; the numbers below hold if {right} is right",
+                leader.id, stage.decides
             ));
         }
         for assumed in &stage.assumes {
@@ -218,7 +204,7 @@ fn table(ui: &Ui, stage: &StageRecord) {
 fn still_asked(ui: &Ui, missing: &Missing) {
     let Some(first) = missing.families.first() else { return };
     let tried = missing.tried;
-    if first.first.probability > CHANCE {
+    if first.first.probability > Missing::CHANCE {
         ui.say(format!(
             "      missing: nothing beyond chance; the best of {tried} terms is {} (p = {:.2})",
             first.first.words(),
@@ -226,7 +212,9 @@ fn still_asked(ui: &Ui, missing: &Missing) {
         ));
         return;
     }
-    for (k, family) in missing.families.iter().take(2).enumerate().filter(|(_, f)| f.beyond.1 <= CHANCE) {
+    for (k, family) in
+        missing.families.iter().take(2).enumerate().filter(|(_, f)| f.beyond.1 <= Missing::CHANCE)
+    {
         let (Asked { strength: [value, sd], unit, gain, .. }, (beyond, probability)) =
             (&family.first, family.beyond);
         let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
@@ -238,6 +226,3 @@ fn still_asked(ui: &Ui, missing: &Missing) {
         ));
     }
 }
-
-/// Probability above which a term is not told.
-const CHANCE: f64 = 0.05;

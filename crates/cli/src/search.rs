@@ -5,7 +5,7 @@ use crate::{
     number,
     rank::Trust,
     staging::write_whole,
-    study::{observations, of_the_engine, open},
+    study::{observations, of_the_engine, open, warn_of_left_out},
     ui::Ui,
 };
 use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
@@ -82,12 +82,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         tasks: Some(out.join("tasks")),
     };
     let search = Search::new(study, &observations, options).map_err(wrong)?;
-    if !search.left_out().is_empty() {
-        ui.note(format!(
-            "warning: left out, because base/states.json has no state of their gas: {}",
-            search.left_out().join(", ")
-        ));
-    }
+    warn_of_left_out(ui, search.left_out());
     let progress = ui.progress("models", search.tasks() as u64);
     let advance = |n: usize| {
         progress.advance(n as u64);

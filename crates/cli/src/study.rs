@@ -1,6 +1,7 @@
 //! A study folder, opened: what every step that reads one shares.
 
 use crate::failure::Failure;
+use crate::ui::Ui;
 use rijke_engine::EngineError;
 use rijke_study::{Observations, Problem, Study, StudyError};
 use std::path::Path;
@@ -41,6 +42,16 @@ pub(crate) fn observations(study: &Study) -> Result<Observations, Failure> {
 /// Whether a folder of observations holds what was measured of modes; `readings.csv` may lie there before.
 pub(crate) fn measured(folder: &Path) -> bool {
     ["observations.toml", "modes.csv", "pings.csv"].iter().any(|name| folder.join(name).is_file())
+}
+
+/// Says which observed points no stage uses because nothing is known of their gas.
+pub(crate) fn warn_of_left_out(ui: &Ui, points: &[String]) {
+    if !points.is_empty() {
+        ui.note(format!(
+            "warning: left out, because base/states.json has no state of their gas: {}",
+            points.join(", ")
+        ));
+    }
 }
 
 fn bad(error: &StudyError) -> Failure {

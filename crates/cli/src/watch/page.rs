@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::staging::write_whole;
-use rijke_engine::run::{ModelRecord, StageRecord};
+use rijke_engine::run::StageRecord;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,15 +31,11 @@ const NAMED: usize = 3;
 impl Status {
     /// What training found.
     pub(super) fn trained(&mut self, stages: &[StageRecord], all: bool) {
-        let total = |m: &ModelRecord| m.evidence.map(|e| e.ln_marginal);
         let best = |stage: &StageRecord| {
-            let mut models: Vec<(String, f64)> =
-                stage.models.iter().filter_map(|m| Some((m.id.clone(), total(m)?))).collect();
-            models.sort_by(|a, b| b.1.total_cmp(&a.1));
-            let first = models.first().map_or(0.0, |m| m.1);
-            models.truncate(NAMED);
-            models.iter_mut().for_each(|m| m.1 -= first);
-            (stage.title.clone(), models)
+            let models = stage.by_evidence();
+            let first = models.first().map_or(0.0, |m| m.ln_evidence());
+            let named = models.into_iter().filter(|m| m.evidence.is_some()).take(NAMED);
+            (stage.title.clone(), named.map(|m| (m.id.clone(), m.ln_evidence() - first)).collect())
         };
         self.stages = stages.iter().map(best).collect();
         let which = if all { "all models" } else { "the leading models" };

@@ -53,6 +53,11 @@ pub struct Asked {
     pub moves: [f64; 2],
 }
 
+impl Missing {
+    /// Probability by chance above which a term is not told.
+    pub const CHANCE: f64 = 0.05;
+}
+
 impl Asked {
     /// The term in words.
     #[must_use]

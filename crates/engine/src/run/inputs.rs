@@ -1,7 +1,7 @@
 //! Observations with the state of the gas under which each was made.
 
 use crate::{Conditions, EngineError, Observed};
-use rijke_study::plan::{Base, Selection};
+use rijke_study::plan::{Base, HeatedFlow, Selection};
 use rijke_study::{
     BaseState, Cause, HeatedFit, Observations, Point, Problem, Sharing, Study, heated_states, read_readings,
     read_states,
@@ -19,41 +19,48 @@ pub(super) fn ambient_of_all(study: &Study, observations: &Observations) -> Vec<
     points.map(|(k, point)| observations.ambient.get(&k).copied().or(point.ambient).or(of_the_file)).collect()
 }
 
+/// States of the gas by the place of their point, and what readings of thermometers say of the heat where a part heats the gas.
+type StatesAndHeat = (BTreeMap<usize, BaseState>, Option<HeatedFit>);
+
 /// The states that were inferred or read, by the place of their point; `measured` says whether readings must be there.
 pub(super) fn states(
     study: &Study,
     ambient: &[Option<[f64; 2]>],
     measured: bool,
 ) -> Result<BTreeMap<usize, BaseState>, EngineError> {
-    let campaign = &study.campaign;
+    Ok(states_and_heat(study, ambient, measured)?.0)
+}
+
+/// As [`states`], with what readings say of the heat.
+pub(super) fn states_and_heat(
+    study: &Study,
+    ambient: &[Option<[f64; 2]>],
+    measured: bool,
+) -> Result<StatesAndHeat, EngineError> {
     match &study.plan.base {
-        Base::HeatedFlow(_) => Ok(heated(study, ambient, measured)?.0),
-        Base::Ambient | Base::Rig => Ok(BTreeMap::new()),
+        Base::Ambient | Base::Rig => Ok(StatesAndHeat::default()),
+        Base::HeatedFlow(flow) => heated(study, flow, ambient, measured),
         Base::States(_) => {
             let path = study.folder.join("base").join("states.json");
             // Cold points need none; a point that does is refused by [`conditions`].
             if !path.exists() {
-                return Ok(BTreeMap::new());
+                return Ok(StatesAndHeat::default());
             }
             let states = read_states(&path, &study.rig)?;
-            let place = |(id, state): (String, BaseState)| Some((campaign.point(&id)?.0, state));
-            Ok(states.into_iter().filter_map(place).collect())
+            let place = |(id, state): (String, BaseState)| Some((study.campaign.point(&id)?.0, state));
+            Ok((states.into_iter().filter_map(place).collect(), None))
         }
     }
 }
 
-/// States by the place of their point, and what the readings say of the heat.
-type Warmed = (BTreeMap<usize, BaseState>, Option<HeatedFit>);
-
-/// The states of gas that a part heats, and what the readings say of the heat; nothing for another base.
-pub(super) fn heated(
+/// The states of gas that a part heats, from the readings.
+fn heated(
     study: &Study,
+    flow: &HeatedFlow,
     ambient: &[Option<[f64; 2]>],
     measured: bool,
-) -> Result<Warmed, EngineError> {
-    let (campaign, Base::HeatedFlow(heated)) = (&study.campaign, &study.plan.base) else {
-        return Ok(Warmed::default());
-    };
+) -> Result<StatesAndHeat, EngineError> {
+    let campaign = &study.campaign;
     // Before anything is measured the gas is as the priors have it.
     let path = study.readings(measured)?;
     let readings = path.map(|path| read_readings(&path, campaign)).transpose()?.unwrap_or_default();
@@ -62,7 +69,7 @@ pub(super) fn heated(
         ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
     };
     let layouts = campaign.points.iter().enumerate().map(layout).collect::<Result<Vec<_>, _>>()?;
-    let found = heated_states(&study.rig, campaign, heated, &readings, ambient, &layouts);
+    let found = heated_states(&study.rig, campaign, flow, &readings, ambient, &layouts);
     let (states, fit) = found.map_err(|problem| EngineError::Readings { problem: Box::new(problem) })?;
     let states = states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect();
     Ok((states, (!readings.is_empty()).then_some(fit)))

@@ -103,13 +103,41 @@ pub struct EvidenceRecord {
     pub observations: usize,
 }
 
+impl ModelRecord {
+    /// ln evidence, nats; minus infinity for a model that could not be fitted.
+    #[must_use]
+    pub fn ln_evidence(&self) -> f64 {
+        self.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal)
+    }
+}
+
+/// The model of most evidence beside the one called `chosen`, and by how many nats it lies behind that one; none where either could not be fitted.
+pub(super) fn nearest<'a>(models: &'a [ModelRecord], chosen: &str) -> Option<(&'a ModelRecord, f64)> {
+    let own = models.iter().find(|m| m.id == chosen)?.evidence?.ln_marginal;
+    let others = models.iter().filter(|m| m.id != chosen && m.evidence.is_some());
+    others.map(|m| (m, own - m.ln_evidence())).min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 impl StageRecord {
+    /// The models, the most evidence first.
+    #[must_use]
+    pub fn by_evidence(&self) -> Vec<&ModelRecord> {
+        let mut all: Vec<&ModelRecord> = self.models.iter().collect();
+        all.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
+        all
+    }
+
+    /// The best other model than the one that goes on, and by how many nats it lies behind that one; none where there is no other.
+    #[must_use]
+    pub fn nearest(&self) -> Option<(&ModelRecord, f64)> {
+        nearest(&self.models, &self.chosen)
+    }
+
     /// The probability of every model of the table, in its order, if all were as probable before and one of them is right; zero for one without
     /// evidence.
     #[must_use]
     pub fn probabilities(&self) -> Vec<f64> {
-        let all: Vec<f64> =
-            self.models.iter().map(|m| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal)).collect();
+        let all: Vec<f64> = self.models.iter().map(ModelRecord::ln_evidence).collect();
         let best = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let sum: f64 = all.iter().map(|ln| (ln - best).exp()).sum();
         all.iter().map(|ln| (ln - best).exp() / sum).collect()

@@ -16,10 +16,7 @@ impl Leading {
     #[must_use]
     pub fn of(stages: &[StageRecord], count: usize) -> Self {
         let best = |stage: &StageRecord| {
-            let total = |k: &usize| stage.models[*k].evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
-            let mut order: Vec<usize> = (0..stage.models.len()).collect();
-            order.sort_by(|a, b| total(b).total_cmp(&total(a)));
-            let leading = order.iter().take(count).map(|k| stage.models[*k].id.clone()).collect();
+            let leading = stage.by_evidence().into_iter().take(count).map(|m| m.id.clone()).collect();
             (stage.id.clone(), leading)
         };
         Self(stages.iter().map(best).collect())

@@ -1,8 +1,8 @@
 //! Candidates that compete on the same points; stages that stand on each other.
 
 use super::earlier::Earlier;
-use super::inputs::{ambient_of_all, heated, left_out, observed, selected, states};
-use super::record::{MeasuredRecord, ModelRecord, StageRecord};
+use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
+use super::record::{MeasuredRecord, ModelRecord, StageRecord, nearest};
 use super::rows::{Choice, Row};
 use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
 use rayon::prelude::*;
@@ -57,26 +57,18 @@ pub(super) struct Done {
     pub(super) assumes: Vec<String>,
 }
 
-/// That another row of a table is as good as the one that goes on, if it is.
-fn undecided(title: &str, models: &[ModelRecord], taken: usize, decides: f64) -> Option<String> {
-    let total = |m: &ModelRecord| m.evidence.map(|e| e.ln_marginal);
-    let own = total(&models[taken])?;
-    let others = models.iter().enumerate().filter(|(k, _)| *k != taken);
-    let (other, behind) = others
-        .filter_map(|(_, m)| Some((m, own - total(m)?)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, behind)| *behind < decides)?;
+/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model that is as good, if there is one.
+fn undecided(title: &str, models: &[ModelRecord], taken: &str, decides: f64) -> Option<String> {
+    let (other, behind) = nearest(models, taken).filter(|(_, behind)| *behind < decides)?;
     let lies = if behind < 0.0 { "ahead" } else { "behind" };
-    let (taken, nats) = (&models[taken].id, behind.abs());
-    Some(format!("{title}: {taken} is taken, though {} is only {nats:.1} nats {lies}", other.id))
+    Some(format!("{title}: {taken} is taken, though {} is only {:.1} nats {lies}", other.id, behind.abs()))
 }
 
 impl Done {
     /// The best model of the table but the one that goes on.
     pub(super) fn rival(&self) -> Option<&(ModelRecord, Chosen)> {
         let others = self.rows.iter().filter(|(model, _)| model.candidates != self.choice);
-        let total = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
-        others.max_by(|a, b| total(&a.0).total_cmp(&total(&b.0)))
+        others.max_by(|a, b| a.0.ln_evidence().total_cmp(&b.0.ln_evidence()))
     }
 }
 
@@ -108,8 +100,7 @@ impl Run {
     pub fn new(study: Study, observations: &Observations, trusted: Trusted) -> Result<Self, EngineError> {
         let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
         let ambient = ambient_of_all(&study, observations);
-        let states = states(&study, &ambient, true)?;
-        let heat = heated(&study, &ambient, true)?.1;
+        let (states, heat) = states_and_heat(&study, &ambient, true)?;
         let observed = observed(&study, observations, &states, &ambient)?;
         let left_out = left_out(&study, observations, &states);
         // Before anything is trained.
@@ -182,7 +173,7 @@ impl Run {
             .zip(&known)
             .map(|(row, known)| self.row(&stage, row, known.clone(), Trusted::Laplace))
             .collect::<Result<_, _>>()?;
-        let total = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
+        let total = ModelRecord::ln_evidence;
         let best_of = |results: &[(ModelRecord, Option<Chosen>)]| {
             results.iter().map(|(m, _)| total(m)).fold(f64::NEG_INFINITY, f64::max)
         };
@@ -219,7 +210,7 @@ impl Run {
         let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
         let assumes = self.assumes(&stage);
-        let own = undecided(&stage.title, &models, next, stage.decides);
+        let own = undecided(&stage.title, &models, &chosen, stage.decides);
         if let Some(goes_on) = results[next].1.clone() {
             let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
             let assumes = assumes.iter().cloned().chain(own).collect();
@@ -254,11 +245,5 @@ impl Run {
             }
         }
         all
-    }
-
-    /// What the model of a stage takes for certain, though the evidence of that stage or of those before it does not decide it.
-    #[must_use]
-    pub fn assumptions(&self, id: &str) -> &[String] {
-        self.stage_done(id).map_or(&[], |done| &done.assumes)
     }
 }

@@ -9,14 +9,11 @@ use rijke_engine::run::{
 /// Members of a family that are named.
 const NAMED: usize = 5;
 
-/// Probability above which nothing is said to be missing.
-const CHANCE: f64 = 0.05;
-
 /// The terms in words and as a table.
 pub(super) fn section(stage: &StageRecord) -> String {
     let Some(missing) = &stage.missing else { return String::new() };
     let Some(first) = missing.families.first() else { return String::new() };
-    let sentence = if first.beyond.1 > CHANCE {
+    let sentence = if first.beyond.1 > Missing::CHANCE {
         format!(
             "Of {} further terms none gains more than chance would: the best, {}, has p = {:.2}.",
             missing.tried,
@@ -24,7 +21,7 @@ pub(super) fn section(stage: &StageRecord) -> String {
             first.beyond.1
         )
     } else {
-        let asked = missing.families.iter().take_while(|f| f.beyond.1 <= CHANCE).count();
+        let asked = missing.families.iter().take_while(|f| f.beyond.1 <= Missing::CHANCE).count();
         format!(
             "Of {} further terms, {} of those below {} more than chance would give: {:.1} nats in one of twenty data sets of the model itself.",
             missing.tried,
@@ -46,7 +43,7 @@ pub(super) fn section(stage: &StageRecord) -> String {
         format!(
             "<tr{}><td>{}{range}</td><td class=\"n\">{}{unit}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{}</td>\
              <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td><td><small>{}</small></td></tr>\n",
-            if f.beyond.1 > CHANCE { " class=\"failed\"" } else { "" },
+            if f.beyond.1 > Missing::CHANCE { " class=\"failed\"" } else { "" },
             html(&a.words()),
             with_uncertainty(a.strength[0], a.strength[1]),
             a.gain,
@@ -64,7 +61,7 @@ pub(super) fn section(stage: &StageRecord) -> String {
          expected, nats</th><th>beyond the terms above</th><th>by chance</th><th>moves growth rates, 1/s</th><th>moves frequencies, \
          rad/s</th><th>cannot be told from</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",
         stage.id,
-        if first.beyond.1 > CHANCE { "" } else { " open" }
+        if first.beyond.1 > Missing::CHANCE { "" } else { " open" }
     )
 }
 

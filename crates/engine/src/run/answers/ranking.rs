@@ -24,8 +24,7 @@ impl Run {
         };
         let points = done.chosen.observed.clone();
         let mut models: Vec<&(ModelRecord, Chosen)> = done.rows.iter().collect();
-        let evidence = |m: &ModelRecord| m.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal);
-        models.sort_by(|a, b| evidence(&b.0).total_cmp(&evidence(&a.0)));
+        models.sort_by(|a, b| b.0.ln_evidence().total_cmp(&a.0.ln_evidence()));
         models.truncate(MOST_MODELS);
         let row = |o: &Observed| self.row_of(question, &o.conditions.point, &measured(o));
         let columns = [self.factor_columns(), measured_columns()].concat();

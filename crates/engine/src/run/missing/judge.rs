@@ -4,7 +4,7 @@ use super::library::{Library, Term};
 use crate::run::found::{Asked, Family, Missing, words};
 use rayon::prelude::*;
 use rijke_inference::{Linearised, Told, gain};
-use rijke_numerics::{Matrix, Streams};
+use rijke_numerics::{Matrix, Streams, dot};
 
 /// Directions of a larger correlation belong to one family.
 const ALIKE: f64 = 0.9;
@@ -100,8 +100,8 @@ struct Left {
     /// Share of it that the parameters leave.
     free: Vec<f64>,
     taken: Vec<bool>,
-    /// The directions taken, P times and of length one, with their scores.
-    inside: Vec<(Vec<f64>, f64)>,
+    /// The directions taken, P times and of length one.
+    inside: Vec<Vec<f64>>,
 }
 
 impl Left {
@@ -130,7 +130,7 @@ impl Left {
         members.iter().chain([&k]).for_each(|&j| self.taken[j] = true);
         let own = &found[k];
         let mut pulled: Vec<f64> = own.told.pulled.iter().map(|p| p * own.told.sd).collect();
-        for (other, _) in &self.inside {
+        for other in &self.inside {
             let along = dot(&own.direction, other) * own.told.sd;
             pulled.iter_mut().zip(other).for_each(|(p, o)| *p -= along * o);
         }
@@ -142,7 +142,7 @@ impl Left {
             self.scores[j] -= along * score;
             self.shares[j] -= along * along;
         }
-        self.inside.push((pulled, score));
+        self.inside.push(pulled);
     }
 }
 
@@ -181,10 +181,6 @@ fn by_chance(linear: &Linearised, found: &[Found], observations: usize) -> Vec<f
 
 /// Terms that are scored at once.
 const CHUNK: usize = 128;
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
 
 impl Term {
     fn words(&self) -> String {
