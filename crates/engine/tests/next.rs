@@ -1,46 +1,23 @@
 //! What further measurements would tell, on a tube whose modes have a closed form.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
+#[path = "common/folder.rs"]
+mod folder;
+#[path = "common/tube.rs"]
+mod tube;
+
+use folder::Folder;
 use rand_distr::{Distribution, StandardNormal};
 use rijke_engine::EngineError;
 use rijke_engine::run::{Aim, Next, Run, Trusted, Wish, forecast, next, with_points};
 use rijke_numerics::Streams;
 use rijke_study::Study;
-use std::path::PathBuf;
+use tube::TUBE;
 
-/// A tube without losses whose ends reflect -r: s = c (ln r + i pi) / L.
-const RIG: &str = r#"
-name = "tube"
-[gas]
-temperature = "20 degC"
-[upstream]
-type = "constant"
-modulus = "$r"
-angle = "180 deg"
-[downstream]
-type = "constant"
-modulus = "$r"
-angle = "180 deg"
-[[element]]
-name = "tube"
-type = "duct"
-length = "x"
-diameter = "50 mm"
-[unknown.r]
-prior = { normal = { mean = 0.9, sd = 0.2 } }
-"#;
 const PLAN: &str = "name = \"t\"\n[cost]\npoint = \"30 min\"\ninstallation = \"1 h\"\n[[stage]]\nid = \"s\"\npoints = {}\n[stage.noise]\n\
                     growth_rate = 0.0\nangular_frequency = 0.0\n";
 /// Standard deviation of a measured growth rate, 1/s.
 const SD: f64 = 40.0;
-
-struct Folder(PathBuf);
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn speed() -> f64 {
     (1.4_f64 * 287.05 * 293.15).sqrt()
@@ -48,23 +25,22 @@ fn speed() -> f64 {
 
 /// Two lengths are measured, a third is not.
 fn folder(name: &str) -> Folder {
-    let folder = std::env::temp_dir().join(format!("rijke-next-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(folder.join("observations")).unwrap();
     let row = |id: &str, length: f64| {
         let c = speed();
         format!("{id},{:.12},{SD},{:.12},0.05\n", c * 0.85_f64.ln() / length, 0.5 * c / length)
     };
     let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
-    for (file, text) in [
-        ("rig.toml", RIG.to_owned()),
-        ("campaign.csv", "point,x [cm],T_amb [degC]\na,100,20\nb,80,20\nc,50,20\n".to_owned()),
-        ("study.toml", PLAN.to_owned()),
-        ("observations/observations.toml", "kind = \"virtual\"\nsource = \"closed form\"\n".to_owned()),
-        ("observations/modes.csv", format!("{head}{}{}", row("a", 1.0), row("b", 0.8))),
-    ] {
-        std::fs::write(folder.join(file), text).unwrap();
-    }
-    Folder(folder)
+    let modes = format!("{head}{}{}", row("a", 1.0), row("b", 0.8));
+    Folder::new(
+        &format!("next-{name}"),
+        &[
+            ("rig.toml", TUBE),
+            ("campaign.csv", "point,x [cm],T_amb [degC]\na,100,20\nb,80,20\nc,50,20\n"),
+            ("study.toml", PLAN),
+            ("observations/observations.toml", "kind = \"virtual\"\nsource = \"closed form\"\n"),
+            ("observations/modes.csv", &modes),
+        ],
+    )
 }
 
 struct Ranked {

@@ -2,6 +2,10 @@
 //! did which task.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
+#[path = "common/folder.rs"]
+mod folder;
+
+use folder::Folder;
 use rijke_engine::run::{Run, Search, SearchOptions, SearchPart, SearchRecord, Trusted, merge_searches};
 use rijke_study::Study;
 use std::path::{Path, PathBuf};
@@ -134,33 +138,18 @@ growth_rate = { like = "screen" }
 angular_frequency = 0.3
 "#;
 
-/// A folder of a study that goes with the test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("rijke-search-{name}-{}", std::process::id()));
-        let files = [
+fn study(name: &str) -> Folder {
+    Folder::new(
+        &format!("search-{name}"),
+        &[
             ("rig.toml", RIG),
             ("campaign.csv", CAMPAIGN),
             ("study.toml", PLAN),
             ("candidates/all.toml", CANDIDATES),
             ("observations/observations.toml", "kind = \"virtual\"\nsource = \"test\"\n"),
             ("observations/modes.csv", MODES),
-        ];
-        for (file, text) in files {
-            let path = folder.join(file);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(path, text).unwrap();
-        }
-        Self(folder)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+        ],
+    )
 }
 
 fn part(folder: &Path, within: f64, shard: [usize; 2], tasks: Option<&Path>) -> SearchPart {
@@ -191,7 +180,7 @@ fn alone(folder: &Path, rows: [&[&str]; 3]) -> Vec<f64> {
 
 #[test]
 fn oracle_combinations_have_the_evidence_of_runs_with_one_candidate_per_role() {
-    let folder = Folder::new("alone");
+    let folder = study("alone");
     let found = whole(&folder.0, f64::INFINITY);
     assert_eq!((found.combinations, found.best.len()), (10, 10));
     assert_eq!(found.stages, ["ends", "screen", "heat"]);
@@ -218,7 +207,7 @@ fn oracle_combinations_have_the_evidence_of_runs_with_one_candidate_per_role() {
 
 #[test]
 fn oracle_the_greedy_choice_is_that_of_the_ranking() {
-    let folder = Folder::new("greedy");
+    let folder = study("greedy");
     let study = Study::open(&folder.0).unwrap();
     let observations = study.observations().unwrap();
     let mut run = Run::new(study, &observations, Trusted::Laplace).unwrap();
@@ -238,7 +227,7 @@ fn oracle_the_greedy_choice_is_that_of_the_ranking() {
 
 #[test]
 fn oracle_a_search_that_gives_up_models_finds_the_same_winner() {
-    let folder = Folder::new("pruned");
+    let folder = study("pruned");
     let every = whole(&folder.0, f64::INFINITY);
     let found = whole(&folder.0, 0.01);
     assert!(!found.given_up.is_empty() && found.models_trained < every.models_trained);
@@ -257,7 +246,7 @@ fn oracle_a_search_that_gives_up_models_finds_the_same_winner() {
 
 #[test]
 fn exact_parts_join_to_the_same_text() {
-    let folder = Folder::new("shards");
+    let folder = study("shards");
     let text = |parts: &[SearchPart]| serde_json::to_string(&merge_searches(parts).unwrap()).unwrap();
     let one = text(&[part(&folder.0, 0.01, [1, 1], None)]);
     for n in [2, 7] {
@@ -274,7 +263,7 @@ fn exact_parts_join_to_the_same_text() {
 
 #[test]
 fn behaviour_a_search_that_was_killed_goes_on_to_the_same_end() {
-    let folder = Folder::new("killed");
+    let folder = study("killed");
     let tasks = folder.0.join("tasks");
     let first = part(&folder.0, f64::INFINITY, [1, 1], Some(&tasks));
     let mut kept: Vec<PathBuf> = std::fs::read_dir(&tasks).unwrap().map(|e| e.unwrap().path()).collect();
@@ -301,7 +290,7 @@ fn behaviour_a_search_that_was_killed_goes_on_to_the_same_end() {
 
 #[test]
 fn message_parts_that_do_not_make_a_whole_are_refused() {
-    let folder = Folder::new("parts");
+    let folder = study("parts");
     let parts: Vec<SearchPart> = (1..=3).map(|k| part(&folder.0, 20.0, [k, 3], None)).collect();
     let said = merge_searches(&parts[..2]).unwrap_err().to_string();
     assert!(said.contains("make shard 3 of 3 too"), "{said}");
@@ -313,7 +302,7 @@ fn message_parts_that_do_not_make_a_whole_are_refused() {
 /// One stage after the other, and both at once, where the noise is known: the sum of ln evidences is that of all data.
 #[test]
 fn oracle_the_sum_over_stages_is_the_evidence_of_all_data() {
-    let folder = Folder::new("joint");
+    let folder = study("joint");
     let known = |plan: &str| plan.replace("{ median = 0.2, ln_sd = 1.0 }", "0.1");
     std::fs::write(folder.0.join("study.toml"), known(PLAN)).unwrap();
     let [ends, screen, _] = alone(&folder.0, [&["ends.flat"], &["screen.drag"], &["heat.prompt"]])[..] else {

@@ -1,6 +1,7 @@
 //! Laws with a delay that the flow sets: aliases, order, what is not decided, what was not measured.
 
-use super::{Folder, ORIGIN, parameter};
+use super::folder::Folder;
+use super::{ORIGIN, parameter};
 use rijke_engine::run::{Run, StageRecord, Trusted, forecast, modes_at};
 use rijke_study::Study;
 use std::path::Path;

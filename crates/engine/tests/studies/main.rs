@@ -2,32 +2,17 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
 mod delayed;
+#[path = "../common/folder.rs"]
+mod folder;
+#[path = "../common/tube.rs"]
+mod tube;
 
+use folder::Folder;
 use rijke_engine::EngineError;
 use rijke_engine::run::{Run, StageRecord, Trusted, forecast, foresight, modes_at, verdicts, with_points};
 use rijke_study::Study;
-use std::path::{Path, PathBuf};
-
-/// A folder of a study that goes with the test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str, files: &[(&str, &str)]) -> Self {
-        let folder = std::env::temp_dir().join(format!("rijke-engine-{name}-{}", std::process::id()));
-        for (file, text) in files {
-            let path = folder.join(file);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(path, text).unwrap();
-        }
-        Self(folder)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+use std::path::Path;
+use tube::TUBE;
 
 fn run(folder: &Path) -> Result<Vec<StageRecord>, EngineError> {
     let study = Study::open(folder)?;
@@ -46,27 +31,6 @@ fn parameter(stage: &StageRecord, name: &str) -> [f64; 2] {
     [found.value, found.sd]
 }
 
-/// A tube of 1 m without losses whose ends reflect -r: s = c (ln r + i pi) / L.
-const TUBE: &str = r#"
-name = "tube"
-[gas]
-temperature = "20 degC"
-[upstream]
-type = "constant"
-modulus = "$r"
-angle = "180 deg"
-[downstream]
-type = "constant"
-modulus = "$r"
-angle = "180 deg"
-[[element]]
-name = "tube"
-type = "duct"
-length = "x"
-diameter = "50 mm"
-[unknown.r]
-prior = { normal = { mean = 0.9, sd = 0.2 } }
-"#;
 const CAMPAIGN: &str = "point,x [cm],T_amb [degC]\na,100,20\nb,80,20\n";
 const ORIGIN: &str = "kind = \"virtual\"\nsource = \"closed form\"\n";
 const PLAN: &str = "name = \"t\"\n[[stage]]\nid = \"s\"\npoints = {}\n[stage.noise]\ngrowth_rate = 0.0\nangular_frequency = 0.0\n";
