@@ -96,7 +96,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             && shared > 0
         {
             ui.say(format!(
-                "  {shared} installations have several of them, which count as independent: `installation` of this stage's noise says how much assemblies differ"
+                "  {shared} installations have several of these points, which count as independent; `installation` of this stage's noise says how much assemblies differ"
             ));
         }
         for model in &stage.models {

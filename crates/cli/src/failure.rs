@@ -26,6 +26,11 @@ impl Failure {
         Self { kind: Kind::BadInput, message: message.to_string(), causes: Vec::new(), remedy: None }
     }
 
+    /// The input is wrong, as an error of a library says, with what caused it.
+    pub(crate) fn of_input(error: &(impl Error + 'static)) -> Self {
+        Self::bad_input(error).because(error)
+    }
+
     /// The input is sound, but the work could not be done (exit status 1).
     pub(crate) fn failed(message: impl fmt::Display) -> Self {
         Self { kind: Kind::Failed, ..Self::bad_input(message) }
@@ -104,7 +109,7 @@ pub(crate) trait Classify<T> {
 
 impl<T, E: Error + 'static> Classify<T> for Result<T, E> {
     fn or_bad_input(self) -> Result<T, Failure> {
-        self.map_err(|error| Failure::bad_input(&error).because(&error))
+        self.map_err(|error| Failure::of_input(&error))
     }
 
     fn or_failed(self) -> Result<T, Failure> {

@@ -19,6 +19,7 @@ use rijke_flow::settled;
 use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
 use rijke_numerics::Streams;
 use rijke_rig::{DataKind, Observations, Rig};
+use rijke_study::{Study, plan::Base};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -74,6 +75,13 @@ enum Choice {
     Smoother,
     Paper,
     SquareRoot,
+}
+
+/// Whether a study wants states that are inferred, and has the observations of which they can be.
+pub(crate) fn is_due(study: &Study) -> bool {
+    let observations = study.folder.join("observations");
+    matches!(study.plan.base, Base::States(_))
+        && ["pings.csv", "rig.toml"].iter().all(|file| observations.join(file).is_file())
 }
 
 /// Infers the base flow of a study with the usual options.

@@ -163,18 +163,12 @@ fn make(
     options.stated = args.channels.as_ref().map(|sds| StatedChannels { gain_sd: sds[0], delay_sd: sds[1] });
     let records = record_count(source.set());
     let progress = ui.progress("processing", records as u64);
-    let processed =
-        process_again(&**source, &options, kept, &|| progress.advance(1)).map_err(|error| match error {
-            ProcessError::Record(error) => Err::<(), _>(error).or_bad_input().err(),
-            other => Err::<(), _>(other).or_bad_input().err().map(|f| f.at(&name)),
-        });
+    let processed = process_again(&**source, &options, kept, &|| progress.advance(1));
     drop(progress);
-    let mut processed = match processed {
-        Ok(processed) => processed,
-        Err(failure) => {
-            return Err(failure.unwrap_or_else(|| Failure::failed("the records could not be processed")));
-        }
-    };
+    let mut processed = processed.map_err(|error| match error {
+        ProcessError::Record(error) => Failure::of_input(&error),
+        other => Failure::of_input(&other).at(&name),
+    })?;
     // Records with a campaign of their own know their days better than the plan of the study.
     if let Some(study) = study.as_ref().filter(|_| *of_the_study) {
         said.extend(stated::temperatures(&mut processed.observations, study));

@@ -7,7 +7,7 @@ use crate::{
     study::{measured, open},
     ui::Ui,
 };
-use rijke_study::plan::Base;
+use rijke_study::Study;
 use std::path::{Path, PathBuf};
 
 /// Take a study from its files to ranked models and a page: process records, infer the base flow, rank, report.
@@ -29,12 +29,8 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
-    let (records, observations) = (dir.join("records"), dir.join("observations"));
     if !study.plan.responses.is_empty() {
-        if records.is_dir() && (args.force || !measured(&observations)) {
-            ui.note(format!("process {}", records.display()));
-            process::records(&records, &observations, args.force, &ui.of_a_step())?;
-        }
+        processed(dir, args.force, ui)?;
         return crate::study_responses::run(study, args.trust, None, args.force, ui);
     }
     let results = dir.join("results");
@@ -45,37 +41,41 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return Err(Failure::bad_input(format!("{}: exists already", results.display()))
             .remedy("Move it away, or take every step again with --force."));
     }
-    steps(dir, args.trust, args.force, ui).map(|_| ())
+    steps(&study, args.trust, args.force, ui).map(|_| ())
 }
 
 /// All steps again, whatever was finished before.
 pub(crate) fn from_the_start(dir: &Path, trust: rank::Trust, ui: &Ui) -> Result<PathBuf, Failure> {
+    let study = open(dir)?;
     let _lock = Lock::within(dir)?;
-    steps(dir, trust, true, ui)
+    steps(&study, trust, true, ui)
 }
 
-fn steps(dir: &Path, trust: rank::Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failure> {
-    let study = open(dir)?;
-    let results = dir.join("results");
-    let step = ui.of_a_step();
-    let records = dir.join("records");
-    let observations = dir.join("observations");
-    if records.is_dir() && (force || !measured(&observations)) {
-        ui.note(format!("process {}", records.display()));
-        process::records(&records, &observations, force, &step)?;
-    }
+fn steps(study: &Study, trust: rank::Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failure> {
+    let dir = &study.folder;
+    processed(dir, force, ui)?;
     let base = dir.join("base");
     // Inferred states can also be brought along.
-    let inferable = observations.join("pings.csv").is_file() && observations.join("rig.toml").is_file();
-    if matches!(study.plan.base, Base::States(_)) && inferable && (force || !base.is_dir()) {
+    if flow::is_due(study) && (force || !base.is_dir()) {
         ui.note(format!("flow {}", dir.display()));
-        flow::of_study(dir, &base, force, &step)?;
+        flow::of_study(dir, &base, force, &ui.of_a_step())?;
     }
+    let results = dir.join("results");
     if force || !results.join("numbers/claims.json").is_file() {
         let replace = results.is_dir();
-        rank::run(&rank::Args { dir: dir.to_owned(), trust, until: None, force: replace }, ui)?;
+        rank::run(&rank::Args { dir: dir.clone(), trust, until: None, force: replace }, ui)?;
     }
     let page = report::draw(dir)?;
     ui.note(format!("page: {}", page.display()));
     Ok(page)
+}
+
+/// Processes the records of a study, if there are any; what was processed before is kept without `force`.
+fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+    let (records, observations) = (dir.join("records"), dir.join("observations"));
+    if !records.is_dir() || (!force && measured(&observations)) {
+        return Ok(());
+    }
+    ui.note(format!("process {}", records.display()));
+    process::records(&records, &observations, force, &ui.of_a_step())
 }

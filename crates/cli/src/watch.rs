@@ -16,7 +16,6 @@ use rijke_report::StudyPage;
 use rijke_rig::{Arrivals, Arrived};
 use rijke_signal::Kept;
 use rijke_study::Study;
-use rijke_study::plan::Base;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -177,7 +176,7 @@ impl Watch<'_> {
         let observations = observations(study)?;
         let leading = if all { Leading::default() } else { self.leading.clone() };
         let Some(reduced) = so_far(study, &observations, &leading).map_err(wrong)? else { return Ok(None) };
-        let mut run = Run::new(reduced.clone(), &observations, trusted).map_err(wrong)?;
+        let mut run = Run::new(reduced, &observations, trusted).map_err(wrong)?;
         let (mut stages, mut answers) = (Vec::new(), Vec::new());
         while let Some(stage) = run.next_stage().map_err(wrong)? {
             answers.push(run.overview(&stage.id).map_err(wrong)?);
@@ -192,10 +191,7 @@ impl Watch<'_> {
     /// Infers the states of the gas again, where the study wants inferred ones.
     fn states(&self) -> Result<(), Failure> {
         let dir = &self.args.dir;
-        let study = open(dir)?;
-        let inferable = ["pings.csv", "rig.toml"].iter().all(|f| dir.join("observations").join(f).is_file());
-        if matches!(study.plan.base, Base::States(_))
-            && inferable
+        if flow::is_due(&open(dir)?)
             && let Err(failure) = flow::of_study(dir, &dir.join("base"), true, &Ui::silent())
         {
             self.ui.note(format!("the flow cannot be inferred yet: {failure}"));

@@ -77,9 +77,10 @@ pub struct Trained {
     pub referee: Option<Verdict>,
 }
 
-/// Standard deviations between the fit without errors of the base states and the one with them, beyond which the first may be of another maximum.
+/// The fit without errors of the base states is searched again if the fit with them lies more standard deviations from it than this: it may have
+/// missed a maximum.
 const ELSEWHERE: f64 = 10.0;
-/// It is, if a search from the second ends so many nats lower.
+/// It has missed one if that search ends more nats lower than this.
 const BETTER: f64 = 1.0;
 
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.

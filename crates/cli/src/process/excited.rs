@@ -6,7 +6,7 @@ use crate::{
     ui::Ui,
 };
 use rijke_numerics::C64;
-use rijke_rig::{Blow, Excitation, ExcitedRecords, RandomNoise, RigError};
+use rijke_rig::{Blow, Excitation, ExcitedRecords, RandomNoise};
 use rijke_signal::{
     BlowMode, BlowOptions, Fault, Spectra, SwitchedGains, TransmissionTube, combine_blows, fit_blow,
 };
@@ -22,7 +22,7 @@ const WRITTEN: [&str; 5] = ["observations.toml", "modes.csv", "gains.csv", "pres
 pub(super) fn open(dir: &Path) -> Result<Option<(ExcitedRecords, Study)>, Failure> {
     let is_study = dir.join("study.toml").is_file();
     let folder = if is_study { dir.join("records") } else { dir.to_owned() };
-    let Some(records) = ExcitedRecords::open(&folder).map_err(told)? else { return Ok(None) };
+    let Some(records) = ExcitedRecords::open(&folder).or_bad_input()? else { return Ok(None) };
     let study = if is_study { Some(dir) } else { dir.parent() };
     Ok(Some((records, crate::study::open(study.unwrap_or(dir))?)))
 }
@@ -38,16 +38,9 @@ pub(crate) fn files_of(dir: &Path) -> Result<Option<usize>, Failure> {
         }
     };
     for file in &files {
-        records.read(file, None).map_err(told)?;
+        records.read(file, None).or_bad_input()?;
     }
     Ok(Some(files.len()))
-}
-
-fn told(error: RigError) -> Failure {
-    match Err::<(), _>(error).or_bad_input() {
-        Err(failure) => failure,
-        Ok(()) => Failure::failed("the records could not be read"),
-    }
 }
 
 /// Processes them into observations of the study.
@@ -91,7 +84,7 @@ fn noise(records: &ExcitedRecords, random: &RandomNoise, study: &Study, ui: &Ui)
     let names = &study.rig.microphones.names;
     let n = names.len();
     let spectra = |file: &str| {
-        let record = records.read(file, Some(n)).map_err(told)?;
+        let record = records.read(file, Some(n)).or_bad_input()?;
         let found = Spectra::welch(&record.channels, records.rate_hz, random.segment, records.band_hz);
         found.map_err(|fault| {
             Failure::bad_input(fault)
@@ -277,7 +270,7 @@ fn blows(records: &ExcitedRecords, blow: &Blow, ui: &Ui) -> Result<Made, Failure
     };
     let mut fits = Vec::new();
     for file in &blow.files {
-        let record = records.read(file, None).map_err(told)?;
+        let record = records.read(file, None).or_bad_input()?;
         let fit = fit_blow(&record.channels, records.rate_hz, &options).map_err(|fault| {
             Failure::bad_input(fault)
                 .at(&records.path)

@@ -116,15 +116,18 @@ impl<'m> Filled<'m> {
             if let Some(gas) = &gas[after] {
                 analytic[TEMPERATURE_AFTER] = Some(&gas[TEMPERATURE - DENSITY]);
             }
-            let known = |name: usize| self.space.real(numbers[name]);
-            let [density, speed] = [DENSITY, SOUND_SPEED]
-                .map(|name| gas[before].as_ref().map_or_else(|| known(name), |g| g[name - DENSITY].clone()));
-            flux = areas[before].recip().scale(C64::new(self.model.mass_flow, 0.0));
-            velocity = &flux * &density.recip();
-            mach = &velocity * &speed.recip();
-            analytic[MASS_FLUX] = Some(&flux);
-            analytic[VELOCITY] = Some(&velocity);
-            analytic[MACH] = Some(&mach);
+            if [MASS_FLUX, VELOCITY, MACH].into_iter().any(|name| formula.uses(name)) {
+                let known = |name: usize| self.space.real(numbers[name]);
+                let [density, speed] = [DENSITY, SOUND_SPEED].map(|name| {
+                    gas[before].as_ref().map_or_else(|| known(name), |g| g[name - DENSITY].clone())
+                });
+                flux = areas[before].recip().scale(C64::new(self.model.mass_flow, 0.0));
+                velocity = &flux * &density.recip();
+                mach = &velocity * &speed.recip();
+                analytic[MASS_FLUX] = Some(&flux);
+                analytic[VELOCITY] = Some(&velocity);
+                analytic[MACH] = Some(&mach);
+            }
             perimeter = diameters[before].scale(C64::new(std::f64::consts::PI, 0.0));
             analytic[DIAMETER] = Some(&diameters[before]);
             analytic[AREA] = Some(&areas[before]);

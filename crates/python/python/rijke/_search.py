@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Folders of a study that a search does not read.
-_UNREAD = ("records", "results", "search")
+_UNREAD = ("live", "records", "results", "search")
 
 
 def search(

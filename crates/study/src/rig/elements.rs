@@ -100,17 +100,16 @@ pub(super) const COMPACT: [Kind; 8] = [
 /// Nederveen, Jansen & van Hassel 1998, Acta Acustica 84, eqs. (40), (37); series length: Dubos et al. 1999, Acta Acustica 85, eq. (73), with coth in
 /// the place of tanh where the hole is closed. Holes do not hear each other outside, nor through evanescent waves. `hole_loss` and `hole_outside` are
 /// those of [`HOLE_WALLS`] and [`HOLE_OUTLETS`].
-pub(super) const SIDE_HOLE: [(&str, &str); 13] = [
+pub(super) const SIDE_HOLE: [(&str, &str); 12] = [
     ("hole_radius", "(diameter)/2"),
-    ("hole_height", "(length)"),
     ("hole_delta", "(diameter)/D"),
     (
         "hole_inner",
         "hole_radius*(0.82 - 0.193*hole_delta - 1.09*hole_delta^2 + 1.27*hole_delta^3 - 0.71*hole_delta^4)",
     ),
-    ("hole_line", "hole_height + hole_radius*hole_delta/8*(1 + 0.207*hole_delta^3)"),
+    ("hole_line", "(length) + hole_radius*hole_delta/8*(1 + 0.207*hole_delta^3)"),
     ("hole_side", "0.940 + 0.540*hole_delta + 0.285*hole_delta^2"),
-    ("hole_tanh", "tanh(1.84*hole_height/hole_radius)"),
+    ("hole_tanh", "tanh(1.84*(length)/hole_radius)"),
     (
         "hole_z",
         "-s*rho*hole_radius*hole_delta^2*((open)/(1.78*hole_tanh + hole_side) + (1 - (open))/(1.78/hole_tanh + hole_side))",
