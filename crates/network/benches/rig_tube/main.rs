@@ -4,6 +4,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayon::prelude::*;
+use rijke_network::file::{Built, read};
 use rijke_network::wall::Wall;
 use rijke_network::{
     At, Coefficients, Laws, Network, Newton, Places, Region, Root, Segment, Sensitivities, Slot, Workspace,
@@ -120,6 +121,16 @@ fn bench(c: &mut Criterion) {
     group.bench_function("all_modes_below_2_khz", |b| {
         b.iter(|| net.modes(&Rig, black_box(&region), &mut work).unwrap());
     });
+    let forced = C64::new(0.0, root.s.im);
+    group.bench_function("impedance", |b| {
+        b.iter(|| net.impedance_at(&Rig, black_box(forced), 0, Order::Value, &mut work).unwrap());
+    });
+    let bores = fifty_bores();
+    group.bench_function("impedance_of_fifty_bores", |b| {
+        b.iter(|| {
+            bores.network.impedance_at(&bores.laws, black_box(forced), 0, Order::Value, &mut work).unwrap()
+        });
+    });
     group.sample_size(10);
     group.bench_function("eigenvalue_dense_lu", |b| b.iter(|| dense::newton(&net, black_box(root.s + WARM))));
     group.finish();
@@ -150,6 +161,18 @@ fn bench(c: &mut Criterion) {
         });
     });
     group.finish();
+}
+
+/// Fifty cylinders of different radii with the losses of Zwikker and Kosten, each with Bessel functions of its own.
+fn fifty_bores() -> Built {
+    let mut text = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'closed'\n".to_owned();
+    for k in 0..50 {
+        let diameter = 0.014 + 1e-4 * f64::from(k);
+        text += &format!(
+            "[[element]]\ntype = 'duct'\nlength = 0.02\ndiameter = {diameter}\nwall = 'zwikker-kosten'\n"
+        );
+    }
+    read(&text).unwrap()
 }
 
 /// The least time of a run in many short bursts, s: what the machine takes when nothing else disturbs a burst.

@@ -45,7 +45,7 @@ impl Network {
     }
 
     /// One of the four properties of segment `i`.
-    fn property(&self, i: usize, kind: usize, laws: &Laws) -> Dual {
+    pub(crate) fn property(&self, i: usize, kind: usize, laws: &Laws) -> Dual {
         sum(C64::new(self.constant_property(i, kind), 0.0), self.attached(2 + 2 * i), kind, laws)
     }
 
@@ -59,9 +59,23 @@ impl Network {
         }
     }
 
+    /// The area before place `j` over that behind it, which a jump of areas multiplies the velocity with.
+    pub(crate) fn area_ratio(&self, j: usize, laws: &Laws) -> C64 {
+        if j == 0 || j == self.segments.len() {
+            return C64::ONE;
+        }
+        self.property(j - 1, AREA, laws).v / self.property(j, AREA, laws).v
+    }
+
     /// P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep) of segment `i`, and l, rho, 1/(rho c^2).
     #[inline(always)]
-    fn line_coefficients(&self, i: usize, s: C64, here: &[Attachment], laws: &Laws) -> ([Dual; 2], [C64; 3]) {
+    pub(crate) fn line_coefficients(
+        &self,
+        i: usize,
+        s: C64,
+        here: &[Attachment],
+        laws: &Laws,
+    ) -> ([Dual; 2], [C64; 3]) {
         let segment = &self.segments[i];
         let mut loss = self.losses[i].map(Dual::constant);
         for a in here {

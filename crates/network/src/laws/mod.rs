@@ -20,7 +20,7 @@ use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::error::NetworkError;
 use crate::laws::ends::piston;
 use crate::laws::roots::polynomial_roots;
-use crate::laws::wall::Wall;
+use crate::laws::wall::{Loss, Wall};
 use crate::plane::region::Region;
 use crate::plane::zeros::zeros;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
@@ -264,7 +264,7 @@ fn roots_of(
 }
 
 impl WallLaw {
-    pub(crate) fn loss(self, wall: &Wall, s: C64) -> crate::laws::wall::Loss {
+    pub(crate) fn loss(self, wall: &Wall, s: C64) -> Loss {
         match self {
             Self::Paper => wall.paper(s),
             Self::Kirchhoff => wall.kirchhoff(s),
@@ -298,9 +298,20 @@ impl Coefficients for LawSet {
     fn fill(&self, at: &At, laws: &mut Laws) {
         let space = JetSpace::new(1, at.order().max(Order::First));
         let s = space.seed(0, at.s());
+        // The two laws of one wall follow each other, and are known together.
+        let mut wall_before: Option<(WallLaw, Wall, Loss)> = None;
         for (k, (_, law)) in self.laws.iter().enumerate() {
-            let jet = law.at(&s, space);
-            laws.set_analytic(k, [jet.value(), jet.gradient()[0], jet.hessian(0, 0)]);
+            let (Law::Viscous(kind, wall) | Law::Thermal(kind, wall)) = law else {
+                let jet = law.at(&s, space);
+                laws.set_analytic(k, [jet.value(), jet.gradient()[0], jet.hessian(0, 0)]);
+                continue;
+            };
+            let loss = match wall_before {
+                Some((other, same, loss)) if other == *kind && same == *wall => loss,
+                _ => kind.loss(wall, at.s()),
+            };
+            wall_before = Some((*kind, *wall, loss));
+            laws.set_analytic(k, if matches!(law, Law::Viscous(..)) { loss.viscous } else { loss.thermal });
         }
     }
     fn name(&self, law: usize) -> String {

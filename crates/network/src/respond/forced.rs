@@ -6,11 +6,12 @@
 //! modes: all of it is divided by the same F.
 
 use super::response::Context;
+use super::values::Values;
 use crate::chain::coefficients::{At, Coefficients, Laws};
 use crate::chain::network::Network;
 use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use rijke_numerics::{C64, Jet, Order};
+use rijke_numerics::{C64, Jet, JetSpace, Order};
 
 /// What drives the gas, of unit strength, at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,6 +148,11 @@ impl Network {
         order: Order,
         work: &mut Workspace,
     ) -> Result<Jet, NetworkError> {
+        if order == Order::Value {
+            self.check_place(place)?;
+            let [p, u] = Values::new(self, laws, s, work).seen_from(place);
+            return Ok(value_alone(laws, p / u));
+        }
         let [p, u] = self.seen_from(laws, s, place, order, work)?;
         Ok(&p / &u)
     }
@@ -163,6 +169,13 @@ impl Network {
         order: Order,
         work: &mut Workspace,
     ) -> Result<Jet, NetworkError> {
+        if order == Order::Value {
+            self.check_place(place)?;
+            let values = Values::new(self, laws, s, work);
+            let [p, u] = values.seen_from(place);
+            let wave = values.impedance(place.saturating_sub(1)) * u;
+            return Ok(value_alone(laws, (p - wave) / (p + wave)));
+        }
         let [p, u] = self.seen_from(laws, s, place, order, work)?;
         let at = At::full(s, laws.parameters(), order);
         let wave = &Context::new(self, &work.laws, &at).impedance(place.saturating_sub(1)) * &u;
@@ -185,8 +198,15 @@ impl Network {
         if to > n || from > to {
             return Err(NetworkError::Slot { slot: crate::slot::Slot::Mu(from.max(to)), segments: n });
         }
+        if order == Order::Value {
+            let values = Values::new(self, laws, s, work);
+            let alone = |v| value_alone(laws, v);
+            let impedances = [from.saturating_sub(1), to.min(n - 1)].map(|i| alone(values.impedance(i)));
+            return Ok(Transfer { matrix: values.matrix([from, to]).map(|row| row.map(alone)), impedances });
+        }
         let at = self.filled(laws, s, order, &mut work.laws);
         let context = Context::new(self, &work.laws, &at);
+        let impedances = [context.impedance(from.saturating_sub(1)), context.impedance(to.min(n - 1))];
         let (one, zero) = (at.space().real(1.0), at.space().real(0.0));
         let mut columns = [[one.clone(), zero.clone()], [zero, one]];
         for j in from..=to {
@@ -198,7 +218,6 @@ impl Network {
             }
         }
         let [[a, c], [b, d]] = columns;
-        let impedances = [context.impedance(from.saturating_sub(1)), context.impedance(to.min(n - 1))];
         Ok(Transfer { matrix: [[a, b], [c, d]], impedances })
     }
 
@@ -223,12 +242,23 @@ impl Network {
         Ok([-&w, v])
     }
 
+    fn check_place(&self, place: usize) -> Result<(), NetworkError> {
+        let segments = self.segments.len();
+        let wrong = NetworkError::Slot { slot: crate::slot::Slot::Mu(place), segments };
+        if place > segments { Err(wrong) } else { Ok(()) }
+    }
+
     fn filled<K: Coefficients + ?Sized>(&self, k: &K, s: C64, order: Order, laws: &mut Laws) -> At {
         let at = At::full(s, k.parameters(), order);
         laws.reset(k.laws(), &at);
         k.fill(&at, laws);
         at
     }
+}
+
+/// A number whose derivatives were not asked for.
+fn value_alone<K: Coefficients + ?Sized>(laws: &K, value: C64) -> Jet {
+    JetSpace::new(laws.parameters() + 1, Order::Value).constant(value)
 }
 
 fn apply(m: &[[Jet; 2]; 2], [p, u]: &[Jet; 2]) -> [Jet; 2] {

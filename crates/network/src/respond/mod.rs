@@ -6,3 +6,4 @@ pub(crate) mod answer;
 pub(crate) mod forced;
 mod mode;
 pub(crate) mod response;
+mod values;

@@ -82,6 +82,11 @@ impl Network {
     }
 }
 
+/// Whether the area of any segment depends on a law.
+pub(super) fn area_laws(network: &Network) -> bool {
+    network.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0)
+}
+
 /// Network and laws at one s, for the derivatives of local coefficients.
 pub(crate) struct Context<'a> {
     network: &'a Network,
@@ -94,8 +99,7 @@ pub(crate) struct Context<'a> {
 impl<'a> Context<'a> {
     /// With laws that were filled at `at`.
     pub(crate) fn new(network: &'a Network, laws: &'a Laws, at: &At) -> Self {
-        let area_laws = network.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
-        Self { network, laws, space: at.space(), area_laws }
+        Self { network, laws, space: at.space(), area_laws: area_laws(network) }
     }
 
     /// R_u and R_d.

@@ -148,3 +148,36 @@ fn order_taylor_remainders_of_forced_response() {
         slopes_near(&slopes_from(0.1, |h| (gap(h) - second * h * h).norm()), 3.0, 0.08);
     }
 }
+
+#[test]
+fn exact_values_alone_are_those_of_the_jets() {
+    // Areas, losses, a side hole, a resonator, an open end: what the values pass without derivatives.
+    let text = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'unflanged'\n\
+                [[element]]\ntype = 'duct'\nlength = 0.3\ndiameter = 0.05\nwall = 'zwikker-kosten'\n\
+                [[element]]\ntype = 'side-hole'\ndiameter = 0.012\nlength = 0.004\nwall = 'kirchhoff'\n\
+                [[element]]\ntype = 'duct'\nlength = 0.4\ndiameter = 0.03\nwall = 'kirchhoff'\n\
+                [[element]]\ntype = 'helmholtz'\nvolume = 5e-4\nneck_area = 4e-4\nneck_length = 0.03\n\
+                [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.08\ntemperature = 500\n";
+    let built = read(text).unwrap();
+    let (network, laws, mut work) = (&built.network, &built.laws, Workspace::default());
+    let n = network.segments().len();
+    for hertz in [30.0, 410.0, 1900.0] {
+        let s = c(0.0, std::f64::consts::TAU * hertz);
+        for place in 0..=n {
+            let mut both = |order| {
+                let seen = [
+                    network.impedance_at(laws, s, place, order, &mut work).unwrap().value(),
+                    network.reflection_at(laws, s, place, order, &mut work).unwrap().value(),
+                ];
+                let through = network.transfer(laws, s, [place, n], order, &mut work).unwrap();
+                let parts = through.matrix.iter().flatten().chain(&through.impedances);
+                seen.into_iter().chain(parts.map(Jet::value)).collect::<Vec<_>>()
+            };
+            for (alone, jet) in both(Order::Value).into_iter().zip(both(Order::First)) {
+                near(alone, jet, 1e-12);
+            }
+        }
+    }
+    let none = network.impedance_at(laws, C64::ONE, n + 1, Order::Value, &mut work);
+    assert!(matches!(none, Err(NetworkError::Slot { .. })));
+}
