@@ -1,11 +1,4 @@
-//! A study as one trainable, predicting model: stages, competition by evidence. Must not know figures.
-//!
 #![doc = include_str!("../README.md")]
-//!
-//! # Conventions
-//!
-//! s = sigma + i omega, time dependence e^(st); SI units; evidence in nats. Numbers of an observation are growth rate, angular
-//! frequency, then real and imaginary part of every pressure relative to the reference microphone.
 
 mod assembly;
 mod conditions;

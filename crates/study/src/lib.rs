@@ -1,11 +1,4 @@
-//! A study as a folder, read and checked. Must not know models.
-//!
 #![doc = include_str!("../README.md")]
-//!
-//! # Conventions
-//!
-//! SI units inside; the units of files are converted once, where they are read. x runs from the upstream end, x = 0, to
-//! the downstream end. Factors without a value are NaN. Every error names file, line and remedy.
 
 mod base;
 mod campaign;

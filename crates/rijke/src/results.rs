@@ -48,7 +48,7 @@ impl Trust {
             Some(Referee::Nuts) if cfg!(feature = "nuts") => RefereeKind::Nuts,
             Some(Referee::Nuts) => {
                 return Err(Failure::bad_input("--referee nuts: this program was built without NUTS")
-                    .remedy("Build it with `cargo build --release -p rijke-cli --features nuts`, or use --referee nested."));
+                    .remedy("Build it with `cargo install --path crates/rijke --features nuts`, or use --referee nested."));
             }
             None if self.one_start => return Ok(Trusted::Laplace),
             None => return Ok(Trusted::Checked),

@@ -18,7 +18,7 @@ fn data() -> String {
     let truth = fs::read_to_string(example("truth.toml")).unwrap();
     let mut noise = Streams::new(1).stream("ducted-flame");
     let mut text =
-        "# Virtual: modes of truth.toml with noise; written by the test `ducted_flame` of crates/cli.\n\
+        "# Virtual: modes of truth.toml with noise; written by the test `ducted_flame` of crates/rijke.\n\
                     chamber_length [m],growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n"
             .to_owned();
     for length in (6..=18).map(|k| 0.05 * f64::from(k)) {

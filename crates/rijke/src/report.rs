@@ -8,7 +8,6 @@ use crate::{
     ui::Ui,
 };
 use rijke_report::{StudyHead, StudyPage};
-use rijke_study::{Observations, Study};
 use std::path::{Path, PathBuf};
 
 /// Draw the figures and write the page of a study from the numbers of its ranking.
@@ -37,21 +36,9 @@ pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
     }
     let observations = observations(&study)?;
     let Results { stages, answers, verdicts } = Results::read(dir, &study.plan)?;
-    let head = head(&study, &observations);
+    let head = StudyHead::of(&study, &observations);
     let results = dir.join("results");
     let _lock = Lock::take(&results)?;
     StudyPage::new(&head, &stages, &answers, &verdicts).or_failed()?.write(&results).or_failed()?;
     Ok(results.join("index.html"))
-}
-
-/// What the page of a study says beside its stages.
-pub(crate) fn head(study: &Study, observations: &Observations) -> StudyHead {
-    StudyHead {
-        name: study.plan.name.clone(),
-        question: study.plan.question.clone(),
-        kind: observations.kind,
-        source: observations.source.clone(),
-        factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit.clone())).collect(),
-        claims: study.claims.clone(),
-    }
 }

@@ -5,14 +5,14 @@ mod server;
 
 use crate::{
     failure::{Classify, Failure},
-    flow, number, process, rank, report, run,
+    flow, number, process, rank, run,
     staging::Lock,
     study::{observations, of_modes, of_the_engine, open},
     ui::Ui,
 };
 use page::Status;
 use rijke_engine::run::{Leading, Run, StageRecord, Trusted, so_far, verdicts};
-use rijke_report::StudyPage;
+use rijke_report::{StudyHead, StudyPage};
 use rijke_rig::{Arrivals, Arrived};
 use rijke_signal::Kept;
 use rijke_study::Study;
@@ -183,7 +183,7 @@ impl Watch<'_> {
             stages.push(stage);
         }
         let verdicts = verdicts(&study.claims, &stages, &answers);
-        let page = StudyPage::new(&report::head(study, &observations), &stages, &answers, &verdicts);
+        let page = StudyPage::new(&StudyHead::of(study, &observations), &stages, &answers, &verdicts);
         page.or_failed()?.write(&self.live.join("study")).or_failed()?;
         Ok(Some(stages))
     }
