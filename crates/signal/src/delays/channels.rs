@@ -1,14 +1,13 @@
 //! Delays and gains of the channels, from impulses that travel at a known speed.
 
-mod error;
-mod place;
-
+use super::error::CalibrationError;
+use super::error::{median_of, plausible};
+use super::place::{Placed, absolute, place};
+use super::stated::StatedChannels;
+use crate::Fault;
 use crate::click::ClickFit;
-use crate::pool::{Group, variances_of_means};
-use crate::{Fault, PingFit, StatedChannels};
-pub use error::CalibrationError;
-use error::{median_of, plausible};
-use place::{Placed, absolute, place};
+use crate::ping::PingFit;
+use crate::repeats::{Group, variances_of_means};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{ChannelErrors, Click, Ping};
 

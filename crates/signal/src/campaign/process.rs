@@ -1,109 +1,21 @@
 //! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a time and
 //! in parallel; results keep the order of the set, whatever the number of threads.
 
-mod calibration;
-mod kept;
-mod live;
-mod path;
-mod repeated;
-
-use crate::click::{ClickOptions, fit_click};
-use crate::delays::{CalibrationError, ChannelDelays};
+use super::calibration::{Calibrated, calibrate};
+use super::fitted::{Fitted, rejection};
+use super::kept::Kept;
+use super::live::{LiveRecord, in_all};
+use super::options::{PointScatter, ProcessError, ProcessOptions, Processed};
+use super::path::{click_options, setting_covariance};
+use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
+use crate::click::fit_click;
+use crate::ping::Drift;
 use crate::ping::{PingOptions, fit_ping};
 use crate::repeats::{Repeats, pool};
-use crate::{Drift, Fault, Trace};
-use calibration::{Calibrated, calibrate};
-pub use kept::Kept;
-pub use live::LiveRecord;
-use live::in_all;
-pub use path::click_options;
-use path::setting_covariance;
+use crate::{Fault, Trace};
 use rayon::prelude::*;
-use repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
-use rijke_rig::{Click, Observations, Ping, PointObservations, RecordSet, RecordSource, Rejection, RigError};
+use rijke_rig::{Click, Observations, Ping, PointObservations, RecordSet, RecordSource, RigError};
 use std::collections::BTreeSet;
-
-/// How a campaign is processed. Microphone positions, reference, gas and geometry come from the rig of the record set.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ProcessOptions {
-    /// Fit of the pings; the reference microphone is replaced by the rig's.
-    pub ping: PingOptions,
-    /// Fit of the clicks; dispersion and reflection are replaced by the rig's, window and band by those that the calibration
-    /// clicks need, if these do not hold them.
-    pub click: ClickOptions,
-    /// What is known of the channels at the pings' sampling rate without calibration clicks at that rate: used if there are none.
-    pub stated: Option<StatedChannels>,
-    /// How far the gains of the channels may lie from their median, relative to it; none for 30 %.
-    pub gain_spread: Option<f64>,
-}
-
-/// What is known of channels without a calibration: gains of 1, delays of 0, and how well.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StatedChannels {
-    /// Relative standard deviation of each gain.
-    pub gain_sd: f64,
-    /// Standard deviation of each delay, s.
-    pub delay_sd: f64,
-}
-
-/// What processing made of a record set.
-#[derive(Clone, Debug)]
-pub struct Processed {
-    /// What was measured, for inference.
-    pub observations: Observations,
-    /// Delays and gains at the pings' sampling rate; none if the set holds no ping.
-    pub ping_delays: Option<ChannelDelays>,
-    /// The same at the clicks' sampling rate.
-    pub click_delays: Option<ChannelDelays>,
-    /// How the clicks were fitted: the options with the window and the band of the calibration clicks.
-    pub click: ClickOptions,
-    /// What a reader of the observations must know, in sentences: what was left out or assumed, and why.
-    pub notes: Vec<String>,
-    /// Scatter and drift of each operating point's pings and clicks, before correction.
-    pub scatter: Vec<PointScatter>,
-    /// Records in which something was put right, and what: a channel of opposite polarity.
-    pub corrections: Vec<Rejection>,
-    /// Number of records read, calibration included.
-    pub records: usize,
-}
-
-/// How the repeats of one operating point agree.
-#[derive(Clone, Debug)]
-pub struct PointScatter {
-    /// Of growth rate, frequency and relative pressures.
-    pub ping: Option<Repeats>,
-    /// Of the arrival times.
-    pub click: Option<Repeats>,
-}
-
-/// Why a record set cannot be processed.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ProcessError {
-    /// A record cannot be read.
-    #[error(transparent)]
-    Record(#[from] RigError),
-    /// The calibration clicks cannot be used.
-    #[error("calibration at {rate_hz} Hz: {cause}{}", first_rejection.as_deref().map(|r| format!("; first rejected record: {r}")).unwrap_or_default())]
-    Calibration {
-        /// The sampling rate, Hz.
-        rate_hz: f64,
-        /// The reason.
-        cause: CalibrationError,
-        /// Why the first of the rejected records was rejected.
-        first_rejection: Option<String>,
-    },
-    /// Every record was rejected.
-    #[error("all {count} records were rejected; the first, {record}: {reason}")]
-    NothingUsable {
-        /// Number of records.
-        count: usize,
-        /// The first of them.
-        record: String,
-        /// Why it was rejected.
-        reason: String,
-    },
-}
 
 /// Processes a record set. `advance` is called once per record, from any thread.
 ///
@@ -370,21 +282,9 @@ fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String
     )
 }
 
-#[derive(Clone, Debug)]
-enum Fitted {
-    /// And the microphones that recorded it.
-    Ping(Result<(Ping, Drift), Fault>, Vec<usize>),
-    /// Arrival times and the channel of opposite polarity, if any; none without a calibration.
-    Click(Result<Option<(Click, Option<usize>)>, Fault>),
-}
-
 /// Number of records that [`process`] will read: calls of its `advance`.
 #[must_use]
 pub fn record_count(set: &RecordSet) -> usize {
     let points: usize = set.points.iter().map(|p| p.pings.len() + p.clicks.len()).sum();
     points + set.calibrations.iter().map(|c| c.clicks.len()).sum::<usize>()
-}
-
-fn rejection(record: &str, fault: &Fault) -> Rejection {
-    Rejection { record: record.to_owned(), reason: fault.to_string() }
 }

@@ -5,7 +5,8 @@
 //! channel c over that of channel 0 follows from every other channel m once, as the ratio of two transfer functions, and from its own as the root of their product. They agree
 //! as far as the sound field was the same.
 
-use crate::{Fault, Spectra, TransferEstimate};
+use super::spectra::{Spectra, TransferEstimate};
+use crate::Fault;
 use rijke_numerics::{C64, Cholesky, Matrix, special};
 use std::f64::consts::PI;
 

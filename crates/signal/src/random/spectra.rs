@@ -1,6 +1,7 @@
 //! Cross spectra of several channels by Welch's method, and transfer functions between them.
 
-use crate::{Fault, transform};
+use crate::Fault;
+use crate::dsp::transform;
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 

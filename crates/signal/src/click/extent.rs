@@ -1,8 +1,9 @@
 //! How long an impulse lasts and which frequencies it holds, from one record of it.
 
-use crate::click::ClickOptions;
-use crate::parabola::Parabola;
-use crate::{Fault, Trace, transform};
+use super::options::ClickOptions;
+use crate::dsp::parabola::Parabola;
+use crate::dsp::transform;
+use crate::{Fault, Trace};
 use rijke_numerics::C64;
 
 /// Time and frequencies that an impulse takes.

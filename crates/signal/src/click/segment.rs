@@ -1,10 +1,11 @@
 //! The part of a click record around the impulse, at the rate that its band needs, its dispersion undone, and the noise
 //! there.
 
-use crate::click::ClickOptions;
-use crate::kernels::dot;
-use crate::parabola::Parabola;
-use crate::{Fault, Trace, transform};
+use super::options::ClickOptions;
+use crate::dsp::kernels::dot;
+use crate::dsp::parabola::Parabola;
+use crate::dsp::transform;
+use crate::{Fault, Trace};
 use rijke_numerics::C64;
 
 /// Samples around the impulse; times count from the trigger.

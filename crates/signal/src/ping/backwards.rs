@@ -5,10 +5,10 @@
 //! noise. Where they do so no more, the forcing has ended inside the window. The forcing before must be one: a steady
 //! tone together with the same modes, from soon after it begins. Otherwise the record holds more than one excitation.
 
-use crate::forcing::{Envelope, FORCED, change, forced, strongest};
+use super::forcing::{Envelope, FORCED, change, forced, strongest};
+use super::search::{Search, has_close_neighbour};
+use super::verdict::Residue;
 use crate::ringdown::{Kind, SEARCHING, Solution, White};
-use crate::search::{Search, has_close_neighbour};
-use crate::verdict::Residue;
 
 /// Distance between windows, and their length, s.
 const STRIDE: f64 = 0.06;

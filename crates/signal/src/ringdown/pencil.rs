@@ -1,7 +1,7 @@
 //! A first guess of the frequencies: ESPRIT (Roy & Kailath 1989) on the record, decimated, all channels together.
 
+use super::white::White;
 use crate::Fault;
-use crate::ringdown::White;
 use rijke_numerics::{C64, Matrix, complex_eigenvalues, symmetric_eigen};
 
 /// Length of the shifted windows, in decimated samples; their subspace of at most [`MAX_POLES`] carries the signal.

@@ -1,6 +1,7 @@
 //! The numbers of pictures of a fit: to be drawn, not to be computed with.
 
-use crate::{PingFit, Trace};
+use super::fit::PingFit;
+use crate::Trace;
 use rijke_numerics::C64;
 
 /// One channel of a ring-down and its fit. Points are `[x, y]`, times in s from the first sample of the record.
@@ -18,18 +19,6 @@ pub struct PingPicture {
     pub spectrum: Vec<[f64; 2]>,
     /// The same of the residual.
     pub residual_spectrum: Vec<[f64; 2]>,
-}
-
-/// All channels of an impulse as the fit sees them ([`crate::picture_click`]): in phase, at the rate that the band needs, dispersion
-/// undone, less their background, over their gains. Points are `[t, p]`, t in s from the arrival.
-#[derive(Clone, Debug)]
-pub struct ClickPicture {
-    /// The channels; where the reflection overlaps the impulse, both.
-    pub channels: Vec<Vec<[f64; 2]>>,
-    /// The impulse that was fitted.
-    pub impulse: Vec<[f64; 2]>,
-    /// The channels less impulse and reflection as fitted.
-    pub left: Vec<Vec<[f64; 2]>>,
 }
 
 impl PingFit {

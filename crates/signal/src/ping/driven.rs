@@ -1,6 +1,7 @@
 //! Which frequency the loudspeaker drives: what rings after it must be near.
 
-use crate::{Fault, Trace, transform};
+use crate::dsp::transform;
+use crate::{Fault, Trace};
 
 /// Periods that the forcing must have to be seen as a tone, and share of all energy before the decay that it must have.
 const PERIODS: f64 = 10.0;

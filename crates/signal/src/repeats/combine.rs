@@ -1,7 +1,7 @@
 //! The mean over repeats: scatter within and between them, drift, outliers.
 
+use super::pool::{Group, variances_of_means};
 use crate::Fault;
-use crate::pool::{Group, variances_of_means};
 use rijke_numerics::Matrix;
 
 /// What the repeats of one measurement say together.

@@ -3,8 +3,8 @@
 //! A prediction-error filter turns a damped exponential into the same exponential with another amplitude, so a
 //! record can be whitened before the fit and the amplitudes corrected after it, both exactly.
 
+use super::kernels::{Powers, add_scaled, add_scaled_inline, dot, run};
 use crate::Fault;
-use crate::kernels::{Powers, add_scaled, add_scaled_inline, dot, run};
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
 

@@ -1,9 +1,9 @@
 //! Where the forcing ends and the free decay begins, found from the record itself: for a record that holds a plateau. For
-//! others see [`crate::backwards`].
+//! others see [`super::backwards`].
 
 use crate::Fault;
+use crate::dsp::transform;
 use crate::ringdown::{Component, Kind, SETTLING, Solution, White, solve};
-use crate::transform;
 use rijke_numerics::C64;
 
 /// Energy of a block, relative to the largest, above which it belongs to the forced plateau. Free decay leaves it

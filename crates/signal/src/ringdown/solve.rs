@@ -6,38 +6,14 @@
 //! without data have a closed form, so one pass over the record per step is all the cost, 8 flops per sample, channel
 //! and component that still sounds.
 
-mod sums;
-mod white;
-
+use super::component::{Component, Kind};
+use super::sums::{grams, lengths, project};
+use super::white::White;
 use crate::Fault;
-use crate::click::inverse_scaled;
-use crate::kernels::{Powers, run};
+use crate::dsp::kernels::{Powers, run};
+use crate::dsp::scaled::inverse_scaled;
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
-use sums::{grams, lengths, project};
-pub(crate) use white::White;
-
-/// What is known about a component beforehand.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Kind {
-    /// A mode: growth rate and frequency are both free.
-    Mode,
-    /// A steady tone: growth rate zero, frequency free.
-    Tone,
-    /// A multiple of the mains: growth rate zero; all of them share one free fundamental frequency.
-    Mains(u32),
-    /// A mode known from elsewhere: nothing is free but its amplitudes.
-    Known,
-}
-
-/// One exponential of the model.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Component {
-    /// Growth rate and angular frequency, 1/s.
-    pub(crate) s: C64,
-    /// Which of the two are free.
-    pub(crate) kind: Kind,
-}
 
 /// The maximum of the likelihood and its curvature.
 #[derive(Clone, Debug)]

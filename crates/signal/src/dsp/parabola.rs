@@ -1,6 +1,6 @@
 //! The slow background of a short stretch of record.
 
-use crate::kernels::{add_scaled_inline, dot_inline, run};
+use super::kernels::{add_scaled_inline, dot_inline, run};
 use pulp::NullaryFnOnce;
 
 /// Gram's orthogonal polynomials of degree 0 to 2 over the samples of a stretch, of unit length.

@@ -6,7 +6,7 @@
 //! under e^{2 sigma t}. Terms at twice the frequency are left out, an error of about |sigma|/omega, and so are the neighbours.
 //! For an endless record a/2 is one decay time: the fit without chi has found the frequency of that moment.
 
-use crate::kernels::Powers;
+use crate::dsp::kernels::Powers;
 use rijke_numerics::C64;
 use rijke_rig::Ping;
 

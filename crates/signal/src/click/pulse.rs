@@ -1,8 +1,8 @@
 //! Where an impulse is in a record, to a few microseconds: on means over as many samples as its band allows.
 
-use crate::click::ClickOptions;
-use crate::kernels::{LANES, dot, run};
-use crate::segment::decimation;
+use super::options::ClickOptions;
+use super::segment::decimation;
+use crate::dsp::kernels::{LANES, dot, run};
 use crate::{Fault, Trace};
 use pulp::NullaryFnOnce;
 

@@ -1,11 +1,12 @@
 //! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part, then whatever
 //! tone still stands out of what is left over, one at a time.
 
-use crate::kernels::dot;
-use crate::pencil::{self, Decimated};
+use super::options::PingOptions;
+use crate::Fault;
+use crate::dsp::kernels::dot;
+use crate::dsp::transform;
+use crate::ringdown::pencil::{self, Decimated};
 use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, energies, solve};
-use crate::transform;
-use crate::{Fault, PingOptions};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
