@@ -1,8 +1,8 @@
 //! Whether a fitted ring-down may be used, from what the fit leaves over.
 
+use crate::Fault;
 use crate::dsp::kernels::dot;
 use crate::ringdown::White;
-use crate::Fault;
 use rijke_numerics::C64;
 
 /// Length of the stretches in which residuals are compared with noise, s.
