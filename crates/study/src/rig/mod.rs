@@ -2,6 +2,7 @@
 
 mod elements;
 mod gas;
+mod open;
 mod oscilos;
 mod part;
 mod place;

@@ -5,43 +5,19 @@ mod shapes;
 
 use super::elements::ENDS;
 use super::gas::GasModel;
-use super::oscilos::{self, Folder};
+use super::oscilos::Folder;
 use super::part::{Instruments, Part, Shape};
 use super::value::{Given, Reader, Value};
 use super::whole::Rig;
 use crate::law::{Candidate, Coefficient, Effect, Parameters, Place, Words, parameters};
 use crate::names::{FACTOR, add, built_in};
-use crate::source::{Outcome, Source, listed};
-use crate::{Campaign, Problem, StudyError};
+use crate::source::{Outcome, listed};
+use crate::{Campaign, Problem};
 use rijke_formula::{Kind as NameKind, Name, Scope};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::ops::Range;
-use std::path::Path;
 use toml::{Spanned, Table, Value as Toml};
-
-impl Rig {
-    /// Reads `rig.toml`; `campaign` says which factors its formulas may name.
-    ///
-    /// # Errors
-    /// File, line and remedy.
-    pub fn read(path: &Path, campaign: &Campaign) -> Result<Self, StudyError> {
-        Self::parse(&Source::read(path)?, campaign)
-    }
-
-    pub(crate) fn parse(source: &Source, campaign: &Campaign) -> Result<Self, StudyError> {
-        let file: File = source.toml()?;
-        let file = match file.oscilos() {
-            Some(name) => {
-                let folder = Path::new(&source.file).with_file_name(name);
-                file.beside(oscilos::read(&folder)?)
-            }
-            None => file,
-        };
-        let outcome: Outcome<Self> = rig(file, campaign);
-        source.located(outcome)
-    }
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
