@@ -41,11 +41,11 @@ pub fn layout<'a>(channels: &'a [Option<usize>], arrays: &'a Arrays, reading: &'
 
 /// A sound study, file by file.
 const STUDY: [(&str, &str); 5] = [
-    ("rig.toml", include_str!("../../crates/cli/src/new/kundt-tube/rig.toml")),
-    ("campaign.csv", include_str!("../../crates/cli/src/new/kundt-tube/campaign.csv")),
-    ("study.toml", include_str!("../../crates/cli/src/new/kundt-tube/study.toml")),
-    ("candidates/tube.toml", include_str!("../../crates/cli/src/new/kundt-tube/candidates/tube.toml")),
-    ("candidates/sample.toml", include_str!("../../crates/cli/src/new/kundt-tube/candidates/sample.toml")),
+    ("rig.toml", include_str!("../../crates/rijke/src/new/kundt-tube/rig.toml")),
+    ("campaign.csv", include_str!("../../crates/rijke/src/new/kundt-tube/campaign.csv")),
+    ("study.toml", include_str!("../../crates/rijke/src/new/kundt-tube/study.toml")),
+    ("candidates/tube.toml", include_str!("../../crates/rijke/src/new/kundt-tube/candidates/tube.toml")),
+    ("candidates/sample.toml", include_str!("../../crates/rijke/src/new/kundt-tube/candidates/sample.toml")),
 ];
 
 /// The sound study with one file that holds `text`; none if the study cannot be read with it.

@@ -8,7 +8,7 @@ const PAGE: &str = "docs/reference/commands.md";
 /// Builds the program and lets it print the page.
 pub(crate) fn run() -> Outcome {
     let mut program = cargo();
-    program.args(["run", "--release", "--quiet", "--package", "rijke-cli", "--", "man", "--markdown"]);
+    program.args(["run", "--release", "--quiet", "--package", "rijke", "--", "man", "--markdown"]);
     let output = program.output().map_err(|error| format!("cannot start cargo: {error}"))?;
     if !output.status.success() {
         return Err(String::from_utf8_lossy(&output.stderr).into_owned());

@@ -1,7 +1,8 @@
 //! Observations as the data of an inference.
 
 use crate::errors::{BaseErrors, Scatter};
-use crate::noise::{Groups, Noise};
+use crate::groups::Groups;
+use crate::noise::Noise;
 use crate::observed::{Observed, Used, same_installation};
 use crate::{Conditions, EngineError};
 use rijke_inference::{Data, Observation, relative_noise};

@@ -1,17 +1,12 @@
-//! A study as one trainable, predicting model: stages, competition by evidence. Must not know figures.
-//!
 #![doc = include_str!("../README.md")]
-//!
-//! # Conventions
-//!
-//! s = sigma + i omega, time dependence e^(st); SI units; evidence in nats. Numbers of an observation are growth rate, angular
-//! frequency, then real and imaginary part of every pressure relative to the reference microphone.
 
 mod assembly;
 mod conditions;
 mod data;
 mod error;
 mod errors;
+mod groups;
+mod knowledge;
 mod noise;
 mod observed;
 mod point;
@@ -27,6 +22,7 @@ mod training;
 pub use assembly::Assembly;
 pub use conditions::Conditions;
 pub use error::EngineError;
+pub use knowledge::{Knowledge, Training};
 pub use noise::{LawError, Misfit, Noise, Varying};
 pub use observed::Observed;
 pub use point::PointModel;
@@ -35,4 +31,4 @@ pub use predictor::Predictor;
 pub use saved::SavedModel;
 pub use shape::ShapeModel;
 pub use spectrum::{ModeDetails, Spectrum};
-pub use training::{Knowledge, Trained, Training, train};
+pub use training::{Trained, train};

@@ -1,11 +1,10 @@
 //! What is assumed of the misfit of a model, and what a training found of it.
 
 use crate::Observed;
-use crate::errors::Scatter;
-use rijke_inference::{NoiseEstimate, NoiseGroup, NoiseMode};
+use rijke_inference::{NoiseEstimate, NoiseMode};
 use serde::{Deserialize, Serialize};
 
-const NONE: NoiseMode = NoiseMode::Fixed { sd: 0.0 };
+pub(crate) const NONE: NoiseMode = NoiseMode::Fixed { sd: 0.0 };
 
 /// What is assumed of the difference between model and measurement: the plan's words with the numbers of earlier stages in place.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,60 +115,6 @@ pub(crate) fn varying(noise: &[NoiseEstimate]) -> impl Iterator<Item = (&str, f6
     named.filter_map(|n| n.name.strip_suffix(BETWEEN).map(|name| (name, n.sd)))
 }
 
-/// The groups of noise that act on any block, and where the optional ones stand.
-pub(crate) struct Groups {
-    pub(crate) list: Vec<NoiseGroup>,
-    pub(crate) near_field: Option<usize>,
-    pub(crate) installation: Option<[usize; 2]>,
-    /// The first of the parameters that vary between installations.
-    pub(crate) varying: usize,
-}
-
-impl Groups {
-    /// Those of the measured numbers: of growth rates and frequencies only where there are any, because a noise that nothing tells of
-    /// cannot float; pressures likewise.
-    pub(crate) fn new(there: [bool; 2], pressures: bool, noise: &Noise) -> Self {
-        let measured = if pressures { 3 } else { 2 };
-        let told = |k: usize| k == 2 || there[k];
-        let group = |k: usize| NoiseGroup {
-            name: MEASURED[k].into(),
-            unit: UNITS[k].into(),
-            mode: if told(k) { noise.of_a_point[k] } else { NONE },
-        };
-        Self { list: (0..measured).map(group).collect(), near_field: None, installation: None, varying: 0 }
-    }
-
-    /// And that of microphones near a part whose near field they feel, where there are any.
-    pub(crate) fn near_field(mut self, any: bool) -> Self {
-        if any {
-            self.near_field = Some(self.list.len());
-            self.list.push(NoiseGroup::fixed("near field", "1", 1.0));
-        }
-        self
-    }
-
-    /// And those of parameters that vary between installations.
-    pub(crate) fn varying(mut self, scatter: &[Scatter]) -> Self {
-        self.varying = self.list.len();
-        self.list.extend(scatter.iter().map(|s| s.group.clone()));
-        self
-    }
-
-    /// And those that the points of one installation share.
-    pub(crate) fn shared(mut self, there: [bool; 2], noise: &Noise) -> Self {
-        if noise.of_an_installation != [NONE; 2] {
-            let first = self.list.len();
-            self.list.extend((0..2).map(|k| NoiseGroup {
-                name: format!("{}{BETWEEN}", MEASURED[k]),
-                unit: UNITS[k].into(),
-                mode: if there[k] { noise.of_an_installation[k] } else { NONE },
-            }));
-            self.installation = Some([first, first + 1]);
-        }
-        self
-    }
-}
-
 /// Root mean square of the measured standard deviations of growth rate (0) or frequency (1).
 pub(crate) fn measured_sd(points: &[Observed], k: usize) -> f64 {
     let variance = |o: &Observed| {
@@ -190,9 +135,9 @@ pub(crate) fn measured_sd(points: &[Observed], k: usize) -> f64 {
     (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
 }
 
-const MEASURED: [&str; 3] = ["growth rate", "angular frequency", "relative pressure"];
+pub(crate) const MEASURED: [&str; 3] = ["growth rate", "angular frequency", "relative pressure"];
 
-const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
+pub(crate) const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
 
 pub(crate) const BETWEEN: &str = ", between installations";
 

@@ -2,7 +2,7 @@
 
 use crate::data::Blocks;
 use crate::errors::{BaseErrors, Channels, Common, Heard, LawErrors, Scatter, any_varies};
-use crate::noise::Noise;
+use crate::knowledge::{Knowledge, Training};
 use crate::observed::{Observed, Used};
 use crate::predictor::{Predictor, Reordered};
 use crate::{Assembly, EngineError};
@@ -11,41 +11,7 @@ use rijke_inference::{
     Parameter, Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
-use rijke_rig::ChannelErrors;
 use std::sync::Arc;
-
-/// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of the next.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Knowledge {
-    /// Names of the parameters.
-    pub names: Vec<String>,
-    /// Most probable values.
-    pub mean: Vec<f64>,
-    /// Covariance.
-    pub covariance: Matrix,
-}
-
-/// How a model is trained.
-#[derive(Clone, Debug)]
-pub struct Training {
-    /// Which microphones are used.
-    pub microphones: Vec<usize>,
-    /// What is assumed of noise and model error.
-    pub noise: Noise,
-    /// What earlier stages found; parameters that the assembly does not have are ignored.
-    pub known: Vec<Knowledge>,
-    /// What the observations share of the channels' calibration, if that is known: delays and gains are then parameters beside the
-    /// model's.
-    pub channels: Option<ChannelErrors>,
-    /// How the most probable parameters are searched.
-    pub search: MapOptions,
-    /// Whether the errors of the base states enter: those that all installations share as parameters, the others as a systematic
-    /// covariance. Costs a second fit: their effect is taken at the result of a first one that ignores them.
-    pub base_errors: bool,
-    /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some hundred
-    /// calls of the model.
-    pub checks: Option<AssessOptions>,
-}
 
 /// A trained model.
 #[derive(Clone, Debug)]

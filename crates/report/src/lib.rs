@@ -1,11 +1,4 @@
-//! Numbers to SVG, CSV and HTML. Draws what the records of [`rijke_engine`] hold and computes nothing of its own, so the same numbers
-//! give the same bytes.
-//!
-//! # Conventions
-//!
-//! * Every panel of every figure says whether its data were measured or virtual.
-//! * Labels are written once, as `*italic*`, `_{below}` and `^{above}`, and become SVG, HTML or plain text.
-//! * Coordinates are rounded to a hundredth of a pixel.
+#![doc = include_str!("../README.md")]
 
 mod draw;
 mod error;

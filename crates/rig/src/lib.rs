@@ -1,35 +1,4 @@
-//! The apparatus and what it measured: geometry, gas, instruments, the campaign of operating points, raw
-//! records, pings and clicks, and the files that hold them. Knows no model.
-//!
-//! * [`Rig`], [`Campaign`]: what was built and what was measured, from TOML files.
-//! * [`RecordSource`]: raw records, one at a time; [`RecordFolder`] reads them from a manifest and its files:
-//!   WAV, text, MATLAB, and HDF5 with the feature `hdf5` (on by default).
-//! * [`Observations`]: pings and clicks with covariances, to and from CSV.
-//! * [`Columns`]: tables of numbers by the names and units of their columns.
-//! * [`Acquisition`], [`Reading`]: how files are written and what is known of the channels, where a manifest
-//!   says so.
-//! * [`Unit`], [`Quantity`], [`Heading`], [`Given`]: units in headings and keys, converted once where they
-//!   are read.
-//!
-//! # Conventions
-//!
-//! * SI units; a suffix in a file's key where a unit could be doubted (`power_w`, `positions_cm`).
-//! * x runs upward along the tube, x = 0 at the bottom (upstream) end.
-//! * Time dependence e^{st}, s = sigma + i omega: growth rate in 1/s (negative decays), angular frequency in
-//!   rad/s.
-//! * Pressures of a ping are relative to the reference microphone.
-//! * Microphones, channels and repeats are counted from 0 in code and in TOML; the columns of a CSV file
-//!   (`p1_re`) count from 1.
-//!
-//! # Example
-//!
-//! ```
-//! use rijke_rig::{Campaign, Rig};
-//! let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
-//! assert_eq!(campaign.points.len(), 175);
-//! let air = rig.gas.at(293.15, rig.pressure);
-//! assert!((air.sound_speed - 343.3).abs() < 0.1);
-//! ```
+#![doc = include_str!("../README.md")]
 
 mod apparatus;
 mod error;

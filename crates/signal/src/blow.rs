@@ -1,7 +1,7 @@
 //! Several modes of a record that begins with a blow: a tube that was struck, and rings until it is silent.
 
 use crate::Fault;
-use crate::pencil::{Decimated, poles};
+use crate::ringdown::pencil::{Decimated, poles};
 use crate::ringdown::{Component, Kind, SETTLING, Solution, White, energies, solve};
 use rijke_numerics::{C64, Matrix};
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! A multichannel record as plain data, and what can be said against it before any fit.
 
 use crate::Fault;
-use crate::kernels::{LANES, run};
+use crate::dsp::kernels::{LANES, run};
 use pulp::NullaryFnOnce;
 use rijke_rig::Record;
 

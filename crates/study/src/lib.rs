@@ -1,11 +1,4 @@
-//! A study as a folder, read and checked. Must not know models.
-//!
 #![doc = include_str!("../README.md")]
-//!
-//! # Conventions
-//!
-//! SI units inside; the units of files are converted once, where they are read. x runs from the upstream end, x = 0, to
-//! the downstream end. Factors without a value are NaN. Every error names file, line and remedy.
 
 mod base;
 mod campaign;
@@ -34,8 +27,8 @@ pub use error::{Problem, StudyError};
 pub use folder::Study;
 pub use head::ErrorTerm;
 pub use heated::{HeatedFit, Reading, heated_states, read_readings};
-pub use law::{Candidate, Coefficient, Effect, MeanFlow};
+pub use law::{Candidate, Coefficient, Effect, MeanFlow, Place};
 pub use modes::{Observations, ObservedMode, hertz, read_modes};
 pub use one_table::OneTable;
-pub use rig::{Duct, DuctAt, GasModel, Instruments, Layout, Part, PartAt, Place, Rig, Shape, Value};
+pub use rig::{Duct, DuctAt, GasModel, Instruments, Layout, Part, PartAt, Rig, Shape, Value};
 pub use states::{ErrorRecord, StateRecord, StatesFile, read_states};

@@ -10,7 +10,7 @@ const PAGE: &str = "docs/ARCHITECTURE.md";
 const CONFINED: [(&str, &str, &str); 3] = [
     ("faer", "numerics", "dense algebra stays behind one file"),
     ("minijinja", "report", "only report writes pages"),
-    ("indicatif", "cli", "only the command line talks to a terminal"),
+    ("indicatif", "rijke", "only the command line talks to a terminal"),
 ];
 
 type Arrows = BTreeMap<String, BTreeSet<String>>;
@@ -38,7 +38,8 @@ fn check_manifest(folder: &str, File { path, text }: &File, listed: &Arrows) -> 
     };
     let mut complaints = Vec::new();
     let name = manifest.get("package").and_then(|p| p.get("name")).and_then(|n| n.as_str());
-    let expected = if folder == "xtask" { folder.to_owned() } else { format!("rijke-{folder}") };
+    let expected =
+        if matches!(folder, "xtask" | "rijke") { folder.to_owned() } else { format!("rijke-{folder}") };
     if name != Some(&expected) {
         complaints.push(format!("{path}: the package must be called {expected}"));
     }

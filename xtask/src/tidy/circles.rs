@@ -4,17 +4,10 @@ use super::code;
 use super::file::{Complaint, File};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Modules that still stand in circles, until these are cut: (crate, at most how many).
-const KNOWN: [(&str, usize); 3] = [("crates/engine", 13), ("crates/signal", 16), ("crates/study", 7)];
-
 /// Modules of a crate (as `a::b`; empty for its root), each with its code.
 type Modules = BTreeMap<String, String>;
 
 pub(super) fn check(files: &[File]) -> Vec<Complaint> {
-    check_with(files, &KNOWN)
-}
-
-fn check_with(files: &[File], known: &[(&str, usize)]) -> Vec<Complaint> {
     let mut crates: BTreeMap<&str, Modules> = BTreeMap::new();
     for file in files {
         let Some((folder, inside)) = file.path.split_once("/src/") else { continue };
@@ -24,22 +17,10 @@ fn check_with(files: &[File], known: &[(&str, usize)]) -> Vec<Complaint> {
         let blanked = code::blanked(&file.text);
         crates.entry(folder).or_default().insert(name, code::without_tests(&blanked).to_owned());
     }
-    let known: BTreeMap<&str, usize> = known.iter().copied().collect();
     let mut complaints = Vec::new();
     for (folder, modules) in &crates {
-        let circles = circles(&edges(modules));
-        let (count, allowed) = (circles.iter().map(Vec::len).sum(), known.get(folder).copied().unwrap_or(0));
-        let shown = || circles.iter().map(|c| c.join(", ")).collect::<Vec<_>>().join("; ");
-        match count {
-            0 if allowed > 0 => {
-                complaints
-                    .push(format!("{folder}: no circle of modules any more, take it off tidy/circles.rs"));
-            }
-            count if count > allowed => complaints.push(format!(
-                "{folder}: {count} modules need each other ({allowed} are known): {}",
-                shown()
-            )),
-            _ => {}
+        for circle in circles(&edges(modules)) {
+            complaints.push(format!("{folder}: these modules need each other: {}", circle.join(", ")));
         }
     }
     complaints
@@ -194,12 +175,12 @@ mod tests {
     fn found(files: &[(&str, &str)]) -> Vec<Complaint> {
         let files: Vec<File> =
             files.iter().map(|(path, text)| file(&format!("crates/a/src/{path}"), text)).collect();
-        check_with(&files, &[])
+        check(&files)
     }
 
     #[test]
     fn behaviour_a_circle_is_refused_however_it_is_named() {
-        let circle = ["crates/a: 2 modules need each other (0 are known): b, c"];
+        let circle = ["crates/a: these modules need each other: b, c"];
         let root = ("lib.rs", "mod b; mod c; pub use b::B; pub use c::{C, D as E};");
         assert_eq!(found(&[root, ("b.rs", "use crate::c::C;"), ("c.rs", "use super::b;")]), circle);
         // Through what the root hands on, and in the middle of code.
@@ -215,7 +196,7 @@ mod tests {
         let found_with = |parent| found(&[("lib.rs", "mod b;"), ("b/mod.rs", parent), child]);
         assert_eq!(
             found_with("mod c; fn f() { c::g() }"),
-            ["crates/a: 2 modules need each other (0 are known): b, b::c"]
+            ["crates/a: these modules need each other: b, b::c"]
         );
         assert!(found_with("mod c; pub(crate) use c::g;").is_empty(), "a name that is handed on is no need");
     }
@@ -224,12 +205,5 @@ mod tests {
     fn behaviour_tests_and_comments_do_not_count() {
         let c = "// use crate::b;\n#[cfg(test)]\nmod tests {\n use crate::b::B;\n}";
         assert!(found(&[("lib.rs", ""), ("b.rs", "use crate::c::C;"), ("c.rs", c)]).is_empty());
-    }
-
-    #[test]
-    fn behaviour_a_known_circle_passes_until_it_is_cut() {
-        let files = [file("crates/a/src/b.rs", "use crate::c;"), file("crates/a/src/c.rs", "use crate::b;")];
-        assert!(check_with(&files, &[("crates/a", 2)]).is_empty());
-        assert!(check_with(&files[..1], &[("crates/a", 2)])[0].contains("no circle of modules any more"));
     }
 }

@@ -15,6 +15,7 @@ pub(super) fn check(files: &[File]) -> Vec<Complaint> {
     let paths: BTreeSet<_> = sources.iter().map(|f| &*f.path).collect();
     let mut complaints: Vec<_> = sources.iter().flat_map(|f| check_text(f)).collect();
     complaints.extend(sources.iter().flat_map(|f| unused_files(f, &sources, &paths)));
+    complaints.extend(sources.iter().filter_map(|f| check_front_page(f, files)));
     complaints
 }
 
@@ -26,6 +27,21 @@ pub(super) fn median_lines(files: &[File]) -> usize {
     lines.get(lines.len() / 2).copied().unwrap_or(0)
 }
 
+/// A library whose front page is its README opens with this.
+const README: &str = "#![doc = include_str!(\"../README.md\")]";
+
+/// The front page of a library says its conventions: its README, or its own first lines.
+fn check_front_page(File { path, text }: &File, files: &[File]) -> Option<Complaint> {
+    let folder = path.strip_prefix("crates/")?.strip_suffix("/src/lib.rs")?;
+    let says = if text.starts_with(README) {
+        let readme = format!("crates/{folder}/README.md");
+        files.iter().any(|f| f.path == readme && f.text.lines().any(|l| l == "## Conventions"))
+    } else {
+        text.lines().any(|l| l == "//! # Conventions")
+    };
+    (!says).then(|| format!("{path}: the crate's front page lacks a section `Conventions`"))
+}
+
 fn check_text(File { path, text }: &File) -> Vec<Complaint> {
     let mut complaints = Vec::new();
     let lines = text.lines().count();
@@ -33,12 +49,8 @@ fn check_text(File { path, text }: &File) -> Vec<Complaint> {
         complaints
             .push(format!("{path}: {lines} lines, cut it where it changes subject (limit {MAX_LINES})"));
     }
-    if !text.starts_with("//!") {
+    if !text.starts_with("//!") && !text.starts_with(README) {
         complaints.push(format!("{path}:1: open with a line `//! ...` that says what the file is for"));
-    }
-    let is_library = path.starts_with("crates/") && path.ends_with("/src/lib.rs");
-    if is_library && !text.lines().any(|l| l == "//! # Conventions") {
-        complaints.push(format!("{path}: the crate's docs lack a section `# Conventions`"));
     }
     let mut in_test = false;
     for (number, line) in (1..).zip(text.lines().map(str::trim)) {
@@ -104,7 +116,13 @@ mod tests {
         assert!(complaints("//! A.\n// TODO later").contains(":2: do it"));
         assert!(complaints("//! A.\n#[test]\n#[ignore]\nfn works() {}").contains(":4: test works must say"));
         let library = check(&[file("crates/a/src/lib.rs", "//! A.")]);
-        assert!(library[0].contains("# Conventions"), "{library:?}");
+        assert!(library[0].contains("`Conventions`"), "{library:?}");
+        let readme = |text| {
+            let root = file("crates/a/src/lib.rs", README);
+            check(&[root, file("crates/a/README.md", text)])
+        };
+        assert!(readme("# a\n\n## Conventions\n").is_empty());
+        assert!(readme("# a\n")[0].contains("`Conventions`"));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Laws of effects, put where they act.
 
 use super::cuts::Piece;
-use super::{LawAt, PointModel};
+use super::model::{LawAt, PointModel};
 use crate::assembly::part_of_wall;
 use crate::conditions::Conditions;
 use rijke_network::{NetworkError, Slot};

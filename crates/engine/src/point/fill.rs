@@ -1,7 +1,7 @@
 //! The laws of an operating point at given values of the free parameters, as coefficients of its network.
 
+use super::model::{LawAt, PointModel};
 use super::poles::{Acting, poles};
-use super::{LawAt, PointModel};
 use crate::assembly::part_of_wall;
 use rijke_formula::{Dual, Formula, Here};
 use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region, laws::Law, levine_schwinger};

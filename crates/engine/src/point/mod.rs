@@ -3,6 +3,7 @@
 mod attach;
 mod cuts;
 mod fill;
+mod model;
 mod poles;
 mod probe;
 mod together;
@@ -16,45 +17,12 @@ use crate::assembly::Assembly;
 use crate::conditions::Conditions;
 use crate::shape::{Moving, ShapeModel};
 use fill::Filled;
-use rijke_formula::Formula;
+use model::LawAt;
+pub use model::PointModel;
 use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Chain, Coefficients, Network, NetworkError, Newton, Places, Response, Root, Workspace};
 use rijke_numerics::{C64, Jet, Order};
 use rijke_study::MeanFlow;
-
-/// A network for one operating point, and the laws that fill its coefficients.
-#[derive(Clone, Debug)]
-pub struct PointModel<'a> {
-    pub(crate) assembly: &'a Assembly,
-    id: String,
-    network: Network,
-    /// Where lengths are unknown: the laws that stand in the place of `laws`.
-    shape: Option<ShapeModel<'a>>,
-    /// The same ducts and laws in the mean flow, if the model has one and the gas flows here.
-    flowing: Option<FlowChain>,
-    laws: Vec<LawAt>,
-    /// For each law, one for its surroundings alone, if it has been prepared.
-    prepared: Vec<Formula>,
-    surroundings: Vec<Vec<f64>>,
-    /// Numbers of the laws, those of walls first, because what they lose is a name of the others.
-    order: Vec<usize>,
-    places: Places,
-    /// Places at which further effects are tried.
-    cuts: Vec<usize>,
-    /// Place of the reference among the microphones that are predicted; none if there are no microphones.
-    reference: Option<usize>,
-    guess: C64,
-    /// Distance between the modes of an open tube of this travel time, rad/s.
-    spacing: f64,
-}
-
-/// Effect number `effect` of candidate number `candidate`, evaluated in surroundings number `around`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct LawAt {
-    candidate: usize,
-    effect: usize,
-    around: usize,
-}
 
 /// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of the last term
 /// taken, so the error itself is smaller by the distance of the guess over that of the modes: near rounding.

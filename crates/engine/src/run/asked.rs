@@ -1,8 +1,9 @@
 //! Predictions of a saved model at any values of the factors, measured or not.
 
+use super::course::Choice;
 use super::followed::Followed;
 use super::inputs::{ambient_of_all, conditions, observed, states};
-use super::rows::{Choice, assembly_of, rows_of};
+use super::rows::{assembly_of, rows_of};
 use crate::{Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum};
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};

@@ -1,6 +1,6 @@
 //! What a stage assumes of its misfit: the plan's words with the numbers of earlier stages.
 
-use super::stages::{Chosen, Run};
+use super::course::{Chosen, Run};
 use crate::EngineError;
 use crate::noise::{LawError, Noise, Varying};
 use rijke_inference::NoiseMode;

@@ -1,7 +1,7 @@
 //! A trained model point by point: how well it foresees each from all others, and whether the residuals are as large as its noise says.
 
+use super::course::{Chosen, Run};
 use super::found::{Checks, PointCheck, SumCheck};
-use super::stages::{Chosen, Run};
 use crate::EngineError;
 use crate::observed::Used;
 use rayon::prelude::*;

@@ -1,18 +1,11 @@
 //! What earlier stages know of a model, trained again where one of its candidates is not the one that they chose.
 
-use super::rows::{Choice, Row};
-use super::stages::{Chosen, Run};
+use super::course::{Choice, Chosen, Run, StandsOn};
+use super::rows::Row;
 use crate::{EngineError, Knowledge, Observed};
 use rijke_study::plan::Stage;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// What a row stands on: the knowledge of earlier stages, and the observations as heard through the channels that they found.
-#[derive(Clone)]
-pub(super) struct StandsOn {
-    pub(super) known: Arc<Vec<Knowledge>>,
-    pub(super) points: Arc<Vec<Observed>>,
-}
 
 /// The place of a stage, and the candidates that it is trained with.
 type Key = (usize, Choice);

@@ -1,7 +1,8 @@
 //! What planned measurements would tell of the models of a study, before anything is measured.
 
+use super::course::Choice;
 use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
-use super::rows::{Choice, Row, assembly_of, rows_of};
+use super::rows::{Row, assembly_of, rows_of};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_inference::Parameters;

@@ -5,6 +5,7 @@ mod asked;
 mod assumed;
 mod checks;
 mod claims;
+mod course;
 mod doubts;
 mod earlier;
 mod followed;
@@ -24,6 +25,7 @@ mod stages;
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
 pub use asked::{Forecast, Unpredicted, forecast, modes_at, with_points};
 pub use claims::{Judgement, agreement, models, verdicts};
+pub use course::{Chosen, Run, Trusted};
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use found::{Asked, Checks, Family, Missing, PointCheck, SumCheck};
 pub use frame::{Frame, FrameColumn, FrameRow};
@@ -35,4 +37,3 @@ pub use search::{
     SearchRecord, merge_searches,
 };
 pub use so_far::{Leading, so_far};
-pub use stages::{Chosen, Run, Trusted};

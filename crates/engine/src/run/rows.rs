@@ -1,10 +1,9 @@
 //! The rows of a stage's table: which candidates make each model, and what training finds of it.
 
+use super::course::{Choice, Chosen, Run, StandsOn, Trusted};
 use super::doubts::doubts;
-use super::earlier::StandsOn;
 use super::matching::check_modes;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
-use super::stages::{Chosen, Run, Trusted};
 use crate::noise::Noise;
 use crate::noise::measured_sd;
 use crate::{Assembly, EngineError, Knowledge, Misfit, PointModel, Training, train};
@@ -15,9 +14,6 @@ use rijke_study::plan::Stage;
 use rijke_study::{Candidate, Effect, Study};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// Role and candidate: what a model consists of.
-pub(super) type Choice = BTreeMap<String, String>;
 
 /// One row of a table.
 #[derive(Default)]

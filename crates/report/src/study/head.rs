@@ -1,7 +1,7 @@
 //! What the page of a study says beside its stages.
 
 use rijke_rig::DataKind;
-use rijke_study::Claims;
+use rijke_study::{Claims, Observations, Study};
 
 /// What a page says of a study, beside its stages.
 #[derive(Clone, Debug)]
@@ -18,4 +18,19 @@ pub struct StudyHead {
     pub factors: Vec<(String, String)>,
     /// What others published of the rig.
     pub claims: Claims,
+}
+
+impl StudyHead {
+    /// The head of the page of a study.
+    #[must_use]
+    pub fn of(study: &Study, observations: &Observations) -> Self {
+        Self {
+            name: study.plan.name.clone(),
+            question: study.plan.question.clone(),
+            kind: observations.kind,
+            source: observations.source.clone(),
+            factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit.clone())).collect(),
+            claims: study.claims.clone(),
+        }
+    }
 }

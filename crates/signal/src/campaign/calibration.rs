@@ -1,9 +1,11 @@
 //! What the calibration clicks of a record set say of its channels, and what is done without them.
 
-use super::{ProcessError, ProcessOptions, click_options, rejection};
-use crate::click::{ClickFit, ClickOptions, fit_click};
+use super::fitted::rejection;
+use super::options::{ProcessError, ProcessOptions};
+use super::path::click_options;
+use crate::click::{ClickFit, ClickOptions, Extent, fit_click};
 use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
-use crate::{Extent, Fault, Trace};
+use crate::{Fault, Trace};
 use rayon::prelude::*;
 use rijke_rig::{RecordSource, Rejection, RigError};
 

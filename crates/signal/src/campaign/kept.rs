@@ -1,6 +1,8 @@
 //! Fits that were made before.
 
-use super::{Calibrated, Fitted, ProcessError};
+use super::calibration::Calibrated;
+use super::fitted::Fitted;
+use super::options::ProcessError;
 use rijke_rig::RecordSet;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,6 +1,6 @@
 //! The repeats of one operating point: polarity, outliers, mean.
 
-use super::rejection;
+use super::fitted::rejection;
 use crate::Fault;
 use crate::repeats::{Repeats, combine};
 use rijke_numerics::{C64, Matrix};

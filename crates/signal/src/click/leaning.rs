@@ -1,8 +1,8 @@
 //! How far the times and gains of a click lean on the model of its reflection.
 
+use super::end::unflanged;
 use super::model::{Model, Rows, TAP_SPACING, TAPS};
-use crate::end::unflanged;
-use crate::segment::Segment;
+use super::segment::Segment;
 use rijke_numerics::{C64, Matrix};
 use std::f64::consts::TAU;
 

@@ -1,13 +1,13 @@
 //! The unknowns of a click and the normal equations that the record gives for them.
 
-use super::{ClickFit, ClickOptions, Reflection};
-use crate::ClickPicture;
-use crate::extent::EQUAL;
-use crate::kernels::{LANES, dot, four_dots_inline, run};
-use crate::parabola::Parabola;
-use crate::pulse::Located;
-use crate::segment::Segment;
-use crate::waveform::Waveform;
+use super::extent::EQUAL;
+use super::options::{ClickFit, ClickOptions, Reflection};
+use super::picture::ClickPicture;
+use super::pulse::Located;
+use super::segment::Segment;
+use super::waveform::Waveform;
+use crate::dsp::kernels::{LANES, dot, four_dots_inline, run};
+use crate::dsp::parabola::Parabola;
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
 

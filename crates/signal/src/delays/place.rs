@@ -1,7 +1,8 @@
 //! Clicks on the scale of a common waveform.
 
 use crate::Fault;
-use crate::click::{ClickFit, inverse_scaled};
+use crate::click::ClickFit;
+use crate::dsp::scaled::inverse_scaled;
 use rijke_numerics::{C64, Matrix};
 
 /// Times and gains of one click on the scale of a template.

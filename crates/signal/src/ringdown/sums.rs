@@ -1,7 +1,8 @@
 //! Sums over the samples of products of exponentials, powers of time and data.
 
-use super::{Component, White};
-use crate::kernels::{LANES, Powers, run};
+use super::component::Component;
+use super::white::White;
+use crate::dsp::kernels::{LANES, Powers, run};
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Matrix};
 

@@ -13,7 +13,7 @@ mod read;
 pub use plan::{MisfitSpec, ResponseStage};
 
 use crate::Coefficient;
-use crate::rig::Place;
+use crate::law::Place;
 use rijke_formula::Formula;
 use rijke_numerics::C64;
 use rijke_rig::DataKind;

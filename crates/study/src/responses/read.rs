@@ -1,7 +1,7 @@
 //! From `observations.toml` and the files that it names to responses.
 
 use super::{ObservedResponse, ResponseKind, Responses, columns, doubts, pressures};
-use crate::rig::Place;
+use crate::law::Place;
 use crate::source::{Source, listed};
 use crate::{Coefficient, Problem, Study, StudyError};
 use rijke_formula::{Context, Formula, Kind};

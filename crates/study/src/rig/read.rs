@@ -4,11 +4,12 @@ mod element;
 mod shapes;
 
 use super::elements::ENDS;
+use super::gas::GasModel;
 use super::oscilos::Folder;
+use super::part::{Instruments, Part, Shape};
 use super::value::{Given, Reader, Value};
-use super::{GasModel, Instruments, Part, Place, Rig, Shape};
-use crate::catalogue::{Parameters, parameters};
-use crate::law::{Candidate, Coefficient, Effect, Words};
+use super::whole::Rig;
+use crate::law::{Candidate, Coefficient, Effect, Parameters, Place, Words, parameters};
 use crate::names::{FACTOR, add, built_in};
 use crate::source::{Outcome, listed};
 use crate::{Campaign, Problem};

@@ -1,6 +1,8 @@
 //! The rig at one operating point: numbers in the place of formulas.
 
-use super::{Place, Rig, Shape};
+use super::part::Shape;
+use super::whole::Rig;
+use crate::law::Place;
 use crate::names::{AMBIENT, LENGTH};
 use crate::{Point, Problem};
 

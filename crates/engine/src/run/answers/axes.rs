@@ -1,7 +1,7 @@
 //! The axis of a figure and its series, from the factors of a campaign.
 
+use super::super::course::Run;
 use super::super::frame::{FrameColumn, FrameRow, finite};
-use super::super::stages::Run;
 use super::{AnswerPanel, Layer, LayerLook};
 use crate::Observed;
 use rijke_study::Point;

@@ -1,8 +1,8 @@
 //! The posterior of a stage's model for some sets of microphones (Figs. 3 and 12 of Juniper & Yoko 2022).
 
+use super::super::course::Run;
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::record::parameters;
-use super::super::stages::Run;
 use super::axes::axis_label;
 use super::{AnswerPanel, Found, Layer, LayerLook};
 use crate::noise::Noise;

@@ -7,9 +7,9 @@ mod point_by_point;
 mod prediction;
 mod ranking;
 
+use super::course::Run;
 use super::frame::Frame;
 use super::record::ParameterRecord;
-use super::stages::Run;
 use crate::EngineError;
 use rijke_study::plan::{Ask, Question};
 use serde::{Deserialize, Serialize};

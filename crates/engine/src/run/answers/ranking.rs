@@ -1,9 +1,9 @@
 //! The models of a stage against what was measured, over a factor (Fig. 4 of Juniper & Yoko 2022).
 
+use super::super::course::{Chosen, Run};
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::inputs::conditions_or_ambient;
 use super::super::record::ModelRecord;
-use super::super::stages::{Chosen, Run};
 use super::axes::{axis_label, growth_and_frequency, measured, measured_columns, symbol};
 use super::{Found, LayerLook};
 use crate::{Conditions, EngineError, Observed, PointModel};

@@ -11,8 +11,8 @@ mod library;
 #[cfg(test)]
 mod tests;
 
+use super::course::{Chosen, Run};
 use super::found::Missing;
-use super::stages::{Chosen, Run};
 use crate::EngineError;
 use crate::observed::Used;
 use judge::judged;

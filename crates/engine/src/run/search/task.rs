@@ -1,10 +1,10 @@
 //! One task of a search: its name, the hash of all that it depends on, and where its result is kept.
 
 use crate::EngineError;
+use crate::run::course::Choice;
+use crate::run::course::{Run, Trusted};
 use crate::run::inputs::selected;
 use crate::run::record::EvidenceRecord;
-use crate::run::rows::Choice;
-use crate::run::stages::{Run, Trusted};
 use rijke_study::plan::Stage;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};

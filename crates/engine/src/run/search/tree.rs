@@ -1,7 +1,8 @@
 //! The combinations that a study allows, as a tree: a level per stage, and a node for every choice of candidates up to that stage.
 
 use crate::EngineError;
-use crate::run::rows::{Choice, rows_of};
+use crate::run::course::Choice;
+use crate::run::rows::rows_of;
 use rijke_study::Study;
 use rijke_study::plan::{Plan, SdSpec, Stage};
 use std::collections::{BTreeMap, BTreeSet};

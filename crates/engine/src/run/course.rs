@@ -1,0 +1,153 @@
+//! A study with what has been trained of it so far.
+
+use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
+use super::record::ModelRecord;
+use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
+use rijke_inference::RefereeKind;
+use rijke_rig::ChannelErrors;
+use rijke_study::plan::Stage;
+use rijke_study::{BaseState, HeatedFit, Observations, Rig, Study};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+/// How far an evidence is trusted or checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Trusted {
+    /// Laplace's method at one maximum.
+    #[default]
+    Laplace,
+    /// Other maxima are looked for; the evidence is summed over them and not checked.
+    Searched,
+    /// Other starts, importance sampling and doubled priors as well: some hundred calls of the model.
+    Checked,
+    /// A referee too, to a statistical error in nats.
+    Refereed(RefereeKind, f64),
+}
+
+/// Rows within so many nats of the best are checked. Of others a few more maxima are looked for first: a delay whose prior lies at an alias
+/// has been seen to cost 316 nats.
+pub(super) const CONTENDS: f64 = 150.0;
+
+/// A trained model and its training, kept for the stages that stand on it.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// The model.
+    pub assembly: Arc<Assembly>,
+    /// What training found.
+    pub trained: Arc<Trained>,
+    /// The observations that trained, as they were heard through the channels that earlier stages found.
+    pub observed: Arc<Vec<Observed>>,
+    /// What earlier stages knew of it.
+    pub(super) known: Arc<Vec<Knowledge>>,
+    /// The misfit, what was measured included.
+    pub(super) misfit: [f64; 3],
+}
+
+/// A stage that has run.
+pub(super) struct Done {
+    /// The model that goes on: its candidates, and what training found.
+    pub(super) choice: Choice,
+    pub(super) chosen: Chosen,
+    /// Every row of the table that could be fitted.
+    pub(super) rows: Vec<(ModelRecord, Chosen)>,
+    /// What its model takes for certain, though the evidence of this stage or of those before it does not decide it.
+    pub(super) assumes: Vec<String>,
+}
+
+/// Role and candidate: what a model consists of.
+pub(super) type Choice = BTreeMap<String, String>;
+
+/// What a row stands on: the knowledge of earlier stages, and the observations as heard through the channels that they found.
+#[derive(Clone)]
+pub(super) struct StandsOn {
+    pub(super) known: Arc<Vec<Knowledge>>,
+    pub(super) points: Arc<Vec<Observed>>,
+}
+
+impl Done {
+    /// The best model of the table but the one that goes on.
+    pub(super) fn rival(&self) -> Option<&(ModelRecord, Chosen)> {
+        let others = self.rows.iter().filter(|(model, _)| model.candidates != self.choice);
+        others.max_by(|a, b| a.0.ln_evidence().total_cmp(&b.0.ln_evidence()))
+    }
+}
+
+/// A study with its observations, and what has been trained of it so far.
+pub struct Run {
+    /// The study.
+    pub study: Study,
+    pub(super) rig: Arc<Rig>,
+    pub(super) observed: Vec<Observed>,
+    pub(super) channels: Option<ChannelErrors>,
+    pub(super) trusted: Trusted,
+    pub(super) done: Vec<Done>,
+    /// What the readings say of the heat, where a part heats the gas.
+    pub heat: Option<HeatedFit>,
+    /// Observed points that no stage uses because nothing is known of their gas.
+    pub left_out: Vec<String>,
+    /// States of the gas that were inferred, by the place of their point, and what is known of the temperature at each.
+    pub(super) states: BTreeMap<usize, BaseState>,
+    pub(super) ambient: Vec<Option<[f64; 2]>>,
+    /// Models trained with what enters predictions but not the comparison, by stage.
+    pub(super) predicting: Mutex<BTreeMap<String, Arc<Trained>>>,
+}
+
+impl Run {
+    /// Reads what a study needs before its first stage.
+    ///
+    /// # Errors
+    /// Those of the files; an operating point without temperature or frequency.
+    pub fn new(study: Study, observations: &Observations, trusted: Trusted) -> Result<Self, EngineError> {
+        let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
+        let ambient = ambient_of_all(&study, observations);
+        let (states, heat) = states_and_heat(&study, &ambient, true)?;
+        let observed = observed(&study, observations, &states, &ambient)?;
+        let left_out = left_out(&study, observations, &states);
+        // Before anything is trained.
+        let idle = |stage: &&Stage| selected(&study, &observed, &stage.points).is_empty();
+        if let Some(stage) = study.plan.stages.iter().find(idle) {
+            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+        }
+        Ok(Self {
+            study,
+            rig,
+            observed,
+            channels,
+            trusted,
+            done: Vec::new(),
+            heat,
+            left_out,
+            states,
+            ambient,
+            predicting: Mutex::default(),
+        })
+    }
+
+    /// The same study with these models in the place of what its stages chose.
+    pub(super) fn standing_on(&self, done: Vec<Done>) -> Self {
+        Self {
+            study: self.study.clone(),
+            rig: self.rig.clone(),
+            observed: self.observed.clone(),
+            channels: self.channels.clone(),
+            trusted: self.trusted,
+            done,
+            heat: self.heat.clone(),
+            left_out: self.left_out.clone(),
+            states: self.states.clone(),
+            ambient: self.ambient.clone(),
+            predicting: Mutex::default(),
+        }
+    }
+
+    /// What the stage called `id` chose, once it has run.
+    #[must_use]
+    pub fn chosen(&self, id: &str) -> Option<&Chosen> {
+        self.stage_done(id).map(|done| &done.chosen)
+    }
+
+    pub(super) fn stage_done(&self, id: &str) -> Option<&Done> {
+        let (k, _) = self.study.plan.stage(id)?;
+        self.done.get(k)
+    }
+}

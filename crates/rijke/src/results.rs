@@ -1,0 +1,93 @@
+//! What the rankings of studies of modes and of responses share: options, stages by name, files of results, warnings.
+
+use crate::{
+    failure::{Classify, Failure},
+    number,
+    ui::Ui,
+};
+use rijke_engine::run::{ParameterRecord, Trusted};
+use rijke_inference::RefereeKind;
+use serde::de::DeserializeOwned;
+use std::path::Path;
+
+/// How far evidences are checked.
+#[derive(Clone, Copy, clap::Args)]
+pub(crate) struct Trust {
+    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are several.
+    #[arg(long, conflicts_with = "referee")]
+    one_start: bool,
+    /// Compare every evidence with a slow method that needs no Gaussian approximation.
+    #[arg(long, value_name = "METHOD")]
+    referee: Option<Referee>,
+    /// Statistical error of the referee, nats; its cost grows with the inverse square.
+    #[arg(long, value_name = "NATS", default_value_t = 0.3, value_parser = number::positive)]
+    referee_error: f64,
+}
+
+/// Slow methods of evidence.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Referee {
+    /// Nested sampling.
+    Nested,
+    /// The gradient sampler NUTS with bridge sampling; only if the program was built with the feature `nuts`.
+    Nuts,
+}
+
+impl Trust {
+    pub(crate) fn has_referee(self) -> bool {
+        self.referee.is_some()
+    }
+
+    pub(crate) fn is_one_start(self) -> bool {
+        self.one_start
+    }
+
+    pub(crate) fn trusted(self) -> Result<Trusted, Failure> {
+        let kind = match self.referee {
+            Some(Referee::Nested) => RefereeKind::Nested,
+            Some(Referee::Nuts) if cfg!(feature = "nuts") => RefereeKind::Nuts,
+            Some(Referee::Nuts) => {
+                return Err(Failure::bad_input("--referee nuts: this program was built without NUTS")
+                    .remedy("Build it with `cargo install --path crates/rijke --features nuts`, or use --referee nested."));
+            }
+            None if self.one_start => return Ok(Trusted::Laplace),
+            None => return Ok(Trusted::Checked),
+        };
+        Ok(Trusted::Refereed(kind, self.referee_error))
+    }
+}
+
+/// A stage that the study does not have.
+pub(crate) fn no_stage(id: &str, plan: &rijke_study::plan::Plan, dir: &Path) -> Failure {
+    none_of(id, &plan.stages.iter().map(|s| s.id.as_str()).collect::<Vec<_>>(), dir)
+}
+
+/// The place of a stage among all.
+pub(crate) fn known_stage(id: &str, all: &[&str], dir: &Path) -> Result<usize, Failure> {
+    all.iter().position(|known| *known == id).ok_or_else(|| none_of(id, all, dir))
+}
+
+fn none_of(id: &str, all: &[&str], dir: &Path) -> Failure {
+    Failure::bad_input(format!("there is no stage called `{id}`"))
+        .at(&dir.join("study.toml"))
+        .remedy(format!("Give one of: {}.", all.join(", ")))
+}
+
+/// One file of DIR/results.
+pub(crate) fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) -> Result<T, Failure> {
+    let path = dir.join("results").join(folder).join(format!("{name}.json"));
+    let remedy = format!("Run `rijke rank {}` first, again if the study has changed.", dir.display());
+    let text = rijke_numerics::read_text(&path).or_bad_input().map_err(|f| f.at(&path).remedy(&remedy))?;
+    serde_json::from_str(&text).or_bad_input().map_err(|f| f.at(&path).remedy(&remedy))
+}
+
+/// Warns of a parameter that lies far from its prior.
+pub(crate) fn warn_of_prior(ui: &Ui, p: &ParameterRecord) {
+    if let Some(z) = p.prior_sds.filter(|z| z.abs() > 4.0) {
+        ui.note(format!(
+            "warning: {} lies {:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",
+            p.name,
+            z.abs()
+        ));
+    }
+}

@@ -1,0 +1,16 @@
+//! All records of a campaign: calibration, pings and clicks, means over repeats. Knows every other folder.
+
+mod calibration;
+mod fitted;
+mod kept;
+mod live;
+mod options;
+mod path;
+mod process;
+mod repeated;
+
+pub use kept::Kept;
+pub use live::LiveRecord;
+pub use options::{PointScatter, ProcessError, ProcessOptions, Processed};
+pub use path::click_options;
+pub use process::{process, process_again, record_count};

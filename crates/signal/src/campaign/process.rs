@@ -1,0 +1,290 @@
+//! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a time and
+//! in parallel; results keep the order of the set, whatever the number of threads.
+
+use super::calibration::{Calibrated, calibrate};
+use super::fitted::{Fitted, rejection};
+use super::kept::Kept;
+use super::live::{LiveRecord, in_all};
+use super::options::{PointScatter, ProcessError, ProcessOptions, Processed};
+use super::path::{click_options, setting_covariance};
+use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
+use crate::click::fit_click;
+use crate::ping::Drift;
+use crate::ping::{PingOptions, fit_ping};
+use crate::repeats::{Repeats, pool};
+use crate::{Fault, Trace};
+use rayon::prelude::*;
+use rijke_rig::{Click, Observations, Ping, PointObservations, RecordSet, RecordSource, RigError};
+use std::collections::BTreeSet;
+
+/// Processes a record set. `advance` is called once per record, from any thread.
+///
+/// A bad record is listed among the rejections with its reason. Means are made before channel delays are removed, so
+/// that the calibration's error, which all repeats share, enters the covariance of a mean once and undiminished. So do, for
+/// arrival times, the shift of the setting that the rig declares ([`rijke_rig::Recording`]) and what is not known of the its
+/// surface: both are common to all records of one setting, and differences within it are better than the covariance says.
+/// How much repeats scatter is learnt from all points together ([`pool`]).
+///
+/// Growth rate and frequency need no calibration. Without calibration clicks at the pings' sampling rate mode shapes stand on
+/// [`ProcessOptions::stated`], else on the gains found at the clicks' rate with delays known to a sample; if there is
+/// neither, the observations hold one microphone, the reference, and no shapes. Clicks without a calibration at their own
+/// rate are left out. [`Processed::notes`] says so.
+///
+/// # Errors
+/// See [`ProcessError`].
+pub fn process(
+    source: &dyn RecordSource,
+    options: &ProcessOptions,
+    advance: &(dyn Fn() + Sync),
+) -> Result<Processed, ProcessError> {
+    process_again(source, options, None, advance)
+}
+
+/// As [`process`], of a set that grows: records whose fit is `kept` are not read again.
+///
+/// # Errors
+/// See [`ProcessError`].
+pub fn process_again(
+    source: &dyn RecordSource,
+    options: &ProcessOptions,
+    kept: Option<&Kept>,
+    advance: &(dyn Fn() + Sync),
+) -> Result<Processed, ProcessError> {
+    let set = source.set();
+    let options = &ProcessOptions {
+        ping: PingOptions { reference: set.rig.microphones.reference, ..options.ping.clone() },
+        ..options.clone()
+    };
+    let has = |count: fn(&rijke_rig::PointRecords) -> usize| set.points.iter().any(|p| count(p) > 0);
+    let calibrate = || calibrate(source, options, has(|p| p.pings.len()), has(|p| p.clicks.len()), advance);
+    let found = match kept {
+        Some(kept) => kept.calibrated(set, calibrate)?,
+        None => calibrate()?,
+    };
+    let Calibrated {
+        pings: ping_delays,
+        clicks: click_delays,
+        click: click_options_found,
+        mut notes,
+        mut rejections,
+        records,
+    } = found;
+
+    let jobs: Vec<(usize, usize, bool)> = set
+        .points
+        .iter()
+        .enumerate()
+        .flat_map(|(k, p)| {
+            let pings = (0..p.pings.len()).map(move |n| (k, n, true));
+            pings.chain((0..p.clicks.len()).map(move |n| (k, n, false)))
+        })
+        .collect();
+    let fitted: Vec<Fitted> = jobs
+        .par_iter()
+        .map(|&(point, repeat, is_ping)| -> Result<Fitted, RigError> {
+            let records = &set.points[point];
+            let name = if is_ping { &records.pings[repeat] } else { &records.clicks[repeat] };
+            if let Some(fitted) = kept.and_then(|kept| kept.fit(name)) {
+                advance();
+                return Ok(fitted);
+            }
+            let fitted = if is_ping {
+                let known = LiveRecord::of(source.ping(point, repeat)?, options.ping.reference);
+                let own = PingOptions { reference: known.reference, ..options.ping.clone() };
+                let fit = fit_ping(&Trace::from(&known.record), &own);
+                let fit = fit.map(|fit| (fit.ping, fit.drift)).map_err(|fault| fault.numbered(&known.live));
+                Fitted::Ping(fit, known.live)
+            } else if click_delays.is_none() {
+                Fitted::Click(Ok(None))
+            } else {
+                let record = source.click(point, repeat)?;
+                let click = click_options(set, records.day, Some(&records.point), &click_options_found);
+                let fit = fit_click(&Trace::from(&record), &click);
+                Fitted::Click(fit.and_then(|fit| {
+                    let delays = click_delays.as_ref();
+                    let arrival = delays.map(|d| Ok((d.arrival(&fit, true)?, d.inverted(&fit)?)));
+                    arrival.transpose()
+                }))
+            };
+            advance();
+            kept.inspect(|kept| kept.keep(name, &fitted));
+            Ok(fitted)
+        })
+        .collect::<Result<_, _>>()?;
+
+    let calibration_clicks = rejections.len();
+    let microphones = set.rig.microphones.positions.len();
+    let numbers = set.acquisition.numbers(microphones);
+    // Fits are given up as their means are made: those of a whole campaign are not held twice.
+    let mut fitted = jobs.iter().zip(fitted).peekable();
+    let (mut gathered, mut corrections) = (Vec::with_capacity(set.points.len()), Vec::new());
+    for (k, records) in set.points.iter().enumerate() {
+        let (mut pings, mut lives) = (Vec::new(), Vec::new());
+        let mut clicks = Vec::new();
+        while let Some((&(_, repeat, _), fit)) = fitted.next_if(|(job, _)| job.0 == k) {
+            match fit {
+                Fitted::Ping(Ok((ping, drift)), live) => {
+                    lives.push(live.clone());
+                    pings.push((repeat, ping.among(&live, microphones), drift));
+                }
+                Fitted::Ping(Err(fault), _) => {
+                    rejections.push(rejection(&records.pings[repeat], &fault.numbered(&numbers)));
+                }
+                Fitted::Click(Ok(Some((click, inverted)))) => {
+                    // Polarity does not move an arrival.
+                    corrections.extend(
+                        inverted
+                            .map(|channel| Fault::Inverted { channel }.numbered(&numbers))
+                            .map(|fault| rejection(&records.clicks[repeat], &fault)),
+                    );
+                    clicks.push((repeat, click));
+                }
+                Fitted::Click(Ok(None)) => {}
+                Fitted::Click(Err(fault)) => {
+                    rejections.push(rejection(&records.clicks[repeat], &fault.numbered(&numbers)));
+                }
+            }
+        }
+        // Repeats are compared in the microphones that all of them have.
+        let live = in_all(lives.iter());
+        pings.iter_mut().for_each(|(_, ping, _)| *ping = ping.only(&live));
+        let named: Vec<usize> = live.iter().map(|m| numbers[*m]).collect();
+        if !named.is_empty() && live.len() < microphones {
+            let dead = (0..microphones).filter(|m| !live.contains(m)).map(|m| numbers[m].to_string());
+            let dead = dead.collect::<Vec<_>>().join(", ");
+            notes.push(format!("{}: without microphone {dead}, which is dead", records.point.id));
+        }
+        let (mut pings, drift) = common_drift(pings);
+        notes.extend(drift.as_ref().map(|drift| drift_in_words(&records.point.id, drift, &pings)));
+        corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
+        let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut rejections);
+        let click_repeats = combine_clicks(&mut clicks, &records.clicks, &numbers, &mut rejections);
+        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, drift });
+    }
+    // The same microphones at all points that are pooled, so that the same numbers meet.
+    let sets: BTreeSet<Vec<usize>> = gathered.iter().map(|g| g.live.clone()).collect();
+    for set in sets {
+        let alike = gathered.iter_mut().filter(|g| g.live == set);
+        pool(&mut alike.filter_map(|g| g.ping_repeats.as_mut()).collect::<Vec<_>>());
+    }
+    pool(&mut gathered.iter_mut().filter_map(|g| g.click_repeats.as_mut()).collect::<Vec<_>>());
+    let (mut points, mut scatter) = (Vec::new(), Vec::new());
+    let shapes = ping_delays.is_some();
+    for (gathered, records) in gathered.into_iter().zip(&set.points) {
+        let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, drift } = gathered;
+        if let (Some(repeats), Some(drift)) = (&mut ping_repeats, &drift) {
+            // The error of the drift is common to all repeats.
+            repeats.covariance[(1, 1)] += (drift.sd * drift.moment).powi(2);
+        }
+        let of_the_live = ping_delays.as_ref().filter(|_| !live.is_empty()).map(|delays| delays.only(&live));
+        let corrected = |ping: &Ping| match &of_the_live {
+            Some(delays) => delays.correct(ping, false).among(&live, microphones),
+            None => alone(ping),
+        };
+        let reference = live.iter().position(|m| *m == options.ping.reference).unwrap_or(0);
+        let mean_ping = ping_repeats.as_ref().map(|repeats| corrected(&ping_of(repeats, reference)));
+        // Errors that all clicks of the point share: of the calibration, of the setting, of what is known of the path.
+        let shared = click_delays.as_ref().map(|delays| {
+            let setting = setting_covariance(set, records.day, &records.point, delays.delay_per_dispersion());
+            delays.covariance.plus(1.0, &setting)
+        });
+        let mean_click = click_repeats.as_ref().zip(shared.as_ref()).map(|(repeats, shared)| Click {
+            arrival_times: repeats.mean.clone(),
+            covariance: repeats.covariance.plus(1.0, shared),
+        });
+        points.push(PointObservations {
+            point: records.point.clone(),
+            ambient: set.days[records.day].clone(),
+            ping: mean_ping,
+            ping_count: pings.len() as u32,
+            click: mean_click,
+            click_count: clicks.len() as u32,
+            pings: pings.iter().map(|(n, p)| (*n as u32, corrected(p))).collect(),
+            clicks: match &shared {
+                Some(shared) => clicks
+                    .into_iter()
+                    .map(|(n, c)| (n as u32, Click { covariance: c.covariance.plus(1.0, shared), ..c }))
+                    .collect(),
+                None => Vec::new(),
+            },
+        });
+        scatter.push(PointScatter { ping: ping_repeats, click: click_repeats });
+    }
+    if points.iter().all(|p| p.ping.is_none() && p.click.is_none())
+        && let Some(first) = rejections.get(calibration_clicks)
+    {
+        let (record, reason) = (first.record.clone(), first.reason.clone());
+        return Err(ProcessError::NothingUsable { count: jobs.len(), record, reason });
+    }
+    let records = jobs.len() + records;
+    let mut rig = set.rig.clone();
+    if !shapes && has(|p| p.pings.len()) {
+        let position = rig.microphones.positions.get(options.ping.reference).copied();
+        rig.microphones.positions = position.into_iter().collect();
+        rig.microphones.reference = 0;
+    }
+    let whole = shapes || !has(|p| p.pings.len());
+    let observations = Observations {
+        rig,
+        kind: set.kind,
+        source: set.source.clone(),
+        points,
+        rejections,
+        channels: ping_delays.as_ref().map(|delays| delays.left_over(options.ping.reference)),
+    };
+    let observations =
+        if whole { observations.with_the_dead(&set.acquisition.removed) } else { observations };
+    let click = click_options_found;
+    Ok(Processed { observations, ping_delays, click_delays, click, notes, scatter, corrections, records })
+}
+
+/// What is left of one operating point's records.
+struct Gathered {
+    pings: Vec<(usize, Ping)>,
+    /// The microphones of the pings.
+    live: Vec<usize>,
+    clicks: Vec<(usize, Click)>,
+    ping_repeats: Option<Repeats>,
+    click_repeats: Option<Repeats>,
+    /// The drift that was taken out of all pings.
+    drift: Option<Drift>,
+}
+
+/// A ping without its shape: that of the reference microphone alone.
+fn alone(ping: &Ping) -> Ping {
+    Ping { s: ping.s, pressures: vec![1.0.into()], reference: 0, covariance: ping.covariance.select(&[0, 1]) }
+}
+
+/// The pings of one point, and the drift of their frequency that was taken out of all of them. Single pings may hold a
+/// drift that none of them shows beyond its noise.
+fn common_drift(pings: Vec<(usize, Ping, Drift)>) -> (Vec<(usize, Ping)>, Option<Drift>) {
+    let drifts: Vec<Drift> = pings.iter().map(|p| p.2).collect();
+    let common = Some(Drift::common(&drifts)).filter(Drift::is_significant);
+    let clear = |(repeat, mut ping, own): (usize, Ping, Drift)| {
+        if let Some(common) = &common {
+            if own.is_significant() {
+                own.put_back(&mut ping);
+            }
+            ping.s.im -= common.rate * own.moment;
+        }
+        (repeat, ping)
+    };
+    (pings.into_iter().map(clear).collect(), common)
+}
+
+fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String {
+    let frequency = pings.iter().map(|(_, p)| p.s.im).sum::<f64>() / pings.len().max(1) as f64;
+    format!(
+        "{point}: the frequency drifts by {:.4} +- {:.4} rad/s^2 during the decays, the speed of sound by {:.1e} per second; frequencies are those at the end of the forcing",
+        drift.rate,
+        drift.sd,
+        drift.rate / frequency
+    )
+}
+
+/// Number of records that [`process`] will read: calls of its `advance`.
+#[must_use]
+pub fn record_count(set: &RecordSet) -> usize {
+    let points: usize = set.points.iter().map(|p| p.pings.len() + p.clicks.len()).sum();
+    points + set.calibrations.iter().map(|c| c.clicks.len()).sum::<usize>()
+}

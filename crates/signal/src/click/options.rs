@@ -1,0 +1,117 @@
+//! What the fit of a click may assume, and what it gives.
+
+use rijke_numerics::{C64, Matrix};
+
+/// What the fit may assume.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClickOptions {
+    /// Frequencies that the impulse holds, Hz. For a tube the upper one stays below the cut-on of its first transverse
+    /// mode.
+    pub band_hz: (f64, f64),
+    /// Nominal frequency of the mains, Hz: a record in which its hum is as loud as the impulse is refused.
+    pub mains_hz: f64,
+    /// How long before and after its peak the record is used, s. The impulse itself is zero in the last eighth at each
+    /// end.
+    pub window: (f64, f64),
+    /// Dispersion kappa of the path to each channel, s^{1/2}: the path multiplies the spectrum with
+    /// e^{-(1+i) kappa sqrt(omega)}. Empty for none. In a tube of radius a, with kinematic viscosity nu,
+    /// kappa = x / (a c) sqrt(nu / 2) (1 + (gamma - 1) / sqrt(Pr)) (Kirchhoff 1868).
+    pub dispersion: Vec<f64>,
+    /// The first reflection, if there is one that may overlap the impulse.
+    pub reflection: Option<Reflection>,
+}
+
+/// What is known beforehand about the first reflection, such as that at the far end of a tube.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reflection {
+    /// Lag behind the direct impulse at each channel, s.
+    pub lags: Vec<f64>,
+    /// Reflection coefficient at low frequency, -1 for an open end.
+    pub strength: f64,
+    /// Standard deviation of the Gaussian that smooths the impulse in the reflection, s. An open end of radius a
+    /// reflects as 1 - (k a)^2 / 2 (Levine & Schwinger 1948): a / c.
+    pub smoothing: f64,
+    /// Standard deviation of each tap about that expectation, relative to `strength`.
+    pub tolerance: f64,
+    /// Relative standard deviation of the lags, which have one factor in common: 0 if the speed of sound between
+    /// channels and end is known, some 0.2 if the gas there is hot.
+    pub pace_sd: f64,
+}
+
+impl Default for ClickOptions {
+    /// For a tube of 5 cm: 300 Hz to 4 kHz, an impulse that is over within 0.7 ms of its peak.
+    fn default() -> Self {
+        Self {
+            band_hz: (300.0, 4000.0),
+            mains_hz: 50.0,
+            window: (0.8e-3, 0.8e-3),
+            dispersion: Vec::new(),
+            reflection: None,
+        }
+    }
+}
+
+impl ClickOptions {
+    /// Multiplies the lags of the reflection by `pace`.
+    pub(super) fn hasten(&mut self, pace: f64) {
+        if let Some(reflection) = &mut self.reflection {
+            reflection.lags.iter_mut().for_each(|lag| *lag *= pace);
+        }
+    }
+
+    /// Whether the pace of the reflection is not known.
+    pub(super) fn free(&self) -> bool {
+        self.reflection.as_ref().is_some_and(|r| r.pace_sd > 0.0)
+    }
+
+    /// Whether the reflection at channel `m` overlaps the centre of the direct impulse, so that the window cannot end
+    /// before it.
+    pub(super) fn overlaps(&self, m: usize) -> bool {
+        self.lag(m).is_some_and(|lag| lag - self.window.0 < 0.4 * self.window.1)
+    }
+
+    /// End of the window of channel `m` after the impulse's centre, s.
+    pub(super) fn end(&self, m: usize) -> f64 {
+        match self.lag(m) {
+            Some(lag) if !self.overlaps(m) => self.window.1.min(lag - self.window.0),
+            _ => self.window.1,
+        }
+    }
+
+    /// Lag of the reflection at channel `m`.
+    pub(super) fn lag(&self, m: usize) -> Option<f64> {
+        self.reflection.as_ref().and_then(|r| r.lags.get(m).copied())
+    }
+}
+
+/// One impulse, fitted. Times count from the end of the quiet part (the trigger) and contain channel delays and an
+/// origin of the waveform that is arbitrary until a calibration fixes it: see [`crate::ChannelDelays`].
+#[derive(Clone, Debug)]
+pub struct ClickFit {
+    /// Arrival times, s; that of channel `pivot` is exact by definition, its error sits in the waveform.
+    pub times: Vec<f64>,
+    /// Gain of each channel relative to channel `pivot`; negative if inverted.
+    pub gains: Vec<f64>,
+    /// Covariance of `times`, s^2, relative to `pivot` (whose row is zero).
+    pub covariance: Matrix,
+    /// The strongest channel.
+    pub pivot: usize,
+    /// Angular frequencies of the waveform, rad/s.
+    pub frequencies: Vec<f64>,
+    /// Spectrum of the waveform at these, in the gain of the pivot channel and an arbitrary unit per frequency.
+    pub waveform: Vec<C64>,
+    /// Taps of the reflection; empty if none was fitted.
+    pub reflection: Vec<f64>,
+    /// Error of the time (s) and relative error of the gain of each channel, if the far end reflects as an unflanged pipe does
+    /// (Levine & Schwinger 1948) instead of as the taps expect: where the reflection overlaps the impulse, both lean on the
+    /// model of the reflection. Zero where it does not, and where the lag of the reflection is not known.
+    pub leaning: Vec<[f64; 2]>,
+    /// Root of (energy over noise energy) per channel: the amplitude that a matched filter sees.
+    pub signal_to_noise: Vec<f64>,
+    /// Sum of squared residuals over its number of degrees of freedom.
+    pub chi_squared: f64,
+    /// Energy of the residuals beyond that of the noise, over the energy of the impulse in all channels.
+    pub misfit: f64,
+    /// Covariance of times, then of real and imaginary parts of the waveform.
+    pub(crate) joint: Matrix,
+}

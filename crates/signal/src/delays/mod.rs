@@ -1,0 +1,11 @@
+//! Delays and gains of the channels: from clicks at a known speed of sound, or stated. Must not know campaigns.
+
+mod channels;
+mod error;
+mod place;
+mod stated;
+
+pub(crate) use channels::GAIN_SPREAD;
+pub use channels::{ChannelDelays, KnownClick};
+pub use error::CalibrationError;
+pub use stated::StatedChannels;

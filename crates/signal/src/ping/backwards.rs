@@ -1,0 +1,143 @@
+//! The last free decay of a record, found from its end. It needs neither silence nor a plateau before it: the loudspeaker may be
+//! switched on within the record, its tone may beat with the modes that this excites, hum may ripple the envelope.
+//!
+//! From the end of the record a window moves towards its beginning as long as decaying modes (and the mains) explain it to the
+//! noise. Where they do so no more, the forcing has ended inside the window. The forcing before must be one: a steady
+//! tone together with the same modes, from soon after it begins. Otherwise the record holds more than one excitation.
+
+use super::forcing::{Envelope, FORCED, change, forced, strongest};
+use super::search::{Search, has_close_neighbour};
+use super::verdict::Residue;
+use crate::ringdown::{Kind, SEARCHING, Solution, White};
+
+/// Distance between windows, and their length, s.
+const STRIDE: f64 = 0.06;
+const LENGTH: f64 = 0.25;
+/// Deviations by which a mode must decay rather than last.
+const DECAYS: f64 = 3.0;
+/// Relative difference of amplitude from what the decay after it says, beyond which a stride holds forcing: that is half of it
+/// for a mode that decays with 8 1/s. So many deviations of what noise makes of it come on top.
+const UNLIKE: f64 = 0.05;
+const DOUBT: f64 = 3.0;
+/// So many windows in a row must show no decay before the decay has begun after them: near the noise one may fail by chance.
+const MISSES: usize = 3;
+/// Length of the stretches in which the forcing is compared with its model, s, and share of the largest energy of any stretch
+/// that may be left: an interruption that changes the amplitude by a seventh leaves more.
+const STRETCH: f64 = 0.02;
+const LEFT: f64 = 0.02;
+/// The beginning of the forcing may be anything: so long, s, or this share of it.
+const BEGINNING: f64 = 0.1;
+const SHARE: f64 = 0.2;
+
+/// The end of forcing.
+pub(crate) struct LastDecay {
+    /// First row that certainly belongs to the decay.
+    pub(crate) from: usize,
+    /// A fit of its beginning.
+    pub(crate) rough: Solution,
+}
+
+/// What a window shows.
+enum Seen {
+    Decay(Solution),
+    Steady,
+    Other,
+    Nothing,
+}
+
+/// The last free decay of `white`, whose first `order` rows after any sample depend on samples before it. None if there is no
+/// decay at the end, or more than one excitation before.
+pub(crate) fn last_decay(
+    search: &Search<'_>,
+    white: White<'_>,
+    envelope: &Envelope,
+    order: usize,
+) -> Option<LastDecay> {
+    let rows = |seconds: f64| (seconds / white.step) as usize;
+    let block = envelope.block;
+    let stride = rows(STRIDE).max(2 * block);
+    let (first, last) = envelope.loud(white.channels)?;
+    let onset = first * block;
+    let mut start = (last * block).min(white.rows().checked_sub(10 * block)?);
+    let mut decays: Vec<(usize, Solution)> = Vec::new();
+    let mut missed = 0;
+    while missed < MISSES {
+        let seen = look(search, white.slice(start, start + rows(LENGTH).max(10 * block)));
+        let follows = |decays: &[(usize, Solution)]| {
+            decays.last().is_none_or(|(later, known)| {
+                continues(white.slice(start, *later), known, *later - start, rows(LENGTH))
+            })
+        };
+        match seen {
+            Seen::Decay(solution) if follows(&decays) => {
+                decays.push((start, solution));
+                missed = 0;
+            }
+            // Near the noise nothing may be found yet.
+            Seen::Nothing if decays.is_empty() => {}
+            _ => missed += 1,
+        }
+        if start <= onset {
+            break;
+        }
+        start = start.saturating_sub(stride).max(onset);
+    }
+    let (from, rough) = decays.pop()?;
+    if from <= onset + stride {
+        // The record begins with the decay.
+        return Some(LastDecay { from: from + order, rough });
+    }
+    // A few samples of forcing may hide in the earliest window: the one after it is free of them.
+    let (safe, free) = decays.pop().unwrap_or((from, rough));
+    let end = from - stride;
+    let begin = (onset + 3 * block).max(end.saturating_sub(rows(FORCED)));
+    if end < begin + 8 * block {
+        return Some(LastDecay { from: safe, rough: free });
+    }
+    let stretch = white.slice(begin, end);
+    let tone = forced(stretch, strongest(stretch, search.options.band_hz)?, Kind::Mode, &free)?;
+    let whole = onset + 3 * block.max(1) + rows(BEGINNING).min((SHARE * (end - onset) as f64) as usize);
+    one_forcing(white.slice(whole.min(begin), end), tone.components[0].s.im, &free)?;
+    Some(LastDecay { from: change(white, (&tone, begin), (&free, safe), end) + order, rough: free })
+}
+
+fn look(search: &Search<'_>, window: White<'_>) -> Seen {
+    let Ok((components, _)) = search.first_guess(window) else { return Seen::Nothing };
+    let Ok(solution) = search.solve(window, window, components, SEARCHING) else { return Seen::Other };
+    let left = solution.residuals(window, 0.0);
+    let residue = Residue { samples: &left, channels: window.channels, step: window.step, begin: 0.0 };
+    if residue.check(search.options.mains_hz).is_err() {
+        return Seen::Other;
+    }
+    // A window that begins within the forcing is explained by a few poles in place of one.
+    if has_close_neighbour(&solution.components) {
+        return Seen::Other;
+    }
+    let sd = (solution.variance() * solution.covariance[(0, 0)]).sqrt();
+    if -solution.components[0].s.re > DECAYS * sd { Seen::Decay(solution) } else { Seen::Steady }
+}
+
+/// Whether a stretch is as loud as the decay after it, which begins `rows` rows later, says: forcing is less loud. A window that begins
+/// within the forcing may be explained to the noise by enough modes. The decay was fitted to a window of `length` rows.
+fn continues(stretch: White<'_>, known: &Solution, rows: usize, length: usize) -> bool {
+    let left = known.residuals(stretch, -(rows as f64));
+    let (mut product, mut square) = (0.0, 0.0);
+    for (y, left) in stretch.samples.iter().zip(&left) {
+        product += (y - left) * y;
+        square += (y - left) * (y - left);
+    }
+    // The growth rate's error acts from the middle of the window to that of the stretch.
+    let away = 0.5 * (rows + length) as f64 * stretch.step;
+    let doubt = (1.0 / square + known.variance() * known.covariance[(0, 0)] * away * away).sqrt();
+    (product / square - 1.0).abs() < UNLIKE + DOUBT * doubt
+}
+
+/// Something, if one tone, steady or slowly growing or fading, and the modes of `free` are all there is.
+fn one_forcing(part: White<'_>, omega: f64, free: &Solution) -> Option<()> {
+    let left = forced(part, omega, Kind::Mode, free)?.residuals(part, 0.0);
+    let rows = ((STRETCH / part.step) as usize).max(16) * part.channels;
+    let energy = |samples: &[f64]| samples.iter().map(|v| v * v).sum::<f64>();
+    let largest = part.samples.chunks_exact(rows).map(energy).fold(0.0, f64::max);
+    let most = left.chunks_exact(rows).map(energy).fold(0.0, f64::max);
+    (most < LEFT * largest + 2.0 * rows as f64).then_some(())
+}

@@ -1,0 +1,92 @@
+//! Whether the frequency of a ring-down drifts while it decays, as it does when the gas warms or cools.
+//!
+//! With a drift chi (rad/s^2) the amplitude of every channel is b_m e^{s t + i chi t^2 / 2}. The fit without chi is the maximum
+//! of the likelihood in s and b, so one Gauss-Newton step in chi alone tells it: what is left of the derivative i b_m t^2 / 2
+//! after the derivatives in b (1) and s (t) are projected out is i b_m q / 2, q = t^2 - a t - c, with a and c of the weighted least squares
+//! under e^{2 sigma t}. Terms at twice the frequency are left out, an error of about |sigma|/omega, and so are the neighbours.
+//! For an endless record a/2 is one decay time: the fit without chi has found the frequency of that moment.
+
+use crate::dsp::kernels::Powers;
+use rijke_numerics::C64;
+use rijke_rig::Ping;
+
+/// Drift of the angular frequency of a mode during its decay.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drift {
+    /// Change of the angular frequency with time, rad/s^2. Over the angular frequency: the relative change of the speed of
+    /// sound, 1/s.
+    pub rate: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+    /// The moment whose frequency a fit without drift finds, s after the start of the window.
+    pub moment: f64,
+}
+
+/// Standard deviations beyond which a drift is taken as real: noise feigns it in one ping of 16 000.
+const SIGNIFICANT: f64 = 4.0;
+
+impl Drift {
+    /// The drift of a mode s with white amplitudes `amplitudes`, from the residuals of its fit.
+    pub(crate) fn of(s: C64, amplitudes: &[C64], left: &[f64], step: f64, variance: f64) -> Self {
+        let rows = left.len() / amplitudes.len().max(1);
+        let mut moments = [0.0; 5];
+        let (shrink, mut weight) = ((2.0 * s.re * step).exp(), 1.0);
+        for n in 0..rows {
+            let (t, mut term) = (n as f64 * step, weight);
+            for moment in &mut moments {
+                *moment += term;
+                term *= t;
+            }
+            weight *= shrink;
+        }
+        let [m0, m1, m2, m3, m4] = moments;
+        let determinant = m2 * m0 - m1 * m1;
+        let (a, c) = ((m3 * m0 - m2 * m1) / determinant, (m2 * m2 - m1 * m3) / determinant);
+        let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
+        let information = 0.125 * strength * (m4 - a * m3 - c * m2);
+        let phasors = Powers::new((s * step).exp(), rows);
+        let mut score = 0.0;
+        for (n, row) in left.chunks_exact(amplitudes.len()).enumerate() {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (r, b) in row.iter().zip(amplitudes) {
+                re += r * b.re;
+                im += r * b.im;
+            }
+            let t = n as f64 * step;
+            score -= 0.5 * (t * t - a * t - c) * (re * phasors.im[n] + im * phasors.re[n]);
+        }
+        let drift = Self { rate: score / information, sd: (variance / information).sqrt(), moment: 0.5 * a };
+        let finite = drift.rate.is_finite() && drift.sd.is_finite() && drift.moment.is_finite();
+        if finite { drift } else { Self { rate: 0.0, sd: f64::INFINITY, moment: 0.0 } }
+    }
+
+    /// Whether it is more than noise.
+    #[must_use]
+    pub fn is_significant(&self) -> bool {
+        self.rate.abs() > SIGNIFICANT * self.sd
+    }
+
+    /// Turns the frequency of a fit without drift into that at the start of the window.
+    pub(crate) fn remove(&self, ping: &mut Ping) {
+        ping.s.im -= self.rate * self.moment;
+        ping.covariance[(1, 1)] += (self.sd * self.moment).powi(2);
+    }
+
+    /// The reverse of [`Self::remove`].
+    pub(crate) fn put_back(&self, ping: &mut Ping) {
+        ping.s.im += self.rate * self.moment;
+        ping.covariance[(1, 1)] -= (self.sd * self.moment).powi(2);
+    }
+
+    /// The drift that several decays have in common.
+    pub(crate) fn common(drifts: &[Self]) -> Self {
+        let weight = |d: &Self| d.sd.powi(-2);
+        let total: f64 = drifts.iter().map(weight).sum();
+        let mean = |value: fn(&Self) -> f64| drifts.iter().map(|d| weight(d) * value(d)).sum::<f64>() / total;
+        if total > 0.0 {
+            Self { rate: mean(|d| d.rate), sd: total.sqrt().recip(), moment: mean(|d| d.moment) }
+        } else {
+            Self { rate: 0.0, sd: f64::INFINITY, moment: 0.0 }
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Which frequency the loudspeaker drives: what rings after it must be near.
+
+use crate::dsp::transform;
+use crate::{Fault, Trace};
+
+/// Periods that the forcing must have to be seen as a tone, and share of all energy before the decay that it must have.
+const PERIODS: f64 = 10.0;
+const SHARE: f64 = 0.5;
+/// Distance from the driven frequency, relative to that of the mode, from which another mode was driven. A loudspeaker may be some per
+/// cent off.
+const FAR: f64 = 0.25;
+/// The same for the edges of the band.
+const BESIDE: f64 = 0.05;
+/// Bins of the spectrum to each side of the largest that count to the tone.
+const BINS: usize = 3;
+
+/// Refuses a mode that is not near the tone which holds most of what was recorded before the decay.
+pub(crate) fn check(
+    before: &[Vec<f64>],
+    step: f64,
+    mode_hz: f64,
+    band_hz: (f64, f64),
+    mains_hz: f64,
+) -> Result<(), Fault> {
+    match tone(before, step) {
+        Some(driven_hz)
+            if (driven_hz - mode_hz).abs() > FAR * mode_hz && !is_of_the_mains(driven_hz, mains_hz) =>
+        {
+            Err(Fault::DrivenElsewhere { driven_hz, mode_hz, band_hz })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What to say of a record that cannot be fitted, if its tone lies outside the band.
+pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -> Option<Fault> {
+    let quiet = trace.quiet.min(trace.len());
+    let loud: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet.min(y.len())..].to_vec()).collect();
+    let driven_hz = tone(&loud, 1.0 / trace.rate_hz)?;
+    let near = ((1.0 - BESIDE) * band_hz.0..=(1.0 + BESIDE) * band_hz.1).contains(&driven_hz);
+    (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside { driven_hz, band_hz })
+}
+
+/// Where there is no forcing, hum may be the loudest.
+fn is_of_the_mains(frequency_hz: f64, mains_hz: f64) -> bool {
+    let harmonic = (frequency_hz / mains_hz).round();
+    harmonic > 0.5 && (frequency_hz - harmonic * mains_hz).abs() < 1.0
+}
+
+/// The frequency that holds most of the energy of a stretch, Hz, if one does.
+fn tone(channels: &[Vec<f64>], step: f64) -> Option<f64> {
+    let squares = |y: &&Vec<f64>| y.iter().map(|v| v * v).sum::<f64>();
+    let loudest = channels.iter().max_by(|a, b| squares(a).total_cmp(&squares(b)))?;
+    let rows = loudest.len();
+    if rows < 64 {
+        return None;
+    }
+    let transform = transform::forward(rows);
+    let (mut series, mut spectrum) = (loudest.clone(), transform.make_output_vec());
+    transform.process(&mut series, &mut spectrum).ok()?;
+    let energy: Vec<f64> = spectrum.iter().map(|z| z.norm_sqr()).collect();
+    let (k, _) = energy.iter().enumerate().skip(1).max_by(|a, b| a.1.total_cmp(b.1))?;
+    let near: f64 = energy[k.saturating_sub(BINS).max(1)..(k + BINS + 1).min(energy.len())].iter().sum();
+    let all: f64 = energy[1..].iter().sum();
+    (k as f64 >= PERIODS && near > SHARE * all).then(|| k as f64 / (rows as f64 * step))
+}

@@ -1,0 +1,357 @@
+//! Decay rate, frequency and mode shape of one ring-down, with covariance and verdict.
+
+use super::backwards::last_decay;
+use super::chirp::Drift;
+use super::driven;
+use super::forcing::Envelope;
+use super::options::PingOptions;
+use super::search::{Search, has_close_neighbour};
+use super::verdict::{self, Residue};
+use crate::dsp::noise::{Whitener, remove_hum};
+use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White};
+use crate::{Fault, Trace};
+use rijke_numerics::{C64, Matrix};
+use rijke_rig::Ping;
+
+/// One ring-down, fitted.
+#[derive(Clone, Debug)]
+pub struct PingFit {
+    /// The measurement. Channel delays and gains are those of the record: see [`crate::ChannelDelays::correct`].
+    pub ping: Ping,
+    /// All modes fitted, the one of interest first, 1/s.
+    pub modes: Vec<C64>,
+    /// First guess of the mode of interest, by ESPRIT; for comparison only.
+    pub subspace_guess: C64,
+    /// Complex amplitude of the mode of interest in each channel at `start`, units of the record.
+    pub amplitudes: Vec<C64>,
+    /// Every tone fitted, the mains after the modes: growth rate and frequency, 1/s, and amplitude in each channel at the
+    /// start of the window, units of the record.
+    pub tones: Vec<(C64, Vec<C64>)>,
+    /// First and last time used, s from the first sample of the record.
+    pub window: (f64, f64),
+    /// Amplitude over noise in each channel; noise as the sd of white noise of equal density near the mode.
+    pub signal_to_noise: Vec<f64>,
+    /// Harmonics of the mains that were fitted, and their fundamental, Hz.
+    pub mains: (Vec<u32>, f64),
+    /// Variance of the residuals over that of the quiet part: 1 if the model holds.
+    pub residual_variance: f64,
+    /// How the frequency of the mode drifts during the decay. If that is significant, `ping` and `modes` hold the frequency at the
+    /// start of the window, with the error that the drift leaves; otherwise the frequency is that of about one decay time later.
+    pub drift: Drift,
+    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal deviate; the
+    /// colour of the noise is known only as well as the quiet part shows it, which is allowed for.
+    pub whiteness: f64,
+}
+
+/// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
+const MIN_QUIET: usize = 256;
+/// With fewer samples of the quiet part than these the colour of the noise is learnt from the residuals of a first fit, too:
+/// from a few hundred it is known so badly that intervals cover 88 % instead of 95 %.
+const SHORT_QUIET: usize = 1500;
+/// Variance of the residuals, over that of the noise as measured, up to which they count as noise.
+const NOISE_ALONE: f64 = 1.3;
+/// The first part of the decay in which neighbours are sought, s: they die away sooner than the mode of interest, and
+/// a longer stretch would bury them in noise.
+const EARLY: f64 = 0.25;
+/// Decay times kept: beyond them lies 0.03 % of the information on the growth rate.
+const DECAY_TIMES: f64 = 7.0;
+
+/// Fits one ring-down by maximum likelihood.
+///
+/// The record holds an optional quiet part (noise alone), optional steady forcing near the mode, and the free decay;
+/// the end of forcing is found from the record. All channels share every complex frequency; each channel has its own
+/// complex amplitudes. Noise is whitened with its colour and correlation between channels as learnt from the quiet
+/// part (Gaussian, stationary: hum is fitted apart). The covariance is the inverse Fisher information, scaled with the
+/// residual variance. Cost: see `benches/records.rs`.
+///
+/// # Errors
+/// A [`Fault`] that says why the record must not be used.
+pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fault> {
+    trace.screen(512)?;
+    let quiet = trace.quiet.min(trace.len());
+    let (whitener, harmonics) = if quiet >= MIN_QUIET {
+        let mut noise: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[..quiet].to_vec()).collect();
+        let harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz);
+        let learnt = if quiet < SHORT_QUIET {
+            let deviations: Vec<f64> = noise.iter().map(|y| deviation(y)).collect();
+            learn_from_residuals(trace, options, &deviations, &harmonics).ok()
+        } else {
+            None
+        };
+        (learnt.map_or_else(|| Whitener::learn(&noise), Ok)?, harmonics)
+    } else {
+        let tail = trace.len() - trace.len() / 10;
+        let deviations: Vec<f64> = trace.channels.iter().map(|y| deviation(&y[tail..])).collect();
+        (learn_from_residuals(trace, options, &deviations, &[])?, Vec::new())
+    };
+    let fit = |start| fit_whitened(trace, options, &whitener, &harmonics, start);
+    let plateau = fit(Start::Plateau);
+    let doubtful = plateau.as_ref().is_ok_and(|fit| fit.doubtful);
+    let backwards = || fit(Start::Backwards)?.judged(options);
+    let found = match plateau.and_then(|fit| fit.judged(options)) {
+        Ok(found) if doubtful => backwards().or(Ok(found)),
+        Err(fault) if may_be_build_up(&fault) => backwards().or(Err(fault)),
+        result => result,
+    };
+    found.map_err(|fault| driven::outside(trace, options.band_hz, options.mains_hz).unwrap_or(fault))
+}
+
+/// How the start of the decay is found.
+#[derive(Clone, Copy)]
+enum Start {
+    /// At the end of a plateau that the record holds.
+    Plateau,
+    /// From the end of the record: see [`last_decay`].
+    Backwards,
+}
+
+/// Whether a record may be sound although its forcing is no plateau.
+fn may_be_build_up(fault: &Fault) -> bool {
+    matches!(
+        fault,
+        Fault::SecondExcitation { .. }
+            | Fault::HumBurst { .. }
+            | Fault::Residual { .. }
+            | Fault::NotDecaying { .. }
+            | Fault::NotConverged { .. }
+            | Fault::TooShort { .. }
+            | Fault::Singular(_)
+    )
+}
+
+fn deviation(y: &[f64]) -> f64 {
+    let mean = y.iter().sum::<f64>() / y.len() as f64;
+    (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / y.len() as f64).sqrt()
+}
+
+/// With little or no quiet part: fit with noise taken as white, learn its colour from what is left, for another fit.
+fn learn_from_residuals(
+    trace: &Trace<'_>,
+    options: &PingOptions,
+    deviations: &[f64],
+    harmonics: &[u32],
+) -> Result<Whitener, Fault> {
+    let fit = |start| fit_whitened(trace, options, &Whitener::scaling(deviations), harmonics, start);
+    // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would take the mode for noise.
+    let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
+    let found = match fit(Start::Plateau) {
+        Ok(found) if sound(&found) => found,
+        first => match fit(Start::Backwards) {
+            Ok(found) if sound(&found) => found,
+            _ => {
+                let found = first?;
+                let ratio = found.solution.variance();
+                if trace.quiet >= MIN_QUIET {
+                    let at = found.offset as f64 * found.step;
+                    let frequency_hz = found.guess.im / std::f64::consts::TAU;
+                    return Err(Fault::Residual { at, channel: 0, ratio, frequency_hz });
+                }
+                found
+            }
+        },
+    };
+    let left = found.residuals();
+    let unscaled =
+        |(m, d): (usize, &f64)| left.iter().skip(m).step_by(deviations.len()).map(|v| v * d).collect();
+    let noise: Vec<Vec<f64>> = deviations.iter().enumerate().map(unscaled).collect();
+    Whitener::learn(&noise)
+}
+
+/// The maximum-likelihood fit together with what it was made from.
+struct Fitted {
+    whitener: Whitener,
+    harmonics: Vec<u32>,
+    white: Vec<f64>,
+    channels: usize,
+    step: f64,
+    /// Samples from which the colour of the noise was learnt.
+    learnt_from: usize,
+    /// First sample of the record that `white` stands for.
+    offset: usize,
+    /// Rows of `white` that were fitted.
+    rows: (usize, usize),
+    guess: C64,
+    solution: Solution,
+    /// Whether the forcing may have gone on after what was taken for its end.
+    doubtful: bool,
+}
+
+fn fit_whitened(
+    trace: &Trace<'_>,
+    options: &PingOptions,
+    whitener: &Whitener,
+    harmonics: &[u32],
+    start: Start,
+) -> Result<Fitted, Fault> {
+    let (channels, step) = (trace.channels.len(), 1.0 / trace.rate_hz);
+    let quiet = trace.quiet.min(trace.len());
+    let samples = whitener.apply(trace.channels, quiet, trace.len());
+    let white = White { samples: &samples, channels, step };
+    let envelope = Envelope::new(white, options.band_hz)?;
+    let search = Search { options, harmonics };
+    let need = 10 * envelope.block;
+    let early = |from: usize| white.slice(from, from + (EARLY / step) as usize);
+    let too_short =
+        |first: usize| Fault::TooShort { what: "decay", have: white.rows().saturating_sub(first), need };
+    let (from, rough, subspace) = match start {
+        Start::Plateau => {
+            if let Some(growth) = envelope.regrowth() {
+                let row = |block: usize| block * envelope.block;
+                let at = (quiet + whitener.order() + row(growth.least)) as f64 * step;
+                let mode_hz = envelope.omega / std::f64::consts::TAU;
+                let (grown, mains_hz) = (row(growth.grown), options.mains_hz);
+                return Err(verdict::regrowth(white, mode_hz, grown, at, growth.factor, mains_hz));
+            }
+            let first = envelope.safe_start();
+            if white.rows() < first + need {
+                return Err(too_short(first));
+            }
+            let (components, subspace) = search.first_guess(early(first))?;
+            let rough = search.solve(early(first), early(first), components, SEARCHING)?;
+            let from = envelope.decay_start(white, &rough, first, whitener.order()).unwrap_or(first);
+            (from, rough, subspace)
+        }
+        Start::Backwards => {
+            let found = last_decay(&search, white, &envelope, whitener.order());
+            let found = found.ok_or_else(|| too_short(white.rows()))?;
+            let subspace = found.rough.components[0].s;
+            (found.from, found.rough, subspace)
+        }
+    };
+    // The earlier start shows neighbours that had died away by the first one.
+    let components = search.more_modes(early(from), &rough.components)?;
+    let growth_rate = components[0].s.re;
+    if growth_rate >= 0.0 {
+        return Err(Fault::NotDecaying { growth_rate });
+    }
+    let mode_hz = components[0].s.im / std::f64::consts::TAU;
+    let until = quiet + whitener.order() + from;
+    let before: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet..until].to_vec()).collect();
+    driven::check(&before, step, mode_hz, options.band_hz, options.mains_hz)?;
+    let length = (DECAY_TIMES / (-growth_rate * step)).ceil() as usize;
+    let to = white.rows().min(from + length.max(need));
+    let solution = search.solve(white.slice(from, to), early(from), components, SETTLING)?;
+    Ok(Fitted {
+        whitener: whitener.clone(),
+        harmonics: harmonics.to_vec(),
+        learnt_from: if quiet >= MIN_QUIET { quiet } else { white.rows() },
+        channels,
+        step,
+        offset: quiet + whitener.order(),
+        rows: (from, to),
+        guess: subspace,
+        doubtful: has_close_neighbour(&solution.components) || envelope.falls_late(channels, step),
+        solution,
+        white: samples,
+    })
+}
+
+impl Fitted {
+    fn white(&self, from: usize, to: usize) -> White<'_> {
+        White {
+            samples: &self.white[from * self.channels..to * self.channels],
+            channels: self.channels,
+            step: self.step,
+        }
+    }
+
+    fn residuals(&self) -> Vec<f64> {
+        self.solution.residuals(self.white(self.rows.0, self.rows.1), 0.0)
+    }
+
+    /// Turns the fit into a measurement, or refuses it.
+    fn judged(self, options: &PingOptions) -> Result<PingFit, Fault> {
+        let s = self.solution.components[0].s;
+        if s.re >= 0.0 {
+            return Err(Fault::NotDecaying { growth_rate: s.re });
+        }
+        let (from, to) = self.rows;
+        let at = |row: usize| (self.offset + row) as f64 * self.step;
+        let (unwhiten, log_slopes) = self.whitener.unwhiten(s, self.step);
+        let white_amplitudes = &self.solution.amplitudes[0];
+        let amplitudes: Vec<C64> =
+            unwhiten.iter().map(|row| row.iter().zip(white_amplitudes).map(|(u, b)| u * b).sum()).collect();
+        let tone = |(k, component): (usize, &Component)| {
+            let (unwhiten, _) = self.whitener.unwhiten(component.s, self.step);
+            let white = &self.solution.amplitudes[k];
+            let amplitude = |row: &Vec<C64>| row.iter().zip(white).map(|(u, b)| u * b).sum();
+            (component.s, unwhiten.iter().map(amplitude).collect())
+        };
+        let tones = self.solution.components.iter().enumerate().map(tone).collect();
+        let deviations = self.whitener.deviations(s.im, self.step);
+        let signal_to_noise: Vec<f64> =
+            amplitudes.iter().zip(&deviations).map(|(a, d)| a.norm() / d).collect();
+        verdict::signal(&signal_to_noise, options.silent_channels)?;
+        let left = self.residuals();
+        let residue = Residue { samples: &left, channels: self.channels, step: self.step, begin: at(from) };
+        residue.check(options.mains_hz)?;
+        let variance = self.solution.variance();
+        let covariance = self.solution.mode_covariance(0);
+        let mut ping =
+            relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
+        let drift = Drift::of(s, white_amplitudes, &left, self.step, variance);
+        if drift.is_significant() {
+            drift.remove(&mut ping);
+        }
+        let mut modes: Vec<C64> =
+            self.solution.components.iter().filter(|c| c.kind == Kind::Mode).map(|c| c.s).collect();
+        if let Some(mode) = modes.first_mut() {
+            *mode = ping.s;
+        }
+        let fundamental = self.solution.components.iter().find_map(|c| match c.kind {
+            Kind::Mains(h) => Some(c.s.im / (f64::from(h) * std::f64::consts::TAU)),
+            _ => None,
+        });
+        Ok(PingFit {
+            ping,
+            modes,
+            drift,
+            subspace_guess: self.guess,
+            amplitudes,
+            tones,
+            window: (at(from), at(to)),
+            signal_to_noise,
+            mains: (self.harmonics, fundamental.unwrap_or(options.mains_hz)),
+            residual_variance: variance,
+            whiteness: residue.whiteness(self.learnt_from),
+        })
+    }
+}
+
+/// Pressures relative to the reference channel and their covariance, by the chain rule from the white amplitudes:
+/// a = U(s) b, p_m = a_m / a_ref. Every map is analytic, so each complex derivative is a 2 x 2 rotation and scaling.
+fn relative(
+    s: C64,
+    amplitudes: &[C64],
+    reference: usize,
+    unwhiten: &[Vec<C64>],
+    log_slopes: &[C64],
+    covariance: &Matrix,
+    variance: f64,
+) -> Ping {
+    let base = amplitudes[reference];
+    let pressures: Vec<C64> = amplitudes.iter().map(|a| a / base).collect();
+    let others: Vec<usize> = (0..amplitudes.len()).filter(|&m| m != reference).collect();
+    let size = 2 + 2 * others.len();
+    let mut map = Matrix::zeros(size, covariance.rows());
+    for i in 0..2 {
+        map[(i, i)] = 1.0;
+    }
+    let set = |map: &mut Matrix, row: usize, column: usize, d: C64| {
+        map[(row, column)] = d.re;
+        map[(row, column + 1)] = -d.im;
+        map[(row + 1, column)] = d.im;
+        map[(row + 1, column + 1)] = d.re;
+    };
+    for (i, &m) in others.iter().enumerate() {
+        let row = 2 + 2 * i;
+        set(&mut map, row, 0, pressures[m] * (log_slopes[m] - log_slopes[reference]));
+        for n in 0..amplitudes.len() {
+            let d = (unwhiten[m][n] - pressures[m] * unwhiten[reference][n]) / base;
+            set(&mut map, row, 2 + 2 * n, d);
+        }
+    }
+    let full = map.product(covariance).product(&map.transpose());
+    let covariance = Matrix::from_fn(size, size, |i, j| 0.5 * variance * (full[(i, j)] + full[(j, i)]));
+    Ping { s, pressures, reference, covariance }
+}

@@ -1,0 +1,16 @@
+//! A ping: noise, forcing, and the free decay of one mode. Must not know other records.
+
+mod backwards;
+mod chirp;
+mod driven;
+mod fit;
+mod forcing;
+mod options;
+mod picture;
+mod search;
+mod verdict;
+
+pub use chirp::Drift;
+pub use fit::{PingFit, fit_ping};
+pub use options::PingOptions;
+pub use picture::PingPicture;

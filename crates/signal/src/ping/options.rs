@@ -1,0 +1,29 @@
+//! What the fit of a ping may assume.
+
+/// What the fit may assume.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PingOptions {
+    /// Channel to which the amplitudes are relative.
+    pub reference: usize,
+    /// Where the mode of interest lies, Hz: the strongest tone in this range is taken.
+    pub band_hz: (f64, f64),
+    /// Highest frequency at which neighbouring modes are looked for, Hz.
+    pub highest_hz: f64,
+    /// Nominal frequency of the mains, Hz; its harmonics are fitted if they stand out of the quiet part.
+    pub mains_hz: f64,
+    /// Whether a channel may lie at a node of the mode. If not, a channel without signal rejects the record.
+    pub silent_channels: bool,
+}
+
+impl Default for PingOptions {
+    /// For the fundamental of a metre of tube: 80 to 300 Hz, neighbours up to 1.3 kHz, 50 Hz mains.
+    fn default() -> Self {
+        Self {
+            reference: 0,
+            band_hz: (80.0, 300.0),
+            highest_hz: 1300.0,
+            mains_hz: 50.0,
+            silent_channels: false,
+        }
+    }
+}

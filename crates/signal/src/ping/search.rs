@@ -1,0 +1,216 @@
+//! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part, then whatever
+//! tone still stands out of what is left over, one at a time.
+
+use super::options::PingOptions;
+use crate::Fault;
+use crate::dsp::kernels::dot;
+use crate::dsp::transform;
+use crate::ringdown::pencil::{self, Decimated};
+use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, energies, solve};
+use rijke_numerics::C64;
+use std::f64::consts::TAU;
+
+/// What to look for.
+pub(crate) struct Search<'a> {
+    pub(crate) options: &'a PingOptions,
+    /// Harmonics of the mains that the record holds.
+    pub(crate) harmonics: &'a [u32],
+}
+
+/// Most modes added after the first guess.
+const MOST_ADDED: usize = 6;
+/// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first guess
+/// is for.
+const APART_HZ: f64 = 12.0;
+
+impl Search<'_> {
+    /// The modes that ESPRIT sees, the strongest in the band first, then the mains; and the first of them as ESPRIT has it.
+    pub(crate) fn first_guess(&self, early: White<'_>) -> Result<(Vec<Component>, C64), Fault> {
+        let decimated = self.decimated(early);
+        let mains = TAU * self.options.mains_hz;
+        let mode = |s: C64| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode };
+        let tone = |&h: &u32| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) };
+        let modes = pencil::poles(&decimated)?.into_iter().filter(|&s| self.may_be_mode(s)).map(mode);
+        let mut components: Vec<Component> = modes.chain(self.harmonics.iter().map(tone)).collect();
+        let strength = energies(decimated.white(), &components)?;
+        self.drop_weak(&decimated, &mut components, strength)?;
+        let guess = components[0].s;
+        Ok((self.settled(&decimated, components)?.components, guess))
+    }
+
+    /// The given components and the modes that stand out of what they leave.
+    pub(crate) fn more_modes(&self, early: White<'_>, known: &[Component]) -> Result<Vec<Component>, Fault> {
+        let decimated = self.decimated(early);
+        let mut solution = self.settled(&decimated, known.to_vec())?;
+        for _ in 0..MOST_ADDED {
+            let left = solution.residuals(decimated.white(), 0.0);
+            let left = White { samples: &left, ..decimated.white() };
+            let Some(found) = self.strongest(left, decimated.variance, &solution.components) else { break };
+            let mut more = solution.components.clone();
+            more.insert(modes(&more), found);
+            let next = self.settled(&decimated, more)?;
+            if solution.residual - next.residual < floor(left.channels) * decimated.variance {
+                break;
+            }
+            solution = next;
+        }
+        Ok(solution.components)
+    }
+
+    /// Fits `white` by the given components, without the weakest neighbours of the first one if the record cannot tell
+    /// them apart, and without those that are no decaying modes; `close` as in [`solve`].
+    pub(crate) fn solve(
+        &self,
+        white: White<'_>,
+        early: White<'_>,
+        mut components: Vec<Component>,
+        close: f64,
+    ) -> Result<Solution, Fault> {
+        loop {
+            let count = modes(&components);
+            match solve(white, &components, close) {
+                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
+                    components.remove(weakest(self.decimated(early).white(), &components));
+                }
+                Ok(solution) => {
+                    let no_mode = |s: C64| s.re >= 0.0 || !self.may_be_mode(s);
+                    match (1..count).find(|&k| no_mode(solution.components[k].s)) {
+                        Some(k) => drop(components.remove(k)),
+                        None => return Ok(solution),
+                    }
+                }
+                Err(fault) => return Err(fault),
+            }
+        }
+    }
+
+    fn decimated(&self, early: White<'_>) -> Decimated {
+        let factor = ((0.42 / (early.step * self.options.highest_hz)).floor() as usize).max(1);
+        Decimated::new(early, factor)
+    }
+
+    fn may_be_mode(&self, s: C64) -> bool {
+        let mains = TAU * self.options.mains_hz;
+        let hum = |&h: &u32| (s.im - mains * f64::from(h)).abs() < 8.0 && s.re.abs() < 8.0;
+        let high = s.im > TAU * self.options.highest_hz;
+        !self.harmonics.iter().any(hum) && !high && s.re < 2.0 && s.re > -0.5 * s.im
+    }
+
+    /// The maximum of the likelihood without what turns out to be no mode, or to be no more than noise could feign. A
+    /// spurious pole near a strong mode looks significant until both have settled.
+    fn settled(&self, decimated: &Decimated, mut components: Vec<Component>) -> Result<Solution, Fault> {
+        loop {
+            let count = modes(&components);
+            let solution = match solve(decimated.white(), &components, SEARCHING) {
+                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
+                    components.remove(weakest(decimated.white(), &components));
+                    continue;
+                }
+                other => other?,
+            };
+            components.clone_from(&solution.components);
+            if let Some(k) = (1..count).find(|&k| !self.may_be_mode(components[k].s)) {
+                components.remove(k);
+            } else {
+                self.drop_weak(decimated, &mut components, solution.energies()?)?;
+            }
+            let same = |(a, b): (&Component, &Component)| a.s == b.s;
+            let kept = components.len() == solution.components.len();
+            if kept && components.iter().zip(&solution.components).all(same) {
+                return Ok(solution);
+            }
+        }
+    }
+
+    /// Drops the modes that noise alone could feign, and puts the strongest in the band first. `strength` is the energy of
+    /// each.
+    fn drop_weak(
+        &self,
+        decimated: &Decimated,
+        components: &mut Vec<Component>,
+        mut strength: Vec<f64>,
+    ) -> Result<(), Fault> {
+        let floor = floor(decimated.white().channels);
+        let in_band = |s: C64| (self.options.band_hz.0..=self.options.band_hz.1).contains(&(s.im / TAU));
+        loop {
+            let count = modes(components);
+            match (0..count).min_by(|&a, &b| strength[a].total_cmp(&strength[b])) {
+                Some(k) if strength[k] < floor * decimated.variance => {
+                    components.remove(k);
+                    strength = energies(decimated.white(), components)?;
+                }
+                _ => {
+                    let main = (0..count)
+                        .filter(|&k| in_band(components[k].s))
+                        .max_by(|&a, &b| strength[a].total_cmp(&strength[b]))
+                        .ok_or(Fault::Weak { ratio: 0.0 })?;
+                    components.swap(0, main);
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// The strongest damped tone in residuals of the given variance, away from the known components; none if it could
+    /// be noise. A matched filter: the transform under e^{-alpha t} with the decay of the modes found.
+    fn strongest(&self, left: White<'_>, variance: f64, known: &[Component]) -> Option<Component> {
+        let decays: Vec<f64> = known.iter().filter(|c| c.kind == Kind::Mode).map(|c| -c.s.re).collect();
+        let alpha = 1.5 * decays.iter().sum::<f64>() / decays.len().max(1) as f64;
+        let alpha = alpha.max(2.0 / (left.rows() as f64 * left.step));
+        let length = (2 * left.rows()).next_power_of_two();
+        let transform = transform::forward(length);
+        let (mut series, mut spectrum) = (transform.make_input_vec(), transform.make_output_vec());
+        let mut energy = vec![0.0; spectrum.len()];
+        let weight: Vec<f64> = (0..left.rows()).map(|n| (-alpha * n as f64 * left.step).exp()).collect();
+        let weights = dot(&weight, &weight);
+        for m in 0..left.channels {
+            series.fill(0.0);
+            let channel = left.samples.iter().skip(m).step_by(left.channels);
+            for ((out, y), weight) in series.iter_mut().zip(channel).zip(&weight) {
+                *out = y * weight;
+            }
+            transform.process(&mut series, &mut spectrum).ok()?;
+            for (sum, z) in energy.iter_mut().zip(&spectrum) {
+                *sum += 2.0 * z.norm_sqr() / (weights * variance);
+            }
+        }
+        let resolution = 1.0 / (length as f64 * left.step);
+        let allowed = |f: f64| {
+            f > self.options.band_hz.0.min(60.0)
+                && f < self.options.highest_hz
+                && known.iter().all(|c| (f - c.s.im / TAU).abs() > APART_HZ)
+        };
+        let (bin, &largest) = energy
+            .iter()
+            .enumerate()
+            .filter(|&(k, _)| allowed(k as f64 * resolution))
+            .max_by(|a, b| a.1.total_cmp(b.1))?;
+        let s = C64::new(-alpha, TAU * resolution * bin as f64);
+        (largest > floor(left.channels)).then_some(Component { s, kind: Kind::Mode })
+    }
+}
+
+/// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch that begins within
+/// the forcing.
+pub(crate) fn has_close_neighbour(components: &[Component]) -> bool {
+    let close = |c: &&Component| c.kind == Kind::Mode && (c.s.im - components[0].s.im).abs() < TAU * APART_HZ;
+    components.iter().skip(1).any(|c| close(&c))
+}
+
+/// Number of modes; they come before the harmonics of the mains.
+fn modes(components: &[Component]) -> usize {
+    components.iter().take_while(|c| c.kind == Kind::Mode).count()
+}
+
+/// The neighbour of least energy; the last found if poles are so close that not even energies can be told apart.
+fn weakest(white: White<'_>, components: &[Component]) -> usize {
+    let count = modes(components);
+    energies(white, components)
+        .map_or(count - 1, |e| (1..count).min_by(|&a, &b| e[a].total_cmp(&e[b])).unwrap_or(count - 1))
+}
+
+/// A spurious pole adapts to noise: its energy is chi-squared with two degrees of freedom per channel and two more.
+fn floor(channels: usize) -> f64 {
+    let freedom = 2.0 * channels as f64;
+    freedom + 8.0 * (2.0 * freedom).sqrt()
+}

@@ -1,0 +1,173 @@
+//! Whether a fitted ring-down may be used, from what the fit leaves over.
+
+use crate::Fault;
+use crate::dsp::kernels::dot;
+use crate::ringdown::White;
+use rijke_numerics::C64;
+
+/// Length of the stretches in which residuals are compared with noise, s.
+const STRETCH: f64 = 0.02;
+/// Residual power over noise power that rejects: 13 sd of one channel in a stretch of 200 samples ...
+const CHANNEL_LIMIT: f64 = 2.3;
+/// ... and 10 sd of 8 channels together. Gaussian noise does not reach either in the lifetime of a rig.
+const TOTAL_LIMIT: f64 = 1.35;
+/// Lags of the whiteness statistic.
+const LAGS: usize = 20;
+/// It looks at no more samples of a channel than these: the colour of the noise is not known better.
+const WHITENESS_ROWS: usize = 4096;
+
+/// White residuals of a fit, one row of channels per sample.
+pub(crate) struct Residue<'a> {
+    pub(crate) samples: &'a [f64],
+    pub(crate) channels: usize,
+    pub(crate) step: f64,
+    /// Time of the first row, s.
+    pub(crate) begin: f64,
+}
+
+impl Residue<'_> {
+    /// Refuses residuals that are more than noise in some stretch, and says when, where and at which frequency.
+    pub(crate) fn check(&self, mains_hz: f64) -> Result<(), Fault> {
+        let rows = ((STRETCH / self.step).round() as usize).max(16);
+        let scatter = (2.0 / rows as f64).sqrt();
+        let widen = scatter / 0.1;
+        let (channel_limit, total_limit) = (
+            1.0 + (CHANNEL_LIMIT - 1.0) * widen,
+            1.0 + (TOTAL_LIMIT - 1.0) * widen * (8.0 / self.channels as f64).sqrt(),
+        );
+        let mut worst: Option<(f64, usize, usize, f64)> = None;
+        for (block, stretch) in self.samples.chunks_exact(rows * self.channels).enumerate() {
+            let mut power = vec![0.0; self.channels];
+            for row in stretch.chunks_exact(self.channels) {
+                for (sum, v) in power.iter_mut().zip(row) {
+                    *sum += v * v / rows as f64;
+                }
+            }
+            let total = power.iter().sum::<f64>() / self.channels as f64;
+            let (channel, &largest) =
+                power.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).unwrap_or((0, &0.0));
+            let excess = ((largest - 1.0) / (channel_limit - 1.0)).max((total - 1.0) / (total_limit - 1.0));
+            if excess > 1.0 && worst.is_none_or(|w| excess > w.0) {
+                worst = Some((excess, block, channel, largest));
+            }
+        }
+        let Some((_, block, channel, ratio)) = worst else { return Ok(()) };
+        let middle = (block * rows + rows / 2) as f64;
+        let at = self.begin + middle * self.step;
+        let white = White { samples: self.samples, channels: self.channels, step: self.step };
+        let (frequency_hz, amplitude) = strongest_tone(white, block * rows, channel);
+        let harmonic = (frequency_hz / mains_hz).round();
+        if (1.0..=3.0).contains(&harmonic) && (frequency_hz - harmonic * mains_hz).abs() < 12.0 {
+            return Err(Fault::HumBurst { at, frequency_hz: harmonic * mains_hz, ratio: amplitude });
+        }
+        Err(Fault::Residual { at, channel, ratio, frequency_hz })
+    }
+
+    /// Ljung & Box 1978, summed over channels, as a standard normal deviate, for noise whose colour was learnt from
+    /// `learnt_from` other samples: an autocorrelation then has the variance 1/n + 1/learnt_from.
+    pub(crate) fn whiteness(&self, learnt_from: usize) -> f64 {
+        let rows = (self.samples.len() / self.channels).min(WHITENESS_ROWS);
+        let samples = &self.samples[..rows * self.channels];
+        if rows <= LAGS {
+            return 0.0;
+        }
+        let n = rows as f64;
+        let mut statistic = 0.0;
+        for m in 0..self.channels {
+            let series: Vec<f64> = samples.iter().skip(m).step_by(self.channels).copied().collect();
+            let zero = dot(&series, &series);
+            for lag in 1..=LAGS {
+                let correlation = dot(&series[..rows - lag], &series[lag..]) / zero;
+                statistic += n * (n + 2.0) / (n - lag as f64) * correlation * correlation;
+            }
+        }
+        statistic *= learnt_from as f64 / (learnt_from as f64 + n);
+        let freedom = (LAGS * self.channels) as f64;
+        (statistic - freedom) / (2.0 * freedom).sqrt()
+    }
+}
+
+/// A channel that carries no signal where the others do, or no signal anywhere.
+pub(crate) fn signal(ratios: &[f64], silent_channels: bool) -> Result<(), Fault> {
+    let mut sorted = ratios.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (median, best) = (sorted[sorted.len() / 2], sorted[sorted.len() - 1]);
+    if best < 0.5 {
+        return Err(Fault::Weak { ratio: best });
+    }
+    let quietest = ratios.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+    match quietest {
+        // A microphone at 0.95 of an open tube sees 0.16 of the largest amplitude; an unplugged one sees none.
+        Some((channel, &ratio)) if !silent_channels && ratio < 0.01 * median => {
+            Err(Fault::NoSignal { channel, ratio, median })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Names what made the envelope of the tone at `mode_hz` grow again by `row`: mains hum if it is stronger there than at the
+/// start of the record and not just what leaks from the mode, a second excitation otherwise.
+pub(crate) fn regrowth(
+    white: White<'_>,
+    mode_hz: f64,
+    row: usize,
+    at: f64,
+    factor: f64,
+    mains_hz: f64,
+) -> Fault {
+    let span = ((0.06 / white.step) as usize).min(white.rows() / 2);
+    // Under a Hann window the mode, 20 Hz or more away, leaves hum alone.
+    let size = |from: usize, frequency_hz: f64| -> f64 {
+        let squares = (0..white.channels).map(|m| tone(white, from, span, m, frequency_hz).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    // A burst may end at the row where the envelope has grown most.
+    let last = row.min(white.rows() - span);
+    // The third harmonic of the mains is too near the fundamental of a metre of tube.
+    for from in [last.saturating_sub(span), last] {
+        let hum = |h: &u32| size(from, mains_hz * f64::from(*h));
+        let harmonic = if hum(&1) >= hum(&2) { 1 } else { 2 };
+        let frequency_hz = mains_hz * f64::from(harmonic);
+        let now = hum(&harmonic);
+        if now > 4.0 * size(0, frequency_hz) && now > 0.1 * size(from, mode_hz) {
+            return Fault::HumBurst { at, frequency_hz, ratio: now };
+        }
+    }
+    Fault::SecondExcitation { at, factor }
+}
+
+/// Amplitude of a tone in one channel under a Hann window.
+fn tone(white: White<'_>, from: usize, span: usize, channel: usize, frequency_hz: f64) -> f64 {
+    let turn = C64::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * white.step);
+    let around = C64::from_polar(1.0, std::f64::consts::TAU / span.max(1) as f64);
+    let (mut phasor, mut window, mut sum) = (C64::ONE, around.sqrt(), C64::ZERO);
+    for row in white.samples.chunks_exact(white.channels).skip(from).take(span) {
+        sum += phasor * ((1.0 - window.re) * row[channel]);
+        phasor *= turn;
+        window *= around;
+    }
+    2.0 * sum.norm() / span.max(1) as f64
+}
+
+/// Frequency (Hz) and amplitude of the strongest tone of one channel in the 60 ms from row `from`, on a grid of 2 Hz.
+fn strongest_tone(white: White<'_>, from: usize, channel: usize) -> (f64, f64) {
+    let span = ((0.06 / white.step) as usize).min(white.rows());
+    let from = from.min(white.rows() - span);
+    let series: Vec<f64> = (from..from + span).map(|n| white.samples[n * white.channels + channel]).collect();
+    let mean = series.iter().sum::<f64>() / span.max(1) as f64;
+    let highest = (0.45 / white.step).min(1200.0);
+    (5..)
+        .map(|k| 2.0 * f64::from(k))
+        .take_while(|&f| f < highest)
+        .map(|f| {
+            let turn = C64::from_polar(1.0, -std::f64::consts::TAU * f * white.step);
+            let (mut phasor, mut sum) = (C64::ONE, C64::ZERO);
+            for y in &series {
+                sum += phasor * (y - mean);
+                phasor *= turn;
+            }
+            (f, 2.0 * sum.norm() / span.max(1) as f64)
+        })
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((0.0, 0.0))
+}

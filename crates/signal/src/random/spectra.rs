@@ -1,0 +1,110 @@
+//! Cross spectra of several channels by Welch's method, and transfer functions between them.
+
+use crate::Fault;
+use crate::dsp::transform;
+use rijke_numerics::C64;
+use std::f64::consts::TAU;
+
+/// Cross spectra, in a band of frequencies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectra {
+    /// Frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Number of independent averages.
+    pub averages: f64,
+    /// At every frequency the sums of conj(X_i) X_j over the segments, by i and j.
+    cross: Vec<Vec<Vec<C64>>>,
+}
+
+/// A transfer function at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransferEstimate {
+    /// H1: the cross spectrum over the spectrum of the channel below.
+    pub value: C64,
+    /// Coherence, 0 to 1.
+    pub coherence: f64,
+    /// Standard deviation of the real and of the imaginary part of its logarithm.
+    pub relative_sd: f64,
+}
+
+impl TransferEstimate {
+    /// The geometric mean of H1 and H2: the root of the ratio of the spectra, with the phase of the cross spectrum. Noise, and what echoes carry from segment to segment,
+    /// make H1 too small by the coherence; of like size in both channels, they leave this one right.
+    #[must_use]
+    pub fn even(&self) -> C64 {
+        self.value / self.coherence.max(f64::MIN_POSITIVE).sqrt()
+    }
+}
+
+impl Spectra {
+    /// Of channels of equal length in segments of so many samples with Hann's window, each half over the one before (Welch, IEEE Trans. Audio
+    /// Electroacoust. 15 (1967) 70).
+    ///
+    /// # Errors
+    /// [`Fault::UnequalChannels`]; [`Fault::TooShort`] for less than two segments; [`Fault::NotFinite`].
+    pub fn welch(
+        channels: &[Vec<f64>],
+        rate_hz: f64,
+        segment: usize,
+        band_hz: [f64; 2],
+    ) -> Result<Self, Fault> {
+        let need = channels.first().map_or(0, Vec::len);
+        if let Some(channel) = channels.iter().position(|c| c.len() != need) {
+            return Err(Fault::UnequalChannels { channel, have: channels[channel].len(), need });
+        }
+        let step = (segment / 2).max(1);
+        if need < segment + step {
+            return Err(Fault::TooShort { what: "record", have: need, need: segment + step });
+        }
+        for (channel, samples) in channels.iter().enumerate() {
+            if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
+                return Err(Fault::NotFinite { channel, sample });
+            }
+        }
+        let window: Vec<f64> =
+            (0..segment).map(|n| 0.5 - 0.5 * (TAU * n as f64 / segment as f64).cos()).collect();
+        let spacing = rate_hz / segment as f64;
+        let bins: Vec<usize> =
+            (1..segment / 2).filter(|k| (band_hz[0]..=band_hz[1]).contains(&(*k as f64 * spacing))).collect();
+        let n = channels.len();
+        let mut cross = vec![vec![vec![C64::ZERO; n]; n]; bins.len()];
+        let plan = transform::forward(segment);
+        let starts: Vec<usize> = (0..).map(|k| k * step).take_while(|s| s + segment <= need).collect();
+        for &start in &starts {
+            let mut spectra = Vec::with_capacity(n);
+            for channel in channels {
+                let part = &channel[start..start + segment];
+                let mean = part.iter().sum::<f64>() / segment as f64;
+                let mut samples: Vec<f64> = part.iter().zip(&window).map(|(v, w)| (v - mean) * w).collect();
+                let mut spectrum = plan.make_output_vec();
+                // The lengths are those of the plan.
+                let _ = plan.process(&mut samples, &mut spectrum);
+                spectra.push(spectrum);
+            }
+            for (sums, &bin) in cross.iter_mut().zip(&bins) {
+                for (i, sums) in sums.iter_mut().enumerate() {
+                    for (j, sum) in sums.iter_mut().enumerate() {
+                        *sum += spectra[i][bin].conj() * spectra[j][bin];
+                    }
+                }
+            }
+        }
+        // Segments that overlap by half share 1/36 of the variance of their neighbours: Welch's equation for Hann's window.
+        let count = starts.len() as f64;
+        let averages = count / (1.0 + 2.0 * (count - 1.0) / count / 36.0);
+        Ok(Self { frequency_hz: bins.iter().map(|k| *k as f64 * spacing).collect(), averages, cross })
+    }
+
+    /// The transfer function from one channel to another. Its error is that of Bendat & Piersol, Random Data (4th ed. 2010), chapter 9.
+    #[must_use]
+    pub fn transfer(&self, from: usize, to: usize) -> Vec<TransferEstimate> {
+        let one = |s: &Vec<Vec<C64>>| {
+            let (own, other) = (s[from][from].re, s[to][to].re);
+            let value = s[from][to] / own;
+            let coherence = (s[from][to].norm_sqr() / (own * other)).min(1.0);
+            let sd = ((1.0 - coherence).max(1e-12) / (2.0 * coherence * self.averages)).sqrt();
+            TransferEstimate { value, coherence, relative_sd: sd }
+        };
+        self.cross.iter().map(one).collect()
+    }
+}

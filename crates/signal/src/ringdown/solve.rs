@@ -1,0 +1,354 @@
+//! Several damped exponentials shared by all channels: maximum likelihood by variable projection.
+//!
+//! The model of a white multichannel record is y_m(t) = sum_k Re(b_km e^{s_k t}) + white noise. The amplitudes b are
+//! linear and are eliminated (Golub & Pereyra 1973); the frequencies follow from Gauss-Newton steps with Kaufman's
+//! Jacobian. Every quantity needed is a sum over samples of products of exponentials, powers of time and data: those
+//! without data have a closed form, so one pass over the record per step is all the cost, 8 flops per sample, channel
+//! and component that still sounds.
+
+use super::component::{Component, Kind};
+use super::sums::{grams, lengths, project};
+use super::white::White;
+use crate::Fault;
+use crate::dsp::kernels::{Powers, run};
+use crate::dsp::scaled::inverse_scaled;
+use pulp::NullaryFnOnce;
+use rijke_numerics::{C64, Cholesky, Matrix};
+
+/// The maximum of the likelihood and its curvature.
+#[derive(Clone, Debug)]
+pub(crate) struct Solution {
+    pub(crate) components: Vec<Component>,
+    /// Amplitude of each component in each white channel at the first sample.
+    pub(crate) amplitudes: Vec<Vec<C64>>,
+    /// Sum of squares left over.
+    pub(crate) residual: f64,
+    /// Number of white samples less number of parameters.
+    pub(crate) freedom: f64,
+    /// Covariance of the free frequencies for unit noise, in the order of [`parameters`].
+    pub(crate) covariance: Matrix,
+    /// Inverse of the Gram matrix of the linear columns.
+    linear: Matrix,
+    /// Derivative of the linear coefficients of each channel with respect to the free frequencies.
+    sensitivity: Vec<Matrix>,
+}
+
+/// The free frequencies: `(component, direction)` pairs, direction 0 growth rate, 1 frequency. The mains fundamental,
+/// if any, comes last and is listed once.
+fn parameters(components: &[Component]) -> Vec<(usize, usize)> {
+    let mut list = Vec::new();
+    for (k, component) in components.iter().enumerate() {
+        match component.kind {
+            Kind::Mode => list.extend([(k, 0), (k, 1)]),
+            Kind::Tone => list.push((k, 1)),
+            Kind::Mains(_) | Kind::Known => {}
+        }
+    }
+    if let Some(k) = components.iter().position(|c| matches!(c.kind, Kind::Mains(_))) {
+        list.push((k, 1));
+    }
+    list
+}
+
+/// Steps after which the iteration gives up.
+const MAX_STEPS: usize = 25;
+/// The iteration ends when a step is this small in standard deviations: its error is then second order.
+const SMALL_STEP: f64 = 1e-3;
+/// A neighbour near the noise may keep wandering: then it is enough that the first component has settled to this.
+const SETTLED: f64 = 0.05;
+/// After so many steps only half of each is taken: a weak neighbour may overshoot to and fro.
+const HALF_STEPS: usize = 8;
+
+/// Length of a full step, in standard deviations, after which no other is needed. Gauss-Newton contracts by the ratio of
+/// residual to signal: what is left is far below a hundredth of a standard deviation.
+pub(crate) const SETTLING: f64 = 0.03;
+/// The same where a better fit follows.
+pub(crate) const SEARCHING: f64 = 0.3;
+
+/// Maximises the likelihood from the given first guess, until a step is shorter than `close` standard deviations.
+pub(crate) fn solve(white: White<'_>, start: &[Component], close: f64) -> Result<Solution, Fault> {
+    let energy = white.energy();
+    let mut state = State::new(white, start.to_vec(), energy)?;
+    let (mut last, mut previous) = (f64::INFINITY, 0.0);
+    for number in 0..MAX_STEPS {
+        let Step { step, length, first } = state.gauss_newton_step()?;
+        last = first;
+        if length < SMALL_STEP {
+            return state.finish();
+        }
+        let mut factor = if number < HALF_STEPS { 1.0 } else { 0.5 };
+        loop {
+            let moved = state.moved(&step, factor);
+            match State::new(white, moved, energy) {
+                // The residual is a difference of large numbers: rounding may hide its last decrease.
+                Ok(next) if next.residual <= state.residual + 1e-12 * energy => {
+                    state = next;
+                    break;
+                }
+                _ if first < SETTLED => return state.finish(),
+                // A full step may leave the region where two close components are told apart.
+                _ if factor > 1e-3 => factor *= 0.3,
+                _ => return Err(Fault::NotConverged { steps: MAX_STEPS, step: first }),
+            }
+        }
+        // Near the end a step contracts as the one before it did.
+        if factor == 1.0 && (length < close || length * length < 0.1 * close * previous) {
+            return state.finish();
+        }
+        previous = length;
+    }
+    if last < SETTLED { state.finish() } else { Err(Fault::NotConverged { steps: MAX_STEPS, step: last }) }
+}
+
+/// Energy that each component alone explains when all are fitted with their frequencies as given: the squares of its
+/// amplitudes over their variances, summed over channels.
+pub(crate) fn energies(white: White<'_>, components: &[Component]) -> Result<Vec<f64>, Fault> {
+    let state = State::new(white, components.to_vec(), 0.0)?;
+    energies_of(
+        &state.linear,
+        |k, m| {
+            let c = state.coefficients.row(m);
+            C64::new(c[2 * k], c[2 * k + 1])
+        },
+        white.channels,
+    )
+}
+
+/// The same from the inverse Gram matrix and the amplitude of component k in channel m.
+fn energies_of(
+    linear: &Matrix,
+    amplitude: impl Fn(usize, usize) -> C64,
+    channels: usize,
+) -> Result<Vec<f64>, Fault> {
+    let energy = |k: usize| {
+        let information = Cholesky::new(&linear.select(&[2 * k, 2 * k + 1]))?.inverse();
+        let of = |m: usize| {
+            let a = amplitude(k, m);
+            information.quadratic(&[a.re, a.im])
+        };
+        Ok((0..channels).map(of).sum())
+    };
+    (0..linear.rows() / 2).map(energy).collect()
+}
+
+/// A Gauss-Newton step of the free frequencies.
+struct Step {
+    step: Vec<f64>,
+    /// Its length in standard deviations.
+    length: f64,
+    /// The same for the frequencies of the first component alone.
+    first: f64,
+}
+
+/// Sums over the samples at one set of frequencies.
+struct State {
+    components: Vec<Component>,
+    free: Vec<(usize, usize)>,
+    /// Linear coefficients, one row per channel.
+    coefficients: Matrix,
+    /// What the derivative columns see of the residual, one row per channel.
+    slopes: Matrix,
+    linear: Matrix,
+    /// Gram of linear columns (rows) and derivative columns.
+    mixed: Matrix,
+    /// Gram of the derivative columns with the linear columns projected out.
+    projected: Matrix,
+    residual: f64,
+    freedom: f64,
+}
+
+impl State {
+    fn new(white: White<'_>, components: Vec<Component>, energy: f64) -> Result<Self, Fault> {
+        let (rows, count) = (white.rows(), components.len());
+        let size = 2 * count;
+        let lengths = lengths(&components, rows, white.step);
+        let [flat, mixed, curved] = grams(&components, &lengths, white.step);
+        let linear = Cholesky::new(&flat)?.inverse();
+        let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));
+        let mut data = Matrix::zeros(white.channels, size);
+        let mut slopes = Matrix::zeros(white.channels, size);
+        for (k, (component, length)) in components.iter().zip(lengths).enumerate() {
+            project(white, component.s, length, k, &mut data, &mut slopes);
+        }
+        let coefficients = data.product(&linear);
+        let explained: f64 = data.as_slice().iter().zip(coefficients.as_slice()).map(|(a, b)| a * b).sum();
+        let slopes = slopes.plus(-1.0, &coefficients.product(&mixed));
+        let free = parameters(&components);
+        let freedom = (rows * white.channels) as f64 - (white.channels * size + free.len()) as f64;
+        let residual = energy - explained;
+        Ok(Self { components, free, coefficients, slopes, linear, mixed, projected, residual, freedom })
+    }
+
+    /// Derivative of the model of channel `m` in the derivative columns: `(free frequency, column, value)` where it is
+    /// not zero.
+    fn directions(&self, m: usize) -> Vec<(usize, usize, f64)> {
+        let c = self.coefficients.row(m);
+        let mut entries = Vec::with_capacity(2 * c.len());
+        for (j, &(k, direction)) in self.free.iter().enumerate() {
+            let mut set = |k: usize, factor: f64| {
+                // d/d sigma multiplies the amplitude by t, d/d omega by i t.
+                let (re, im) = (c[2 * k], c[2 * k + 1]);
+                let (a, b) = if direction == 0 { (re, im) } else { (-im, re) };
+                entries.extend([(j, 2 * k, factor * a), (j, 2 * k + 1, factor * b)]);
+            };
+            if let Kind::Mains(_) = self.components[k].kind {
+                for (l, component) in self.components.iter().enumerate() {
+                    if let Kind::Mains(h) = component.kind {
+                        set(l, f64::from(h));
+                    }
+                }
+            } else {
+                set(k, 1.0);
+            }
+        }
+        entries
+    }
+
+    /// Information about the free frequencies (for unit noise) and gradient.
+    fn information(&self) -> (Matrix, Vec<f64>) {
+        let n = self.free.len();
+        let mut information = Matrix::zeros(n, n);
+        let mut gradient = vec![0.0; n];
+        for m in 0..self.coefficients.rows() {
+            let (entries, slopes) = (self.directions(m), self.slopes.row(m));
+            for &(i, row, a) in &entries {
+                gradient[i] += a * slopes[row];
+                let weights = self.projected.row(row);
+                for &(j, column, b) in &entries {
+                    information[(i, j)] += a * weights[column] * b;
+                }
+            }
+        }
+        (information, gradient)
+    }
+
+    fn gauss_newton_step(&self) -> Result<Step, Fault> {
+        let (information, gradient) = self.information();
+        let covariance = inverse_scaled(&information)?;
+        let step = covariance.times(&gradient);
+        let scale = self.freedom / self.residual.max(f64::MIN_POSITIVE);
+        let decrement: f64 = step.iter().zip(&gradient).map(|(a, b)| a * b).sum();
+        let first = self.free.iter().enumerate().filter(|(_, free)| free.0 == 0);
+        let squares = first.map(|(j, _)| step[j].powi(2) / covariance[(j, j)] * scale);
+        let first = squares.fold(0.0, f64::max).sqrt();
+        Ok(Step { step, length: (decrement.max(0.0) * scale).sqrt(), first })
+    }
+
+    fn moved(&self, step: &[f64], factor: f64) -> Vec<Component> {
+        let mut components = self.components.clone();
+        for (&(k, direction), d) in self.free.iter().zip(step) {
+            let change = factor * d;
+            match components[k].kind {
+                Kind::Mains(_) => {
+                    for component in &mut components {
+                        if let Kind::Mains(h) = component.kind {
+                            component.s.im += f64::from(h) * change;
+                        }
+                    }
+                }
+                _ if direction == 0 => components[k].s.re += change,
+                _ => components[k].s.im += change,
+            }
+        }
+        components
+    }
+
+    fn finish(self) -> Result<Solution, Fault> {
+        let covariance = inverse_scaled(&self.information().0)?;
+        let lift = self.linear.product(&self.mixed);
+        let channels = self.coefficients.rows();
+        let sensitivity = (0..channels)
+            .map(|m| {
+                let mut sensitivity = Matrix::zeros(lift.rows(), self.free.len());
+                for (j, column, value) in self.directions(m) {
+                    for i in 0..lift.rows() {
+                        sensitivity[(i, j)] -= lift[(i, column)] * value;
+                    }
+                }
+                sensitivity
+            })
+            .collect();
+        let amplitudes = (0..self.components.len())
+            .map(|k| {
+                let at =
+                    |m: usize| C64::new(self.coefficients[(m, 2 * k)], self.coefficients[(m, 2 * k + 1)]);
+                (0..channels).map(at).collect()
+            })
+            .collect();
+        let (components, residual, freedom, linear) =
+            (self.components, self.residual, self.freedom, self.linear);
+        Ok(Solution { components, amplitudes, residual, freedom, covariance, linear, sensitivity })
+    }
+}
+
+impl Solution {
+    /// Estimated variance of the white noise; 1 if the whitener was right.
+    pub(crate) fn variance(&self) -> f64 {
+        self.residual / self.freedom
+    }
+
+    /// As [`energies`], at the frequencies found.
+    pub(crate) fn energies(&self) -> Result<Vec<f64>, Fault> {
+        energies_of(&self.linear, |k, m| self.amplitudes[k][m], self.sensitivity.len())
+    }
+
+    /// Covariance, for unit noise, of (growth rate, frequency) of mode `k` and of the real and imaginary parts of its
+    /// white amplitudes, channel by channel.
+    pub(crate) fn mode_covariance(&self, k: usize) -> Matrix {
+        let channels = self.sensitivity.len();
+        let free = parameters(&self.components);
+        let rows: Vec<usize> = (0..2).filter_map(|d| free.iter().position(|&p| p == (k, d))).collect();
+        // Rows of the map from free frequencies to the numbers wanted.
+        let map = Matrix::from_fn(2 + 2 * channels, free.len(), |i, j| {
+            if i < 2 {
+                f64::from(u8::from(rows.get(i) == Some(&j)))
+            } else {
+                self.sensitivity[(i - 2) / 2][(2 * k + (i - 2) % 2, j)]
+            }
+        });
+        let mut covariance = map.product(&self.covariance).product(&map.transpose());
+        for m in 0..channels {
+            for i in 0..2 {
+                for j in 0..2 {
+                    covariance[(2 + 2 * m + i, 2 + 2 * m + j)] += self.linear[(2 * k + i, 2 * k + j)];
+                }
+            }
+        }
+        covariance
+    }
+
+    /// Residuals of the samples of `white`, whose first row is sample `first` of the fit.
+    pub(crate) fn residuals(&self, white: White<'_>, first: f64) -> Vec<f64> {
+        let mut left = white.samples.to_vec();
+        let lengths = lengths(&self.components, usize::MAX, white.step);
+        for ((component, amplitudes), length) in self.components.iter().zip(&self.amplitudes).zip(lengths) {
+            let rows = white.rows().min((length as f64 - first).max(0.0) as usize);
+            let start = (component.s * (first * white.step)).exp();
+            let amplitudes: Vec<C64> = amplitudes.iter().map(|a| a * start).collect();
+            let phasors = Powers::new((component.s * white.step).exp(), rows);
+            run(Subtract { left: &mut left, amplitudes: &amplitudes, phasors: &phasors });
+        }
+        left
+    }
+}
+
+/// Takes Re(b_m z^n) out of channel m of interleaved samples.
+struct Subtract<'a> {
+    left: &'a mut [f64],
+    amplitudes: &'a [C64],
+    phasors: &'a Powers,
+}
+
+impl NullaryFnOnce for Subtract<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let rows = self.left.chunks_exact_mut(self.amplitudes.len());
+        for ((row, re), im) in rows.zip(&self.phasors.re).zip(&self.phasors.im) {
+            for (value, amplitude) in row.iter_mut().zip(self.amplitudes) {
+                *value -= amplitude.re * re - amplitude.im * im;
+            }
+        }
+    }
+}

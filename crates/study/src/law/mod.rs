@@ -1,0 +1,11 @@
+//! What a candidate is: parameters, and laws at places. Must not know what parts a rig has.
+
+mod candidate;
+mod parameters;
+mod place;
+mod words;
+
+pub use candidate::{Candidate, Coefficient, Effect, MeanFlow};
+pub(crate) use parameters::{Parameters, check_name, parameters};
+pub use place::Place;
+pub(crate) use words::{Words, words};

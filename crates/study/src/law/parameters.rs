@@ -1,0 +1,67 @@
+//! Parameters with their priors, as files have them.
+
+use crate::Problem;
+use crate::source::Outcome;
+use rijke_formula::Scope;
+use rijke_inference::{Parameter, Prior};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use toml::Spanned;
+
+/// Parameters as files have them.
+pub(crate) type Parameters = BTreeMap<String, Spanned<ParameterSpec>>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ParameterSpec {
+    symbol: Option<String>,
+    #[serde(default = "one")]
+    unit: String,
+    prior: Prior,
+}
+
+fn one() -> String {
+    "1".to_owned()
+}
+
+/// The parameters of a candidate or of a rig, in the order of the file: tables list them as their author did.
+pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Parameter, Range<usize>)>> {
+    let mut specs: Vec<_> = specs.into_iter().collect();
+    specs.sort_by_key(|(_, p)| p.span().start);
+    let read = |(name, spec): (String, Spanned<ParameterSpec>)| {
+        let at = spec.span();
+        check_name("parameter", &name, scope).map_err(|problem| (at.clone(), problem))?;
+        let ParameterSpec { symbol, unit, prior } = spec.into_inner();
+        let symbol = symbol.unwrap_or_else(|| name.clone());
+        // Formulas compute with the number as it stands: 3 ms would be 3 s.
+        if let Ok(parsed) = rijke_rig::Unit::parse(&unit)
+            && (parsed.to_si(0.0), parsed.to_si(1.0)) != (0.0, 1.0)
+        {
+            let si = crate::campaign::si_text(&parsed);
+            let need = "an SI unit without prefix; formulas compute with the number as it stands, so write prior and unit in SI";
+            let value = if si.is_empty() { unit } else { format!("{unit}, where {si} is due") };
+            return Err((at, Problem::Value { key: format!("unit of {name}"), value, need }));
+        }
+        let parameter = Parameter::new(name, symbol, unit, prior);
+        // The checks on priors are those of the inference, where they are used.
+        match rijke_inference::Parameters::new(vec![parameter.clone()]) {
+            Ok(_) => Ok((parameter, at)),
+            Err(error) => Err((at, Problem::Prior { parameter: parameter.name, reason: error.to_string() })),
+        }
+    };
+    specs.into_iter().map(read).collect()
+}
+
+pub(crate) fn check_name(what: &'static str, name: &str, scope: &Scope) -> Result<(), Problem> {
+    let good = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let why = if !good {
+        "use letters, digits and _, and start with a letter"
+    } else if scope.find(name).is_some() || scope.check(name).is_err() {
+        "formulas already know it as something else"
+    } else {
+        return Ok(());
+    };
+    Err(Problem::Name { what, name: name.to_owned(), why })
+}

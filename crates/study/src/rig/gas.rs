@@ -1,0 +1,55 @@
+//! The gas in a rig.
+
+use rijke_rig::{Gas, GasState};
+
+/// The gas: how its properties follow from temperature and pressure.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GasModel {
+    /// Heat capacity and transport follow temperature.
+    Real(Gas),
+    /// Constant ratio of specific heats and Prandtl number; viscosity by the power 0.7 of temperature.
+    Perfect {
+        /// Ratio of specific heats.
+        gamma: f64,
+        /// Specific gas constant, J/(kg K).
+        constant: f64,
+        /// Viscosity, Pa s, and the temperature that it belongs to, K.
+        viscosity: [f64; 2],
+        /// Prandtl number.
+        prandtl: f64,
+    },
+}
+
+impl GasModel {
+    /// Specific gas constant, J/(kg K).
+    #[must_use]
+    pub fn constant(&self) -> f64 {
+        match self {
+            Self::Real(gas) => gas.constant(),
+            Self::Perfect { constant, .. } => *constant,
+        }
+    }
+
+    /// All properties at `temperature` (K) and `pressure` (Pa).
+    #[must_use]
+    pub fn at(&self, temperature: f64, pressure: f64) -> GasState {
+        match self {
+            Self::Real(gas) => gas.at(temperature, pressure),
+            Self::Perfect { gamma, constant, viscosity: [viscosity, reference], prandtl } => {
+                let viscosity = viscosity * (temperature / reference).powf(0.7);
+                let specific_heat = gamma * constant / (gamma - 1.0);
+                GasState {
+                    temperature,
+                    pressure,
+                    density: pressure / (constant * temperature),
+                    sound_speed: (gamma * constant * temperature).sqrt(),
+                    viscosity,
+                    conductivity: viscosity * specific_heat / prandtl,
+                    specific_heat,
+                    gamma: *gamma,
+                    prandtl: *prandtl,
+                }
+            }
+        }
+    }
+}

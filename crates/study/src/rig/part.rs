@@ -1,0 +1,98 @@
+//! The pieces of a rig.
+
+use super::value::Value;
+use crate::Problem;
+use crate::source::listed;
+use rijke_formula::{Formula, Scope};
+
+/// A named piece of the rig.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub shape: Shape,
+    /// Its numbers: place in the scope, and value.
+    pub numbers: Vec<(usize, Value)>,
+    /// The factor that says whether it is there; always if none.
+    pub present: Option<usize>,
+    /// Standard deviation of relative pressures within one radius of the duct of it, where the wave is no plane one; none if
+    /// its near field is not felt.
+    pub near_field: Option<f64>,
+}
+
+impl Part {
+    /// Whether it is a duct with a temperature that names unknowns.
+    #[must_use]
+    pub fn is_of_unknown_gas(&self) -> bool {
+        let unknown = |t: &Value| matches!(t, Value::Unknown(..));
+        matches!(&self.shape, Shape::Duct(duct) if duct.temperatures.iter().any(unknown))
+    }
+
+    /// The formulas of its lengths, areas, temperatures and places that name unknowns.
+    pub fn unknown(&self) -> impl Iterator<Item = &Formula> {
+        let values: Vec<&Value> = match &self.shape {
+            Shape::Duct(duct) => {
+                [&duct.length].into_iter().chain(&duct.area).chain(&duct.temperatures).collect()
+            }
+            Shape::Device(at) => at.iter().collect(),
+            Shape::Insert(from, to) => vec![from, to],
+        };
+        values.into_iter().filter_map(Value::unknown)
+    }
+}
+
+/// What a part is.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A duct of the chain.
+    Duct(Duct),
+    /// Acts at places; without a place of its own where the ducts before it in the file end.
+    Device(Vec<Value>),
+    /// Acts along the ducts between two places.
+    Insert(Value, Value),
+}
+
+/// A straight or conical duct.
+#[derive(Clone, Debug)]
+pub struct Duct {
+    /// Length, m.
+    pub length: Value,
+    /// Area at its two ends, m^2.
+    pub area: [Value; 2],
+    /// Temperatures at equally spaced places, K; empty where the gas of the base state fills it.
+    pub temperatures: Vec<Value>,
+    /// Standard deviation of these temperatures, K: one error that all points share.
+    pub temperature_sd: f64,
+    /// Number of pieces into which a cone is cut.
+    pub pieces: Option<usize>,
+}
+
+/// Microphones or thermometers.
+#[derive(Clone, Debug, Default)]
+pub struct Instruments {
+    /// Their names.
+    pub names: Vec<String>,
+    /// Their places.
+    pub at: Vec<Value>,
+    /// The one to which pressures are relative.
+    pub reference: usize,
+}
+
+impl Instruments {
+    /// Refuses a name that none of them has.
+    pub(crate) fn have(&self, names: &[String]) -> Result<(), Problem> {
+        let Some(name) = names.iter().find(|name| !self.names.contains(name)) else { return Ok(()) };
+        let known = listed(self.names.iter().map(String::as_str));
+        Err(Problem::Unknown { what: "microphone", name: name.clone(), known })
+    }
+}
+
+/// The numbers of a part: bare name, and name in the scope.
+pub(super) fn own_numbers(scope: &Scope, part: &Part) -> Vec<(String, String)> {
+    let bare = |(place, _): &(usize, Value)| {
+        let full = scope.names().get(*place)?.name.clone();
+        Some((full.rsplit('.').next()?.to_owned(), full))
+    };
+    part.numbers.iter().filter_map(bare).collect()
+}
