@@ -142,8 +142,18 @@ pub enum FlowError {
         /// Why.
         source: Box<FlowError>,
     },
+    /// A reading that no sensor has.
+    #[error("{what} is {value}; it must be {must}")]
+    Reading {
+        /// Of what.
+        what: String,
+        /// The value.
+        value: f64,
+        /// What it may be.
+        must: &'static str,
+    },
     /// A sensor outside the tube, or with noise that is not positive.
-    #[error("this sensor is outside the tube or has no positive noise: {sensor}")]
+    #[error("the {sensor} lies outside the tube, or its standard deviation is not positive")]
     Sensor {
         /// The sensor.
         sensor: String,

@@ -158,6 +158,17 @@ impl ExcitedRecords {
                 if !random.transmission.as_ref().is_none_or(listed) {
                     return wrong("[random.transmission]", "must name points that [random.points] lists");
                 }
+                let sound = |s: &Specimen| {
+                    let [from, to] = s.between;
+                    0.0 <= from
+                        && from < to
+                        && (0.0..1.0).contains(&s.place_sd)
+                        && (0.0..0.5).contains(&s.sound_speed_sd)
+                };
+                if !random.transmission.as_ref().is_none_or(sound) {
+                    let what = "must have a `between` that ascends from 0 or more, a place_sd from 0 to 1 m, and a sound_speed_sd from 0 to 0.5 of the speed";
+                    return wrong("[random.transmission]", what);
+                }
                 Excitation::Random(random)
             }
             (None, Some(blow)) => {
@@ -170,6 +181,10 @@ impl ExcitedRecords {
                         "[blow]",
                         "must have a stretch_s that ascends from 0 or more, files, and a [[blow.state]]",
                     );
+                }
+                let within = |f: &f64| 0.5 * low <= *f && *f <= high;
+                if !blow.state.iter().flat_map(|s| &s.near_hz).all(within) {
+                    return wrong("[[blow.state]]", "must have a near_hz within `band_hz`");
                 }
                 Excitation::Blow(Blow { stretch, files: blow.files, states: blow.state })
             }

@@ -60,6 +60,8 @@ const RESERVED: [&str; 7] = ["point", "row", "installation", "day", "repeats", "
 
 /// Below this an ambient temperature is taken for one in another unit, K.
 pub(crate) const COLDEST: f64 = 100.0;
+/// And no hotter surroundings, K.
+const HOTTEST: f64 = 2000.0;
 
 /// What stands for the empty cell in tables of other programs.
 const EMPTY: [&str; 4] = ["", "-", "nan", "NaN"];
@@ -221,12 +223,12 @@ impl Row<'_> {
             return Err(Problem::Value { key, value, need: "a whole number of repeats" });
         }
         let ambient = self.number("T_amb", false)?;
-        if let Some(t) = ambient.filter(|t| !(*t > COLDEST && *t < 1e4)) {
+        if let Some(t) = ambient.filter(|t| !(*t > COLDEST && *t < HOTTEST)) {
             let (key, value) = ("T_amb".to_owned(), format!("{t} K"));
             return Err(Problem::Value {
                 key,
                 value,
-                need: "an ambient temperature above 100 K; say its unit in the heading, as in T_amb [degC]",
+                need: "an ambient temperature above 100 K and below 2000 K; say its unit in the heading, as in T_amb [degC]",
             });
         }
         let sd = self.number("T_amb_sd", true)?.unwrap_or(0.0);

@@ -25,6 +25,16 @@ pub enum SensorKind {
     },
 }
 
+impl std::fmt::Display for SensorKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Arrival { microphone } => write!(f, "arrival at microphone {microphone}"),
+            Self::Temperature { place } => write!(f, "thermometer at x = {place} m"),
+            Self::SoundSpeed { place } => write!(f, "speed of sound at x = {place} m"),
+        }
+    }
+}
+
 /// A quantity with the sd of its noise and of its constant error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensor {
@@ -36,7 +46,7 @@ pub struct Sensor {
     pub bias_sd: f64,
 }
 
-/// Refuses a power that is negative, and temperatures at which the properties of air do not hold.
+/// Refuses a power that is negative, temperatures at which the properties of air do not hold, and times and speeds that no sound has.
 pub(crate) fn plausible(
     power: f64,
     ambient: f64,
@@ -47,9 +57,21 @@ pub(crate) fn plausible(
         return Err(FlowError::Power { watts: power });
     }
     in_range("the ambient temperature", ambient)?;
-    for (sensor, &kelvin) in sensors.iter().zip(readings) {
-        if let SensorKind::Temperature { place } = sensor {
-            in_range(&format!("the gas at x = {place} m"), kelvin)?;
+    for (sensor, &reading) in sensors.iter().zip(readings) {
+        match sensor {
+            SensorKind::Temperature { place } => in_range(&format!("the gas at x = {place} m"), reading)?,
+            SensorKind::Arrival { microphone } => {
+                if !(reading > 0.0 && reading < 1.0) {
+                    let what = format!("the arrival time at microphone {microphone}");
+                    return Err(FlowError::Reading { what, value: reading, must: "above 0 and below 1 s" });
+                }
+            }
+            SensorKind::SoundSpeed { place } => {
+                if !(200.0..=1500.0).contains(&reading) {
+                    let what = format!("the speed of sound at x = {place} m");
+                    return Err(FlowError::Reading { what, value: reading, must: "200 to 1500 m/s" });
+                }
+            }
         }
     }
     Ok(())

@@ -55,6 +55,18 @@ pub enum OscilosError {
         /// The numbers that are read.
         known: &'static str,
     },
+    /// A number that nothing has.
+    #[error("{file}: {what} is {value}; it must be {must}")]
+    Value {
+        /// The file.
+        file: &'static str,
+        /// What it is.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        must: &'static str,
+    },
     /// Positions do not increase, or there are fewer than two.
     #[error("Geometry.txt: positions must increase and there must be at least two; see row {row}")]
     Positions {
@@ -111,6 +123,11 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
             known: "1 (constant)",
         });
     }
+    const FLOW: &str = "Mean_flow.txt";
+    within(FLOW, "the pressure (Pa)", pressure, [1e2, 1e9], "100 to 1e9 Pa")?;
+    within(FLOW, "the temperature (K)", temperature, [100.0, 4000.0], "100 to 4000 K")?;
+    within(FLOW, "the Mach number or velocity", speed, [0.0, 1e4], "0 or more")?;
+    within(FLOW, "the ratio of temperatures", ratio, [0.1, 20.0], "0.1 to 20")?;
     let sound_speed = (GAMMA * AIR * temperature).sqrt();
     // Both ways that program raises a vanishing flow to a Mach number of 1e-6.
     let velocity = match choice {
@@ -158,6 +175,7 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
                 }
                 let (numerator, denominator) = (vec![1.0], vec![1.0]);
                 let (gain, delay) = (flame[1], flame[2] * 1e-3);
+                within("Flame.txt", "the delay (ms)", flame[2], [0.0, 1e4], "0 to 10 000 ms")?;
                 (ratio, Some(Law::Transfer { gain, numerator, denominator, delay }))
             }
             value => {
@@ -195,6 +213,19 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
     Ok((chain, Region { sigma: [scan[3], scan[4]], omega }))
 }
 
+/// A reflection beyond is a slip of the pen: an active end may exceed 1, but not by far.
+const REFLECTS: [f64; 2] = [-2.0, 2.0];
+
+fn within(
+    file: &'static str,
+    what: &'static str,
+    value: f64,
+    [low, high]: [f64; 2],
+    must: &'static str,
+) -> Result<(), OscilosError> {
+    if (low..=high).contains(&value) { Ok(()) } else { Err(OscilosError::Value { file, what, value, must }) }
+}
+
 fn boundary(file: &'static str, text: &str, radius: f64, sound_speed: f64) -> Result<Law, OscilosError> {
     let row = &rows(file, text, 4)?[0];
     let [kind, one, two, three] = [row[0], row[1], row[2], row[3]];
@@ -203,10 +234,13 @@ fn boundary(file: &'static str, text: &str, radius: f64, sound_speed: f64) -> Re
         1.0 => Ok(constant(C64::new(-1.0, 0.0))),
         2.0 => Ok(constant(C64::ONE)),
         4.0 => {
+            within(file, "the modulus of the reflection", one, REFLECTS, "-2 to 2")?;
+            within(file, "the delay (ms)", two, [0.0, 1e4], "0 to 10 000 ms")?;
             let (numerator, denominator) = (vec![1.0], vec![1.0]);
             Ok(Law::Transfer { gain: one, numerator, denominator, delay: two * 1e-3 })
         }
         5.0 => {
+            within(file, "the modulus of the reflection", one, REFLECTS, "-2 to 2")?;
             let phase = if three == 0.0 { two } else { two.to_radians() };
             Ok(constant(C64::from_polar(one, -phase)))
         }

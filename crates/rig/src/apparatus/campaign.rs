@@ -94,7 +94,7 @@ impl Campaign {
                 return Err(wrong((at("id"), Problem::BadCell { text, expected })));
             }
             in_range(&at("power_w"), row.power_w, 0.0, 1e6, "W").map_err(wrong)?;
-            in_range(&at("repeats"), f64::from(row.repeats), 1.0, 1e6, "").map_err(wrong)?;
+            in_range(&at("repeats"), f64::from(row.repeats), 1.0, 1e4, "").map_err(wrong)?;
             if !row.empty_tube && row.positions_cm.is_empty() {
                 let problem = Problem::Empty { need: "one position, or set empty_tube = true" };
                 return Err(wrong((at("positions_cm"), problem)));

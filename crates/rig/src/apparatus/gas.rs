@@ -1,5 +1,7 @@
 //! Properties of the gas.
 
+use crate::files::in_range;
+use crate::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 /// Universal gas constant, J/(mol K) (exact in the SI of 2019, to the digits given).
@@ -53,6 +55,30 @@ impl Gas {
             viscosity: [1.716e-5, 110.4],
             conductivity: [0.0241, 194.0],
         }
+    }
+
+    /// Refuses what no gas is, between 250 and 1500 K.
+    ///
+    /// # Errors
+    /// Key and problem of the first number that makes no sense.
+    pub fn validate(&self) -> Result<(), (String, Problem)> {
+        in_range("gas.molar_mass", self.molar_mass, 1e-3, 0.5, "kg/mol")?;
+        in_range("gas.viscosity[0]", self.viscosity[0], 1e-7, 1e-3, "Pa s")?;
+        in_range("gas.viscosity[1]", self.viscosity[1], 0.0, 1e4, "K")?;
+        in_range("gas.conductivity[0]", self.conductivity[0], 1e-4, 10.0, "W/(m K)")?;
+        in_range("gas.conductivity[1]", self.conductivity[1], 0.0, 1e4, "K")?;
+        for kelvin in [250.0, 500.0, 1500.0] {
+            // 5/2 of the gas constant without inner motions; a large molecule has some twenty times as much.
+            let over = self.at(kelvin, 101_325.0).specific_heat / self.constant();
+            in_range(
+                &format!("gas.heat_capacity at {kelvin} K"),
+                over * UNIVERSAL,
+                20.0,
+                500.0,
+                "J/(mol K)",
+            )?;
+        }
+        Ok(())
     }
 
     /// Specific gas constant, J/(kg K).

@@ -44,9 +44,7 @@ impl Rig {
         metres("tube.inner_diameter", tube.inner_diameter, 1e-4, tube.length)?;
         metres("tube.wall_thickness", tube.wall_thickness, 0.0, tube.length)?;
         in_range("pressure", self.pressure, 1e3, 1e7, "Pa")?;
-        in_range("gas.molar_mass", self.gas.molar_mass, 1e-3, 0.5, "kg/mol")?;
-        in_range("gas.viscosity[0]", self.gas.viscosity[0], 1e-7, 1e-3, "Pa s")?;
-        in_range("gas.conductivity[0]", self.gas.conductivity[0], 1e-4, 10.0, "W/(m K)")?;
+        self.gas.validate()?;
         in_range("recording.ping_rate_hz", self.recording.ping_rate_hz, 1.0, 1e7, "Hz")?;
         in_range("recording.click_rate_hz", self.recording.click_rate_hz, 1.0, 1e7, "Hz")?;
         let setting = self.recording.arrival_setting_sd_s;

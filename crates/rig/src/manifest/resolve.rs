@@ -4,6 +4,7 @@ use super::keys::{CalibrationEntry, ExceptionEntry, Listed, Manifest, PointEntry
 use super::microphones::Channels;
 use crate::apparatus::campaign::Campaign;
 use crate::apparatus::geometry::Rig;
+use crate::files::in_range;
 use crate::problem::Problem;
 use crate::records::acquisition::{Acquisition, Exception};
 use crate::records::reading::Reading;
@@ -55,6 +56,7 @@ impl Manifest {
         let mut calibrations = Vec::with_capacity(self.calibration.len());
         for (k, entry) in self.calibration.into_iter().enumerate() {
             let day = day_index(format!("calibration[{k}].day"), &entry.day)?;
+            in_range(&format!("calibration[{k}].rate_hz"), entry.rate_hz, 1.0, 1e9, "Hz")?;
             let stretch = Stretch { rate_hz: entry.rate_hz, quiet: entry.quiet_samples };
             calibrations.push(Calibration { day, stretch, clicks: entry.clicks });
         }
@@ -118,6 +120,10 @@ impl Manifest {
             let what = "is missing; say how the listed records were taken: { rate_hz = 10000.0, quiet_samples = 1000 }";
             (key.to_owned(), Problem::Keys { what })
         };
+        for (key, stretch) in [("ping", self.ping), ("click", self.click)] {
+            let rate = stretch.map_or(1.0, |s| s.rate_hz);
+            in_range(&format!("{key}.rate_hz"), rate, 1.0, 1e9, "Hz")?;
+        }
         match (self.ping, self.click) {
             (None, _) if pings => Err(missing("ping")),
             (_, None) if clicks => Err(missing("click")),

@@ -194,6 +194,14 @@ impl RecordSet {
     fn listed_once(&self) -> Result<(), (String, Problem)> {
         let plain = |name: &str| name.split('/').filter(|part| *part != ".").collect::<Vec<_>>().join("/");
         let mut seen: BTreeMap<String, String> = BTreeMap::new();
+        for (k, entry) in self.calibrations.iter().enumerate() {
+            for (n, file) in entry.clicks.iter().enumerate() {
+                let place = format!("calibration[{k}]: clicks[{n}] `{file}`");
+                if let Some(first) = seen.insert(plain(file), place.clone()) {
+                    return Err((place, Problem::ListedTwice { first }));
+                }
+            }
+        }
         for entry in &self.points {
             for (kind, files) in [("pings", &entry.pings), ("clicks", &entry.clicks)] {
                 for (n, file) in files.iter().enumerate() {

@@ -121,7 +121,7 @@ impl Case {
         let texts = OscilosTexts {
             geometry: text("Geometry.txt")?,
             mean_flow: text("Mean_flow.txt")?,
-            flame: text("Flame.txt").ok(),
+            flame: if path.join("Flame.txt").exists() { Some(text("Flame.txt")?) } else { None },
             inlet: text("Inlet.txt")?,
             outlet: text("Outlet.txt")?,
             scan_range: text("Scan_range.txt")?,

@@ -54,7 +54,7 @@ pub(super) fn run(
     let folder = StagedFolder::beside_others(out, "observations.toml", &WRITTEN, force)?;
     let (files, answer) = match &records.excitation {
         Excitation::Random(random) => noise(records, random, study, ui)?,
-        Excitation::Blow(blow) => blows(records, blow, ui)?,
+        Excitation::Blow(blow) => blows(records, blow, study, ui)?,
     };
     for (name, text) in files {
         let path = folder.path().join(name);
@@ -79,12 +79,33 @@ fn head(records: &ExcitedRecords) -> String {
     format!("kind = \"{kind}\"\nsource = {}\n", json!(records.source))
 }
 
+/// The place of an operating point that the manifest names.
+fn point_of(study: &Study, point: &str, key: &str, records: &ExcitedRecords) -> Result<usize, Failure> {
+    study.campaign.point(point).map(|(index, _)| index).ok_or_else(|| {
+        let known: Vec<&str> = study.campaign.points.iter().map(|p| p.id.as_str()).collect();
+        Failure::bad_input(format!("there is no operating point `{point}`; known: {}", known.join(", ")))
+            .at(&records.path)
+            .remedy(format!("Correct the name in {key}, or add the point to campaign.csv."))
+    })
+}
+
 /// Gains of the channels, pressures at the operating points over that at the first microphone, and what specimens let through.
 fn noise(records: &ExcitedRecords, random: &RandomNoise, study: &Study, ui: &Ui) -> Result<Made, Failure> {
     let names = &study.rig.microphones.names;
     let n = names.len();
     let spectra = |file: &str| {
         let record = records.read(file, Some(n)).or_bad_input()?;
+        let silent = |samples: &Vec<f64>| samples.iter().all(|v| *v == samples[0]);
+        if let Some(channel) = record.channels.iter().position(silent) {
+            return Err(Failure::bad_input(format!(
+                "{file}: channel {channel} has the same value throughout"
+            ))
+            .at(&records.path)
+            .remedy(format!(
+                "Microphone {} was dead: leave it out of the rig, or record again.",
+                names[channel]
+            )));
+        }
         let found = Spectra::welch(&record.channels, records.rate_hz, random.segment, records.band_hz);
         found.map_err(|fault| {
             Failure::bad_input(fault)
@@ -142,15 +163,7 @@ fn noise(records: &ExcitedRecords, random: &RandomNoise, study: &Study, ui: &Ui)
     toml += "\n[[response]]\nkind = \"pressures\"\n[response.files]\n";
     let (mut losses, mut checks) = (Vec::new(), Vec::new());
     for (point, file) in &random.points {
-        let Some((index, _)) = study.campaign.point(point) else {
-            let known: Vec<&str> = study.campaign.points.iter().map(|p| p.id.as_str()).collect();
-            return Err(Failure::bad_input(format!(
-                "there is no operating point `{point}`; known: {}",
-                known.join(", ")
-            ))
-            .at(&records.path)
-            .remedy("Correct the name in [random.points], or add the point to campaign.csv."));
-        };
+        let index = point_of(study, point, "[random.points]", records)?;
         let found = spectra(file)?;
         let transfers: Vec<_> = (0..n).map(|c| found.transfer(0, c)).collect();
         let pressure = |c: usize, k: usize| transfers[c][k].even() / gains.gains[c][k];
@@ -176,6 +189,16 @@ fn noise(records: &ExcitedRecords, random: &RandomNoise, study: &Study, ui: &Ui)
         let layout =
             layout.map_err(|problem| Failure::bad_input(problem).at(&study.folder.join("rig.toml")))?;
         let gas = study.rig.gas.at(study.rig.temperature, study.rig.pressure);
+        let [from, to] = specimen.between;
+        let before = layout.microphones.iter().filter(|x| **x <= from).count();
+        let behind = layout.microphones.iter().filter(|x| **x >= to).count();
+        if before < 2 || behind < 2 {
+            return Err(Failure::bad_input(format!(
+                "`between` of [random.transmission] has {before} microphones before the specimen and {behind} behind it; waves are told apart by two or more"
+            ))
+            .at(&records.path)
+            .remedy("Correct `between`, or the places of the microphones in rig.toml."));
+        }
         let tube = TransmissionTube {
             places: layout.microphones,
             between: specimen.between,
@@ -262,7 +285,10 @@ fn bands(rows: &[[f64; 6]]) -> Vec<[f64; 7]> {
 }
 
 /// Modes of the states that a blow lets sound.
-fn blows(records: &ExcitedRecords, blow: &Blow, ui: &Ui) -> Result<Made, Failure> {
+fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, ui: &Ui) -> Result<Made, Failure> {
+    for state in &blow.states {
+        point_of(study, &state.point, "[[blow.state]]", records)?;
+    }
     let options = BlowOptions {
         stretch_s: blow.stretch,
         highest_hz: records.band_hz[1],

@@ -217,6 +217,7 @@ impl Plan {
         for stage in file.responses {
             let at = stage.span().start;
             let stage = stage.into_inner();
+            short_id(&stage.id).map_err(|problem| source.fail(at, problem))?;
             let checked = stage.check(campaign, catalogue, &plan.responses);
             checked
                 .and_then(|()| rig.microphones.have(&stage.microphones))
@@ -230,6 +231,7 @@ impl Plan {
             let at = asked.span().start;
             let fail = |problem| source.fail(at, problem);
             let question = asked.into_inner().question(rig, campaign).map_err(fail)?;
+            short_id(&question.id).map_err(fail)?;
             known_stage(&plan, &question.stage).map_err(fail)?;
             let taken = plan.questions.iter().map(|q| &q.id).chain(plan.stages.iter().map(|s| &s.id));
             if taken.into_iter().any(|id| *id == question.id) {
@@ -241,6 +243,14 @@ impl Plan {
         }
         Ok(plan)
     }
+}
+
+/// An id names files.
+fn short_id(id: &str) -> Result<(), Problem> {
+    const LONGEST: usize = 100;
+    let (key, value) = ("id".to_owned(), id.chars().take(20).collect::<String>() + "...");
+    let need = "at most 100 characters; it names files";
+    if id.len() > LONGEST { Err(Problem::Value { key, value, need }) } else { Ok(()) }
 }
 
 fn known_stage(plan: &Plan, id: &str) -> Result<(), Problem> {
@@ -304,6 +314,7 @@ impl Check<'_> {
     }
 
     fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, Problem> {
+        short_id(&file.id)?;
         if plan.stage(&file.id).is_some() {
             return Err(Problem::Duplicate { what: "stage", name: file.id });
         }

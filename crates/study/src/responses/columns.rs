@@ -95,6 +95,9 @@ fn column(text: &str, name: Option<String>) -> Result<Column, Problem> {
     Ok(Column { role, unit: Some(unit), name })
 }
 
+/// No ratio of pressures is this level, dB.
+const LOUDEST: f64 = 300.0;
+
 /// Reads a file by its declared columns.
 pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> {
     let fail = |line: Option<usize>, problem: Problem| StudyError {
@@ -115,7 +118,7 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
         };
         let numbers = columns.iter().map(read).collect::<Result<Vec<_>, _>>()?;
         let longest = numbers.iter().map(Vec::len).max().unwrap_or(0);
-        (numbers, (1..=longest).collect())
+        (numbers, (0..longest).map(|row| table.line(row)).collect())
     } else {
         text(path, columns.len()).map_err(|(line, problem)| fail(line, problem))?
     };
@@ -128,6 +131,14 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
     // Hz is a cycle per second: the unit's SI value is that of the number in Hz.
     let frequency_hz = of(Role::Frequency).unwrap_or_default();
     let n = frequency_hz.len();
+    if let Some((k, v)) = of(Role::Level).iter().flatten().enumerate().find(|(_, v)| v.abs() > LOUDEST) {
+        let problem = Problem::Value {
+            key: "abs".into(),
+            value: format!("{v} dB"),
+            need: "a level between -300 and 300 dB",
+        };
+        return Err(fail(lines.get(k).copied(), problem));
+    }
     let modulus = of(Role::Modulus).or_else(|| {
         Some(of(Role::Level)?.into_iter().map(|level| 10_f64.powf(level / 20.0)).collect::<Vec<_>>())
     });

@@ -212,7 +212,15 @@ impl Study {
                     let fail = |source| Problem::Unit { key: "reference_diameter".into(), source };
                     Number::parse(text).and_then(|number| number.of("m")).map_err(fail)
                 });
-                let area = diameter.transpose()?.map(|d| 0.25 * PI * d * d);
+                let diameter = diameter.transpose()?;
+                if let Some(d) = diameter.filter(|d| !(1e-5..=100.0).contains(d)) {
+                    return Err(value(
+                        "reference_diameter",
+                        &format!("{d} m"),
+                        "a diameter from 0.01 mm to 100 m",
+                    ));
+                }
+                let area = diameter.map(|d| 0.25 * PI * d * d);
                 Ok(ResponseKind::Reflection { at, reference_area: area })
             }
             KindOf::Pressures | KindOf::Transfer => {

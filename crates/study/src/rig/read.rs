@@ -9,6 +9,7 @@ use super::oscilos::Folder;
 use super::part::{Instruments, Part, Shape};
 use super::value::{Given, Reader, Value};
 use super::whole::Rig;
+use crate::campaign::COLDEST;
 use crate::law::{Candidate, Coefficient, Effect, Parameters, Place, Words, parameters};
 use crate::names::{FACTOR, add, built_in};
 use crate::source::{Outcome, listed};
@@ -221,6 +222,13 @@ impl Reading<'_> {
         };
         let pressure = number(&mut table, "pressure", "Pa", 101_325.0)?;
         let temperature = number(&mut table, "temperature", "K", 293.15)?;
+        if !(COLDEST..=4000.0).contains(&temperature) {
+            let (key, value) = ("temperature".to_owned(), format!("{temperature} K"));
+            return Err((
+                at,
+                Problem::Value { key, value, need: "100 to 4000 K; say the unit, as in \"20 degC\"" },
+            ));
+        }
         if table.contains_key("molar_mass") {
             // The same form as in the file of a rig: numbers or, for the mass, a quantity.
             if let Some(text) = table.get("molar_mass").filter(|v| v.is_str()) {
@@ -228,7 +236,8 @@ impl Reading<'_> {
                 table.insert("molar_mass".into(), Toml::Float(mass));
             }
             let gas = rijke_rig::Gas::deserialize(Toml::Table(table))
-                .map_err(|error| (at, Problem::Toml(error.message().to_owned())))?;
+                .map_err(|error| (at.clone(), Problem::Toml(error.message().to_owned())))?;
+            gas.validate().map_err(|(key, problem)| (at, Problem::Toml(format!("{key}: {problem}"))))?;
             return Ok((GasModel::Real(gas), pressure, temperature));
         }
         let gamma = number(&mut table, "gamma", "1", 1.4)?;

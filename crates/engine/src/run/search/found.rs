@@ -46,11 +46,11 @@ pub fn merge_searches(parts: &[SearchPart]) -> Result<SearchRecord, EngineError>
         let n = first.shard[1];
         let there: BTreeSet<usize> = parts.iter().filter(|p| p.shard[1] == n).map(|p| p.shard[0]).collect();
         let missing: Vec<String> = (1..=n).filter(|k| !there.contains(k)).map(|k| k.to_string()).collect();
-        return refuse(format!(
-            "the parts hold {reached} of {} combinations; make shard {} of {n} too",
-            first.combinations,
-            missing.join(", ")
-        ));
+        let what = match missing.is_empty() {
+            true => "one of them was damaged: make the parts again".to_owned(),
+            false => format!("make shard {} of {n} too", missing.join(", ")),
+        };
+        return refuse(format!("the parts hold {reached} of {} combinations; {what}", first.combinations));
     }
     if !whole.ends().any(|node| node.level + 1 == first.stages.len() && node.evidence.is_some()) {
         let why = whole.ends().filter_map(|node| node.remark.clone()).next().unwrap_or_default();

@@ -67,7 +67,7 @@ impl Record {
                 || sensor.bias_sd.is_nan()
                 || sensor.bias_sd < 0.0
             {
-                return Err(FlowError::Sensor { sensor: format!("{sensor:?}") });
+                return Err(FlowError::Sensor { sensor: sensor.kind.to_string() });
             }
         }
         let unknown = UNKNOWNS + self.sensors.iter().filter(|s| s.bias_sd > 0.0).count();

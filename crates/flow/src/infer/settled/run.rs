@@ -63,7 +63,7 @@ impl Run {
                     }
                 };
                 if !known {
-                    return Err(FlowError::Sensor { sensor: format!("{sensor:?}") });
+                    return Err(FlowError::Sensor { sensor: sensor.to_string() });
                 }
             }
             plausible(state.power, state.ambient, &state.sensors, &state.readings)
