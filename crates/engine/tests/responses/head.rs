@@ -144,7 +144,7 @@ fn coverage_parameters_heard_by_a_bad_head_lie_within_their_errors() {
     let more = "among = [\"end.constant\"]\nnoise = { median = 3e-3, ln_sd = 1.0 }";
     let folder = folder("coverage", &rig([None; 2]), "ambient", &toml(&terms, 6), more);
     let (mut within, mut all, mut square) = (0, 0, 0.0);
-    for set in 0..60 {
+    for set in 0..200 {
         let mut stream = Streams::new(set).stream("responses/coverage");
         let parameters = PRIORS.map(|[mean, sd]| mean + sd * normal(&mut stream));
         let answers: Vec<C64> = frequency_hz.iter().map(|f| reflection(*f, parameters, 0.0, AIR)).collect();
