@@ -109,6 +109,14 @@ pub(crate) fn of_point_and_installation(noise: &[NoiseEstimate]) -> [[f64; 2]; 3
     MEASURED.map(|name| [sd(name), sd(&format!("{name}{BETWEEN}"))])
 }
 
+/// Whether the noise of growth rates and that of frequencies was found, of the point or of its installation.
+pub(crate) fn floats(noise: &[NoiseEstimate]) -> [bool; 2] {
+    let found = |name: &str| {
+        noise.iter().any(|n| n.floats && n.name.strip_suffix(BETWEEN).unwrap_or(&n.name) == name)
+    };
+    [found(MEASURED[0]), found(MEASURED[1])]
+}
+
 /// The parameters that vary between installations, by name, with their standard deviations.
 pub(crate) fn varying(noise: &[NoiseEstimate]) -> impl Iterator<Item = (&str, f64)> {
     let named = noise.iter().filter(|n| !MEASURED.iter().any(|m| n.name.strip_suffix(BETWEEN) == Some(m)));

@@ -29,7 +29,7 @@ pub(crate) struct Args {
     /// The stage whose model predicts [default: the last].
     #[arg(long, value_name = "ID")]
     stage: Option<String>,
-    /// Values of factors, in SI units; may be repeated.
+    /// Values of factors and of T_amb, in SI units; may be repeated.
     #[arg(long, value_name = "FACTOR=VALUE,...")]
     at: Vec<String>,
     /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign.
@@ -65,6 +65,17 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let among = stage.points.clone();
     let (study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
+    for (place, asked) in
+        places.iter().zip(&asked).filter(|(_, asked)| map.is_none() && !asked.contains_key("T_amb"))
+    {
+        let point = &study.campaign.points[*place];
+        if let Some([kelvin, sd]) = point.ambient.filter(|_| !asked.is_empty()) {
+            ui.note(format!(
+                "{}: T_amb = {kelvin} +- {sd} K, that of the nearest point; give T_amb in --at for another",
+                point.id
+            ));
+        }
+    }
     let (found, mut left_out) = forecast(&study, &observed, &model, &places).map_err(wrong)?;
     if (map.is_none() || found.is_empty()) && !left_out.is_empty() {
         return Err(wrong(left_out.swap_remove(0).why));

@@ -4,7 +4,7 @@ use crate::{
     failure::{Classify, Failure},
     number,
     staging::StagedFolder,
-    study::{observations, of_the_engine, open, warn_of_left_out},
+    study::{observations, of_the_engine, open, warn_of, warn_of_left_out},
     ui::Ui,
 };
 use rijke_engine::run::{Answer, Asked, Judgement, Missing, Run, StageRecord, verdicts};
@@ -48,6 +48,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let observations = observations(&study)?;
     let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?;
+    warn_of(ui, &study, &observations)?;
     if let Some(id) = &args.until {
         let Some((k, _)) = study.plan.stage(id) else { return Err(no_stage(id, &study.plan, dir)) };
         let whole = study.plan.clone();
@@ -60,13 +61,18 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let mut run = Run::new(study, &observations, args.trust.trusted()?).map_err(wrong)?;
     warn_of_left_out(ui, &run.left_out);
-    run.study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     if let Some(heat) = &run.heat {
         ui.note(format!(
             "the gas gets {} of the power, and gives {} W/(m^2 K) to the wall, by the readings",
             number::with_sd(heat.share[0], heat.share[1]),
             number::with_sd(heat.cooling[0], heat.cooling[1])
         ));
+        if heat.scatter > 0.0 {
+            ui.note(format!(
+                "readings scatter about it beyond their stated errors: the rise of the gas counts as {:.2} % uncertain at every point by itself",
+                100.0 * heat.scatter
+            ));
+        }
         heat.warnings().iter().for_each(|warning| ui.note(format!("warning: {warning}")));
     }
     let (mut stages, mut answers) = (Vec::new(), Vec::new());

@@ -44,6 +44,32 @@ pub(crate) fn measured(folder: &Path) -> bool {
     ["observations.toml", "modes.csv", "pings.csv"].iter().any(|name| folder.join(name).is_file())
 }
 
+/// Says what of a study and its observations is without effect, or counts otherwise than one may think.
+pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &Observations) -> Result<(), Failure> {
+    study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
+    if study.channels().map_err(|error| bad(&error))?.is_some()
+        && !study.plan.stages.iter().any(|s| s.channels)
+    {
+        ui.note(
+            "warning: the records state errors of gains and delays that all points share (observations/channels.toml), but no stage has \
+             `channels = true`: they count as errors of each point alone, so that parameters come out too certain",
+        );
+    }
+    let differs = |(k, point): (usize, &rijke_study::Point)| {
+        let ([stated, _], [read, _]) = (point.ambient?, *observations.ambient.get(&k)?);
+        ((stated - read).abs() > 1e-3)
+            .then(|| format!("{} ({stated} K there, {read} K with the records)", point.id))
+    };
+    let points: Vec<String> = study.campaign.points.iter().enumerate().filter_map(differs).collect();
+    if let Some(first) = points.first() {
+        ui.note(format!(
+            "warning: T_amb of {} points is another in campaign.csv than in observations/points.csv, which counts: first {first}; process the records again",
+            points.len()
+        ));
+    }
+    Ok(())
+}
+
 /// Says which observed points no stage uses because nothing is known of their gas.
 pub(crate) fn warn_of_left_out(ui: &Ui, points: &[String]) {
     if !points.is_empty() {

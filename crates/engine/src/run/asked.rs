@@ -46,6 +46,9 @@ pub struct Unpredicted {
     pub why: EngineError,
 }
 
+/// What the ambient temperature of a point is called beside its factors, K.
+const AMBIENT: &str = "T_amb";
+
 /// The operating points of the campaign with others, each given by the factors in which it differs from the point of the campaign that is
 /// nearest in them: of those that `among` means, or of all if none of these has a value of every factor.
 ///
@@ -63,6 +66,12 @@ pub fn with_points(
     for values in asked {
         let mut given = Vec::new();
         for (name, value) in values {
+            if name == AMBIENT {
+                if !(100.0..=2000.0).contains(value) {
+                    return Err(fail(format!("{name} = {value}: an ambient temperature is in K")));
+                }
+                continue;
+            }
             let k = study
                 .campaign
                 .factor(name)
@@ -96,12 +105,15 @@ pub fn with_points(
         let name = values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ");
         let mut point = Point { id: name.clone(), installation: name, row: "asked".into(), ..like.clone() };
         given.iter().for_each(|(k, value)| point.factors[*k] = *value);
+        if let Some(kelvin) = values.get(AMBIENT) {
+            point.ambient = Some([*kelvin, point.ambient.map_or(0.0, |[_, sd]| sd)]);
+        }
         let same = |p: &&Point| {
             p.factors.iter().zip(&point.factors).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
         };
         // A point of the campaign is itself: what is known of its gas is known.
-        let there =
-            study.campaign.points.iter().filter(same).find(|p| p.row == like.row).map(|p| p.id.clone());
+        let there = study.campaign.points.iter().filter(|_| !values.contains_key(AMBIENT)).filter(same);
+        let there = there.clone().find(|p| p.row == like.row).map(|p| p.id.clone());
         let place = match there.and_then(|id| study.campaign.point(&id).map(|(k, _)| k)) {
             Some(k) => k,
             None => {

@@ -64,10 +64,11 @@ pub fn models(stage: &StageRecord) -> Frame {
     .map(|(name, label, unit)| FrameColumn::new(name, label, unit))
     .collect();
     let first = columns.len();
-    let mut names: Vec<&str> = Vec::new();
+    // Candidates may use one name for parameters of different units.
+    let mut names: Vec<[&str; 2]> = Vec::new();
     for p in stage.models.iter().flat_map(|m| &m.parameters) {
-        if !names.contains(&p.name.as_str()) {
-            names.push(&p.name);
+        if !names.contains(&[p.name.as_str(), p.unit.as_str()]) {
+            names.push([&p.name, &p.unit]);
             columns.push(FrameColumn::new(&p.name, &p.symbol, &p.unit));
             columns.push(FrameColumn::new(&format!("{}_sd", p.name), &format!("{}, sd", p.symbol), &p.unit));
         }
@@ -79,7 +80,7 @@ pub fn models(stage: &StageRecord) -> Frame {
             values[..first].iter_mut().zip(all).for_each(|(to, from)| *to = finite(from));
         }
         for p in &m.parameters {
-            if let Some(k) = names.iter().position(|n| *n == p.name) {
+            if let Some(k) = names.iter().position(|n| *n == [&p.name, &p.unit]) {
                 (values[first + 2 * k], values[first + 2 * k + 1]) = (finite(p.value), finite(p.sd));
             }
         }

@@ -17,8 +17,13 @@ const ALONE: f64 = 8.0;
 const SHAPES: f64 = 0.1;
 
 /// Reasons to doubt a model whose growth rates and angular frequencies at the points are `predicted`; `misfit` is what it leaves of growth
-/// rate, angular frequency and pressures.
-pub(super) fn doubts(observed: &[Observed], predicted: &[[f64; 2]], misfit: [f64; 3]) -> Vec<String> {
+/// rate, angular frequency and pressures, and `floats` whether the first two were found, not stated.
+pub(super) fn doubts(
+    observed: &[Observed],
+    predicted: &[[f64; 2]],
+    misfit: [f64; 3],
+    floats: [bool; 2],
+) -> Vec<String> {
     let mut all = Vec::new();
     for (k, what) in ["growth rates", "frequencies"].into_iter().enumerate() {
         let measured = |o: &Observed| [o.mode.growth_rate, o.mode.angular_frequency][k];
@@ -37,7 +42,7 @@ pub(super) fn doubts(observed: &[Observed], predicted: &[[f64; 2]], misfit: [f64
         };
         let scatter = (there.iter().map(|t| (t.1 - mean(&t.0.mode.label)).powi(2)).sum::<f64>() / n).sqrt();
         // Repeats of one point do not ask for an explanation.
-        if scatter > MANY * sd && misfit[k] > MANY * sd && misfit[k] > NOTHING * scatter {
+        if floats[k] && scatter > MANY * sd && misfit[k] > MANY * sd && misfit[k] > NOTHING * scatter {
             all.push(format!(
                 "the misfit of {what}, {}, is as large as they differ from each other ({}): the model explains none of it; check units and signs",
                 shown(misfit[k]),
@@ -114,14 +119,15 @@ mod tests {
     fn behaviour_a_model_is_doubted_for_what_it_does_not_explain() {
         let points = points();
         let right: Vec<[f64; 2]> = (0..6).map(|k| [0.05 - f64::from(k), 500.05 + f64::from(k)]).collect();
-        assert!(doubts(&points, &right, [0.1, 0.1, 0.02]).is_empty());
-        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0]);
+        assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2]);
+        assert!(doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2]).is_empty());
         assert!(said.len() == 2 && said[0].contains("explains none of it"), "{said:?}");
         let mut one_off = right.clone();
         one_off[3][1] += 4.0;
-        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0]);
+        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2]);
         assert!(said.iter().any(|s| s.starts_with("p3 alone lies 0.6")), "{said:?}");
-        let said = doubts(&points, &right, [0.1, 0.1, 0.12]);
+        let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2]);
         assert!(said.len() == 1 && said[0].contains("order, places and gains"), "{said:?}");
     }
 }

@@ -5,7 +5,7 @@ use super::doubts::doubts;
 use super::matching::check_modes;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use crate::noise::Noise;
-use crate::noise::measured_sd;
+use crate::noise::{floats, measured_sd};
 use crate::{Assembly, EngineError, Knowledge, Misfit, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, TrustRegion};
 use rijke_network::Workspace;
@@ -122,7 +122,7 @@ impl Run {
             })
             .collect::<Result<_, EngineError>>()?;
         let said = trained.referee.iter().map(ToString::to_string);
-        let doubts = doubts(&found.observed, &record.predicted, record.misfit);
+        let doubts = doubts(&found.observed, &record.predicted, record.misfit, floats(&trained.noise));
         let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).chain(doubts).collect();
         record.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
         Ok((record, Some(found)))

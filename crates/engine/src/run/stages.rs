@@ -9,11 +9,32 @@ use crate::EngineError;
 use rayon::prelude::*;
 use rijke_study::plan::{Prefer, Stage};
 
-/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model that is as good, if there is one.
+/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model that is as good, if there is one, and every
+/// other candidate of a role whose best model is.
 fn undecided(title: &str, models: &[ModelRecord], taken: &str, decides: f64) -> Option<String> {
     let (other, behind) = nearest(models, taken).filter(|(_, behind)| *behind < decides)?;
     let lies = if behind < 0.0 { "ahead" } else { "behind" };
-    Some(format!("{title}: {taken} is taken, though {} is only {:.1} nats {lies}", other.id, behind.abs()))
+    let own = models.iter().find(|m| m.id == taken)?;
+    let mut further: Vec<(&str, f64)> = Vec::new();
+    for model in models.iter().filter(|m| m.id != taken) {
+        let behind = own.ln_evidence() - model.ln_evidence();
+        for (role, candidate) in model.candidates.iter().filter(|_| behind < decides) {
+            if own.candidates.get(role) == Some(candidate) || other.candidates.get(role) == Some(candidate) {
+                continue;
+            }
+            match further.iter_mut().find(|(known, _)| known == candidate) {
+                Some((_, least)) => *least = least.min(behind),
+                None => further.push((candidate, behind)),
+            }
+        }
+    }
+    let further: Vec<String> = further.iter().map(|(id, behind)| format!(", {id} {behind:.1}")).collect();
+    Some(format!(
+        "{title}: {taken} is taken, though {} is only {:.1} nats {lies}{}",
+        other.id,
+        behind.abs(),
+        further.concat()
+    ))
 }
 
 impl Run {

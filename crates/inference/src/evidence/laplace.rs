@@ -13,9 +13,9 @@ use std::f64::consts::PI;
 pub struct Evidence {
     /// ln P(D | a) at the maximum of the posterior: how well the best parameters fit.
     pub ln_best_fit: f64,
-    /// ln of P(a) det(A / 2 pi)^-1/2: the fraction of the prior volume that survives the data; negative as a rule.
+    /// ln of P(a) det(A / 2 pi)^-1/2, as in equation (9): the fraction of the prior volume that survives the data; negative as a rule.
     pub ln_occam: f64,
-    /// ln P(D): the sum of both.
+    /// ln P(D), equation (9): the sum of both.
     pub ln_marginal: f64,
     /// The number by which tables divide: the number of observations, that is of operating points.
     pub datapoints: usize,

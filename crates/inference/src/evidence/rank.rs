@@ -10,7 +10,7 @@ pub struct Entry {
     pub name: String,
     /// Number of its parameters.
     pub parameters: usize,
-    /// ln of the prior weight of the model; zero for all if none is preferred (equation 8 of the paper).
+    /// ln of the prior weight of the model; zero for all if none is preferred, as for equation (8) of the paper.
     pub ln_prior_weight: f64,
     /// Its evidence, or why there is none.
     pub outcome: Result<Evidence, String>,

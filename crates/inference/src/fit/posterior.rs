@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use rijke_numerics::{Matrix, Order};
 use std::f64::consts::PI;
 
-/// A model, its data and its prior: the unnormalised posterior density.
+/// A model, its data and its prior: the unnormalised posterior density. Minus its logarithm is the cost J of equation (4), with the halves and determinants.
 ///
 /// Coordinates: the working coordinates of the parameters, then ln sd of every noise that floats or is inferred.
 /// Cost of [`Objective::evaluate`]: one call of the model and, for each block of n data, O(n^3) with floating noise

@@ -6,7 +6,7 @@ use super::gate::Basis;
 use super::number::Number;
 use super::slots::{Attached, FlowSlot};
 use crate::chain::coefficients::{Coefficients, Laws};
-use crate::chain::network::Network;
+use crate::chain::network::{Network, Segment};
 use crate::error::NetworkError;
 use crate::laws::Law;
 use crate::plane::dual::Dual;
@@ -52,7 +52,13 @@ impl FlowChain {
 
     /// The chain `rest` with a mean flow that enters it at `velocity` (m/s): same ducts, losses, feedback, ends and attached
     /// laws. The inlet has the density of the first segment and the pressure rho c^2/gamma there; temperatures behind follow
-    /// from the ratios of densities.
+    /// from the speeds of sound.
+    ///
+    /// Gas whose gamma follows its temperature has rho c^2 = gamma p that differs from segment to segment, which this chain, with
+    /// one gamma, cannot have. With g = rho c^2 over that of the first segment, a duct of area A/g with density rho/g carries the same
+    /// waves: c, A/(rho c) and so p and the volume flow A u are those of `rest`, and the velocity is g u. Losses and feedback
+    /// count u, so they are scaled by g; without flow both chains are the same. What convection adds is right to g^2, a per cent in
+    /// air that is heated by 400 K.
     ///
     /// # Errors
     /// As [`FlowChain::new`] and [`FlowChain::attach`]; [`NetworkError::ActionAtInlet`] for feedback at an end,
@@ -62,17 +68,29 @@ impl FlowChain {
         let pressure = first.density * first.sound_speed * first.sound_speed / gamma;
         let inlet = FlowState { pressure, density: first.density, velocity };
         let n = rest.segments.len();
+        let stiffness = |s: &Segment| s.density * s.sound_speed * s.sound_speed;
+        let g: Vec<f64> = rest.segments.iter().map(|s| stiffness(s) / stiffness(&first)).collect();
+        let before = |j: usize| g[j.saturating_sub(1).min(n - 1)];
+        let behind = |j: usize| g[j.min(n - 1)];
+        let scale = |slot: FlowSlot| match slot {
+            FlowSlot::Area(i) | FlowSlot::Viscous(i) => g[i].recip(),
+            FlowSlot::Thermal(i) => g[i],
+            FlowSlot::At(j, Effect::Mu) => before(j).recip(),
+            FlowSlot::At(j, Effect::Eu) => behind(j) / before(j),
+            FlowSlot::At(j, Effect::Ep) => behind(j),
+            _ => 1.0,
+        };
         let mut ducts: Vec<FlowDuct> = Vec::with_capacity(n);
         for (i, segment) in rest.segments.iter().enumerate() {
-            let mut duct = FlowDuct::new(segment.length, segment.area);
+            let mut duct = FlowDuct::new(segment.length, segment.area * scale(FlowSlot::Area(i)));
             if i > 0 {
-                duct.ratio = rest.segments[i - 1].density / segment.density;
+                duct.ratio = (segment.sound_speed / rest.segments[i - 1].sound_speed).powi(2);
             }
             for (effect, k) in
                 [Effect::Mu, Effect::Mp, Effect::Eu, Effect::Ep].into_iter().zip(rest.feedback[i])
             {
                 if k != C64::ZERO {
-                    duct = duct.with(effect, Law::Constant(k));
+                    duct = duct.with(effect, Law::Constant(k * scale(FlowSlot::At(i, effect))));
                 }
             }
             ducts.push(duct);
@@ -82,12 +100,15 @@ impl FlowChain {
         }
         let ends = rest.ends.map(|r| FlowEnd::Reflection(Law::Constant(r)));
         let mut chain = Self::new(gamma, inlet, ducts, ends)?;
-        for (loss, constant) in chain.basis.loss.iter_mut().zip(&rest.losses) {
+        chain.losses = (rest.losses.iter().enumerate())
+            .map(|(i, [mu, ep])| [mu * scale(FlowSlot::Viscous(i)), ep * scale(FlowSlot::Thermal(i))])
+            .collect();
+        for (loss, constant) in chain.basis.loss.iter_mut().zip(&chain.losses) {
             *loss = (*constant != [C64::ZERO; 2]).then(|| constant.map(Dual::constant));
         }
-        chain.losses = rest.losses.clone();
         for (slot, law, weight) in rest.attachments() {
-            chain.attach(FlowSlot::try_from(slot)?, law, weight)?;
+            let slot = FlowSlot::try_from(slot)?;
+            chain.attach(slot, law, weight * scale(slot))?;
         }
         Ok(chain)
     }

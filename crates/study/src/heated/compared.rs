@@ -9,6 +9,8 @@ pub struct HeatedFit {
     pub share: [f64; 2],
     /// Heat transfer to the wall, W/(m^2 K), likewise.
     pub cooling: [f64; 2],
+    /// Error of the rise of the gas at every point by itself, relative: what readings scatter by beyond their own errors.
+    pub scatter: f64,
     /// Mean and standard deviation of both before the readings.
     prior: [[f64; 2]; 2],
     /// Every place of readings: m, how much they read more than the model on average, K, and the standard deviation of that by what is stated of
@@ -24,6 +26,7 @@ impl HeatedFit {
     /// model. Readings of one place are weighted by their stated errors; those of the ambient temperature are shared.
     pub(super) fn new(
         [share, cooling]: [[f64; 2]; 2],
+        scatter: f64,
         prior: [[f64; 2]; 2],
         readings: &[Reading],
         against: impl Fn(&Reading) -> Option<[f64; 2]>,
@@ -42,7 +45,7 @@ impl HeatedFit {
             }
             (weights > 0.0).then(|| [*at, sum / weights, (1.0 / weights + ambient.powi(2)).sqrt()])
         };
-        Self { share, cooling, prior, thermometers: places.iter().filter_map(mean).collect() }
+        Self { share, cooling, scatter, prior, thermometers: places.iter().filter_map(mean).collect() }
     }
 
     /// What does not fit, in words.
@@ -88,7 +91,7 @@ mod tests {
         let prior = [[0.9, 0.15], [5.0, 3.0]];
         let warnings = |share: [f64; 2], off: f64| {
             let against = |r: &Reading| Some([if r.at == 0.5 { off } else { 0.3 }, 0.2]);
-            HeatedFit::new([share, [6.0, 1.0]], prior, &readings, against).warnings()
+            HeatedFit::new([share, [6.0, 1.0]], 0.0, prior, &readings, against).warnings()
         };
         assert_eq!(warnings([0.85, 0.02], 0.4), Vec::<String>::new());
         // 8 K of sqrt(0.5^2/2 + 0.2^2) K.

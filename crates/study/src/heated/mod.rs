@@ -176,6 +176,10 @@ pub fn heated_states(
         };
         let watts = if at < layout.length { value(power) } else { 0.0 };
         // Of such a point no state is known, which matters if it is asked for.
+        if value(power) < 0.0 {
+            let (key, value) = (format!("{} of {}", plan.power, point.id), format!("{} W", value(power)));
+            return Err(Problem::Value { key, value, need: "zero or more: it heats the gas" });
+        }
         if mass_flow < 0.0 || (watts > 0.0 && mass_flow <= 0.0) {
             return Ok(None);
         }
@@ -221,7 +225,7 @@ pub fn heated_states(
         let heated = all.get(r.point)?.as_ref()?;
         Some([r.temperature - heated.temperature(r.at, values)[0], heated.ambient[1]])
     };
-    Ok((states, HeatedFit::new(numbers, prior, readings, against)))
+    Ok((states, HeatedFit::new(numbers, misfit, prior, readings, against)))
 }
 
 /// eta and h, their covariance, and the relative error of the rise of one point that the readings ask for: Gauss and Newton's method.
