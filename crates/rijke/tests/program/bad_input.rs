@@ -4,6 +4,7 @@ mod commands;
 mod models;
 pub(crate) mod observations;
 mod recordings;
+mod slips;
 
 use crate::{copy, records, rijke, scratch};
 use std::{fs, path::Path};
@@ -32,11 +33,12 @@ fn edit(folder: &Path, file: &str, from: &str, to: &str) {
 #[test]
 fn message_bad_input_is_refused_with_file_place_and_remedy() {
     type Table = (fn(&Path), &'static [Case]);
-    let tables: [Table; 4] = [
+    let tables: [Table; 5] = [
         (|d| records::write(&d.join("records")), &recordings::CASES),
         (observations::write, &observations::CASES),
         (models::write, &models::CASES),
         (|_| (), &commands::CASES),
+        (slips::write, &slips::CASES),
     ];
     let (mut found, mut count) = (Vec::new(), 0);
     for (prepare, cases) in tables {

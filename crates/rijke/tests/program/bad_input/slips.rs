@@ -1,0 +1,116 @@
+//! Slips of the pen in a study of the template `kundt-tube`: numbers that nothing has, each of which a mutation test once got through.
+
+use super::{Case, case, edit};
+use crate::rijke;
+use std::{fs, path::Path};
+
+const CHECK: &str = "check data";
+
+pub(super) fn write(folder: &Path) {
+    let made = rijke(folder, &["new", "data", "--template", "kundt-tube", "-q"]);
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+}
+
+/// A manifest of random noise or of blows.
+fn manifest(folder: &Path, text: &str) {
+    fs::create_dir_all(folder.join("data/records")).unwrap();
+    let head = "kind = \"measured\"\nsource = \"a test\"\nrate_hz = 8000\nband_hz = [100, 900]\n";
+    fs::write(folder.join("data/records/manifest.toml"), format!("{head}{text}")).unwrap();
+}
+
+const NOISE: &str = "[random]\nsegment = 1024\nstraight = \"a.wav\"\n[random.points]\np70 = \"a.wav\"\n\
+                     [random.transmission]\npoints = [\"p70\"]\nplace_sd = 0.001\n";
+
+pub(super) const CASES: [Case; 10] = [
+    case(
+        "heat capacity below zero",
+        |d| edit(d, "data/rig.toml", "[28.11,", "[-28.11,"),
+        CHECK,
+        ["rig.toml", "gas.heat_capacity at 250 K", "outside 20 to 500 J/(mol K)"],
+    ),
+    case(
+        "viscosity below zero",
+        |d| edit(d, "data/rig.toml", "1.716e-5", "-1.0"),
+        CHECK,
+        ["rig.toml", "gas.viscosity[0]", "outside"],
+    ),
+    case(
+        "T_amb ten times as high",
+        |d| edit(d, "data/campaign.csv", "293.15", "2931.5"),
+        CHECK,
+        ["campaign.csv, line 4", "2931.5 K", "below 2000 K"],
+    ),
+    case(
+        "id too long for a file",
+        |d| {
+            let text = fs::read_to_string(d.join("data/study.toml")).unwrap();
+            let id = text.lines().find_map(|l| l.strip_prefix("id = ")).unwrap().to_owned();
+            edit(d, "data/study.toml", &format!("id = {id}"), &format!("id = \"{}\"", "x".repeat(300)));
+        },
+        CHECK,
+        ["study.toml", "xxx...", "at most 100 characters"],
+    ),
+    case(
+        "specimen that ends before it begins",
+        |d| manifest(d, &format!("{NOISE}between = [1.0, -1.5]\nsound_speed_sd = 0.005\n")),
+        "process data",
+        ["manifest.toml", "[random.transmission]", "ascends from 0"],
+    ),
+    case(
+        "speed of sound that is not known at all",
+        |d| manifest(d, &format!("{NOISE}between = [0.3, 0.4]\nsound_speed_sd = inf\n")),
+        "process data",
+        ["manifest.toml", "[random.transmission]", "sound_speed_sd from 0 to 0.5"],
+    ),
+    case(
+        "mode beyond the band",
+        |d| {
+            let blow = "[blow]\nstretch_s = [0.0, 0.2]\nfiles = [\"a.wav\"]\n[[blow.state]]\npoint = \"p70\"\n";
+            manifest(d, &format!("{blow}near_hz = [-150]\n"));
+        },
+        "process data",
+        ["manifest.toml", "[[blow.state]]", "near_hz within `band_hz`"],
+    ),
+    case(
+        "blow at a point that is not there",
+        |d| {
+            let blow = "[blow]\nstretch_s = [0.0, 0.2]\nfiles = [\"a.wav\"]\n[[blow.state]]\npoint = \"nowhere\"\n";
+            manifest(d, &format!("{blow}near_hz = [150]\n"));
+        },
+        "process data",
+        ["manifest.toml", "no operating point `nowhere`", "Correct the name in [[blow.state]]"],
+    ),
+    case(
+        "OSCILOS: a flame that answers before",
+        |d| {
+            oscilos(d);
+            edit(d, "oscilos/Flame.txt", "3.0", "-3.0");
+        },
+        "modes --oscilos oscilos",
+        ["Flame.txt", "the delay (ms) is -3", "0 to 10 000 ms"],
+    ),
+    case(
+        "OSCILOS: a temperature in degrees C",
+        |d| {
+            oscilos(d);
+            edit(d, "oscilos/Mean_flow.txt", "293.15", "20");
+        },
+        "modes --oscilos oscilos",
+        ["Mean_flow.txt", "the temperature (K) is 20", "100 to 4000 K"],
+    ),
+];
+
+/// The inputs of an OSCILOS folder with a flame.
+fn oscilos(folder: &Path) {
+    let to = folder.join("oscilos");
+    fs::create_dir_all(&to).unwrap();
+    let files = [
+        ("Geometry.txt", "x r section tube\n0 0.05 0 0\n0.5 0.05 11 0\n1.5 0.05 0 0\n"),
+        ("Mean_flow.txt", "p T choice M gamma ratio\n101325 293.15 2 0.5 1 4.6\n"),
+        ("Flame.txt", "type gain delay\n1 1.0 3.0\n"),
+        ("Inlet.txt", "type a b c\n2 0 0 0\n"),
+        ("Outlet.txt", "type a b c\n1 0 0 0\n"),
+        ("Scan_range.txt", "f0 f1 n g0 g1 n\n0 500 10 -200 200 10\n"),
+    ];
+    files.iter().for_each(|(name, text)| fs::write(to.join(name), text).unwrap());
+}
