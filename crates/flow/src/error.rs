@@ -142,6 +142,17 @@ pub enum FlowError {
         /// Why.
         source: Box<FlowError>,
     },
+    /// A run over time whose points have two thermometers.
+    #[error(
+        "operating points {first} and {second} are of one ramp and have different days or ambient temperatures; a ramp is one run \
+         that starts at one temperature, so give both the day and the temperature at its start"
+    )]
+    TwoDays {
+        /// The first point.
+        first: String,
+        /// The one that differs.
+        second: String,
+    },
     /// A sensor outside the tube, or with noise that is not positive.
     #[error("this sensor is outside the tube or has no positive noise: {sensor}")]
     Sensor {

@@ -42,6 +42,7 @@ pub(crate) fn write(folder: &Path) {
             .collect(),
         rejections: Vec::new(),
         channels: None,
+        ramps: Vec::new(),
         rig,
     };
     fs::create_dir_all(folder.join("data/observations")).unwrap();

@@ -8,7 +8,7 @@ use crate::tube::closures::Closures;
 use crate::tube::pipe::Pipe;
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{Matrix, Streams};
-use rijke_rig::Rig;
+use rijke_rig::{Logged, Ramp, Rig};
 
 const POWERS: [f64; 4] = [0.0, 30.0, 80.0, 180.0];
 const SD: f64 = 0.5e-6;
@@ -29,8 +29,10 @@ fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> Run {
         sensors: sensors.to_vec(),
         readings: vec![0.0; n],
         noise: Matrix::diagonal(&vec![sd * sd; n]),
+        moment: None,
     };
-    Run { heater, states: POWERS.iter().map(state).collect(), common: Matrix::diagonal(&[1e-12; 8]) }
+    let (states, common) = (POWERS.iter().map(state).collect(), Matrix::diagonal(&[1e-12; 8]));
+    Run { heater, states, common, ramps: vec![] }
 }
 
 fn arrivals() -> Vec<SensorKind> {
@@ -66,7 +68,7 @@ fn oracle_differences_agree_with_the_implicit_function_theorem() {
     let first = base.rows() - states[3].base.len();
     let filled = super::unknowns::Filled::new(&model.priors, &scores, &Closures::default()).unwrap();
     let moved = pipe.altered(filled.heater_shift, &filled.closures).unwrap();
-    let sensitivities = states[3].steady.sensitivities(&moved).unwrap();
+    let sensitivities = states[3].steady.as_ref().unwrap().sensitivities(&moved).unwrap();
     for (k, sensitivity) in sensitivities.iter().enumerate().take(7) {
         let h = 1e-6;
         let physical = |z: f64| crate::infer::scores::physical(&model.priors[k], z).unwrap();
@@ -148,6 +150,41 @@ fn lab_settled_runs_cover_their_truth() {
 }
 
 #[test]
+fn lab_states_of_a_ramp_cover_their_truth_with_a_wall_and_a_heater_that_are_not_known() {
+    // Three powers in 45 minutes, and a moment without clicks six minutes after a step; six draws of the truth.
+    let pipe = pipe(0.35);
+    let logged = |(time, power): (f64, f64)| Logged { time, power, point: None };
+    let log = [(0.0, 30.0), (900.0, 80.0), (1800.0, 180.0)].map(logged).to_vec();
+    let (mut squares, mut settled, mut known) = ([0.0; 2], 0.0, 0.0);
+    for seed in 0..6 {
+        let mut run = empty(0.35, &arrivals(), SD);
+        for (state, time) in run.states.iter_mut().skip(1).zip([850.0, 1750.0, 2650.0]) {
+            state.moment = Some((0, time));
+        }
+        let silent =
+            State { sensors: vec![], readings: vec![], noise: Matrix::zeros(0, 0), ..run.states[3].clone() };
+        run.states.push(State { id: "silent".into(), moment: Some((0, 2160.0)), ..silent });
+        run.ramps = vec![Ramp { id: "a".into(), log: log.clone() }];
+        let truth = read(&pipe, &mut run, SD, &mut Streams::new(seed).stream("ramp twin"));
+        let real = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap();
+        let runs = [(pipe.clone(), run.checked(&pipe).unwrap())];
+        let fit = Fit::new(&runs).unwrap();
+        let bases = fit.base_states().unwrap();
+        for (square, k) in squares.iter_mut().zip([3, 4]) {
+            let base = &bases[k].1;
+            *square += ((base.heater_velocity - real[k].base[1]) / base.heater_velocity_sd()).powi(2) / 6.0;
+        }
+        let capacity = fit.runs[0].priors.len() - 1;
+        settled += bases[4].1.errors.len() as f64 / 6.0;
+        known += fit.runs[0].shrinkage(capacity) / 6.0;
+        let shared = |k: usize| bases[k].1.errors.iter().map(|e| e.cause.clone()).collect::<Vec<_>>();
+        assert_eq!(shared(3), shared(4), "moments of one run share their errors");
+    }
+    assert!(squares.iter().all(|s| (0.1..2.8).contains(s)), "mean squares of error over sd {squares:?}");
+    assert!(settled > 1.0 && known < 0.9, "causes {settled}, heat capacity known to {known} of its prior");
+}
+
+#[test]
 fn lab_thermocouples_and_sound_speeds_serve_instead_of_clicks() {
     let pipe = pipe(0.35);
     for temperature in [true, false] {
@@ -197,6 +234,11 @@ fn exact_unusable_runs_are_refused_with_numbers() {
     assert!(matches!(broken(&|r| r.states.truncate(1)), FlowError::TooFewSamples { have: 0, need: 6 }));
     let outside = SensorKind::Temperature { place: 1.3 };
     assert!(matches!(broken(&|r| r.states[1].sensors[0] = outside), FlowError::Sensor { .. }));
+    let days = said(&|r| {
+        r.states[1].moment = Some((0, 10.0));
+        r.states[2] = State { moment: Some((0, 20.0)), day: "next".into(), ..r.states[2].clone() };
+    });
+    assert!(days.contains("are of one ramp and have different days"), "{days}");
     assert_eq!(unknowns(&good, &pipe).len(), 19 + 1 + 8);
 }
 
@@ -238,6 +280,7 @@ fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
         points,
         rejections: vec![],
         channels: None,
+        ramps: vec![],
     };
     let make = |heater: f64| -> Result<Pipe, FlowError> { Pipe::new(&rig, &Closures::default(), heater, 1) };
     assert!(runs(&observations, &Readings::default(), &make).unwrap().is_empty());
