@@ -28,13 +28,13 @@ impl Pipe {
         moments: &[f64],
         step: f64,
     ) -> Result<Vec<Draught<f64>>, FlowError> {
-        let mut time = ramp.log.first().map_or(f64::NAN, |first| first.time);
+        let mut time = ramp.log.first().map_or(f64::INFINITY, |first| first.time);
         let (mut power, mut changed) = (0.0, time);
         let mut left = ramp.log.as_slice();
         let mut state = Transient::cold(self, unknowns, ambient)?;
         let mut list = Vec::with_capacity(moments.len());
         for &moment in moments {
-            if !(moment >= time) {
+            if moment.is_nan() || moment < time {
                 let must = "within its ramp, and not before the moment ahead of it";
                 return Err(FlowError::Setting { name: "time_s", value: moment, must });
             }
