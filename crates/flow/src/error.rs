@@ -152,6 +152,17 @@ pub enum FlowError {
         /// What it may be.
         must: &'static str,
     },
+    /// A run over time whose points have two thermometers.
+    #[error(
+        "operating points {first} and {second} are of one ramp and have different days or ambient temperatures; a ramp is one run \
+         that starts at one temperature, so give both the day and the temperature at its start"
+    )]
+    TwoDays {
+        /// The first point.
+        first: String,
+        /// The one that differs.
+        second: String,
+    },
     /// A sensor outside the tube, or with noise that is not positive.
     #[error("the {sensor} lies outside the tube, or its standard deviation is not positive")]
     Sensor {

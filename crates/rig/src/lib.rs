@@ -13,9 +13,11 @@ mod records;
 mod units;
 mod words;
 
-pub use apparatus::campaign::{Campaign, OperatingPoint};
+pub use apparatus::campaign::Campaign;
 pub use apparatus::gas::{Gas, GasState};
 pub use apparatus::geometry::{Insert, Microphones, Plates, Recording, Rig, Tube};
+pub use apparatus::point::OperatingPoint;
+pub use apparatus::ramp::{Logged, Ramp};
 pub use error::{Elsewhere, RigError};
 pub use excited::{Blow, BlowState, Excitation, ExcitedRecords, RandomNoise, Specimen, SwitchedRecord};
 pub use formats::arrays::named_columns;

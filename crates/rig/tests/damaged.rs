@@ -125,6 +125,11 @@ fn exact_no_damaged_table_of_observations_makes_the_reader_panic() {
         each(&folder, file, example(file).as_bytes(), 1000, |_| drop(Observations::read(&folder)));
         fs::write(folder.join(file), example(file)).unwrap();
     }
+    let ramps = "ramp,time_s,power_W,point\nup,0,30,\nup,600,60,\nup,1500,60,hot-20\n";
+    fs::write(folder.join("ramps.csv"), ramps).unwrap();
+    assert_eq!(Observations::read(&folder).unwrap().ramps[0].time_of("hot-20"), Some(1500.0));
+    each(&folder, "ramps.csv", ramps.as_bytes(), 1000, |_| drop(Observations::read(&folder)));
+    fs::remove_file(folder.join("ramps.csv")).unwrap();
     // The tables that the project writes itself: covariances, repeats, clicks.
     Observations::read(&folder).unwrap().write(&folder).unwrap();
     fs::write(folder.join("clicks.csv"), "point,arrival1_s,cov_arrival1_s_arrival1_s\nempty,1e-3,1e-12\n")

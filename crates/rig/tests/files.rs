@@ -52,6 +52,7 @@ fn small_set() -> RecordSet {
                 point,
             })
             .collect(),
+        ramps: vec![],
         calibrations: vec![Calibration {
             day: 0,
             stretch: stretch(10_000.0),
@@ -231,6 +232,7 @@ fn observations() -> Observations {
             clicks: vec![(0, click)],
         }],
         rejections: vec![Rejection { record: "a, b".into(), reason: "clipped\ntwice".into() }],
+        ramps: vec![],
         channels: Some(ChannelErrors { delays: scaled(1e-14), gains: scaled(1e-6) }),
         rig,
     }

@@ -29,6 +29,7 @@ use std::path::{Path, PathBuf};
     after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
     Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points, and\n\
     readings.csv beside them if it is there: thermometers or speeds of sound along the tube, instead of clicks or with them.\n\
+    ramps.csv there says which points were measured while the power changed, and when: their states are those of the moment.\n\
     Where these hold profiles.csv (temperatures or sound speeds along the tube), the base flow is that, and nothing is inferred.\n\
     Or reads DIR/flow.toml and the CSV files of samples that it names: a record over time, warm-up included.\n\
     Writes OUT/base-states.json (a base state per operating point with its errors, for acoustics), OUT/flow.json\n\

@@ -40,7 +40,7 @@ pub(crate) struct Laboratory {
     /// Rig file [default: the rig of Juniper & Yoko 2022].
     #[arg(long, value_name = "FILE")]
     rig: Option<PathBuf>,
-    /// Campaign file [default: Table 1 of Juniper & Yoko 2022].
+    /// Campaign file; it may name ramps [default: Table 1 of Juniper & Yoko 2022].
     #[arg(long, value_name = "FILE")]
     campaign: Option<PathBuf>,
     /// What is true in the laboratory [default: fixtures/lab/truth.toml of the project].

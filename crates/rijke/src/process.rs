@@ -13,7 +13,7 @@ use crate::{
 };
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 pub(crate) use excited::files_of as excited_files;
-use rijke_rig::{PointObservations, RecordFolder, RecordSource, Rejection};
+use rijke_rig::{PointObservations, Ramp, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
     ChannelDelays, Kept, ProcessError, ProcessOptions, Processed, StatedChannels, process_again, record_count,
 };
@@ -149,7 +149,9 @@ fn make(
     ui: &Ui,
 ) -> Result<Processed, Failure> {
     let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
-    let folder = StagedFolder::beside_others(out, "observations.toml", &WRITTEN, args.force)?;
+    // Ramps that stand beside observations whose records have none were put there by hand.
+    let own = if source.set().ramps.is_empty() { &WRITTEN[1..] } else { &WRITTEN };
+    let folder = StagedFolder::beside_others(out, "observations.toml", own, args.force)?;
     let mut options = ProcessOptions::default();
     let mut said = stated::said_of_twins(twins);
     let (band, why) = stated::band(args.band.as_deref(), source.set(), study.as_ref());
@@ -218,7 +220,8 @@ fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// What `rijke process` writes; other files in its folder are kept.
-const WRITTEN: [&str; 11] = [
+static WRITTEN: [&str; 12] = [
+    Ramp::FILE,
     "rig.toml",
     "points.csv",
     "pings.csv",

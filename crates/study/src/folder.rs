@@ -1,10 +1,10 @@
 //! The folder of a study, read as a whole.
 
 use crate::modes::read_ambient;
-use crate::plan::Plan;
+use crate::plan::{Base, Plan};
 use crate::source::Source;
 use crate::{Campaign, Candidate, Catalogue, Claims, Observations, Problem, Rig, StudyError, read_modes};
-use rijke_rig::{ChannelErrors, DataKind};
+use rijke_rig::{ChannelErrors, DataKind, Ramp};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -68,9 +68,10 @@ impl Study {
     /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it.
     ///
     /// # Errors
-    /// File, line and remedy.
+    /// File, line and remedy. Points of `ramps.csv` are refused where their states would be taken for settled.
     pub fn observations(&self) -> Result<Observations, StudyError> {
         let folder = self.folder.join("observations");
+        self.knows_states_of(&folder.join(Ramp::FILE))?;
         let origin: Origin = Source::read(&folder.join("observations.toml"))?.toml()?;
         let table = folder.join("modes.csv");
         let table = if table.is_file() { table } else { folder.join("pings.csv") };
@@ -78,6 +79,29 @@ impl Study {
         let points = folder.join("points.csv");
         let ambient = if points.is_file() { read_ambient(&points, &self.campaign)? } else { BTreeMap::new() };
         Ok(Observations { kind: origin.kind, source: origin.source, modes, ambient })
+    }
+
+    /// Refuses a file of ramps with a point whose state is not inferred.
+    fn knows_states_of(&self, path: &Path) -> Result<(), StudyError> {
+        if !path.is_file() {
+            return Ok(());
+        }
+        let source = Source::read(path)?;
+        let wrong = |error: csv::Error| source.csv(&error);
+        let mut reader = source.table();
+        let column = reader.headers().map_err(wrong)?.iter().position(|name| name == "point");
+        for record in reader.records() {
+            let record = record.map_err(wrong)?;
+            let id = column.and_then(|k| record.get(k)).unwrap_or_default();
+            let inferred =
+                |p| matches!(&self.plan.base, Base::States(points) if points.holds(&self.campaign, p));
+            if self.campaign.point(id).is_some_and(|(_, point)| !inferred(point)) {
+                let (key, value) = ("point".to_owned(), id.to_owned());
+                let need = "a point whose state study.toml takes from the flow, because it was passed on a ramp: add it to `points` of [base.states], or take it out of campaign.csv";
+                return Err(source.at_line(source.line_of(&record), Problem::Value { key, value, need }));
+            }
+        }
+        Ok(())
     }
 
     /// Where the readings of thermometers stand: `readings.csv` in the folder, or in `observations/`. None if they may be missing and are.

@@ -74,6 +74,6 @@ impl Study {
             repeats: p.repeats,
         };
         let points = self.campaign.points.iter().map(point).collect();
-        Ok((rig, Campaign { name: self.plan.name.clone(), points }))
+        Ok((rig, Campaign { name: self.plan.name.clone(), points, ramps: Vec::new() }))
     }
 }

@@ -216,6 +216,7 @@ mod tests {
             points: points.map(of).collect(),
             rejections: Vec::new(),
             channels: None,
+            ramps: Vec::new(),
         }
     }
 

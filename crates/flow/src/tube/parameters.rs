@@ -1,5 +1,6 @@
 //! The six parameters of the paper's section 4.1, and the nuisances that a fit carries along.
 
+use super::closures::Closures;
 use crate::number::{Number, Single};
 use rijke_inference::{Parameter, Prior};
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,20 @@ impl Default for Parameters {
             wall_share: 0.12,
             inner_nusselt: 1.2,
             jet_enhancement: 1.0,
+        }
+    }
+}
+
+impl Unknowns {
+    /// Without errors of meters: these parameters, and lag and orifices of the closures.
+    #[must_use]
+    pub fn known(parameters: &Parameters, closures: &Closures) -> Self {
+        Self {
+            parameters: *parameters,
+            power_factor: 1.0,
+            ambient_offset: 0.0,
+            heater_lag: closures.heater_lag,
+            orifice_length: closures.orifice_length,
         }
     }
 }

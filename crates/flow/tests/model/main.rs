@@ -9,6 +9,7 @@ mod derivatives;
 mod files;
 mod model_error;
 mod physics;
+mod ramp;
 mod robustness;
 
 use rijke_flow::{Closures, Parameters, Pipe, Unknowns};

@@ -6,14 +6,15 @@ use super::ping::Ping;
 use super::source::source;
 use super::virtual_rig::{CalibrationTruth, Channel, PointTruth, VirtualRig, normal};
 use crate::acoustics::radiation::OpenEnd;
-use crate::apparatus::base::base_state;
+use crate::apparatus::base::{base_state, moving_state};
 use crate::apparatus::mouths::mouths;
 use crate::apparatus::tube;
 use crate::truth::{LabError, Truth};
 use rayon::prelude::*;
+use rijke_flow::BaseState;
 use rijke_numerics::Streams;
 use rijke_rig::{
-    Calibration, Campaign, DataKind, Day, OperatingPoint, PointRecords, RecordSet, Rig, Stretch,
+    Calibration, Campaign, DataKind, Day, OperatingPoint, PointRecords, Ramp, RecordSet, Rig, Stretch,
 };
 
 impl VirtualRig {
@@ -73,12 +74,17 @@ impl VirtualRig {
             ping,
             click,
             days,
+            ramps: Ramp::restricted(&campaign.ramps, &|id| points.iter().any(|p| p.point.id == id)),
             points,
             calibrations: calibrations.to_vec(),
         };
         let truths = |entry: &PointRecords| {
             let ends = mouths(rig, truth, &entry.point, seed);
-            point_truth(rig, truth, &entry.point, temperatures[entry.day], ends)
+            let base = match set.ramps.iter().find(|ramp| ramp.time_of(&entry.point.id).is_some()) {
+                Some(ramp) => moving_state(rig, truth, &entry.point, temperatures[entry.day], ramp)?,
+                None => base_state(rig, truth, &entry.point, temperatures[entry.day])?,
+            };
+            point_truth(rig, truth, &entry.point, temperatures[entry.day], base, ends)
         };
         let points = set.points.par_iter().map(truths).collect::<Result<_, _>>()?;
         let empty = empty_tube();
@@ -141,9 +147,9 @@ fn point_truth(
     truth: &Truth,
     point: &OperatingPoint,
     temperature: f64,
+    base: BaseState,
     ends: [OpenEnd; 2],
 ) -> Result<PointTruth, LabError> {
-    let base = base_state(rig, truth, point, temperature)?;
     let duct = tube::duct(rig, truth, point, &base, ends);
     let (speaker, reference) = (&truth.loudspeaker, rig.microphones.reference);
     let modes = tube::modes(&duct, rig, point, &base, speaker.modes)?;

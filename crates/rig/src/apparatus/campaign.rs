@@ -1,5 +1,7 @@
 //! The campaign: which operating points were measured, and how often (Table 1 of the paper).
 
+use super::point::OperatingPoint;
+use super::ramp::Ramp;
 use crate::error::RigError;
 use crate::files::read_text;
 use crate::files::{in_range, parse_toml};
@@ -14,26 +16,9 @@ pub struct Campaign {
     pub name: String,
     /// The operating points.
     pub points: Vec<OperatingPoint>,
-}
-
-/// One configuration of the rig at one power.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct OperatingPoint {
-    /// Unique name, also a folder name: row and position in cm, `"C3-E"`, `"C3-05"`, `"H180-25"`.
-    pub id: String,
-    /// Row of the campaign, `"C3"`.
-    pub row: String,
-    /// Where the insert end and the plates (if attached) sits, m from x = 0; none for the empty tube.
-    pub position: Option<f64>,
-    /// Whether the plates is attached to the insert.
-    pub plates: bool,
-    /// Whether the thermometers are in place.
-    pub thermometers: bool,
-    /// Electrical power of the plates, W.
-    pub power: f64,
-    /// Number of repeats measured.
-    pub repeats: u32,
+    /// The runs in which points were measured before the flow had settled.
+    #[serde(skip)]
+    pub ramps: Vec<Ramp>,
 }
 
 /// A campaign file as written by hand.
@@ -43,6 +28,8 @@ struct CampaignFile {
     name: String,
     #[serde(default, rename = "source")]
     _source: String,
+    #[serde(default)]
+    ramps: Option<String>,
     #[serde(default)]
     row: Vec<Row>,
 }
@@ -63,7 +50,7 @@ struct Row {
 }
 
 impl Campaign {
-    /// Reads and validates a campaign file (TOML, one `[[row]]` per row of the paper's Table 1).
+    /// Reads and validates a campaign file (TOML, one `[[row]]` per row of the paper's Table 1), and the file of ramps that it may name.
     ///
     /// # Errors
     /// The file, the line or key, and the remedy.
@@ -107,8 +94,12 @@ impl Campaign {
                 points.push(row.point(Some(cm)));
             }
         }
-        let campaign = Self { name: file.name, points };
+        let mut campaign = Self { name: file.name, points, ramps: Vec::new() };
         campaign.validate().map_err(|(place, problem)| RigError::invalid(path, place, problem))?;
+        if let Some(name) = &file.ramps {
+            let known: Vec<&OperatingPoint> = campaign.points.iter().collect();
+            campaign.ramps = Ramp::read(&path.with_file_name(name), &known)?;
+        }
         Ok(campaign)
     }
 
@@ -130,10 +121,13 @@ impl Campaign {
     }
 
     /// The campaign as a file: [`Campaign::parse`] gives the same points back, provided that the points of a row
-    /// differ only in position and their names follow from it.
+    /// differ only in position and their names follow from it. Its ramps are those of the file [`Ramp::FILE`] beside it.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = format!("name = {}\n", toml::Value::from(self.name.as_str()));
+        if !self.ramps.is_empty() {
+            text += &format!("ramps = \"{}\"\n", Ramp::FILE);
+        }
         for row in self.rows() {
             let points: Vec<_> = self.row(&row).collect();
             let first = points.iter().find(|p| p.position.is_some()).unwrap_or(&points[0]);

@@ -5,4 +5,6 @@
 pub(crate) mod campaign;
 pub(crate) mod gas;
 pub(crate) mod geometry;
+pub(crate) mod point;
+pub(crate) mod ramp;
 mod rig_file;

@@ -3,6 +3,7 @@
 use super::keys::{HEADER, Manifest};
 use crate::apparatus::campaign::Campaign;
 use crate::apparatus::geometry::Rig;
+use crate::apparatus::ramp::Ramp;
 use crate::error::RigError;
 use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
 use crate::problem::Problem;
@@ -99,6 +100,7 @@ impl RecordFolder {
         set.points.retain(|p| !p.pings.is_empty() || !p.clicks.is_empty());
         set.calibrations.iter_mut().for_each(|c| keep(&mut c.clicks));
         set.calibrations.retain(|c| !c.clicks.is_empty());
+        set.ramps = Ramp::restricted(&set.ramps, &|id| set.points.iter().any(|p| p.point.id == id));
         Self { set, ..self.clone() }
     }
 
@@ -212,7 +214,8 @@ impl RecordSet {
         make_folder(folder)?;
         write_toml(&self.rig, "# SI units; x = 0 is the bottom of the tube.\n\n", &folder.join("rig.toml"))?;
         let points = self.points.iter().map(|p| p.point.clone()).collect();
-        let campaign = Campaign { name: self.source.clone(), points };
+        let campaign = Campaign { name: self.source.clone(), points, ramps: self.ramps.clone() };
+        Ramp::write_within(&self.ramps, folder)?;
         write_whole(&folder.join("campaign.toml"), campaign.to_toml().as_bytes())?;
         write_toml(&Manifest::of(self), HEADER, &folder.join("manifest.toml"))
     }

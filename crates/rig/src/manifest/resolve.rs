@@ -4,6 +4,7 @@ use super::keys::{CalibrationEntry, ExceptionEntry, Listed, Manifest, PointEntry
 use super::microphones::Channels;
 use crate::apparatus::campaign::Campaign;
 use crate::apparatus::geometry::Rig;
+use crate::apparatus::ramp::Ramp;
 use crate::files::in_range;
 use crate::problem::Problem;
 use crate::records::acquisition::{Acquisition, Exception};
@@ -76,6 +77,7 @@ impl Manifest {
             ping,
             click,
             days: self.day,
+            ramps: ramps(campaign, &points),
             points,
             calibrations,
             acquisition: Acquisition {
@@ -225,6 +227,11 @@ impl ExceptionEntry {
         let reading = Reading { names, time, text, unit, dead, ..usual.clone() };
         Ok(Exception { days, files: self.files, channels, reading })
     }
+}
+
+/// The ramps of the campaign, as far as their points have records.
+fn ramps(campaign: &Campaign, points: &[PointRecords]) -> Vec<Ramp> {
+    Ramp::restricted(&campaign.ramps, &|id| points.iter().any(|p| p.point.id == id))
 }
 
 /// For each microphone its number in the rig without the dead ones; numbers and places of those.

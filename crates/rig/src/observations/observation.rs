@@ -1,8 +1,9 @@
 //! What signal processing makes of records.
 
 use super::channels::ChannelErrors;
-use crate::apparatus::campaign::OperatingPoint;
 use crate::apparatus::geometry::Rig;
+use crate::apparatus::point::OperatingPoint;
+use crate::apparatus::ramp::Ramp;
 use crate::records::set::{DataKind, Day};
 use rijke_numerics::{C64, Matrix};
 
@@ -70,6 +71,8 @@ pub struct Observations {
     pub rejections: Vec<Rejection>,
     /// What the pings share of the channels' calibration, if that is known.
     pub channels: Option<ChannelErrors>,
+    /// The runs in which points were measured before the flow had settled.
+    pub ramps: Vec<Ramp>,
 }
 
 /// What was observed at one operating point.

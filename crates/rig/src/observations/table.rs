@@ -7,8 +7,9 @@
 
 use super::channels::{ChannelErrors, scaled};
 use super::observation::{Click, Observations, Ping, PointObservations, Rejection};
-use crate::apparatus::campaign::OperatingPoint;
 use crate::apparatus::geometry::Rig;
+use crate::apparatus::point::OperatingPoint;
+use crate::apparatus::ramp::Ramp;
 use crate::error::RigError;
 use crate::files::{make_folder, parse_toml, read_text, write_through, write_toml};
 use crate::problem::Problem;
@@ -79,18 +80,19 @@ impl Observations {
         if let Some(channels) = &self.channels {
             channels.write(&folder.join(CHANNELS))?;
         }
+        Ramp::write_within(&self.ramps, folder)?;
         let origin = Origin { kind: self.kind, source: self.source.clone() };
         write_toml(&origin, "", &folder.join("observations.toml"))
     }
 
-    /// Reads a folder that [`Observations::write`] or a laboratory wrote. The files of single repeats and of
-    /// rejections may be absent.
+    /// Reads a folder that [`Observations::write`] or a laboratory wrote. The files of single repeats, of
+    /// rejections and of ramps may be absent.
     ///
     /// # Errors
     /// The file, the row and column, and the remedy.
     pub fn read(folder: &Path) -> Result<Self, RigError> {
         let path = folder.join("observations.toml");
-        let origin: Origin = parse_toml(&read_text(&path)?, &path)?;
+        let Origin { kind, source } = parse_toml(&read_text(&path)?, &path)?;
         let rig = Rig::read(&folder.join("rig.toml"))?;
         let path = folder.join("points.csv");
         let mut points = Vec::new();
@@ -134,7 +136,8 @@ impl Observations {
         let rejection =
             |row: &Row<'_>| Rejection { record: row.cells[0].clone(), reason: row.cells[1].clone() };
         let rejections = rejected.iter().map(rejection).collect();
-        let mut all = Self { rig, kind: origin.kind, source: origin.source, points, rejections, channels };
+        let ramps = Ramp::read_within(folder, points.iter().map(|p| &p.point))?;
+        let mut all = Self { rig, kind, source, points, rejections, channels, ramps };
         all.leave_out_the_dead();
         Ok(all)
     }

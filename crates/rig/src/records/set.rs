@@ -3,8 +3,9 @@
 use super::acquisition::Acquisition;
 use super::reading::{Arrays, Reading};
 use super::record::Record;
-use crate::apparatus::campaign::OperatingPoint;
 use crate::apparatus::geometry::Rig;
+use crate::apparatus::point::OperatingPoint;
+use crate::apparatus::ramp::Ramp;
 use crate::error::RigError;
 use crate::files::in_range;
 use crate::problem::Problem;
@@ -96,6 +97,8 @@ pub struct RecordSet {
     pub points: Vec<PointRecords>,
     /// Calibration clicks, one entry per day and sampling rate.
     pub calibrations: Vec<Calibration>,
+    /// The runs in which points were measured before the flow had settled.
+    pub ramps: Vec<Ramp>,
     /// What else is known of files and channels.
     pub acquisition: Acquisition,
 }

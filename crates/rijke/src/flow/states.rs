@@ -8,12 +8,13 @@ use std::collections::BTreeMap;
 /// Name of the velocity of the gas that approaches the heater, as `[base.numbers]` of a study declares it.
 const VELOCITY: &str = "U_h";
 
-/// The states of the points with power; without power the gas is at rest, as any study knows.
+/// The states of the points with power, or on a ramp; else the gas is at rest, as any study knows.
 pub(super) fn states(states: &BaseStates, observations: &Observations) -> StatesFile {
     let rig = &observations.rig;
     let area = rig.tube.area();
     let number = |value: f64| BTreeMap::from([(VELOCITY.to_owned(), value)]);
-    let powered = observations.points.iter().map(|p| &p.point).filter(|p| p.power > 0.0);
+    let ramped = |id: &str| observations.ramps.iter().any(|ramp| ramp.time_of(id).is_some());
+    let powered = observations.points.iter().map(|p| &p.point).filter(|p| p.power > 0.0 || ramped(&p.id));
     let record = |point: &rijke_rig::OperatingPoint| {
         let state = states.points.get(&point.id)?;
         let half = 0.5 * rig.plates.length();

@@ -22,6 +22,7 @@ mod own_records;
 mod plots;
 mod pressures;
 mod profiles;
+mod ramp_study;
 mod records;
 mod response;
 mod responses;

@@ -28,6 +28,7 @@ pub(crate) fn write(folder: &Path) {
                 PointRecords { day: 0, pings, clicks, point }
             })
             .collect(),
+        ramps: Vec::new(),
         calibrations: [10_000.0, 62_500.0]
             .map(|rate_hz| Calibration {
                 day: 0,

@@ -231,6 +231,7 @@ pub fn process_again(
         points,
         rejections,
         channels: ping_delays.as_ref().map(|delays| delays.left_over(options.ping.reference)),
+        ramps: set.ramps.clone(),
     };
     let observations =
         if whole { observations.with_the_dead(&set.acquisition.removed) } else { observations };

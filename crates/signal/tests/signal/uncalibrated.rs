@@ -38,6 +38,7 @@ impl Pings {
             days: vec![Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 }],
             points: vec![point(0), point(1)],
             calibrations: Vec::new(),
+            ramps: Vec::new(),
         };
         Self { set, rate_hz }
     }

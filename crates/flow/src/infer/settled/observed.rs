@@ -7,7 +7,7 @@ use crate::infer::sensor::SensorKind;
 use crate::tube::parameters::Parameters;
 use crate::tube::pipe::Pipe;
 use rijke_numerics::{Cholesky, Matrix};
-use rijke_rig::{Observations, PointObservations};
+use rijke_rig::{Observations, PointObservations, Ramp};
 
 /// Half of the width of a click's window around its centre, s: what comes within this time is heard with it.
 const WINDOW: f64 = 0.8e-3;
@@ -23,7 +23,8 @@ const CHANGE: f64 = 0.1;
 const SHAPE_SD: f64 = 0.5e-6;
 
 /// One run per place of the heater at which a heated point has clicks or readings `along` the tube, lowest first: mean clicks and readings of all its
-/// points in the same configuration (with or without thermometers), cold ones included. `pipe` makes the tube for a heater.
+/// points in the same configuration (with or without thermometers), cold ones included. Points of a ramp need neither: the others tell of
+/// the flow that passes them. `pipe` makes the tube for a heater.
 ///
 /// Errors of an arrival time beyond those stated for it:
 /// * the stated covariance counts twice, as noise of the state and as error common to all states, because observations do not
@@ -40,7 +41,10 @@ pub fn runs(
     along: &Readings,
     pipe: &dyn Fn(f64) -> Result<Pipe, FlowError>,
 ) -> Result<Vec<(Pipe, Run)>, FlowError> {
-    let read = |p: &&PointObservations| p.click.is_some() || !along.of(&p.point.id).is_empty();
+    let passed = |id: &str| observations.ramps.iter().any(|ramp| ramp.time_of(id).is_some());
+    let read = |p: &&PointObservations| {
+        p.click.is_some() || !along.of(&p.point.id).is_empty() || passed(&p.point.id)
+    };
     let usable = |p: &&PointObservations| p.point.plates && p.point.position.is_some() && read(p);
     let points: Vec<&PointObservations> = observations.points.iter().filter(usable).collect();
     let mut places: Vec<(f64, bool)> = Vec::new();
@@ -58,7 +62,7 @@ pub fn runs(
             .iter()
             .filter(|p| p.point.position == Some(heater) && p.point.thermometers == thermometers);
         let mine: Vec<&&PointObservations> = mine.collect();
-        let states: Vec<State> =
+        let mut states: Vec<State> =
             mine.iter().map(|p| state(p, along, &pipe, setting)).collect::<Result<_, _>>()?;
         let clicks = mine.iter().filter_map(|p| Some((p.point.power, p.click.as_ref()?)));
         let coldest = clicks.min_by(|a, b| a.0.total_cmp(&b.0));
@@ -72,8 +76,15 @@ pub fn runs(
                 heater.powi(2) + (END_SD * overlap(&pipe, x, 343.0)).powi(2)
             })
             .collect();
-        let run =
-            Run { heater, states, common: stated.plus(1.0, &Matrix::diagonal(&local)) }.checked(&pipe)?;
+        let common = stated.plus(1.0, &Matrix::diagonal(&local));
+        let here = |id: &str| states.iter().any(|s: &State| s.id == id);
+        let mut ramps = Ramp::restricted(&observations.ramps, &here);
+        ramps.retain(Ramp::is_measured);
+        for state in &mut states {
+            let times = ramps.iter().enumerate().filter_map(|(k, ramp)| Some((k, ramp.time_of(&state.id)?)));
+            state.moment = { times }.next();
+        }
+        let run = Run { heater, states, common, ramps }.checked(&pipe)?;
         Ok((pipe, run))
     };
     places.iter().map(one).collect()
@@ -140,6 +151,7 @@ fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> 
         sensors,
         readings,
         noise,
+        moment: None,
     })
 }
 

@@ -1,11 +1,12 @@
-//! The readings of settled states, with the heater at one place.
+//! The readings of states that are settled or passed on a ramp, with the heater at one place.
 
 use crate::error::FlowError;
 use crate::infer::sensor::{SensorKind, plausible};
 use crate::tube::pipe::Pipe;
 use rijke_numerics::Matrix;
+use rijke_rig::Ramp;
 
-/// The readings of one settled state.
+/// The readings of one state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     /// Name of the operating point.
@@ -24,9 +25,11 @@ pub struct State {
     pub readings: Vec<f64>,
     /// Covariance of the readings' own noise.
     pub noise: Matrix,
+    /// The run over time in which it was passed, by its place in [`Run::ramps`], and when, s; none if it is settled.
+    pub moment: Option<(usize, f64)>,
 }
 
-/// All settled states with the heater at one place.
+/// All states with the heater at one place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// Centre of the heater, m.
@@ -35,6 +38,15 @@ pub struct Run {
     pub states: Vec<State>,
     /// Covariance of the error that the arrival times of microphones i and j have in common in all states, s^2.
     pub common: Matrix,
+    /// Runs over time, of which some states are moments.
+    pub ramps: Vec<Ramp>,
+}
+
+impl State {
+    /// The run over time in which it was passed, by its place in [`Run::ramps`].
+    pub(crate) fn ramp(&self) -> Option<usize> {
+        self.moment.map(|(ramp, _)| ramp)
+    }
 }
 
 impl Run {
@@ -42,7 +54,7 @@ impl Run {
     ///
     /// # Errors
     /// [`FlowError::Point`] with [`FlowError::Power`] or [`FlowError::Range`], [`FlowError::Readings`],
-    /// [`FlowError::TooFewSamples`], [`FlowError::Sensor`].
+    /// [`FlowError::TooFewSamples`], [`FlowError::Sensor`], [`FlowError::TwoDays`].
     pub fn checked(self, pipe: &Pipe) -> Result<Self, FlowError> {
         let mut hot = 0;
         for (index, state) in self.states.iter().enumerate() {
@@ -68,6 +80,12 @@ impl Run {
             }
             plausible(state.power, state.ambient, &state.sensors, &state.readings)
                 .map_err(|source| FlowError::Point { id: state.id.clone(), source: Box::new(source) })?;
+            if let Some(first) = self.states.iter().find(|s| s.ramp() == state.ramp())
+                && state.moment.is_some()
+                && (&first.day, first.ambient) != (&state.day, state.ambient)
+            {
+                return Err(FlowError::TwoDays { first: first.id.clone(), second: state.id.clone() });
+            }
             hot += if state.power > 0.0 { count } else { 0 };
         }
         if hot < SIX {

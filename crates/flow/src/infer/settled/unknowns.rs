@@ -12,7 +12,8 @@ use rijke_inference::{Parameter, Prior};
 pub(crate) const FIXED: usize = 19;
 
 /// The unknowns of `run`: the six parameters; power, place of the heater and orifice length; the closures that the paper does not
-/// give; the thermometer's error of each day; the excess acoustic length of the path to each microphone beyond the last.
+/// give; the thermometer's error of each day; the excess acoustic length of the path to each microphone beyond the last; what only
+/// a ramp shows.
 ///
 /// * The six parameters: uniform, as everywhere ([`crate::unknowns`]).
 /// * Power meter 1 %, place of the heater 1 mm, orifice length 0.05 +- 0.015 m: ordinary calibration and geometry.
@@ -26,6 +27,8 @@ pub(crate) const FIXED: usize = 19;
 ///   3 to 12 % of 180 W.
 /// * Excess length: thermometers, insert and the like slow a pulse by some mm of path per interval; seen without power,
 ///   and scaled with the local speed of sound when hot.
+/// * Of a run with ramps, last: lag of the heater (its ceramic's heat over a conductance that is known to 15 %), and heat capacity of the
+///   wall (c_p of AISI 304 rises from 477 to 515 J/(kg K) between 300 and 400 K, Incropera table A.1; a wall thickness to 2 %).
 #[must_use]
 pub fn unknowns(run: &Run, pipe: &Pipe) -> Vec<Parameter> {
     let c = &pipe.closures;
@@ -60,6 +63,10 @@ pub fn unknowns(run: &Run, pipe: &Pipe) -> Vec<Parameter> {
     for k in 0..pipe.microphones.len() {
         list.push(normal(&format!("path_{}", k + 1), "l_p", "m", 0.0, PATH_SD));
     }
+    if !run.ramps.is_empty() {
+        list.push(positive("heater_lag", "τ_h", "s", c.heater_lag, 0.15));
+        list.push(positive("wall_heat_capacity", "ρc_w", "J/(m^3 K)", c.wall_heat_capacity, 0.04));
+    }
     list
 }
 
@@ -90,7 +97,7 @@ pub(crate) struct Filled {
     pub(crate) heater_shift: f64,
     pub(crate) orifice_length: f64,
     pub(crate) orifice_exponent: f64,
-    /// One per day, then one per path.
+    /// One per day, one per path, and of a run with ramps lag and heat capacity.
     pub(crate) rest: Vec<f64>,
 }
 

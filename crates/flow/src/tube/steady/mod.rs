@@ -194,13 +194,21 @@ impl Steady {
     /// What acoustics needs, without uncertainty.
     #[must_use]
     pub fn base_state(&self, pipe: &Pipe) -> BaseState {
+        pipe.base_state(&self.gas)
+    }
+}
+
+impl Pipe {
+    /// What acoustics needs of the gas, without uncertainty.
+    #[must_use]
+    pub fn base_state(&self, gas: &Draught<f64>) -> BaseState {
         BaseState {
-            gas: pipe.gas.clone(),
-            pressure: pipe.air.pressure,
-            mass_flux: self.gas.mass_flow / pipe.area,
-            heater_velocity: pipe.heater_velocity(&self.gas),
-            places: pipe.faces.clone(),
-            temperature: self.gas.march.face.clone(),
+            gas: self.gas.clone(),
+            pressure: self.air.pressure,
+            mass_flux: gas.mass_flow / self.area,
+            heater_velocity: self.heater_velocity(gas),
+            places: self.faces.clone(),
+            temperature: gas.march.face.clone(),
             errors: Vec::new(),
         }
     }

@@ -52,6 +52,8 @@ pub struct Implicit {
 
 /// Tolerance of the mass flow in ln(buoyancy/losses) during transients.
 pub(crate) const TOLERANCE: f64 = 1e-8;
+/// The same where derivatives are taken by differences or must be exact: 1e-9 in U_h.
+pub(crate) const TIGHT: f64 = 1e-10;
 
 impl Pipe {
     /// Factorises the implicit matrix for steps of `dt` seconds.

@@ -42,6 +42,7 @@ pub(crate) fn write(folder: &Path) {
             .collect(),
         rejections: Vec::new(),
         channels: None,
+        ramps: Vec::new(),
         rig,
     };
     fs::create_dir_all(folder.join("data/observations")).unwrap();
@@ -59,7 +60,20 @@ fn cell(folder: &Path, file: &str, n: usize, value: &str) {
     fs::write(path, lines.join("\n") + "\n").unwrap();
 }
 
-pub(super) const CASES: [Case; 19] = [
+pub(super) const CASES: [Case; 20] = [
+    case(
+        "point of a ramp whose state would be taken for settled",
+        |d| {
+            let text = "ramp,time_s,power_W,point\nup,0,0,\nup,90,0,C3-E\n";
+            fs::write(d.join("data/observations/ramps.csv"), text).unwrap();
+        },
+        RANK,
+        [
+            "ramps.csv, line 3",
+            "`point` is `C3-E`, but must be a point whose state",
+            "add it to `points` of [base.states]",
+        ],
+    ),
     case(
         "no observations",
         |d| fs::remove_dir_all(d.join("data/observations")).unwrap(),

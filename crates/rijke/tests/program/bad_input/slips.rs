@@ -65,7 +65,8 @@ pub(super) const CASES: [Case; 10] = [
     case(
         "mode beyond the band",
         |d| {
-            let blow = "[blow]\nstretch_s = [0.0, 0.2]\nfiles = [\"a.wav\"]\n[[blow.state]]\npoint = \"p70\"\n";
+            let blow =
+                "[blow]\nstretch_s = [0.0, 0.2]\nfiles = [\"a.wav\"]\n[[blow.state]]\npoint = \"p70\"\n";
             manifest(d, &format!("{blow}near_hz = [-150]\n"));
         },
         "process data",
@@ -74,7 +75,8 @@ pub(super) const CASES: [Case; 10] = [
     case(
         "blow at a point that is not there",
         |d| {
-            let blow = "[blow]\nstretch_s = [0.0, 0.2]\nfiles = [\"a.wav\"]\n[[blow.state]]\npoint = \"nowhere\"\n";
+            let blow =
+                "[blow]\nstretch_s = [0.0, 0.2]\nfiles = [\"a.wav\"]\n[[blow.state]]\npoint = \"nowhere\"\n";
             manifest(d, &format!("{blow}near_hz = [150]\n"));
         },
         "process data",

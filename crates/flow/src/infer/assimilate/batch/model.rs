@@ -9,7 +9,7 @@ use crate::number::{Dual, Number};
 use crate::tube::draught::Balanced;
 use crate::tube::parameters::{UNKNOWNS, Unknowns, unknowns};
 use crate::tube::pipe::Pipe;
-use crate::tube::transient::Transient;
+use crate::tube::transient::{TIGHT, Transient};
 use rijke_inference::Parameter;
 
 /// A record with a pipe, ready to be fitted.
@@ -79,7 +79,7 @@ impl<'a> Batch<'a> {
             let steps = samples.chunks(self.stride);
             let share = 1.0 / steps.len() as f64;
             for (sample, ambient) in steps.filter_map(|step| step.last()) {
-                state.step(self.pipe, &implicit, &unknowns, sample.power, **ambient, TOLERANCE)?;
+                state.step(self.pipe, &implicit, &unknowns, sample.power, **ambient, TIGHT)?;
                 observe(self.pipe, &record.sensors, &state.gas, &unknowns, &mut times, &mut seen);
                 sums.iter_mut().zip(&seen).for_each(|(sum, &s)| *sum = *sum + s * share);
             }
@@ -134,14 +134,14 @@ impl<'a> Batch<'a> {
                 moved.wall = state.wall.iter().map(|w| Dual::constant(*w)).collect();
                 moved.released = Dual::constant(state.released);
                 moved.ambient = Dual::constant(state.ambient);
-                moved.refresh(self.pipe, &dual, TOLERANCE)?;
+                moved.refresh(self.pipe, &dual, TIGHT)?;
             }
             for (k, samples) in bins.iter().enumerate().skip(from) {
                 let steps = samples.chunks(self.stride);
                 let share = 1.0 / steps.len() as f64;
                 for (sample, ambient) in steps.filter_map(|step| step.last()) {
                     let unknowns = at(k + 1);
-                    moved.step(self.pipe, &implicit, &unknowns, sample.power, **ambient, TOLERANCE)?;
+                    moved.step(self.pipe, &implicit, &unknowns, sample.power, **ambient, TIGHT)?;
                     observe(self.pipe, &record.sensors, &moved.gas, &unknowns, &mut times, &mut seen);
                     for (j, reading) in seen.iter().enumerate() {
                         for (column, slope) in columns[first..].iter_mut().zip(reading.slopes) {
@@ -154,7 +154,7 @@ impl<'a> Batch<'a> {
             let next = (first + P).saturating_sub(1).min(bins.len());
             for samples in &bins[from..next] {
                 for (sample, ambient) in samples.chunks(self.stride).filter_map(|step| step.last()) {
-                    state.step(self.pipe, &implicit, &plain, sample.power, **ambient, TOLERANCE)?;
+                    state.step(self.pipe, &implicit, &plain, sample.power, **ambient, TIGHT)?;
                 }
             }
         }
@@ -184,6 +184,3 @@ impl<'a> Batch<'a> {
         self.whitening.apply((0..self.means.len()).map(reading).collect())
     }
 }
-
-/// Tolerance of the mass flow: 1e-9 in U_h, so that the derivatives of the fit are exact.
-const TOLERANCE: f64 = 1e-10;
