@@ -19,14 +19,20 @@ struct Look {
     smallest: f64,
     /// As it is printed.
     print: bool,
+    /// With light letters on a dark ground.
+    dark: bool,
 }
 
-/// A desk, a telephone, and a sheet of A4 between margins of 1 cm.
-const LOOKS: [Look; 3] = [
-    Look { name: "1280 px", width: 1280, smallest: 7.5, print: false },
-    Look { name: "400 px", width: 400, smallest: 7.5, print: false },
-    Look { name: "paper", width: 718, smallest: 4.5, print: true },
+/// A desk by day and by night, a telephone, and a sheet of A4 between margins of 1 cm.
+const LOOKS: [Look; 4] = [
+    Look { name: "1280 px", width: 1280, smallest: 7.5, print: false, dark: false },
+    Look { name: "1280 px, dark", width: 1280, smallest: 7.5, print: false, dark: true },
+    Look { name: "360 px", width: 360, smallest: 7.0, print: false, dark: false },
+    Look { name: "paper", width: 718, smallest: 4.5, print: true, dark: false },
 ];
+
+/// Bytes of a page at most.
+const LARGEST: u64 = 1_000_000;
 
 /// Fails with everything that is wrong with the page. Without Chromium says so and passes.
 pub(crate) fn run() -> Outcome {
@@ -42,8 +48,17 @@ pub(crate) fn run() -> Outcome {
     fs::create_dir_all(&scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
     let drawn = files_of(&page.with_file_name("figures"), "svg")?;
     let mut faults = Vec::new();
+    let size = fs::metadata(&page).map_err(|e| format!("{}: {e}", page.display()))?.len();
+    if size > LARGEST {
+        faults.push(format!("it has {size} bytes, more than {LARGEST}"));
+    }
+    let axe = axe(&scratch);
+    let mut said_of_sliders = String::new();
     for look in &LOOKS {
-        let (found, console) = open(browser, &scratch, &page, look)?;
+        let (found, console) = open(browser, &scratch, &page, look, axe)?;
+        if let Some(said) = found["sliders"].as_str() {
+            said_of_sliders = said.to_owned();
+        }
         let figures = found["figures"].as_u64().unwrap_or(0);
         if figures != drawn as u64 {
             faults.push(format!("{}: {figures} figures on the page, {drawn} drawn", look.name));
@@ -54,7 +69,14 @@ pub(crate) fn run() -> Outcome {
     }
     let pages = print(browser, &scratch, &page)?;
     if faults.is_empty() {
-        println!("page: {drawn} figures in order at 1280 px, at 400 px and on {pages} sheets of paper");
+        println!(
+            "page: {drawn} figures in order at 1280 px, at 360 px, dark, and on {pages} sheets of paper; {size} bytes"
+        );
+        println!("page: {said_of_sliders}");
+        println!(
+            "page: axe-core: {}",
+            if axe { "no violations" } else { "not looked at, because npm could not get it" }
+        );
         return Ok(());
     }
     Err(format!("the page has {} faults\n  {}", faults.len(), faults.join("\n  ")))
@@ -69,9 +91,20 @@ fn browser() -> Option<&'static str> {
 }
 
 /// What the harness found, and the console's lines.
-fn open(browser: &str, scratch: &Path, page: &Path, look: &Look) -> Result<(Value, Vec<String>), String> {
+fn open(
+    browser: &str,
+    scratch: &Path,
+    page: &Path,
+    look: &Look,
+    axe: bool,
+) -> Result<(Value, Vec<String>), String> {
     let harness = scratch.join("harness.html");
+    // Settings of the model and what the engine says of them, to which the page's own solver is held.
+    let checks = page.with_file_name("numbers").join("sliders.json");
+    let checks = fs::read_to_string(&checks).unwrap_or_else(|_| "null".to_owned());
     let text = HARNESS
+        .replace("@CHECKS@", &checks)
+        .replace("@AXE@", &axe.to_string())
         .replace("@PAGE@", &format!("file://{}", page.display()))
         .replace("@WIDTH@", &look.width.to_string())
         .replace("@SMALLEST@", &look.smallest.to_string())
@@ -80,6 +113,9 @@ fn open(browser: &str, scratch: &Path, page: &Path, look: &Look) -> Result<(Valu
     let mut command = command(browser, scratch);
     // The frame of the harness is a file of its own, into which it may look only with this option.
     command.args(["--allow-file-access-from-files", "--virtual-time-budget=20000", "--dump-dom"]);
+    if look.dark {
+        command.arg("--blink-settings=preferredColorScheme=0");
+    }
     let output = command.arg(&harness).output().map_err(|e| format!("cannot start {browser}: {e}"))?;
     let (dom, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let found =
@@ -121,6 +157,20 @@ fn command(browser: &str, scratch: &Path) -> Command {
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--enable-logging=stderr"])
         .arg(format!("--user-data-dir={}", scratch.join("profile").display()));
     command
+}
+
+/// Puts axe-core, which looks for barriers to readers with disabilities, beside the harness; false where npm cannot get it.
+fn axe(scratch: &Path) -> bool {
+    let file = scratch.join("axe.min.js");
+    if !file.is_file() {
+        let pack = ["pack", "--silent", "--pack-destination", ".", "axe-core@4"];
+        let got = Command::new("npm").args(pack).current_dir(scratch).output();
+        let Some(archive) = got.ok().filter(|o| o.status.success()).map(|o| o.stdout) else { return false };
+        let name = String::from_utf8_lossy(&archive).trim().to_owned();
+        let unpack = ["-xf", &name, "--strip-components=1", "package/axe.min.js"];
+        let _ = Command::new("tar").args(unpack).current_dir(scratch).status();
+    }
+    file.is_file()
 }
 
 /// Number of files with an ending.

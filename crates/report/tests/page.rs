@@ -129,7 +129,10 @@ fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) 
     };
     let folder = std::env::temp_dir().join(format!("rijke-page-{kind:?}-{}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
-    StudyPage::new(&head, &[stage()], &[answer(LayerLook::Dots)], verdicts).unwrap().write(&folder).unwrap();
+    StudyPage::new(&head, &[stage()], &[answer(LayerLook::Dots)], verdicts, None)
+        .unwrap()
+        .write(&folder)
+        .unwrap();
     (std::fs::read_to_string(folder.join("index.html")).unwrap(), folder)
 }
 
