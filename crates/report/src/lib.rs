@@ -5,7 +5,7 @@
 //!
 //! * Every panel of every figure says whether its data were measured or virtual.
 //! * Labels are written once, as `*italic*`, `_{below}` and `^{above}`, and become SVG, HTML or plain text.
-//! * Coordinates are rounded to a hundredth of a pixel.
+//! * Coordinates are rounded to a tenth of a pixel.
 
 mod draw;
 mod error;

@@ -12,7 +12,8 @@
     return element;
   };
   const digits = (value, count = 4) => (Number.isFinite(value) ? Number(value.toPrecision(count)).toString().replace('-', '\u2212') : 'none');
-  const unit = (name) => (name === '1' || name === '' ? '' : ` ${name}`);
+  const printed = (name) => name.replace(/\^(-?\d+)/g, (_, power) => [...power].map((c) => '\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079'['-0123456789'.indexOf(c)]).join(''));
+  const unit = (name) => (name === '1' || name === '' ? '' : ` ${printed(name)}`);
 
   // The axis along the figures is the one with the most values; every setting of the others that was measured is a series.
   const main = axes.reduce((best, axis, a) => (axis.levels.length > axes[best].levels.length ? a : best), 0);
@@ -103,7 +104,7 @@
     };
     return { svg, layer, frame };
   };
-  const [axisName, axisUnit] = factorOf(main), axisLabel = `${axisName}${axisUnit === '1' ? '' : ` / ${axisUnit}`}`;
+  const [axisName, axisUnit] = factorOf(main), axisLabel = `${axisName}${axisUnit === '1' ? '' : ` / ${printed(axisUnit)}`}`;
   const plots = [
     plot(`Growth rate over ${axisName}: measured points and the model`, axisLabel, 'Growth rate / 1/s'),
     plot(`Frequency over ${axisName}: measured points and the model`, axisLabel, 'Frequency / Hz'),
@@ -134,7 +135,7 @@
         figure.layer(`line${k}`, 'path', { stroke: s.colour, class: 'series' }).setAttribute('d', path(s.nodes.map((node) => [settings[node][main], values[node][part]])));
         const dots = s.nodes.map((node) => [settings[node][main], measured(node, part)]).filter((dot) => Number.isFinite(dot[1]));
         const ring = dots.map(([a, b]) => `M${(X(a) - 2.5).toFixed(1)},${Y(b).toFixed(1)}a2.5,2.5 0 1 0 5,0a2.5,2.5 0 1 0 -5,0`).join('');
-        figure.layer(`dots${k}`, 'path', { fill: s.colour }).setAttribute('d', ring);
+        figure.layer(`dots${k}`, 'path', { fill: s.colour, class: 'dots' }).setAttribute('d', ring);
       });
       figure.layer('curve', 'path', { class: 'own' }).setAttribute('d', path(curve.map((c) => [c.at[main], c.values[part]])));
       const mark = figure.layer('here', 'circle', { r: 6, class: 'own' });
@@ -149,7 +150,8 @@
   };
 
   // ---- what is said ----
-  const readout = make(section, 'p', { class: 'readout' }), status = make(section, 'p', { role: 'status', class: 'unseen' });
+  const steer = make(section, 'div', { class: 'steer' });
+  const readout = make(steer, 'p', { class: 'readout' }), status = make(section, 'p', { role: 'status', class: 'unseen' });
   // Abramowitz and Stegun 7.1.26: to 1.5e-7.
   const normal = (x) => {
     const t = 1 / (1 + 0.3275911 * Math.abs(x) / Math.SQRT2), tail = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429)))) * Math.exp(-x * x / 2);
@@ -226,7 +228,7 @@
   });
   const place = axes.map((axis, a) => {
     const [name, of] = factorOf(a), low = axis.levels[0], high = axis.levels.at(-1);
-    return slider(controls, name, low, (low + high) / 2, high, (v) => `${digits(v)}${unit(of)}`, (v) => {
+    return slider(steer, name, low, (low + high) / 2, high, (v) => `${digits(v)}${unit(of)}`, (v) => {
       setting[a] = v;
       point.value = '';
       change(a === main ? { own: true } : { curve: true, own: true });

@@ -244,11 +244,11 @@ impl<'a> Model<'a> {
         let total = predicted.sd(0, &Misfit::default()).powi(2);
         let record = super::record::MeasuredRecord::of(o);
         let mode = SliderMode {
-            growth_rate: record.growth_rate,
-            angular_frequency: record.angular_frequency,
+            growth_rate: record.growth_rate.map(|v| v.map(short)),
+            angular_frequency: record.angular_frequency.map(|v| v.map(short)),
             s: [s.re, s.im],
-            shift: [predicted.values[0] - there.re, predicted.values[1] - there.im],
-            other_sd: (total - own).max(0.0).sqrt(),
+            shift: [predicted.values[0] - there.re, predicted.values[1] - there.im].map(short),
+            other_sd: short((total - own).max(0.0).sqrt()),
         };
         Ok(Solved { mode, there, slopes: slopes.iter().map(|z| z.norm() / there.norm()).collect() })
     }
@@ -307,7 +307,7 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Six digits are enough of a setting.
+/// Six digits are enough of a setting and of a measured number.
 fn short(x: f64) -> f64 {
     format!("{x:.5e}").parse().unwrap_or(x)
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 
 /// Nodes of the temperature between two borders at most.
-const NODES: usize = 25;
+const NODES: usize = 21;
 
 /// Most factors that vary independently of each other.
 const AXES: usize = 3;
