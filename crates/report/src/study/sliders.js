@@ -2,7 +2,7 @@
 (() => {
   const section = document.getElementById('sliders'), model = JSON.parse(document.getElementById('model').textContent);
   const rig = solver(model), { axes } = model.table, COLOURS = ['#2b4c7e', '#3c7bb0', '#2f9c95', '#6a9c3f', '#c29a1b', '#de6f26', '#b3202c'];
-  const STEPS = 200, CURVE = 30, HZ = 1 / (2 * Math.PI), p = rig.fitted.slice();
+  const STEPS = 200, CURVE = 15, HZ = 1 / (2 * Math.PI), p = rig.fitted.slice();
   const SVG = 'http://www.w3.org/2000/svg';
   const make = (parent, tag, attributes = {}, text) => {
     const element = tag.startsWith('svg:') ? document.createElementNS(SVG, tag.slice(4)) : document.createElement(tag);
@@ -17,6 +17,9 @@
 
   // The axis along the figures is the one with the most values; every setting of the others that was measured is a series.
   const main = axes.reduce((best, axis, a) => (axis.levels.length > axes[best].levels.length ? a : best), 0);
+  // The curve goes through the measured places and, where these are few, between them.
+  const { levels } = axes[main], parts = Math.ceil((CURVE - 1) / (levels.length - 1));
+  const along = levels.flatMap((x, k) => (k === 0 ? [x] : Array.from({ length: parts }, (_, j) => levels[k - 1] + (x - levels[k - 1]) * (j + 1) / parts)));
   const factorOf = (a) => model.factors[axes[a].factor];
   const settingOf = (node) => {
     const setting = [];
@@ -126,7 +129,7 @@
   };
   const draw = () => {
     const values = settings.map((_, k) => (found(roots[mode][k]) ? shown(roots[mode][k], model.nodes[k].modes[mode].shift) : [NaN, NaN]));
-    const { levels } = axes[main], span = [levels[0], levels.at(-1)], here = found(ownRoot) ? shown(ownRoot, shiftAt(setting)) : [NaN, NaN];
+    const span = [levels[0], levels.at(-1)], here = found(ownRoot) ? shown(ownRoot, shiftAt(setting)) : [NaN, NaN];
     plots.forEach((figure, part) => {
       const all = [...values.map((v) => v[part]), ...curve.map((c) => c.values[part]), ...settings.map((_, k) => measured(k, part)), here[part]].filter(Number.isFinite);
       const margin = 0.03 * (span[1] - span[0]), range = [span[0] - margin, span[1] + margin];
@@ -174,9 +177,7 @@
     due = null;
     if (stale.nodes) ofNodes();
     if (stale.curve || !curve) {
-      const { levels } = axes[main];
-      curve = Array.from({ length: CURVE + 1 }, (_, k) => setting.map((value, a) => (a === main ? levels[0] + (levels.at(-1) - levels[0]) * k / CURVE : value)));
-      curve = curve.map((at) => ({ at, chain: rig.chain(at) }));
+      curve = along.map((x) => setting.map((value, a) => (a === main ? x : value))).map((at) => ({ at, chain: rig.chain(at) }));
     }
     if (stale.curve || stale.nodes) for (const c of curve) { c.root = solveAt(c.chain, c.at); c.values = found(c.root) ? shown(c.root, shiftAt(c.at)) : [NaN, NaN]; }
     if (stale.own) own = rig.chain(setting);

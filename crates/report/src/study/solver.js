@@ -154,15 +154,14 @@ const solver = (model) => {
   const walls = effects.filter((effect) => effect.wall);
 
   // Properties at a temperature: T, rho, c, mu, k, c_p, gamma, Pr (crates/rig, Gas; crates/study, GasModel).
+  const { gas, pressure } = script;
+  const [c0, c1, c2, c3] = gas.heat_capacity ?? [];
+  const heat = (T) => (gas.gamma ? gas.gamma * gas.constant / (gas.gamma - 1) : (c0 + T * (c1 + T * (c2 + T * c3))) / gas.molar_mass);
   const gasAt = (T) => {
-    const { gas, pressure } = script, r = gas.constant;
+    const cp = heat(T), r = gas.constant, gamma = cp / (cp - r);
     const sutherland = ([reference, constant]) => reference * (T / 273.15) ** 1.5 * (273.15 + constant) / (T + constant);
-    if (gas.gamma) {
-      const mu = gas.viscosity[0] * (T / gas.viscosity[1]) ** 0.7, cp = gas.gamma * r / (gas.gamma - 1);
-      return { T, rho: pressure / (r * T), c: Math.sqrt(gas.gamma * r * T), mu, k: mu * cp / gas.prandtl, cp, gamma: gas.gamma, Pr: gas.prandtl };
-    }
-    const [c0, c1, c2, c3] = gas.heat_capacity, cp = (c0 + T * (c1 + T * (c2 + T * c3))) / gas.molar_mass;
-    const gamma = cp / (cp - r), mu = sutherland(gas.viscosity), k = sutherland(gas.conductivity);
+    const mu = gas.gamma ? gas.viscosity[0] * (T / gas.viscosity[1]) ** 0.7 : sutherland(gas.viscosity);
+    const k = gas.gamma ? mu * cp / gas.prandtl : sutherland(gas.conductivity);
     return { T, rho: pressure / (r * T), c: Math.sqrt(gamma * r * T), mu, k, cp, gamma, Pr: mu * cp / k };
   };
 
@@ -180,8 +179,15 @@ const solver = (model) => {
   };
   const conditions = (setting) => {
     const corners = cornersOf(setting);
-    const between = (of) => corners.reduce((sum, [node, w]) => sum + w * (of(table.states[node]) ?? NaN), 0);
-    const list = (key) => table.states[0][key].map((_, k) => between((state) => state[key][k]));
+    const between = (of) => corners.reduce((sum, [node, w]) => sum + w * of(table.states[node]), 0);
+    const list = (key) => {
+      const all = new Array(table.states[0][key].length).fill(0);
+      for (const [node, w] of corners) {
+        const own = table.states[node][key];
+        for (let k = 0; k < all.length; k += 1) all[k] += w * (own[k] ?? NaN);
+      }
+      return all;
+    };
     const factors = list('factors');
     table.axes.forEach((axis, a) => { factors[axis.factor] = setting[a]; });
     const n = new Float64Array(script.names).fill(NaN);
@@ -216,40 +222,44 @@ const solver = (model) => {
   };
 
   // Temperatures just upstream and just downstream of a place (crates/study, base.rs).
-  const temperatures = ({ x, T }, at) => {
-    const between = (upper) => {
-      const k = Math.min(Math.max(upper, 1), x.length - 1), [x0, x1] = [x[k - 1], x[k]];
-      const share = x1 > x0 ? Math.min(Math.max((at - x0) / (x1 - x0), 0), 1) : 1;
-      return T[k - 1] + share * (T[k] - T[k - 1]);
-    };
-    let [low, high] = [0, 0];
-    while (low < x.length && x[low] < at) low += 1;
-    high = low;
-    while (high < x.length && x[high] <= at) high += 1;
-    return [between(low), between(high)];
+  const count = (x, before) => {
+    let [low, high] = [0, x.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (before(x[middle])) low = middle + 1; else high = middle;
+    }
+    return low;
   };
-  // Averages over a stretch by three-point Gauss quadrature on each linear piece.
+  const onPiece = ({ x, T }, upper, at) => {
+    const k = Math.min(Math.max(upper, 1), x.length - 1), [x0, x1] = [x[k - 1], x[k]];
+    const share = x1 > x0 ? Math.min(Math.max((at - x0) / (x1 - x0), 0), 1) : 1;
+    return T[k - 1] + share * (T[k] - T[k - 1]);
+  };
+  const temperatures = (c, at) => [onPiece(c, count(c.x, (x) => x < at), at), onPiece(c, count(c.x, (x) => x <= at), at)];
+  // Averages of the density and of 1/(rho c^2) = 1/(gamma p) over a stretch by three-point Gauss quadrature on each linear piece.
+  const GAUSS = [[-Math.sqrt(0.6), 5 / 9], [0, 8 / 9], [Math.sqrt(0.6), 5 / 9]];
   const stretch = (c, from, to) => {
-    const node = Math.sqrt(0.6), sums = [0, 0];
-    let left = from;
-    for (const right of [...c.x.filter((x) => x > from && x < to), to]) {
-      const middle = 0.5 * (left + right), half = 0.5 * (right - left);
-      for (const [at, weight] of [[middle - node * half, 5 / 9], [middle, 8 / 9], [middle + node * half, 5 / 9]]) {
-        const g = gasAt(temperatures(c, at)[0]);
-        sums[0] += half * weight * g.rho;
-        sums[1] += half * weight / (g.rho * g.c * g.c);
+    let left = from, k = count(c.x, (x) => x <= from), rho = 0, compliance = 0;
+    while (left < to) {
+      const right = Math.min(to, k < c.x.length ? c.x[k] : to), middle = 0.5 * (left + right), half = 0.5 * (right - left);
+      for (const [node, weight] of GAUSS) {
+        const T = onPiece(c, k, middle + node * half);
+        rho += half * weight * pressure / (gas.constant * T);
+        const cp = heat(T);
+        compliance += half * weight * (cp - gas.constant) / (cp * pressure);
       }
       left = right;
+      k += 1;
     }
-    const [rho, compliance] = sums.map((sum) => sum / (to - from));
-    return { from, to, rho, compliance, gas: gasAt(script.pressure / (script.gas.constant * rho)) };
+    rho /= to - from;
+    return { from, to, rho, compliance: compliance / (to - from), gas: gasAt(pressure / (gas.constant * rho)) };
   };
   // An element as two halves whose densities have the first moment of the gas along it (crates/engine, point/cuts.rs).
   const halves = (c, from, to) => {
     const middle = 0.5 * (from + to), [lower, upper] = [stretch(c, from, middle), stretch(c, middle, to)];
-    const mean = 0.5 * (lower.rho + upper.rho), gas = gasAt(script.pressure / (script.gas.constant * mean));
+    const mean = 0.5 * (lower.rho + upper.rho), own = gasAt(pressure / (gas.constant * mean));
     const apart = 2 / 3 * (upper.rho - lower.rho);
-    return [[lower, -apart], [upper, apart]].map(([part, more]) => ({ ...part, rho: mean + more, gas }));
+    return [[lower, -apart], [upper, apart]].map(([part, more]) => ({ ...part, rho: mean + more, gas: own }));
   };
   const areaAt = ({ span, area: [a, b] }, x) => {
     const share = Math.min(Math.max((x - span[0]) / (span[1] - span[0]), 0), 1), [start, end] = [Math.sqrt(a), Math.sqrt(b)];
@@ -280,7 +290,7 @@ const solver = (model) => {
   // What a law sees (crates/engine, conditions.rs).
   const around = (c, gas, area, [after, areaAfter]) => {
     const n = c.n.slice(), flux = c.flow / area, velocity = flux / gas.rho, diameter = 2 * Math.sqrt(area / Math.PI);
-    const own = [gas.rho, gas.c, gas.T, script.pressure, gas.mu, gas.k, gas.cp, gas.gamma, gas.Pr, velocity, velocity / gas.c, flux, diameter, area, Math.PI * diameter];
+    const own = [gas.rho, gas.c, gas.T, pressure, gas.mu, gas.k, gas.cp, gas.gamma, gas.Pr, velocity, velocity / gas.c, flux, diameter, area, Math.PI * diameter];
     own.forEach((value, k) => { n[k + 1] = value; });
     n[TEMPERATURE_AFTER] = after;
     n[TEMPERATURE_AFTER + 1] = areaAfter;
@@ -314,11 +324,11 @@ const solver = (model) => {
     pieces.forEach((p, i) => position.push(position[i] + p.to - p.from));
     const placeAt = (x) => position.findIndex((at) => Math.abs(at - x) <= 1e-9 * L);
 
-    const laws = [], attached = [];
+    const laws = [], target = [], source = [], weights = [];
     const law = (effect, n) => laws.push({ effect, n }) - 1;
     // Coefficients lie in one array of complex numbers: two per segment, four per place, one per end.
     const joint = (coefficient, j) => 2 * N + 4 * j + ({ mp: 1, eu: 2, ep: 3 }[coefficient] ?? 0);
-    const attach = (target, number, weight) => attached.push([target, number, weight]);
+    const attach = (coefficient, number, weight) => { target.push(2 * coefficient); source.push(2 * number); weights.push(weight); };
     const surroundings = [];
     pieces.forEach((p, i) => {
       const same = i > 0 && pieces[i - 1].gas.T === p.gas.T && area[i - 1] === area[i];
@@ -363,15 +373,18 @@ const solver = (model) => {
         attach(effect.end ? 2 * N + 4 * (N + 1) + (x > 0 ? 1 : 0) : joint(effect.coefficient, placeAt(x)), number, share);
       }
     }
-    const travel = pieces.reduce((sum, p) => sum + (p.to - p.from) * Math.sqrt(p.rho * p.compliance), 0);
-    const jumps = new Uint8Array(N + 1);
-    attached.forEach(([target]) => { if (target >= 2 * N && target < 6 * N + 4) jumps[(target - 2 * N) >> 2] = 1; });
-    for (let j = 1; j < N; j += 1) if (area[j - 1] !== area[j]) jumps[j] = 1;
+    const jumps = new Uint8Array(N + 1), length = new Float64Array(N), rho = new Float64Array(N), compliance = new Float64Array(N);
+    let travel = 0;
+    for (let i = 0; i < N; i += 1) {
+      const p = pieces[i];
+      length[i] = p.to - p.from; rho[i] = p.rho; compliance[i] = p.compliance;
+      travel += length[i] * Math.sqrt(p.rho * p.compliance);
+      if (i > 0 && area[i - 1] !== area[i]) jumps[i] = 1;
+    }
+    for (const at of target) if (at >= 4 * N && at < 12 * N + 8) jumps[(at - 4 * N) >> 3] = 1;
     return {
-      N, laws, jumps, position, devices: c.places.flatMap((place) => place.at ?? []), spacing: Math.PI / travel,
-      length: Float64Array.from(pieces, (p) => p.to - p.from), rho: Float64Array.from(pieces, (p) => p.rho),
-      compliance: Float64Array.from(pieces, (p) => p.compliance), area: Float64Array.from(area),
-      target: Int32Array.from(attached, (a) => 2 * a[0]), source: Int32Array.from(attached, (a) => 2 * a[1]), weight: Float64Array.from(attached, (a) => a[2]),
+      N, laws, jumps, position, length, rho, compliance, area, devices: c.places.flatMap((place) => place.at ?? []), spacing: Math.PI / travel,
+      target: new Int32Array(target), source: new Int32Array(source), weight: new Float64Array(weights),
       values: new Float64Array(2 * laws.length), k: new Float64Array(2 * (6 * N + 6)),
     };
   };
