@@ -1,6 +1,7 @@
 //! `cargo xtask page`: opens the page of results in headless Chromium as a reader would, wide, narrow and on paper.
 
-use crate::workspace::{Outcome, root};
+use crate::python::program;
+use crate::workspace::{Outcome, root, succeed};
 use serde_json::Value;
 use std::{
     fs,
@@ -38,6 +39,9 @@ const LOOKS: [Look; 5] = [
 /// printed.
 const SLOWEST: f64 = 100.0;
 
+/// Examples whose models their pages must solve too: gas at rest that is heated in a forced flow, one duct and three.
+const EXAMPLES: [&str; 2] = ["quarter-wave", "ducted-flame-stages"];
+
 /// Bytes of a page at most.
 const LARGEST: u64 = 1_000_000;
 
@@ -60,26 +64,32 @@ pub(crate) fn run() -> Outcome {
         faults.push(format!("it has {size} bytes, more than {LARGEST}"));
     }
     let axe = axe(&scratch);
-    let mut said_of_sliders = String::new();
+    let mut said_of_sliders = Vec::new();
     for look in &LOOKS {
         let (found, console) = open(browser, &scratch, &page, look, axe)?;
-        if let Some(said) = found["sliders"].as_str().filter(|_| look.timed) {
-            said_of_sliders = said.to_owned();
+        if look.timed {
+            said_of_sliders.push(format!("the paper: {}", found["sliders"].as_str().unwrap_or_default()));
         }
         let figures = found["figures"].as_u64().unwrap_or(0);
         if figures != drawn as u64 {
             faults.push(format!("{}: {figures} figures on the page, {drawn} drawn", look.name));
         }
-        let said = found["faults"].as_array().into_iter().flatten().filter_map(Value::as_str);
-        faults.extend(said.map(|fault| format!("{}: {fault}", look.name)));
-        faults.extend(console.iter().map(|line| format!("{}: console: {line}", look.name)));
+        faults.extend(told(look.name, &found, console));
+    }
+    for name in EXAMPLES {
+        let example = example(name, &scratch)?;
+        for look in LOOKS.iter().filter(|look| look.timed) {
+            let (found, console) = open(browser, &scratch, &example, look, false)?;
+            said_of_sliders.push(format!("{name}: {}", found["sliders"].as_str().unwrap_or_default()));
+            faults.extend(told(name, &found, console));
+        }
     }
     let pages = print(browser, &scratch, &page)?;
     if faults.is_empty() {
         println!(
             "page: {drawn} figures in order at 1280 px, at 360 px, dark, and on {pages} sheets of paper; {size} bytes"
         );
-        println!("page: {said_of_sliders}");
+        said_of_sliders.iter().for_each(|said| println!("page: {said}"));
         println!(
             "page: axe-core: {}",
             if axe { "no violations" } else { "not looked at, because npm could not get it" }
@@ -87,6 +97,23 @@ pub(crate) fn run() -> Outcome {
         return Ok(());
     }
     Err(format!("the page has {} faults\n  {}", faults.len(), faults.join("\n  ")))
+}
+
+/// What the harness and the console say against a page.
+fn told(name: &str, found: &Value, console: Vec<String>) -> Vec<String> {
+    let said = found["faults"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let said = said.map(|fault| format!("{name}: {fault}"));
+    said.chain(console.iter().map(|line| format!("{name}: console: {line}"))).collect()
+}
+
+/// The page of an example of the repository, made anew in the scratch folder.
+fn example(name: &str, scratch: &Path) -> Result<PathBuf, String> {
+    let folder = scratch.join(name);
+    // Of an earlier run.
+    let _ = fs::remove_dir_all(&folder);
+    succeed(Command::new("cp").arg("-r").arg(root().join("examples").join(name)).arg(&folder))?;
+    succeed(Command::new(program()?).args(["run", "--one-start"]).arg(&folder))?;
+    Ok(folder.join("results/index.html"))
 }
 
 /// The first browser of the kind that is installed.
@@ -107,8 +134,8 @@ fn open(
 ) -> Result<(Value, Vec<String>), String> {
     let harness = scratch.join("harness.html");
     // Settings of the model and what the engine says of them, to which the page's own solver is held.
-    let checks = page.with_file_name("numbers").join("sliders.json");
-    let checks = fs::read_to_string(&checks).unwrap_or_else(|_| "null".to_owned());
+    let checks = page.with_file_name("tables").join("sliders.csv");
+    let checks = fs::read_to_string(&checks).unwrap_or_default();
     let text = HARNESS
         .replace("@CHECKS@", &checks)
         .replace("@AXE@", &(axe && !look.timed && !look.print).to_string())

@@ -176,6 +176,25 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
 }
 
 #[test]
+fn message_a_page_that_cannot_solve_its_model_says_why() {
+    let head = StudyHead {
+        name: "t".into(),
+        question: "q".into(),
+        kind: DataKind::Virtual,
+        source: "a test".into(),
+        factors: Vec::new(),
+        claims: Claims::default(),
+    };
+    let folder = std::env::temp_dir().join(format!("rijke-page-no-sliders-{}", std::process::id()));
+    let why = ("heat".to_owned(), Err("its waves are those of a mean flow".to_owned()));
+    StudyPage::new(&head, &[stage()], &[], &[], Some(&why)).unwrap().write(&folder).unwrap();
+    let text = std::fs::read_to_string(folder.join("index.html")).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(text.contains("no sliders for Heat release: its waves are those of a mean flow."), "{text}");
+    assert!(!text.contains("id=\"model\"") && !text.contains("#sliders"), "{text}");
+}
+
+#[test]
 fn behaviour_statements_stand_beside_their_numbers() {
     let verdict = |holds: bool| Judgement {
         of: "heat".into(),

@@ -38,7 +38,7 @@ pub fn answer_svg(kind: Option<DataKind>, answer: &Answer) -> Option<String> {
 impl StudyPage {
     /// The page, `index.html`; a figure and a table for every stage and every question that has one. `overviews` are the figures of stages,
     /// by the stage's name; `sliders` is a stage whose model the page solves itself, or why it cannot. The settings at which its solver can be
-    /// checked become `numbers/sliders.json`.
+    /// checked become `tables/sliders.csv`.
     ///
     /// # Errors
     /// [`ReportError::Nothing`] if no stage was run.
@@ -75,7 +75,7 @@ impl StudyPage {
             if let Some((_, found)) = sliders.filter(|(id, _)| *id == stage.id) {
                 body += &sliders::section(found, stage);
                 if let Ok(model) = found {
-                    page.files.push(("numbers/sliders.json".to_owned(), sliders::checks(model)));
+                    page.files.push(("tables/sliders.csv".to_owned(), sliders::checks(model)));
                 }
             }
         }

@@ -35,9 +35,16 @@ pub(super) fn scripts(model: &Sliders) -> String {
     )
 }
 
-/// Settings and the engine's eigenvalues there, one list a line.
+/// Settings and the engine's eigenvalues there, as a table.
 pub(super) fn checks(model: &Sliders) -> Vec<u8> {
-    let line = |check: &Vec<f64>| serde_json::to_string(check).unwrap_or_default();
-    let lines: Vec<String> = model.checks.iter().map(line).collect();
-    format!("{{\"checks\": [\n{}\n]}}\n", lines.join(",\n")).into_bytes()
+    let axes = model.axes().iter().map(|axis| &model.factors[axis.factor]);
+    let parameters = model.parameters.iter().map(|p| (&p.name, &p.unit));
+    let settings = axes.map(|(name, unit)| (name, unit)).chain(parameters);
+    let settings: Vec<String> = settings.map(|(name, unit)| format!("{name} [{unit}]")).collect();
+    let mut text = format!("mode,{},growth_rate [1/s],angular_frequency [rad/s]\n", settings.join(","));
+    for check in &model.checks {
+        let numbers: Vec<String> = check.iter().map(f64::to_string).collect();
+        text += &(numbers.join(",") + "\n");
+    }
+    text.into_bytes()
 }

@@ -190,6 +190,14 @@ pub fn sliders(
     })
 }
 
+impl Sliders {
+    /// The factors that vary independently of each other.
+    #[must_use]
+    pub fn axes(&self) -> &[SliderAxis] {
+        &self.table.axes
+    }
+}
+
 /// A trained model.
 struct Model<'a> {
     assembly: &'a Assembly,
