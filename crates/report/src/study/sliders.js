@@ -11,8 +11,12 @@
     parent.append(element);
     return element;
   };
-  const digits = (value, count = 4) => (Number.isFinite(value) ? Number(value.toPrecision(count)).toString().replace('-', '\u2212') : 'none');
   const printed = (name) => name.replace(/\^(-?\d+)/g, (_, power) => [...power].map((c) => '\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079'['-0123456789'.indexOf(c)]).join(''));
+  const digits = (value, count = 4) => {
+    if (!Number.isFinite(value)) return 'none';
+    if (value !== 0 && Math.abs(value) < 1e-3) return printed(value.toExponential(count - 1).replace('e', ' \u00d7 10^')).replace(/^-/, '\u2212');
+    return Number(value.toPrecision(count)).toString().replace('-', '\u2212');
+  };
   const unit = (name) => (name === '1' || name === '' ? '' : ` ${printed(name)}`);
 
   // The axis along the figures is the one with the most values; every setting of the others that was measured is a series.
@@ -264,7 +268,7 @@
     if (mode === 0) break;
   }
   section.dataset.apart = apart;
-  make(section, 'p', {}, `At the fit, this page's eigenvalues of the ${compared} measured modes differ from the program's by at most ${apart.toExponential(0)} of |s|. `
+  make(section, 'p', {}, `At the fit, this page's eigenvalues of the ${compared} measured modes differ from the program's by at most ${digits(apart, 1)} of |s|. `
     + `The page takes the states of the gas from a table, linear between the measured points; that moves growth rates by up to ${digits(model.tabulated[0], 2)} 1/s and frequencies by up to ${digits(model.tabulated[1] * HZ, 2)} Hz there. `
     + 'The probability is that of a growth rate above zero, if the parameters scatter about the sliders as in the posterior.');
   section.querySelector('.unscripted').remove();
