@@ -182,7 +182,7 @@ fn message_a_page_that_cannot_solve_its_model_says_why() {
         question: "q".into(),
         kind: DataKind::Virtual,
         source: "a test".into(),
-        factors: Vec::new(),
+        factors: vec![("x".into(), "m".into())],
         claims: Claims::default(),
     };
     let folder = std::env::temp_dir().join(format!("rijke-page-no-sliders-{}", std::process::id()));
