@@ -133,7 +133,7 @@ pub fn sliders(
             points.push(o);
         }
     }
-    let (table, order) = Table::of(&study.rig, &points)?;
+    let (table, order) = Table::of(&points)?;
     let mut modes: Vec<String> = Vec::new();
     used.iter().for_each(|o| {
         if !modes.contains(&o.mode.label) {

@@ -55,7 +55,7 @@ pub(super) struct Table {
 
 impl Table {
     /// The table of the points, and for each node the place of its point; a sentence where there is none.
-    pub(super) fn of(rig: &Rig, points: &[&Observed]) -> Result<(Self, Vec<usize>), String> {
+    pub(super) fn of(points: &[&Observed]) -> Result<(Self, Vec<usize>), String> {
         let (axes, order) = grid(points)?;
         let all: Vec<&Conditions> = order.iter().map(|&k| &*points[k].conditions).collect();
         let borders: Vec<Vec<f64>> = all.iter().map(|c| borders(&c.base)).collect();
@@ -86,7 +86,6 @@ impl Table {
             temperature: (0..shares.len()).flat_map(|z| temperatures(c, borders, z, &shares[z])).collect(),
         };
         let states = all.iter().zip(&borders).map(state).collect();
-        debug_assert!(rig.factors.len() == first.point.factors.len());
         Ok((Self { axes, shares, kinks: of_the_first, brought, states }, order))
     }
 
