@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn exact_every_crate_takes_the_place_of_its_like_in_the_registry() {
-        let text = workspace(&["rijke-cli-0.1.0.crate".into(), "rijke-rig-0.1.0.crate".into()]);
+        let text = workspace(&["rijke-0.1.0.crate".into(), "rijke-rig-0.1.0.crate".into()]);
         let manifest: toml::Table = text.parse().unwrap_or_default();
         assert_eq!(manifest["patch"]["crates-io"]["rijke-rig"]["path"].as_str(), Some("rijke-rig-0.1.0"));
     }

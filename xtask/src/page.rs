@@ -1,6 +1,7 @@
 //! `cargo xtask page`: opens the page of results in headless Chromium as a reader would, wide, narrow and on paper.
 
-use crate::workspace::{Outcome, root};
+use crate::python::program;
+use crate::workspace::{Outcome, root, succeed};
 use serde_json::Value;
 use std::{
     fs,
@@ -19,14 +20,30 @@ struct Look {
     smallest: f64,
     /// As it is printed.
     print: bool,
+    /// With light letters on a dark ground.
+    dark: bool,
+    /// By the clock; else time passes as the page asks for it, so that what comes late is waited for.
+    timed: bool,
 }
 
-/// A desk, a telephone, and a sheet of A4 between margins of 1 cm.
-const LOOKS: [Look; 3] = [
-    Look { name: "1280 px", width: 1280, smallest: 7.5, print: false },
-    Look { name: "400 px", width: 400, smallest: 7.5, print: false },
-    Look { name: "paper", width: 718, smallest: 4.5, print: true },
+/// A desk by day and by night, a telephone, and a sheet of A4 between margins of 1 cm.
+const LOOKS: [Look; 5] = [
+    Look { name: "1280 px", width: 1280, smallest: 7.5, print: false, dark: false, timed: false },
+    Look { name: "1280 px, dark", width: 1280, smallest: 7.5, print: false, dark: true, timed: false },
+    Look { name: "1280 px, timed", width: 1280, smallest: 7.5, print: false, dark: false, timed: true },
+    Look { name: "360 px", width: 360, smallest: 7.0, print: false, dark: false, timed: false },
+    Look { name: "paper", width: 718, smallest: 4.5, print: true, dark: false, timed: false },
 ];
+
+/// A frame while a slider is dragged, ms: sixty a second are 16.7. Six times that is refused, because others may use the machine; how long it took is
+/// printed.
+const SLOWEST: f64 = 100.0;
+
+/// Examples whose models their pages must solve too: gas at rest that is heated in a forced flow, one duct and three.
+const EXAMPLES: [&str; 2] = ["quarter-wave", "ducted-flame-stages"];
+
+/// Bytes of a page at most.
+const LARGEST: u64 = 1_000_000;
 
 /// Fails with everything that is wrong with the page. Without Chromium says so and passes.
 pub(crate) fn run() -> Outcome {
@@ -42,22 +59,61 @@ pub(crate) fn run() -> Outcome {
     fs::create_dir_all(&scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
     let drawn = files_of(&page.with_file_name("figures"), "svg")?;
     let mut faults = Vec::new();
+    let size = fs::metadata(&page).map_err(|e| format!("{}: {e}", page.display()))?.len();
+    if size > LARGEST {
+        faults.push(format!("it has {size} bytes, more than {LARGEST}"));
+    }
+    let axe = axe(&scratch);
+    let mut said_of_sliders = Vec::new();
     for look in &LOOKS {
-        let (found, console) = open(browser, &scratch, &page, look)?;
+        let (found, console) = open(browser, &scratch, &page, look, axe)?;
+        if look.timed {
+            said_of_sliders.push(format!("the paper: {}", found["sliders"].as_str().unwrap_or_default()));
+        }
         let figures = found["figures"].as_u64().unwrap_or(0);
         if figures != drawn as u64 {
             faults.push(format!("{}: {figures} figures on the page, {drawn} drawn", look.name));
         }
-        let said = found["faults"].as_array().into_iter().flatten().filter_map(Value::as_str);
-        faults.extend(said.map(|fault| format!("{}: {fault}", look.name)));
-        faults.extend(console.iter().map(|line| format!("{}: console: {line}", look.name)));
+        faults.extend(told(look.name, &found, console));
+    }
+    for name in EXAMPLES {
+        let example = example(name, &scratch)?;
+        for look in LOOKS.iter().filter(|look| look.timed) {
+            let (found, console) = open(browser, &scratch, &example, look, false)?;
+            said_of_sliders.push(format!("{name}: {}", found["sliders"].as_str().unwrap_or_default()));
+            faults.extend(told(name, &found, console));
+        }
     }
     let pages = print(browser, &scratch, &page)?;
     if faults.is_empty() {
-        println!("page: {drawn} figures in order at 1280 px, at 400 px and on {pages} sheets of paper");
+        println!(
+            "page: {drawn} figures in order at 1280 px, at 360 px, dark, and on {pages} sheets of paper; {size} bytes"
+        );
+        said_of_sliders.iter().for_each(|said| println!("page: {said}"));
+        println!(
+            "page: axe-core: {}",
+            if axe { "no violations" } else { "not looked at, because npm could not get it" }
+        );
         return Ok(());
     }
     Err(format!("the page has {} faults\n  {}", faults.len(), faults.join("\n  ")))
+}
+
+/// What the harness and the console say against a page.
+fn told(name: &str, found: &Value, console: Vec<String>) -> Vec<String> {
+    let said = found["faults"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let said = said.map(|fault| format!("{name}: {fault}"));
+    said.chain(console.iter().map(|line| format!("{name}: console: {line}"))).collect()
+}
+
+/// The page of an example of the repository, made anew in the scratch folder.
+fn example(name: &str, scratch: &Path) -> Result<PathBuf, String> {
+    let folder = scratch.join(name);
+    // Of an earlier run.
+    let _ = fs::remove_dir_all(&folder);
+    succeed(Command::new("cp").arg("-r").arg(root().join("examples").join(name)).arg(&folder))?;
+    succeed(Command::new(program()?).args(["run", "--one-start"]).arg(&folder))?;
+    Ok(folder.join("results/index.html"))
 }
 
 /// The first browser of the kind that is installed.
@@ -69,9 +125,21 @@ fn browser() -> Option<&'static str> {
 }
 
 /// What the harness found, and the console's lines.
-fn open(browser: &str, scratch: &Path, page: &Path, look: &Look) -> Result<(Value, Vec<String>), String> {
+fn open(
+    browser: &str,
+    scratch: &Path,
+    page: &Path,
+    look: &Look,
+    axe: bool,
+) -> Result<(Value, Vec<String>), String> {
     let harness = scratch.join("harness.html");
+    // Settings of the model and what the engine says of them, to which the page's own solver is held.
+    let checks = page.with_file_name("tables").join("sliders.csv");
+    let checks = fs::read_to_string(&checks).unwrap_or_default();
     let text = HARNESS
+        .replace("@CHECKS@", &checks)
+        .replace("@AXE@", &(axe && !look.timed && !look.print).to_string())
+        .replace("@SLOWEST@", &SLOWEST.to_string())
         .replace("@PAGE@", &format!("file://{}", page.display()))
         .replace("@WIDTH@", &look.width.to_string())
         .replace("@SMALLEST@", &look.smallest.to_string())
@@ -79,7 +147,13 @@ fn open(browser: &str, scratch: &Path, page: &Path, look: &Look) -> Result<(Valu
     fs::write(&harness, text).map_err(|e| format!("{}: {e}", harness.display()))?;
     let mut command = command(browser, scratch);
     // The frame of the harness is a file of its own, into which it may look only with this option.
-    command.args(["--allow-file-access-from-files", "--virtual-time-budget=20000", "--dump-dom"]);
+    command.args(["--allow-file-access-from-files", "--dump-dom"]);
+    if !look.timed {
+        command.arg("--virtual-time-budget=20000");
+    }
+    if look.dark {
+        command.arg("--blink-settings=preferredColorScheme=0");
+    }
     let output = command.arg(&harness).output().map_err(|e| format!("cannot start {browser}: {e}"))?;
     let (dom, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let found =
@@ -121,6 +195,20 @@ fn command(browser: &str, scratch: &Path) -> Command {
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--enable-logging=stderr"])
         .arg(format!("--user-data-dir={}", scratch.join("profile").display()));
     command
+}
+
+/// Puts axe-core, which looks for barriers to readers with disabilities, beside the harness; false where npm cannot get it.
+fn axe(scratch: &Path) -> bool {
+    let file = scratch.join("axe.min.js");
+    if !file.is_file() {
+        let pack = ["pack", "--silent", "--pack-destination", ".", "axe-core@4"];
+        let got = Command::new("npm").args(pack).current_dir(scratch).output();
+        let Some(archive) = got.ok().filter(|o| o.status.success()).map(|o| o.stdout) else { return false };
+        let name = String::from_utf8_lossy(&archive).trim().to_owned();
+        let unpack = ["-xf", &name, "--strip-components=1", "package/axe.min.js"];
+        let _ = Command::new("tar").args(unpack).current_dir(scratch).status();
+    }
+    file.is_file()
 }
 
 /// Number of files with an ending.

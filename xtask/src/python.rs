@@ -71,8 +71,8 @@ fn python_in(inside: &Path) -> Command {
     command
 }
 
-/// The program with whose numbers those of the package are compared.
-fn program() -> Result<PathBuf, String> {
+/// The program `rijke`, built.
+pub(crate) fn program() -> Result<PathBuf, String> {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
     succeed(cargo().args(["build", "--release", "--locked", "--workspace", "--bin", "rijke"]))?;
     Ok(target.join("release/rijke"))

@@ -139,6 +139,24 @@ impl Formula {
         all
     }
 
+    /// The program as words, operands before their operation, for an interpreter elsewhere: numbers (`1.5e0`, or `re,im`), names of the
+    /// scope as `n` and their index, parameters as `parameter` writes them, `neg`, `+ - * / ^`, and functions by name.
+    #[must_use]
+    pub fn postfix(&self, parameter: impl Fn(usize) -> String) -> String {
+        let word = |operation: &Operation| match *operation {
+            Operation::Number(z) if z.im == 0.0 => format!("{:e}", z.re),
+            Operation::Number(z) => format!("{:e},{:e}", z.re, z.im),
+            Operation::Global(index) | Operation::Local(index) | Operation::Analytic(index) => {
+                format!("n{index}")
+            }
+            Operation::Parameter(index) => parameter(index),
+            Operation::Negate => "neg".to_owned(),
+            Operation::Binary(operator) => operator.sign().to_owned(),
+            Operation::Call(function) => function.name().to_owned(),
+        };
+        self.program.iter().map(word).collect::<Vec<_>>().join(" ")
+    }
+
     /// Why the units of the formula do not agree, or do not give the unit `wanted`; none if they do.
     ///
     /// Numbers have any unit where they are added, and none where they multiply. A unit that is not

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     while let Some(stage) = run.next_stage()? {
         stages.push(stage);
     }
-    StudyPage::new(&head, &stages, &[], &[])?.write("page".as_ref())?;
+    StudyPage::new(&head, &stages, &[], &[], None)?.write("page".as_ref())?;
     println!("page/index.html");
     Ok(())
 }

@@ -129,7 +129,10 @@ fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) 
     };
     let folder = std::env::temp_dir().join(format!("rijke-page-{kind:?}-{}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
-    StudyPage::new(&head, &[stage()], &[answer(LayerLook::Dots)], verdicts).unwrap().write(&folder).unwrap();
+    StudyPage::new(&head, &[stage()], &[answer(LayerLook::Dots)], verdicts, None)
+        .unwrap()
+        .write(&folder)
+        .unwrap();
     (std::fs::read_to_string(folder.join("index.html")).unwrap(), folder)
 }
 
@@ -143,13 +146,13 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
         "lies 5.2 standard deviations of its prior",
         "<h2 id=\"question\">What &amp; how</h2>",
         // One model of two, by 17 nats.
-        "<td class=\"n\">1.000</td>",
+        "<td class=n>1.000<",
         "growth rates 3.2 of 2 (p = 0.197)",
         "Together the points are +2.5 nats ahead",
-        "<td>p1*</td>",
+        "<td>p1*<",
         "leak at x = 0.300 m, times Q/(50 W)<br><small>between 0.250 m and 0.350 m</small>",
         "It is no cause",
-        "data-point=\"p1\"",
+        "<title>p1: ",
         // Of the point under the pointer.
         "growth rate -6.000 \u{b1} 0.100 1/s, predicted -6.000, residual +0.5 sd",
     ] {
@@ -170,6 +173,25 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
             && folder.join("tables/heat-residuals.csv").is_file()
     );
     std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn message_a_page_that_cannot_solve_its_model_says_why() {
+    let head = StudyHead {
+        name: "t".into(),
+        question: "q".into(),
+        kind: DataKind::Virtual,
+        source: "a test".into(),
+        factors: vec![("x".into(), "m".into())],
+        claims: Claims::default(),
+    };
+    let folder = std::env::temp_dir().join(format!("rijke-page-no-sliders-{}", std::process::id()));
+    let why = ("heat".to_owned(), Err("its waves are those of a mean flow".to_owned()));
+    StudyPage::new(&head, &[stage()], &[], &[], Some(&why)).unwrap().write(&folder).unwrap();
+    let text = std::fs::read_to_string(folder.join("index.html")).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(text.contains("no sliders for Heat release: its waves are those of a mean flow."), "{text}");
+    assert!(!text.contains("id=\"model\"") && !text.contains("#sliders"), "{text}");
 }
 
 #[test]

@@ -3,11 +3,15 @@
 use crate::{
     failure::{Classify, Failure},
     rank::Results,
+    results::kept,
     staging::Lock,
     study::{observations, open},
     ui::Ui,
 };
+use rijke_engine::SavedModel;
+use rijke_engine::run::{Sliders, StageRecord};
 use rijke_report::{StudyHead, StudyPage};
+use rijke_study::{Observations, Study};
 use std::path::{Path, PathBuf};
 
 /// Draw the figures and write the page of a study from the numbers of its ranking.
@@ -38,7 +42,24 @@ pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
     let Results { stages, answers, verdicts } = Results::read(dir, &study.plan)?;
     let head = StudyHead::of(&study, &observations);
     let results = dir.join("results");
+    let sliders = sliders(&study, &observations, &stages);
     let _lock = Lock::take(&results)?;
-    StudyPage::new(&head, &stages, &answers, &verdicts).or_failed()?.write(&results).or_failed()?;
+    StudyPage::new(&head, &stages, &answers, &verdicts, sliders.as_ref())
+        .or_failed()?
+        .write(&results)
+        .or_failed()?;
     Ok(results.join("index.html"))
+}
+
+/// The model that went on from the last stage at which models competed, or from the last, as the page solves it; a sentence that says why it
+/// cannot. None where no such model was kept.
+fn sliders(
+    study: &Study,
+    observations: &Observations,
+    stages: &[StageRecord],
+) -> Option<(String, Result<Sliders, String>)> {
+    let competed = |s: &&StageRecord| s.models.iter().filter(|m| m.evidence.is_some()).count() > 1;
+    let stage = stages.iter().rfind(competed).or(stages.last())?;
+    let saved: SavedModel = kept(&study.folder, "models", &stage.id).ok()?;
+    Some((stage.id.clone(), rijke_engine::run::sliders(study, observations, stage, &saved)))
 }

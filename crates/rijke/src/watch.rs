@@ -183,7 +183,7 @@ impl Watch<'_> {
             stages.push(stage);
         }
         let verdicts = verdicts(&study.claims, &stages, &answers);
-        let page = StudyPage::new(&StudyHead::of(study, &observations), &stages, &answers, &verdicts);
+        let page = StudyPage::new(&StudyHead::of(study, &observations), &stages, &answers, &verdicts, None);
         page.or_failed()?.write(&self.live.join("study")).or_failed()?;
         Ok(Some(stages))
     }

@@ -159,6 +159,11 @@ impl PointModel<'_> {
         candidates[candidate].effects[effect].law.scale(here, &analytic)
     }
 
+    /// Whether the law of an effect is a number of the local gas times something that is the same everywhere.
+    pub(crate) fn is_proportional(&self, candidate: usize, effect: usize) -> bool {
+        (0..self.surroundings.len()).any(|around| self.scale(candidate, effect, around).is_some())
+    }
+
     fn has_one_duct(&self) -> bool {
         let ducts = self.assembly.rig.parts.iter().filter(|p| matches!(p.shape, rijke_study::Shape::Duct(_)));
         ducts.count() == 1

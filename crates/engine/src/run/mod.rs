@@ -19,6 +19,7 @@ mod next;
 mod record;
 mod rows;
 mod search;
+mod sliders;
 mod so_far;
 mod stages;
 
@@ -36,4 +37,5 @@ pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,
     SearchRecord, merge_searches,
 };
+pub use sliders::{SliderAxis, SliderMode, SliderNode, SliderParameter, Sliders, sliders};
 pub use so_far::{Leading, so_far};

@@ -9,7 +9,9 @@ mod tube;
 
 use folder::Folder;
 use rijke_engine::EngineError;
-use rijke_engine::run::{Run, StageRecord, Trusted, forecast, foresight, modes_at, verdicts, with_points};
+use rijke_engine::run::{
+    Run, StageRecord, Trusted, forecast, foresight, modes_at, sliders, verdicts, with_points,
+};
 use rijke_study::Study;
 use std::path::Path;
 use tube::TUBE;
@@ -151,6 +153,44 @@ fn exact_predictions_are_one_posterior_and_the_closed_form() {
         with_points(&study, &study.plan.stages[0].points, &wrong).unwrap_err().to_string(),
         "there is no factor called `y`; the factors are x"
     );
+}
+
+/// What a page is held against: eigenvalues of the tube at settings between its points, for other parameters.
+#[test]
+fn exact_settings_of_sliders_have_the_closed_form() {
+    let given = |folder: &Folder| {
+        let study = Study::open(&folder.0).unwrap();
+        let observations = study.observations().unwrap();
+        let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+        let record = run.next_stage().unwrap().unwrap();
+        sliders(&study, &observations, &record, &run.saved("s").unwrap())
+    };
+    let found = given(&two_points("sliders", &[])).unwrap();
+    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let closed = |r: f64, x: f64| [c * r.ln() / x, std::f64::consts::PI * c / x];
+    let same = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9 * b[1];
+    let r = found.parameters[0].value;
+    for (node, x) in found.nodes.iter().zip([0.8, 1.0]) {
+        assert!(same(node.modes[0].as_ref().unwrap().s, closed(r, x)), "{node:?}");
+    }
+    assert!(found.checks.len() == 1000 && found.tabulated.iter().all(|v| *v < 1e-9), "{:?}", found.tabulated);
+    let [mut least, mut most] = [f64::INFINITY, 0.0_f64];
+    for check in &found.checks {
+        let [_, x, r, sigma, omega] = check[..] else { panic!("{check:?}") };
+        assert!(same([sigma, omega], closed(r, x)), "{check:?}");
+        (least, most) = (least.min(r), most.max(r));
+    }
+    let [low, high] = found.parameters[0].range;
+    assert!(least < low + 0.01 * (high - low) && most > high - 0.01 * (high - low), "{least} {most}");
+
+    // Three corners of a square.
+    let campaign = "point,x [cm],y,T_amb [degC]\na,100,1,20\nb,80,1,20\nc,100,2,20\n";
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    let row = |(id, x): (&str, f64)| format!("{id},{},0.1,{},0.05\n", closed_form(x)[0], closed_form(x)[1]);
+    let modes: String = [("a", 1.0), ("b", 0.8), ("c", 1.0)].map(row).concat();
+    let files = [("campaign.csv", campaign), ("observations/modes.csv", &(head.to_owned() + &modes))];
+    let said = given(&two_points("sliders-corners", &files)).unwrap_err();
+    assert!(said.contains("no grid of their factors"), "{said}");
 }
 
 /// In a uniform flow of Mach number M a tube with |R| = r at both ends has s = c (1 - M^2) (ln r + i pi)/L.

@@ -24,6 +24,19 @@ pub(crate) enum Binary {
     Power,
 }
 
+impl Binary {
+    /// As formulas write it.
+    pub(crate) fn sign(self) -> &'static str {
+        match self {
+            Self::Add => "+",
+            Self::Subtract => "-",
+            Self::Multiply => "*",
+            Self::Divide => "/",
+            Self::Power => "^",
+        }
+    }
+}
+
 impl Tree {
     /// The first name in the tree that depends on s.
     pub(crate) fn brings_s<'a>(&self, scope: &'a Scope) -> Option<&'a str> {

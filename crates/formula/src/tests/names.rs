@@ -160,3 +160,13 @@ fn exact_a_real_name_may_carry_derivatives_in_a_parameter() {
         assert!((found - expected).norm() < 1e-12 * expected.norm(), "{found} {expected}");
     }
 }
+
+#[test]
+fn exact_a_program_in_words_has_operands_before_operations() {
+    let formula = parse("k1*(rho + 2i)^2/exp(-s*k2)").unwrap();
+    let words = formula.postfix(|parameter| format!("p{parameter}"));
+    assert_eq!(words, "p0 n1 0e0,2e0 + 2e0 ^ * n0 neg p1 * exp /");
+    // Arithmetic of known numbers is done.
+    let known = formula.at(&heater()).postfix(|_| "x".into());
+    assert!(known.starts_with("x -2.55") && known.ends_with(" * n0 neg x * exp /"), "{known}");
+}

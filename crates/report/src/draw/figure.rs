@@ -1,6 +1,6 @@
 //! Figures: panels, a legend and the statement where the data come from.
 
-use super::{INK, Panel, Stroke, panel, px, text};
+use super::{DOT, INK, Panel, Stroke, panel, px, text};
 use rijke_rig::DataKind;
 
 const FONT: &str = "'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif";
@@ -76,8 +76,15 @@ impl Figure {
 
     /// The figure as HTML whose panels flow.
     pub(crate) fn html(&self) -> String {
+        // What the style of the page says of all figures is left out of each.
+        let usual = format!(" r=\"{}\"", px(DOT));
         let document = |panel: &Panel| {
-            self.document([panel.width, panel.height], &self.title, &panel.elements(self.note()))
+            let body = panel.elements(self.note()).replace(&usual, "");
+            let [w, h] = [panel.width, panel.height].map(px);
+            let title = self.full_title(&self.title);
+            format!(
+                "<svg viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" role=\"img\"><title>{title}</title>{body}</svg>"
+            )
         };
         let panels: String = self.panels.iter().map(|p| format!("<div>{}</div>", document(p))).collect();
         let key = |key: &Key| {
@@ -108,9 +115,13 @@ impl Figure {
         self.panels.first().map_or((0.0, 0.0), |p| (p.width, p.height))
     }
 
+    fn full_title(&self, title: &str) -> String {
+        text::escape(&format!("{} ({})", text::plain(title), self.note()))
+    }
+
     fn document(&self, [width, height]: [f64; 2], title: &str, body: &str) -> String {
         let (w, h) = (px(width), px(height));
-        let title = text::escape(&format!("{} ({})", text::plain(title), self.note()));
+        let title = self.full_title(title);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" role=\"img\" \
              font-family=\"{FONT}\" fill=\"{INK}\"><title>{title}</title>\

@@ -9,13 +9,21 @@ mod text;
 
 pub(crate) use axis::Axis;
 pub(crate) use figure::{Figure, Key, Mark};
-pub(crate) use panel::Panel;
+pub(crate) use panel::{DOT, Panel};
 pub(crate) use style::{INK, Stroke, model_stroke, scale_colour};
 pub(crate) use text::{fixed, html};
 
-/// A coordinate with two decimals, the same bytes on every run.
+/// A coordinate with one decimal, the same bytes on every run.
 fn px(value: f64) -> String {
-    let text = format!("{value:.2}");
+    short(&format!("{value:.1}"))
+}
+
+/// A number with two decimals.
+fn number(value: f64) -> String {
+    short(&format!("{value:.2}"))
+}
+
+fn short(text: &str) -> String {
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
@@ -24,6 +32,6 @@ fn px(value: f64) -> String {
 mod tests {
     #[test]
     fn exact_coordinates_are_short() {
-        assert_eq!([12.0, 0.5, -0.001, 7.3456].map(super::px), ["12", "0.5", "0", "7.35"]);
+        assert_eq!([12.0, 0.5, -0.001, 7.3456].map(super::px), ["12", "0.5", "0", "7.3"]);
     }
 }

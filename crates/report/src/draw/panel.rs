@@ -1,6 +1,6 @@
 //! One pair of axes and what is drawn in it, in data coordinates.
 
-use super::{Axis, INK, Stroke, px, text};
+use super::{Axis, INK, Stroke, number, px, text};
 
 /// Font sizes in pixels of the panel's own coordinates.
 const LABEL: f64 = 13.5;
@@ -13,6 +13,9 @@ const RIGHT: f64 = 22.0;
 const TOP: f64 = 24.0;
 const BOTTOM: f64 = 44.0;
 
+/// Radius of the dot of a measured point.
+pub(crate) const DOT: f64 = 2.8;
+
 /// A frame with two axes. What is drawn is clipped to the frame.
 pub(crate) struct Panel {
     /// Width with labels, pixels.
@@ -23,47 +26,71 @@ pub(crate) struct Panel {
     x: Axis,
     y: Axis,
     body: String,
+    /// Colour of the dots with which the body ends, if it ends with dots.
+    dots: String,
 }
 
 impl Panel {
     /// An empty panel; `tag` stands above its left corner, such as `(a)`.
     pub(crate) fn new(tag: &str, [width, height]: [f64; 2], x: Axis, y: Axis) -> Self {
-        Self { width, height, tag: tag.to_owned(), x, y, body: String::new() }
+        Self { width, height, tag: tag.to_owned(), x, y, body: String::new(), dots: String::new() }
     }
 
     /// A line through points. A point that is not finite interrupts it.
     pub(crate) fn curve(&mut self, points: &[[f64; 2]], stroke: &Stroke) {
         for piece in points.split(|p| !(p[0].is_finite() && p[1].is_finite())).filter(|p| p.len() > 1) {
             let path = self.path(piece);
-            self.body += &format!("<path d=\"{path}\" fill=\"none\" {}/>", stroke.attributes());
+            self.stroked(&path, stroke);
         }
+    }
+
+    /// A line without filling, in one element with the line before it if that looks alike.
+    fn stroked(&mut self, path: &str, stroke: &Stroke) {
+        let tail = format!("\" fill=\"none\" {}/>", stroke.attributes());
+        match self.body.strip_suffix(&tail) {
+            Some(before) => self.body.truncate(before.len()),
+            None => self.body += "<path d=\"",
+        }
+        self.body += path;
+        self.body += &tail;
+    }
+
+    /// The line of one standard deviation of a Gaussian about a mean, with variances and covariance, as two arcs.
+    pub(crate) fn ellipse(&mut self, mean: [f64; 2], [xx, yy, xy]: [f64; 3], stroke: &Stroke) {
+        let [x, y] = self.at(mean);
+        let [right, down] = self.at([mean[0] + 1.0, mean[1] + 1.0]);
+        let (sx, sy) = (right - x, down - y);
+        let (a, b, c) = (xx * sx * sx, yy * sy * sy, xy * sx * sy);
+        let (middle, apart) = (0.5 * (a + b), (0.5 * (a - b)).hypot(c));
+        let [long, short] = [middle + apart, middle - apart].map(|v| v.max(0.0).sqrt());
+        let turn = 0.5 * (2.0 * c).atan2(a - b);
+        let (dx, dy) = (long * turn.cos(), long * turn.sin());
+        let arc = format!("A{} {} {} 1 0 ", px(long), px(short), px(turn.to_degrees()));
+        let ends = [[x + dx, y + dy], [x - dx, y - dy]].map(|at| at.map(px).join(" "));
+        self.stroked(&format!("M{0}{arc}{1}{arc}{0}", ends[0], ends[1]), stroke);
     }
 
     /// A closed line, such as a contour, with a fill (`none` or a colour) of the given opacity.
     pub(crate) fn contour(&mut self, points: &[[f64; 2]], stroke: &Stroke, fill: &str, opacity: f64) {
         let path = self.path(points);
-        let opacity = px(opacity);
+        let opacity = number(opacity);
         self.body += &format!(
             "<path d=\"{path}Z\" fill=\"{fill}\" fill-opacity=\"{opacity}\" {}/>",
             stroke.attributes()
         );
     }
 
-    /// A filled circle with a remark that browsers show under the pointer.
-    pub(crate) fn dot(&mut self, at: [f64; 2], radius: f64, colour: &str, remark: &str) {
-        self.circle(at, radius, colour, remark, "");
-    }
-
-    /// The same for the measured point `name`, by which the page finds it in all figures.
-    pub(crate) fn measured(&mut self, at: [f64; 2], radius: f64, colour: &str, remark: &str, name: &str) {
-        self.circle(at, radius, colour, remark, &format!(" data-point=\"{}\"", text::escape(name)));
-    }
-
-    fn circle(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str, remark: &str, more: &str) {
+    /// A filled circle with a remark that browsers show under the pointer. Of a measured point it begins with the name and a colon, by which
+    /// the page finds it in all figures.
+    pub(crate) fn dot(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str, remark: &str) {
         let ([x, y], radius, remark) = (self.at([x, y]).map(px), px(radius), text::escape(remark));
-        self.body += &format!(
-            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{colour}\"{more}><title>{remark}</title></circle>"
-        );
+        match self.body.strip_suffix("</g>").filter(|_| self.dots == colour) {
+            Some(before) => self.body.truncate(before.len()),
+            None => self.body += &format!("<g fill=\"{colour}\">"),
+        }
+        colour.clone_into(&mut self.dots);
+        self.body +=
+            &format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"><title>{remark}</title></circle></g>");
     }
 
     /// A patch between a lower and an upper line over the same places, `[x, low, high]`. A gap is a point not finite.
@@ -72,7 +99,7 @@ impl Panel {
         for piece in points.split(|p| !finite(p)).filter(|p| p.len() > 1) {
             let low = piece.iter().map(|p| [p[0], p[1]]);
             let around: Vec<_> = low.chain(piece.iter().rev().map(|p| [p[0], p[2]])).collect();
-            let (path, opacity) = (self.path(&around), px(opacity));
+            let (path, opacity) = (self.path(&around), number(opacity));
             self.body += &format!("<path d=\"{path}Z\" fill=\"{colour}\" fill-opacity=\"{opacity}\"/>");
         }
     }
@@ -81,22 +108,20 @@ impl Panel {
     pub(crate) fn cross(&mut self, point: [f64; 2], size: f64, stroke: &Stroke) {
         let [x, y] = self.at(point);
         let [left, right, top, bottom] = [x - size, x + size, y - size, y + size].map(px);
-        self.body += &format!(
-            "<path d=\"M{left} {top}L{right} {bottom}M{left} {bottom}L{right} {top}\" fill=\"none\" {}/>",
-            stroke.attributes()
-        );
+        self.stroked(&format!("M{left} {top}L{right} {bottom}M{left} {bottom}L{right} {top}"), stroke);
     }
 
-    /// A vertical bar of half-length `half` with caps, moved sideways by `offset` pixels.
-    pub(crate) fn error_bar(&mut self, [x, y]: [f64; 2], half: f64, offset: f64, stroke: &Stroke) {
+    /// A vertical bar of half-length `half` with caps, but none that a dot of radius [`DOT`] hides.
+    pub(crate) fn error_bar(&mut self, [x, y]: [f64; 2], half: f64, stroke: &Stroke) {
+        const CAP: f64 = 1.3;
         let [centre, low] = self.at([x, y - half]);
         let [_, high] = self.at([x, y + half]);
-        let [left, centre, right] = [-1.3, 0.0, 1.3].map(|cap| px(centre + offset + cap));
+        if CAP.hypot(0.5 * (low - high)) < DOT {
+            return;
+        }
+        let [left, centre, right] = [-CAP, 0.0, CAP].map(|cap| px(centre + cap));
         let (low, high) = (px(low), px(high));
-        self.body += &format!(
-            "<path d=\"M{left} {low}H{right}M{centre} {low}V{high}M{left} {high}H{right}\" fill=\"none\" {}/>",
-            stroke.attributes()
-        );
+        self.stroked(&format!("M{left} {low}H{right}M{centre} {low}V{high}M{left} {high}H{right}"), stroke);
     }
 
     /// A vertical line across the frame.
@@ -126,27 +151,31 @@ impl Panel {
         let (x, y) = (self.x.ticks(), self.y.ticks());
         let mut marks = String::new();
         for (ticks, length) in [(&x.major, 6.0), (&x.minor, 3.0)] {
+            let (length, across) = (px(length), px(height - 2.0 * length));
             for at in ticks.iter().map(|&v| px(LEFT + width * self.x.place(v))) {
-                let (up, down) = (px(bottom - length), px(TOP + length));
-                marks += &format!("M{at} {}V{up}M{at} {}V{down}", px(bottom), px(TOP));
+                marks += &format!("M{at} {}v-{length}m0-{across}v-{length}", px(bottom));
             }
         }
         for (ticks, length) in [(&y.major, 6.0), (&y.minor, 3.0)] {
+            let (length, across) = (px(length), px(width - 2.0 * length));
             for at in ticks.iter().map(|&v| px(bottom - height * self.y.place(v))) {
-                let (inward, outward) = (px(LEFT + length), px(right - length));
-                marks += &format!("M{} {at}H{inward}M{} {at}H{outward}", px(LEFT), px(right));
+                marks += &format!("M{} {at}h{length}m{across} 0h{length}", px(LEFT));
             }
         }
         let frame = format!("M{} {}H{}V{}H{}Z", px(LEFT), px(TOP), px(right), px(bottom), px(LEFT));
         out += &format!("<path d=\"{frame}{marks}\" fill=\"none\" stroke=\"{INK}\"/>");
+        let size = px(TICK);
+        out += &format!("<g text-anchor=\"middle\" font-size=\"{size}\">");
         for &value in &x.major {
-            let at = LEFT + width * self.x.place(value);
-            out += &write([at, bottom + 17.0], "middle", TICK, &text::fixed(value, x.decimals));
+            let (at, y) = (px(LEFT + width * self.x.place(value)), px(bottom + 17.0));
+            out += &format!("<text x=\"{at}\" y=\"{y}\">{}</text>", text::fixed(value, x.decimals));
         }
+        out += &format!("</g><g text-anchor=\"end\" font-size=\"{size}\">");
         for &value in &y.major {
-            let at = bottom - height * self.y.place(value);
-            out += &write([LEFT - 6.0, at + 0.35 * TICK], "end", TICK, &text::fixed(value, y.decimals));
+            let (x, at) = (px(LEFT - 6.0), px(bottom - height * self.y.place(value) + 0.35 * TICK));
+            out += &format!("<text x=\"{x}\" y=\"{at}\">{}</text>", text::fixed(value, y.decimals));
         }
+        out += "</g>";
         out += &write([LEFT + 0.5 * width, bottom + 37.0], "middle", LABEL, &self.x.label);
         let middle = px(TOP + 0.5 * height);
         out += &format!(
@@ -170,12 +199,24 @@ impl Panel {
         [width * self.x.place(x), height * (1.0 - self.y.place(y))]
     }
 
+    /// A line in steps from each point to the next, in tenths of a pixel, so that rounding does not add up.
     fn path(&self, points: &[[f64; 2]]) -> String {
-        let words = points.iter().enumerate().map(|(i, &point)| {
-            let [x, y] = self.at(point).map(px);
-            format!("{}{x} {y}", if i == 0 { "M" } else { "L" })
-        });
-        words.collect()
+        let mut all = points.iter().map(|&point| self.at(point).map(|v| (10.0 * v).round()));
+        let Some(mut last) = all.next() else { return String::new() };
+        let mut path = format!("M{} {}", px(0.1 * last[0]), px(0.1 * last[1]));
+        for (k, [x, y]) in all.enumerate() {
+            let [dx, dy] = [x - last[0], y - last[1]].map(|v| px(0.1 * v));
+            let first = if k == 0 {
+                "l"
+            } else if dx.starts_with('-') {
+                ""
+            } else {
+                " "
+            };
+            path += &format!("{first}{dx}{}{dy}", if dy.starts_with('-') { "" } else { " " });
+            last = [x, y];
+        }
+        path
     }
 }
 
@@ -204,16 +245,29 @@ mod tests {
             &Stroke::solid("red", 1.0),
         );
         assert!(
-            panel.body.contains("M0 50L50 0\"") && panel.body.contains("M60 25L100 25\""),
+            panel.body.contains("\"M0 50l50-50M60 25l40 0\"") && panel.body.matches("<path").count() == 1,
             "{}",
             panel.body
         );
     }
 
     #[test]
+    fn exact_an_ellipse_touches_its_standard_deviations() {
+        let mut panel = panel();
+        // 10 and 5 pixels along the axes; then turned by 45 degrees, where the variances are 62.5 and the covariance up is 37.5.
+        panel.ellipse([0.5, 0.0], [0.01, 0.04, 0.0], &Stroke::solid("red", 1.0));
+        assert!(panel.body.contains("M60 25A10 5 0 1 0 40 25A10 5 0 1 0 60 25"), "{}", panel.body);
+        panel.ellipse([0.5, 0.0], [62.5e-4, 0.1, 37.5 / 2500.0], &Stroke::solid("blue", 1.0));
+        assert!(panel.body.contains("M57.1 17.9A10 5 -45 1 0 42.9 32.1"), "{}", panel.body);
+    }
+
+    #[test]
     fn exact_error_bar_spans_plus_and_minus() {
         let mut panel = panel();
-        panel.error_bar([0.5, 0.0], 0.5, 10.0, &Stroke::solid("red", 1.0));
-        assert!(panel.body.contains("M60 37.5V12.5"), "{}", panel.body);
+        panel.error_bar([0.5, 0.0], 0.5, &Stroke::solid("red", 1.0));
+        assert!(panel.body.contains("M50 37.5V12.5"), "{}", panel.body);
+        let before = panel.body.clone();
+        panel.error_bar([0.5, 0.0], 0.08, &Stroke::solid("red", 1.0));
+        assert_eq!(panel.body, before, "a dot of 2.8 pixels hides a bar of 2");
     }
 }

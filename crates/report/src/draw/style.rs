@@ -26,7 +26,7 @@ impl Stroke {
     pub(super) fn attributes(&self) -> String {
         let dash =
             if self.dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{}\"", self.dash) };
-        format!("stroke=\"{}\" stroke-width=\"{}\"{dash}", self.colour, super::px(self.width))
+        format!("stroke=\"{}\" stroke-width=\"{}\"{dash}", self.colour, super::number(self.width))
     }
 }
 

@@ -75,7 +75,8 @@ pub(super) fn said(stages: &[StageRecord]) -> String {
             ];
             let line = parts.into_iter().flatten().collect::<Vec<_>>().join("; ");
             let mode = if m.mode.is_empty() { String::new() } else { format!(", mode {}", m.mode) };
-            let line = format!("{}{mode}: {line}", stage.title);
+            // The page puts the title of the stage before it.
+            let line = format!("{mode}: {line}");
             all.entry(&m.point).or_default().push([stage.id.clone(), line]);
         }
     }

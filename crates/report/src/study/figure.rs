@@ -1,13 +1,10 @@
 //! The figure of an answer: any question, any factor. One table, one colour per series.
 
-use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
+use crate::draw::{Axis, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
 use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook};
 use rijke_rig::DataKind;
 
 const SIZE: [f64; 2] = [520.0, 360.0];
-
-/// Steps of an ellipse.
-const ELLIPSE: usize = 48;
 
 /// Of more ellipses than these the inner one is drawn alone.
 const FEW: usize = 8;
@@ -148,19 +145,24 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
     series.dedup();
     match layer.look {
         LayerLook::Dots => {
-            for row in &frame.rows {
-                let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) else { continue };
-                let Stroke { colour, .. } = stroke(row);
-                let sd = layer.sd.and_then(|k| number(row, k));
-                if let Some(sd) = sd {
-                    panel.error_bar([x, y], 2.0 * sd, 0.0, &Stroke::solid(colour, 1.0));
+            let all = || {
+                let at = |row| Some(([number(row, layer.x)?, number(row, layer.y)?], row));
+                frame.rows.iter().filter_map(at)
+            };
+            for (at, row) in all() {
+                if let Some(sd) = layer.sd.and_then(|k| number(row, k)) {
+                    panel.error_bar(at, 2.0 * sd, &Stroke::solid(stroke(row).colour, 1.0));
                 }
-                let sd = sd.map_or(String::new(), |sd| format!(" \u{b1} {sd:.2e}"));
-                panel.measured([x, y], 2.8, colour, &format!("{}: {y:.5}{sd}", row.label), &row.label);
+            }
+            for ([x, y], row) in all() {
+                let Stroke { colour, .. } = stroke(row);
+                panel.dot([x, y], DOT, colour, &format!("{}: {y:.5}", row.label));
             }
         }
         LayerLook::Dashes => {
-            for row in &frame.rows {
+            let mut rows: Vec<&FrameRow> = frame.rows.iter().collect();
+            rows.sort_by(|a, b| a.series.cmp(&b.series));
+            for row in rows {
                 if let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) {
                     panel.curve(&[[x - dash, y], [x + dash, y]], &stroke(row));
                 }
@@ -200,38 +202,9 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
                 for &size in sizes {
                     let look =
                         Stroke { width: if frame.rows.len() > FEW { 0.7 } else { 1.6 }, ..stroke(row) };
-                    panel.contour(&ellipse([x, y], [xx, yy, xy], size), &look, "none", 0.0);
+                    panel.ellipse([x, y], [xx, yy, xy].map(|v| size * size * v), &look);
                 }
             }
         }
-    }
-}
-
-/// The line of `size` standard deviations of a Gaussian: mean + size L (cos t, sin t), with L the Cholesky factor.
-fn ellipse([x, y]: [f64; 2], [xx, yy, xy]: [f64; 3], size: f64) -> Vec<[f64; 2]> {
-    let a = xx.max(0.0).sqrt();
-    let b = if a > 0.0 { xy / a } else { 0.0 };
-    let d = (yy - b * b).max(0.0).sqrt();
-    let at = |k: usize| {
-        let (sin, cos) = (2.0 * std::f64::consts::PI * k as f64 / ELLIPSE as f64).sin_cos();
-        [x + size * a * cos, y + size * (b * cos + d * sin)]
-    };
-    (0..ELLIPSE).map(at).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn exact_an_ellipse_touches_its_standard_deviations() {
-        let line = ellipse([1.0, 2.0], [4.0, 9.0, 3.0], 1.0);
-        let widest = |k: usize| line.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
-        assert!(
-            (widest(0) - 3.0).abs() < 1e-12 && (widest(1) - 5.0).abs() < 0.01,
-            "{} {}",
-            widest(0),
-            widest(1)
-        );
     }
 }

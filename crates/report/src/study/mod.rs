@@ -6,11 +6,12 @@ mod claims;
 mod figure;
 mod head;
 pub(crate) mod numbers;
+mod sliders;
 mod tables;
 
 use crate::ReportError;
 use crate::draw::{self, html};
-use rijke_engine::run::{Answer, Frame, Judgement, ModelRecord, StageRecord, models};
+use rijke_engine::run::{Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, models};
 use rijke_rig::DataKind;
 use std::{fs, path::Path};
 use tables::{chosen, total};
@@ -36,7 +37,8 @@ pub fn answer_svg(kind: Option<DataKind>, answer: &Answer) -> Option<String> {
 
 impl StudyPage {
     /// The page, `index.html`; a figure and a table for every stage and every question that has one. `overviews` are the figures of stages,
-    /// by the stage's name.
+    /// by the stage's name; `sliders` is a stage whose model the page solves itself, or why it cannot. The settings at which its solver can be
+    /// checked become `tables/sliders.csv`.
     ///
     /// # Errors
     /// [`ReportError::Nothing`] if no stage was run.
@@ -45,6 +47,7 @@ impl StudyPage {
         stages: &[StageRecord],
         answers: &[Answer],
         verdicts: &[Judgement],
+        sliders: Option<&(String, Result<Sliders, String>)>,
     ) -> Result<Self, ReportError> {
         if stages.is_empty() {
             return Err(ReportError::Nothing);
@@ -69,6 +72,12 @@ impl StudyPage {
                 body += &page.figure(head, &asked::along(stage, missing), Some(stage))?;
             }
             body += &claims::of(verdicts, &stage.id);
+            if let Some((_, found)) = sliders.filter(|(id, _)| *id == stage.id) {
+                body += &sliders::section(found, stage);
+                if let Ok(model) = found {
+                    page.files.push(("tables/sliders.csv".to_owned(), sliders::checks(model)));
+                }
+            }
         }
         for answer in answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id)) {
             body += &format!("<h2 id=\"{}\">{}</h2>\n", answer.id, html(&answer.title));
@@ -76,6 +85,9 @@ impl StudyPage {
             body += &tables::parameter_table(&answer.parameters);
             body += &claims::of(verdicts, &answer.id);
         }
+        // Hypertext ends cells and rows by itself; thousands of ends are a twentieth of a large page.
+        let body =
+            body.replace("</td>", "").replace("</tr>\n", "\n").replace("<td class=\"n\">", "<td class=n>");
         let data = match head.kind {
             DataKind::Measured => "Measured data",
             DataKind::Virtual => "Virtual data: no instrument recorded them",
@@ -86,12 +98,14 @@ impl StudyPage {
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
              initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<main>\n<h1>{name}</h1>\n<p>{question}</p>\n{answer}\
              {published}<p class=\"data\">{data}. Source: {source}.</p>\n{contents}{body}</main>\n\
-             <script type=\"application/json\" id=\"points\">{points}</script>\n<script>\n{SCRIPT}</script>\n</body></html>\n",
+             <script type=\"application/json\" id=\"points\">{points}</script>\n<script>\n{SCRIPT}</script>\n{scripts}</body></html>\n",
             name = html(&head.name),
             question = html(&head.question),
             source = html(&head.source),
             published = claims::summary(&head.claims, verdicts),
-            contents = contents(stages, answers),
+            contents = contents(stages, answers, sliders.is_some_and(|(_, found)| found.is_ok())),
+            scripts =
+                sliders.and_then(|(_, found)| found.as_ref().ok()).map_or(String::new(), sliders::scripts),
             points = checks::said(stages),
         );
         page.files.push(("index.html".to_owned(), text.into_bytes()));
@@ -157,12 +171,13 @@ impl StudyPage {
     }
 }
 
-fn contents(stages: &[StageRecord], answers: &[Answer]) -> String {
+fn contents(stages: &[StageRecord], answers: &[Answer], sliders: bool) -> String {
     let link = |id: &str, title: &str| format!("<li><a href=\"#{id}\">{}</a></li>\n", html(title));
     let of_stages: String = stages.iter().map(|s| link(&s.id, &s.title)).collect();
     let others = answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id));
     let of_answers: String = others.map(|a| link(&a.id, &a.title)).collect();
-    format!("<nav aria-label=\"Contents\"><ul>\n{of_stages}{of_answers}</ul></nav>\n")
+    let of_sliders = if sliders { link("sliders", sliders::TITLE) } else { String::new() };
+    format!("<nav aria-label=\"Contents\"><ul>\n{of_stages}{of_answers}{of_sliders}</ul></nav>\n")
 }
 
 /// What a competition found, in a sentence; nothing for a stage of one model.

@@ -1,7 +1,21 @@
 // Shows what is known of a measured point under the pointer or the focus, and marks it in every figure. Without it the page has all that in tables and titles.
 (() => {
+  // A table that is wider than the window can be moved by the keyboard.
+  const reach = () => {
+    for (const wide of document.querySelectorAll('.wide')) {
+      if (wide.scrollWidth > wide.clientWidth) wide.setAttribute('tabindex', '0'); else wide.removeAttribute('tabindex');
+    }
+  };
+  reach();
+  window.addEventListener('resize', reach);
+  document.addEventListener('toggle', reach, true);
   const known = JSON.parse(document.getElementById('points').textContent);
-  const dots = [...document.querySelectorAll('figure circle[data-point]')].filter((dot) => known[dot.dataset.point]);
+  // The remark of a dot begins with the name of its point.
+  const dots = [...document.querySelectorAll('figure circle')].filter((dot) => {
+    const name = dot.querySelector('title')?.textContent.split(':')[0];
+    if (known[name]) dot.dataset.point = name;
+    return known[name];
+  });
   if (dots.length === 0) return;
   const note = document.createElement('div');
   note.id = 'note';
@@ -9,10 +23,11 @@
   note.hidden = true;
   document.body.append(note);
   const stage = (dot) => dot.closest('figure').dataset.stage ?? '';
+  const titles = new Map(Object.values(known).flat().map(([stage]) => [stage, document.getElementById(stage)?.textContent ?? stage]));
   const text = (dot) => {
     const all = known[dot.dataset.point];
     const own = all.filter((line) => line[0] === stage(dot));
-    return (own.length ? own : all).map((line) => line[1]);
+    return (own.length ? own : all).map(([stage, line]) => `${titles.get(stage)}${line}`);
   };
   const show = (dot) => {
     note.replaceChildren(...[dot.dataset.point, ...text(dot)].map((words, k) => {
@@ -40,7 +55,9 @@
     if (!panels.has(panel)) panels.set(panel, []);
     panels.get(panel).push(dot);
   }
-  for (const list of panels.values()) {
+  for (const [panel, list] of panels) {
+    // A picture may not hold what can be pressed.
+    panel.ownerSVGElement?.setAttribute('role', 'group');
     list.sort((a, b) => a.getAttribute('cx') - b.getAttribute('cx'));
     list.forEach((dot, k) => {
       dot.setAttribute('tabindex', k === 0 ? '0' : '-1');

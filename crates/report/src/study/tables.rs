@@ -135,8 +135,15 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
     let Some(model) = chosen(stage).filter(|m| m.predicted.len() == stage.measured.len()) else {
         return String::new();
     };
-    let factors: String =
-        head.factors.iter().map(|(name, unit)| format!("<th>{} / {}</th>", html(name), html(unit))).collect();
+    // A factor that is the same at all points is none here.
+    let first = |k: usize| stage.measured.first().and_then(|m| m.factors.get(k));
+    let varies = |k: &usize| stage.measured.iter().any(|m| m.factors.get(*k) != first(*k));
+    let varying: Vec<usize> = (0..head.factors.len()).filter(varies).collect();
+    let heading = |&k: &usize| {
+        let (name, unit) = &head.factors[k];
+        format!("<th>{} / {}</th>", html(name), html(unit))
+    };
+    let factors: String = varying.iter().map(heading).collect();
     let number = |pair: Option<[f64; 2]>, predicted: f64| match pair {
         Some([value, sd]) => {
             format!("<td class=\"n\">{}</td><td class=\"n\">{predicted:.3}</td>", with_uncertainty(value, sd))
@@ -148,11 +155,10 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
         .iter()
         .zip(&model.predicted)
         .map(|(m, p)| {
-            let factors: String = m
-                .factors
-                .iter()
-                .map(|v| format!("<td class=\"n\">{}</td>", v.map_or(String::new(), |v| format!("{v:.4}"))))
-                .collect();
+            let value =
+                |k: &usize| m.factors.get(*k).copied().flatten().map_or(String::new(), |v| format!("{v:.4}"));
+            let factors: String =
+                varying.iter().map(|k| format!("<td class=\"n\">{}</td>", value(k))).collect();
             format!(
                 "<tr><td>{} {}</td>{factors}{}{}</tr>\n",
                 html(&m.point),
