@@ -44,6 +44,9 @@ pub(crate) fn measured(folder: &Path) -> bool {
     ["observations.toml", "modes.csv", "pings.csv"].iter().any(|name| folder.join(name).is_file())
 }
 
+/// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
+const UNLIKE: f64 = 15.0;
+
 /// Says what of a study and its observations is without effect, or counts otherwise than one may think.
 pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &Observations) -> Result<(), Failure> {
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
@@ -57,7 +60,7 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &Observations) -> Re
     }
     let differs = |(k, point): (usize, &rijke_study::Point)| {
         let ([stated, _], [read, _]) = (point.ambient?, *observations.ambient.get(&k)?);
-        ((stated - read).abs() > 1e-3)
+        ((stated - read).abs() > UNLIKE)
             .then(|| format!("{} ({stated} K there, {read} K with the records)", point.id))
     };
     let points: Vec<String> = study.campaign.points.iter().enumerate().filter_map(differs).collect();

@@ -28,12 +28,19 @@ fn undecided(title: &str, models: &[ModelRecord], taken: &str, decides: f64) -> 
             }
         }
     }
-    let further: Vec<String> = further.iter().map(|(id, behind)| format!(", {id} {behind:.1}")).collect();
+    let place =
+        |behind: f64| format!("{:.1} {}", behind.abs(), if behind < 0.0 { "ahead" } else { "behind" });
+    let further: Vec<String> =
+        further.iter().map(|(id, behind)| format!("{id} ({})", place(*behind))).collect();
+    let also = if further.is_empty() {
+        String::new()
+    } else {
+        format!("; nor is it decided against {}", further.join(", "))
+    };
     Some(format!(
-        "{title}: {taken} is taken, though {} is only {:.1} nats {lies}{}",
+        "{title}: {taken} is taken, though {} is only {:.1} nats {lies}{also}",
         other.id,
-        behind.abs(),
-        further.concat()
+        behind.abs()
     ))
 }
 

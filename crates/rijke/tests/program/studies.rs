@@ -9,7 +9,11 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     copy(&example("quarter-wave"), &folder.join("rig"));
     let output = rijke(&folder, &["run", "rig", "--one-start"]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(output.status.success() && said.contains("heat.king-lighthill  <- goes on"), "{said}");
+    assert!(
+        output.status.success()
+            && said.contains("heat.king-lighthill + mean-flow.without-entropy  <- goes on"),
+        "{said}"
+    );
     let page = fs::read_to_string(folder.join("rig/results/index.html")).unwrap();
     assert!(page.contains("Virtual data") && page.contains("Heat release of the gauze"));
     assert!(folder.join("rig/results/figures/heat.svg").is_file());

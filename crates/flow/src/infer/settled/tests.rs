@@ -28,7 +28,7 @@ fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> Run {
         ambient_sd: 0.1,
         day: format!("day of {heater}"),
         sensors: sensors.to_vec(),
-        readings: vec![0.0; n],
+        readings: vec![1e-3; n],
         noise: Matrix::diagonal(&vec![sd * sd; n]),
         moment: None,
     };
