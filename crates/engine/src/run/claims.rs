@@ -131,21 +131,26 @@ fn short(value: f64) -> String {
 }
 
 fn taken(q: &ClaimNumber, table: &Frame) -> Option<f64> {
-    let column = table.column(&q.column)?;
-    let conditions: Vec<_> =
-        q.conditions.iter().map(|(name, c)| Some((table.column(name)?, c))).collect::<Option<_>>()?;
-    let number = |row: &FrameRow, k: usize| row.values.get(k).copied().flatten().unwrap_or(f64::NAN);
+    let known = |name: &str| table.column(name).is_some();
+    if !known(&q.column) || !q.conditions.keys().all(|name| known(name)) {
+        return None;
+    }
+    // Parameters of one name and different units have a column each.
+    let number = |row: &FrameRow, name: &str| {
+        let cells = table.columns.iter().zip(&row.values).filter(|(column, _)| column.name == name);
+        cells.filter_map(|(_, value)| *value).next().unwrap_or(f64::NAN)
+    };
     let meant = |row: &&FrameRow| {
         (q.rows.is_empty() || q.rows.contains(&row.label))
             && !q.except.contains(&row.label)
-            && conditions.iter().all(|(k, c)| c.holds(number(row, *k)))
+            && q.conditions.iter().all(|(name, c)| c.holds(number(row, name)))
     };
     let rows: Vec<&FrameRow> = table.rows.iter().filter(meant).collect();
     // A row that was asked for by name must be there.
     if q.rows.iter().any(|label| rows.iter().all(|r| r.label != *label)) {
         return None;
     }
-    let all: Vec<f64> = rows.iter().map(|r| number(r, column)).filter(|v| v.is_finite()).collect();
+    let all: Vec<f64> = rows.iter().map(|r| number(r, &q.column)).filter(|v| v.is_finite()).collect();
     if all.is_empty() {
         return None;
     }
