@@ -2,7 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
-    rank::Results,
+    rank::{Results, rival_of},
     results::kept,
     staging::Lock,
     study::{observations, open},
@@ -61,5 +61,13 @@ fn sliders(
     let competed = |s: &&StageRecord| s.models.iter().filter(|m| m.evidence.is_some()).count() > 1;
     let stage = stages.iter().rfind(competed).or(stages.last())?;
     let saved: SavedModel = kept(&study.folder, "models", &stage.id).ok()?;
-    Some((stage.id.clone(), rijke_engine::run::sliders(study, observations, stage, &saved)))
+    let solved = |model: &SavedModel| rijke_engine::run::sliders(study, observations, stage, model);
+    let found = solved(&saved).or_else(|why| {
+        let rival: SavedModel =
+            kept(&study.folder, "models", &rival_of(&stage.id)).map_err(|_| why.clone())?;
+        let mut next = solved(&rival).map_err(|_| why.clone())?;
+        next.instead = Some(why);
+        Ok(next)
+    });
+    Some((stage.id.clone(), found))
 }

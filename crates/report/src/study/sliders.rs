@@ -16,11 +16,15 @@ const SCRIPT: &str = include_str!("sliders.js");
 pub(super) fn section(found: &Result<Sliders, String>, stage: &StageRecord) -> String {
     match found {
         Ok(model) => format!(
-            "<section id=\"sliders\" aria-labelledby=\"sliders-title\"><h2 id=\"sliders-title\">{TITLE}</h2>\n<p>{}: {}. The page solves this \
+            "<section id=\"sliders\" aria-labelledby=\"sliders-title\"><h2 id=\"sliders-title\">{TITLE}</h2>\n<p>{}: {}.{} The page solves this \
              model by itself, with the laws of the study and the state of the gas interpolated between the measured points.</p>\n<p \
              class=\"unscripted\">The sliders need scripts; figures and tables do not.</p>\n</section>\n",
             html(&stage.title),
-            html(&model.model)
+            html(&model.model),
+            model.instead.as_ref().map_or_else(String::new, |why| format!(
+                " The model that went on cannot be solved here: {}. This is the next best.",
+                html(why)
+            ))
         ),
         Err(why) => format!("<p>This page has no sliders for {}: {}.</p>\n", html(&stage.title), html(why)),
     }

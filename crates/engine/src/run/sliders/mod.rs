@@ -35,6 +35,9 @@ pub struct Sliders {
     pub title: String,
     /// What the model is called.
     pub model: String,
+    /// Why it stands in the place of the model that went on, if it does.
+    #[serde(skip)]
+    pub instead: Option<String>,
     /// Name and unit in print of every factor of the campaign.
     pub factors: Vec<(String, String)>,
     /// The parameters.
@@ -173,11 +176,12 @@ pub fn sliders(
     });
     let nodes: Vec<SliderNode> = nodes.collect();
     let checks = model.checks(&table, first, &nodes, &parameters);
-    let label = record.models.iter().find(|m| m.id == record.chosen).map(|m| m.label.clone());
+    let label = record.models.iter().find(|m| m.candidates == saved.candidates).map(|m| m.label.clone());
     Ok(Sliders {
         stage: record.id.clone(),
         title: record.title.clone(),
         model: label.unwrap_or_default(),
+        instead: None,
         factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit_in_print())).collect(),
         parameters,
         covariance: model.covariance,
