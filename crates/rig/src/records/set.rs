@@ -196,6 +196,7 @@ impl RecordSet {
     /// A file that is listed twice would count as two repeats, or as two operating points.
     fn listed_once(&self) -> Result<(), (String, Problem)> {
         let plain = |name: &str| name.split('/').filter(|part| *part != ".").collect::<Vec<_>>().join("/");
+        // A click of an empty tube may be one of a point and of a calibration.
         let mut seen: BTreeMap<String, String> = BTreeMap::new();
         for (k, entry) in self.calibrations.iter().enumerate() {
             for (n, file) in entry.clicks.iter().enumerate() {
@@ -205,6 +206,7 @@ impl RecordSet {
                 }
             }
         }
+        seen.clear();
         for entry in &self.points {
             for (kind, files) in [("pings", &entry.pings), ("clicks", &entry.clicks)] {
                 for (n, file) in files.iter().enumerate() {
