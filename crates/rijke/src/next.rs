@@ -3,9 +3,10 @@
 use crate::{
     failure::Failure,
     predict::{Grid, values},
-    rank::{kept, no_stage, rival_of},
+    rank::rival_of,
+    results::{Ranked, kept},
     staging::write_whole,
-    study::{observations, of_the_engine, open},
+    study::of_the_engine,
     ui::Ui,
 };
 use rijke_engine::SavedModel;
@@ -58,17 +59,10 @@ const SHOWN: usize = 12;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    let study = open(dir)?;
-    let observed = observations(&study)?;
-    let last = study.plan.stages.last().map(|s| s.id.clone()).unwrap_or_default();
-    let id = args.stage.clone().unwrap_or(last);
-    let Some((_, stage)) = study.plan.stage(&id) else { return Err(no_stage(&id, &study.plan, dir)) };
-    let of_the_stage = |k: &usize| stage.points.holds(&study.campaign, &study.campaign.points[*k]);
-    let every: Vec<usize> = (0..study.campaign.points.len()).filter(of_the_stage).collect();
-    let model: SavedModel = kept(dir, "models", &id)?;
+    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
     // A stage of one model has no rival.
-    let there = dir.join("results/models").join(format!("{}.json", rival_of(&id))).is_file();
-    let rival: Option<SavedModel> = there.then(|| kept(dir, "models", &rival_of(&id))).transpose()?;
+    let there = dir.join("results/models").join(format!("{}.json", rival_of(&stage.id))).is_file();
+    let rival: Option<SavedModel> = there.then(|| kept(dir, "models", &rival_of(&stage.id))).transpose()?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let asked = match &args.map {
         Some(text) => Grid::parse(text, &study)?.points(),

@@ -2,12 +2,11 @@
 
 use crate::{
     failure::{Classify, Failure},
-    rank::{kept, no_stage},
+    results::Ranked,
     staging::write_whole,
-    study::{observations, of_the_engine, open},
+    study::of_the_engine,
     ui::Ui,
 };
-use rijke_engine::SavedModel;
 use rijke_engine::run::{Forecast, forecast, with_points};
 use rijke_report::StabilityMap;
 use rijke_study::Study;
@@ -48,14 +47,7 @@ const GRID: usize = 15;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    let study = open(dir)?;
-    let observed = observations(&study)?;
-    let last = study.plan.stages.last().map(|s| s.id.clone()).unwrap_or_default();
-    let id = args.stage.clone().unwrap_or(last);
-    let Some((_, stage)) = study.plan.stage(&id) else { return Err(no_stage(&id, &study.plan, dir)) };
-    let of_the_stage = |k: &usize| stage.points.holds(&study.campaign, &study.campaign.points[*k]);
-    let every: Vec<usize> = (0..study.campaign.points.len()).filter(of_the_stage).collect();
-    let model: SavedModel = kept(dir, "models", &id)?;
+    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let map = args.map.as_deref().map(|text| Grid::parse(text, &study)).transpose()?;
     let asked = match &map {
@@ -106,7 +98,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     if let (Some(path), Some(grid)) = (&args.svg, &map) {
         let ids: Vec<&str> = places.iter().map(|k| study.campaign.points[*k].id.as_str()).collect();
-        write_whole(path, grid.drawn(&ids, &found, observed.kind, &id).svg().as_bytes())?;
+        write_whole(path, grid.drawn(&ids, &found, observed.kind, &stage.id).svg().as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }
     let text = table(&study, &found)?;
@@ -114,7 +106,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Some(path) => write_whole(path, text.as_bytes())?,
         None => ui.say(text.trim_end()),
     }
-    ui.result(&json!({ "stage": id, "candidates": model.candidates, "points": found }))
+    ui.result(&json!({ "stage": stage.id, "candidates": model.candidates, "points": found }))
 }
 
 /// `x=0.3,Q=50`.

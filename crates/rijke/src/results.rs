@@ -3,10 +3,14 @@
 use crate::{
     failure::{Classify, Failure},
     number,
+    study::{observations, open},
     ui::Ui,
 };
+use rijke_engine::SavedModel;
 use rijke_engine::run::{ParameterRecord, Trusted};
 use rijke_inference::RefereeKind;
+use rijke_study::plan::Stage;
+use rijke_study::{Observations, Study};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -65,6 +69,32 @@ pub(crate) fn no_stage(id: &str, plan: &rijke_study::plan::Plan, dir: &Path) -> 
 /// The place of a stage among all.
 pub(crate) fn known_stage(id: &str, all: &[&str], dir: &Path) -> Result<usize, Failure> {
     all.iter().position(|known| *known == id).ok_or_else(|| none_of(id, all, dir))
+}
+
+/// A stage of a study with what was observed and the model that ranking kept of it.
+pub(crate) struct Ranked {
+    pub(crate) study: Study,
+    pub(crate) observed: Observations,
+    pub(crate) stage: Stage,
+    /// Places in the campaign of the points of the stage.
+    pub(crate) every: Vec<usize>,
+    pub(crate) model: SavedModel,
+}
+
+impl Ranked {
+    /// Reads them; without a name, of the last stage.
+    pub(crate) fn open(dir: &Path, stage: Option<&str>) -> Result<Self, Failure> {
+        let study = open(dir)?;
+        let observed = observations(&study)?;
+        let named =
+            |id: &str| study.plan.stage(id).map(|(_, s)| s).ok_or_else(|| no_stage(id, &study.plan, dir));
+        let last = || study.plan.stages.last().ok_or_else(|| no_stage("", &study.plan, dir));
+        let stage = stage.map_or_else(last, named)?.clone();
+        let points = &study.campaign.points;
+        let every = (0..points.len()).filter(|k| stage.points.holds(&study.campaign, &points[*k])).collect();
+        let model = kept(dir, "models", &stage.id)?;
+        Ok(Self { study, observed, stage, every, model })
+    }
 }
 
 fn none_of(id: &str, all: &[&str], dir: &Path) -> Failure {

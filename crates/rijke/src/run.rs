@@ -3,6 +3,7 @@
 use crate::{
     failure::Failure,
     flow, process, rank, report,
+    results::Trust,
     staging::Lock,
     study::{measured, open},
     ui::Ui,
@@ -20,7 +21,7 @@ pub(crate) struct Args {
     /// Folder of the study.
     dir: PathBuf,
     #[command(flatten)]
-    trust: rank::Trust,
+    trust: Trust,
     /// Take every step again, and replace what earlier runs wrote.
     #[arg(long)]
     force: bool,
@@ -45,13 +46,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// All steps again, whatever was finished before.
-pub(crate) fn from_the_start(dir: &Path, trust: rank::Trust, ui: &Ui) -> Result<PathBuf, Failure> {
+pub(crate) fn from_the_start(dir: &Path, trust: Trust, ui: &Ui) -> Result<PathBuf, Failure> {
     let study = open(dir)?;
     let _lock = Lock::within(dir)?;
     steps(&study, trust, true, ui)
 }
 
-fn steps(study: &Study, trust: rank::Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failure> {
+fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failure> {
     let dir = &study.folder;
     processed(dir, force, ui)?;
     let base = dir.join("base");

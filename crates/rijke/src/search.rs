@@ -3,7 +3,7 @@
 use crate::{
     failure::{Classify, Failure},
     number,
-    rank::Trust,
+    results::Trust,
     staging::write_whole,
     study::{observations, of_the_engine, open, warn_of_left_out},
     ui::Ui,

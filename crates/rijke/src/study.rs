@@ -47,15 +47,15 @@ pub(crate) fn measured(folder: &Path) -> bool {
 /// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
 const UNLIKE: f64 = 15.0;
 
-/// Says what of a study and its observations is without effect, or counts otherwise than one may think.
+/// Warns of what has no effect, and of statements of a study that contradict its observations.
 pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &Observations) -> Result<(), Failure> {
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     if study.channels().map_err(|error| bad(&error))?.is_some()
         && !study.plan.stages.iter().any(|s| s.channels)
     {
         ui.note(
-            "warning: the records state errors of gains and delays that all points share (observations/channels.toml), but no stage has \
-             `channels = true`: they count as errors of each point alone, so that parameters come out too certain",
+            "warning: observations/channels.toml states errors of gains and delays that all points share, but no stage has `channels = true`: \
+             without it they count as errors of each point alone, and parameters come out too certain",
         );
     }
     let differs = |(k, point): (usize, &rijke_study::Point)| {
@@ -66,7 +66,8 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &Observations) -> Re
     let points: Vec<String> = study.campaign.points.iter().enumerate().filter_map(differs).collect();
     if let Some(first) = points.first() {
         ui.note(format!(
-            "warning: T_amb of {} points is another in campaign.csv than in observations/points.csv, which counts: first {first}; process the records again",
+            "warning: at {} points, first {first}, campaign.csv and the records state different ambient temperatures; those of the records count \
+             (observations/points.csv); correct T_amb, or process the records again",
             points.len()
         ));
     }

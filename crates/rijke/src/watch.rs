@@ -5,7 +5,9 @@ mod server;
 
 use crate::{
     failure::{Classify, Failure},
-    flow, number, process, rank, run,
+    flow, number, process,
+    results::Trust,
+    run,
     staging::Lock,
     study::{observations, of_modes, of_the_engine, open},
     ui::Ui,
@@ -46,7 +48,7 @@ pub(crate) struct Args {
     #[arg(long)]
     until_complete: bool,
     #[command(flatten)]
-    trust: rank::Trust,
+    trust: Trust,
 }
 
 /// Time between two looks at the folder.

@@ -58,10 +58,9 @@ pub struct Campaign {
 /// Columns with a meaning of their own.
 const RESERVED: [&str; 7] = ["point", "row", "installation", "day", "repeats", "T_amb", "T_amb_sd"];
 
-/// Below this an ambient temperature is taken for one in another unit, K.
+/// The lowest and the highest temperature of surroundings, K: what lies beyond is taken for one in another unit.
+pub const SURROUNDINGS: [f64; 2] = [COLDEST, 2000.0];
 pub(crate) const COLDEST: f64 = 100.0;
-/// And no hotter surroundings, K.
-const HOTTEST: f64 = 2000.0;
 
 /// What stands for the empty cell in tables of other programs.
 const EMPTY: [&str; 4] = ["", "-", "nan", "NaN"];
@@ -223,7 +222,7 @@ impl Row<'_> {
             return Err(Problem::Value { key, value, need: "a whole number of repeats" });
         }
         let ambient = self.number("T_amb", false)?;
-        if let Some(t) = ambient.filter(|t| !(*t > COLDEST && *t < HOTTEST)) {
+        if let Some(t) = ambient.filter(|t| !(SURROUNDINGS[0]..=SURROUNDINGS[1]).contains(t)) {
             let (key, value) = ("T_amb".to_owned(), format!("{t} K"));
             return Err(Problem::Value {
                 key,

@@ -20,7 +20,7 @@ mod source;
 mod states;
 
 pub use base::{BaseError, BaseState, Cause, Sharing, Stretch};
-pub use campaign::{Campaign, Factor, Point};
+pub use campaign::{Campaign, Factor, Point, SURROUNDINGS};
 pub use catalogue::Catalogue;
 pub use claims::{ClaimNumber, Claims, Statement, Take};
 pub use error::{Problem, StudyError};
@@ -30,5 +30,5 @@ pub use heated::{HeatedFit, Reading, heated_states, read_readings};
 pub use law::{Candidate, Coefficient, Effect, MeanFlow, Place};
 pub use modes::{Observations, ObservedMode, hertz, read_modes};
 pub use one_table::OneTable;
-pub use rig::{Duct, DuctAt, GasModel, Instruments, Layout, Part, PartAt, Rig, Shape, Value};
+pub use rig::{Duct, DuctAt, GasModel, Instruments, Layout, PIECES, Part, PartAt, Rig, Shape, Value};
 pub use states::{ErrorRecord, StateRecord, StatesFile, read_states};

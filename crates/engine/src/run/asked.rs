@@ -10,7 +10,7 @@ use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
 use rijke_numerics::C64;
 use rijke_study::plan::Selection;
-use rijke_study::{Observations, Point, Study};
+use rijke_study::{Observations, Point, SURROUNDINGS, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ pub struct Unpredicted {
 }
 
 /// What the ambient temperature of a point is called beside its factors, K.
-const AMBIENT: &str = "T_amb";
+const T_AMB: &str = "T_amb";
 
 /// The operating points of the campaign with others, each given by the factors in which it differs from the point of the campaign that is
 /// nearest in them: of those that `among` means, or of all if none of these has a value of every factor.
@@ -66,9 +66,11 @@ pub fn with_points(
     for values in asked {
         let mut given = Vec::new();
         for (name, value) in values {
-            if name == AMBIENT {
-                if !(100.0..=2000.0).contains(value) {
-                    return Err(fail(format!("{name} = {value}: an ambient temperature is in K")));
+            if name == T_AMB {
+                let [coldest, hottest] = SURROUNDINGS;
+                if !(coldest..=hottest).contains(value) {
+                    let range = format!("an ambient temperature lies from {coldest} to {hottest} K");
+                    return Err(fail(format!("{name} = {value}: {range}")));
                 }
                 continue;
             }
@@ -105,16 +107,18 @@ pub fn with_points(
         let name = values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ");
         let mut point = Point { id: name.clone(), installation: name, row: "asked".into(), ..like.clone() };
         given.iter().for_each(|(k, value)| point.factors[*k] = *value);
-        if let Some(kelvin) = values.get(AMBIENT) {
+        let ambient = values.get(T_AMB);
+        if let Some(kelvin) = ambient {
             point.ambient = Some([*kelvin, point.ambient.map_or(0.0, |[_, sd]| sd)]);
         }
-        let same = |p: &&Point| {
-            p.factors.iter().zip(&point.factors).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
+        // A point of the campaign is itself, unless its surroundings are asked for too: what is known of its gas is known.
+        let same = |p: &Point| {
+            let mut factors = p.factors.iter().zip(&point.factors);
+            ambient.is_none()
+                && p.row == like.row
+                && factors.all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
         };
-        // A point of the campaign is itself: what is known of its gas is known.
-        let there = study.campaign.points.iter().filter(|_| !values.contains_key(AMBIENT)).filter(same);
-        let there = there.clone().find(|p| p.row == like.row).map(|p| p.id.clone());
-        let place = match there.and_then(|id| study.campaign.point(&id).map(|(k, _)| k)) {
+        let place = match study.campaign.points.iter().position(same) {
             Some(k) => k,
             None => {
                 study.campaign.points.push(point);

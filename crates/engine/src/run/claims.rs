@@ -137,8 +137,8 @@ fn taken(q: &ClaimNumber, table: &Frame) -> Option<f64> {
     }
     // Parameters of one name and different units have a column each.
     let number = |row: &FrameRow, name: &str| {
-        let cells = table.columns.iter().zip(&row.values).filter(|(column, _)| column.name == name);
-        cells.filter_map(|(_, value)| *value).next().unwrap_or(f64::NAN)
+        let mut cells = table.columns.iter().zip(&row.values).filter(|(column, _)| column.name == name);
+        cells.find_map(|(_, value)| *value).unwrap_or(f64::NAN)
     };
     let meant = |row: &&FrameRow| {
         (q.rows.is_empty() || q.rows.contains(&row.label))

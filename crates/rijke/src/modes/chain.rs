@@ -158,11 +158,11 @@ impl Case {
         let last = study.plan.stages.last().map(|s| s.id.as_str()).unwrap_or_default();
         let name = stage.unwrap_or(last);
         if study.plan.stage(name).is_none() {
-            return Err(crate::rank::no_stage(name, &study.plan, dir));
+            return Err(crate::results::no_stage(name, &study.plan, dir));
         }
         let ranked = dir.join("results/models").join(format!("{name}.json")).is_file();
         let model: Option<SavedModel> =
-            (ranked || stage.is_some()).then(|| crate::rank::kept(dir, "models", name)).transpose()?;
+            (ranked || stage.is_some()).then(|| crate::results::kept(dir, "models", name)).transpose()?;
         let Some((k, _)) = study.campaign.point(id) else {
             let some: Vec<&str> = study.campaign.points.iter().take(8).map(|p| p.id.as_str()).collect();
             return Err(Failure::bad_input(format!("there is no operating point called `{id}`"))

@@ -95,22 +95,15 @@ fn noise(records: &ExcitedRecords, random: &RandomNoise, study: &Study, ui: &Ui)
     let n = names.len();
     let spectra = |file: &str| {
         let record = records.read(file, Some(n)).or_bad_input()?;
-        let silent = |samples: &Vec<f64>| samples.iter().all(|v| *v == samples[0]);
-        if let Some(channel) = record.channels.iter().position(silent) {
-            return Err(Failure::bad_input(format!(
-                "{file}: channel {channel} has the same value throughout"
-            ))
-            .at(&records.path)
-            .remedy(format!(
-                "Microphone {} was dead: leave it out of the rig, or record again.",
-                names[channel]
-            )));
-        }
         let found = Spectra::welch(&record.channels, records.rate_hz, random.segment, records.band_hz);
         found.map_err(|fault| {
-            Failure::bad_input(fault)
-                .at(&records.path)
-                .remedy(format!("Look at {file}, or shorten `segment`."))
+            let remedy = match fault {
+                Fault::DeadChannel { channel, .. } => {
+                    format!("Leave microphone {} out of the rig, or record {file} again.", names[channel])
+                }
+                _ => format!("Look at {file}, or shorten `segment`."),
+            };
+            Failure::bad_input(format!("{file}: {fault}")).at(&records.path).remedy(remedy)
         })
     };
     if let Some(strange) = random.switched.iter().find(|s| !(1..n).contains(&s.channel)) {

@@ -41,7 +41,8 @@ impl Spectra {
     /// Electroacoust. 15 (1967) 70).
     ///
     /// # Errors
-    /// [`Fault::UnequalChannels`]; [`Fault::TooShort`] for less than two segments; [`Fault::NotFinite`].
+    /// [`Fault::UnequalChannels`]; [`Fault::TooShort`] for less than two segments; [`Fault::NotFinite`]; [`Fault::DeadChannel`] for one of a
+    /// single value.
     pub fn welch(
         channels: &[Vec<f64>],
         rate_hz: f64,
@@ -60,6 +61,16 @@ impl Spectra {
             if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
                 return Err(Fault::NotFinite { channel, sample });
             }
+        }
+        let span = |c: &Vec<f64>| {
+            c.iter().copied().reduce(f64::max).unwrap_or(0.0)
+                - c.iter().copied().reduce(f64::min).unwrap_or(0.0)
+        };
+        let spans: Vec<f64> = channels.iter().map(span).collect();
+        if let Some(channel) = spans.iter().position(|span| *span == 0.0) {
+            let mut sorted = spans.clone();
+            sorted.sort_by(f64::total_cmp);
+            return Err(Fault::DeadChannel { channel, span: 0.0, median: sorted[sorted.len() / 2] });
         }
         let window: Vec<f64> =
             (0..segment).map(|n| 0.5 - 0.5 * (TAU * n as f64 / segment as f64).cos()).collect();

@@ -12,7 +12,7 @@ mod value;
 mod whole;
 
 pub use gas::GasModel;
-pub use part::{Duct, Instruments, Part, Shape};
+pub use part::{Duct, Instruments, PIECES, Part, Shape};
 pub use resolve::{DuctAt, Layout, PartAt};
 pub use value::Value;
 pub use whole::Rig;

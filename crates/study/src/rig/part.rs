@@ -68,6 +68,9 @@ pub struct Duct {
     pub pieces: Option<usize>,
 }
 
+/// Pieces of a cone, or of a duct along which the temperature changes, whose file does not say a number.
+pub const PIECES: usize = 40;
+
 /// Microphones or thermometers.
 #[derive(Clone, Debug, Default)]
 pub struct Instruments {

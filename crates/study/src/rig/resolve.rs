@@ -1,6 +1,6 @@
 //! The rig at one operating point: numbers in the place of formulas.
 
-use super::part::Shape;
+use super::part::{PIECES, Shape};
 use super::whole::Rig;
 use crate::law::Place;
 use crate::names::{AMBIENT, LENGTH};
@@ -100,7 +100,7 @@ impl Rig {
                 return Err(wrong(format!("{}: temperature", part.name), t, "above 0 K"));
             }
             let varies = area != area_end || temperatures.len() > 1;
-            let pieces = duct.pieces.unwrap_or(if varies { 40 } else { 1 });
+            let pieces = duct.pieces.unwrap_or(if varies { PIECES } else { 1 });
             let span = [end, end + length];
             ducts.push(DuctAt { part: k, span, area: [area, area_end], temperatures, pieces });
             end += length;

@@ -4,7 +4,7 @@ use crate::{Assembly, Conditions, PointModel};
 use rijke_network::levine_schwinger;
 use rijke_numerics::C64;
 use rijke_study::names::{DIAMETER, FLANGED, LEVINE_SCHWINGER, SOUND_SPEED};
-use rijke_study::{GasModel, Place, Rig, Shape, Value};
+use rijke_study::{GasModel, PIECES, Place, Rig, Shape, Value};
 use serde::Serialize;
 
 /// A number of the rig: known, words of a formula, or a table over the name of a factor.
@@ -85,8 +85,7 @@ impl Script {
             };
             let numbers = part.numbers.iter().map(|(name, value)| (*name, number(value))).collect();
             let at = at.into_iter().map(number).collect();
-            // A cone is cut into forty pieces unless its file says otherwise (rijke_study's layouts).
-            PartScript { shape, present: part.present, numbers, at, pieces: pieces.unwrap_or(40) }
+            PartScript { shape, present: part.present, numbers, at, pieces: pieces.unwrap_or(PIECES) }
         };
         let mut effects = Vec::new();
         for (k, candidate) in assembly.candidates().iter().enumerate() {
