@@ -28,7 +28,7 @@ pub struct Training {
     /// What the observations share of the channels' calibration, if that is known: delays and gains are then parameters beside the
     /// model's.
     pub channels: Option<ChannelErrors>,
-    /// How the most probable parameters are searched.
+    /// How the most probable parameters are searched; a start is of the parameters of the model.
     pub search: MapOptions,
     /// Whether the errors of the base states enter: those that all installations share as parameters, the others as a systematic
     /// covariance. Costs a second fit: their effect is taken at the result of a first one that ignores them.

@@ -75,10 +75,15 @@ pub fn train(
     let fit = Fitting { assembly, training, model: &through, parameters: &parameters, common: None };
     let blocks = Blocks { rig, observed, used, noise, scatter: &[] };
     let (data, order) = blocks.apart()?;
-    if !training.base_errors && !any_varies(assembly, training) {
-        return fit.finish(&data, order, training.search.clone(), observed.len());
+    let mut search = training.search.clone();
+    if let Some(start) = &mut search.start {
+        // That of the model's own parameters is given.
+        start.extend(parameters.list().iter().skip(start.len()).map(|p| p.prior.quantile(0.5)));
     }
-    let rough = fit.search(&data, order.clone(), &training.search)?;
+    if !training.base_errors && !any_varies(assembly, training) {
+        return fit.finish(&data, order, search, observed.len());
+    }
+    let rough = fit.search(&data, order.clone(), &search)?;
     let values = &rough.parameters[..own];
     let scatter = Scatter::of(assembly, observed, used, training, values)?;
     let blocks = Blocks { scatter: &scatter, ..blocks };

@@ -6,7 +6,9 @@
 mod folder;
 
 use folder::Folder;
+use rand_distr::{Distribution, StandardNormal};
 use rijke_engine::run::{Run, Search, SearchOptions, SearchPart, SearchRecord, Trusted, merge_searches};
+use rijke_numerics::Streams;
 use rijke_study::Study;
 use std::path::{Path, PathBuf};
 
@@ -203,6 +205,71 @@ fn oracle_combinations_have_the_evidence_of_runs_with_one_candidate_per_role() {
     for choice in &found.choices {
         assert!((choice.candidates.iter().map(|(_, p)| p).sum::<f64>() - 1.0).abs() < 1e-12, "{choice:?}");
     }
+}
+
+/// The study with a first stage that leaves both its models open.
+fn left_open() -> (Folder, Study) {
+    let folder = study("open");
+    let mut open = Study::open(&folder.0).unwrap();
+    open.plan.stages[0].decides = 50.0;
+    (folder, open)
+}
+
+#[test]
+fn oracle_open_models_are_carried_on_with_the_evidence_of_single_runs() {
+    let (folder, study) = left_open();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study, &observations, Trusted::Laplace).unwrap();
+    let stage = run.next_stage().unwrap().unwrap();
+    assert_eq!(stage.carried.len(), 2);
+    for open in &stage.carried {
+        let later = |k: usize| -> Vec<&str> { open.later[k].model.split(" + ").collect() };
+        let alone: f64 = alone(&folder.0, [&[&open.id], &later(0), &later(1)]).iter().sum();
+        assert!((open.ln_evidence.unwrap() - alone).abs() < 1e-9, "{open:?} {alone}");
+    }
+    let worth = |id: &str| stage.carried.iter().find(|c| c.id == id).unwrap().ln_evidence.unwrap();
+    let best = stage.carried.iter().map(|c| c.ln_evidence.unwrap()).fold(f64::NEG_INFINITY, f64::max);
+    assert_eq!(worth(&stage.chosen), best);
+}
+
+#[test]
+fn oracle_parameters_are_averaged_over_open_models_as_weighted_draws() {
+    let (_folder, study) = left_open();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study, &observations, Trusted::Laplace).unwrap();
+    let first = run.next_stage().unwrap().unwrap();
+    let mut next = || run.next_stage().unwrap().unwrap();
+    let (screen, _, heat) = (next(), next(), next());
+    let model = heat.models.iter().find(|m| m.id == heat.chosen).unwrap();
+    let parameter = model.parameters.iter().find(|p| p.name == "t").unwrap();
+    let most = first.carried.iter().filter_map(|c| c.ln_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let mut normal = Streams::new(1).stream("draws");
+    let mut draws: Vec<[f64; 2]> = Vec::new();
+    for open in &first.carried {
+        let later = open.later.iter().find(|l| l.stage == "heat").unwrap();
+        assert_eq!(later.model, model.id);
+        let t = later.parameters.iter().find(|p| p.name == "t").unwrap();
+        let weight = (open.ln_evidence.unwrap() - most).exp();
+        draws.extend((0..100_000).map(|_| {
+            let white: f64 = StandardNormal.sample(&mut normal);
+            [weight, t.value + t.sd * white]
+        }));
+    }
+    let sum: f64 = draws.iter().map(|[w, _]| w).sum();
+    let mean = draws.iter().map(|[w, x]| w * x).sum::<f64>() / sum;
+    let sd = (draws.iter().map(|[w, x]| w * (x - mean).powi(2)).sum::<f64>() / sum).sqrt();
+    let [value, stated] = parameter.averaged.unwrap();
+    assert!(
+        (value - mean).abs() < 0.01 * sd && (stated / sd - 1.0).abs() < 0.01,
+        "{value} {mean} {stated} {sd}"
+    );
+    assert!(first.models.iter().flat_map(|m| &m.parameters).all(|p| p.averaged.is_none()));
+    // With the other ends another screen is the best.
+    assert!(
+        screen.assumes.iter().any(|said| said.contains("`screen.drag` would be the best")),
+        "{:?}",
+        screen.assumes
+    );
 }
 
 #[test]

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-pub(crate) use crate::results::{Trust, kept, no_stage};
+use crate::results::{Trust, kept, no_stage};
 
 /// Train the stages of a study, rank their models by evidence, and answer the questions of study.toml.
 #[derive(clap::Args)]
@@ -180,6 +180,7 @@ fn table(ui: &Ui, stage: &StageRecord) {
         }
     }
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
+        carried_on(ui, stage);
         if let Some((other, behind)) = stage.nearest().filter(|(_, behind)| *behind < stage.decides) {
             let (leader, lead) = if behind < 0.0 { (other, -behind) } else { (model, behind) };
             let right = if behind < 0.0 { model.id.as_str() } else { "it" };
@@ -197,12 +198,31 @@ fn table(ui: &Ui, stage: &StageRecord) {
             frequency / std::f64::consts::TAU
         ));
         for p in &model.parameters {
-            ui.say(format!("      {} = {} {}", p.name, number::with_sd(p.value, p.sd), p.unit));
+            let averaged = p.averaged.map_or(String::new(), |[value, sd]| {
+                format!("; {} averaged over what earlier stages leave open", number::with_sd(value, sd))
+            });
+            ui.say(format!("      {} = {} {}{averaged}", p.name, number::with_sd(p.value, p.sd), p.unit));
             crate::results::warn_of_prior(ui, p);
         }
     }
     if let Some(missing) = &stage.missing {
         still_asked(ui, missing);
+    }
+}
+
+/// What later stages make of the models that a stage leaves open.
+fn carried_on(ui: &Ui, stage: &StageRecord) {
+    let best = stage.carried.iter().filter_map(|c| c.ln_evidence).fold(f64::NEG_INFINITY, f64::max);
+    if !stage.carried.is_empty() {
+        ui.say("      left open here; nats with the best models of later stages:");
+    }
+    for open in &stage.carried {
+        let later: Vec<&str> = open.later.iter().map(|l| l.model.as_str()).collect();
+        let mark = if open.id == stage.chosen { "  <- goes on" } else { "" };
+        ui.say(match open.ln_evidence {
+            Some(ln) => format!("  {:>9.1} nats  {} ({}){mark}", ln - best, open.id, later.join("; ")),
+            None => format!("  no evidence     {}: a later stage has no model that could be fitted", open.id),
+        });
     }
 }
 

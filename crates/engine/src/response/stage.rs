@@ -10,7 +10,7 @@ use super::train::Training;
 use crate::run::{EvidenceRecord, ParameterRecord, conditions_at};
 use crate::shape::ShapeModel;
 use crate::{Assembly, Conditions, EngineError, Knowledge};
-use rijke_inference::{Parameters, Prior};
+use rijke_inference::Parameters;
 use rijke_numerics::C64;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, ErrorTerm, Study};
@@ -180,17 +180,7 @@ impl ResponseRun {
             observations: measured.iter().map(|m| m.values.len()).sum(),
         });
         let covariance = &laplace.physical_covariance;
-        let parameter = |(i, p): (usize, &rijke_inference::Parameter)| ParameterRecord {
-            name: p.name.clone(),
-            symbol: p.symbol.clone(),
-            unit: p.unit.clone(),
-            value: fit.parameters[i],
-            sd: covariance[(i, i)].sqrt(),
-            prior_sds: match p.prior {
-                Prior::Normal { mean, sd } => Some((fit.parameters[i] - mean) / sd),
-                _ => None,
-            },
-        };
+        let parameter = |(i, p)| ParameterRecord::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
         record.parameters = assembly.parameters().iter().enumerate().map(parameter).collect();
         record.noise.clone_from(&fit.noise);
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };

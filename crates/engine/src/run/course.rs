@@ -1,5 +1,6 @@
 //! A study with what has been trained of it so far.
 
+use super::ahead::{CarriedOn, Near};
 use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
 use super::record::ModelRecord;
 use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
@@ -43,7 +44,11 @@ pub struct Chosen {
     pub(super) misfit: [f64; 3],
 }
 
+/// A row of a table, and its training if it could be fitted.
+pub(super) type Found = (ModelRecord, Option<Chosen>);
+
 /// A stage that has run.
+#[derive(Clone)]
 pub(super) struct Done {
     /// The model that goes on: its candidates, and what training found.
     pub(super) choice: Choice,
@@ -52,6 +57,8 @@ pub(super) struct Done {
     pub(super) rows: Vec<(ModelRecord, Chosen)>,
     /// What its model takes for certain, though the evidence of this stage or of those before it does not decide it.
     pub(super) assumes: Vec<String>,
+    /// The models that it leaves open beside the one that goes on, with their odds against it.
+    pub(super) open: Vec<(f64, CarriedOn)>,
 }
 
 /// Role and candidate: what a model consists of.
@@ -65,6 +72,11 @@ pub(super) struct StandsOn {
 }
 
 impl Done {
+    /// A model taken by itself.
+    pub(super) fn of(choice: Choice, chosen: Chosen) -> Self {
+        Self { choice, chosen, rows: Vec::new(), assumes: Vec::new(), open: Vec::new() }
+    }
+
     /// The best model of the table but the one that goes on.
     pub(super) fn rival(&self) -> Option<&(ModelRecord, Chosen)> {
         let others = self.rows.iter().filter(|(model, _)| model.candidates != self.choice);
@@ -88,6 +100,8 @@ pub struct Run {
     /// States of the gas that were inferred, by the place of their point, and what is known of the temperature at each.
     pub(super) states: BTreeMap<usize, BaseState>,
     pub(super) ambient: Vec<Option<[f64; 2]>>,
+    /// What rows of later stages found after another model of an earlier stage: where their search begins.
+    pub(super) near: Near,
     /// Models trained with what enters predictions but not the comparison, by stage.
     pub(super) predicting: Mutex<BTreeMap<String, Arc<Trained>>>,
 }
@@ -119,6 +133,7 @@ impl Run {
             left_out,
             states,
             ambient,
+            near: Near::new(),
             predicting: Mutex::default(),
         })
     }
@@ -136,6 +151,7 @@ impl Run {
             left_out: self.left_out.clone(),
             states: self.states.clone(),
             ambient: self.ambient.clone(),
+            near: Near::new(),
             predicting: Mutex::default(),
         }
     }

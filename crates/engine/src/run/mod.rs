@@ -1,5 +1,6 @@
 //! The stages of a study and its questions: numbers, never drawings.
 
+mod ahead;
 mod answers;
 mod asked;
 mod assumed;
@@ -23,6 +24,7 @@ mod sliders;
 mod so_far;
 mod stages;
 
+pub use ahead::{CarriedOn, CarriedStage};
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
 pub use asked::{Forecast, Unpredicted, forecast, modes_at, with_points};
 pub use claims::{Judgement, agreement, models, verdicts};

@@ -1,5 +1,6 @@
 //! What a stage found, as numbers that are written and drawn.
 
+use super::ahead::CarriedOn;
 use super::found::{Checks, Missing};
 use crate::{Misfit, Observed, Trained};
 use rijke_inference::Prior;
@@ -19,13 +20,17 @@ pub struct StageRecord {
     pub models: Vec<ModelRecord>,
     /// The model with the most evidence.
     pub winner: String,
-    /// The model that goes on: the winner, or, if the study prefers so, the first that none beats by more than `decides` nats.
+    /// The model that goes on: the winner, or, if the study prefers so, the first that none beats by more than `decides` nats. Later stages
+    /// count where this one leaves models open.
     pub chosen: String,
     /// Nats below which a lead does not decide.
     pub decides: f64,
     /// What earlier stages took for certain, though their evidence does not decide it: all numbers here hold if it is right.
     #[serde(default)]
     pub assumes: Vec<String>,
+    /// The models that the evidence of this stage leaves open, with what the stages that stand on it make of them; none where it decides.
+    #[serde(default)]
+    pub carried: Vec<CarriedOn>,
     /// What the data still ask for after the model that goes on.
     #[serde(default)]
     pub missing: Option<Missing>,
@@ -88,6 +93,10 @@ pub struct ParameterRecord {
     /// How many standard deviations of its prior, as its candidate states it, the value lies from the prior's mean; none for a prior
     /// that is not normal.
     pub prior_sds: Option<f64>,
+    /// Value and standard deviation averaged over the models that earlier stages leave open, in the model that goes on; none where they leave none
+    /// open that has this parameter.
+    #[serde(default)]
+    pub averaged: Option<[f64; 2]>,
 }
 
 /// Evidence, in nats, in total.
@@ -144,6 +153,17 @@ impl StageRecord {
     }
 }
 
+impl ParameterRecord {
+    pub(crate) fn of(p: &rijke_inference::Parameter, value: f64, sd: f64) -> Self {
+        let prior_sds = match p.prior {
+            Prior::Normal { mean, sd } => Some((value - mean) / sd),
+            _ => None,
+        };
+        let (name, symbol, unit) = (p.name.clone(), p.symbol.clone(), p.unit.clone());
+        Self { name, symbol, unit, value, sd, prior_sds, averaged: None }
+    }
+}
+
 impl EvidenceRecord {
     pub(super) fn of(trained: &Trained) -> Self {
         let e = &trained.evidence;
@@ -188,17 +208,8 @@ pub(super) fn parameters(
     of_the_model: &[rijke_inference::Parameter],
 ) -> Vec<ParameterRecord> {
     let numbers = trained.values.iter().zip(trained.sd());
-    let record = |(p, (&value, sd)): (&rijke_inference::Parameter, (&f64, f64))| ParameterRecord {
-        name: p.name.clone(),
-        symbol: p.symbol.clone(),
-        unit: p.unit.clone(),
-        value,
-        sd,
-        prior_sds: match p.prior {
-            Prior::Normal { mean, sd } => Some((value - mean) / sd),
-            _ => None,
-        },
-    };
+    let record =
+        |(p, (&value, sd)): (&rijke_inference::Parameter, (&f64, f64))| ParameterRecord::of(p, value, sd);
     of_the_model.iter().zip(numbers).map(record).collect()
 }
 

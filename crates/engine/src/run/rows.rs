@@ -1,13 +1,12 @@
 //! The rows of a stage's table: which candidates make each model, and what training finds of it.
 
-use super::course::{Choice, Chosen, Run, StandsOn, Trusted};
+use super::course::{Choice, Chosen, Found, Run, StandsOn, Trusted};
 use super::doubts::doubts;
 use super::matching::check_modes;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
-use crate::noise::Noise;
-use crate::noise::{floats, measured_sd};
+use crate::noise::{Noise, floats, measured_sd};
 use crate::{Assembly, EngineError, Knowledge, Misfit, PointModel, Training, train};
-use rijke_inference::{AssessOptions, MapOptions, TrustRegion};
+use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_network::Workspace;
 use rijke_numerics::{Order, Streams};
 use rijke_study::plan::Stage;
@@ -21,6 +20,13 @@ pub(super) struct Row {
     /// The candidates in question.
     pub(super) own: Vec<Candidate>,
     pub(super) choice: Choice,
+}
+
+impl Row {
+    /// What the table calls it.
+    pub(super) fn id(&self) -> String {
+        self.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ")
+    }
 }
 
 /// The rows of the table of a stage; `before` is what each earlier stage chose.
@@ -82,15 +88,13 @@ impl Run {
         row: &Row,
         stands_on: StandsOn,
         trusted: Trusted,
-    ) -> Result<(ModelRecord, Option<Chosen>), EngineError> {
-        let joined =
-            |word: fn(&Candidate) -> &str, by: &str| row.own.iter().map(word).collect::<Vec<_>>().join(by);
+    ) -> Result<Found, EngineError> {
         let effects = row.own.iter().flat_map(|c| &c.effects);
         let law =
             |e: &Effect| (format!("{} at {}", e.coefficient.name(), e.place_text), e.law.source().to_owned());
         let mut record = ModelRecord {
-            id: joined(|c| &c.id, " + "),
-            label: joined(|c| &c.name, "; "),
+            id: row.id(),
+            label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
             candidates: row.choice.clone(),
             laws: effects.map(law).collect(),
             parameters: Vec::new(),
@@ -148,7 +152,14 @@ impl Run {
         trusted: Trusted,
     ) -> Result<Chosen, EngineError> {
         let assembly = assembly_of(&self.study, &row.choice, &stage.hold)?;
-        let training = self.training(stage, self.noise(&stage.noise)?, known.to_vec(), trusted);
+        let mut training = self.training(stage, self.noise(&stage.noise)?, known.to_vec(), trusted);
+        if let Some(found) = self.near.get(&[stage.id.clone(), row.id()]) {
+            let value = |p: &Parameter| {
+                let same = found.iter().find(|q| q.name == p.name);
+                same.map_or_else(|| p.prior.quantile(0.5), |q| q.value)
+            };
+            training.search.start = Some(assembly.parameters().iter().map(value).collect());
+        }
         let trained = match train(&assembly, &points, &training) {
             Ok(trained) => trained,
             // If the rig as described has other modes, that is the reason, and not where the search then stopped.

@@ -1,35 +1,39 @@
 //! Candidates that compete on the same points; stages that stand on each other.
 
-use super::course::{CONTENDS, Chosen, Done, Run, Trusted};
+use super::ahead::{CarriedOn, open_beside};
+use super::course::{CONTENDS, Choice, Chosen, Done, Found, Run, Trusted};
 use super::earlier::Earlier;
 use super::inputs::selected;
-use super::record::{MeasuredRecord, ModelRecord, StageRecord, nearest};
+use super::record::{MeasuredRecord, ModelRecord, StageRecord};
 use super::rows::Row;
 use crate::EngineError;
 use rayon::prelude::*;
 use rijke_study::plan::{Prefer, Stage};
 
-/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model that is as good, if there is one, and every
-/// other candidate of a role whose best model is.
-fn undecided(title: &str, models: &[ModelRecord], taken: &str, decides: f64) -> Option<String> {
-    let (other, behind) = nearest(models, taken).filter(|(_, behind)| *behind < decides)?;
-    let lies = if behind < 0.0 { "ahead" } else { "behind" };
+/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model of most evidence, where its lead does
+/// not decide, and every further candidate with which some model is open.
+fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[CarriedOn]) -> Option<String> {
+    let worth = |m: &ModelRecord| match carried.is_empty() {
+        true => m.evidence.map(|e| e.ln_marginal),
+        false => carried.iter().find(|c| c.id == m.id)?.ln_evidence,
+    };
     let own = models.iter().find(|m| m.id == taken)?;
-    let mut further: Vec<(&str, f64)> = Vec::new();
-    for model in models.iter().filter(|m| m.id != taken) {
-        let behind = own.ln_evidence() - model.ln_evidence();
-        for (role, candidate) in model.candidates.iter().filter(|_| behind < decides) {
-            if own.candidates.get(role) == Some(candidate) || other.candidates.get(role) == Some(candidate) {
-                continue;
-            }
-            match further.iter_mut().find(|(known, _)| known == candidate) {
-                Some((_, least)) => *least = least.min(behind),
-                None => further.push((candidate, behind)),
+    let at = worth(own)?;
+    let behind = |m: &'_ ModelRecord| worth(m).map(|w| at - w).filter(|b| *b < stage.decides);
+    let others = models.iter().filter(|m| m.id != taken).filter_map(|m| Some((m, behind(m)?)));
+    let mut open: Vec<(&ModelRecord, f64)> = others.collect();
+    open.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let place = |b: f64| format!("{:.1} nats {}", b.abs(), if b < 0.0 { "ahead" } else { "behind" });
+    let (other, least) = open.first()?;
+    let mut further: Vec<(&String, f64)> = Vec::new();
+    for (model, behind) in &open {
+        for (role, candidate) in &model.candidates {
+            let named = [own, other].iter().any(|m| m.candidates.get(role) == Some(candidate));
+            if !named && further.iter().all(|(known, _)| *known != candidate) {
+                further.push((candidate, *behind));
             }
         }
     }
-    let place =
-        |behind: f64| format!("{:.1} {}", behind.abs(), if behind < 0.0 { "ahead" } else { "behind" });
     let further: Vec<String> =
         further.iter().map(|(id, behind)| format!("{id} ({})", place(*behind))).collect();
     let also = if further.is_empty() {
@@ -37,11 +41,46 @@ fn undecided(title: &str, models: &[ModelRecord], taken: &str, decides: f64) -> 
     } else {
         format!("; nor is it decided against {}", further.join(", "))
     };
+    let by = if carried.is_empty() { "" } else { " by the points of this and later stages" };
     Some(format!(
-        "{title}: {taken} is taken, though {} is only {:.1} nats {lies}{also}",
+        "{}: {taken} is taken, though {} is only {}{by}{also}",
+        stage.title,
         other.id,
-        behind.abs()
+        place(*least)
     ))
+}
+
+fn best_of(results: &[Found]) -> f64 {
+    results.iter().map(|(m, _)| m.ln_evidence()).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// The rows of most evidence and that which goes on: by the evidence of this stage, or, of those that were carried on, by that of later stages
+/// too.
+pub(super) fn goes_on(
+    stage: &Stage,
+    results: &[Found],
+    carried: &[CarriedOn],
+) -> Result<[usize; 2], EngineError> {
+    let own = |(m, c): &Found| c.as_ref().map(|_| m.ln_evidence());
+    let with_later = |m: &ModelRecord| carried.iter().find(|c| c.id == m.id)?.ln_evidence;
+    let first = |worth: &[Option<f64>], lead: f64| {
+        let best = worth.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+        worth.iter().position(|w| w.is_some_and(|w| w >= best - lead))
+    };
+    let alone: Vec<Option<f64>> = results.iter().map(own).collect();
+    let all: Vec<Option<f64>> = results.iter().map(|(m, _)| with_later(m)).collect();
+    let lead = match stage.prefer {
+        Prefer::Leader => 0.0,
+        Prefer::First => stage.decides,
+    };
+    if let (Some(winner), Some(next)) = (first(&alone, 0.0), first(&all, lead).or(first(&alone, lead))) {
+        return Ok([winner, next]);
+    }
+    let why = |(m, _): &Found| {
+        Some(format!("{}: {}", if m.id.is_empty() { "it" } else { &m.id }, m.remark.clone()?))
+    };
+    let remark = results.iter().filter_map(why).collect::<Vec<_>>().join("\n  ");
+    Err(EngineError::NoWinner { stage: stage.id.clone(), remark })
 }
 
 impl Run {
@@ -52,63 +91,21 @@ impl Run {
     /// without evidence.
     pub fn next_stage(&mut self) -> Result<Option<StageRecord>, EngineError> {
         let Some(stage) = self.study.plan.stages.get(self.done.len()).cloned() else { return Ok(None) };
-        let points = selected(&self.study, &self.observed, &stage.points);
-        if points.is_empty() {
-            return Err(EngineError::NoPoint { stage: stage.id });
-        }
-        let rows = self.rows(&stage);
-        let mut earlier = Earlier::new(self);
-        let known: Vec<_> = rows
-            .iter()
-            .map(|row| earlier.of(&stage, &row.choice, &points))
-            .collect::<Result<_, EngineError>>()?;
-        let mut results: Vec<(ModelRecord, Option<Chosen>)> = rows
-            .par_iter()
-            .zip(&known)
-            .map(|(row, known)| self.row(&stage, row, known.clone(), Trusted::Laplace))
-            .collect::<Result<_, _>>()?;
-        let total = ModelRecord::ln_evidence;
-        let best_of = |results: &[(ModelRecord, Option<Chosen>)]| {
-            results.iter().map(|(m, _)| total(m)).fold(f64::NEG_INFINITY, f64::max)
-        };
-        if self.trusted != Trusted::Laplace {
-            let best = best_of(&results);
-            let contends = |m: &ModelRecord, c: &Option<Chosen>| total(m) >= best - CONTENDS || c.is_none();
-            results = results
-                .into_par_iter()
-                .zip(rows.par_iter().zip(&known))
-                .map(|((model, chosen), (row, known))| {
-                    let again = |trusted| self.row(&stage, row, known.clone(), trusted);
-                    if contends(&model, &chosen) {
-                        return again(self.trusted);
-                    }
-                    let (model, chosen) = again(Trusted::Searched)?;
-                    if contends(&model, &chosen) { again(self.trusted) } else { Ok((model, chosen)) }
-                })
-                .collect::<Result<_, EngineError>>()?;
-        }
-        let best = best_of(&results);
-        let first = |lead: f64| results.iter().position(|(m, c)| c.is_some() && total(m) >= best - lead);
-        let next = match stage.prefer {
-            Prefer::Leader => first(0.0),
-            Prefer::First => first(stage.decides),
-        };
-        let (Some(winner), Some(next)) = (first(0.0), next) else {
-            let why = |(m, _): &(ModelRecord, _)| {
-                Some(format!("{}: {}", if m.id.is_empty() { "it" } else { &m.id }, m.remark.clone()?))
-            };
-            let remark = results.iter().filter_map(why).collect::<Vec<_>>().join("\n  ");
-            return Err(EngineError::NoWinner { stage: stage.id, remark });
-        };
+        let (rows, mut results) = self.competed(&stage, &|_| true)?;
+        let choices: Vec<&Choice> = rows.iter().map(|row| &row.choice).collect();
+        let carried = self.carried_on(&stage, &results, &choices);
+        let [winner, next] = goes_on(&stage, &results, &carried)?;
         let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());
+        let assumes = self.assumes(&stage, &chosen);
+        self.average(&stage, &mut results[next].0);
         let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
+        let own = undecided(&stage, &models, &chosen, &carried);
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
-        let assumes = self.assumes(&stage);
-        let own = undecided(&stage.title, &models, &chosen, stage.decides);
         if let Some(goes_on) = results[next].1.clone() {
             let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
             let assumes = assumes.iter().cloned().chain(own).collect();
-            self.done.push(Done { choice, chosen: goes_on, rows, assumes });
+            let open = open_beside(&chosen, &carried);
+            self.done.push(Done { choice, chosen: goes_on, rows, assumes, open });
         }
         let (mut missing, mut checks) = (None, None);
         if let Some(done) = self.done.last() {
@@ -116,6 +113,7 @@ impl Run {
             let rival = done.rival().map(|(model, found)| (model.id.as_str(), found));
             checks = Some(self.checks(&stage, &done.chosen, rival)?);
         }
+        let points = selected(&self.study, &self.observed, &stage.points);
         Ok(Some(StageRecord {
             id: stage.id,
             title: stage.title,
@@ -125,17 +123,71 @@ impl Run {
             chosen,
             decides: stage.decides,
             assumes,
+            carried,
             missing,
             checks,
         }))
     }
 
-    /// What the stages on which `stage` stands took for certain, though their evidence does not decide it.
-    fn assumes(&self, stage: &Stage) -> Vec<String> {
+    /// The rows of a stage that `wanted` takes, and what training finds of each.
+    pub(super) fn competed(
+        &self,
+        stage: &Stage,
+        wanted: &dyn Fn(&Row) -> bool,
+    ) -> Result<(Vec<Row>, Vec<Found>), EngineError> {
+        let points = selected(&self.study, &self.observed, &stage.points);
+        if points.is_empty() {
+            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+        }
+        let rows: Vec<Row> = self.rows(stage).into_iter().filter(wanted).collect();
+        let mut earlier = Earlier::new(self);
+        let known: Vec<_> = rows
+            .iter()
+            .map(|row| earlier.of(stage, &row.choice, &points))
+            .collect::<Result<_, EngineError>>()?;
+        let mut results: Vec<Found> = rows
+            .par_iter()
+            .zip(&known)
+            .map(|(row, known)| self.row(stage, row, known.clone(), Trusted::Laplace))
+            .collect::<Result<_, _>>()?;
+        if self.trusted != Trusted::Laplace {
+            let best = best_of(&results);
+            let contends =
+                |m: &ModelRecord, c: &Option<Chosen>| m.ln_evidence() >= best - CONTENDS || c.is_none();
+            results = results
+                .into_par_iter()
+                .zip(rows.par_iter().zip(&known))
+                .map(|((model, chosen), (row, known))| {
+                    let again = |trusted| self.row(stage, row, known.clone(), trusted);
+                    if contends(&model, &chosen) {
+                        return again(self.trusted);
+                    }
+                    let (model, chosen) = again(Trusted::Searched)?;
+                    if contends(&model, &chosen) { again(self.trusted) } else { Ok((model, chosen)) }
+                })
+                .collect::<Result<_, EngineError>>()?;
+        }
+        Ok((rows, results))
+    }
+
+    /// What the stages on which `stage` stands took for certain, though their evidence does not decide it, and with which of the models that they
+    /// leave open another model than `chosen` would be the best of `stage`.
+    fn assumes(&self, stage: &Stage, chosen: &str) -> Vec<String> {
         let mut all: Vec<String> = Vec::new();
         for said in stage.on.iter().filter_map(|id| self.stage_done(id)).flat_map(|done| &done.assumes) {
             if !all.contains(said) {
                 all.push(said.clone());
+            }
+        }
+        for (done, before) in self.done.iter().zip(&self.study.plan.stages) {
+            for (_, open) in &done.open {
+                let other = open.later.iter().find(|l| l.stage == stage.id && l.model != chosen);
+                all.extend(other.map(|l| {
+                    format!(
+                        "if `{}` were right in {}, `{}` would be the best model here",
+                        open.id, before.title, l.model
+                    )
+                }));
             }
         }
         all

@@ -221,6 +221,7 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
         text += &format!("<p class=\"warn\">{conflict}</p>\n");
     }
     text += &tables::ranking(stage, head.claims.published.get(&stage.id));
+    text += &tables::carried_on(stage);
     if let Some(tau) = rijke_engine::run::agreement(&head.claims, stage) {
         text += &format!(
             "<p>Kendall's tau between this order and that of {}: {tau:.2}.</p>\n",

@@ -2,9 +2,8 @@
 
 use super::head::StudyHead;
 use super::numbers::{chance, with_uncertainty};
-
 use crate::draw::html;
-use rijke_engine::run::{ModelRecord, ParameterRecord, StageRecord};
+use rijke_engine::run::{CarriedOn, ModelRecord, ParameterRecord, StageRecord};
 use std::collections::BTreeMap;
 
 /// Standard deviations of its prior beyond which a parameter contradicts what was known before.
@@ -73,6 +72,33 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
 }
 
 /// The parameters of the chosen model.
+/// What later stages make of the models that a stage leaves open.
+pub(super) fn carried_on(stage: &StageRecord) -> String {
+    let label = |id: &str| stage.models.iter().find(|m| m.id == id).map_or(id, |m| &m.label).to_owned();
+    let all = || stage.carried.iter().filter_map(|c| c.ln_evidence);
+    let best = all().fold(f64::NEG_INFINITY, f64::max);
+    if all().count() < 2 {
+        return String::new();
+    }
+    let row = |c: &CarriedOn| {
+        let class = if c.id == stage.chosen { " class=\"chosen\"" } else { "" };
+        let behind = c.ln_evidence.map_or("cannot be fitted".to_owned(), |e| format!("{:.1}", e - best));
+        let later: Vec<String> = c.later.iter().map(|l| format!("<code>{}</code>", html(&l.model))).collect();
+        format!(
+            "<tr{class}><td>{}</td><td><code>{}</code></td><td class=\"n\">{behind}</td><td>{}</td></tr>\n",
+            html(&label(&c.id)),
+            html(&c.id),
+            later.join(", ")
+        )
+    };
+    let rows: String = stage.carried.iter().map(row).collect();
+    format!(
+        "<p>These points leave some models open. With each of them the later stages were trained too; the evidence of all of them counts for \
+         what goes on.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind, with later stages</th>\
+         <th>best models of later stages</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+    )
+}
+
 pub(super) fn parameters(model: &ModelRecord) -> String {
     parameter_table(&model.parameters)
 }
@@ -82,12 +108,15 @@ pub(super) fn parameter_table(parameters: &[ParameterRecord]) -> String {
     if parameters.is_empty() {
         return String::new();
     }
+    let averaged = parameters.iter().any(|p| p.averaged.is_some());
     let row = |p: &ParameterRecord| {
+        let over = p.averaged.map_or(String::new(), |[value, sd]| with_uncertainty(value, sd));
+        let over = if averaged { format!("<td class=\"n\">{over}</td>") } else { String::new() };
         let unit = if p.unit == "1" { "" } else { &p.unit };
         let prior =
             p.prior_sds.map_or(String::new(), |z| format!("{:+.1}", if z.abs() < 0.05 { 0.0 } else { z }));
         format!(
-            "<tr><td>{}</td><td><code>{}</code></td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{prior}</td></tr>\n",
+            "<tr><td>{}</td><td><code>{}</code></td><td class=\"n\">{}</td>{over}<td>{}</td><td class=\"n\">{prior}</td></tr>\n",
             html(&p.symbol),
             html(&p.name),
             with_uncertainty(p.value, p.sd),
@@ -95,8 +124,9 @@ pub(super) fn parameter_table(parameters: &[ParameterRecord]) -> String {
         )
     };
     let rows: String = parameters.iter().map(row).collect();
+    let over = if averaged { "<th>averaged over the models that earlier stages leave open</th>" } else { "" };
     format!(
-        "<div class=\"wide\"><table><thead><tr><th>parameter</th><th>name in files</th><th>value</th><th>unit</th><th>from its prior, in prior \
+        "<div class=\"wide\"><table><thead><tr><th>parameter</th><th>name in files</th><th>value</th>{over}<th>unit</th><th>from its prior, in prior \
          sd</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
     )
 }

@@ -13,8 +13,7 @@ mod tree;
 pub use found::merge_searches;
 pub use record::{Combination, GivenUp, GreedyChoice, RoleChoice, SearchNode, SearchPart, SearchRecord};
 
-use super::course::Choice;
-use super::course::{CONTENDS, Chosen, Run, Trusted};
+use super::course::{CONTENDS, Choice, Chosen, Run, Trusted};
 use crate::EngineError;
 use rijke_study::{Observations, Study};
 use std::collections::{BTreeMap, BTreeSet};

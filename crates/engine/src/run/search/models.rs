@@ -4,8 +4,7 @@ use super::task::Outcome;
 use super::tree::settle;
 use super::{Search, State, Steps, Visited};
 use crate::EngineError;
-use crate::run::course::Choice;
-use crate::run::course::{Chosen, Done, Trusted};
+use crate::run::course::{Choice, Chosen, Done, Trusted};
 use crate::run::earlier::Earlier;
 use crate::run::inputs::selected;
 use crate::run::record::EvidenceRecord;
@@ -113,7 +112,7 @@ impl Search {
             let chosen = state.models[before].get(&k).cloned();
             let chosen = chosen.ok_or_else(|| EngineError::Damaged { stage: stage() })?;
             let choice = Choice::clone(&self.tree.levels[before][k].choice);
-            done.push(Done { choice, chosen, rows: Vec::new(), assumes: Vec::new() });
+            done.push(Done::of(choice, chosen));
         }
         let run = self.run.standing_on(done);
         let stage = &run.study.plan.stages[level];

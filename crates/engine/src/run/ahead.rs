@@ -1,0 +1,164 @@
+//! Models that a stage leaves open, carried on through the stages that stand on it.
+//!
+//! By the chain rule of probability the evidence of all data together is the sum of the ln evidences of the stages, each given what the
+//! earlier ones found. A cold stage may leave two inlets open between which the hot points decide; the one that is taken too early then
+//! moves what later stages infer by many of their standard deviations.
+
+use super::course::{Choice, Chosen, Done, Found, Run, Trusted};
+use super::record::{ModelRecord, ParameterRecord};
+use super::rows::Row;
+use super::stages::goes_on;
+use crate::EngineError;
+use rayon::prelude::*;
+use rijke_study::plan::{Plan, Stage};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A model that the evidence of its stage leaves open, with what later stages make of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CarriedOn {
+    /// The model, as the table of its stage calls it.
+    pub id: String,
+    /// ln evidence of its stage and of the best models of those that stand on it, nats; none where one of them has no model that could be
+    /// fitted.
+    pub ln_evidence: Option<f64>,
+    /// The best model of every later stage if this one is right.
+    pub later: Vec<CarriedStage>,
+}
+
+/// The best model of a later stage, and its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CarriedStage {
+    /// The later stage.
+    pub stage: String,
+    /// Its best model.
+    pub model: String,
+    /// What it found.
+    pub parameters: Vec<ParameterRecord>,
+}
+
+/// The most models of a stage that are carried on.
+const MOST: usize = 8;
+/// Nats by which a model of a later stage may trail after the best model here and yet be tried after the others.
+const REACH: f64 = 25.0;
+
+/// The parameters that models of later stages found, by stage and model.
+pub(super) type Near = BTreeMap<[String; 2], Vec<ParameterRecord>>;
+
+impl Run {
+    /// Carries on every model within `decides` nats of the best of its stage, the best ones first if there are many. None where the stage
+    /// decides or nothing stands on it. Later evidence is Laplace's at the best of few maxima.
+    pub(super) fn carried_on(&self, stage: &Stage, results: &[Found], choices: &[&Choice]) -> Vec<CarriedOn> {
+        let later = standing_on(&self.study.plan, &stage.id);
+        let total = |k: usize| results[k].0.ln_evidence();
+        let best = (0..results.len()).map(total).fold(f64::NEG_INFINITY, f64::max);
+        let fitted = |k: &usize| results[*k].1.is_some() && total(*k) >= best - stage.decides;
+        let mut open: Vec<usize> = (0..results.len()).filter(fitted).collect();
+        if later.is_empty() || open.len() < 2 {
+            return Vec::new();
+        }
+        open.sort_by(|a, b| total(*b).total_cmp(&total(*a)));
+        open.truncate(MOST);
+        let with = |k: usize, near: Option<&Near>| {
+            let (model, chosen) = &results[k];
+            let later = chosen.as_ref().map(|chosen| self.later(&later, choices[k], chosen, near));
+            let (found, near) = later.and_then(Result::ok).unzip();
+            let (sum, later): (Option<f64>, Option<Vec<CarriedStage>>) = found.unzip();
+            let ln_evidence = sum.map(|sum| sum + model.ln_evidence());
+            (CarriedOn { id: model.id.clone(), ln_evidence, later: later.unwrap_or_default() }, near)
+        };
+        // What trails far in later stages after the best model here is not tried after the others.
+        let (first, near) = with(open[0], None);
+        let others = open[1..].par_iter().map(|&k| with(k, near.as_ref()).0).collect::<Vec<_>>();
+        let mut all = [vec![first], others].concat();
+        let place = |c: &CarriedOn| results.iter().position(|(m, _)| m.id == c.id);
+        all.sort_by_key(place);
+        all
+    }
+
+    /// The sum of the ln evidences of the best models of the stages called `later` if this one is right, with these models; and the models that
+    /// come near them. If there is such a list after another model, only its models are tried, and searched from what they found there.
+    fn later(
+        &self,
+        later: &[String],
+        choice: &Choice,
+        chosen: &Chosen,
+        near: Option<&Near>,
+    ) -> Result<((f64, Vec<CarriedStage>), Near), EngineError> {
+        let taken = Done::of(choice.clone(), chosen.clone());
+        let mut run = self.standing_on(self.done.iter().cloned().chain([taken]).collect());
+        run.near = near.cloned().unwrap_or_default();
+        run.trusted = match self.trusted {
+            Trusted::Laplace => Trusted::Laplace,
+            _ if near.is_some() => Trusted::Laplace,
+            _ => Trusted::Searched,
+        };
+        let (mut sum, mut all, mut close) = (0.0, Vec::new(), Near::new());
+        while let Some(stage) = run.study.plan.stages.get(run.done.len()).cloned() {
+            let counts = later.contains(&stage.id);
+            // A row of another candidate in one of its roles would stand on another model than this one.
+            let agrees =
+                |row: &Row| choice.iter().all(|(role, id)| row.choice.get(role).is_none_or(|own| own == id));
+            let tried = |row: &Row| near.is_none_or(|n| n.contains_key(&[stage.id.clone(), row.id()]));
+            let (rows, results) = run.competed(&stage, &|row| !counts || (agrees(row) && tried(row)))?;
+            let [winner, next] = goes_on(&stage, &results, &[])?;
+            let best = results[winner].0.ln_evidence();
+            if counts {
+                let ModelRecord { id: model, parameters, .. } = results[winner].0.clone();
+                sum += best;
+                let reach = results.iter().filter(|(m, _)| m.ln_evidence() >= best - REACH);
+                close.extend(reach.map(|(m, _)| ([stage.id.clone(), m.id.clone()], m.parameters.clone())));
+                all.push(CarriedStage { stage: stage.id, model, parameters });
+            }
+            if all.len() == later.len() {
+                break;
+            }
+            if let Some(chosen) = results[next].1.clone() {
+                run.done.push(Done::of(rows[next].choice.clone(), chosen));
+            }
+        }
+        Ok(((sum, all), close))
+    }
+
+    /// Sets, in the model that goes on from `stage`, the value and the deviation of every parameter averaged over the models that earlier
+    /// stages leave open, each as probable as the evidence of all stages makes it (Hoeting et al. 1999, eqs. 1 to 3).
+    pub(super) fn average(&self, stage: &Stage, model: &mut ModelRecord) {
+        let open = || self.done.iter().flat_map(|done| &done.open).filter(|(weight, _)| *weight > 0.0);
+        for p in &mut model.parameters {
+            let of = |(weight, carried): &(f64, CarriedOn)| {
+                let there = |l: &&CarriedStage| l.stage == stage.id && l.model == model.id;
+                let found = carried.later.iter().find(there)?.parameters.iter().find(|q| q.name == p.name)?;
+                Some([*weight, found.value, found.sd])
+            };
+            let all: Vec<[f64; 3]> =
+                [[1.0, p.value, p.sd]].into_iter().chain(open().filter_map(of)).collect();
+            if all.len() > 1 {
+                let sum: f64 = all.iter().map(|[w, ..]| w).sum();
+                let mean = all.iter().map(|[w, v, _]| w * v).sum::<f64>() / sum;
+                let square =
+                    all.iter().map(|[w, v, sd]| w * (sd * sd + (v - mean).powi(2))).sum::<f64>() / sum;
+                p.averaged = Some([mean, square.sqrt()]);
+            }
+        }
+    }
+}
+
+/// Of the models that were carried on, those beside the one called `chosen`, each with its odds against that one.
+pub(super) fn open_beside(chosen: &str, carried: &[CarriedOn]) -> Vec<(f64, CarriedOn)> {
+    let Some(own) = carried.iter().find(|c| c.id == chosen).and_then(|c| c.ln_evidence) else {
+        return Vec::new();
+    };
+    let odds = |c: &CarriedOn| Some(((c.ln_evidence? - own).exp(), c.clone()));
+    carried.iter().filter(|c| c.id != chosen).filter_map(odds).collect()
+}
+
+/// The stages that stand on the one called `id`, or on one that does.
+fn standing_on(plan: &Plan, id: &str) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for stage in &plan.stages {
+        if stage.on.iter().any(|on| on == id || all.contains(on)) {
+            all.push(stage.id.clone());
+        }
+    }
+    all
+}
