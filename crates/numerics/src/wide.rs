@@ -6,7 +6,7 @@ use std::ops::{Add, Mul, Sub};
 
 /// As many complex numbers as the machine takes at once; with `pulp::Scalar` a single one.
 ///
-/// Functions of it must be inlined where `pulp` dispatches, so that they become its instructions.
+/// Functions of it must be inlined where `pulp` dispatches, and hold no closures, so that they become its instructions.
 #[derive(Clone, Copy, Debug)]
 pub struct Wide<S: Simd> {
     pub(crate) simd: S,
@@ -59,11 +59,12 @@ impl<S: Simd> Wide<S> {
         let simd = self.simd;
         let (twice, square) = (simd.add_f64s(self.re, self.re), self.norm_sqr());
         let (mut b, mut before) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
-        let less = |a: f64, before| simd.negate_mul_add_e_f64s(square, before, simd.splat_f64s(a));
         for &a in coefficients.iter().skip(1).rev() {
-            (b, before) = (simd.mul_add_e_f64s(twice, b, less(a, before)), b);
+            let less = simd.negate_mul_add_e_f64s(square, before, simd.splat_f64s(a));
+            (b, before) = (simd.mul_add_e_f64s(twice, b, less), b);
         }
-        let constant = coefficients.first().map_or(b, |a| less(*a, before));
+        let first = simd.splat_f64s(coefficients.first().copied().unwrap_or(0.0));
+        let constant = simd.negate_mul_add_e_f64s(square, before, first);
         Self::new(simd, simd.mul_add_e_f64s(self.re, b, constant), simd.mul_f64s(self.im, b))
     }
 }

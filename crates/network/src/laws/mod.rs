@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of how a chain with these laws is solved.
 
+mod batch;
 mod ends;
 mod holes;
 pub mod levine_schwinger;
@@ -18,6 +19,7 @@ pub use table::{Entry, Table, TableError};
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::error::NetworkError;
+use crate::laws::batch::WallBatch;
 use crate::laws::ends::piston;
 use crate::laws::roots::polynomial_roots;
 use crate::laws::wall::{Loss, Wall};
@@ -298,6 +300,8 @@ impl Coefficients for LawSet {
     fn fill(&self, at: &At, laws: &mut Laws) {
         let space = JetSpace::new(1, at.order().max(Order::First));
         let s = space.seed(0, at.s());
+        let alone = at.order() == Order::Value;
+        let mut batch = WallBatch::new(at.s());
         // The two laws of one wall follow each other, and are known together.
         let mut wall_before: Option<(WallLaw, Wall, Loss)> = None;
         for (k, (_, law)) in self.laws.iter().enumerate() {
@@ -306,13 +310,19 @@ impl Coefficients for LawSet {
                 laws.set_analytic(k, [jet.value(), jet.gradient()[0], jet.hessian(0, 0)]);
                 continue;
             };
+            let viscous = matches!(law, Law::Viscous(..));
+            if alone && *kind == WallLaw::ZwikkerKosten {
+                batch.push(k, viscous, wall, laws);
+                continue;
+            }
             let loss = match wall_before {
                 Some((other, same, loss)) if other == *kind && same == *wall => loss,
                 _ => kind.loss(wall, at.s()),
             };
             wall_before = Some((*kind, *wall, loss));
-            laws.set_analytic(k, if matches!(law, Law::Viscous(..)) { loss.viscous } else { loss.thermal });
+            laws.set_analytic(k, if viscous { loss.viscous } else { loss.thermal });
         }
+        batch.write(laws);
     }
     fn name(&self, law: usize) -> String {
         self.laws.get(law).map_or_else(|| format!("law {law}"), |l| l.0.clone())
