@@ -189,6 +189,7 @@ impl Laws {
     }
 
     /// Writes law number `law` that depends on s alone, from value, first and second derivative; allocates nothing.
+    #[inline]
     pub fn set_analytic(&mut self, law: usize, [value, slope, curvature]: [C64; 3]) {
         let (n, m) = (self.seeds, self.packed);
         self.value[law] = value;
