@@ -1,8 +1,8 @@
-//! Losses of Zwikker and Kosten at many walls, side by side, without derivatives.
+//! Losses at many walls without derivatives, those of Zwikker and Kosten side by side.
 
 use crate::chain::block::{LANES, Row};
 use crate::chain::coefficients::Laws;
-use crate::laws::wall::Wall;
+use crate::laws::wall::{Wall, WallLaw};
 use pulp::Simd;
 use rijke_numerics::C64;
 use rijke_numerics::special::bessel_ratios;
@@ -32,7 +32,10 @@ impl WallBatch {
 
     /// Adds the viscous or the thermal loss at a wall, for law number `law`.
     #[inline]
-    pub(super) fn push(&mut self, law: usize, viscous: bool, wall: &Wall, laws: &mut Laws) {
+    pub(super) fn push(&mut self, law: usize, kind: WallLaw, viscous: bool, wall: &Wall, laws: &mut Laws) {
+        if let Some(thin) = wall.thin(kind, viscous) {
+            return laws.set_analytic(law, [thin * self.root, C64::ZERO, C64::ZERO]);
+        }
         let i = self.count;
         let square = 0.25 * wall.diameter * wall.diameter * wall.density / wall.viscosity;
         let thermal = || (wall.gamma - 1.0) / (wall.density * wall.sound_speed * wall.sound_speed);

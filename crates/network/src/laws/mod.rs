@@ -16,6 +16,7 @@ pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{Part, Probe, Side, Stretch};
 pub use table::{Entry, Table, TableError};
+pub use wall::WallLaw;
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::error::NetworkError;
@@ -105,17 +106,6 @@ pub enum Law {
     Impedance(Box<Law>),
     /// Another law times a constant.
     Scaled(Box<Law>, C64),
-}
-
-/// Which law of wall losses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WallLaw {
-    /// The paper's, section 6.1.
-    Paper,
-    /// Kirchhoff's.
-    Kirchhoff,
-    /// Zwikker and Kosten's.
-    ZwikkerKosten,
 }
 
 impl Law {
@@ -265,16 +255,6 @@ fn roots_of(
     outcome
 }
 
-impl WallLaw {
-    pub(crate) fn loss(self, wall: &Wall, s: C64) -> Loss {
-        match self {
-            Self::Paper => wall.paper(s),
-            Self::Kirchhoff => wall.kirchhoff(s),
-            Self::ZwikkerKosten => wall.zwikker_kosten(s),
-        }
-    }
-}
-
 /// Named laws of s alone, as coefficients of a network without parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LawSet {
@@ -311,8 +291,8 @@ impl Coefficients for LawSet {
                 continue;
             };
             let viscous = matches!(law, Law::Viscous(..));
-            if alone && *kind == WallLaw::ZwikkerKosten {
-                batch.push(k, viscous, wall, laws);
+            if alone {
+                batch.push(k, *kind, viscous, wall, laws);
                 continue;
             }
             let loss = match wall_before {
