@@ -4,7 +4,6 @@ use crate::chains::{NEWTON, VALUES, laws, tube};
 use crate::common_laws::c;
 use rijke_network::file::read;
 use rijke_network::laws::{Law, WallLaw};
-use rijke_network::wall::Wall;
 use rijke_network::{Constant, Forced, Network, NetworkError, Segment, Slot, Source, Workspace};
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Jet, Order};
@@ -170,7 +169,9 @@ fn oracle_fifty_bores_by_the_product_of_their_matrices() {
             // u/p, from the closed end.
             let mut admittance = C64::ZERO;
             for (i, segment) in network.segments().iter().enumerate().rev() {
-                let wall = wall_of(&laws.laws[2 * i].1);
+                let Law::Viscous(WallLaw::ZwikkerKosten, wall) = laws.laws[2 * i].1 else {
+                    panic!("law {} is of no viscous wall", 2 * i);
+                };
                 let z = 0.5 * wall.diameter * (s * wall.density / wall.viscosity).sqrt();
                 let mean = |z: C64| 2.0 * bessel(z) / z;
                 let stiff = segment.density * segment.sound_speed * segment.sound_speed;
@@ -188,20 +189,15 @@ fn oracle_fifty_bores_by_the_product_of_their_matrices() {
     }
 }
 
-fn wall_of(law: &Law) -> Wall {
-    let Law::Viscous(WallLaw::ZwikkerKosten, wall) = law else { panic!("{law:?} is no viscous wall") };
-    *wall
-}
-
 #[test]
 fn exact_values_alone_are_those_of_the_jets() {
-    // Areas, losses, a side hole, a resonator, an open end: what the values pass without derivatives.
+    // Areas, every law of losses, a side hole, a resonator, an open end: what the values pass without derivatives.
     let text = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'unflanged'\n\
                 [[element]]\ntype = 'duct'\nlength = 0.3\ndiameter = 0.05\nwall = 'zwikker-kosten'\n\
                 [[element]]\ntype = 'side-hole'\ndiameter = 0.012\nlength = 0.004\nwall = 'kirchhoff'\n\
                 [[element]]\ntype = 'duct'\nlength = 0.4\ndiameter = 0.03\nwall = 'kirchhoff'\n\
                 [[element]]\ntype = 'helmholtz'\nvolume = 5e-4\nneck_area = 4e-4\nneck_length = 0.03\n\
-                [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.08\ntemperature = 500\n";
+                [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.08\ntemperature = 500\nwall = 'paper'\n";
     let built = read(text).unwrap();
     let (network, laws, mut work) = (&built.network, &built.laws, Workspace::default());
     let n = network.segments().len();
