@@ -6,7 +6,7 @@ use rijke_network::{
     At, Coefficients, Laws, Network, Newton, Places, Segment, Sensitivities, Slot, Workspace,
     levine_schwinger,
 };
-use rijke_numerics::C64;
+use rijke_numerics::{C64, Order};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -71,7 +71,8 @@ fn exact_the_warm_path_allocates_nothing() {
     let mut run = || {
         let root = net.solve(&Rig, C64::new(-6.0, 1040.0), &Newton::default(), &mut work).unwrap();
         net.sensitivities(&Rig, &root, &places, &mut all, &mut work).unwrap();
-        root.s
+        let seen = net.impedance_at(&Rig, C64::new(0.0, 900.0), 10, Order::Value, &mut work).unwrap();
+        (root.s, seen.value())
     };
     let first = run();
     let before = COUNT.get();

@@ -8,6 +8,7 @@ mod jet;
 mod product;
 pub mod special;
 mod streams;
+pub mod wide;
 
 pub use cholesky::Cholesky;
 pub use dense::{

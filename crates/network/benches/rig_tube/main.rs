@@ -5,7 +5,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayon::prelude::*;
 use rijke_network::file::{Built, read};
-use rijke_network::wall::Wall;
+use rijke_network::wall::{self, Wall};
 use rijke_network::{
     At, Coefficients, Laws, Network, Newton, Places, Region, Root, Segment, Sensitivities, Slot, Workspace,
 };
@@ -125,10 +125,29 @@ fn bench(c: &mut Criterion) {
     group.bench_function("impedance", |b| {
         b.iter(|| net.impedance_at(&Rig, black_box(forced), 0, Order::Value, &mut work).unwrap());
     });
-    let bores = fifty_bores();
-    group.bench_function("impedance_of_fifty_bores", |b| {
+    let turns = (0..64).map(|k| C64::new(0.0, 300.0 + 300.0 * f64::from(k)));
+    for (name, wall) in [("lossless", "none"), ("kirchhoff", "kirchhoff"), ("bessel", "zwikker-kosten")] {
+        let bores = fifty_bores(wall);
+        let mut frequency = turns.clone().cycle();
+        group.bench_function(BenchmarkId::new("impedance_of_fifty_bores", name), |b| {
+            b.iter(|| {
+                let s = frequency.next().unwrap();
+                bores.network.impedance_at(&bores.laws, s, 0, Order::Value, &mut work).unwrap()
+            });
+        });
+    }
+    // What no program without lanes can undercut: a hundred ratios of Bessel functions and fifty exponentials.
+    let mut frequency = turns.cycle();
+    group.bench_function("ratios_and_exponentials_of_fifty_bores", |b| {
         b.iter(|| {
-            bores.network.impedance_at(&bores.laws, black_box(forced), 0, Order::Value, &mut work).unwrap()
+            let s = frequency.next().unwrap();
+            let root = s.sqrt();
+            let one = |k: i32| {
+                let z = root * (0.5 * (0.014 + 1e-4 * f64::from(k)) / 1.5e-5_f64.sqrt());
+                let decay = (s * (0.02 / 343.0) + 1e-3).exp();
+                wall::bessel_ratio(z) + wall::bessel_ratio(z * 0.84) + decay
+            };
+            (0..50).map(one).sum::<C64>()
         });
     });
     group.sample_size(10);
@@ -163,14 +182,13 @@ fn bench(c: &mut Criterion) {
     group.finish();
 }
 
-/// Fifty cylinders of different radii with the losses of Zwikker and Kosten, each with Bessel functions of its own.
-fn fifty_bores() -> Built {
+/// Fifty cylinders of different radii, each with losses of its own.
+fn fifty_bores(wall: &str) -> Built {
     let mut text = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'closed'\n".to_owned();
     for k in 0..50 {
         let diameter = 0.014 + 1e-4 * f64::from(k);
-        text += &format!(
-            "[[element]]\ntype = 'duct'\nlength = 0.02\ndiameter = {diameter}\nwall = 'zwikker-kosten'\n"
-        );
+        text +=
+            &format!("[[element]]\ntype = 'duct'\nlength = 0.02\ndiameter = {diameter}\nwall = '{wall}'\n");
     }
     read(&text).unwrap()
 }

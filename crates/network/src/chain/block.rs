@@ -3,49 +3,63 @@
 
 use super::line::{Line, SHORT, line, short_line};
 use crate::plane::dual::Dual;
+use pulp::Simd;
 use rijke_numerics::C64;
+use rijke_numerics::wide::Wide;
 
 /// Segments in a block: four vectors of four doubles, few enough for short chains not to wait for idle lanes.
 pub(crate) const LANES: usize = 16;
 
 /// Complex numbers side by side.
 #[derive(Clone, Copy)]
-struct Wide {
+pub(crate) struct Row {
     re: [f64; LANES],
     im: [f64; LANES],
 }
 
-impl Wide {
-    const ZERO: Self = Self { re: [0.0; LANES], im: [0.0; LANES] };
+impl Row {
+    pub(crate) const ZERO: Self = Self { re: [0.0; LANES], im: [0.0; LANES] };
 
     #[inline(always)]
-    fn get(&self, i: usize) -> C64 {
+    pub(crate) fn get(&self, i: usize) -> C64 {
         C64::new(self.re[i], self.im[i])
     }
 
     #[inline(always)]
-    fn set(&mut self, i: usize, z: C64) {
+    pub(crate) fn set(&mut self, i: usize, z: C64) {
         self.re[i] = z.re;
         self.im[i] = z.im;
+    }
+
+    /// Vector number `v` of the machine.
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(&self, simd: S, v: usize) -> Wide<S> {
+        Wide::new(simd, S::as_simd_f64s(&self.re).0[v], S::as_simd_f64s(&self.im).0[v])
+    }
+
+    #[inline(always)]
+    pub(crate) fn store<S: Simd>(&mut self, v: usize, z: Wide<S>) {
+        S::as_mut_simd_f64s(&mut self.re).0[v] = z.re;
+        S::as_mut_simd_f64s(&mut self.im).0[v] = z.im;
     }
 }
 
 /// P and Q of the segments of a block, with their derivatives in s.
 pub(crate) struct Lines {
-    p: [Wide; 2],
-    q: [Wide; 2],
+    p: [Row; 2],
+    q: [Row; 2],
 }
 
 /// M = [[C, -P S], [-Q S, C]] and dM/ds of the segments of a block.
 pub(crate) struct Passages {
     /// C and its derivative.
-    c: [Wide; 2],
+    c: [Row; 2],
     /// P S and its derivative.
-    b: [Wide; 2],
+    b: [Row; 2],
     /// Q S and its derivative.
-    e: [Wide; 2],
+    e: [Row; 2],
     /// S and S'.
-    s: [Wide; 2],
+    s: [Row; 2],
     /// |Re PQ| + |Im PQ|.
     size: [f64; LANES],
 }
@@ -84,7 +98,7 @@ impl Passage {
 
 /// a b + c.
 #[inline(always)]
-fn add<const FUSED: bool>(a: C64, b: C64, c: C64) -> C64 {
+pub(crate) fn add<const FUSED: bool>(a: C64, b: C64, c: C64) -> C64 {
     if FUSED {
         C64::new(
             (-a.im).mul_add(b.im, a.re.mul_add(b.re, c.re)),
@@ -96,18 +110,18 @@ fn add<const FUSED: bool>(a: C64, b: C64, c: C64) -> C64 {
 }
 
 #[inline(always)]
-fn get(from: &[Wide; 2], i: usize) -> Dual {
+fn get(from: &[Row; 2], i: usize) -> Dual {
     Dual { v: from[0].get(i), d: from[1].get(i) }
 }
 
 #[inline(always)]
-fn set(to: &mut [Wide; 2], i: usize, z: Dual) {
+fn set(to: &mut [Row; 2], i: usize, z: Dual) {
     to[0].set(i, z.v);
     to[1].set(i, z.d);
 }
 
 impl Lines {
-    pub(crate) const ZERO: Self = Self { p: [Wide::ZERO; 2], q: [Wide::ZERO; 2] };
+    pub(crate) const ZERO: Self = Self { p: [Row::ZERO; 2], q: [Row::ZERO; 2] };
 
     #[inline(always)]
     pub(crate) fn set(&mut self, i: usize, [p, q]: [Dual; 2]) {
@@ -123,10 +137,10 @@ impl Lines {
 
 impl Passages {
     pub(crate) const ZERO: Self = Self {
-        c: [Wide::ZERO; 2],
-        b: [Wide::ZERO; 2],
-        e: [Wide::ZERO; 2],
-        s: [Wide::ZERO; 2],
+        c: [Row::ZERO; 2],
+        b: [Row::ZERO; 2],
+        e: [Row::ZERO; 2],
+        s: [Row::ZERO; 2],
         size: [0.0; LANES],
     };
 

@@ -94,6 +94,12 @@ impl At {
         Self { s, parameters: 0, order: Order::First, search: true }
     }
 
+    /// The request of a forced response without derivatives: values alone. Derivatives may be written, but nobody reads them.
+    #[must_use]
+    pub fn values(s: C64) -> Self {
+        Self { s, parameters: 0, order: Order::Value, search: true }
+    }
+
     /// The request after convergence: derivatives up to `order` with respect to p parameters and s.
     #[must_use]
     pub fn full(s: C64, parameters: usize, order: Order) -> Self {
@@ -106,10 +112,11 @@ impl At {
         self.s
     }
 
-    /// The space of the jets: seeds a_1 .. a_p, then s. During a root search it has the single seed s.
+    /// The space of the jets: seeds a_1 .. a_p, then s. During a root search, and where values alone are wanted, it has the
+    /// single seed s.
     #[must_use]
     pub fn space(&self) -> JetSpace {
-        JetSpace::new(self.parameters + 1, self.order)
+        JetSpace::new(self.parameters + 1, self.order.max(Order::First))
     }
 
     /// Highest derivative asked for.
@@ -182,6 +189,7 @@ impl Laws {
     }
 
     /// Writes law number `law` that depends on s alone, from value, first and second derivative; allocates nothing.
+    #[inline]
     pub fn set_analytic(&mut self, law: usize, [value, slope, curvature]: [C64; 3]) {
         let (n, m) = (self.seeds, self.packed);
         self.value[law] = value;

@@ -17,7 +17,7 @@ pub(crate) struct Line {
 /// Below this |q| five terms suffice: the sixth is under 1e-16 of the first. Segments of a tube cut in fifty are here.
 pub(crate) const SHORT: f64 = 0.01;
 /// Below this |q| the long series is used, because S' and S'' lose digits in the closed form.
-const MEDIUM: f64 = 2.0;
+pub(crate) const MEDIUM: f64 = 2.0;
 
 /// C, S and S' at q.
 #[inline]
@@ -35,6 +35,16 @@ pub(crate) fn short_line(q: C64) -> Line {
     Line { c: five(&COSH), s: five(&SINH), s1: pair(&SINH1, 0) + q2 * pair(&SINH1, 2) }
 }
 
+/// Terms of C and S alone that suffice for |Re q| + |Im q| = `size` below [`MEDIUM`].
+pub(crate) fn terms(size: f64) -> usize {
+    match size {
+        size if size < SHORT => 5,
+        size if size < 0.1 => 7,
+        size if size < 0.5 => 9,
+        _ => TERMS,
+    }
+}
+
 fn long_line(q: C64) -> Line {
     let size = q.re.abs() + q.im.abs();
     if size < 0.1 {
@@ -42,12 +52,20 @@ fn long_line(q: C64) -> Line {
     } else if size < MEDIUM {
         Line { c: series(q, &COSH), s: series(q, &SINH), s1: series(q, &SINH1) }
     } else {
-        let w = q.sqrt();
+        let w = root(q);
         let grow = w.exp();
         let decay = grow.inv();
         let (c, s) = (0.5 * (grow + decay), 0.5 * (grow - decay) / w);
         Line { c, s, s1: 0.5 * (c - s) / q }
     }
+}
+
+/// sqrt q without an angle.
+fn root(q: C64) -> C64 {
+    let large = (0.5 * (q.norm_sqr().sqrt() + q.re.abs())).sqrt();
+    let small = 0.5 * q.im.abs() / large;
+    let (re, im) = if q.re < 0.0 { (small, large) } else { (large, small) };
+    C64::new(re, im.copysign(q.im))
 }
 
 /// S'' at q, given S and S' there: 4 q S'' + 6 S' = S.
@@ -66,8 +84,8 @@ fn series(q: C64, coefficients: &[f64]) -> C64 {
 
 /// Number of terms of the long series: 2^13/27! is below 1e-24.
 const TERMS: usize = 13;
-const COSH: [f64; TERMS] = taylor(0, 0);
-const SINH: [f64; TERMS] = taylor(1, 0);
+pub(crate) const COSH: [f64; TERMS] = taylor(0, 0);
+pub(crate) const SINH: [f64; TERMS] = taylor(1, 0);
 const SINH1: [f64; TERMS] = taylor(1, 1);
 const SINH2: [f64; TERMS] = taylor(1, 2);
 

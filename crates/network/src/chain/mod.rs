@@ -4,7 +4,7 @@
 //! `line` has the two functions of which a segment is made, `block` computes segments side by side, `sweep` gives F(s) and F'(s),
 //! `tangents` carries first and second derivatives. Knows no question that is asked of the chain.
 
-mod block;
+pub(crate) mod block;
 pub(crate) mod coefficients;
 pub(crate) mod line;
 pub(crate) mod network;

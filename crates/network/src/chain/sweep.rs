@@ -77,16 +77,19 @@ impl Network {
         laws: &Laws,
     ) -> ([Dual; 2], [C64; 3]) {
         let segment = &self.segments[i];
-        let mut loss = self.losses[i].map(Dual::constant);
+        let [mut mu, mut ep] = self.losses[i].map(Dual::constant);
         for a in here {
             if a.kind < VISCOUS {
                 return self.varied_coefficients(i, s, here, laws);
             }
-            let target = &mut loss[a.kind - VISCOUS];
-            target.v += a.weight * laws.value(a.law);
-            target.d += a.weight * laws.slope(a.law);
+            // Both sums stay in registers, which an index would not let them.
+            let more = Dual { v: a.weight * laws.value(a.law), d: a.weight * laws.slope(a.law) };
+            if a.kind == VISCOUS {
+                mu = mu + more;
+            } else {
+                ep = ep + more;
+            }
         }
-        let [mu, ep] = loss;
         let (l, inertia) = (segment.length, segment.density);
         let compliance = 1.0 / (segment.density * segment.sound_speed * segment.sound_speed);
         let p = Dual { v: (s * inertia + mu.v) * l, d: (mu.d + inertia) * l };

@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of how a chain with these laws is solved.
 
+mod batch;
 mod ends;
 mod holes;
 pub mod levine_schwinger;
@@ -15,9 +16,11 @@ pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{Part, Probe, Side, Stretch};
 pub use table::{Entry, Table, TableError};
+pub use wall::WallLaw;
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::error::NetworkError;
+use crate::laws::batch::WallBatch;
 use crate::laws::ends::piston;
 use crate::laws::roots::polynomial_roots;
 use crate::laws::wall::{Loss, Wall};
@@ -103,17 +106,6 @@ pub enum Law {
     Impedance(Box<Law>),
     /// Another law times a constant.
     Scaled(Box<Law>, C64),
-}
-
-/// Which law of wall losses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WallLaw {
-    /// The paper's, section 6.1.
-    Paper,
-    /// Kirchhoff's.
-    Kirchhoff,
-    /// Zwikker and Kosten's.
-    ZwikkerKosten,
 }
 
 impl Law {
@@ -263,16 +255,6 @@ fn roots_of(
     outcome
 }
 
-impl WallLaw {
-    pub(crate) fn loss(self, wall: &Wall, s: C64) -> Loss {
-        match self {
-            Self::Paper => wall.paper(s),
-            Self::Kirchhoff => wall.kirchhoff(s),
-            Self::ZwikkerKosten => wall.zwikker_kosten(s),
-        }
-    }
-}
-
 /// Named laws of s alone, as coefficients of a network without parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LawSet {
@@ -298,6 +280,8 @@ impl Coefficients for LawSet {
     fn fill(&self, at: &At, laws: &mut Laws) {
         let space = JetSpace::new(1, at.order().max(Order::First));
         let s = space.seed(0, at.s());
+        let alone = at.order() == Order::Value;
+        let mut batch = WallBatch::new(at.s());
         // The two laws of one wall follow each other, and are known together.
         let mut wall_before: Option<(WallLaw, Wall, Loss)> = None;
         for (k, (_, law)) in self.laws.iter().enumerate() {
@@ -306,13 +290,19 @@ impl Coefficients for LawSet {
                 laws.set_analytic(k, [jet.value(), jet.gradient()[0], jet.hessian(0, 0)]);
                 continue;
             };
+            let viscous = matches!(law, Law::Viscous(..));
+            if alone {
+                batch.push(k, *kind, viscous, wall, laws);
+                continue;
+            }
             let loss = match wall_before {
                 Some((other, same, loss)) if other == *kind && same == *wall => loss,
                 _ => kind.loss(wall, at.s()),
             };
             wall_before = Some((*kind, *wall, loss));
-            laws.set_analytic(k, if matches!(law, Law::Viscous(..)) { loss.viscous } else { loss.thermal });
+            laws.set_analytic(k, if viscous { loss.viscous } else { loss.thermal });
         }
+        batch.write(laws);
     }
     fn name(&self, law: usize) -> String {
         self.laws.get(law).map_or_else(|| format!("law {law}"), |l| l.0.clone())

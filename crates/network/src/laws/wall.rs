@@ -20,6 +20,27 @@ pub struct Wall {
     pub diameter: f64,
 }
 
+/// Which law of wall losses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WallLaw {
+    /// The paper's, section 6.1.
+    Paper,
+    /// Kirchhoff's.
+    Kirchhoff,
+    /// Zwikker and Kosten's.
+    ZwikkerKosten,
+}
+
+impl WallLaw {
+    pub(crate) fn loss(self, wall: &Wall, s: C64) -> Loss {
+        match self {
+            Self::Paper => wall.paper(s),
+            Self::Kirchhoff => wall.kirchhoff(s),
+            Self::ZwikkerKosten => wall.zwikker_kosten(s),
+        }
+    }
+}
+
 /// Loss per metre: k_mu/dx (Pa s/m^2) and k_ep/dx (1/(Pa s)), each with its first and second derivative in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loss {
@@ -34,22 +55,51 @@ impl Wall {
     /// Pr^{-2/3}. The paper writes sqrt(i omega ...); this is its analytic continuation to complex s.
     #[must_use]
     pub fn paper(&self, s: C64) -> Loss {
-        self.boundary_layer(s, self.prandtl.powf(-2.0 / 3.0))
+        self.boundary_layer(s, self.paper_factor())
     }
 
     /// Kirchhoff's law for a boundary layer thin against the radius: as [`Wall::paper`] with Pr^{-1/2}
     /// (Kirchhoff 1868; Rayleigh, Theory of Sound, art. 348-350).
     #[must_use]
     pub fn kirchhoff(&self, s: C64) -> Loss {
-        self.boundary_layer(s, self.prandtl.powf(-0.5))
+        self.boundary_layer(s, self.kirchhoff_factor())
     }
 
     /// Thin boundary layers: k_mu/dx = (4/D) sqrt(s rho mu) and k_ep/dx = `thermal_factor` (gamma-1)/(rho c)^2 times it.
     fn boundary_layer(&self, s: C64, thermal_factor: f64) -> Loss {
-        let root = (s * (self.density * self.viscosity)).sqrt() * (4.0 / self.diameter);
+        let root = s.sqrt() * self.layer();
         let viscous = [root, 0.5 * root / s, -0.25 * root / (s * s)];
-        let ratio = thermal_factor * (self.gamma - 1.0) / (self.density * self.sound_speed).powi(2);
+        let ratio = self.layer_of_heat(thermal_factor);
         Loss { viscous, thermal: viscous.map(|v| v * ratio) }
+    }
+
+    /// Viscous loss of a thin boundary layer over sqrt s.
+    fn layer(&self) -> f64 {
+        (self.density * self.viscosity).sqrt() * (4.0 / self.diameter)
+    }
+
+    /// Thermal loss of a thin boundary layer over the viscous one.
+    fn layer_of_heat(&self, thermal_factor: f64) -> f64 {
+        thermal_factor * (self.gamma - 1.0) / (self.density * self.sound_speed).powi(2)
+    }
+
+    /// The viscous or the thermal loss over sqrt s, where a law has one: not [`Wall::zwikker_kosten`].
+    pub(super) fn thin(&self, law: WallLaw, viscous: bool) -> Option<f64> {
+        let factor = match law {
+            WallLaw::ZwikkerKosten => return None,
+            _ if viscous => return Some(self.layer()),
+            WallLaw::Paper => self.paper_factor(),
+            WallLaw::Kirchhoff => self.kirchhoff_factor(),
+        };
+        Some(self.layer() * self.layer_of_heat(factor))
+    }
+
+    fn paper_factor(&self) -> f64 {
+        self.prandtl.powf(-2.0 / 3.0)
+    }
+
+    fn kirchhoff_factor(&self) -> f64 {
+        self.prandtl.sqrt().recip()
     }
 
     /// The line of Zwikker and Kosten (1949, chapter II): with K(z) = 2 I1(z)/(z I0(z)) and z = (D/2) sqrt(s rho/mu),

@@ -26,6 +26,18 @@ pub enum Source {
     Downstream,
 }
 
+impl Source {
+    /// Its place, what it adds to (p, u) behind it, and the waves that enter upstream and downstream.
+    fn parts(self) -> (usize, [f64; 2], [f64; 2]) {
+        match self {
+            Self::Velocity(j) => (j, [0.0, 1.0], [0.0; 2]),
+            Self::Pressure(j) => (j, [1.0, 0.0], [0.0; 2]),
+            Self::Upstream => (0, [0.0; 2], [1.0, 0.0]),
+            Self::Downstream => (0, [0.0; 2], [0.0, 1.0]),
+        }
+    }
+}
+
 /// Pressure and velocity on both sides of every place, per unit of the source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forced {
@@ -80,26 +92,28 @@ impl Network {
         work: &mut Workspace,
     ) -> Result<Forced, NetworkError> {
         let n = self.segments.len();
+        let (place, jump, waves) = source.parts();
+        self.check_place(place)?;
+        let finished = |before: Vec<[Jet; 2]>, behind: Vec<[Jet; 2]>| {
+            let finite = |x: &[Jet; 2]| x.iter().all(|j| j.value().is_finite());
+            let all = before.iter().chain(&behind).all(finite);
+            if all { Ok(Forced { before, behind }) } else { Err(NetworkError::NotFinite { s }) }
+        };
+        if order == Order::Value {
+            let sides = Values::new(self, laws, s, work).forced(place, jump, waves);
+            let alone = |x: [C64; 2]| x.map(|v| value_alone(laws, v));
+            let [before, behind] = sides.map(|side| side.into_iter().map(alone).collect());
+            return finished(before, behind);
+        }
         let at = self.filled(laws, s, order, &mut work.laws);
         let context = Context::new(self, &work.laws, &at);
-        let (place, jump) = match source {
-            Source::Velocity(j) => (j, [0.0, 1.0]),
-            Source::Pressure(j) => (j, [1.0, 0.0]),
-            Source::Upstream | Source::Downstream => (0, [0.0, 0.0]),
-        };
-        if place > n {
-            return Err(NetworkError::Slot { slot: crate::slot::Slot::Mu(place), segments: n });
-        }
         let [up, down] = context.reflections();
         let (z_up, z_down) = (context.impedance(0), context.impedance(n - 1));
         let one = at.space().real(1.0);
-        let zero = at.space().real(0.0);
         // The state of g = 1 at the upstream end, and that of the source alone: the answer is the second plus x times the first.
         let free = [&up + &one, &(&up - &one) / &z_up];
-        let mut own = [zero.clone(), zero.clone()];
-        if source == Source::Upstream {
-            own = [one.clone(), z_up.recip()];
-        }
+        let wave = one.scale(C64::new(waves[0], 0.0));
+        let own = [wave.clone(), &wave / &z_up];
         let mut states = [free, own];
         let (mut before, mut behind) = (Vec::with_capacity(n + 1), Vec::with_capacity(n + 1));
         for j in 0..=n {
@@ -122,18 +136,12 @@ impl Network {
             let wave = &z_down * u;
             (&(p - &wave) - &(&down * &(p + &wave))).scale(C64::new(0.5, 0.0))
         };
-        let entering = if source == Source::Downstream { one } else { zero };
+        let entering = one.scale(C64::new(waves[1], 0.0));
         let amplitude = &(&entering - &close(&states[1])) / &close(&states[0]);
         let whole = |all: Vec<[[Jet; 2]; 2]>| -> Vec<[Jet; 2]> {
             all.into_iter().map(|[free, own]| [0, 1].map(|k| &own[k] + &(&amplitude * &free[k]))).collect()
         };
-        let forced = Forced { before: whole(before), behind: whole(behind) };
-        let finite = |x: &[Jet; 2]| x.iter().all(|j| j.value().is_finite());
-        if forced.before.iter().chain(&forced.behind).all(finite) {
-            Ok(forced)
-        } else {
-            Err(NetworkError::NotFinite { s })
-        }
+        finished(whole(before), whole(behind))
     }
 
     /// Impedance p/u (Pa s/m) that the chain downstream of a place has, seen from just before it.

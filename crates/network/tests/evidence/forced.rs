@@ -3,6 +3,7 @@
 use crate::chains::{NEWTON, VALUES, laws, tube};
 use crate::common_laws::c;
 use rijke_network::file::read;
+use rijke_network::laws::{Law, WallLaw};
 use rijke_network::{Constant, Forced, Network, NetworkError, Segment, Slot, Source, Workspace};
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Jet, Order};
@@ -150,14 +151,53 @@ fn order_taylor_remainders_of_forced_response() {
 }
 
 #[test]
+fn oracle_fifty_bores_by_the_product_of_their_matrices() {
+    // Short and long segments, thick and thin boundary layers, whole blocks and a rest: one after the other, with I1/I0 by its
+    // continued fraction (DLMF 10.33.1).
+    let bessel = |z: C64| (1..=600).rev().fold(C64::ZERO, |below, k| z * z / (f64::from(2 * k) + below)) / z;
+    for count in [1, 7, 16, 50] {
+        let mut text = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'closed'\n".to_owned();
+        for k in 0..count {
+            let (diameter, length) = (1e-3 * (1.0 + f64::from(k % 9)), 0.004 * f64::from(1 + k % 5));
+            text += &format!(
+                "[[element]]\ntype = 'duct'\nlength = {length}\ndiameter = {diameter}\nwall = 'zwikker-kosten'\n"
+            );
+        }
+        let built = read(&text).unwrap();
+        let (network, laws, mut work) = (&built.network, &built.laws, Workspace::default());
+        for s in [c(0.0, 60.0), c(0.0, 900.0), c(-40.0, 3000.0), c(0.0, 2.5e4)] {
+            // u/p, from the closed end.
+            let mut admittance = C64::ZERO;
+            for (i, segment) in network.segments().iter().enumerate().rev() {
+                let Law::Viscous(WallLaw::ZwikkerKosten, wall) = laws.laws[2 * i].1 else {
+                    panic!("law {} is of no viscous wall", 2 * i);
+                };
+                let z = 0.5 * wall.diameter * (s * wall.density / wall.viscosity).sqrt();
+                let mean = |z: C64| 2.0 * bessel(z) / z;
+                let stiff = segment.density * segment.sound_speed * segment.sound_speed;
+                let series = s * segment.density / (1.0 - mean(z));
+                let shunt = s / stiff * (1.0 + (wall.gamma - 1.0) * mean(z * wall.prandtl.sqrt()));
+                let (t, y) =
+                    ((segment.length * (series * shunt).sqrt()).tanh(), shunt.sqrt() / series.sqrt());
+                let next = network.segments().get(i + 1).map_or(0.0, |next| next.area / segment.area);
+                let load = admittance * next;
+                admittance = y * (load + y * t) / (y + load * t);
+            }
+            let got = value(network.impedance_at(laws, s, 0, Order::Value, &mut work));
+            near(got, admittance.inv(), 1e-11);
+        }
+    }
+}
+
+#[test]
 fn exact_values_alone_are_those_of_the_jets() {
-    // Areas, losses, a side hole, a resonator, an open end: what the values pass without derivatives.
+    // Areas, every law of losses, a side hole, a resonator, an open end: what the values pass without derivatives.
     let text = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'unflanged'\n\
                 [[element]]\ntype = 'duct'\nlength = 0.3\ndiameter = 0.05\nwall = 'zwikker-kosten'\n\
                 [[element]]\ntype = 'side-hole'\ndiameter = 0.012\nlength = 0.004\nwall = 'kirchhoff'\n\
                 [[element]]\ntype = 'duct'\nlength = 0.4\ndiameter = 0.03\nwall = 'kirchhoff'\n\
                 [[element]]\ntype = 'helmholtz'\nvolume = 5e-4\nneck_area = 4e-4\nneck_length = 0.03\n\
-                [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.08\ntemperature = 500\n";
+                [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.08\ntemperature = 500\nwall = 'paper'\n";
     let built = read(text).unwrap();
     let (network, laws, mut work) = (&built.network, &built.laws, Workspace::default());
     let n = network.segments().len();
@@ -170,11 +210,27 @@ fn exact_values_alone_are_those_of_the_jets() {
                     network.reflection_at(laws, s, place, order, &mut work).unwrap().value(),
                 ];
                 let through = network.transfer(laws, s, [place, n], order, &mut work).unwrap();
+                let sources =
+                    [Source::Velocity(place), Source::Pressure(place), Source::Upstream, Source::Downstream];
+                // All pressures of a response, and all velocities, against the largest of them.
+                let made = sources.map(|source| network.forced(laws, s, source, order, &mut work).unwrap());
+                let made = made.iter().flat_map(|made| {
+                    let sides = made.before.iter().chain(&made.behind);
+                    [0, 1].map(|part| sides.clone().map(|state| state[part].value()).collect::<Vec<_>>())
+                });
                 let parts = through.matrix.iter().flatten().chain(&through.impedances);
-                seen.into_iter().chain(parts.map(Jet::value)).collect::<Vec<_>>()
+                let alone = seen.into_iter().chain(parts.map(Jet::value)).map(|value| vec![value]);
+                alone.chain(made).collect::<Vec<_>>()
             };
-            for (alone, jet) in both(Order::Value).into_iter().zip(both(Order::First)) {
-                near(alone, jet, 1e-12);
+            for (alone, jets) in both(Order::Value).into_iter().zip(both(Order::First)) {
+                let largest = jets.iter().map(|z| z.norm()).fold(0.0, f64::max);
+                for (alone, jet) in alone.into_iter().zip(jets) {
+                    // A pressure at a closed end moves nothing at all.
+                    assert!(
+                        (alone - jet).norm() < 1e-12 * largest + 1e-18,
+                        "{hertz} {place}: {alone} against {jet}"
+                    );
+                }
             }
         }
     }
