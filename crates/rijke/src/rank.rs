@@ -67,12 +67,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             number::with_sd(heat.share[0], heat.share[1]),
             number::with_sd(heat.cooling[0], heat.cooling[1])
         ));
-        if heat.scatter > 0.0 {
-            ui.note(format!(
-                "readings scatter about it beyond their stated errors: the rise of the gas counts as {:.2} % uncertain at every point by itself",
-                100.0 * heat.scatter
-            ));
-        }
+        ui.note(format!(
+            "the rise of the gas counts as {:.2} % uncertain at every point by itself: by readings and prior it scatters by {:.2} to {:.2} %",
+            100.0 * heat.scatter,
+            100.0 * heat.scatter_within[0],
+            100.0 * heat.scatter_within[1]
+        ));
         heat.warnings().iter().for_each(|warning| ui.note(format!("warning: {warning}")));
     }
     let (mut stages, mut answers) = (Vec::new(), Vec::new());
