@@ -239,6 +239,24 @@ pub enum EngineError {
 }
 
 impl EngineError {
+    /// The operating point at which it arose, where it has one.
+    #[must_use]
+    pub fn point(&self) -> Option<&str> {
+        match self {
+            Self::NoState { point }
+            | Self::Rig { point, .. }
+            | Self::Network { point, .. }
+            | Self::OtherMode { point, .. }
+            | Self::AmbiguousModes { point, .. }
+            | Self::Shape { point, .. }
+            | Self::Impossible { point }
+            | Self::Response { point, .. }
+            | Self::NoFrequency { point }
+            | Self::NoTemperature { point } => Some(point),
+            _ => None,
+        }
+    }
+
     /// Whether a search may go on at other parameter values.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {

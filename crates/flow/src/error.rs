@@ -152,6 +152,22 @@ pub enum FlowError {
         /// What it may be.
         must: &'static str,
     },
+    /// A reading that the model misses by far, whatever the unknowns.
+    #[error(
+        "operating point {id}: the {sensor} reads {reading:.6e}, and the model has {model:.6e}, both in SI units: no flow fits the readings of this place of the heater"
+    )]
+    FarOff {
+        /// Operating point.
+        id: String,
+        /// The file that has the reading.
+        file: &'static str,
+        /// Of what.
+        sensor: String,
+        /// The reading.
+        reading: f64,
+        /// What the model has before the fit.
+        model: f64,
+    },
     /// A run over time whose points have two thermometers.
     #[error(
         "operating points {first} and {second} are of one ramp and have different days or ambient temperatures; a ramp is one run \

@@ -187,8 +187,17 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
     };
     let fits: Result<Vec<_>, FlowError> = groups.par_iter().map(fit).collect();
     drop(progress);
+    let fits = fits.map_err(|error| match error {
+        FlowError::FarOff { file: name, .. } => {
+            let place = if name == settled::Readings::FILE { file.clone() } else { folder.join(name) };
+            Failure::bad_input(error).at(&place).remedy(
+                "Compare the readings and their units with rig.toml (gas, length, places of microphones) and with the ambient temperatures of points.csv.",
+            )
+        }
+        _ => blame(error).at(folder),
+    })?;
     let (mut reports, mut states) = (Vec::new(), NamedStates::new());
-    for (n, (run, mut named)) in fits.or_failed()?.into_iter().enumerate() {
+    for (n, (run, mut named)) in fits.into_iter().enumerate() {
         if args.separate {
             // Causes are shared by name; places that were fitted apart share none.
             let errors = named.iter_mut().flat_map(|(_, state)| &mut state.errors);

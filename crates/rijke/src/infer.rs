@@ -80,7 +80,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let trusted = if args.one_start { Trusted::Laplace } else { Trusted::Checked };
     let mut found = Vec::new();
     for (file, table, (study, observations)) in studies {
-        let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, file);
+        // Points are called by their lines.
+        let wrong = |e: rijke_engine::EngineError| match e.point().and_then(|p| p.strip_prefix("line-")) {
+            Some(line) => Failure::bad_input(format!("{}, line {line}: {e}", args.data.display()))
+                .remedy(format!("Correct that row, or {} where it uses its numbers.", file.display())),
+            None => of_the_engine(&e, file),
+        };
         let mut run = Run::new(study.clone(), &observations, trusted).map_err(wrong)?;
         let stage = run.next_stage().map_err(wrong)?;
         let stage = stage.ok_or_else(|| Failure::failed("no stage was run").at(file))?;

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-use crate::results::{Trust, kept, no_stage};
+use crate::results::{Trust, kept, no_stage, rank_first};
 
 /// Train the stages of a study, rank their models by evidence, and answer the questions of study.toml.
 #[derive(clap::Args)]
@@ -67,12 +67,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             number::with_sd(heat.share[0], heat.share[1]),
             number::with_sd(heat.cooling[0], heat.cooling[1])
         ));
-        if heat.scatter > 0.0 {
-            ui.note(format!(
-                "readings scatter about it beyond their stated errors: the rise of the gas counts as {:.2} % uncertain at every point by itself",
-                100.0 * heat.scatter
-            ));
-        }
+        ui.note(format!(
+            "the rise of the gas counts as {:.2} % uncertain at every point by itself: by readings and prior it scatters by {:.2} to {:.2} %",
+            100.0 * heat.scatter,
+            100.0 * heat.scatter_within[0],
+            100.0 * heat.scatter_within[1]
+        ));
         heat.warnings().iter().for_each(|warning| ui.note(format!("warning: {warning}")));
     }
     let (mut stages, mut answers) = (Vec::new(), Vec::new());
@@ -152,9 +152,22 @@ impl Results {
         let stages = plan.stages.iter().map(|s| format!("stage-{}", s.id)).filter(there);
         let ids = plan.stages.iter().map(|s| &s.id).chain(plan.questions.iter().map(|q| &q.id));
         let answers = ids.map(|id| format!("answer-{id}")).filter(there);
+        let whole = |name: String| {
+            let answer: Answer = kept(dir, "numbers", &name)?;
+            for frame in &answer.frames {
+                let count = frame.columns.len();
+                if let Some(row) = frame.rows.iter().find(|row| row.values.len() > count) {
+                    let what =
+                        format!("row `{}` has {} values for {count} columns", row.label, row.values.len());
+                    let file = numbers.join(format!("{name}.json"));
+                    return Err(Failure::bad_input(what).at(&file).remedy(rank_first(dir)));
+                }
+            }
+            Ok(answer)
+        };
         Ok(Self {
             stages: stages.map(|name| kept(dir, "numbers", &name)).collect::<Result<_, _>>()?,
-            answers: answers.map(|name| kept(dir, "numbers", &name)).collect::<Result<_, _>>()?,
+            answers: answers.map(whole).collect::<Result<_, _>>()?,
             verdicts,
         })
     }

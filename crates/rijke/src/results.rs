@@ -106,9 +106,14 @@ fn none_of(id: &str, all: &[&str], dir: &Path) -> Failure {
 /// One file of DIR/results.
 pub(crate) fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) -> Result<T, Failure> {
     let path = dir.join("results").join(folder).join(format!("{name}.json"));
-    let remedy = format!("Run `rijke rank {}` first, again if the study has changed.", dir.display());
+    let remedy = rank_first(dir);
     let text = rijke_numerics::read_text(&path).or_bad_input().map_err(|f| f.at(&path).remedy(&remedy))?;
     serde_json::from_str(&text).or_bad_input().map_err(|f| f.at(&path).remedy(&remedy))
+}
+
+/// What to do where results are missing or damaged.
+pub(crate) fn rank_first(dir: &Path) -> String {
+    format!("Run `rijke rank {}` first, again if the study has changed.", dir.display())
 }
 
 /// Warns of a parameter that lies far from its prior.

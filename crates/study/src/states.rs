@@ -16,6 +16,13 @@ pub struct StatesFile {
     pub points: BTreeMap<String, StateRecord>,
 }
 
+/// The file before its points are read, so that faults can name them.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Whole {
+    points: BTreeMap<String, serde_json::Value>,
+}
+
 /// One state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -54,11 +61,15 @@ pub struct ErrorRecord {
 /// File, operating point and remedy.
 pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, BaseState>, StudyError> {
     let source = Source::read(path)?;
-    let fail = |problem| source.at_line(1, problem);
-    let file: StatesFile = serde_json::from_str(&source.text)
+    let file: Whole = serde_json::from_str(&source.text)
         .map_err(|e| source.at_line(e.line(), Problem::Toml(e.to_string())))?;
     let mut states = BTreeMap::new();
     for (id, record) in file.points {
+        // Written by machines, all points may stand on one line: their names say where.
+        let fail = |problem: Problem| {
+            source.at_line(line_of(&source, &id), Problem::Toml(format!("operating point `{id}`: {problem}")))
+        };
+        let record = StateRecord::deserialize(record).map_err(|e| fail(Problem::Toml(e.to_string())))?;
         let place = |name: &String| {
             let of = |p: &&usize| rig.scope.names()[**p].name == *name;
             rig.brought.iter().find(of).copied().ok_or_else(|| {
@@ -91,4 +102,11 @@ pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, BaseState>
         states.insert(id.clone(), state.checked(&id).map_err(fail)?);
     }
     Ok(states)
+}
+
+/// Line on which the state of a point begins.
+fn line_of(source: &Source, id: &str) -> usize {
+    let key = serde_json::Value::from(id).to_string();
+    let begins = |at: &usize| source.text[at + key.len()..].trim_start().starts_with(':');
+    source.line(source.text.match_indices(&key).map(|(at, _)| at).find(begins).unwrap_or(0))
 }

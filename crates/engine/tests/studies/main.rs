@@ -193,6 +193,36 @@ fn exact_settings_of_sliders_have_the_closed_form() {
     assert!(said.contains("no grid of their factors"), "{said}");
 }
 
+#[test]
+fn message_damaged_base_states_name_line_and_point() {
+    let plan = PLAN.replace("name = \"t\"", "name = \"t\"\nbase = \"states\"");
+    let state = "{\"mass_flow\": 0.0, \"numbers\": {}, \"places\": [0.0, 1.0], \"temperature\": [293.15, 293.15], \
+                 \"kinks\": [], \"errors\": []}";
+    let states = format!("{{\"points\": {{\n\"a\": {state},\n\"b\":\n{state}}}}}");
+    let folder = two_points("damaged-states", &[("study.toml", &plan)]);
+    let file = folder.0.join("base/states.json");
+    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+    let study = Study::open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let refused = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        Run::new(study.clone(), &observations, Trusted::Laplace).err().unwrap().to_string()
+    };
+    let (first, second) = states.split_at(states.find("\"b\"").unwrap());
+    for (from, to, says) in [
+        ("[293.15, 293.15]", "[293.15, -3.0]", "-3 K"),
+        ("[293.15, 293.15]", "[293.15]", "2 places"),
+        ("\"mass_flow\": 0.0", "\"mass_flow\": \"none\"", "invalid type: string"),
+        ("\"numbers\": {}", "\"numbers\": {\"U_h\": 1.0}", "called `U_h`"),
+    ] {
+        let said = refused(&(first.to_owned() + &second.replace(from, to)));
+        let place = "states.json, line 3: operating point `b`: ";
+        assert!(said.contains(place) && said.contains(says), "{said}");
+    }
+    let said = refused(&states[..states.len() - 4]);
+    assert!(said.contains("states.json, line 4") && said.contains("column"), "{said}");
+}
+
 /// In a uniform flow of Mach number M a tube with |R| = r at both ends has s = c (1 - M^2) (ln r + i pi)/L.
 #[test]
 fn exact_waves_in_a_mean_flow_have_the_closed_form() {

@@ -180,9 +180,9 @@ fn check(closures: &Closures) -> Result<(), FlowError> {
     bad.map_or(Ok(()), |&(name, value)| Err(FlowError::Closure { name, value }))
 }
 
-/// Cells of about 20 mm, and quadratic grading away from the starts of boundary layers.
+/// Cells of about 20 mm, in tubes beyond 10 m of a five-hundredth of the length, and quadratic grading away from the starts of boundary layers.
 fn faces(mut marks: Vec<f64>, length: f64, heater: f64, refinement: u32) -> Vec<f64> {
-    const COARSE: f64 = 0.02;
+    let coarse = 0.02_f64.max(length / 500.0);
     marks.retain(|&x| (0.0..=length).contains(&x));
     marks.sort_by(f64::total_cmp);
     marks.dedup_by(|b, a| *b - *a < 1e-9);
@@ -191,7 +191,7 @@ fn faces(mut marks: Vec<f64>, length: f64, heater: f64, refinement: u32) -> Vec<
         let (from, to) = (pair[0], pair[1]);
         let graded = from == 0.0 || from == heater;
         let least = if graded { 3.0 } else { 1.0 };
-        let count = ((to - from) / COARSE).ceil().max(least) as u32 * refinement;
+        let count = ((to - from) / coarse).ceil().max(least) as u32 * refinement;
         for k in 1..=count {
             let share = f64::from(k) / f64::from(count);
             faces.push(if k == count {

@@ -37,6 +37,7 @@ impl Channels {
         let given =
             [&keys.sensitivity, &keys.sensitivity_sd, &keys.gain, &keys.gain_sd, &keys.delay, &keys.delay_sd];
         let mut values: [Option<Vec<Given>>; 6] = Default::default();
+        let mut listed = None;
         for ((slot, each), (key, _)) in values.iter_mut().zip(given).zip(KEYS) {
             let wrong = |problem| RigError::invalid(manifest, format!("microphones.{key}"), problem);
             *slot = each.as_ref().map(|each| spread(each, count)).transpose().map_err(wrong)?;
@@ -61,39 +62,44 @@ impl Channels {
                 };
                 *slot = Some(order.iter().map(stated).collect());
             }
+            listed = Some((columns, order));
         }
-        Self::of(&values)
-            .map_err(|(key, problem)| RigError::invalid(manifest, format!("microphones.{key}"), problem))
+        Self::of(&values).map_err(|((key, m), problem)| match &listed {
+            Some((columns, order)) if columns.has(key) => columns.wrong(order[m], key, problem),
+            _ => RigError::invalid(manifest, format!("microphones.{key}"), problem),
+        })
     }
 
-    fn of(values: &[Option<Vec<Given>>; 6]) -> Result<Self, (&'static str, Problem)> {
-        let si = |k: usize| -> Result<Option<Vec<f64>>, (&'static str, Problem)> {
+    fn of(values: &[Option<Vec<Given>>; 6]) -> Result<Self, Wrong> {
+        let si = |k: usize| -> Result<Option<Vec<f64>>, Wrong> {
             let (key, unit) = KEYS[k];
-            let one = |given: &Given| given.of(unit).map_err(|error| (key, Problem::Unit(error)));
-            values[k].as_ref().map(|all| all.iter().map(one).collect()).transpose()
+            let one = |(m, given): (usize, &Given)| {
+                given.of(unit).map_err(|error| ((key, m), Problem::Unit(error)))
+            };
+            values[k].as_ref().map(|all| all.iter().enumerate().map(one).collect()).transpose()
         };
         let sensitivities = si(0)?.unwrap_or_default();
-        for sensitivity in &sensitivities {
-            within("sensitivity", *sensitivity, 1e-9, 1e3, "V/Pa")?;
+        for (m, sensitivity) in sensitivities.iter().enumerate() {
+            within(("sensitivity", m), *sensitivity, 1e-9, 1e3, "V/Pa")?;
         }
         // An error of a sensitivity is one of the gain; it may be stated in per cent.
         let of_sensitivity = match (&values[1], sensitivities.as_slice()) {
             (None, _) => None,
             (Some(_), []) => {
                 let what = "is given without `sensitivity`; give both, or `gain_sd`";
-                return Err(("sensitivity_sd", Problem::Keys { what }));
+                return Err((("sensitivity_sd", 0), Problem::Keys { what }));
             }
             (Some(sds), all) => {
-                let relative = |(given, s): (&Given, &f64)| {
+                let relative = |(m, (given, s)): (usize, (&Given, &f64))| {
                     let absolute = || given.of("V/Pa").map(|sd| sd / s);
                     let share = |q: &Quantity| q.of("1");
                     let found = match given {
                         Given::Stated(quantity) => share(quantity).or_else(|_| absolute()),
                         Given::Si(_) => absolute(),
                     };
-                    found.map_err(|error| ("sensitivity_sd", Problem::Unit(error)))
+                    found.map_err(|error| (("sensitivity_sd", m), Problem::Unit(error)))
                 };
-                Some(sds.iter().zip(all).map(relative).collect::<Result<Vec<f64>, _>>()?)
+                Some(sds.iter().zip(all).enumerate().map(relative).collect::<Result<Vec<f64>, _>>()?)
             }
         };
         let (gains, gain_sds, delays, delay_sds) = (si(2)?, si(3)?, si(4)?, si(5)?);
@@ -105,7 +111,7 @@ impl Channels {
         let (Some(gain_sds), Some(delay_sds)) = (gain_sds, delay_sds) else {
             let what = "gains and delays without errors say nothing; give `delay_sd` and `gain_sd` (or `sensitivity_sd`)";
             return if spoken {
-                Err(("delay_sd", Problem::Keys { what }))
+                Err((("delay_sd", 0), Problem::Keys { what }))
             } else {
                 Ok(Self { sensitivities, stated: None })
             };
@@ -118,10 +124,10 @@ impl Channels {
             delay_sds,
         };
         for m in 0..count {
-            within("gain", stated.gains[m].abs(), 1e-6, 1e6, "")?;
-            within("gain_sd", stated.gain_sds[m], 1e-9, 10.0, "")?;
-            within("delay", stated.delays[m], -1.0, 1.0, "s")?;
-            within("delay_sd", stated.delay_sds[m], 1e-12, 1.0, "s")?;
+            within(("gain", m), stated.gains[m].abs(), 1e-6, 1e6, "")?;
+            within(("gain_sd", m), stated.gain_sds[m], 1e-9, 10.0, "")?;
+            within(("delay", m), stated.delays[m], -1.0, 1.0, "s")?;
+            within(("delay_sd", m), stated.delay_sds[m], 1e-12, 1.0, "s")?;
         }
         Ok(Self { sensitivities, stated: Some(stated) })
     }
@@ -154,14 +160,17 @@ impl Channels {
     }
 }
 
+/// A key and the number of a microphone, and what is wrong there.
+type Wrong = ((&'static str, usize), Problem);
+
 fn within(
-    key: &'static str,
+    place: (&'static str, usize),
     value: f64,
     low: f64,
     high: f64,
     unit: &'static str,
-) -> Result<(), (&'static str, Problem)> {
-    in_range(key, value, low, high, unit).map_err(|(_, problem)| (key, problem))
+) -> Result<(), Wrong> {
+    in_range(place.0, value, low, high, unit).map_err(|(_, problem)| (place, problem))
 }
 
 fn spread(each: &Each, count: usize) -> Result<Vec<Given>, Problem> {

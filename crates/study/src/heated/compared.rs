@@ -1,6 +1,7 @@
 //! What the readings say of the heat, and how they fit the heated gas.
 
 use super::Reading;
+use super::fit::Found;
 
 /// The heat by the readings, beside what was known before, and every thermometer.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,8 +10,11 @@ pub struct HeatedFit {
     pub share: [f64; 2],
     /// Heat transfer to the wall, W/(m^2 K), likewise.
     pub cooling: [f64; 2],
-    /// Error of the rise of the gas at every point by itself, relative: what readings scatter by beyond their own errors.
+    /// Error of the rise of the gas at every point by itself, relative, as a standard deviation: what readings scatter by beyond their own
+    /// errors. The root mean square of what it may be, which counts in the errors of the gas.
     pub scatter: f64,
+    /// Quantiles of what it may be: 2.5 and 97.5 %.
+    pub scatter_within: [f64; 2],
     /// Mean and standard deviation of both before the readings.
     prior: [[f64; 2]; 2],
     /// Every place of readings: m, how much they read more than the model on average, K, and the standard deviation of that by what is stated of
@@ -25,8 +29,7 @@ impl HeatedFit {
     /// `against` is how much a reading lies above the model, K, and the standard deviation of its ambient temperature; none where there is no
     /// model. Readings of one place are weighted by their stated errors; those of the ambient temperature are shared.
     pub(super) fn new(
-        [share, cooling]: [[f64; 2]; 2],
-        scatter: f64,
+        found: &Found,
         prior: [[f64; 2]; 2],
         readings: &[Reading],
         against: impl Fn(&Reading) -> Option<[f64; 2]>,
@@ -45,7 +48,9 @@ impl HeatedFit {
             }
             (weights > 0.0).then(|| [*at, sum / weights, (1.0 / weights + ambient.powi(2)).sqrt()])
         };
-        Self { share, cooling, scatter, prior, thermometers: places.iter().filter_map(mean).collect() }
+        let [share, cooling] = [0, 1].map(|i| [found.values[i], found.covariance[(i, i)].sqrt()]);
+        let thermometers = places.iter().filter_map(mean).collect();
+        Self { share, cooling, scatter: found.scatter, scatter_within: found.within, prior, thermometers }
     }
 
     /// What does not fit, in words.
@@ -83,6 +88,7 @@ impl HeatedFit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rijke_numerics::Matrix;
 
     #[test]
     fn behaviour_a_thermometer_that_reads_otherwise_is_named() {
@@ -91,7 +97,10 @@ mod tests {
         let prior = [[0.9, 0.15], [5.0, 3.0]];
         let warnings = |share: [f64; 2], off: f64| {
             let against = |r: &Reading| Some([if r.at == 0.5 { off } else { 0.3 }, 0.2]);
-            HeatedFit::new([share, [6.0, 1.0]], 0.0, prior, &readings, against).warnings()
+            let covariance =
+                Matrix::from_fn(2, 2, |i, j| if i == j { [share[1], 1.0][i].powi(2) } else { 0.0 });
+            let found = Found { values: [share[0], 6.0], covariance, scatter: 0.01, within: [0.0, 0.02] };
+            HeatedFit::new(&found, prior, &readings, against).warnings()
         };
         assert_eq!(warnings([0.85, 0.02], 0.4), Vec::<String>::new());
         // 8 K of sqrt(0.5^2/2 + 0.2^2) K.

@@ -5,9 +5,12 @@
 //! exp(-h P x/(m c_p)): a plug of gas in a duct of perimeter P whose wall stays at the ambient temperature (Incropera & DeWitt,
 //! Fundamentals of Heat and Mass Transfer, section 8.3). eta and h are one number each for all points, with the priors of
 //! `study.toml`; their error is shared by all. What the readings of a point differ by from that, beyond their own errors, is an
-//! error of its rise.
+//! error of its rise: that of meters of power and flow, and of gas that is not mixed. Its size is inferred too.
 
 mod compared;
+mod fit;
+#[cfg(test)]
+mod tests;
 
 pub use compared::HeatedFit;
 
@@ -18,7 +21,7 @@ use crate::plan::HeatedFlow;
 use crate::rig::{Layout, PartAt, Rig};
 use crate::source::Source;
 use crate::{Problem, StudyError};
-use rijke_numerics::{Matrix, lu_solve, symmetric_eigen};
+use rijke_numerics::{Matrix, symmetric_eigen};
 use rijke_rig::{Heading, Unit};
 use std::path::Path;
 
@@ -113,6 +116,8 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
 /// What one operating point brings to the model of the heated gas.
 struct Heated {
     ambient: [f64; 2],
+    /// Of the error of the ambient temperature.
+    cause: Cause,
     /// kg/s.
     mass_flow: f64,
     /// Rise for eta = 1, K, and where.
@@ -186,7 +191,12 @@ pub fn heated_states(
         let perimeter = 2.0 * (std::f64::consts::PI * layout.areas(at)[1]).sqrt();
         let capacity = mass_flow * gas.specific_heat;
         let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
-        Ok(Some(Heated { ambient, mass_flow, rise, at, cooling }))
+        let cause = Cause::Ambient(if point.day.is_empty() {
+            Sharing::Point(point.id.clone())
+        } else {
+            Sharing::Day(point.day.clone())
+        });
+        Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling }))
     };
     for r in readings {
         if let Some(layout) = &layouts[r.point]
@@ -212,69 +222,19 @@ pub fn heated_states(
         }
     }
     let all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
-    let (values, covariance, misfit) = fit(&all, readings, [plan.share, plan.cooling])?;
-    let shared = components(&covariance)?;
+    let prior = [plan.share, plan.cooling];
+    let found = fit::fit(&all, readings, prior)?;
+    let (values, shared) = (found.values, components(&found.covariance)?);
     let state = |(p, heated): (usize, &Option<Heated>)| {
         let (heated, layout) = (heated.as_ref()?, layouts[p].as_ref()?);
-        Some(state(rig, &campaign.points[p], heated, layout.length, values, &shared, misfit))
+        Some(state(rig, &campaign.points[p].id, heated, layout.length, values, &shared, found.scatter))
     };
     let states = all.iter().enumerate().map(state).collect();
-    let numbers = [0, 1].map(|i| [values[i], covariance[(i, i)].sqrt()]);
-    let prior = [plan.share, plan.cooling];
     let against = |r: &Reading| {
         let heated = all.get(r.point)?.as_ref()?;
         Some([r.temperature - heated.temperature(r.at, values)[0], heated.ambient[1]])
     };
-    Ok((states, HeatedFit::new(numbers, misfit, prior, readings, against)))
-}
-
-/// eta and h, their covariance, and the relative error of the rise of one point that the readings ask for: Gauss and Newton's method.
-fn fit(
-    all: &[Option<Heated>],
-    readings: &[Reading],
-    prior: [[f64; 2]; 2],
-) -> Result<([f64; 2], Matrix, f64), Problem> {
-    let mut values = prior.map(|p| p[0]);
-    let hot: Vec<(&Heated, &Reading)> = readings
-        .iter()
-        .filter_map(|r| Some((all.get(r.point)?.as_ref()?, r)))
-        .filter(|(h, r)| h.rise > 0.0 && r.at > h.at)
-        .collect();
-    let mut covariance = Matrix::from_fn(2, 2, |i, j| if i == j { prior[i][1].powi(2) } else { 0.0 });
-    let mut relative = 0.0;
-    // A few steps converge; the misfit of the rise is taken anew in each.
-    for _ in 0..12 {
-        let mut information = Matrix::from_fn(2, 2, |i, j| if i == j { prior[i][1].powi(-2) } else { 0.0 });
-        let mut right: Vec<f64> = (0..2).map(|i| (prior[i][0] - values[i]) / prior[i][1].powi(2)).collect();
-        let mut excess = [0.0, 0.0];
-        for (h, r) in &hot {
-            let [t, by_eta, by_h] = h.temperature(r.at, values);
-            let own = r.sd.powi(2) + h.ambient[1].powi(2);
-            let rise = t - h.ambient[0];
-            let weight = 1.0 / (own + (relative * rise).powi(2));
-            let slope = [by_eta, by_h];
-            let off = r.temperature - t;
-            for i in 0..2 {
-                right[i] += weight * slope[i] * off;
-                for j in 0..2 {
-                    information[(i, j)] += weight * slope[i] * slope[j];
-                }
-            }
-            excess[0] += (off * off - own) * rise * rise;
-            excess[1] += rise.powi(4);
-        }
-        let step =
-            lu_solve(&information, &right).map_err(|_| Problem::Covariance { of: "the readings".into() })?;
-        values[0] += step[0];
-        values[1] = (values[1] + step[1]).max(0.0);
-        relative = if excess[1] > 0.0 { (excess[0] / excess[1]).max(0.0).sqrt() } else { 0.0 };
-        let column =
-            |j: usize| lu_solve(&information, &[f64::from(u8::from(j == 0)), f64::from(u8::from(j == 1))]);
-        if let (Ok(a), Ok(b)) = (column(0), column(1)) {
-            covariance = Matrix::from_fn(2, 2, |i, j| if j == 0 { a[i] } else { b[i] });
-        }
-    }
-    Ok((values, covariance, relative))
+    Ok((states, HeatedFit::new(&found, prior, readings, against)))
 }
 
 /// Independent directions of the error of eta and h, one standard deviation each.
@@ -287,19 +247,15 @@ fn components(covariance: &Matrix) -> Result<Vec<[f64; 2]>, Problem> {
 
 fn state(
     rig: &Rig,
-    point: &crate::Point,
+    point: &str,
     heated: &Heated,
     length: f64,
     values: [f64; 2],
     shared: &[[f64; 2]],
-    relative: f64,
+    scatter: f64,
 ) -> BaseState {
-    let cause = Cause::Ambient(if point.day.is_empty() {
-        Sharing::Point(point.id.clone())
-    } else {
-        Sharing::Day(point.day.clone())
-    });
-    let mut state = BaseState::uniform(rig, length, heated.ambient[0], heated.ambient[1], cause);
+    let mut state =
+        BaseState::uniform(rig, length, heated.ambient[0], heated.ambient[1], heated.cause.clone());
     state.mass_flow = heated.mass_flow;
     if heated.rise == 0.0 || heated.at >= length {
         return state;
@@ -325,60 +281,7 @@ fn state(
         let change = nodes.iter().map(|t| t[1] * direction[0] + t[2] * direction[1]).collect();
         state.errors.push(error(Cause::Reading(k, Sharing::All), change));
     }
-    if relative > 0.0 {
-        let change = nodes.iter().map(|t| relative * (t[0] - heated.ambient[0])).collect();
-        state.errors.push(error(Cause::Reading(2, Sharing::Point(point.id.clone())), change));
-    }
+    let change = nodes.iter().map(|t| scatter * (t[0] - heated.ambient[0])).collect();
+    state.errors.push(error(Cause::Reading(2, Sharing::Point(point.to_owned())), change));
     state
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn heated(power: f64, flow: f64) -> Heated {
-        let (mass_flow, c_p) = (1.2 * flow, 1005.0);
-        Heated {
-            ambient: [293.0, 0.1],
-            mass_flow,
-            rise: power / (mass_flow * c_p),
-            at: 0.3,
-            cooling: 0.157 / (mass_flow * c_p),
-        }
-    }
-
-    /// Readings without noise of a rise and a cooling inside the priors.
-    #[test]
-    fn oracle_readings_give_back_what_made_them() {
-        let truth = [0.82, 6.5];
-        let points = [(40.0, 7e-4), (80.0, 7e-4), (40.0, 1.3e-3)].map(|(q, v)| Some(heated(q, v)));
-        let mut readings = Vec::new();
-        for (point, h) in points.iter().flatten().enumerate() {
-            for at in [0.1, 0.35, 0.5, 0.7] {
-                readings.push(Reading { point, at, temperature: h.temperature(at, truth)[0], sd: 0.05 });
-            }
-        }
-        let (values, covariance, relative) = fit(&points, &readings, [[0.9, 0.15], [5.0, 3.0]]).unwrap();
-        for i in 0..2 {
-            let sd = covariance[(i, i)].sqrt();
-            // The priors pull by less than the readings' own error.
-            assert!((values[i] - truth[i]).abs() < 0.5 * sd, "{values:?} +- {sd}");
-        }
-        assert_eq!(relative, 0.0);
-    }
-
-    #[test]
-    fn order_slopes_of_the_temperature_are_its_derivatives() {
-        let (h, at, x) = (heated(60.0, 9e-4), [0.8, 5.0], 0.55);
-        let slopes = &h.temperature(x, at)[1..];
-        for i in 0..2 {
-            let moved = |d: f64| {
-                let mut v = at;
-                v[i] += d;
-                h.temperature(x, v)[0]
-            };
-            let central = (moved(1e-4) - moved(-1e-4)) / 2e-4;
-            assert!((central - slopes[i]).abs() < 1e-6 * slopes[i].abs(), "{central} {}", slopes[i]);
-        }
-    }
 }

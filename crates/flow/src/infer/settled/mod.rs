@@ -12,8 +12,11 @@
 //! All readings of all states together are one Gaussian vector, with noise per state ([`State::noise`]) and an error of the
 //! arrival times that is common to all states ([`Run::common`]).
 
+#[cfg(test)]
+mod dense;
 mod errors;
 mod fit;
+mod joint;
 mod observed;
 mod prediction;
 mod readings;

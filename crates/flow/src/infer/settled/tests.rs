@@ -12,14 +12,14 @@ use rijke_numerics::{Matrix, Streams};
 use rijke_rig::{Logged, Ramp, Rig};
 
 const POWERS: [f64; 4] = [0.0, 30.0, 80.0, 180.0];
-const SD: f64 = 0.5e-6;
+pub(super) const SD: f64 = 0.5e-6;
 
-fn pipe(heater: f64) -> Pipe {
+pub(super) fn pipe(heater: f64) -> Pipe {
     Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), heater, 1).unwrap()
 }
 
 /// A run with empty readings.
-fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> Run {
+pub(super) fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> Run {
     let n = sensors.len();
     let state = |&power: &f64| State {
         id: format!("H{power}-{heater}"),
@@ -36,12 +36,12 @@ fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> Run {
     Run { heater, states, common, ramps: vec![] }
 }
 
-fn arrivals() -> Vec<SensorKind> {
+pub(super) fn arrivals() -> Vec<SensorKind> {
     (0..8).map(|microphone| SensorKind::Arrival { microphone }).collect()
 }
 
 /// Fills the readings with those at scores drawn from `stream`; returns the scores.
-fn read(pipe: &Pipe, run: &mut Run, sd: f64, stream: &mut rijke_numerics::Stream) -> Vec<f64> {
+pub(super) fn read(pipe: &Pipe, run: &mut Run, sd: f64, stream: &mut rijke_numerics::Stream) -> Vec<f64> {
     let model = Settled::at_prior(pipe, run);
     let scores: Vec<f64> = model.priors.iter().map(|_| StandardNormal.sample(stream)).collect();
     let states = model.states(&scores, None).unwrap();
@@ -95,13 +95,12 @@ fn oracle_causes_rebuild_the_posterior_covariance() {
     let fit = Fit::new(&runs).unwrap();
     let states = fit.base_states().unwrap();
     let mut all = states.iter();
-    for (run, turn) in fit.runs.iter().zip(&fit.turns) {
-        let slopes = run.base_slopes.product(turn);
+    for run in &fit.runs {
         let mut first = 0;
         for predicted in &run.predicted {
             let (id, base) = all.next().unwrap();
             // Variances of the velocity and of the outlet's temperature.
-            let direct = |row: usize| fit.covariance.quadratic(slopes.row(first + row)).sqrt();
+            let direct = |row: usize| run.covariance.quadratic(run.base_slopes.row(first + row)).sqrt();
             let last = predicted.base.len() - 1;
             let outlet = base.errors.iter().map(|e| e.temperature[last - 2].powi(2)).sum::<f64>().sqrt();
             for (found, exact) in [(base.heater_velocity_sd(), direct(1)), (outlet, direct(last))] {
@@ -125,10 +124,30 @@ fn exact_fit_gives_the_same_bytes_for_one_and_two_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let fit = Fit::new(&runs).unwrap();
-            (fit.base_states().unwrap(), fit.covariance)
+            (
+                fit.base_states().unwrap(),
+                fit.runs.into_iter().map(|r| (r.mean, r.covariance)).collect::<Vec<_>>(),
+            )
         })
     };
     assert_eq!(fit(1), fit(2));
+}
+
+/// A slip of units must not set a search going that no flow can end.
+#[test]
+fn message_clicks_of_another_sound_speed_are_refused_before_the_search() {
+    let (pipe, mut run) = (pipe(0.45), empty(0.45, &arrivals(), SD));
+    read(&pipe, &mut run, SD, &mut Streams::new(2).stream("far off"));
+    run.states.iter_mut().for_each(|s| s.readings.iter_mut().for_each(|r| *r *= 0.5));
+    let runs = [(pipe, run)];
+    let said = Fit::new(&runs).unwrap_err().to_string();
+    for part in ["operating point H", "-0.45: the arrival at microphone", "no flow fits the readings"] {
+        assert!(said.contains(part), "{said}");
+    }
+    // Nor does a long tube have cells without end.
+    let mut rig = Rig::juniper_yoko_2022();
+    rig.tube.length = 1000.0;
+    assert!(Pipe::new(&rig, &Closures::default(), 0.45, 1).unwrap().size() < 600);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What is asked of commands that read nothing prepared, or little.
 
-use super::{Case, case};
+use super::{Case, case, edit};
 use std::{fs, path::Path};
 
 fn network(folder: &Path, text: &str) {
@@ -16,7 +16,7 @@ fn ranked(folder: &Path, numbers: Option<&str>) {
     }
 }
 
-pub(super) const CASES: [Case; 27] = [
+pub(super) const CASES: [Case; 30] = [
     case(
         "results that do not exist",
         |d| ranked(d, None),
@@ -28,6 +28,42 @@ pub(super) const CASES: [Case; 27] = [
         |d| ranked(d, Some("[{\"provenance\":\n [}")),
         "report study",
         ["study/results/numbers/claims.json", "line 2", "Run `rijke rank study` first"],
+    ),
+    case(
+        "table of results with a number too many",
+        |d| {
+            ranked(d, Some("[]"));
+            let frame = "{\"columns\": [{\"name\": \"Q\", \"label\": \"Q\", \"unit\": \"W\"}], \
+                         \"rows\": [{\"label\": \"h1\", \"series\": \"\", \"values\": [25.0, 1.0]}]}";
+            let answer = format!(
+                "{{\"id\": \"heat\", \"title\": \"\", \"caption\": \"\", \"parameters\": [], \"frames\": [{frame}], \"panels\": []}}"
+            );
+            fs::write(d.join("study/results/numbers/answer-heat.json"), answer).unwrap();
+        },
+        "report study",
+        [
+            "study/results/numbers/answer-heat.json",
+            "row `h1` has 2 values for 1 columns",
+            "Run `rijke rank study` first",
+        ],
+    ),
+    case(
+        "factor of measured modes that no rig can have",
+        |d| {
+            crate::copy(&crate::example("ducted-flame"), &d.join("flame"));
+            edit(d, "flame/modes.csv", "0.40,-70.75", "-0.40,-70.75");
+        },
+        "infer flame/n-tau.toml --data flame/modes.csv",
+        ["flame/modes.csv, line 5", "`chamber: length` is `-0.4`", "Correct that row, or flame/n-tau.toml"],
+    ),
+    case(
+        "measured mode without a frequency",
+        |d| {
+            crate::copy(&crate::example("ducted-flame"), &d.join("flame"));
+            edit(d, "flame/modes.csv", "86.957,0.2", ",");
+        },
+        "infer flame/n-tau.toml --data flame/modes.csv",
+        ["flame/modes.csv, line 5", "does not say which mode is meant", "Correct that row"],
     ),
     case(
         "prediction before the ranking",

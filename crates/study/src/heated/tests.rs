@@ -1,0 +1,205 @@
+use super::fit::{Found, fit};
+use super::{Heated, Reading};
+use crate::base::{Cause, Sharing};
+use rand_distr::{Distribution, StandardNormal, StudentT};
+use rijke_numerics::{Cholesky, Matrix, Stream, Streams};
+
+const PRIOR: [[f64; 2]; 2] = [[0.9, 0.15], [5.0, 3.0]];
+
+fn heated(power: f64, flow: f64, day: &str) -> Heated {
+    let (mass_flow, c_p) = (1.2 * flow, 1005.0);
+    Heated {
+        ambient: [293.0, 0.15],
+        cause: Cause::Ambient(Sharing::Day(day.to_owned())),
+        mass_flow,
+        rise: power / (mass_flow * c_p),
+        at: 0.3,
+        cooling: 0.157 / (mass_flow * c_p),
+    }
+}
+
+/// Points of two days, two powers and two flows, their errors of the ambient temperature and of the rise, and their readings.
+struct Drawn {
+    points: Vec<Option<Heated>>,
+    errors: Vec<[f64; 2]>,
+    readings: Vec<Reading>,
+}
+
+fn normal(stream: &mut Stream) -> f64 {
+    StandardNormal.sample(stream)
+}
+
+/// `count` points with readings of 0.5 K, and another one without.
+fn drawn(count: usize, truth: [f64; 2], scatter: f64, stream: &mut Stream) -> Drawn {
+    let days = [normal(stream), normal(stream)].map(|z| 0.15 * z);
+    let (mut points, mut errors, mut readings) = (Vec::new(), Vec::new(), Vec::new());
+    for point in 0..=count {
+        let h = heated([40.0, 80.0][point / 2 % 2], [7e-4, 1.3e-3][point / 4 % 2], ["one", "two"][point % 2]);
+        let error = [days[point % 2], scatter * normal(stream)];
+        for at in [0.35, 0.5, 0.7].into_iter().filter(|_| point < count) {
+            let temperature = gas(&h, at, truth, error) + 0.5 * normal(stream);
+            readings.push(Reading { point, at, temperature, sd: 0.5 });
+        }
+        points.push(Some(h));
+        errors.push(error);
+    }
+    Drawn { points, errors, readings }
+}
+
+fn gas(h: &Heated, at: f64, values: [f64; 2], [ambient, relative]: [f64; 2]) -> f64 {
+    let [t, ..] = h.temperature(at, values);
+    t + ambient + relative * (t - h.ambient[0])
+}
+
+/// How far the gas of a point lies from what is handed on, in standard deviations.
+fn off(found: &Found, drawn: &Drawn, truth: [f64; 2], point: usize) -> f64 {
+    let (h, at) = (drawn.points[point].as_ref().unwrap(), 0.45);
+    let [t, a, b] = h.temperature(at, found.values);
+    let shared = found.covariance.quadratic(&[a, b]);
+    let variance = shared + h.ambient[1].powi(2) + (found.scatter * (t - h.ambient[0])).powi(2);
+    (gas(h, at, truth, drawn.errors[point]) - t) / variance.sqrt()
+}
+
+/// Readings without noise of a rise and a cooling inside the priors.
+#[test]
+fn oracle_readings_give_back_what_made_them() {
+    let truth = [0.82, 6.5];
+    let mut all = drawn(3, truth, 0.0, &mut Streams::new(1).stream("heated"));
+    for r in &mut all.readings {
+        r.temperature = all.points[r.point].as_ref().unwrap().temperature(r.at, truth)[0];
+    }
+    let found = fit(&all.points, &all.readings, PRIOR).unwrap();
+    for i in 0..2 {
+        let sd = found.covariance[(i, i)].sqrt();
+        // The priors pull by less than the readings' own error.
+        assert!((found.values[i] - truth[i]).abs() < 0.5 * sd, "{:?} +- {sd}", found.values);
+    }
+    // Three points do not prove that a fourth is like them.
+    assert!(found.scatter > 0.003 && found.scatter < 0.02, "{}", found.scatter);
+    assert!(found.within[0] < 1e-3 && found.within[1] > found.scatter, "{:?}", found.within);
+}
+
+/// Moments by brute force: the density of readings with its dense covariance, on a grid of share, heat transfer and ln tau.
+#[test]
+fn oracle_moments_by_sums_over_a_grid() {
+    for (count, scatter) in [(3, 0.0), (3, 0.03), (8, 0.01)] {
+        let stream = &mut Streams::new(7).stream(&format!("heated/{count}/{scatter}"));
+        let all = drawn(count, [0.85, 6.0], scatter, stream);
+        let found = fit(&all.points, &all.readings, PRIOR).unwrap();
+        let sd = [0, 1].map(|i| found.covariance[(i, i)].sqrt());
+        let mut sum = [0.0; 6];
+        let mut most = f64::NEG_INFINITY;
+        for k in 0..40 {
+            let tau = 1e-4 * (f64::from(k) * 0.2).exp();
+            for (i, j) in (0..31 * 31).map(|n| (f64::from(n / 31) - 15.0, f64::from(n % 31) - 15.0)) {
+                let values = [found.values[0] + i * sd[0] / 3.0, (found.values[1] + j * sd[1] / 3.0)];
+                if values[1] < 0.0 {
+                    continue;
+                }
+                let ln = density(&all, values, tau);
+                if ln > most {
+                    sum.iter_mut().for_each(|s| *s *= (most - ln).exp());
+                    most = ln;
+                }
+                let d = [0, 1].map(|i| values[i] - found.values[i]);
+                let moments = [1.0, d[0], d[1], d[0] * d[0], d[1] * d[1], tau * tau];
+                sum.iter_mut().zip(moments).for_each(|(s, m)| *s += m * (ln - most).exp());
+            }
+        }
+        let moments = sum.map(|s| s / sum[0]);
+        let slow = [0, 1].map(|i| (moments[3 + i] - moments[1 + i].powi(2)).sqrt());
+        for i in 0..2 {
+            println!("{count} {scatter}: off {} sd, sd {} of {}", moments[1 + i] / sd[i], sd[i], slow[i]);
+            assert!(moments[1 + i].abs() < 0.1 * sd[i]);
+            assert!((sd[i] / slow[i] - 1.0).abs() < 0.1);
+        }
+        println!("scatter {} of {}", found.scatter, moments[5].sqrt());
+        assert!((found.scatter / moments[5].sqrt() - 1.0).abs() < 0.05);
+    }
+}
+
+/// ln of the density of readings times the priors, tau by its logarithm.
+fn density(all: &Drawn, values: [f64; 2], tau: f64) -> f64 {
+    let of = |r: &Reading| all.points[r.point].as_ref().unwrap();
+    let rise = |r: &Reading| of(r).temperature(r.at, values)[0] - of(r).ambient[0];
+    let covariance = Matrix::from_fn(all.readings.len(), all.readings.len(), |i, j| {
+        let (a, b) = (&all.readings[i], &all.readings[j]);
+        let own = if i == j { a.sd.powi(2) } else { 0.0 };
+        let day = if of(a).cause == of(b).cause { 0.15 * 0.15 } else { 0.0 };
+        let point = if a.point == b.point { tau * tau * rise(a) * rise(b) } else { 0.0 };
+        own + day + point
+    });
+    let off: Vec<f64> =
+        all.readings.iter().map(|r| r.temperature - of(r).temperature(r.at, values)[0]).collect();
+    let factor = Cholesky::new(&covariance).unwrap();
+    let white = factor.whiten(&off);
+    let misfit: f64 = white.iter().map(|w| w * w).sum::<f64>()
+        + (0..2).map(|i| ((values[i] - PRIOR[i][0]) / PRIOR[i][1]).powi(2)).sum::<f64>();
+    let student = -2.5 * (1.0 + (tau / 0.03).powi(2) / 4.0).ln();
+    -0.5 * (misfit + factor.ln_det()) + student + tau.ln()
+}
+
+/// Readings that scatter a little less or more change what is stated a little.
+#[test]
+fn behaviour_the_scatter_has_no_step() {
+    let all = drawn(20, [0.85, 6.0], 0.0, &mut Streams::new(3).stream("heated"));
+    let exact = |r: &Reading| all.points[r.point].as_ref().unwrap().temperature(r.at, [0.85, 6.0])[0];
+    let scatter = |k: f64| {
+        let moved =
+            |r: &Reading| Reading { temperature: exact(r) + k * (r.temperature - exact(r)), ..r.clone() };
+        let readings: Vec<Reading> = all.readings.iter().map(moved).collect();
+        fit(&all.points, &readings, PRIOR).unwrap().scatter
+    };
+    let by: Vec<f64> = (0..=40).map(|k| scatter(0.05 * f64::from(k))).collect();
+    assert!(by[0] > 1e-3, "{by:?}");
+    for pair in by.windows(2) {
+        assert!((pair[1] / pair[0] - 1.0).abs() < 0.25, "{by:?}");
+    }
+}
+
+/// The share of 400 draws whose gas lies within 1.96 sd, at a point with readings and at one without.
+fn coverage(count: usize, scatter: Option<f64>) -> [f64; 2] {
+    let mut held = [0.0; 2];
+    for seed in 0..400 {
+        let stream = &mut Streams::new(seed).stream(&format!("heated/{count}/{scatter:?}"));
+        let student: f64 = StudentT::new(4.0).unwrap().sample(stream);
+        let truth = [0, 1].map(|i| (PRIOR[i][0] + PRIOR[i][1] * normal(stream)).max(0.1));
+        let all = drawn(count, truth, scatter.unwrap_or(0.03 * student.abs()), stream);
+        let found = fit(&all.points, &all.readings, PRIOR).unwrap();
+        for (held, point) in held.iter_mut().zip([0, count]) {
+            *held += f64::from(u8::from(off(&found, &all, truth, point).abs() < 1.96)) / 400.0;
+        }
+    }
+    println!("{count} points, scatter {scatter:?}: {held:?}");
+    held
+}
+
+#[test]
+fn coverage_of_the_gas_at_old_and_new_points() {
+    for count in [3, 20] {
+        // Scatter as its prior has it, then the same in all draws: what is not excluded counts, so that none is covered too often.
+        for (scatter, least, most) in
+            [(None, 0.92, 0.98), (Some(0.0), 0.95, 1.0), (Some(0.01), 0.92, 1.0), (Some(0.03), 0.92, 0.98)]
+        {
+            let [old, new] = coverage(count, scatter);
+            assert!((least..=most).contains(&new), "{count} points, scatter {scatter:?}: {new}");
+            // The mean of few points is drawn to each of them.
+            assert!(old >= least, "{count} points, scatter {scatter:?}: {old}");
+        }
+    }
+}
+
+#[test]
+fn order_slopes_of_the_temperature_are_its_derivatives() {
+    let (h, at, x) = (heated(60.0, 9e-4, "one"), [0.8, 5.0], 0.55);
+    let slopes = &h.temperature(x, at)[1..];
+    for i in 0..2 {
+        let moved = |d: f64| {
+            let mut v = at;
+            v[i] += d;
+            h.temperature(x, v)[0]
+        };
+        let central = (moved(1e-4) - moved(-1e-4)) / 2e-4;
+        assert!((central - slopes[i]).abs() < 1e-6 * slopes[i].abs(), "{central} {}", slopes[i]);
+    }
+}
