@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use rijke_engine::run::{
-    Answer, AnswerPanel, Asked, Checks, EvidenceRecord, Family, Frame, FrameColumn, FrameRow, Judgement,
-    Layer, LayerLook, MeasuredRecord, Missing, ModelRecord, ParameterRecord, PointCheck, StageRecord,
-    SumCheck,
+    Answer, AnswerPanel, Asked, CarriedOn, CarriedStage, Checks, EvidenceRecord, Family, Frame, FrameColumn,
+    FrameRow, Judgement, Layer, LayerLook, MeasuredRecord, Missing, ModelRecord, ParameterRecord, PointCheck,
+    StageRecord, SumCheck,
 };
 use rijke_report::{StudyHead, StudyPage, answer_svg};
 use rijke_rig::DataKind;
@@ -23,6 +23,7 @@ fn model(id: &str, ln_marginal: f64) -> ModelRecord {
             value: 1.01093,
             sd: 0.0018,
             prior_sds: Some(5.2),
+            averaged: Some([1.0234, 0.0061]),
         }],
         misfit: [0.1, 0.2, 0.0],
         evidence: Some(EvidenceRecord {
@@ -53,6 +54,7 @@ fn stage() -> StageRecord {
         chosen: "a".into(),
         decides: 3.0,
         assumes: vec!["Cold tube: x is taken, though y is only 0.4 nats behind".into()],
+        carried: vec![carried("a", Some(-30.0)), carried("b", Some(-31.25)), carried("c", None)],
         missing: Some(missing()),
         checks: Some(Checks {
             rival: Some("b".into()),
@@ -66,6 +68,11 @@ fn stage() -> StageRecord {
             }],
         }),
     }
+}
+
+fn carried(id: &str, ln_evidence: Option<f64>) -> CarriedOn {
+    let later = CarriedStage { stage: "hot".into(), model: "hot.law".into(), parameters: Vec::new() };
+    CarriedOn { id: id.into(), ln_evidence, later: vec![later] }
 }
 
 fn check(point: &str, doubtful: bool) -> PointCheck {
@@ -143,6 +150,10 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
         "Measured data. Source: a test.",
         "Heat release: <b>law &lt;a&gt;</b>, 17.0 nats ahead of law &lt;b&gt;.",
         "1.0109(18)",
+        "1.0234(61)",
+        "averaged over the models that earlier stages leave open",
+        "<td class=\"n\">-1.2</td><td><code>hot.law</code></td>",
+        "cannot be fitted",
         "lies 5.2 standard deviations of its prior",
         "<h2 id=\"question\">What &amp; how</h2>",
         // One model of two, by 17 nats.
