@@ -225,7 +225,8 @@ fn oracle_open_models_are_carried_on_with_the_evidence_of_single_runs() {
     for open in &stage.carried {
         let later = |k: usize| -> Vec<&str> { open.later[k].model.split(" + ").collect() };
         let alone: f64 = alone(&folder.0, [&[&open.id], &later(0), &later(1)]).iter().sum();
-        assert!((open.ln_evidence.unwrap() - alone).abs() < 1e-9, "{open:?} {alone}");
+        // The others begin where the first one ended, so that they end a little elsewhere.
+        assert!((open.ln_evidence.unwrap() - alone).abs() < 2e-6, "{open:?} {alone}");
     }
     let worth = |id: &str| stage.carried.iter().find(|c| c.id == id).unwrap().ln_evidence.unwrap();
     let best = stage.carried.iter().map(|c| c.ln_evidence.unwrap()).fold(f64::NEG_INFINITY, f64::max);

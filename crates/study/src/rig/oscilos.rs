@@ -11,6 +11,9 @@ use toml::{Table, Value};
 /// Universal gas constant over the molar mass of air as that program has them, J/(kg K).
 const AIR: f64 = 8.3145 / 28.965_12 * 1000.0;
 
+/// Delays that are no slip of the pen, ms.
+const DELAYS: [f64; 2] = [0.0, 1e4];
+
 /// The tables `gas`, `upstream` and `downstream`, and the elements.
 pub(super) struct Folder {
     pub(super) gas: Table,
@@ -49,6 +52,21 @@ impl Numbers {
         &self.rows[0].1
     }
 
+    /// Refuses a number of the first row that is beyond what any rig has: most often one in another unit.
+    fn within(
+        &self,
+        key: &str,
+        value: f64,
+        [low, high]: [f64; 2],
+        need: &'static str,
+    ) -> Result<(), StudyError> {
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        let (key, value) = (key.to_owned(), value.to_string());
+        Err(self.source.at_line(self.rows[0].0, Problem::Value { key, value, need }))
+    }
+
     fn unknown(&self, row: usize, what: &'static str, value: f64, known: &str) -> StudyError {
         let (name, known) = (value.to_string(), known.to_owned());
         self.source.at_line(self.rows[row].0, Problem::Unknown { what, name, known })
@@ -75,6 +93,9 @@ pub(super) fn read(folder: &Path) -> Result<Folder, StudyError> {
     if gamma != 1.0 {
         return Err(flow.unknown(0, "Choice_gamma", gamma, "1 (constant)"));
     }
+    flow.within("the pressure", pressure, [1e2, 1e9], "100 to 1e9 Pa")?;
+    flow.within("the temperature", temperature, [100.0, 4000.0], "100 to 4000 K")?;
+    flow.within("the ratio of temperatures", ratio, [0.1, 20.0], "0.1 to 20")?;
     let float = Value::Float;
     let gas = table([
         ("pressure", float(pressure)),
@@ -104,6 +125,7 @@ pub(super) fn read(folder: &Path) -> Result<Folder, StudyError> {
             if kind != 1.0 {
                 return Err(flame.unknown(0, "type of flame", kind, "1 (n-tau)"));
             }
+            flame.within("the delay", delay, DELAYS, "0 to 10 000 ms")?;
             let law = [("n", float(gain)), ("delay", float(delay * 1e-3))];
             let named = table([("name", text("flame")), ("type", text("flame"))]);
             elements.push(named.into_iter().chain(table(law)).collect());
@@ -134,6 +156,13 @@ fn end(folder: &Path, name: &str) -> Result<Table, StudyError> {
     let file = Numbers::read(folder, name, 4)?;
     let [kind, one, two, three] = [0, 1, 2, 3].map(|i| file.first()[i]);
     let float = Value::Float;
+    if kind == 4.0 || kind == 5.0 {
+        // An active end may exceed 1, but not by far.
+        file.within("the modulus of the reflection", one, [-2.0, 2.0], "-2 to 2")?;
+    }
+    if kind == 4.0 {
+        file.within("the delay", two, DELAYS, "0 to 10 000 ms")?;
+    }
     Ok(match kind {
         1.0 => table([("type", text("open"))]),
         2.0 => table([("type", text("closed"))]),

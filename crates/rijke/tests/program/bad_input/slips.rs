@@ -21,7 +21,7 @@ fn manifest(folder: &Path, text: &str) {
 const NOISE: &str = "[random]\nsegment = 1024\nstraight = \"a.wav\"\n[random.points]\np70 = \"a.wav\"\n\
                      [random.transmission]\npoints = [\"p70\"]\nplace_sd = 0.001\n";
 
-pub(super) const CASES: [Case; 10] = [
+pub(super) const CASES: [Case; 11] = [
     case(
         "heat capacity below zero",
         |d| edit(d, "data/rig.toml", "[28.11,", "[-28.11,"),
@@ -99,6 +99,16 @@ pub(super) const CASES: [Case; 10] = [
         },
         "modes --oscilos oscilos",
         ["Mean_flow.txt", "the temperature (K) is 20", "100 to 4000 K"],
+    ),
+    case(
+        "OSCILOS in a rig: a delay in microseconds",
+        |d| {
+            oscilos(d);
+            edit(d, "oscilos/Flame.txt", "3.0", "30000");
+            fs::write(d.join("data/rig.toml"), "name = \"combustor\"\noscilos = \"../oscilos\"\n").unwrap();
+        },
+        CHECK,
+        ["Flame.txt, line 2", "the delay is 30000", "0 to 10 000 ms"],
     ),
 ];
 
