@@ -1,7 +1,7 @@
 //! What the readings say of the heat, and how they fit the heated gas.
 
-use super::Reading;
 use super::fit::Found;
+use super::gas::Reading;
 
 /// The heat by the readings, beside what was known before, and every thermometer.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,7 +8,7 @@
 //! prior for a standard deviation of which few groups tell (Gelman, Bayesian Analysis 1, 515 (2006), section 2.2); a half-Cauchy
 //! has no variance to hand on. It is centred at zero, which it does not exclude.
 
-use super::{Heated, Reading};
+use super::gas::{Heated, Reading};
 use crate::Problem;
 use crate::base::Cause;
 use rijke_numerics::Matrix;

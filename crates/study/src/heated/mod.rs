@@ -9,10 +9,12 @@
 
 mod compared;
 mod fit;
+mod gas;
 #[cfg(test)]
 mod tests;
 
 pub use compared::HeatedFit;
+pub use gas::Reading;
 
 use crate::base::{BaseError, BaseState, Cause, Sharing};
 use crate::campaign::{COLDEST, Campaign};
@@ -21,22 +23,10 @@ use crate::plan::HeatedFlow;
 use crate::rig::{Layout, PartAt, Rig};
 use crate::source::Source;
 use crate::{Problem, StudyError};
+use gas::Heated;
 use rijke_numerics::{Matrix, symmetric_eigen};
 use rijke_rig::{Heading, Unit};
 use std::path::Path;
-
-/// A reading of a thermometer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
-    /// Operating point, by its place in the campaign.
-    pub point: usize,
-    /// Place, m.
-    pub at: f64,
-    /// Temperature, K.
-    pub temperature: f64,
-    /// Its standard deviation, K.
-    pub sd: f64,
-}
 
 /// Part of the length within which a reading is one of a thermometer.
 const NEAR: f64 = 5e-3;
@@ -111,36 +101,6 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
         readings.push(read);
     }
     Ok(readings)
-}
-
-/// What one operating point brings to the model of the heated gas.
-struct Heated {
-    ambient: [f64; 2],
-    /// Of the error of the ambient temperature.
-    cause: Cause,
-    /// kg/s.
-    mass_flow: f64,
-    /// Rise for eta = 1, K, and where.
-    rise: f64,
-    at: f64,
-    /// 1/m for h = 1.
-    cooling: f64,
-}
-
-impl Heated {
-    /// Temperature at `x` and its derivatives in eta and h.
-    fn temperature(&self, x: f64, [eta, h]: [f64; 2]) -> [f64; 3] {
-        if x <= self.at || self.rise == 0.0 {
-            return [self.ambient[0], 0.0, 0.0];
-        }
-        let d = x - self.at;
-        let decay = (-h * self.cooling * d).exp();
-        [
-            self.ambient[0] + eta * self.rise * decay,
-            self.rise * decay,
-            -eta * self.rise * self.cooling * d * decay,
-        ]
-    }
 }
 
 /// The base states of all points of a campaign whose ambient temperature is known; `ambient` by point.

@@ -1,5 +1,7 @@
+//! Share, heat transfer and scatter from readings that a known gas makes.
+
 use super::fit::{Found, fit};
-use super::{Heated, Reading};
+use super::gas::{Heated, Reading};
 use crate::base::{Cause, Sharing};
 use rand_distr::{Distribution, StandardNormal, StudentT};
 use rijke_numerics::{Cholesky, Matrix, Stream, Streams};

@@ -69,7 +69,7 @@ impl<'a> Fit<'a> {
     /// Fits `runs`, which must have been [`Run::checked`], together: Gauss and Newton's method, damped after Levenberg and Marquardt.
     ///
     /// Cost: some eight linearisations, each of two steady states per unknown and state: 0.2 s of CPU per run of eight
-    /// states, and the algebra of 27 unknowns per run; at most [`STEPS`] linearisations.
+    /// states, and the algebra of 27 unknowns per run; at most thirty linearisations.
     ///
     /// # Errors
     /// [`FlowError::FarOff`] for readings that no flow near the priors has, and those of [`Pipe::steady`].
