@@ -4,46 +4,18 @@
 //! earlier ones found. A cold stage may leave two inlets open between which the hot points decide; the one that is taken too early then
 //! moves what later stages infer by many of their standard deviations.
 
-use super::course::{Choice, Chosen, Done, Found, Run, Trusted};
-use super::record::{ModelRecord, ParameterRecord};
+use super::compete::goes_on;
+use super::course::{Choice, Chosen, Done, Found, Near, Run, Trusted};
+use super::record::{CarriedOn, CarriedStage, ModelRecord};
 use super::rows::Row;
-use super::stages::goes_on;
 use crate::EngineError;
 use rayon::prelude::*;
 use rijke_study::plan::{Plan, Stage};
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-
-/// A model that the evidence of its stage leaves open, with what later stages make of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CarriedOn {
-    /// The model, as the table of its stage calls it.
-    pub id: String,
-    /// ln evidence of its stage and of the best models of those that stand on it, nats; none where one of them has no model that could be
-    /// fitted.
-    pub ln_evidence: Option<f64>,
-    /// The best model of every later stage if this one is right.
-    pub later: Vec<CarriedStage>,
-}
-
-/// The best model of a later stage, and its parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CarriedStage {
-    /// The later stage.
-    pub stage: String,
-    /// Its best model.
-    pub model: String,
-    /// What it found.
-    pub parameters: Vec<ParameterRecord>,
-}
 
 /// The most models of a stage that are carried on.
 const MOST: usize = 8;
 /// Nats by which a model of a later stage may trail after the best model here and yet be tried after the others.
 const REACH: f64 = 25.0;
-
-/// The parameters that models of later stages found, by stage and model.
-pub(super) type Near = BTreeMap<[String; 2], Vec<ParameterRecord>>;
 
 impl Run {
     /// Carries on every model within `decides` nats of the best of its stage, the best ones first if there are many. None where the stage
@@ -97,8 +69,7 @@ impl Run {
         while let Some(stage) = run.study.plan.stages.get(run.done.len()).cloned() {
             let counts = later.contains(&stage.id);
             // A row of another candidate in one of its roles would stand on another model than this one.
-            let agrees =
-                |row: &Row| choice.iter().all(|(role, id)| row.choice.get(role).is_none_or(|own| own == id));
+            let agrees = |row: &Row| row.own.iter().all(|c| choice.get(&c.role).is_none_or(|id| *id == c.id));
             let tried = |row: &Row| near.is_none_or(|n| n.contains_key(&[stage.id.clone(), row.id()]));
             let (rows, results) = run.competed(&stage, &|row| !counts || (agrees(row) && tried(row)))?;
             let [winner, next] = goes_on(&stage, &results, &[])?;

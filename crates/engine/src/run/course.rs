@@ -1,8 +1,7 @@
 //! A study with what has been trained of it so far.
 
-use super::ahead::{CarriedOn, Near};
 use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
-use super::record::ModelRecord;
+use super::record::{CarriedOn, ModelRecord, ParameterRecord};
 use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
 use rijke_inference::RefereeKind;
 use rijke_rig::ChannelErrors;
@@ -43,6 +42,9 @@ pub struct Chosen {
     /// The misfit, what was measured included.
     pub(super) misfit: [f64; 3],
 }
+
+/// The parameters that models of later stages found, by stage and model.
+pub(super) type Near = BTreeMap<[String; 2], Vec<ParameterRecord>>;
 
 /// A row of a table, and its training if it could be fitted.
 pub(super) type Found = (ModelRecord, Option<Chosen>);

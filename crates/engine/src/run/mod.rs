@@ -6,6 +6,7 @@ mod asked;
 mod assumed;
 mod checks;
 mod claims;
+mod compete;
 mod course;
 mod doubts;
 mod earlier;
@@ -24,7 +25,6 @@ mod sliders;
 mod so_far;
 mod stages;
 
-pub use ahead::{CarriedOn, CarriedStage};
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
 pub use asked::{Forecast, Unpredicted, forecast, modes_at, with_points};
 pub use claims::{Judgement, agreement, models, verdicts};
@@ -34,7 +34,9 @@ pub use found::{Asked, Checks, Family, Missing, PointCheck, SumCheck};
 pub use frame::{Frame, FrameColumn, FrameRow};
 pub(crate) use inputs::conditions_at;
 pub use next::{Aim, Next, Step, Suggestion, Wish, next};
-pub use record::{EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord};
+pub use record::{
+    CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord,
+};
 pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,
     SearchRecord, merge_searches,

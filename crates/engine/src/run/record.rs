@@ -1,6 +1,5 @@
 //! What a stage found, as numbers that are written and drawn.
 
-use super::ahead::CarriedOn;
 use super::found::{Checks, Missing};
 use crate::{Misfit, Observed, Trained};
 use rijke_inference::Prior;
@@ -110,6 +109,29 @@ pub struct EvidenceRecord {
     pub ln_marginal: f64,
     /// Number of observations, by which tables divide.
     pub observations: usize,
+}
+
+/// A model that the evidence of its stage leaves open, with what later stages make of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CarriedOn {
+    /// The model, as the table of its stage calls it.
+    pub id: String,
+    /// ln evidence of its stage and of the best models of those that stand on it, nats; none where one of them has no model that could be
+    /// fitted.
+    pub ln_evidence: Option<f64>,
+    /// The best model of every later stage if this one is right.
+    pub later: Vec<CarriedStage>,
+}
+
+/// The best model of a later stage, and its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CarriedStage {
+    /// The later stage.
+    pub stage: String,
+    /// Its best model.
+    pub model: String,
+    /// What it found.
+    pub parameters: Vec<ParameterRecord>,
 }
 
 impl ModelRecord {

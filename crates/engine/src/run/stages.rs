@@ -1,14 +1,13 @@
-//! Candidates that compete on the same points; stages that stand on each other.
+//! Stages that stand on each other.
 
-use super::ahead::{CarriedOn, open_beside};
-use super::course::{CONTENDS, Choice, Chosen, Done, Found, Run, Trusted};
-use super::earlier::Earlier;
+use super::ahead::open_beside;
+use super::compete::goes_on;
+use super::course::{Choice, Done, Run};
 use super::inputs::selected;
-use super::record::{MeasuredRecord, ModelRecord, StageRecord};
+use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
 use super::rows::Row;
 use crate::EngineError;
-use rayon::prelude::*;
-use rijke_study::plan::{Prefer, Stage};
+use rijke_study::plan::Stage;
 
 /// What is taken for certain if the model called `taken` goes on: a sentence that names the other model of most evidence, where its lead does
 /// not decide, and every further candidate with which some model is open.
@@ -48,39 +47,6 @@ fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[Carr
         other.id,
         place(*least)
     ))
-}
-
-fn best_of(results: &[Found]) -> f64 {
-    results.iter().map(|(m, _)| m.ln_evidence()).fold(f64::NEG_INFINITY, f64::max)
-}
-
-/// The rows of most evidence and that which goes on: by the evidence of this stage, or, of those that were carried on, by that of later stages
-/// too.
-pub(super) fn goes_on(
-    stage: &Stage,
-    results: &[Found],
-    carried: &[CarriedOn],
-) -> Result<[usize; 2], EngineError> {
-    let own = |(m, c): &Found| c.as_ref().map(|_| m.ln_evidence());
-    let with_later = |m: &ModelRecord| carried.iter().find(|c| c.id == m.id)?.ln_evidence;
-    let first = |worth: &[Option<f64>], lead: f64| {
-        let best = worth.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
-        worth.iter().position(|w| w.is_some_and(|w| w >= best - lead))
-    };
-    let alone: Vec<Option<f64>> = results.iter().map(own).collect();
-    let all: Vec<Option<f64>> = results.iter().map(|(m, _)| with_later(m)).collect();
-    let lead = match stage.prefer {
-        Prefer::Leader => 0.0,
-        Prefer::First => stage.decides,
-    };
-    if let (Some(winner), Some(next)) = (first(&alone, 0.0), first(&all, lead).or(first(&alone, lead))) {
-        return Ok([winner, next]);
-    }
-    let why = |(m, _): &Found| {
-        Some(format!("{}: {}", if m.id.is_empty() { "it" } else { &m.id }, m.remark.clone()?))
-    };
-    let remark = results.iter().filter_map(why).collect::<Vec<_>>().join("\n  ");
-    Err(EngineError::NoWinner { stage: stage.id.clone(), remark })
 }
 
 impl Run {
@@ -127,47 +93,6 @@ impl Run {
             missing,
             checks,
         }))
-    }
-
-    /// The rows of a stage that `wanted` takes, and what training finds of each.
-    pub(super) fn competed(
-        &self,
-        stage: &Stage,
-        wanted: &dyn Fn(&Row) -> bool,
-    ) -> Result<(Vec<Row>, Vec<Found>), EngineError> {
-        let points = selected(&self.study, &self.observed, &stage.points);
-        if points.is_empty() {
-            return Err(EngineError::NoPoint { stage: stage.id.clone() });
-        }
-        let rows: Vec<Row> = self.rows(stage).into_iter().filter(wanted).collect();
-        let mut earlier = Earlier::new(self);
-        let known: Vec<_> = rows
-            .iter()
-            .map(|row| earlier.of(stage, &row.choice, &points))
-            .collect::<Result<_, EngineError>>()?;
-        let mut results: Vec<Found> = rows
-            .par_iter()
-            .zip(&known)
-            .map(|(row, known)| self.row(stage, row, known.clone(), Trusted::Laplace))
-            .collect::<Result<_, _>>()?;
-        if self.trusted != Trusted::Laplace {
-            let best = best_of(&results);
-            let contends =
-                |m: &ModelRecord, c: &Option<Chosen>| m.ln_evidence() >= best - CONTENDS || c.is_none();
-            results = results
-                .into_par_iter()
-                .zip(rows.par_iter().zip(&known))
-                .map(|((model, chosen), (row, known))| {
-                    let again = |trusted| self.row(stage, row, known.clone(), trusted);
-                    if contends(&model, &chosen) {
-                        return again(self.trusted);
-                    }
-                    let (model, chosen) = again(Trusted::Searched)?;
-                    if contends(&model, &chosen) { again(self.trusted) } else { Ok((model, chosen)) }
-                })
-                .collect::<Result<_, EngineError>>()?;
-        }
-        Ok((rows, results))
     }
 
     /// What the stages on which `stage` stands took for certain, though their evidence does not decide it, and with which of the models that they
