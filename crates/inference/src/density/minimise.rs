@@ -26,7 +26,7 @@ pub enum Method {
 pub struct TrustRegion {
     /// Source of second derivatives.
     pub method: Method,
-    /// Evaluations of the objective after which the search ends, whatever it has reached. It has then converged if less than 1e-4 nats
+    /// Evaluations of the objective after which the search ends, whatever it has reached. It has then converged if less than 1e-3 nats
     /// are left to gain.
     pub max_evaluations: usize,
     /// The search has converged when half of g' H^-1 g, the drop in J that is left, is below this, in nats. Half the
@@ -70,7 +70,7 @@ const ROUNDING: f64 = 1e-14;
 const STALL: f64 = 1e-10;
 /// What is left to gain, nats, below which a search has converged if it can go no further, or its evaluations are used up: 0.014 posterior
 /// standard deviations. The tolerance is what is aimed at; rounding of many data, or of a model that iterates, may keep it out of reach.
-const ENOUGH: f64 = 1e-4;
+const ENOUGH: f64 = 1e-3;
 /// Evaluations within which that gain must halve for the search to go on below it.
 const PATIENCE: usize = 40;
 /// Drop in J, in nats, below which the gradient alone judges steps: 1e-4 posterior standard deviations from the minimum.

@@ -9,7 +9,7 @@ use std::fmt;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Stop {
-    /// The drop in J that is left is below the tolerance, or below what rounding lets the gradient resolve, or below 1e-4 nats when
+    /// The drop in J that is left is below the tolerance, or below what rounding lets the gradient resolve, or below 1e-3 nats when
     /// the evaluations were used up.
     Converged {
         /// Half of g' H^-1 g at the end, nats.
