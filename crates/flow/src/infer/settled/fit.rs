@@ -82,8 +82,8 @@ impl<'a> Fit<'a> {
         let mut scores = Scores::centre(fit.runs.iter().map(|run| run.priors.len()));
         let mut states = fit.states(&scores)?;
         let mut cost = fit.cost(&scores, &states, &noise);
-        let (mut damping, mut converged, mut steps) = (0.0, false, 0);
-        let at = loop {
+        let (mut damping, mut steps) = (0.0, 0);
+        let (at, converged) = loop {
             let at = fit.linear(&scores, std::mem::take(&mut states), &noise)?;
             if steps == 0 {
                 fit.near_the_prior(&at)?;
@@ -91,9 +91,9 @@ impl<'a> Fit<'a> {
             let down = scores.descent(at.iter().map(|run| run.down.as_slice()));
             let information = || at.iter().map(|run| &run.information);
             let full = Arrow::new(information(), 0.0)?.step(&down);
-            converged |= 0.5 * down.dot(&full) < CLOSE * runs.len() as f64;
-            if converged || steps == STEPS {
-                break at;
+            let left = 0.5 * down.dot(&full) / runs.len() as f64;
+            if left < CLOSE || steps == STEPS {
+                break (at, left < CLOSE);
             }
             let mut better = None;
             while better.is_none() && damping < HELD {
@@ -103,10 +103,12 @@ impl<'a> Fit<'a> {
                 // Where no flow exists, as where the cost rises, a shorter step.
                 match found {
                     Ok((lower, states)) if lower < cost => better = Some((trial, lower, states)),
+                    // The model is piecewise smooth: so near, its kinks alone are left.
+                    _ if left < KINKS => break,
                     _ => damping = (10.0 * damping).max(1.0),
                 }
             }
-            let Some((trial, lower, found)) = better else { break at };
+            let Some((trial, lower, found)) = better else { break (at, left < KINKS) };
             (scores, cost, states) = (trial, lower, found);
             damping = if damping > 1.0 { 0.1 * damping } else { 0.0 };
             steps += 1;
@@ -267,6 +269,8 @@ impl<'a> Settled<'a> {
 
 /// Drop in J that may be left of each run, nats: a two-hundredth of an sd, which differences still resolve.
 const CLOSE: f64 = 1e-5;
+/// The same where no full step is better: a seventieth of an sd.
+const KINKS: f64 = 1e-4;
 /// Step of the central differences, in scores.
 const STEP: f64 = 1e-3;
 /// Most linearisations; five to twelve are usual.
