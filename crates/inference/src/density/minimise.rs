@@ -68,9 +68,10 @@ const ROUNDING: f64 = 1e-14;
 /// A search that no step improves has converged if the drop that is left is below this fraction of J: the noise of a
 /// model that itself iterates.
 const STALL: f64 = 1e-10;
-/// What is left to gain, nats, below which a search has converged if it can go no further, or its evaluations are used up: 0.014 posterior
-/// standard deviations. The tolerance is what is aimed at; rounding of many data, or of a model that iterates, may keep it out of reach.
-const ENOUGH: f64 = 1e-3;
+/// What is left to gain, nats, below which a search has converged if it can go no further: 0.014 posterior standard deviations. The tolerance is what is aimed at; rounding of many data, or of a model that iterates, may keep it out of reach.
+const ENOUGH: f64 = 1e-4;
+/// The same where the evaluations are used up: far below what any evidence is judged by.
+const AT_THE_CAP: f64 = 1e-3;
 /// Evaluations within which that gain must halve for the search to go on below it.
 const PATIENCE: usize = 40;
 /// Drop in J, in nats, below which the gradient alone judges steps: 1e-4 posterior standard deviations from the minimum.
@@ -103,8 +104,11 @@ pub fn minimise(
             return Ok(search.end(Stop::Converged { decrement }));
         }
         if search.calls.total() >= settings.max_evaluations {
-            let enough = decrement <= ENOUGH && search.lingers(decrement);
-            let stop = if enough { Stop::Converged { decrement } } else { Stop::EvaluationCap { decrement } };
+            let stop = if decrement <= AT_THE_CAP {
+                Stop::Converged { decrement }
+            } else {
+                Stop::EvaluationCap { decrement }
+            };
             return Ok(search.end(stop));
         }
         let rounding = ROUNDING * (1.0 + search.energy.value.abs());
