@@ -68,7 +68,8 @@ const ROUNDING: f64 = 1e-14;
 /// A search that no step improves has converged if the drop that is left is below this fraction of J: the noise of a
 /// model that itself iterates.
 const STALL: f64 = 1e-10;
-/// What is left to gain, nats, below which a search has converged if it can go no further: 0.014 posterior standard deviations. The tolerance is what is aimed at; rounding of many data, or of a model that iterates, may keep it out of reach.
+/// What is left to gain, nats, below which a search has converged if it can go no further: 0.014 posterior standard deviations. The tolerance is
+/// what is aimed at; rounding of many data, or of a model that iterates, may keep it out of reach.
 const ENOUGH: f64 = 1e-4;
 /// The same where the evaluations are used up: far below what any evidence is judged by.
 const AT_THE_CAP: f64 = 1e-3;
