@@ -8,6 +8,7 @@ mod python;
 mod recovery;
 mod reference;
 mod reproduce;
+mod scale;
 mod tidy;
 mod workspace;
 
@@ -38,6 +39,9 @@ enum Task {
     /// Make each law of heat release of Table 4 the truth of the virtual laboratory in turn, and write which model wins into
     /// docs/records/recovery.md: some ten minutes.
     Recovery,
+    /// Measure what `rijke flow` and `rijke rank` cost against points, microphones and candidates, and write docs/records/scale.md: some
+    /// twenty minutes.
+    Scale,
     /// Run the tests.
     Test {
         /// Include the long studies (tests marked as ignored).
@@ -68,6 +72,7 @@ fn run(task: Task) -> Outcome {
         Task::Package => package::run(),
         Task::Python => python::run(),
         Task::Recovery => recovery::run(),
+        Task::Scale => scale::run(),
         Task::Test { all } => test(all),
         Task::Tidy => tidy::run(&root()),
     }
