@@ -7,8 +7,9 @@ use std::{collections::BTreeMap, fs, path::Path};
 /// What is kept, by JSON pointer, `/models/5/evidence/ln_marginal`.
 type Kept = BTreeMap<String, Value>;
 
-/// Data, and what is drawn from parameters that are kept themselves.
-const LEFT_OUT: [&str; 4] = ["measured", "predicted", "frames", "panels"];
+/// Data, and what follows from parameters and evidences that are kept themselves.
+const LEFT_OUT: [&str; 8] =
+    ["measured", "predicted", "frames", "panels", "checks", "missing", "carried", "averaged"];
 
 /// Words that are answers, and must not change at all.
 const ANSWERS: [&str; 3] = ["winner", "chosen", "holds"];
