@@ -187,3 +187,57 @@ fn relative_to(second: usize, now: &[usize], others: &[usize], numbers: &Numbers
     }
     relative
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rijke_inference::relative_noise;
+
+    /// Pressures of a reference and three others that change with one parameter.
+    fn raw(t: f64) -> [C64; 4] {
+        [0.3, 0.8, 1.1, 1.7].map(|x: f64| C64::new((x * t).sin(), 0.2 * x * t))
+    }
+
+    fn relative(t: f64, to: usize) -> Vec<C64> {
+        let p = raw(t);
+        (1..4).filter(|m| *m != to).map(|m| p[m] / p[to]).collect()
+    }
+
+    /// The slope against differences; white noise of every microphone against its closed form relative to any reference.
+    #[test]
+    fn exact_another_microphone_takes_the_role_of_the_reference() {
+        let (t, h) = (0.9, 1e-5);
+        let flat = |p: &[C64]| p.iter().flat_map(|z| [z.re, z.im]).collect::<Vec<f64>>();
+        let slope = |to: usize| -> Vec<f64> {
+            let [a, b] = [t - h, t + h].map(|t| flat(&relative(t, to)));
+            a.iter().zip(&b).map(|(a, b)| (b - a) / (2.0 * h)).collect()
+        };
+        let with = |p: Vec<f64>| [vec![0.0, 0.0], p].concat();
+        let white = |p: &[C64]| {
+            let n = relative_noise(p);
+            let size = n.rows() + 2;
+            Matrix::from_fn(size, size, |i, j| if i < 2 || j < 2 { 0.0 } else { n[(i - 2, j - 2)] })
+        };
+        let all = relative(t, 0);
+        let numbers = Numbers {
+            values: with(flat(&all)),
+            along: vec![(0, with(slope(0)))],
+            noise: white(&all),
+            ..Numbers::default()
+        };
+        let found = relative_to(2, &[1, 2, 3], &[1, 2, 3], &numbers);
+        let near = |a: &[f64], b: &[f64], within: f64| {
+            assert!(
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < within),
+                "{a:?} {b:?}"
+            );
+        };
+        let wanted = relative(t, 2);
+        near(&found.values, &with(flat(&wanted)), 1e-14);
+        near(&found.along[0].1, &with(slope(2)), 1e-8);
+        // The reference, which is left out, was the unit of the noise.
+        let scale = (raw(t)[0] / raw(t)[2]).norm_sqr();
+        let noise: Vec<f64> = white(&wanted).as_slice().iter().map(|v| v * scale).collect();
+        near(found.noise.as_slice(), &noise, 1e-13);
+    }
+}
