@@ -61,7 +61,7 @@ fn visit(point: usize, heard: &[usize], calibrated: bool) -> ObservedMode {
             _ => k.im,
         };
         // The errors of channels are real: they move each pressure along one line.
-        let along = |z: C64, row: usize| if row % 2 == 0 { z.re } else { z.im };
+        let along = |z: C64, row: usize| [z.re, z.im][row % 2];
         let share =
             |c: [f64; 2], a: C64, b: C64| along(a, row) * along(b, column) * if i == j { c[0] } else { c[1] };
         let shared = share(CHANNELS[0], p[i], p[j]) + share(CHANNELS[1], p[i] * s, p[j] * s);
