@@ -182,7 +182,7 @@ fn padded(used: &Used, of_pressures: &Matrix) -> Matrix {
 }
 
 /// Standard deviation that the near fields of parts give a microphone; 0 away from them.
-fn near_field(rig: &Rig, conditions: &Conditions, microphone: usize) -> f64 {
+pub(crate) fn near_field(rig: &Rig, conditions: &Conditions, microphone: usize) -> f64 {
     let layout = &conditions.layout;
     let Some(&x) = layout.microphones.get(microphone) else { return 0.0 };
     let radius = (layout.areas(x)[0] / std::f64::consts::PI).sqrt();

@@ -64,7 +64,11 @@ pub fn train(
     let own = assembly.parameters().len();
     let predictor = Predictor::new(assembly, observed, &used)?;
     let heard_anything = used.iter().any(|u| !u.others.is_empty());
-    let channels = if heard_anything { Channels::of(rig, training) } else { None };
+    let channels = if heard_anything {
+        Channels::of(rig, training.channels.as_ref(), &training.microphones)
+    } else {
+        None
+    };
     let parameters = parameters(assembly, &[], channels.as_ref(), training)?;
     if let Some(channels) = &channels {
         observed.iter().zip(&mut used).for_each(|(o, u)| channels.take_from(o, u));

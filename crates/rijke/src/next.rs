@@ -10,7 +10,9 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::SavedModel;
-use rijke_engine::run::{Aim, Next, Suggestion, Wish, next, with_points};
+use rijke_engine::run::{
+    Aim, MicrophoneChoice, MicrophoneTable, Next, Suggestion, Wish, microphones, next, with_points,
+};
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
 use rijke_rig::DataKind;
 use rijke_study::Study;
@@ -20,7 +22,8 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke next examples/quarter-wave\n  \
     rijke next examples/quarter-wave --models --map x_g,Q --plot next.svg\n  \
-    rijke next examples/quarter-wave --about x_g=0.24,Q=60 --points 4\n\n\
+    rijke next examples/quarter-wave --about x_g=0.24,Q=60 --points 4\n  \
+    rijke next examples/quarter-wave --microphones\n\n\
     Possible points are those of the stage, measured (a repeat) or not, or those given with --at or --map. Information is in nats:\n\
     about the parameters of the model that went on; between it and its rival, the expected logarithm of the Bayes factor if the\n\
     first is right and if the second is; about the growth rate that --about names. The table [cost] of study.toml says what a point\n\
@@ -49,6 +52,12 @@ pub(crate) struct Args {
     /// Relative pressures are measured too.
     #[arg(long)]
     pressures: bool,
+    /// Judge microphones instead of points: what is lost without each, and what another would add, if every point is visited once more.
+    #[arg(long, conflicts_with_all = ["plot", "pressures", "points"])]
+    microphones: bool,
+    /// Where a microphone may be added, m from the upstream end; may be repeated [default: every twentieth of each duct].
+    #[arg(long, value_name = "M", requires = "microphones", allow_negative_numbers = true)]
+    place: Vec<f64>,
     /// Draw the information over the factors into this SVG file.
     #[arg(long, value_name = "SVG")]
     plot: Option<PathBuf>,
@@ -83,6 +92,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         points: usize::from(args.points),
         pressures: args.pressures,
     };
+    if args.microphones {
+        let found =
+            microphones(&study, &observed, &model, rival.as_ref(), &wish, &args.place).map_err(wrong)?;
+        print_microphones(ui, &found);
+        return ui.result(&found);
+    }
     let found = next(&study, &observed, &model, rival.as_ref(), &wish).map_err(wrong)?;
     if let Some(path) = &args.plot {
         write_whole(path, drawn(&found, &study, observed.kind).svg().as_bytes())?;
@@ -135,6 +150,33 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     }
     if let Some((point, nats)) = &found.further {
         ui.say(format!("After it, the best further point would add {nats:.3} nats: {point}"));
+    }
+}
+
+fn print_microphones(ui: &Ui, found: &MicrophoneTable) {
+    let ([bare, all], points) = (found.total, found.points.len());
+    ui.say(format!(
+        "{}: once more at {points} points, growth rates and frequencies tell {bare:.3} nats",
+        found.stage
+    ));
+    ui.say(format!("With the pressures of the microphones in use, {all:.3} nats"));
+    let row = |m: &MicrophoneChoice| {
+        let role = m.takes_its_role.as_ref();
+        let note = role.map(|other| format!(" (the reference: without it, {other} takes its role)"));
+        ui.say(format!("{:>10.3} {:>7.3}  {}{}", m.nats, m.at, m.microphone, note.unwrap_or_default()));
+    };
+    ui.say(format!("{:>10} {:>7}  microphone in use", "nats lost", "x / m"));
+    found.in_use.iter().for_each(row);
+    ui.say(format!("{:>10} {:>7}  another microphone", "added", "x / m"));
+    found.further.iter().take(SHOWN).for_each(row);
+    if found.further.len() > SHOWN {
+        ui.say(format!("  and {} more", found.further.len() - SHOWN));
+    }
+    for (point, why) in found.left_out.iter().take(SHOWN) {
+        ui.note(format!("{point} is left out: {why}"));
+    }
+    if !found.further.first().is_some_and(|m| m.nats >= found.worth) {
+        ui.say(format!("None is worth adding: each brings less than {} nats at these points", found.worth));
     }
 }
 

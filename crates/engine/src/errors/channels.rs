@@ -4,6 +4,7 @@ use crate::observed::{Observed, Used};
 use crate::{Knowledge, Training};
 use rijke_inference::{Forward, ForwardError, InferenceError, Parameter, Parameters, Prediction, Prior};
 use rijke_numerics::{C64, Matrix, Order};
+use rijke_rig::ChannelErrors;
 use rijke_study::Rig;
 
 /// The delays and gains of the chosen microphones but the reference, which a training finds together with the model: a relative
@@ -13,17 +14,18 @@ pub(crate) struct Channels {
     /// First the delays d, then the gains g.
     pub(crate) parameters: Vec<Parameter>,
     /// The microphones, but the reference.
-    microphones: Vec<usize>,
-    covariance: Matrix,
+    pub(crate) microphones: Vec<usize>,
+    /// Of all of them, by what is stated.
+    pub(crate) covariance: Matrix,
 }
 
 impl Channels {
     /// None where nothing is known of the calibration, or one microphone alone is used.
-    pub(crate) fn of(rig: &Rig, training: &Training) -> Option<Self> {
-        let errors = training.channels.as_ref()?;
+    pub(crate) fn of(rig: &Rig, errors: Option<&ChannelErrors>, chosen: &[usize]) -> Option<Self> {
+        let errors = errors?;
         let (reference, count) = (rig.microphones.reference, rig.microphones.names.len());
         let others = (0..count).filter(|m| *m != reference);
-        let microphones: Vec<usize> = others.filter(|m| training.microphones.contains(m)).collect();
+        let microphones: Vec<usize> = others.filter(|m| chosen.contains(m)).collect();
         let places: Vec<usize> = microphones.iter().map(|m| m - usize::from(*m > reference)).collect();
         let (delays, gains) = (errors.delays.select(&places), errors.gains.select(&places));
         let n = places.len();

@@ -51,4 +51,14 @@ fn behaviour_next_says_what_to_measure_and_when_to_stop() {
     assert!(about["aim"] == "quantity" && number(&sd[1]) < number(&sd[0]), "{about}");
     let (code, text) = said("next study --about x_g");
     assert!(code == Some(2) && text.contains("--about x_g: not a list of factors"), "{text}");
+
+    let found = answer("next study --microphones --place 0.8");
+    let (in_use, further) = (found["in_use"].as_array().unwrap(), found["further"].as_array().unwrap());
+    assert_eq!((in_use.len(), further.len()), (4, 2), "p4 was never heard, and one is asked for");
+    assert!(in_use.iter().chain(further).all(|m| number(&m["nats"]) > 0.0), "{found}");
+    let (code, text) = said("next study --microphones");
+    assert!(code == Some(0) && text.contains("p1 (the reference: without it, p2 takes its role)"), "{text}");
+    assert!(text.contains("None is worth adding: each brings less than 0.1 nats"), "{text}");
+    let (code, text) = said("next study --microphones --place 0.9");
+    assert!(code == Some(2) && text.contains("give a place from 0 to 0.8 m"), "{text}");
 }

@@ -5,7 +5,7 @@
 //! rows, so that what points share is counted once.
 
 use crate::EngineError;
-use rijke_numerics::{Cholesky, Matrix};
+use rijke_numerics::{C64, Cholesky, Matrix};
 use rijke_study::Cause;
 use std::collections::BTreeMap;
 
@@ -18,6 +18,10 @@ pub(super) enum Shared {
     Installation(usize, String),
     /// The points of one installation: a parameter that differs from installation to installation.
     Varying(String, String),
+    /// All points: the errors of calibration that the microphones in use have together.
+    Calibration(usize),
+    /// All points: what a further microphone has of its own in delay (0) or gain (1).
+    Microphone(usize, usize),
 }
 
 /// The numbers of one operating point to first order.
@@ -28,8 +32,25 @@ pub(super) struct Numbers {
     pub(super) along: Vec<(usize, Vec<f64>)>,
     /// The change per standard deviation of each error that points share.
     pub(super) shared: BTreeMap<Shared, Vec<f64>>,
-    /// Variance of the noise of one visit; zero for a quantity that is wanted and not measured.
-    pub(super) noise: Vec<f64>,
+    /// Covariance of the noise of one visit; zero for a quantity that is wanted and not measured.
+    pub(super) noise: Matrix,
+}
+
+impl Numbers {
+    /// The relative pressures, which stand after growth rate and angular frequency.
+    pub(super) fn pressures(&self) -> Vec<C64> {
+        self.values[2..].chunks_exact(2).map(|z| C64::new(z[0], z[1])).collect()
+    }
+
+    /// What is read if the rows of `t` say how numbers combine.
+    pub(super) fn through(&self, t: &Matrix) -> Self {
+        Self {
+            values: t.times(&self.values),
+            along: self.along.iter().map(|(place, slope)| (*place, t.times(slope))).collect(),
+            shared: self.shared.iter().map(|(cause, slope)| (cause.clone(), t.times(slope))).collect(),
+            noise: t.product(&self.noise).product(&t.transpose()),
+        }
+    }
 }
 
 /// The joint predictive of operating points by one model.
@@ -90,9 +111,9 @@ impl Predictive {
         let rows = self.rows(set);
         Matrix::from_fn(rows.len(), rows.len(), |i, j| {
             let ((visit, a), (other, b)) = (rows[i], rows[j]);
-            let noise = if a == b && visit == other {
+            let noise = if visit == other {
                 let k = set[visit];
-                self.points[k].noise[a - self.starts[k]]
+                self.points[k].noise[(a - self.starts[k], b - self.starts[k])]
             } else {
                 0.0
             };
@@ -169,7 +190,7 @@ mod tests {
                 Shared::Installation(0, if k < 2 { "a" } else { "b" }.to_owned()),
                 vec![SHARED],
             )]),
-            noise: vec![NOISE * NOISE],
+            noise: Matrix::diagonal(&[NOISE * NOISE]),
         };
         Predictive::new((0..3).map(point).collect(), &sigma())
     }
@@ -252,7 +273,7 @@ mod tests {
         let wanted = Numbers {
             values: vec![0.0],
             along: vec![(0, vec![1.0])],
-            noise: vec![0.0],
+            noise: Matrix::zeros(1, 1),
             ..Numbers::default()
         };
         let points = all.points.iter().cloned().chain([wanted]).collect();

@@ -1,0 +1,234 @@
+//! The points of a study as places where something can be measured: what each would read, by a model and its rival.
+
+use super::predictive::{Numbers, Predictive, Shared};
+use super::pressures::Listening;
+use super::told::{Aim, Told};
+use crate::noise::{measured_sd, of_point_and_installation, varying};
+use crate::run::followed::Followed;
+use crate::run::inputs::{ambient_of_all, conditions, observed, states};
+use crate::run::rows::assembly_of;
+use crate::{Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
+use rayon::prelude::*;
+use rijke_numerics::Matrix;
+use rijke_rig::ChannelErrors;
+use rijke_study::plan::Stage;
+use rijke_study::{BaseState, Observations, Study};
+use std::collections::BTreeMap;
+
+/// What is wanted of [`next`](super::next).
+#[derive(Clone, Debug, Default)]
+pub struct Wish {
+    /// What the plan is for.
+    pub aim: Aim,
+    /// Points that may be measured, by their places in the campaign. One that was measured is a repeat.
+    pub candidates: Vec<usize>,
+    /// The point whose growth rate is asked for.
+    pub about: Option<usize>,
+    /// How many points to plan.
+    pub points: usize,
+    /// Whether relative pressures are measured too.
+    pub pressures: bool,
+}
+
+/// What is known of the points of a study, whichever model is asked.
+pub(super) struct Place<'a> {
+    study: &'a Study,
+    observed: Vec<Observed>,
+    states: BTreeMap<usize, BaseState>,
+    ambient: Vec<Option<[f64; 2]>>,
+    channels: Option<ChannelErrors>,
+}
+
+impl<'a> Place<'a> {
+    /// `channels` are the errors of the microphones of the study's folder; the study may have more of them.
+    pub(super) fn new(
+        study: &'a Study,
+        observations: &Observations,
+        channels: Option<ChannelErrors>,
+    ) -> Result<Self, EngineError> {
+        let ambient = ambient_of_all(study, observations);
+        let states = states(study, &ambient, true)?;
+        let observed = observed(study, observations, &states, &ambient)?;
+        Ok(Self { study, observed, states, ambient, channels })
+    }
+
+    /// The conditions at a point of the campaign, where they can be known: a model that was trained with inferred states needs one.
+    fn conditions(&self, model: &SavedModel, k: usize) -> Result<Conditions, EngineError> {
+        let point = &self.study.campaign.points[k];
+        let trained = || model.trained_on.iter().filter_map(|id| self.study.campaign.point(id));
+        let ambient = self.ambient[k].or_else(|| trained().find_map(|(t, _)| self.ambient[t]));
+        conditions(self.study, point, self.states.get(&k), ambient)
+    }
+
+    /// A point by a model, where its mode is sought as it was when it was measured.
+    fn numbers(
+        &self,
+        model: &SavedModel,
+        posterior: &TrainedPosterior,
+        k: usize,
+        microphones: &[usize],
+    ) -> Result<(Numbers, Conditions), EngineError> {
+        let conditions = self.conditions(model, k)?;
+        let assembly = assembly_of(self.study, &model.candidates, &model.hold)?;
+        let seen = self.observed.iter().find(|o| o.conditions.id == conditions.id);
+        let followed = Followed::of(self.study, &self.observed, &model.trained_on);
+        let first = followed.labels().first();
+        let near = seen.map(|o| o.near).or_else(|| followed.near(first?, &conditions));
+        let (known, law) = (&posterior.knowledge, model.law.as_ref());
+        let linear = posterior.linear(known, &assembly, &conditions, microphones, near, law)?;
+        // Repeated visits of a point share the errors of its gas: some of them are made anew, but this promises less.
+        let shared = linear.base.into_iter().chain(linear.law).map(|(c, change)| (Shared::Cause(c), change));
+        let mut numbers = Numbers {
+            noise: Matrix::zeros(linear.values.len(), linear.values.len()),
+            values: linear.values,
+            along: linear.along,
+            shared: shared.collect(),
+        };
+        for (name, sd) in varying(&posterior.noise) {
+            let place = known.names.iter().position(|n| n == name);
+            if let Some((_, slope)) = numbers.along.iter().find(|(at, _)| Some(*at) == place) {
+                let cause = Shared::Varying(name.to_owned(), conditions.point.installation.clone());
+                numbers.shared.insert(cause, slope.iter().map(|d| d * sd).collect());
+            }
+        }
+        Ok((numbers, conditions))
+    }
+
+    /// What measuring each point would give.
+    fn expected(
+        &self,
+        stage: &Stage,
+        model: &SavedModel,
+        candidates: &[usize],
+        microphones: &[usize],
+    ) -> Result<Vec<Result<Numbers, EngineError>>, EngineError> {
+        let posterior = model.posterior()?;
+        let trained = self.trained(model);
+        let measured = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).measured;
+        let errors = [0, 1].map(|k| if measured { measured_sd(&trained, k) } else { 0.0 });
+        let noise = of_point_and_installation(&posterior.noise);
+        let rig = &self.study.rig;
+        let channels = self.channels.as_ref();
+        let heard = Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, measured)?;
+        let others: Vec<usize> =
+            microphones.iter().copied().filter(|m| *m != rig.microphones.reference).collect();
+        let one = |&k: &usize| {
+            let (mut numbers, conditions) = self.numbers(model, &posterior, k, microphones)?;
+            let rows = numbers.values.len();
+            let misfit = noise[2][0].powi(2);
+            numbers.noise = heard.noise(rig, &conditions, &numbers, &others, misfit);
+            for r in 0..2 {
+                numbers.noise[(r, r)] = noise[r][0].powi(2) + errors[r].powi(2);
+            }
+            heard.add_channels(&mut numbers, &others);
+            for (r, [_, sd]) in noise.iter().enumerate().take(2).filter(|(_, [_, sd])| *sd > 0.0) {
+                let cause = Shared::Installation(r, self.study.campaign.points[k].installation.clone());
+                numbers.shared.insert(cause, (0..rows).map(|i| if i == r { *sd } else { 0.0 }).collect());
+            }
+            Ok(numbers)
+        };
+        Ok(candidates.par_iter().map(one).collect())
+    }
+
+    /// The observations that trained a model.
+    pub(super) fn trained(&self, model: &SavedModel) -> Vec<Observed> {
+        let trained = |o: &&Observed| model.trained_on.contains(&o.conditions.id);
+        self.observed.iter().filter(trained).cloned().collect()
+    }
+
+    /// The points that can be judged, with what measuring each would give.
+    pub(super) fn measurable(
+        &self,
+        model: &SavedModel,
+        rival: Option<&SavedModel>,
+        wish: &Wish,
+        microphones: &[usize],
+    ) -> Result<Measurable, EngineError> {
+        let nothing = |reason: String| EngineError::NothingToMeasure { stage: model.stage.clone(), reason };
+        let Some((_, stage)) = self.study.plan.stage(&model.stage) else {
+            return Err(nothing("the study has no such stage; rank it again".into()));
+        };
+        let mine = self.expected(stage, model, &wish.candidates, microphones)?;
+        let theirs = match rival {
+            Some(rival) => self.expected(stage, rival, &wish.candidates, microphones)?,
+            None => wish.candidates.iter().map(|_| Ok(Numbers::default())).collect(),
+        };
+        let mut able = Measurable {
+            kept: Vec::new(),
+            own: Vec::new(),
+            others: Vec::new(),
+            about: wish.about.map(|k| self.wanted(model, k)).transpose()?,
+            covariance: model.posterior()?.knowledge.covariance,
+            of_rival: rival.map(|r| Ok::<_, EngineError>(r.posterior()?.knowledge.covariance)).transpose()?,
+            left_out: Vec::new(),
+        };
+        for ((&k, a), b) in wish.candidates.iter().zip(mine).zip(theirs) {
+            let why = match (a, b) {
+                (Ok(a), Ok(_)) if a.values[0] > 0.0 => format!(
+                    "the model says that the mode grows there, by {:.2} 1/s: it rings by itself, and has no decay to be measured",
+                    a.values[0]
+                ),
+                (Ok(a), Ok(b)) => {
+                    able.kept.push(k);
+                    able.own.push(a);
+                    able.others.push(b);
+                    continue;
+                }
+                (Err(e), _) | (_, Err(e)) => e.to_string(),
+            };
+            able.left_out.push((self.study.campaign.points[k].id.clone(), why));
+        }
+        if able.kept.is_empty() {
+            let reason = able.left_out.into_iter().next().map(|(_, reason)| reason);
+            return Err(nothing(reason.unwrap_or_else(|| "no point is given".into())));
+        }
+        match (wish.aim, &able.of_rival, &able.about) {
+            (Aim::Models, None, _) => {
+                Err(nothing("only one model of it could be fitted: there is nothing to decide".into()))
+            }
+            (Aim::Quantity, _, None) => Err(nothing("no point is given whose growth rate is wanted".into())),
+            _ => Ok(able),
+        }
+    }
+
+    /// The growth rate at a point in an installation of its own, without noise.
+    fn wanted(&self, model: &SavedModel, k: usize) -> Result<Numbers, EngineError> {
+        let (numbers, _) = self.numbers(model, &model.posterior()?, k, &[])?;
+        let apart = |cause: Shared| match cause {
+            Shared::Varying(name, _) => Shared::Varying(name, String::new()),
+            other => other,
+        };
+        let first = Matrix::from_fn(1, numbers.values.len(), |_, j| f64::from(u8::from(j == 0)));
+        let mut wanted = numbers.through(&first);
+        wanted.shared = wanted.shared.into_iter().map(|(cause, slope)| (apart(cause), slope)).collect();
+        Ok(wanted)
+    }
+}
+
+/// The points that can be judged.
+pub(super) struct Measurable {
+    /// Their places in the campaign.
+    pub(super) kept: Vec<usize>,
+    /// By the model, and by its rival.
+    pub(super) own: Vec<Numbers>,
+    others: Vec<Numbers>,
+    about: Option<Numbers>,
+    covariance: Matrix,
+    of_rival: Option<Matrix>,
+    /// Points that cannot be judged, and why.
+    pub(super) left_out: Vec<(String, String)>,
+}
+
+impl Measurable {
+    /// What visits of the points would tell, of whose numbers `seen` says which are measured.
+    pub(super) fn told(&self, seen: &dyn Fn(&Numbers) -> Numbers) -> Told {
+        // The quantity stands behind all points.
+        let own = self.own.iter().map(seen).chain(self.about.clone()).collect();
+        let rival = self.of_rival.as_ref();
+        Told {
+            mine: Predictive::new(own, &self.covariance),
+            rival: rival.map(|c| Predictive::new(self.others.iter().map(seen).collect(), c)),
+            quantity: self.about.is_some().then_some(self.kept.len()),
+        }
+    }
+}
