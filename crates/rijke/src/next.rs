@@ -2,6 +2,7 @@
 
 use crate::{
     failure::Failure,
+    number,
     predict::{Grid, values},
     rank::rival_of,
     results::{Ranked, kept},
@@ -56,7 +57,7 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with_all = ["plot", "pressures", "points"])]
     microphones: bool,
     /// Where a microphone may be added, m from the upstream end; may be repeated [default: every twentieth of each duct].
-    #[arg(long, value_name = "M", requires = "microphones", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", requires = "microphones", value_parser = number::finite)]
     place: Vec<f64>,
     /// Draw the information over the factors into this SVG file.
     #[arg(long, value_name = "SVG")]

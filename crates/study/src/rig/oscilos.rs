@@ -93,9 +93,9 @@ pub(super) fn read(folder: &Path) -> Result<Folder, StudyError> {
     if gamma != 1.0 {
         return Err(flow.unknown(0, "Choice_gamma", gamma, "1 (constant)"));
     }
-    flow.within("the pressure", pressure, [1e2, 1e9], "100 to 1e9 Pa")?;
-    flow.within("the temperature", temperature, [100.0, 4000.0], "100 to 4000 K")?;
-    flow.within("the ratio of temperatures", ratio, [0.1, 20.0], "0.1 to 20")?;
+    flow.within("pressure", pressure, [1e2, 1e9], "100 to 1e9 Pa")?;
+    flow.within("temperature", temperature, [100.0, 4000.0], "100 to 4000 K")?;
+    flow.within("ratio of temperatures", ratio, [0.1, 20.0], "0.1 to 20")?;
     let float = Value::Float;
     let gas = table([
         ("pressure", float(pressure)),
@@ -125,7 +125,7 @@ pub(super) fn read(folder: &Path) -> Result<Folder, StudyError> {
             if kind != 1.0 {
                 return Err(flame.unknown(0, "type of flame", kind, "1 (n-tau)"));
             }
-            flame.within("the delay", delay, DELAYS, "0 to 10 000 ms")?;
+            flame.within("delay", delay, DELAYS, "0 to 10 000 ms")?;
             let law = [("n", float(gain)), ("delay", float(delay * 1e-3))];
             let named = table([("name", text("flame")), ("type", text("flame"))]);
             elements.push(named.into_iter().chain(table(law)).collect());
@@ -158,10 +158,10 @@ fn end(folder: &Path, name: &str) -> Result<Table, StudyError> {
     let float = Value::Float;
     if kind == 4.0 || kind == 5.0 {
         // An active end may exceed 1, but not by far.
-        file.within("the modulus of the reflection", one, [-2.0, 2.0], "-2 to 2")?;
+        file.within("modulus of the reflection", one, [-2.0, 2.0], "-2 to 2")?;
     }
     if kind == 4.0 {
-        file.within("the delay", two, DELAYS, "0 to 10 000 ms")?;
+        file.within("delay", two, DELAYS, "0 to 10 000 ms")?;
     }
     Ok(match kind {
         1.0 => table([("type", text("open"))]),

@@ -108,7 +108,7 @@ pub(super) const CASES: [Case; 11] = [
             fs::write(d.join("data/rig.toml"), "name = \"combustor\"\noscilos = \"../oscilos\"\n").unwrap();
         },
         CHECK,
-        ["Flame.txt, line 2", "the delay is 30000", "0 to 10 000 ms"],
+        ["Flame.txt, line 2", "`delay` is `30000`", "0 to 10 000 ms"],
     ),
 ];
 
