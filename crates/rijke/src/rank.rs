@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             number::with_sd(heat.cooling[0], heat.cooling[1])
         ));
         ui.note(format!(
-            "the rise of the gas counts as {:.2} % uncertain at every point by itself: by readings and prior it scatters by {:.2} to {:.2} %",
+            "the rise of the gas scatters from point to point by {:.2} % (root mean square of the posterior; 95 % of it from {:.2} to {:.2} %)",
             100.0 * heat.scatter,
             100.0 * heat.scatter_within[0],
             100.0 * heat.scatter_within[1]
@@ -225,15 +225,14 @@ fn table(ui: &Ui, stage: &StageRecord) {
 
 /// What later stages make of the models that a stage leaves open.
 fn carried_on(ui: &Ui, stage: &StageRecord) {
-    let best = stage.carried.iter().filter_map(|c| c.ln_evidence).fold(f64::NEG_INFINITY, f64::max);
     if !stage.carried.is_empty() {
-        ui.say("      left open here; nats with the best models of later stages:");
+        ui.say("      these points leave models open; with the best models of later stages (in brackets) they have:");
     }
-    for open in &stage.carried {
+    for (open, nats) in stage.carried_below_best() {
         let later: Vec<&str> = open.later.iter().map(|l| l.model.as_str()).collect();
         let mark = if open.id == stage.chosen { "  <- goes on" } else { "" };
-        ui.say(match open.ln_evidence {
-            Some(ln) => format!("  {:>9.1} nats  {} ({}){mark}", ln - best, open.id, later.join("; ")),
+        ui.say(match nats {
+            Some(nats) => format!("  {nats:>9.1} nats  {} ({}){mark}", open.id, later.join("; ")),
             None => format!("  no evidence     {}: a later stage has no model that could be fitted", open.id),
         });
     }

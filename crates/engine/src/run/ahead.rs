@@ -4,7 +4,7 @@
 //! earlier ones found. A cold stage may leave two inlets open between which the hot points decide; the one that is taken too early then
 //! moves what later stages infer by many of their standard deviations.
 
-use super::compete::goes_on;
+use super::compete::{best_of, goes_on, with_later};
 use super::course::{Choice, Chosen, Done, Found, Near, Run, Trusted};
 use super::record::{CarriedOn, CarriedStage, ModelRecord};
 use super::rows::Row;
@@ -17,13 +17,23 @@ const MOST: usize = 8;
 /// Nats by which a model of a later stage may trail after the best model here and yet be tried after the others.
 const REACH: f64 = 25.0;
 
+/// What later stages find if a model is right.
+struct Later {
+    /// Sum of the ln evidences of their best models.
+    ln_evidence: f64,
+    /// These models.
+    best: Vec<CarriedStage>,
+    /// All that come within [`REACH`] of them.
+    near: Near,
+}
+
 impl Run {
-    /// Carries on every model within `decides` nats of the best of its stage, the best ones first if there are many. None where the stage
-    /// decides or nothing stands on it. Later evidence is Laplace's at the best of few maxima.
+    /// Carries on every model within `decides` nats of the best of its stage, of many the best [`MOST`]. No model is carried on where the stage
+    /// decides or nothing stands on it. The evidence of later stages is Laplace's, at the best of a few maxima.
     pub(super) fn carried_on(&self, stage: &Stage, results: &[Found], choices: &[&Choice]) -> Vec<CarriedOn> {
         let later = standing_on(&self.study.plan, &stage.id);
         let total = |k: usize| results[k].0.ln_evidence();
-        let best = (0..results.len()).map(total).fold(f64::NEG_INFINITY, f64::max);
+        let best = best_of(results);
         let fitted = |k: &usize| results[*k].1.is_some() && total(*k) >= best - stage.decides;
         let mut open: Vec<usize> = (0..results.len()).filter(fitted).collect();
         if later.is_empty() || open.len() < 2 {
@@ -33,13 +43,16 @@ impl Run {
         open.truncate(MOST);
         let with = |k: usize, near: Option<&Near>| {
             let (model, chosen) = &results[k];
-            let later = chosen.as_ref().map(|chosen| self.later(&later, choices[k], chosen, near));
-            let (found, near) = later.and_then(Result::ok).unzip();
-            let (sum, later): (Option<f64>, Option<Vec<CarriedStage>>) = found.unzip();
-            let ln_evidence = sum.map(|sum| sum + model.ln_evidence());
-            (CarriedOn { id: model.id.clone(), ln_evidence, later: later.unwrap_or_default() }, near)
+            let id = model.id.clone();
+            match chosen.as_ref().map(|chosen| self.later(&later, choices[k], chosen, near)) {
+                Some(Ok(found)) => {
+                    let ln_evidence = Some(model.ln_evidence() + found.ln_evidence);
+                    (CarriedOn { id, ln_evidence, later: found.best }, Some(found.near))
+                }
+                _ => (CarriedOn { id, ln_evidence: None, later: Vec::new() }, None),
+            }
         };
-        // What trails far in later stages after the best model here is not tried after the others.
+        // A model of a later stage that trails far behind after the best model here is not tried after the others.
         let (first, near) = with(open[0], None);
         let others = open[1..].par_iter().map(|&k| with(k, near.as_ref()).0).collect::<Vec<_>>();
         let mut all = [vec![first], others].concat();
@@ -48,24 +61,21 @@ impl Run {
         all
     }
 
-    /// The sum of the ln evidences of the best models of the stages called `later` if this one is right, with these models; and the models that
-    /// come near them. If there is such a list after another model, only its models are tried, and searched from what they found there.
+    /// What the stages called `later` find if this model is right. With `near`, what they found after another model, only those models are tried,
+    /// and their searches begin there.
     fn later(
         &self,
         later: &[String],
         choice: &Choice,
         chosen: &Chosen,
         near: Option<&Near>,
-    ) -> Result<((f64, Vec<CarriedStage>), Near), EngineError> {
+    ) -> Result<Later, EngineError> {
         let taken = Done::of(choice.clone(), chosen.clone());
         let mut run = self.standing_on(self.done.iter().cloned().chain([taken]).collect());
         run.near = near.cloned().unwrap_or_default();
-        run.trusted = match self.trusted {
-            Trusted::Laplace => Trusted::Laplace,
-            _ if near.is_some() => Trusted::Laplace,
-            _ => Trusted::Searched,
-        };
-        let (mut sum, mut all, mut close) = (0.0, Vec::new(), Near::new());
+        let checked = self.trusted != Trusted::Laplace && near.is_none();
+        run.trusted = if checked { Trusted::Searched } else { Trusted::Laplace };
+        let mut found = Later { ln_evidence: 0.0, best: Vec::new(), near: Near::new() };
         while let Some(stage) = run.study.plan.stages.get(run.done.len()).cloned() {
             let counts = later.contains(&stage.id);
             // A row of another candidate in one of its roles would stand on another model than this one.
@@ -76,19 +86,21 @@ impl Run {
             let best = results[winner].0.ln_evidence();
             if counts {
                 let ModelRecord { id: model, parameters, .. } = results[winner].0.clone();
-                sum += best;
+                found.ln_evidence += best;
                 let reach = results.iter().filter(|(m, _)| m.ln_evidence() >= best - REACH);
-                close.extend(reach.map(|(m, _)| ([stage.id.clone(), m.id.clone()], m.parameters.clone())));
-                all.push(CarriedStage { stage: stage.id, model, parameters });
+                found
+                    .near
+                    .extend(reach.map(|(m, _)| ([stage.id.clone(), m.id.clone()], m.parameters.clone())));
+                found.best.push(CarriedStage { stage: stage.id, model, parameters });
             }
-            if all.len() == later.len() {
+            if found.best.len() == later.len() {
                 break;
             }
             if let Some(chosen) = results[next].1.clone() {
                 run.done.push(Done::of(rows[next].choice.clone(), chosen));
             }
         }
-        Ok(((sum, all), close))
+        Ok(found)
     }
 
     /// Sets, in the model that goes on from `stage`, the value and the deviation of every parameter averaged over the models that earlier
@@ -116,9 +128,7 @@ impl Run {
 
 /// Of the models that were carried on, those beside the one called `chosen`, each with its odds against that one.
 pub(super) fn open_beside(chosen: &str, carried: &[CarriedOn]) -> Vec<(f64, CarriedOn)> {
-    let Some(own) = carried.iter().find(|c| c.id == chosen).and_then(|c| c.ln_evidence) else {
-        return Vec::new();
-    };
+    let Some(own) = with_later(carried, chosen) else { return Vec::new() };
     let odds = |c: &CarriedOn| Some(((c.ln_evidence? - own).exp(), c.clone()));
     carried.iter().filter(|c| c.id != chosen).filter_map(odds).collect()
 }

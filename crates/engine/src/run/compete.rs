@@ -52,7 +52,12 @@ impl Run {
     }
 }
 
-fn best_of(results: &[Found]) -> f64 {
+/// ln evidence of a model with that of later stages, if it was carried on.
+pub(super) fn with_later(carried: &[CarriedOn], id: &str) -> Option<f64> {
+    carried.iter().find(|c| c.id == id)?.ln_evidence
+}
+
+pub(super) fn best_of(results: &[Found]) -> f64 {
     results.iter().map(|(m, _)| m.ln_evidence()).fold(f64::NEG_INFINITY, f64::max)
 }
 
@@ -64,13 +69,12 @@ pub(super) fn goes_on(
     carried: &[CarriedOn],
 ) -> Result<[usize; 2], EngineError> {
     let own = |(m, c): &Found| c.as_ref().map(|_| m.ln_evidence());
-    let with_later = |m: &ModelRecord| carried.iter().find(|c| c.id == m.id)?.ln_evidence;
     let first = |worth: &[Option<f64>], lead: f64| {
         let best = worth.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
         worth.iter().position(|w| w.is_some_and(|w| w >= best - lead))
     };
     let alone: Vec<Option<f64>> = results.iter().map(own).collect();
-    let all: Vec<Option<f64>> = results.iter().map(|(m, _)| with_later(m)).collect();
+    let all: Vec<Option<f64>> = results.iter().map(|(m, _)| with_later(carried, &m.id)).collect();
     let lead = match stage.prefer {
         Prefer::Leader => 0.0,
         Prefer::First => stage.decides,

@@ -158,6 +158,13 @@ impl StageRecord {
         all
     }
 
+    /// The models that were carried on, each with its ln evidence less that of the best of them, later stages included; none where it has none.
+    #[must_use]
+    pub fn carried_below_best(&self) -> Vec<(&CarriedOn, Option<f64>)> {
+        let best = self.carried.iter().filter_map(|c| c.ln_evidence).fold(f64::NEG_INFINITY, f64::max);
+        self.carried.iter().map(|c| (c, c.ln_evidence.map(|ln| ln - best))).collect()
+    }
+
     /// The best other model than the one that goes on, and by how many nats it lies behind that one; none where there is no other.
     #[must_use]
     pub fn nearest(&self) -> Option<(&ModelRecord, f64)> {

@@ -135,8 +135,7 @@ impl Run {
     /// The microphones that a stage uses.
     pub(super) fn microphones(&self, stage: &Stage) -> Vec<usize> {
         let names = &self.rig.microphones.names;
-        let used = |m: &usize| stage.microphones.is_empty() || stage.microphones.contains(&names[*m]);
-        (0..names.len()).filter(used).collect()
+        (0..names.len()).filter(|m| stage.hears(&names[*m])).collect()
     }
 
     /// The microphone to which pressures are relative, if there is one.

@@ -1,7 +1,7 @@
 //! Stages that stand on each other.
 
 use super::ahead::open_beside;
-use super::compete::goes_on;
+use super::compete::{goes_on, with_later};
 use super::course::{Choice, Done, Run};
 use super::inputs::selected;
 use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
@@ -14,11 +14,11 @@ use rijke_study::plan::Stage;
 fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[CarriedOn]) -> Option<String> {
     let worth = |m: &ModelRecord| match carried.is_empty() {
         true => m.evidence.map(|e| e.ln_marginal),
-        false => carried.iter().find(|c| c.id == m.id)?.ln_evidence,
+        false => with_later(carried, &m.id),
     };
     let own = models.iter().find(|m| m.id == taken)?;
     let at = worth(own)?;
-    let behind = |m: &'_ ModelRecord| worth(m).map(|w| at - w).filter(|b| *b < stage.decides);
+    let behind = |m: &ModelRecord| worth(m).map(|w| at - w).filter(|b| *b < stage.decides);
     let others = models.iter().filter(|m| m.id != taken).filter_map(|m| Some((m, behind(m)?)));
     let mut open: Vec<(&ModelRecord, f64)> = others.collect();
     open.sort_by(|a, b| a.1.total_cmp(&b.1));

@@ -71,18 +71,16 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
     )
 }
 
-/// The parameters of the chosen model.
 /// What later stages make of the models that a stage leaves open.
 pub(super) fn carried_on(stage: &StageRecord) -> String {
     let label = |id: &str| stage.models.iter().find(|m| m.id == id).map_or(id, |m| &m.label).to_owned();
-    let all = || stage.carried.iter().filter_map(|c| c.ln_evidence);
-    let best = all().fold(f64::NEG_INFINITY, f64::max);
-    if all().count() < 2 {
+    let all = stage.carried_below_best();
+    if all.iter().filter(|(_, nats)| nats.is_some()).count() < 2 {
         return String::new();
     }
-    let row = |c: &CarriedOn| {
+    let row = |(c, nats): &(&CarriedOn, Option<f64>)| {
         let class = if c.id == stage.chosen { " class=\"chosen\"" } else { "" };
-        let behind = c.ln_evidence.map_or("cannot be fitted".to_owned(), |e| format!("{:.1}", e - best));
+        let behind = nats.map_or("cannot be fitted".to_owned(), |nats| format!("{nats:.1}"));
         let later: Vec<String> = c.later.iter().map(|l| format!("<code>{}</code>", html(&l.model))).collect();
         format!(
             "<tr{class}><td>{}</td><td><code>{}</code></td><td class=\"n\">{behind}</td><td>{}</td></tr>\n",
@@ -91,14 +89,15 @@ pub(super) fn carried_on(stage: &StageRecord) -> String {
             later.join(", ")
         )
     };
-    let rows: String = stage.carried.iter().map(row).collect();
+    let rows: String = all.iter().map(row).collect();
     format!(
-        "<p>These points leave some models open. With each of them the later stages were trained too; the evidence of all of them counts for \
-         what goes on.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind, with later stages</th>\
+        "<p>These points leave some models open. The later stages were trained with each of them, and the evidence of all these stages says which \
+         goes on.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind, with later stages</th>\
          <th>best models of later stages</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
     )
 }
 
+/// The parameters of the chosen model.
 pub(super) fn parameters(model: &ModelRecord) -> String {
     parameter_table(&model.parameters)
 }

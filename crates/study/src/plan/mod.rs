@@ -134,6 +134,14 @@ fn cooling() -> [f64; 2] {
     [5.0, 3.0]
 }
 
+impl Stage {
+    /// Whether the stage uses the microphone of this name.
+    #[must_use]
+    pub fn hears(&self, microphone: &String) -> bool {
+        self.microphones.is_empty() || self.microphones.contains(microphone)
+    }
+}
+
 impl Plan {
     /// The roles that stages and questions name, and the candidates that are part of no model because nothing names theirs.
     pub(crate) fn unused<'a>(&self, catalogue: &'a Catalogue) -> (BTreeSet<&str>, Vec<&'a Candidate>) {

@@ -74,8 +74,7 @@ pub fn microphones(
     let place = Place::new(&more, observations, study.channels()?)?;
     let stage = study.plan.stage(&model.stage).map(|(_, stage)| stage);
     let (names, reference) = (&more.rig.microphones.names, more.rig.microphones.reference);
-    let named =
-        |m: &usize| stage.is_none_or(|s| s.microphones.is_empty() || s.microphones.contains(&names[*m]));
+    let named = |m: &usize| stage.is_none_or(|s| s.hears(&names[*m]));
     let trained = place.trained(model);
     let heard: BTreeSet<usize> =
         trained.iter().flat_map(|o| o.mode.pressures.iter().map(|(m, _)| *m)).filter(named).collect();

@@ -42,8 +42,7 @@ impl Listening {
         measured: bool,
     ) -> Result<Self, EngineError> {
         let instruments = &study.rig.microphones;
-        let used =
-            |m: &usize| stage.microphones.is_empty() || stage.microphones.contains(&instruments.names[*m]);
+        let used = |m: &usize| stage.hears(&instruments.names[*m]);
         let stated = errors.map_or(0, |e| e.delays.rows() + 1);
         let channels = Channels::of(&study.rig, errors, &(0..stated).filter(used).collect::<Vec<_>>());
         let mut found =
