@@ -1,7 +1,7 @@
 //! Complex numbers that carry their first and second derivatives.
 
 use crate::C64;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 
 /// A complex value with its gradient and Hessian with respect to the seeds of a [`JetSpace`].
 ///
@@ -270,22 +270,47 @@ impl Sub for &Jet {
     }
 }
 
+impl AddAssign<&Jet> for Jet {
+    fn add_assign(&mut self, other: &Jet) {
+        self.value += other.value;
+        let both = self.gradient.iter_mut().zip(&other.gradient);
+        both.chain(self.hessian.iter_mut().zip(&other.hessian)).for_each(|(a, b)| *a += b);
+    }
+}
+
+impl AddAssign<C64> for Jet {
+    fn add_assign(&mut self, constant: C64) {
+        self.value += constant;
+    }
+}
+
+impl MulAssign<C64> for Jet {
+    fn mul_assign(&mut self, factor: C64) {
+        self.value *= factor;
+        self.gradient.iter_mut().chain(&mut self.hessian).for_each(|d| *d *= factor);
+    }
+}
+
+impl MulAssign<&Jet> for Jet {
+    fn mul_assign(&mut self, other: &Jet) {
+        let (a, b) = (self.value, other.value);
+        let mut entries = self.hessian.iter_mut().zip(&other.hessian);
+        for (i, (x, y)) in self.gradient.iter().zip(&other.gradient).enumerate() {
+            let row = self.gradient.iter().zip(&other.gradient).take(i + 1);
+            for ((u, v), (h, k)) in row.zip(entries.by_ref()) {
+                *h = b * *h + a * k + (x * v + u * y);
+            }
+        }
+        self.gradient.iter_mut().zip(&other.gradient).for_each(|(x, y)| *x = b * *x + a * y);
+        self.value = a * b;
+    }
+}
+
 impl Mul for &Jet {
     type Output = Jet;
     fn mul(self, other: &Jet) -> Jet {
-        let (a, b) = (self.value, other.value);
-        let mut product = self.zip(other, |x, y| b * x + a * y);
-        product.value = a * b;
-        if !product.hessian.is_empty() {
-            let mut k = 0;
-            for i in 0..self.gradient.len() {
-                for j in 0..=i {
-                    product.hessian[k] +=
-                        self.gradient[i] * other.gradient[j] + self.gradient[j] * other.gradient[i];
-                    k += 1;
-                }
-            }
-        }
+        let mut product = self.clone();
+        product *= other;
         product
     }
 }

@@ -114,10 +114,10 @@ impl FlowChain {
     /// K of a chain of three equal ducts, the middle one being the piece: of area, or else of temperature.
     fn change(&self, s: C64, of_area: bool) -> Change {
         let space = JetSpace::new(2, Order::Second);
-        let one = Seeded(space.real(1.0));
-        let larger = one.clone() + Seeded(space.seed(0, C64::ZERO));
+        let one = Seeded::Fixed(C64::ONE);
+        let larger = one.clone() + Seeded::Varying(space.seed(0, C64::ZERO));
         let mut basis = self.unsettled_with(&one, &|_| one.real(0.0));
-        basis.length[1] = Seeded(space.seed(1, C64::ZERO));
+        basis.length[1] = Seeded::Varying(space.seed(1, C64::ZERO));
         if of_area {
             basis.area[1] = basis.area[1].clone() * larger;
         } else {
@@ -131,7 +131,10 @@ impl FlowChain {
             x[k] = one.clone();
             x = self.cross_alone(&basis, 1, &x, &s);
             x = self.pass(&basis, 1, &x, &s);
-            self.cross_alone(&basis, 2, &x, &s).map(|v| v.0.hessian(1, 0))
+            self.cross_alone(&basis, 2, &x, &s).map(|v| match v {
+                Seeded::Fixed(_) => C64::ZERO,
+                Seeded::Varying(jet) => jet.hessian(1, 0),
+            })
         })
     }
 }

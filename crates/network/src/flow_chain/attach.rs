@@ -46,7 +46,9 @@ impl FlowChain {
             return Err(NetworkError::ActionAtInlet);
         }
         self.attached.push(Attached { slot, law, weight });
-        self.basis.settle(self.gamma, &self.ducts, &self.attached);
+        if let FlowSlot::At(place, _) = slot {
+            self.basis.activate(self.gamma, place, self.ducts[place].smooth);
+        }
         Ok(())
     }
 
@@ -116,7 +118,11 @@ impl FlowChain {
     /// The basis with laws, mean flow included.
     pub(super) fn basis_with<T: Number>(&self, one: &T, law: &dyn Fn(usize) -> T) -> Basis<T> {
         let mut basis = self.unsettled_with(one, law);
-        basis.settle(self.gamma, &self.ducts, &self.attached);
+        if self.attached.iter().any(|a| a.slot.is_mean()) {
+            basis.settle(self.gamma, &self.ducts, &self.attached);
+        } else {
+            basis.settle_as(&self.basis);
+        }
         basis
     }
 

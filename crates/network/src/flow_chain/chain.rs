@@ -135,9 +135,9 @@ impl Chain for FlowChain {
         laws.fill(&at, filled);
         let law = |k: usize| {
             let parts = (filled.gradient(k).to_vec(), filled.hessian(k).to_vec());
-            Seeded(Jet::from_parts(filled.value(k), parts.0, parts.1))
+            Seeded::new(Jet::from_parts(filled.value(k), parts.0, parts.1))
         };
-        let basis = self.basis_with(&Seeded(at.space().real(1.0)), &law);
+        let basis = self.basis_with(&Seeded::Fixed(C64::ONE), &law);
         let (s, pressures) = self.of_seeds(&basis, at.s_jet())?;
         Response::relative(s, &pressures, places, order)
     }

@@ -5,7 +5,7 @@
 
 use super::assembly::FlowChain;
 use super::gate::Basis;
-use super::number::Seeded;
+use super::number::{Number, Seeded};
 use super::passage::State;
 use super::response::FlowParameter;
 use crate::error::NetworkError;
@@ -27,15 +27,14 @@ impl FlowChain {
         order: Order,
     ) -> Result<Forced, NetworkError> {
         let (basis, jet) = self.seeded(s, parameters, order, None)?;
-        let s_jet = Seeded(jet);
-        let (one, zero) =
-            (Seeded(s_jet.0.scale(C64::ZERO).shift(C64::ONE)), Seeded(s_jet.0.scale(C64::ZERO)));
+        let s_jet = Seeded::Varying(jet.clone());
+        let (one, zero) = (Seeded::Fixed(C64::ONE), Seeded::Fixed(C64::ZERO));
         let (own, entering) = match source {
             Source::Upstream => {
-                let z = Seeded(self.wave_impedance(&basis, 0));
-                ([one.clone(), Seeded(z.0.recip()), zero.clone()], zero)
+                let z = self.wave_impedance(&basis, 0);
+                ([one, z.recip(), zero.clone()], zero)
             }
-            Source::Downstream => ([zero.clone(), zero.clone(), zero.clone()], one),
+            Source::Downstream => ([zero.clone(), zero.clone(), zero], one),
             Source::Velocity(place) | Source::Pressure(place) => {
                 return Err(NetworkError::SourceInFlow { place });
             }
@@ -43,12 +42,13 @@ impl FlowChain {
         let free = self.states_from(&basis, &s_jet, self.start(&basis, &s_jet));
         let own = self.states_from(&basis, &s_jet, own);
         let close = |states: &[[State<Seeded>; 2]]| {
-            states.last().map_or_else(|| s_jet.0.clone(), |[x, _]| self.finish(&basis, x, &s_jet).0)
+            states.last().map_or_else(|| s_jet.clone(), |[x, _]| self.finish(&basis, x, &s_jet))
         };
-        let amplitude = &(&entering.0 - &close(&own)) / &close(&free);
+        let amplitude = (entering - close(&own)).over(&close(&free));
         let side = |k: usize| -> Vec<[Jet; 2]> {
+            let total = |own: &Seeded, free: &Seeded| own.clone() + amplitude.clone() * free.clone();
             let both = own.iter().zip(&free);
-            both.map(|(own, free)| [0, 1].map(|i| &own[k][i].0 + &(&amplitude * &free[k][i].0))).collect()
+            both.map(|(own, free)| [0, 1].map(|i| total(&own[k][i], &free[k][i]).jet(&jet))).collect()
         };
         let forced = Forced { before: side(0), behind: side(1) };
         let finite = |x: &[Jet; 2]| x.iter().all(|j| j.value().is_finite());
@@ -70,11 +70,10 @@ impl FlowChain {
         order: Order,
     ) -> Result<Transfer, NetworkError> {
         let (basis, jet) = self.seeded(s, parameters, order, None)?;
-        let s_jet = Seeded(jet);
-        let [first, second] = self.columns(&basis, &s_jet);
-        let ends = |x: &State<Seeded>| [x[0].0.clone(), x[1].0.clone()];
-        let ([a, c], [b, d]) = (ends(&first), ends(&second));
-        let impedances = [0, self.ducts.len() - 1].map(|i| self.wave_impedance(&basis, i));
+        let [first, second] = self.columns(&basis, &Seeded::Varying(jet.clone()));
+        let ends = |[p, u, _]: State<Seeded>| [p.jet(&jet), u.jet(&jet)];
+        let ([a, c], [b, d]) = (ends(first), ends(second));
+        let impedances = [0, self.ducts.len() - 1].map(|i| self.wave_impedance(&basis, i).jet(&jet));
         let finite = [&a, &b, &c, &d].iter().all(|j| j.value().is_finite());
         let transfer = Transfer { matrix: [[a, b], [c, d]], impedances };
         if finite { Ok(transfer) } else { Err(NetworkError::NotFinite { s }) }
@@ -86,25 +85,22 @@ impl FlowChain {
     /// As [`FlowChain::forced`].
     pub fn impedance(&self, s: C64, parameters: &[FlowParameter], order: Order) -> Result<Jet, NetworkError> {
         let (basis, jet) = self.seeded(s, parameters, order, None)?;
-        let s_jet = Seeded(jet);
+        let s_jet = Seeded::Varying(jet.clone());
         // The end's condition is linear in the state upstream: v p + w u = 0.
-        let [v, w] = self.columns(&basis, &s_jet).map(|x| self.finish(&basis, &x, &s_jet).0);
-        let z = -&(&w / &v);
+        let [v, w] = self.columns(&basis, &s_jet).map(|x| self.finish(&basis, &x, &s_jet));
+        let z = (-w.over(&v)).jet(&jet);
         if z.value().is_finite() { Ok(z) } else { Err(NetworkError::NotFinite { s }) }
     }
 
     /// rho c in duct `i`.
-    fn wave_impedance(&self, basis: &Basis<Seeded>, i: usize) -> Jet {
+    fn wave_impedance(&self, basis: &Basis<Seeded>, i: usize) -> Seeded {
         let mean = &basis.after[i];
-        let square = mean.speed_squared(self.gamma).0;
-        let c = square.value().sqrt();
-        let root = square.compose(c, 0.5 / c, -0.25 / (c * square.value()));
-        &mean.density.0 * &root
+        mean.density.clone() * mean.speed_squared(self.gamma).sqrt()
     }
 
     /// The states at the downstream end of p = 1 alone and of u = 1 alone upstream.
     fn columns(&self, basis: &Basis<Seeded>, s: &Seeded) -> [State<Seeded>; 2] {
-        let number = |v: f64| Seeded(s.0.scale(C64::ZERO).shift(C64::new(v, 0.0)));
+        let number = |v: f64| s.real(v);
         [[1.0, 0.0], [0.0, 1.0]].map(|[p, u]| {
             let mut last = [number(f64::NAN), number(f64::NAN), number(f64::NAN)];
             let start = [number(p), number(u), number(0.0)];

@@ -47,6 +47,19 @@ pub(super) enum Gate<T> {
     Active { step: Option<Rows<T>>, before: Rows<T>, behind: Rows<T> },
 }
 
+impl<T> Gate<T> {
+    fn map<U>(&self, f: impl Fn(&T) -> U + Copy) -> Gate<U> {
+        let rows = |m: &Rows<T>| m.each_ref().map(|row| row.each_ref().map(f));
+        match self {
+            Self::Open => Gate::Open,
+            Self::Passive(m) => Gate::Passive(rows(m)),
+            Self::Active { step, before, behind } => {
+                Gate::Active { step: step.as_ref().map(rows), before: rows(before), behind: rows(behind) }
+            }
+        }
+    }
+}
+
 impl<T: Number> Basis<T> {
     /// The chain as it stands; `one` is the constant 1.
     pub(super) fn plain(one: &T, gamma: f64, inlet: FlowState, ducts: &[FlowDuct]) -> Self {
@@ -96,6 +109,22 @@ impl<T: Number> Basis<T> {
                 || attached.iter().any(|a| a.acts_at(i));
             let gate = self.gate(gamma, i, !active, ducts[i].smooth);
             self.gates.push(gate);
+        }
+    }
+
+    /// The same for a chain whose mean flow is that of `constant`.
+    pub(super) fn settle_as(&mut self, constant: &Basis<Dual>) {
+        let one = self.inlet.velocity.clone();
+        let like = |k: &Dual| one.like(k.v);
+        self.between = constant.between.iter().map(|m| m.map(like)).collect();
+        self.after = constant.after.iter().map(|m| m.map(like)).collect();
+        self.gates = constant.gates.iter().map(|g| g.map(like)).collect();
+    }
+
+    /// Something acts at the place before duct `i` from now on; mean states stay.
+    pub(super) fn activate(&mut self, gamma: f64, i: usize, smooth: bool) {
+        if !matches!(self.gates[i], Gate::Active { .. }) {
+            self.gates[i] = self.gate(gamma, i, false, smooth);
         }
     }
 

@@ -12,6 +12,12 @@ pub(super) struct Mean<T> {
     pub(super) velocity: T,
 }
 
+impl<T> Mean<T> {
+    pub(super) fn map<U>(&self, f: impl Fn(&T) -> U) -> Mean<U> {
+        Mean { pressure: f(&self.pressure), density: f(&self.density), velocity: f(&self.velocity) }
+    }
+}
+
 impl<T: Number> Mean<T> {
     /// c^2.
     pub(super) fn speed_squared(&self, gamma: f64) -> T {

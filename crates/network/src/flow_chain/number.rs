@@ -66,48 +66,94 @@ impl Number for Dual {
     }
 }
 
-/// A jet with the operators of a number.
+/// A jet, or a constant: most numbers of a chain depend on no parameter, and what they multiply need only be scaled.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Seeded(pub(crate) Jet);
+pub(crate) enum Seeded {
+    Fixed(C64),
+    Varying(Jet),
+}
+
+impl Seeded {
+    /// Of a jet, whose derivatives may all be zero.
+    pub(crate) fn new(jet: Jet) -> Self {
+        let fixed = jet.gradient().iter().chain(jet.hessian_packed()).all(|d| *d == C64::ZERO);
+        if fixed { Self::Fixed(jet.value()) } else { Self::Varying(jet) }
+    }
+
+    /// As a jet in the seeds that `s` has.
+    pub(crate) fn jet(self, s: &Jet) -> Jet {
+        match self {
+            Self::Fixed(value) => s.compose(value, C64::ZERO, C64::ZERO),
+            Self::Varying(jet) => jet,
+        }
+    }
+}
 
 impl Add for Seeded {
     type Output = Self;
     fn add(self, o: Self) -> Self {
-        Self(&self.0 + &o.0)
+        match (self, o) {
+            (Self::Fixed(a), Self::Fixed(b)) => Self::Fixed(a + b),
+            (Self::Fixed(a), Self::Varying(mut b)) | (Self::Varying(mut b), Self::Fixed(a)) => {
+                b += a;
+                Self::Varying(b)
+            }
+            (Self::Varying(mut a), Self::Varying(b)) => {
+                a += &b;
+                Self::Varying(a)
+            }
+        }
     }
 }
 
 impl Sub for Seeded {
     type Output = Self;
     fn sub(self, o: Self) -> Self {
-        Self(&self.0 - &o.0)
+        self + -o
     }
 }
 
 impl Mul for Seeded {
     type Output = Self;
     fn mul(self, o: Self) -> Self {
-        Self(&self.0 * &o.0)
+        match (self, o) {
+            (Self::Fixed(a), Self::Fixed(b)) => Self::Fixed(a * b),
+            (Self::Fixed(a), Self::Varying(mut b)) | (Self::Varying(mut b), Self::Fixed(a)) => {
+                b *= a;
+                Self::Varying(b)
+            }
+            (Self::Varying(mut a), Self::Varying(b)) => {
+                a *= &b;
+                Self::Varying(a)
+            }
+        }
     }
 }
 
 impl Neg for Seeded {
     type Output = Self;
     fn neg(self) -> Self {
-        Self(-&self.0)
+        match self {
+            Self::Fixed(a) => Self::Fixed(-a),
+            Self::Varying(a) => Self::Varying(-&a),
+        }
     }
 }
 
 impl Number for Seeded {
     fn like(&self, value: C64) -> Self {
-        let zeros = |n: usize| vec![C64::ZERO; n];
-        let (first, second) = (self.0.gradient().len(), self.0.hessian_packed().len());
-        Self(Jet::from_parts(value, zeros(first), zeros(second)))
+        Self::Fixed(value)
     }
     fn value(&self) -> C64 {
-        self.0.value()
+        match self {
+            Self::Fixed(value) => *value,
+            Self::Varying(jet) => jet.value(),
+        }
     }
     fn compose(&self, [f, slope, curvature]: [C64; 3]) -> Self {
-        Self(self.0.compose(f, slope, curvature))
+        match self {
+            Self::Fixed(_) => Self::Fixed(f),
+            Self::Varying(jet) => Self::Varying(jet.compose(f, slope, curvature)),
+        }
     }
 }

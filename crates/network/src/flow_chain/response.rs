@@ -88,14 +88,13 @@ impl FlowChain {
     ) -> Result<(Basis<Seeded>, Jet), NetworkError> {
         let (n, p) = (self.ducts.len(), parameters.len());
         let space = JetSpace::new(p + 1, order.max(Order::First));
-        let one = Seeded(space.real(1.0));
+        let one = Seeded::Fixed(C64::ONE);
         let s = space.seed(p, s);
         let law =
             |k: usize| {
-                Seeded(laws.map_or_else(
-                    || space.real(0.0),
-                    |laws| s.compose(laws.value(k), laws.slope(k), C64::ZERO),
-                ))
+                laws.map_or(Seeded::Fixed(C64::ZERO), |laws| {
+                    Seeded::new(s.compose(laws.value(k), laws.slope(k), C64::ZERO))
+                })
             };
         let mut basis = self.unsettled_with(&one, &law);
         for (k, &parameter) in parameters.iter().enumerate() {
@@ -118,7 +117,7 @@ impl FlowChain {
             let seed = space.seed(k, C64::ZERO);
             let target = match parameter {
                 P::Weak(i, effect) => {
-                    basis.beside[i].push((effect, Seeded(seed)));
+                    basis.beside[i].push((effect, Seeded::Varying(seed)));
                     continue;
                 }
                 P::Velocity => &mut basis.inlet.velocity,
@@ -132,7 +131,7 @@ impl FlowChain {
                 P::LogModulus(i) | P::Angle(i) => &mut basis.ends[i],
             };
             let factor = if matches!(parameter, P::Angle(_)) { C64::I } else { C64::ONE };
-            *target = target.clone() + Seeded(seed.scale(factor));
+            *target = target.clone() + Seeded::Varying(seed.scale(factor));
         }
         basis.settle(self.gamma, &self.ducts, &self.attached);
         Ok((basis, s))
@@ -146,10 +145,10 @@ impl FlowChain {
     ) -> Result<(Jet, Vec<Option<Jet>>), NetworkError> {
         let at = s.value();
         let mut pressures = vec![None; self.ducts.len() + 1];
-        let f = self.sweep(basis, &Seeded(s), |j, x, _| {
-            pressures[j] = Some(x[0].0.clone());
+        let f = self.sweep(basis, &Seeded::Varying(s.clone()), |j, x, _| {
+            pressures[j] = Some(x[0].clone().jet(&s));
         });
-        let s = implicit(&f.0, at);
+        let s = implicit(&f.jet(&s), at);
         if s.gradient().iter().chain(s.hessian_packed()).all(|z| z.is_finite()) {
             Ok((s, pressures))
         } else {
