@@ -114,7 +114,7 @@ fn exact_a_quantity_is_known_as_well_as_its_prediction_and_then_better() {
         Wish { aim: Aim::Quantity, candidates: vec![2], about: Some(places[0]), points: 1, pressures: false };
     let [before, after] = ranked.ask(&study, &wish).unwrap().quantity_sd.unwrap();
     let saved = ranked.run.saved("s").unwrap();
-    let predicted = &forecast(&study, &study.observations().unwrap(), &saved, &places).unwrap().0[0];
+    let predicted = &forecast(&study, &study.observations().unwrap(), &saved, &[], &places).unwrap().0[0];
     assert!((before / predicted.growth_rate[2] - 1.0).abs() < 1e-9);
     let [r, sd] = ranked.r;
     let slope = |length: f64| speed() / (r * length);

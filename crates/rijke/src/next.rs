@@ -5,7 +5,7 @@ use crate::{
     number,
     predict::{Grid, values},
     rank::rival_of,
-    results::{Ranked, kept},
+    results::{Ranked, kept_if_any},
     staging::write_whole,
     study::of_the_engine,
     ui::Ui,
@@ -71,8 +71,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
     // A stage of one model has no rival.
-    let there = dir.join("results/models").join(format!("{}.json", rival_of(&stage.id))).is_file();
-    let rival: Option<SavedModel> = there.then(|| kept(dir, "models", &rival_of(&stage.id))).transpose()?;
+    let rival: Option<SavedModel> = kept_if_any(dir, &rival_of(&stage.id))?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let asked = match &args.map {
         Some(text) => Grid::parse(text, &study)?.points(),

@@ -2,12 +2,13 @@
 
 use crate::{
     failure::{Classify, Failure},
-    results::Ranked,
+    rank::open_of,
+    results::{Ranked, kept_if_any},
     staging::write_whole,
     study::of_the_engine,
     ui::Ui,
 };
-use rijke_engine::run::{Forecast, forecast, with_points};
+use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, with_points};
 use rijke_report::StabilityMap;
 use rijke_study::Study;
 use serde_json::json;
@@ -21,7 +22,8 @@ use std::path::PathBuf;
     rijke predict examples/quarter-wave --map x_g,Q --svg stability.svg\n\n\
     Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
     the nearest point of the stage. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
-    new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.")]
+    new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.\n\
+    Where the evidence leaves other models open, here or in earlier stages, columns averaged_... count them too.")]
 pub(crate) struct Args {
     /// Folder of a study that was ranked.
     dir: PathBuf,
@@ -68,12 +70,20 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             ));
         }
     }
-    let (found, mut left_out) = forecast(&study, &observed, &model, &places).map_err(wrong)?;
+    // Where the evidence decides, no other model is open.
+    let open: Vec<OpenModel> = kept_if_any(dir, &open_of(&stage.id))?.unwrap_or_default();
+    let (found, mut left_out) = forecast(&study, &observed, &model, &open, &places).map_err(wrong)?;
     if (map.is_none() || found.is_empty()) && !left_out.is_empty() {
         return Err(wrong(left_out.swap_remove(0).why));
     }
     for assumed in &model.assumes {
         ui.note(format!("warning: this model stands on what is not decided: {assumed}; `rijke search` weighs all combinations"));
+    }
+    if !open.is_empty() {
+        ui.note(format!(
+            "the columns averaged_... are over this model and the {} that the evidence leaves open beside it, each as probable as its evidence makes it",
+            open.len()
+        ));
     }
     let growing: Vec<&Forecast> =
         found.iter().filter(|f| f.other.is_some_and(|[growth, _]| growth > 0.0)).collect();
@@ -209,10 +219,24 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         "other_mode_growth_rate [1/s]",
         "other_mode_frequency [Hz]",
     ];
+    let averaged = [
+        "averaged_growth_rate [1/s]",
+        "averaged_growth_rate_sd [1/s]",
+        "averaged_growth_rate_model_sd [1/s]",
+        "averaged_angular_frequency [rad/s]",
+        "averaged_angular_frequency_sd [rad/s]",
+        "averaged_angular_frequency_model_sd [rad/s]",
+        "averaged_probability_of_instability",
+    ];
+    let open = found.iter().any(|f| f.averaged.is_some());
+    let averaged = if open { &averaged[..] } else { &[] };
     let several = found.iter().any(|f| !f.mode.is_empty());
     let mode = several.then(|| "mode".to_owned());
-    let head =
-        std::iter::once("point".to_owned()).chain(mode).chain(factors).chain(numbers.map(String::from));
+    let head = std::iter::once("point".to_owned())
+        .chain(mode)
+        .chain(factors)
+        .chain(numbers.map(String::from))
+        .chain(averaged.iter().map(|n| (*n).to_owned()));
     table.write_record(head).or_failed()?;
     for f in found {
         let factors = f.factors.iter().map(|v| v.map_or(String::new(), |v| v.to_string()));
@@ -220,7 +244,12 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         let mode = several.then(|| f.mode.clone());
         let row = std::iter::once(f.point.clone()).chain(mode).chain(factors).chain(numbers);
         let other = [0, 1].map(|k| f.other.map_or(String::new(), |o| format!("{:.6}", o[k])));
-        table.write_record(row.chain([format!("{:.6}", f.unstable)]).chain(other)).or_failed()?;
+        let over = |a: &Averaged| [&a.growth_rate[..], &a.angular_frequency, &[a.unstable]].concat();
+        let all = f.averaged.as_ref().map(over).unwrap_or_else(|| vec![f64::NAN; averaged.len()]);
+        let cell = |v: f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
+        let averaged = all.into_iter().take(averaged.len()).map(cell);
+        let row = row.chain([format!("{:.6}", f.unstable)]).chain(other).chain(averaged);
+        table.write_record(row).or_failed()?;
     }
     let bytes = table.into_inner().map_err(|e| Failure::failed(e.to_string()))?;
     String::from_utf8(bytes).or_failed()

@@ -88,6 +88,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         if let Some(rival) = run.saved_rival(&stage.id) {
             keep(&models, &rival_of(&stage.id), &rival)?;
         }
+        match run.saved_open(&stage.id) {
+            Ok(open) if open.is_empty() => {}
+            Ok(open) => keep(&models, &open_of(&stage.id), &open)?,
+            Err(error) => {
+                left_out(ui, &format!("the average over models of stage {}", stage.id), error, &wrong)?
+            }
+        }
         progress.advance(1);
         stages.push(stage);
     }
@@ -134,6 +141,11 @@ fn left_out(
 /// Where the best model of a stage but the one that goes on is kept.
 pub(crate) fn rival_of(stage: &str) -> String {
     format!("{stage}.rival")
+}
+
+/// Where the models are kept that are open beside the one that goes on from a stage.
+pub(crate) fn open_of(stage: &str) -> String {
+    format!("{stage}.open")
 }
 
 fn keep(folder: &Path, name: &str, what: &impl Serialize) -> Result<(), Failure> {

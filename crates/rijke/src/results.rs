@@ -103,6 +103,12 @@ fn none_of(id: &str, all: &[&str], dir: &Path) -> Failure {
         .remedy(format!("Give one of: {}.", all.join(", ")))
 }
 
+/// One file of DIR/results/models that need not be there.
+pub(crate) fn kept_if_any<T: DeserializeOwned>(dir: &Path, name: &str) -> Result<Option<T>, Failure> {
+    let there = dir.join("results/models").join(format!("{name}.json")).is_file();
+    there.then(|| kept(dir, "models", name)).transpose()
+}
+
 /// One file of DIR/results.
 pub(crate) fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) -> Result<T, Failure> {
     let path = dir.join("results").join(folder).join(format!("{name}.json"));

@@ -5,7 +5,7 @@
 //! moves what later stages infer by many of their standard deviations.
 
 use super::compete::{best_of, goes_on, with_later};
-use super::course::{Choice, Chosen, Done, Found, Near, Run, Trusted};
+use super::course::{Beside, Choice, Chosen, Done, Found, Near, Run, Trusted};
 use super::record::{CarriedOn, CarriedStage, ModelRecord};
 use super::rows::Row;
 use crate::EngineError;
@@ -25,47 +25,59 @@ struct Later {
     best: Vec<CarriedStage>,
     /// All that come within [`REACH`] of them.
     near: Near,
+    /// Those that their stages leave open, these among them; odds against the best of the same stage.
+    open: Vec<Beside>,
 }
 
 impl Run {
     /// Carries on every model within `decides` nats of the best of its stage, of many the best [`MOST`]. No model is carried on where the stage
     /// decides or nothing stands on it. The evidence of later stages is Laplace's, at the best of a few maxima.
-    pub(super) fn carried_on(&self, stage: &Stage, results: &[Found], choices: &[&Choice]) -> Vec<CarriedOn> {
+    pub(super) fn carried_on(
+        &self,
+        stage: &Stage,
+        results: &[Found],
+        choices: &[&Choice],
+    ) -> (Vec<CarriedOn>, Vec<Beside>) {
         let later = standing_on(&self.study.plan, &stage.id);
         let total = |k: usize| results[k].0.ln_evidence();
         let best = best_of(results);
         let fitted = |k: &usize| results[*k].1.is_some() && total(*k) >= best - stage.decides;
         let mut open: Vec<usize> = (0..results.len()).filter(fitted).collect();
         if later.is_empty() || open.len() < 2 {
-            return Vec::new();
+            return (Vec::new(), Vec::new());
         }
         open.sort_by(|a, b| total(*b).total_cmp(&total(*a)));
         open.truncate(MOST);
         let with = |k: usize, near: Option<&Near>| {
             let (model, chosen) = &results[k];
             let id = model.id.clone();
-            match chosen.as_ref().map(|chosen| self.later(&later, choices[k], chosen, near)) {
+            match chosen.as_ref().map(|chosen| self.later(&later, &id, choices[k], chosen, near)) {
                 Some(Ok(found)) => {
                     let ln_evidence = Some(model.ln_evidence() + found.ln_evidence);
-                    (CarriedOn { id, ln_evidence, later: found.best }, Some(found.near))
+                    (CarriedOn { id, ln_evidence, later: found.best }, Some(found.near), found.open)
                 }
-                _ => (CarriedOn { id, ln_evidence: None, later: Vec::new() }, None),
+                _ => (CarriedOn { id, ln_evidence: None, later: Vec::new() }, None, Vec::new()),
             }
         };
         // A model of a later stage that trails far behind after the best model here is not tried after the others.
-        let (first, near) = with(open[0], None);
-        let others = open[1..].par_iter().map(|&k| with(k, near.as_ref()).0).collect::<Vec<_>>();
-        let mut all = [vec![first], others].concat();
+        let (first, near, beside) = with(open[0], None);
+        let others = open[1..].par_iter().map(|&k| with(k, near.as_ref())).collect::<Vec<_>>();
+        let (mut all, mut trained) = (vec![first], beside);
+        for (carried, _, beside) in others {
+            all.push(carried);
+            trained.extend(beside);
+        }
         let place = |c: &CarriedOn| results.iter().position(|(m, _)| m.id == c.id);
         all.sort_by_key(place);
-        all
+        (all, trained)
     }
 
-    /// What the stages called `later` find if this model is right. With `near`, what they found after another model, only those models are tried,
+    /// What the stages called `later` find if this model, called `id`, is right. With `near`, what they found after another model, only those models are tried,
     /// and their searches begin there.
     fn later(
         &self,
         later: &[String],
+        id: &str,
         choice: &Choice,
         chosen: &Chosen,
         near: Option<&Near>,
@@ -75,7 +87,8 @@ impl Run {
         run.near = near.cloned().unwrap_or_default();
         let checked = self.trusted != Trusted::Laplace && near.is_none();
         run.trusted = if checked { Trusted::Searched } else { Trusted::Laplace };
-        let mut found = Later { ln_evidence: 0.0, best: Vec::new(), near: Near::new() };
+        let mut found = Later { ln_evidence: 0.0, best: Vec::new(), near: Near::new(), open: Vec::new() };
+
         while let Some(stage) = run.study.plan.stages.get(run.done.len()).cloned() {
             let counts = later.contains(&stage.id);
             // A row of another candidate in one of its roles would stand on another model than this one.
@@ -91,7 +104,14 @@ impl Run {
                 found
                     .near
                     .extend(reach.map(|(m, _)| ([stage.id.clone(), m.id.clone()], m.parameters.clone())));
-                found.best.push(CarriedStage { stage: stage.id, model, parameters });
+                found.best.push(CarriedStage { stage: stage.id.clone(), model, parameters });
+                for (row, (m, trained)) in rows.iter().zip(&results) {
+                    let odds = (m.ln_evidence() - best).exp();
+                    if let Some(chosen) = trained.clone().filter(|_| odds >= (-stage.decides).exp()) {
+                        let (on, stage, choice) = (id.to_owned(), stage.id.clone(), row.choice.clone());
+                        found.open.push(Beside { on, stage, odds, choice, chosen });
+                    }
+                }
             }
             if found.best.len() == later.len() {
                 break;
@@ -101,28 +121,6 @@ impl Run {
             }
         }
         Ok(found)
-    }
-
-    /// Sets, in the model that goes on from `stage`, the value and the deviation of every parameter averaged over the models that earlier
-    /// stages leave open, each as probable as the evidence of all stages makes it (Hoeting et al. 1999, eqs. 1 to 3).
-    pub(super) fn average(&self, stage: &Stage, model: &mut ModelRecord) {
-        let open = || self.done.iter().flat_map(|done| &done.open).filter(|(weight, _)| *weight > 0.0);
-        for p in &mut model.parameters {
-            let of = |(weight, carried): &(f64, CarriedOn)| {
-                let there = |l: &&CarriedStage| l.stage == stage.id && l.model == model.id;
-                let found = carried.later.iter().find(there)?.parameters.iter().find(|q| q.name == p.name)?;
-                Some([*weight, found.value, found.sd])
-            };
-            let all: Vec<[f64; 3]> =
-                [[1.0, p.value, p.sd]].into_iter().chain(open().filter_map(of)).collect();
-            if all.len() > 1 {
-                let sum: f64 = all.iter().map(|[w, ..]| w).sum();
-                let mean = all.iter().map(|[w, v, _]| w * v).sum::<f64>() / sum;
-                let square =
-                    all.iter().map(|[w, v, sd]| w * (sd * sd + (v - mean).powi(2))).sum::<f64>() / sum;
-                p.averaged = Some([mean, square.sqrt()]);
-            }
-        }
     }
 }
 

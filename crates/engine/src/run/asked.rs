@@ -1,16 +1,20 @@
 //! Predictions of a saved model at any values of the factors, measured or not.
 
+use super::average::{Averaged, OpenModel, averaged};
 use super::course::Choice;
 use super::followed::Followed;
 use super::inputs::{ambient_of_all, conditions, observed, states};
 use super::rows::{assembly_of, rows_of};
-use crate::{Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum};
+use crate::{
+    Assembly, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum,
+    TrainedPosterior,
+};
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
 use rijke_numerics::C64;
 use rijke_study::plan::Selection;
-use rijke_study::{Observations, Point, SURROUNDINGS, Study};
+use rijke_study::{BaseState, Observations, Point, SURROUNDINGS, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -32,6 +36,8 @@ pub struct Forecast {
     pub angular_frequency: [f64; 3],
     /// Probability that the growth rate of this mode is above zero, taken as normal, without the noise of a measurement.
     pub unstable: f64,
+    /// The same averaged over the models that the evidence leaves open, where it does.
+    pub averaged: Option<Averaged>,
     /// The mode that grows fastest of those in the rig's `[search]` on which the model was not trained, at its most probable parameters:
     /// growth rate, 1/s, and frequency, Hz. None where there is no other, or where they cannot be counted.
     pub other: Option<[f64; 2]>,
@@ -186,83 +192,145 @@ pub fn modes_at(
     Ok((region, spectrum, devices))
 }
 
-/// What the saved model says of points of the campaign, by their places: of every mode that it was trained on.
+/// What the saved model says of points of the campaign, by their places: of every mode that it was trained on; averaged with the models
+/// `open` beside it, if there are any.
 ///
 /// # Errors
-/// Those of the saved model and of the files; a point that cannot be predicted is one of the second list.
+/// Those of the saved models and of the files; a point that cannot be predicted is one of the second list.
 pub fn forecast(
     study: &Study,
     observations: &Observations,
     model: &SavedModel,
+    open: &[OpenModel],
     points: &[usize],
 ) -> Result<(Vec<Forecast>, Vec<Unpredicted>), EngineError> {
-    let ambient = ambient_of_all(study, observations);
-    let states = states(study, &ambient, true)?;
-    let observed = observed(study, observations, &states, &ambient)?;
-    let followed = Followed::of(study, &observed, &model.trained_on);
-    let assembly = assembly_of(study, &model.candidates, &model.hold)?;
-    let rig = &study.rig;
-    let posterior = model.posterior()?;
-    let used: Vec<Observed> =
-        observed.iter().filter(|o| model.trained_on.contains(&o.conditions.id)).cloned().collect();
-    let misfit = Misfit::of(&posterior.noise).with_measured(&used, model.measured);
-    let heard = Some(rig.microphones.reference).filter(|_| !rig.microphones.at.is_empty());
-    let trained = || model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(k, _)| k));
-    // Of a point that was not measured nothing else is known.
-    let usual = trained().find_map(|k| ambient[k]);
-    let one = |&(k, label): &(usize, &String)| -> Result<Forecast, EngineError> {
-        let point = &study.campaign.points[k];
-        let conditions: Conditions = conditions(study, point, states.get(&k), ambient[k].or(usual))?;
-        let near = followed.near(label, &conditions);
+    let known = Known::of(study, observations)?;
+    let asked = Asked::of(&known, model)?;
+    let (mut forecasts, failures) = asked.forecasts(points);
+    let other = |k: &usize| Some((study.campaign.points[*k].id.clone(), asked.other(*k, &forecasts)?));
+    let others: BTreeMap<String, [f64; 2]> = points.par_iter().filter_map(other).collect();
+    forecasts.iter_mut().for_each(|f| f.other = others.get(&f.point).copied());
+    let of = |o: &OpenModel| Ok((o.odds, Asked::of(&known, &o.model)?.forecasts(points).0));
+    let open: Vec<(f64, Vec<Forecast>)> = open.par_iter().map(of).collect::<Result<_, EngineError>>()?;
+    if !open.is_empty() {
+        forecasts.iter_mut().for_each(|own| own.averaged = averaged(own, &open));
+    }
+    Ok((forecasts, failures))
+}
+
+/// What is known of the points of a study, whatever the model.
+struct Known<'a> {
+    study: &'a Study,
+    ambient: Vec<Option<[f64; 2]>>,
+    states: BTreeMap<usize, BaseState>,
+    observed: Vec<Observed>,
+}
+
+impl<'a> Known<'a> {
+    fn of(study: &'a Study, observations: &Observations) -> Result<Self, EngineError> {
+        let ambient = ambient_of_all(study, observations);
+        let states = states(study, &ambient, true)?;
+        let observed = observed(study, observations, &states, &ambient)?;
+        Ok(Self { study, ambient, states, observed })
+    }
+}
+
+/// A saved model, ready to predict.
+struct Asked<'a> {
+    known: &'a Known<'a>,
+    model: &'a SavedModel,
+    followed: Followed,
+    assembly: Assembly,
+    posterior: TrainedPosterior,
+    misfit: Misfit,
+    /// Ambient temperature of a point that was not measured: nothing else is known of it.
+    usual: Option<[f64; 2]>,
+}
+
+impl<'a> Asked<'a> {
+    fn of(known: &'a Known<'a>, model: &'a SavedModel) -> Result<Self, EngineError> {
+        let Known { study, ambient, observed, .. } = known;
+        let posterior = model.posterior()?;
+        let used: Vec<Observed> =
+            observed.iter().filter(|o| model.trained_on.contains(&o.conditions.id)).cloned().collect();
+        let trained = || model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(k, _)| k));
+        Ok(Self {
+            known,
+            model,
+            followed: Followed::of(study, observed, &model.trained_on),
+            assembly: assembly_of(study, &model.candidates, &model.hold)?,
+            misfit: Misfit::of(&posterior.noise).with_measured(&used, model.measured),
+            posterior,
+            usual: trained().find_map(|k| ambient[k]),
+        })
+    }
+
+    fn conditions(&self, k: usize) -> Result<Conditions, EngineError> {
+        let Known { study, ambient, states, .. } = self.known;
+        conditions(study, &study.campaign.points[k], states.get(&k), ambient[k].or(self.usual))
+    }
+
+    /// Of every mode at these points, without the other modes.
+    fn forecasts(&self, points: &[usize]) -> (Vec<Forecast>, Vec<Unpredicted>) {
+        let labels = self.followed.labels();
+        let all: Vec<(usize, &String)> =
+            points.iter().flat_map(|k| labels.iter().map(move |label| (*k, label))).collect();
+        let found: Vec<_> = all.par_iter().map(|(k, label)| self.one(*k, label)).collect();
+        let (mut forecasts, mut failures) = (Vec::new(), Vec::new());
+        for ((k, _), found) in all.iter().zip(found) {
+            match found {
+                Ok(forecast) => forecasts.push(forecast),
+                Err(why) => {
+                    failures
+                        .push(Unpredicted { point: self.known.study.campaign.points[*k].id.clone(), why });
+                }
+            }
+        }
+        (forecasts, failures)
+    }
+
+    fn one(&self, k: usize, label: &str) -> Result<Forecast, EngineError> {
+        let conditions = self.conditions(k)?;
+        let microphones = &self.known.study.rig.microphones;
+        let heard = Some(microphones.reference).filter(|_| !microphones.at.is_empty());
+        let near = self.followed.near(label, &conditions);
+        let law = self.model.law.as_ref();
         let p: PointPrediction =
-            posterior.predict(&assembly, &conditions, heard.as_slice(), near, model.law.as_ref())?;
-        let number = |k: usize| [p.values[k], p.sd(k, &misfit), p.sd(k, &Misfit::default())];
-        let growth_rate = number(0);
+            self.posterior.predict(&self.assembly, &conditions, heard.as_slice(), near, law)?;
+        let number = |k: usize| [p.values[k], p.sd(k, &self.misfit), p.sd(k, &Misfit::default())];
+        let (growth_rate, point) = (number(0), &self.known.study.campaign.points[k]);
         Ok(Forecast {
             point: point.id.clone(),
-            mode: label.clone(),
+            mode: label.to_owned(),
             factors: point.factors.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
             growth_rate,
             angular_frequency: number(1),
             unstable: normal_cdf(growth_rate[0] / growth_rate[2]),
+            averaged: None,
             other: None,
         })
-    };
-    let all: Vec<(usize, &String)> =
-        points.iter().flat_map(|k| followed.labels().iter().map(move |label| (*k, label))).collect();
-    let found: Vec<_> = all.par_iter().map(one).collect();
-    let (mut forecasts, mut failures) = (Vec::new(), Vec::new());
-    for ((k, _), found) in all.iter().zip(found) {
-        match found {
-            Ok(forecast) => forecasts.push(forecast),
-            Err(why) => failures.push(Unpredicted { point: study.campaign.points[*k].id.clone(), why }),
-        }
     }
-    let values: Vec<f64> = posterior.knowledge.mean[..assembly.parameters().len()].to_vec();
-    let others = points.par_iter().map(|&k| {
-        let point = &study.campaign.points[k];
-        let known: Vec<C64> = forecasts
-            .iter()
-            .filter(|f| f.point == point.id)
-            .map(|f| C64::new(f.growth_rate[0], f.angular_frequency[0]))
-            .collect();
-        let conditions = conditions(study, point, states.get(&k), ambient[k].or(usual)).ok()?;
-        let mut modes = PointModel::new(&assembly, &conditions, &[]).ok()?.modes(&values).ok()?;
+
+    /// The mode at a point that grows fastest of those that are not among `forecasts`: growth rate, 1/s, and frequency, Hz.
+    fn other(&self, k: usize, forecasts: &[Forecast]) -> Option<[f64; 2]> {
+        let id = &self.known.study.campaign.points[k].id;
+        let here = forecasts.iter().filter(|f| f.point == *id);
+        let predicted = here.map(|f| C64::new(f.growth_rate[0], f.angular_frequency[0]));
+        let values = &self.posterior.knowledge.mean[..self.assembly.parameters().len()];
+        let mut modes =
+            PointModel::new(&self.assembly, &self.conditions(k).ok()?, &[]).ok()?.modes(values).ok()?;
         // Predictions count the errors of base states that were inferred along, so that the same mode lies a little apart.
-        for known in known {
-            let distance = |s: &C64| (s - known).norm();
+        for predicted in predicted {
+            let distance = |s: &C64| (s - predicted).norm();
             let nearest =
                 (0..modes.len()).min_by(|a, b| distance(&modes[*a]).total_cmp(&distance(&modes[*b])));
-            if let Some(k) = nearest.filter(|k| distance(&modes[*k]) < SAME_MODE * known.norm()) {
+            if let Some(k) = nearest.filter(|k| distance(&modes[*k]) < SAME_MODE * predicted.norm()) {
                 modes.remove(k);
             }
         }
         let other = modes.iter().max_by(|a, b| a.re.total_cmp(&b.re))?;
-        Some((point.id.clone(), [other.re, other.im / std::f64::consts::TAU]))
-    });
-    let others: BTreeMap<String, [f64; 2]> = others.flatten().collect();
-    forecasts.iter_mut().for_each(|f| f.other = others.get(&f.point).copied());
-    Ok((forecasts, failures))
+        Some([other.re, other.im / std::f64::consts::TAU])
+    }
 }
 
 /// Two eigenvalues that lie closer, relative to their size, may be one.

@@ -61,6 +61,20 @@ pub(super) struct Done {
     pub(super) assumes: Vec<String>,
     /// The models that it leaves open beside the one that goes on, with their odds against it.
     pub(super) open: Vec<(f64, CarriedOn)>,
+    /// The models of later stages that are open if one of these is right.
+    pub(super) beside: Vec<Beside>,
+}
+
+/// A model of a stage that stands on another model of an earlier stage than the one that went on.
+#[derive(Clone)]
+pub(super) struct Beside {
+    /// That of the earlier stage.
+    pub(super) on: String,
+    pub(super) stage: String,
+    /// Against the best model of the stage that stands on what went on.
+    pub(super) odds: f64,
+    pub(super) choice: Choice,
+    pub(super) chosen: Chosen,
 }
 
 /// Role and candidate: what a model consists of.
@@ -76,7 +90,7 @@ pub(super) struct StandsOn {
 impl Done {
     /// A model taken by itself.
     pub(super) fn of(choice: Choice, chosen: Chosen) -> Self {
-        Self { choice, chosen, rows: Vec::new(), assumes: Vec::new(), open: Vec::new() }
+        Self { choice, chosen, rows: Vec::new(), assumes: Vec::new(), open: Vec::new(), beside: Vec::new() }
     }
 
     /// The best model of the table but the one that goes on.

@@ -4,6 +4,7 @@ mod ahead;
 mod answers;
 mod asked;
 mod assumed;
+mod average;
 mod checks;
 mod claims;
 mod compete;
@@ -27,6 +28,7 @@ mod stages;
 
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
 pub use asked::{Forecast, Unpredicted, forecast, modes_at, with_points};
+pub use average::{Averaged, OpenModel};
 pub use claims::{Judgement, agreement, models, verdicts};
 pub use course::{Chosen, Run, Trusted};
 pub use foresight::{Foreseen, StageForesight, foresight};

@@ -2,7 +2,7 @@
 
 use super::ahead::open_beside;
 use super::compete::{goes_on, with_later};
-use super::course::{Choice, Done, Run};
+use super::course::{Beside, Choice, Done, Run};
 use super::inputs::selected;
 use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
 use super::rows::Row;
@@ -59,7 +59,7 @@ impl Run {
         let Some(stage) = self.study.plan.stages.get(self.done.len()).cloned() else { return Ok(None) };
         let (rows, mut results) = self.competed(&stage, &|_| true)?;
         let choices: Vec<&Choice> = rows.iter().map(|row| &row.choice).collect();
-        let carried = self.carried_on(&stage, &results, &choices);
+        let (carried, trained) = self.carried_on(&stage, &results, &choices);
         let [winner, next] = goes_on(&stage, &results, &carried)?;
         let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());
         let assumes = self.assumes(&stage, &chosen);
@@ -71,7 +71,9 @@ impl Run {
             let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
             let assumes = assumes.iter().cloned().chain(own).collect();
             let open = open_beside(&chosen, &carried);
-            self.done.push(Done { choice, chosen: goes_on, rows, assumes, open });
+            let odds = |b: &Beside| open.iter().find(|(_, c)| c.id == b.on).map(|(odds, _)| odds * b.odds);
+            let beside = trained.into_iter().filter_map(|b| Some(Beside { odds: odds(&b)?, ..b })).collect();
+            self.done.push(Done { choice, chosen: goes_on, rows, assumes, open, beside });
         }
         let (mut missing, mut checks) = (None, None);
         if let Some(done) = self.done.last() {

@@ -109,6 +109,59 @@ fn behaviour_the_order_of_candidates_decides_nothing_unless_the_study_prefers_th
     assert_eq!(run.saved("later").unwrap().assumes, later.assumes);
 }
 
+/// A mixture by its moments, E x and (E x^2 - (E x)^2)^(1/2), of the stage that leaves two laws open and of one that stands on it.
+#[test]
+fn exact_predictions_average_over_laws_that_are_open_here_and_earlier() {
+    let modes = made_by_the_first("average-truth", "mean = 3e-3, sd = 1e-3", [40.0, 40.0]);
+    let plan = "[stage.noise]\ngrowth_rate = 0.0\nangular_frequency = 0.0\n[[stage]]\nid = \"later\"\npoints = {}\non = \"s\"\n";
+    let folder = delayed("average", ["mean = 3e-3, sd = 1e-3", "mean = 2e-3, sd = 8e-4"], &modes, plan);
+    let study = Study::open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+    let first = run.next_stage().unwrap().unwrap();
+    run.next_stage().unwrap();
+    let total = |chosen: bool| {
+        let carried = first.carried.iter().find(|c| (c.id == first.chosen) == chosen).unwrap();
+        carried.ln_evidence.unwrap()
+    };
+    let odds = (total(false) - total(true)).exp();
+    for stage in ["s", "later"] {
+        let (model, open) = (run.saved(stage).unwrap(), run.saved_open(stage).unwrap());
+        assert_eq!(open.len(), 1);
+        assert!((open[0].odds / odds - 1.0).abs() < 1e-9, "{stage}: {} {odds}", open[0].odds);
+        assert_ne!(open[0].model.candidates, model.candidates);
+        let alone = |model| forecast(&study, &observations, model, &[], &[1, 4]).unwrap().0;
+        let (own, other) = (alone(&model), alone(&open[0].model));
+        let all = forecast(&study, &observations, &model, &open, &[1, 4]).unwrap().0;
+        for ((a, b), both) in own.iter().zip(&other).zip(&all) {
+            assert!(a.averaged.is_none() && a.growth_rate == both.growth_rate);
+            let mean = |a: f64, b: f64| (a + odds * b) / (1.0 + odds);
+            let averaged = both.averaged.as_ref().unwrap();
+            for ([u, v], w) in [[a.growth_rate, b.growth_rate], [a.angular_frequency, b.angular_frequency]]
+                .into_iter()
+                .zip([averaged.growth_rate, averaged.angular_frequency])
+            {
+                assert!((w[0] - mean(u[0], v[0])).abs() < 1e-9 * w[0].abs());
+                for k in [1, 2] {
+                    let square = mean(u[k].powi(2) + u[0].powi(2), v[k].powi(2) + v[0].powi(2));
+                    assert!(
+                        (w[k].powi(2) - (square - w[0].powi(2))).abs() < 1e-9 * square,
+                        "{u:?} {v:?} {w:?}"
+                    );
+                }
+            }
+            assert!((averaged.unstable - mean(a.unstable, b.unstable)).abs() < 1e-12);
+        }
+    }
+    // A stage that decides leaves nothing open.
+    let decided =
+        delayed("average-decided", ["mean = 3e-3, sd = 1e-3"; 2], &modes, "among = [\"inverse\"]\n");
+    let study = Study::open(&decided.0).unwrap();
+    let mut run = Run::new(study.clone(), &study.observations().unwrap(), Trusted::Laplace).unwrap();
+    run.next_stage().unwrap();
+    assert!(run.saved_open("s").unwrap().is_empty());
+}
+
 #[test]
 fn message_a_role_that_no_stage_names_and_a_unit_with_a_prefix_are_said() {
     let none = "point,growth_rate [1/s],growth_rate_sd [1/s]\np0,0,1\n";
@@ -159,7 +212,7 @@ fn exact_a_prediction_names_the_mode_that_was_not_measured() {
     let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
     run.next_stage().unwrap();
     let model = run.saved("s").unwrap();
-    let (found, _) = forecast(&study, &observations, &model, &[2]).unwrap();
+    let (found, _) = forecast(&study, &observations, &model, &[], &[2]).unwrap();
     let (_, spectrum, _) = modes_at(&study, Some(&observations), Some(&model), 2, [None; 2]).unwrap();
     let measured = found[0].angular_frequency[0];
     let others = spectrum.modes.modes.iter().map(|m| m.s).filter(|s| (s.im - measured).abs() > 1.0);

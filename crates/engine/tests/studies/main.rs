@@ -129,7 +129,7 @@ fn exact_predictions_are_one_posterior_and_the_closed_form() {
     let saved = run.saved("s").unwrap();
     let text = serde_json::to_string(&saved).unwrap();
     let saved = serde_json::from_str(&text).unwrap();
-    let found = forecast(&study, &observations, &saved, &[0, 1]).unwrap().0;
+    let found = forecast(&study, &observations, &saved, &[], &[0, 1]).unwrap().0;
     for (k, f) in found.iter().enumerate() {
         let same = |a: f64, name: &str| (a / number(k, name) - 1.0).abs() < 1e-9;
         assert!(same(f.growth_rate[0], "predicted_growth_rate"));
@@ -143,7 +143,7 @@ fn exact_predictions_are_one_posterior_and_the_closed_form() {
     // At a length that was not measured.
     let asked = [std::iter::once(("x".to_owned(), 0.9)).collect()];
     let (wider, places) = with_points(&study, &study.plan.stages[0].points, &asked).unwrap();
-    let between = forecast(&wider, &observations, &saved, &places).unwrap().0.remove(0);
+    let between = forecast(&wider, &observations, &saved, &[], &places).unwrap().0.remove(0);
     let [sigma, hertz] = closed_form(0.9);
     assert!((between.growth_rate[0] - sigma).abs() < 0.05 * between.growth_rate[1], "{between:?}");
     assert!((between.angular_frequency[0] / std::f64::consts::TAU - hertz).abs() < 1e-3);

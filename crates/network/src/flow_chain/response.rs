@@ -90,12 +90,11 @@ impl FlowChain {
         let space = JetSpace::new(p + 1, order.max(Order::First));
         let one = Seeded::Fixed(C64::ONE);
         let s = space.seed(p, s);
-        let law =
-            |k: usize| {
-                laws.map_or(Seeded::Fixed(C64::ZERO), |laws| {
-                    Seeded::new(s.compose(laws.value(k), laws.slope(k), C64::ZERO))
-                })
-            };
+        let law = |k: usize| {
+            laws.map_or(Seeded::Fixed(C64::ZERO), |laws| {
+                Seeded::new(s.compose(laws.value(k), laws.slope(k), C64::ZERO))
+            })
+        };
         let mut basis = self.unsettled_with(&one, &law);
         for (k, &parameter) in parameters.iter().enumerate() {
             use FlowParameter as P;

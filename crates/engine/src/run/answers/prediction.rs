@@ -1,6 +1,6 @@
 //! Predictions of the model that a stage chose, trained on its points or on a few (Figs. 5 and 8 to 11 of Juniper & Yoko 2022).
 
-use super::super::course::{Chosen, Run};
+use super::super::course::{Choice, Chosen, Run};
 use super::super::followed::Followed;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::{conditions, selected};
@@ -170,6 +170,34 @@ impl Run {
         ))
     }
 
+    /// An open model of a stage, to be kept on disk.
+    pub(in super::super) fn saved_of(
+        &self,
+        stage: &Stage,
+        choice: &Choice,
+        chosen: &Chosen,
+    ) -> Result<crate::SavedModel, EngineError> {
+        let trained = match stage.noise_of_predictions {
+            Some(_) => Arc::new(self.trained_with_noise_of_predictions(stage, chosen, &chosen.observed)?),
+            None => chosen.trained.clone(),
+        };
+        let mut points: Vec<String> = chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
+        points.dedup();
+        let (hold, law) = (stage.hold.clone(), self.law_error(&stage.id));
+        Ok(crate::SavedModel::of(&stage.id, choice.clone(), hold, points, &trained, law, added(stage)))
+    }
+
+    fn trained_with_noise_of_predictions(
+        &self,
+        stage: &Stage,
+        chosen: &Chosen,
+        points: &[Observed],
+    ) -> Result<Trained, EngineError> {
+        let noise = self.noise(stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise))?;
+        let training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
+        train(&chosen.assembly, points, &training)
+    }
+
     /// The model that goes on from a stage, trained on `points` with what enters predictions but not the comparison.
     fn trained_for_predictions(
         &self,
@@ -187,9 +215,7 @@ impl Run {
         if let Some(trained) = before().filter(|_| all) {
             return Ok(trained);
         }
-        let noise = self.noise(stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise))?;
-        let training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
-        let trained = Arc::new(train(&chosen.assembly, points, &training)?);
+        let trained = Arc::new(self.trained_with_noise_of_predictions(stage, chosen, points)?);
         if let (Ok(mut kept), true) = (self.predicting.lock(), all) {
             kept.insert(id.to_owned(), trained.clone());
         }

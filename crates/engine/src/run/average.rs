@@ -1,0 +1,113 @@
+//! Averages over the models that the evidence leaves open, each as probable as the evidence of all stages makes it (Hoeting et al. 1999,
+//! eqs. 1 to 3).
+
+use super::asked::Forecast;
+use super::course::{Beside, Chosen, Run};
+use super::record::{CarriedOn, CarriedStage, ModelRecord};
+use crate::{EngineError, SavedModel};
+use rijke_study::plan::Stage;
+use serde::{Deserialize, Serialize};
+
+/// The most models that predictions are averaged over, beside the one that goes on.
+const MOST: usize = 15;
+
+/// A model that is open beside the one that goes on from a stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OpenModel {
+    /// Its odds against that one.
+    pub odds: f64,
+    /// The model.
+    pub model: SavedModel,
+}
+
+/// A prediction averaged over open models.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Averaged {
+    /// Growth rate, 1/s; the standard deviation of a new measurement, and that of what is not known of the model.
+    pub growth_rate: [f64; 3],
+    /// Angular frequency, rad/s, likewise.
+    pub angular_frequency: [f64; 3],
+    /// Probability that the growth rate of this mode is above zero.
+    pub unstable: f64,
+}
+
+/// The average over what the model that goes on says of a point and what those `open` beside it say, each with its odds; none where one of
+/// these can say nothing.
+pub(super) fn averaged(own: &Forecast, open: &[(f64, Vec<Forecast>)]) -> Option<Averaged> {
+    let same = |f: &&Forecast| f.point == own.point && f.mode == own.mode;
+    let of = |(odds, all): &(f64, Vec<Forecast>)| Some((*odds, all.iter().find(same)?.clone()));
+    let mut all = open.iter().map(of).collect::<Option<Vec<_>>>()?;
+    all.push((1.0, own.clone()));
+    let over = |of: &dyn Fn(&Forecast) -> [f64; 3]| {
+        let [[mean, measured], [_, model]] =
+            [1, 2].map(|k| mixed(all.iter().map(|(w, f)| [*w, of(f)[0], of(f)[k]])));
+        [mean, measured, model]
+    };
+    Some(Averaged {
+        growth_rate: over(&|f| f.growth_rate),
+        angular_frequency: over(&|f| f.angular_frequency),
+        unstable: mixed(all.iter().map(|(w, f)| [*w, f.unstable, 0.0]))[0],
+    })
+}
+
+/// Mean and standard deviation of a mixture, from the weight, mean and standard deviation of each part; weights need not add up to one.
+fn mixed(parts: impl Iterator<Item = [f64; 3]> + Clone) -> [f64; 2] {
+    let sum: f64 = parts.clone().map(|[w, ..]| w).sum();
+    let mean = parts.clone().map(|[w, v, _]| w * v).sum::<f64>() / sum;
+    let square = parts.map(|[w, v, sd]| w * (sd * sd + (v - mean).powi(2))).sum::<f64>() / sum;
+    [mean, square.sqrt()]
+}
+
+impl Run {
+    /// Sets, in the model that goes on from `stage`, the value and the deviation of every parameter averaged over the models that earlier
+    /// stages leave open, each as probable as the evidence of all stages makes it (Hoeting et al. 1999, eqs. 1 to 3).
+    pub(super) fn average(&self, stage: &Stage, model: &mut ModelRecord) {
+        let open = || self.done.iter().flat_map(|done| &done.open).filter(|(weight, _)| *weight > 0.0);
+        for p in &mut model.parameters {
+            let of = |(weight, carried): &(f64, CarriedOn)| {
+                let there = |l: &&CarriedStage| l.stage == stage.id && l.model == model.id;
+                let found = carried.later.iter().find(there)?.parameters.iter().find(|q| q.name == p.name)?;
+                Some([*weight, found.value, found.sd])
+            };
+            let all: Vec<[f64; 3]> =
+                [[1.0, p.value, p.sd]].into_iter().chain(open().filter_map(of)).collect();
+            if all.len() > 1 {
+                p.averaged = Some(mixed(all.into_iter()));
+            }
+        }
+    }
+
+    /// The models that are open beside the one that goes on from a stage, to be kept on disk: of its own table, and those that stand on what
+    /// earlier stages leave open. They are trained with what enters predictions.
+    ///
+    /// # Errors
+    /// Those of training.
+    pub fn saved_open(&self, id: &str) -> Result<Vec<OpenModel>, EngineError> {
+        let (Some((_, stage)), Some(done)) = (self.study.plan.stage(id), self.stage_done(id)) else {
+            return Ok(Vec::new());
+        };
+        let evidences = done.rows.iter().map(|(m, _)| m.ln_evidence());
+        let best = evidences.fold(f64::NEG_INFINITY, f64::max);
+        let odds = |m: &ModelRecord| {
+            let carried = |(_, c): &&(f64, CarriedOn)| c.id == m.id;
+            match done.open.is_empty() {
+                true => (m.ln_evidence() - best).exp(),
+                false => done.open.iter().find(carried).map_or(0.0, |(odds, _)| *odds),
+            }
+        };
+        let own = done.rows.iter().filter(|(m, _)| m.candidates == done.choice).map(|(m, _)| odds(m));
+        let own = if done.open.is_empty() { own.fold(0.0, f64::max) } else { 1.0 };
+        let others = done.rows.iter().filter(|(m, _)| m.candidates != done.choice);
+        let here = others.map(|(m, chosen)| (odds(m) / own, &m.candidates, chosen));
+        let beside = self.done.iter().flat_map(|d| &d.beside).filter(|b| b.stage == id);
+        let beside = beside.map(|Beside { odds, choice, chosen, .. }| (odds / own, choice, chosen));
+        let mut open: Vec<_> =
+            here.chain(beside).filter(|(odds, ..)| odds * own >= (-stage.decides).exp()).collect();
+        open.sort_by(|a, b| b.0.total_cmp(&a.0));
+        open.truncate(MOST);
+        let kept = |(odds, choice, chosen): (f64, _, &Chosen)| {
+            Ok(OpenModel { odds, model: self.saved_of(stage, choice, chosen)? })
+        };
+        open.into_iter().map(kept).collect()
+    }
+}
