@@ -205,7 +205,7 @@ pub fn forecast(
     let posterior = model.posterior()?;
     let used: Vec<Observed> =
         observed.iter().filter(|o| model.trained_on.contains(&o.conditions.id)).cloned().collect();
-    let misfit = Misfit::of(&posterior.noise).with_measured(&used, model.measured);
+    let misfit = Misfit::of_a_new_measurement(&posterior.noise, &used, model.measured);
     let heard = Some(rig.microphones.reference).filter(|_| !rig.microphones.at.is_empty());
     let trained = || model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(k, _)| k));
     // Of a point that was not measured nothing else is known.
