@@ -35,8 +35,12 @@ pub(crate) fn run(options: &Options) -> Outcome {
         Some(name) => command.args(["--package", &format!("rijke-{name}")]),
         None => command.arg("--workspace"),
     };
-    options.shard.iter().for_each(|shard| drop(command.args(["--shard", shard])));
-    options.file.iter().for_each(|glob| drop(command.args(["--file", glob])));
+    if let Some(shard) = &options.shard {
+        command.args(["--shard", shard]);
+    }
+    for glob in &options.file {
+        command.args(["--file", glob]);
+    }
     command.args(["--", "--lib", "--tests"]).env("CARGO_INCREMENTAL", "1");
     succeed(&mut command).map_err(|message| {
         format!("{message}\n  remedy: Write a test with a truth of its own for every change in target/mutants.out/missed.txt.")

@@ -14,8 +14,8 @@ use rijke_signal::{ProcessOptions, StatedChannels, process};
 use rijke_study::Study;
 use std::{collections::BTreeMap, f64::consts::PI, fs, path::Path};
 
-/// Campaigns of every kind of noise and every number of repeats.
-const SEEDS: u64 = 200;
+/// Campaigns of every kind of noise and number of repeats, and of the largest number.
+const SEEDS: [u64; 2] = [200, 50];
 const REPEATS: [usize; 4] = [2, 3, 5, 40];
 
 /// What makes a record differ from the model.
@@ -105,7 +105,7 @@ channels = true
 /// What the study knows of errors beside the noise.
 const OF_THE_DAY: &str = "base_errors = true\n";
 const OF_THE_END: &str =
-    "[stage.noise]\nvarying = [{ parameter = \"a\", sd = { median = 5e-3, ln_sd = 1.0 } }]\n";
+    "[stage.noise]\nangular_frequency = 0.0\nvarying = [{ parameter = \"a\", sd = { median = 5e-3, ln_sd = 1.0 } }]\n";
 
 /// Lengths of the tube, m; the last two are not trained on: one within the others and one beyond.
 fn lengths(points: usize) -> Vec<f64> {
@@ -328,16 +328,15 @@ fn pulls(folder: &Path, noise: Noise, repeats: usize, seed: u64) -> Pulls {
 }
 
 #[test]
-#[ignore = "long: 4000 campaigns, their rankings and predictions"]
+#[ignore = "long: 4550 campaigns, their rankings and predictions, half an hour"]
 fn coverage_of_all_that_is_stated() {
     println!("| noise | quantity | 2 repeats: within 1 sd, 1.96 sd, rms | 3 | 5 | 40 |");
     println!("|---|---|---|---|---|---|");
     let mut outside = Vec::new();
-    let only = std::env::var("ONLY").unwrap_or_default();
-    for noise in NOISES.into_iter().filter(|n| n.name.starts_with(&only)) {
+    for noise in NOISES {
         let mut rows: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for repeats in REPEATS {
-            let seeds = if repeats == 40 { 50 } else { SEEDS };
+            let seeds = SEEDS[usize::from(repeats == 40)];
             let one = |seed: u64| {
                 let folder = scratch(&format!("coverage-{seed}"));
                 let found = pulls(&folder, noise, repeats, seed);
@@ -355,7 +354,9 @@ fn coverage_of_all_that_is_stated() {
                 let within = |z: f64| pulls.iter().filter(|p| p.abs() < z).count() as f64 / n;
                 let rms = (pulls.iter().map(|p| p * p).sum::<f64>() / n).sqrt();
                 let (one, two) = (within(1.0), within(1.96));
-                if !(0.92..=0.98).contains(&two) {
+                // Numbers of one campaign may be off together.
+                let chance = (0.95 * 0.05 / seeds as f64).sqrt();
+                if two < 0.92 - 2.0 * chance {
                     outside.push(format!("{}, {repeats} repeats, {what}: {two:.3} of {n}", noise.name));
                 }
                 let text = format!("{:.1} %, {:.1} %, {rms:.2}", 100.0 * one, 100.0 * two);
