@@ -268,23 +268,25 @@ fn exact_waves_sent_into_a_duct_with_flow() {
     }
 }
 
-/// The eighth mode of a duct of constant reflections, whose phase turns by a little more than 24 on the way upstream: what leaves at the ends is
-/// what the energy loses.
+/// The eighth mode of a duct of constant reflections, whose phase turns by a little more than 24 on the way upstream: what leaves at the ends and
+/// what a little friction takes is what the energy loses. Friction kappa per metre slows the decay of a wave by kappa/(2 rho).
 #[test]
 fn exact_energy_of_many_waves_with_flow() {
-    let (speed, length, ends) = (340.0, 1.0, [0.9, -0.9]);
+    let (speed, density, length, ends, friction) = (340.0, 1.2, 1.0, [0.9, -0.9], 1e-3);
     // s L (1/(c + v) + 1/(c - v)) = ln |R R'| + (2 n + 1) i pi.
     let turns = c((0.9f64 * 0.9).ln(), 15.0 * std::f64::consts::PI);
     let velocity = speed * (2.0 * 24.001 / turns.norm() - 1.0);
     let s = turns * (speed * speed - velocity * velocity) / (2.0 * speed * length);
     assert!((s.norm() * length / (speed - velocity) - 24.001).abs() < 1e-9, "{velocity}");
-    let chain =
-        FlowChain::new(GAMMA, inlet(speed, velocity), vec![FlowDuct::new(length, 2e-3)], ends.map(end))
-            .unwrap();
+    let mut rest = Network::new(vec![Segment::new(length, 2e-3, speed, density)]).unwrap();
+    rest.set(Slot::Viscous(0), c(friction, 0.0)).unwrap();
+    rest.set(Slot::Upstream, c(ends[0], 0.0)).unwrap();
+    rest.set(Slot::Downstream, c(ends[1], 0.0)).unwrap();
+    let chain = FlowChain::of(&rest, GAMMA, velocity).unwrap();
     let mut work = Workspace::default();
     let root = Chain::solve(&chain, &Constant, s + c(1.0, 2.0), &NEWTON, &mut work).unwrap();
-    assert!((root.s - s).norm() < 1e-9 * s.norm(), "{} {s}", root.s);
+    assert!((root.s - s).norm() < friction, "{} {s}", root.s);
     let balance = chain.balance(&Constant, &root, &mut work).unwrap();
     assert!(balance.mismatch() < 1e-9, "{balance:?}");
-    assert!((balance.upstream + balance.downstream - 2.0 * s.re).abs() < 1e-7, "{balance:?}");
+    assert!((balance.viscous * density / friction + 1.0).abs() < 0.01, "{balance:?}");
 }
