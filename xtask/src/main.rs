@@ -2,6 +2,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
 mod child;
+mod mutants;
 mod package;
 mod page;
 mod python;
@@ -48,12 +49,18 @@ enum Task {
         #[arg(long)]
         all: bool,
     },
+    /// Change physics and statistics one place at a time, and list the changes that no test notices: half a minute for each.
+    Mutants(mutants::Options),
     /// Check what the compiler does not: arrows between crates, files nobody uses, sizes, names of tests, links.
     Tidy,
 }
 
 fn main() -> ExitCode {
     let task = Program::parse().task;
+    if let (Task::Mutants(_), Some(remedy)) = (&task, mutants::lacking()) {
+        eprintln!("error: {remedy}");
+        return ExitCode::from(2);
+    }
     let outcome = child::end_with_signals().and_then(|()| run(task));
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -74,6 +81,7 @@ fn run(task: Task) -> Outcome {
         Task::Recovery => recovery::run(),
         Task::Scale => scale::run(),
         Task::Test { all } => test(all),
+        Task::Mutants(options) => mutants::run(&options),
         Task::Tidy => tidy::run(&root()),
     }
 }

@@ -1,7 +1,7 @@
 //! What is assumed of the misfit of a model, and what a training found of it.
 
 use crate::Observed;
-use rijke_inference::{NoiseEstimate, NoiseMode};
+use rijke_inference::{NoiseEstimate, NoiseMode, student};
 use serde::{Deserialize, Serialize};
 
 pub(crate) const NONE: NoiseMode = NoiseMode::Fixed { sd: 0.0 };
@@ -62,7 +62,7 @@ impl Noise {
     /// The error of the law, as one of the noises that a training found.
     pub(crate) fn of_the_law(&self) -> Option<NoiseEstimate> {
         let law = self.law.as_ref()?;
-        Some(NoiseEstimate { name: LAW.into(), unit: "1".into(), sd: law.sd, floats: false })
+        Some(NoiseEstimate { name: LAW.into(), unit: "1".into(), sd: law.sd, floats: false, few: [1.0, 0.0] })
     }
 }
 
@@ -91,15 +91,24 @@ impl Misfit {
 }
 
 impl Misfit {
-    /// With the root mean square of the measured standard deviations of `points`, where these are no part of the noise that was found.
-    pub(crate) fn with_measured(self, points: &[Observed], added: bool) -> Self {
-        if !added {
-            return self;
-        }
-        let all = [0, 1, 2].map(|k| measured_sd(points, k));
-        let sd =
-            |k: usize| if all[k].is_finite() { self.measured[k].hypot(all[k]) } else { self.measured[k] };
-        Self { measured: [0, 1, 2].map(sd), ..self }
+    /// What an interval of a new measurement must be wide by: with the root mean square of the measured standard deviations of `points`, where
+    /// these are no part of the noise that was found, and what few data leave unknown of that noise (Satterthwaite 1946, as
+    /// [`rijke_inference::Few`]).
+    #[must_use]
+    pub fn of_a_new_measurement(noise: &[NoiseEstimate], points: &[Observed], added: bool) -> Self {
+        let sd = |k: usize| {
+            let measured = if added { measured_sd(points, k) } else { 0.0 };
+            let floor = if measured.is_finite() { measured * measured } else { 0.0 };
+            let (mut variance, mut spread) = (floor, 0.0);
+            for n in noise.iter().filter(|n| n.name.strip_suffix(BETWEEN).unwrap_or(&n.name) == MEASURED[k]) {
+                let [factor, ln_variance] = n.few;
+                let own = n.sd * n.sd * factor;
+                variance += own;
+                spread += own * own * ln_variance;
+            }
+            variance.sqrt() * if spread > 0.0 { student(2.0 * variance * variance / spread) } else { 1.0 }
+        };
+        Self { measured: [0, 1, 2].map(sd), ..Self::of(noise) }
     }
 }
 

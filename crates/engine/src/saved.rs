@@ -26,6 +26,9 @@ pub struct SavedModel {
     mean: Vec<f64>,
     covariance: Vec<Vec<f64>>,
     noise: Vec<(String, f64)>,
+    /// For each noise what few data leave unknown of it ([`NoiseEstimate::few`]).
+    #[serde(default)]
+    few: Vec<[f64; 2]>,
     /// Causes of errors that all installations share, and for each its shares in the directions that are parameters.
     causes: Vec<(Cause, Vec<f64>)>,
     /// The relative error of a law that enters predictions.
@@ -60,6 +63,7 @@ impl SavedModel {
             mean: trained.values.clone(),
             covariance: (0..n).map(|i| (0..n).map(|j| trained.covariance[(i, j)]).collect()).collect(),
             noise: trained.noise.iter().map(|e| (e.name.clone(), e.sd)).collect(),
+            few: trained.noise.iter().map(|e| e.few).collect(),
             causes: trained.common.as_ref().map(Common::causes_and_shares).unwrap_or_default(),
             law,
             measured,
@@ -87,13 +91,18 @@ impl SavedModel {
             mean: self.mean.clone(),
             covariance: Matrix::from_fn(n, n, |i, j| self.covariance[i][j]),
         };
-        let noise = |(name, sd): &(String, f64)| NoiseEstimate {
+        let noise = |(k, (name, sd)): (usize, &(String, f64))| NoiseEstimate {
             name: name.clone(),
             unit: String::new(),
             sd: *sd,
             floats: false,
+            few: self.few.get(k).copied().unwrap_or([1.0, 0.0]),
         };
         let common = (!self.causes.is_empty()).then(|| Common::of_shares(&self.causes));
-        Ok(crate::TrainedPosterior { knowledge, common, noise: self.noise.iter().map(noise).collect() })
+        Ok(crate::TrainedPosterior {
+            knowledge,
+            common,
+            noise: self.noise.iter().enumerate().map(noise).collect(),
+        })
     }
 }

@@ -25,7 +25,7 @@ pub struct Trained {
     pub(crate) common: Option<Common>,
     /// Their most probable values.
     pub values: Vec<f64>,
-    /// Their covariance.
+    /// Their covariance, wider where few data chose the noise ([`rijke_inference::Few`]).
     pub covariance: Matrix,
     /// Standard deviations of the noise, chosen by the data where they float.
     pub noise: Vec<NoiseEstimate>,
@@ -197,7 +197,15 @@ impl Fitting<'_> {
             }
         };
         let laplace: Laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
-        let linear = Arc::new((posterior.linearised(&fit, &laplace)?, order));
+        let linear = posterior.linearised(&fit, &laplace)?;
+        let few = linear.few();
+        let wide = |i: usize, j: usize| few.parameters[i] * few.parameters[j];
+        let covariance = &laplace.physical_covariance;
+        let covariance =
+            Matrix::from_fn(covariance.rows(), covariance.columns(), |i, j| wide(i, j) * covariance[(i, j)]);
+        let mut noise = fit.noise;
+        few.noises.iter().for_each(|(g, few)| noise[*g].few = *few);
+        let linear = Arc::new((linear, order));
         // Blocks of data may hold several operating points or parts of one; all maxima that were found count.
         let evidence = Evidence { datapoints: points, ..summed.unwrap_or(laplace.evidence) };
         Ok(Trained {
@@ -205,8 +213,8 @@ impl Fitting<'_> {
             own: self.assembly.parameters().len(),
             common: self.common.cloned(),
             values: fit.parameters,
-            covariance: laplace.physical_covariance,
-            noise: fit.noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
+            covariance,
+            noise: noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
             evidence,
             stop: fit.stop,
             linear,

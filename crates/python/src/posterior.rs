@@ -17,11 +17,12 @@ use rijke_numerics::{Cholesky, Matrix};
 pub(crate) struct Posterior {
     chosen: Chosen,
     law: Option<LawError>,
+    misfit: Misfit,
 }
 
 impl Posterior {
-    pub(crate) fn of(chosen: &Chosen, law: Option<LawError>) -> Self {
-        Self { chosen: chosen.clone(), law }
+    pub(crate) fn of(chosen: &Chosen, law: Option<LawError>, misfit: Misfit) -> Self {
+        Self { chosen: chosen.clone(), law, misfit }
     }
 }
 
@@ -96,7 +97,7 @@ impl Posterior {
         let microphones = &assembly.rig.microphones;
         let reference: Vec<usize> =
             Some(microphones.reference).filter(|_| !microphones.at.is_empty()).into_iter().collect();
-        let misfit = Misfit::of(&trained.noise);
+        let misfit = &self.misfit;
         let posterior = trained.posterior();
         let found = py.detach(|| {
             observed
@@ -113,7 +114,7 @@ impl Posterior {
         dict.set_item("mode", observed.iter().map(|o| o.mode.label.as_str()).collect::<Vec<_>>())?;
         for (k, name) in ["growth_rate", "angular_frequency"].into_iter().enumerate() {
             dict.set_item(name, array(py, &n, found.iter().map(|p| p.values[k]).collect())?)?;
-            let sd = found.iter().map(|p| p.sd(k, &misfit)).collect();
+            let sd = found.iter().map(|p| p.sd(k, misfit)).collect();
             dict.set_item(format!("{name}_sd"), array(py, &n, sd)?)?;
         }
         Ok(dict)

@@ -131,7 +131,7 @@ impl Run {
     /// What the stage called `id` chose.
     fn posterior(&self, py: Python<'_>, id: &str) -> Answer<Posterior> {
         self.with(py, |run| match run.chosen(id) {
-            Some(chosen) => Ok(Posterior::of(chosen, None)),
+            Some(chosen) => Ok(Posterior::of(chosen, None, run.misfit_of_predictions(id, chosen))),
             None => Err(Fault::input(format!("no stage called `{id}` has run"))),
         })
     }
@@ -139,7 +139,9 @@ impl Run {
     /// The same, trained with what enters predictions but not the comparison.
     fn for_predictions(&self, py: Python<'_>, id: &str) -> Answer<Posterior> {
         self.with(py, |run| match run.for_predictions(id)? {
-            Some(chosen) => Ok(Posterior::of(&chosen, run.law_error(id))),
+            Some(chosen) => {
+                Ok(Posterior::of(&chosen, run.law_error(id), run.misfit_of_predictions(id, &chosen)))
+            }
             None => Err(Fault::input(format!("no stage called `{id}` has run"))),
         })
     }

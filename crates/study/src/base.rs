@@ -63,6 +63,18 @@ pub enum Cause {
     },
 }
 
+impl Cause {
+    /// The ambient temperature as read at `point`: one number for all points of its day, if the campaign says which day that was.
+    #[must_use]
+    pub fn ambient(point: &Point) -> Self {
+        Self::Ambient(if point.day.is_empty() {
+            Sharing::Point(point.id.clone())
+        } else {
+            Sharing::Day(point.day.clone())
+        })
+    }
+}
+
 /// Who shares an error.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -112,7 +124,7 @@ impl BaseState {
     /// The temperatures that the file of the rig gives its ducts; `ambient` where it gives none.
     #[must_use]
     pub fn of_the_rig(rig: &Rig, layout: &Layout, point: &Point, ambient: [f64; 2]) -> Self {
-        let day = Cause::Ambient(Sharing::Point(point.id.clone()));
+        let day = Cause::ambient(point);
         let mut state = Self::uniform(rig, layout.length, ambient[0], 0.0, day.clone());
         let at = |duct: &DuctAt| {
             let n = duct.temperatures.len().max(2);

@@ -259,7 +259,7 @@ impl<'a> Asked<'a> {
             model,
             followed: Followed::of(study, observed, &model.trained_on),
             assembly: assembly_of(study, &model.candidates, &model.hold)?,
-            misfit: Misfit::of(&posterior.noise).with_measured(&used, model.measured),
+            misfit: Misfit::of_a_new_measurement(&posterior.noise, &used, model.measured),
             posterior,
             usual: trained().find_map(|k| ambient[k]),
         })

@@ -3,7 +3,7 @@
 use crate::{Conditions, EngineError, Observed};
 use rijke_study::plan::{Base, HeatedFlow, Selection};
 use rijke_study::{
-    BaseState, Cause, HeatedFit, Observations, Point, Problem, Sharing, Study, heated_states, read_readings,
+    BaseState, Cause, HeatedFit, Observations, Point, Problem, Study, heated_states, read_readings,
     read_states,
 };
 use std::collections::BTreeMap;
@@ -118,10 +118,7 @@ pub(super) fn conditions_or_ambient(
     let base = match (inferred, &study.plan.base) {
         (Some(state), _) => state.clone(),
         (None, Base::Rig) => BaseState::of_the_rig(rig, &layout, point, ambient),
-        (None, _) => {
-            let cause = Cause::Ambient(Sharing::Point(point.id.clone()));
-            BaseState::uniform(rig, layout.length, ambient[0], ambient[1], cause)
-        }
+        (None, _) => BaseState::uniform(rig, layout.length, ambient[0], ambient[1], Cause::ambient(point)),
     };
     let base = base.checked(&point.id).map_err(fail)?;
     Ok(Conditions { id: point.id.clone(), point: point.clone(), layout, base })

@@ -52,6 +52,14 @@ pub struct NoiseEstimate {
     pub sd: f64,
     /// True if the data chose it.
     pub floats: bool,
+    /// What few data leave unknown of it ([`crate::Few`]): the factor on its variance, and the variance of the logarithm of that.
+    #[serde(default = "known")]
+    pub few: [f64; 2],
+}
+
+/// Nothing is unknown.
+fn known() -> [f64; 2] {
+    [1.0, 0.0]
 }
 
 impl Default for MapOptions {
@@ -188,6 +196,7 @@ impl Posterior<'_> {
             unit: g.unit.clone(),
             sd,
             floats: g.floats(),
+            few: known(),
         });
         Fit {
             parameters: self.parameters().physical(&minimum.z),

@@ -5,12 +5,14 @@
 //! posterior covariance, takes out of a direction what the parameters can do as well. At the fit P times the residual from the prior mean is
 //! C^-1 r, with r the residual of the fit.
 
+mod few;
 mod left_out;
 
 use crate::covariance::dense_enough;
 use crate::{Fit, InferenceError, Laplace, NoiseMode, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, Stream, dot, symmetric_eigen};
 
+pub use few::{Few, student};
 pub use left_out::LeftOut;
 
 /// A model with its data to first order about a fit, with noise as fitted.
@@ -23,6 +25,8 @@ pub struct Linearised {
     pulls: Vec<f64>,
     /// C^-1 F S with S S' = Sigma: a row for each datum.
     learnt: Matrix,
+    /// S': a column for each parameter.
+    root: Matrix,
     /// Root of 1 - S' F' C^-1 F S: what of each parameter the prior tells.
     untold: Matrix,
     /// The noises that the data choose.
@@ -41,6 +45,8 @@ struct Block {
 /// A noise whose standard deviation the data choose: its part of each block's covariance.
 #[derive(Clone, Debug)]
 struct Floating {
+    /// Its place among the groups of noise.
+    group: usize,
     parts: Vec<(usize, Matrix)>,
     /// Trace of C^-1 times its covariance: how many data it explains.
     count: f64,
@@ -120,7 +126,11 @@ impl Posterior<'_> {
                     NoiseMode::Inferred { ln_sd, .. } => ln_sd.powi(-2),
                     _ => 0.0,
                 };
-                (*g, Floating { parts: Vec::new(), count: 0.0, floor: 1.0, explained: 0.0, precision })
+                let group = *g;
+                (
+                    group,
+                    Floating { group, parts: Vec::new(), count: 0.0, floor: 1.0, explained: 0.0, precision },
+                )
             })
             .collect();
         let (mut residuals, mut pulls, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
@@ -153,11 +163,14 @@ impl Posterior<'_> {
             }
             blocks.push(Block { first, covariance, factor, inverse });
         }
+        let unit = |j: usize| (0..p).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
+        let whitened: Vec<Vec<f64>> = (0..p).map(|j| information.whiten(&unit(j))).collect();
         let mut found = Linearised {
             residuals,
             blocks,
             pulls,
             learnt,
+            root: Matrix::from_fn(p, p, |i, j| whitened[j][i]),
             untold: Matrix::zeros(p, p),
             floating: floating.into_iter().map(|(_, f)| f).filter(|f| f.count > 0.0).collect(),
         };

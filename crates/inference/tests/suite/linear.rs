@@ -172,3 +172,73 @@ fn exact_a_further_direction_gains_the_difference_of_two_evidences() {
     assert!((mean - 1.0).abs() < 4.0 * (2.0_f64 / 4000.0).sqrt(), "{mean}");
     assert!(linear.told(&(0..m).map(|_| 0.0).collect::<Vec<_>>()).is_none());
 }
+
+/// A constant and a slope from `n` data of one noise that floats, and a floor.
+fn line(n: usize, floor: f64) -> (Linear, Data, Parameters) {
+    let x = Matrix::from_fn(n, 2, |i, j| if j == 0 { 1.0 } else { i as f64 - 0.3 });
+    let values = numbers("few", n);
+    let all: Vec<usize> = (0..n).collect();
+    let observation = Observation::new("all", values)
+        .with_independent_noise(0, &all)
+        .with_floor(Matrix::diagonal(&vec![floor; n]));
+    let data = Data::new(vec![observation], vec![NoiseGroup::floated("noise", "V")]).unwrap();
+    let parameters = Parameters::new(vec![normal("a", 0.0, 1e6), normal("b", 0.0, 1e6)]).unwrap();
+    (Linear(x), data, parameters)
+}
+
+#[test]
+fn exact_few_data_give_students_intervals() {
+    // Half of Student's 95.45 % points (tables) with n - 2 degrees of freedom; Wallace's formula is 4 % off at 2.
+    for (n, half) in [(4, 4.527), (5, 3.307), (6, 2.869), (10, 2.366), (42, 2.064)] {
+        let (model, data, parameters) = line(n, 1e-12);
+        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+        let fit = posterior.map(&MapOptions::default()).unwrap();
+        let laplace = posterior.laplace(&fit).unwrap();
+        let few = posterior.linearised(&fit, &laplace).unwrap().few();
+        let ratio = n as f64 / (n as f64 - 2.0);
+        let tolerance = if n == 4 { 0.05 } else { 0.02 };
+        for factor in &few.parameters {
+            assert_relative_eq!(*factor, ratio.sqrt() * 0.5 * half, max_relative = tolerance);
+        }
+        let [(0, [factor, spread])] = few.noises[..] else { panic!("{few:?}") };
+        assert_relative_eq!(factor, ratio, max_relative = 1e-6);
+        assert_relative_eq!(spread, 2.0 / (n as f64 - 2.0), max_relative = 1e-6);
+    }
+}
+
+/// The restricted likelihood of a line, written out with dense matrices, and its second difference in ln variance.
+#[test]
+fn oracle_what_few_data_leave_against_the_restricted_likelihood() {
+    let (n, floor) = (7, 0.05);
+    let (model, data, parameters) = line(n, floor);
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let variance = fit.noise[0].sd.powi(2);
+    assert!(variance > 0.5 * floor, "{variance}");
+    let few = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap().few();
+    // Minus the expected restricted ln likelihood where the truth has this variance, at another: the data enter by their mean square.
+    let projected = |t: f64| {
+        let information = Matrix::from_fn(2, 2, |i, j| {
+            (0..n).map(|k| model.0[(k, i)] * model.0[(k, j)]).sum::<f64>() / (t + floor)
+        });
+        (information.clone(), Cholesky::new(&information).unwrap())
+    };
+    let cost = |ln: f64| {
+        let total = ln.exp() + floor;
+        let freedom = n as f64 - 2.0;
+        let determinant = n as f64 * total.ln() + projected(ln.exp()).1.ln_det();
+        0.5 * (determinant + freedom * (variance + floor) / total)
+    };
+    let (h, at) = (1e-3, variance.ln());
+    let curvature = (cost(at + h) - 2.0 * cost(at) + cost(at - h)) / (h * h);
+    assert_relative_eq!(few.noises[0].1[1], 1.0 / curvature, max_relative = 1e-4);
+    // And the standard deviation of a parameter at a variance some way off, by which Satterthwaite's degrees of freedom follow.
+    let of = |ln: f64, k: usize| projected(ln.exp()).1.inverse()[(k, k)];
+    for k in 0..2 {
+        let slope = (of(at + h, k) - of(at - h, k)) / (2.0 * h);
+        let step = few.noises[0].1[0];
+        let (after, share) = (of(at, k) + slope * (step - 1.0), slope * step);
+        let wanted = (after / of(at, k)).sqrt() * student(2.0 * after * after * curvature / (share * share));
+        assert_relative_eq!(few.parameters[k], wanted, max_relative = 1e-4);
+    }
+}

@@ -72,7 +72,7 @@ impl FlowChain {
         let n = rest.segments.len();
         let stiffness = |s: &Segment| s.density * s.sound_speed * s.sound_speed;
         let g: Vec<f64> = rest.segments.iter().map(|s| stiffness(s) / stiffness(&first)).collect();
-        let before = |j: usize| g[j.saturating_sub(1).min(n - 1)];
+        let before = |j: usize| g[j.saturating_sub(1)];
         let behind = |j: usize| g[j.min(n - 1)];
         let scale = |slot: FlowSlot| match slot {
             FlowSlot::Area(i) | FlowSlot::Viscous(i) => g[i].recip(),

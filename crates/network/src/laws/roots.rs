@@ -30,3 +30,17 @@ pub(super) fn polynomial_roots(coefficients: &[f64]) -> Vec<(C64, usize)> {
     }
     roots
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_double_root_far_from_one_is_joined() {
+        // (s + 5e4)^2 (s + 2e5) = s^3 + 3e5 s^2 + 2.25e10 s + 5e14.
+        let mut roots = polynomial_roots(&[5e14, 2.25e10, 3e5, 1.0]);
+        roots.sort_by_key(|r| r.1);
+        let [(single, 1), (double, 2)] = roots[..] else { panic!("{roots:?}") };
+        assert!((single + 2e5).norm() < 1e-2 && (double + 5e4).norm() < 1e-1, "{single} {double}");
+    }
+}

@@ -315,3 +315,32 @@ fn fractions(
     let constant = (points.iter().map(|(_, f, w)| f * w).sum::<C64>() / total).re;
     Ok(Table { delay, constant, terms, deviation: f64::INFINITY, range })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_the_mean_delay_of_a_pure_delay_is_that_delay() {
+        // Unequal steps and gains; the phase is kept within one turn.
+        let delay = 3e-3;
+        let row = |(frequency, gain): (f64, f64)| {
+            let phase = -2.0 * PI * frequency * delay + 0.4;
+            Entry { frequency, gain, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
+        };
+        let rows = [(20.0, 1.2), (110.0, 0.4), (150.0, 2.0), (290.0, 0.7), (430.0, 0.1)].map(row);
+        let omega = rows.map(|e| 2.0 * PI * e.frequency);
+        assert!((mean_delay(&omega, &rows) / delay - 1.0).abs() < 1e-12, "{}", mean_delay(&omega, &rows));
+    }
+
+    #[test]
+    fn exact_partial_fractions_of_a_low_pass_are_its_own() {
+        let filter = |omega: f64| 2.0 + 900.0 / C64::new(300.0, omega);
+        let omega = [50.0, 130.0, 310.0, 700.0, 1500.0];
+        let values = omega.map(filter);
+        let found = fractions(&omega, &values, &[2], 0.0, [50.0, 1500.0]).unwrap();
+        let [(pole, residue)] = found.terms[..] else { panic!("{found:?}") };
+        assert!((pole + 300.0).norm() < 1e-8 && (residue - 900.0).norm() < 1e-7, "{pole} {residue}");
+        assert!((found.rational(C64::new(0.0, 440.0)) - filter(440.0)).norm() < 1e-10);
+    }
+}

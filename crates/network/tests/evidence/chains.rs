@@ -266,6 +266,12 @@ fn message_what_a_chain_with_flow_refuses() {
     let mut chain = FlowChain::of(&net, GAMMA, 3.0).unwrap();
     let refused = Chain::attach(&mut chain, Slot::Density(0), 0, 1.0).unwrap_err().to_string();
     assert!(refused.contains("Density(0) follows from the inlet"), "{refused}");
+    // A law of the gas that the chain at rest has is not taken for a law of something else.
+    for slot in [Slot::Density(1), Slot::SoundSpeed(1)] {
+        let mut rest = net.clone();
+        rest.attach(slot, 0, 1.0).unwrap();
+        assert_eq!(FlowChain::of(&rest, GAMMA, 3.0).err(), Some(NetworkError::SlotOfRest { slot }));
+    }
     assert_eq!(chain.attach(FlowSlot::At(0, Effect::Mu), 0, 1.0), Err(NetworkError::ActionAtInlet));
     assert!(matches!(chain.attach(FlowSlot::Length(2), 0, 1.0), Err(NetworkError::NoDuct { .. })));
     let mut choked = chain.clone().with_ends([FlowEnd::Choked, FlowEnd::Choked]);

@@ -2,9 +2,11 @@
 
 use crate::chains::{NEWTON, VALUES, laws, tube};
 use crate::common_laws::c;
+use crate::mean_flow::{GAMMA, end, inlet};
 use rijke_network::file::read;
+use rijke_network::flow_chain::{FlowChain, FlowDuct};
 use rijke_network::laws::{Law, WallLaw};
-use rijke_network::{Constant, Forced, Network, NetworkError, Segment, Slot, Source, Workspace};
+use rijke_network::{Chain, Constant, Forced, Network, NetworkError, Segment, Slot, Source, Workspace};
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Jet, Order};
 
@@ -236,4 +238,55 @@ fn exact_values_alone_are_those_of_the_jets() {
     }
     let none = network.impedance_at(laws, C64::ONE, n + 1, Order::Value, &mut work);
     assert!(matches!(none, Err(NetworkError::Slot { .. })));
+}
+
+/// Two waves of p = f e^{-sx/(c + v)} + g e^{sx/(c - v)}, of which one is sent into the duct at an end.
+#[test]
+fn exact_waves_sent_into_a_duct_with_flow() {
+    let (speed, velocity, length, ends) = (340.0, 51.0, 0.8, [0.6, -0.7]);
+    let ducts = vec![FlowDuct::new(0.3, 2e-3), FlowDuct::new(length - 0.3, 2e-3)];
+    let chain = FlowChain::new(GAMMA, inlet(speed, velocity), ducts, ends.map(end)).unwrap();
+    let impedance = inlet(speed, velocity).density * speed;
+    let (down, up) = (speed + velocity, speed - velocity);
+    for s in [c(0.0, 900.0), c(-20.0, 3300.0)] {
+        let round = (-s * length * (1.0 / down + 1.0 / up)).exp();
+        for source in [Source::Upstream, Source::Downstream] {
+            // What each end sends: what it reflects, and the wave that enters there. g is that of x = 0.
+            let gain = (C64::ONE - ends[0] * ends[1] * round).inv();
+            let [f, g] = match source {
+                Source::Upstream => [gain, gain * ends[1] * round],
+                _ => [gain * ends[0] * (-s * length / up).exp(), gain * (-s * length / up).exp()],
+            };
+            let Forced { before, behind } = chain.forced(s, source, &[], Order::Value).unwrap();
+            for (k, x) in [(1, 0.3), (2, length)] {
+                let (f, g) = (f * (-s * x / down).exp(), g * (s * x / up).exp());
+                near(before[k][0].value(), f + g, 1e-12);
+                near(before[k][1].value(), (f - g) / impedance, 1e-12);
+            }
+            near(behind[0][0].value(), f + g, 1e-12);
+        }
+    }
+}
+
+/// The eighth mode of a duct of constant reflections, whose phase turns by a little more than 24 on the way upstream: what leaves at the ends and
+/// what a little friction takes is what the energy loses. Friction kappa per metre slows the decay of a wave by kappa/(2 rho).
+#[test]
+fn exact_energy_of_many_waves_with_flow() {
+    let (speed, density, length, ends, friction) = (340.0, 1.2, 1.0, [0.9, -0.9], 1e-3);
+    // s L (1/(c + v) + 1/(c - v)) = ln |R R'| + (2 n + 1) i pi.
+    let turns = c((0.9f64 * 0.9).ln(), 15.0 * std::f64::consts::PI);
+    let velocity = speed * (2.0 * 24.001 / turns.norm() - 1.0);
+    let s = turns * (speed * speed - velocity * velocity) / (2.0 * speed * length);
+    assert!((s.norm() * length / (speed - velocity) - 24.001).abs() < 1e-9, "{velocity}");
+    let mut rest = Network::new(vec![Segment::new(length, 2e-3, speed, density)]).unwrap();
+    rest.set(Slot::Viscous(0), c(friction, 0.0)).unwrap();
+    rest.set(Slot::Upstream, c(ends[0], 0.0)).unwrap();
+    rest.set(Slot::Downstream, c(ends[1], 0.0)).unwrap();
+    let chain = FlowChain::of(&rest, GAMMA, velocity).unwrap();
+    let mut work = Workspace::default();
+    let root = Chain::solve(&chain, &Constant, s + c(1.0, 2.0), &NEWTON, &mut work).unwrap();
+    assert!((root.s - s).norm() < friction, "{} {s}", root.s);
+    let balance = chain.balance(&Constant, &root, &mut work).unwrap();
+    assert!(balance.mismatch() < 1e-9, "{balance:?}");
+    assert!((balance.viscous * density / friction + 1.0).abs() < 0.01, "{balance:?}");
 }

@@ -151,11 +151,7 @@ pub fn heated_states(
         let perimeter = 2.0 * (std::f64::consts::PI * layout.areas(at)[1]).sqrt();
         let capacity = mass_flow * gas.specific_heat;
         let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
-        let cause = Cause::Ambient(if point.day.is_empty() {
-            Sharing::Point(point.id.clone())
-        } else {
-            Sharing::Day(point.day.clone())
-        });
+        let cause = Cause::ambient(point);
         Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling }))
     };
     for r in readings {

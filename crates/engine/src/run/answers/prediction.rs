@@ -36,8 +36,7 @@ impl Run {
         let trained = self.trained_for_predictions(&question.stage, &few)?;
         let law = self.law_error(&question.stage);
         let posterior = trained.posterior();
-        let adds = self.study.plan.stage(&question.stage).is_some_and(|(_, stage)| added(stage));
-        let misfit = Misfit::of(&trained.noise).with_measured(&few, adds);
+        let misfit = self.misfit_of(&question.stage, &trained, &few);
         let seen = selected(&self.study, &self.observed, points);
         let campaign = self.study.campaign.points.iter().enumerate();
         let unseen = campaign
@@ -130,6 +129,17 @@ impl Run {
         let Some(chosen) = self.chosen(id) else { return Ok(None) };
         let trained = self.trained_for_predictions(id, &chosen.observed)?;
         Ok(Some(Chosen { trained, ..chosen.clone() }))
+    }
+
+    /// What a new measurement differs by from `chosen` of a stage, as far as its points tell.
+    #[must_use]
+    pub fn misfit_of_predictions(&self, id: &str, chosen: &Chosen) -> Misfit {
+        self.misfit_of(id, &chosen.trained, &chosen.observed)
+    }
+
+    fn misfit_of(&self, id: &str, trained: &Trained, points: &[Observed]) -> Misfit {
+        let adds = self.study.plan.stage(id).is_some_and(|(_, stage)| added(stage));
+        Misfit::of_a_new_measurement(&trained.noise, points, adds)
     }
 
     /// The model that goes on from a stage, to be kept on disk.

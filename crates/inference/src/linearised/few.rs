@@ -1,0 +1,112 @@
+//! What few data leave unknown of the noises that they choose, and how much wider that makes what is stated.
+//!
+//! A noise that floats is at its most probable value together with the parameters. From few data that is too small on average, and whatever
+//! it is, the truth lies about it: intervals that take it for known are too narrow. With t_g the variance of noise g and S_g its part of the
+//! covariance of the data, P as in [`super`]:
+//!
+//! * The likelihood of the noise alone, the parameters integrated out (restricted likelihood: Patterson & Thompson, Biometrika 58 (1971) 545),
+//!   is largest a step I^-1 g away in ln t, with g_g = tr(C^-1 F Sigma F' C^-1 S_g)/2 and the information I_gh = tr(P S_g P S_h)/2. For n data of one
+//!   noise and q parameters that step, taken in t, is exact: t n/(n - q).
+//! * A variance v, of which noise g brings v_g, is as certain as one from 2 v^2/(v' I^-1 v) degrees of freedom (Satterthwaite, Biometrics Bull. 2
+//!   (1946) 110; for mixed models Giesbrecht & Burns, Biometrics 41 (1985) 477). Of that interval of Student's t which holds the
+//!   truth with the probability of two standard deviations, half of the half-width is stated: "two standard deviations" means what it says.
+
+use super::{Floating, Linearised};
+use rijke_numerics::{Cholesky, Matrix, dot};
+
+/// What few data leave unknown of the noises.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Few {
+    /// For each parameter, the factor on its standard deviation.
+    pub parameters: Vec<f64>,
+    /// For each noise that floats: its place among the groups, the factor on its variance, and the variance of the logarithm of its
+    /// variance.
+    pub noises: Vec<(usize, [f64; 2])>,
+}
+
+/// Half of what holds Student's t with the probability of two standard deviations, by Wallace, Ann. Math. Stat. 30 (1959) 1124: 1 % too wide
+/// at 3 degrees of freedom, 4 % at 2; fewer than one count as one.
+#[must_use]
+pub fn student(freedom: f64) -> f64 {
+    let freedom = freedom.clamp(1.0, 1e9);
+    let z = 2.0 * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
+    0.5 * (freedom * (z * z / freedom).exp_m1()).sqrt()
+}
+
+impl Linearised {
+    /// What few data leave unknown of the noises. Noises without effect on the data are passed over.
+    #[must_use]
+    pub fn few(&self) -> Few {
+        let p = self.learnt.columns();
+        let known = || Few { parameters: vec![1.0; p], noises: Vec::new() };
+        let noises: Vec<&Floating> = self.floating.iter().filter(|f| f.count > SEEN).collect();
+        if noises.is_empty() {
+            return known();
+        }
+        let learnt: Vec<Vec<f64>> =
+            (0..p).map(|j| (0..self.learnt.rows()).map(|i| self.learnt[(i, j)]).collect()).collect();
+        // S_g C^-1 F S, and its product with C^-1 F S from the left.
+        let through: Vec<Vec<Vec<f64>>> =
+            noises.iter().map(|f| learnt.iter().map(|l| self.through(f, l)).collect()).collect();
+        let inner: Vec<Matrix> =
+            through.iter().map(|t| Matrix::from_fn(p, p, |i, j| dot(&learnt[i], &t[j]))).collect();
+        let turned: Vec<Vec<Option<Matrix>>> = noises.iter().map(|f| self.turned(f)).collect();
+        let information = Matrix::from_fn(noises.len(), noises.len(), |g, h| {
+            let whole: f64 = turned[g]
+                .iter()
+                .zip(&turned[h])
+                .map(|pair| match pair {
+                    (Some(a), Some(b)) => trace_of_product(a, b),
+                    _ => 0.0,
+                })
+                .sum();
+            let once: f64 =
+                (0..p).map(|j| dot(&through[g][j], &self.without_covariance(&through[h][j]))).sum();
+            let prior = if g == h { 0.25 * noises[g].precision } else { 0.0 };
+            0.5 * (whole - 2.0 * once + trace_of_product(&inner[g], &inner[h])) + prior
+        });
+        let Ok(factor) = Cholesky::new(&information) else { return known() };
+        let slope: Vec<f64> = inner.iter().map(|m| 0.5 * (0..p).map(|i| m[(i, i)]).sum::<f64>()).collect();
+        // One datum at least tells of each noise.
+        let step =
+            factor.solve(&slope).into_iter().zip(&noises).map(|(s, f)| 1.0 + s.clamp(0.0, f.count.max(1.0)));
+        let step: Vec<f64> = step.collect();
+        let parameter = |j: usize| {
+            let s: Vec<f64> = (0..p).map(|i| self.root[(i, j)]).collect();
+            let now: Vec<f64> = inner.iter().map(|m| m.quadratic(&s)).collect();
+            let shares: Vec<f64> = now.iter().zip(&step).map(|(v, step)| v * step).collect();
+            let before = dot(&s, &s);
+            let after = before + shares.iter().sum::<f64>() - now.iter().sum::<f64>();
+            let spread = dot(&shares, &factor.solve(&shares));
+            (after / before).sqrt() * student(2.0 * after * after / spread)
+        };
+        let inverse = factor.inverse();
+        let noise = |g: usize| (noises[g].group, [step[g], inverse[(g, g)]]);
+        Few { parameters: (0..p).map(parameter).collect(), noises: (0..noises.len()).map(noise).collect() }
+    }
+
+    /// C^-1 S, for each block.
+    fn turned(&self, noise: &Floating) -> Vec<Option<Matrix>> {
+        let mut all: Vec<Option<Matrix>> = vec![None; self.blocks.len()];
+        for (k, part) in &noise.parts {
+            let more = self.blocks[*k].inverse.product(part);
+            all[*k] = Some(match all[*k].take() {
+                Some(sum) => sum.plus(1.0, &more),
+                None => more,
+            });
+        }
+        all
+    }
+
+    /// C^-1 v.
+    fn without_covariance(&self, v: &[f64]) -> Vec<f64> {
+        self.blocks.iter().flat_map(|b| b.inverse.times(&v[b.first..b.first + b.inverse.rows()])).collect()
+    }
+}
+
+/// Noise that explains less of the data than this is taken for none.
+const SEEN: f64 = 1e-6;
+
+fn trace_of_product(a: &Matrix, b: &Matrix) -> f64 {
+    (0..a.rows()).map(|i| (0..a.columns()).map(|j| a[(i, j)] * b[(j, i)]).sum::<f64>()).sum()
+}
