@@ -146,6 +146,11 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     for step in &found.plan {
         ui.say(format!("{:>10.3} {:>6}  {}", step.adds, hours(step.hours), step.point));
     }
+    if let Some(of) = found.factor.filter(|_| found.aim == Aim::Models) {
+        for (k, [mean, sd]) in of.iter().enumerate() {
+            ui.say(format!("If {} is right: ln of the Bayes factor for it {mean:.1} +- {sd:.1}", names(k)));
+        }
+    }
     if let (Some([now, then]), Some(about)) = (found.quantity_sd, about) {
         ui.say(format!("Growth rate at {about}: sd {now:.3} 1/s now, {then:.3} 1/s after the plan"));
     }

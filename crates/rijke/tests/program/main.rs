@@ -5,6 +5,7 @@ mod at_once;
 mod bad_input;
 mod base_states;
 mod book;
+mod design_study;
 mod ducted_flame;
 mod excited;
 mod flow_over_time;

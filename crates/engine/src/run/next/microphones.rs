@@ -222,6 +222,7 @@ mod tests {
             values: with(flat(&all)),
             along: vec![(0, with(slope(0)))],
             noise: white(&all),
+            stays: Matrix::zeros(8, 8),
             ..Numbers::default()
         };
         let found = relative_to(2, &[1, 2, 3], &[1, 2, 3], &numbers);

@@ -67,6 +67,9 @@ pub struct Next {
     pub plan: Vec<Step>,
     /// What the plan would tell, and what the greedy one would, nats.
     pub total: [f64; 2],
+    /// The logarithm of the Bayes factor by the whole plan, nats, for the model if it is right, and for its rival if that is: mean and standard
+    /// deviation.
+    pub factor: Option<[[f64; 2]; 2]>,
     /// Standard deviation of the growth rate asked for, 1/s: now, and after the plan.
     pub quantity_sd: Option<[f64; 2]>,
     /// The best further point after the plan, and what it would add, nats.
@@ -167,6 +170,7 @@ impl Judged<'_> {
             points,
             plan: (0..best.len()).map(step).collect::<Result<_, _>>()?,
             total: [total, told(&greedy)?],
+            factor: if best.is_empty() { None } else { self.told.factor(&best)? },
             quantity_sd: quantity_sd.map(|v| v.map(f64::sqrt)),
             further,
             left_out: Vec::new(),

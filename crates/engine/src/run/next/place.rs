@@ -80,6 +80,7 @@ impl<'a> Place<'a> {
         let shared = linear.base.into_iter().chain(linear.law).map(|(c, change)| (Shared::Cause(c), change));
         let mut numbers = Numbers {
             noise: Matrix::zeros(linear.values.len(), linear.values.len()),
+            stays: Matrix::zeros(linear.values.len(), linear.values.len()),
             values: linear.values,
             along: linear.along,
             shared: shared.collect(),
@@ -115,17 +116,34 @@ impl<'a> Place<'a> {
         let one = |&k: &usize| {
             let (mut numbers, conditions) = self.numbers(model, &posterior, k, microphones)?;
             let rows = numbers.values.len();
-            let misfit = noise[2][0].powi(2);
-            numbers.noise = heard.noise(rig, &conditions, &numbers, &others, misfit);
+            let [with, without] = [noise[2][0].powi(2), 0.0]
+                .map(|misfit| heard.noise(rig, &conditions, &numbers, &others, misfit));
+            (numbers.stays, numbers.noise) = (with.plus(-1.0, &without), with);
             for r in 0..2 {
-                numbers.noise[(r, r)] = noise[r][0].powi(2) + errors[r].powi(2);
+                numbers.stays[(r, r)] = noise[r][0].powi(2);
+                numbers.noise[(r, r)] = numbers.stays[(r, r)] + errors[r].powi(2);
             }
             heard.add_channels(&mut numbers, &others);
             for (r, [_, sd]) in noise.iter().enumerate().take(2).filter(|(_, [_, sd])| *sd > 0.0) {
                 let cause = Shared::Installation(r, self.study.campaign.points[k].installation.clone());
                 numbers.shared.insert(cause, (0..rows).map(|i| if i == r { *sd } else { 0.0 }).collect());
             }
-            Ok(numbers)
+            let Some(seen) = trained.iter().find(|o| o.conditions.id == conditions.id) else {
+                return Ok(numbers);
+            };
+            let used = seen.used(&others, rig.microphones.reference);
+            // Where its pressures stand among those that are asked for.
+            let place = |row: usize| match row.checked_sub(2) {
+                None => row,
+                Some(k) => {
+                    2 + 2 * others.iter().position(|m| *m == used.others[k / 2]).unwrap_or_default() + k % 2
+                }
+            };
+            let read = used.rows.iter().map(|row| place(*row)).zip(&used.values);
+            let read = read.filter(|(row, _)| numbers.stays[(*row, *row)] > 0.0);
+            let (rows, residual): (Vec<usize>, Vec<f64>) =
+                read.map(|(row, value)| (row, value - numbers.values[row])).unzip();
+            numbers.repeated(&rows, &residual)
         };
         Ok(candidates.par_iter().map(one).collect())
     }
