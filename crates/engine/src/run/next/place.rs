@@ -13,7 +13,7 @@ use rijke_numerics::Matrix;
 use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
 use rijke_study::{BaseState, Observations, Study};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What is wanted of [`next`](super::next).
 #[derive(Clone, Debug, Default)]
@@ -26,8 +26,8 @@ pub struct Wish {
     pub about: Option<usize>,
     /// How many points to plan.
     pub points: usize,
-    /// Whether relative pressures are measured too.
-    pub pressures: bool,
+    /// Whether growth rates and frequencies alone are measured, and no relative pressures, though these trained.
+    pub without_pressures: bool,
 }
 
 /// What is known of the points of a study, whichever model is asked.
@@ -152,6 +152,16 @@ impl<'a> Place<'a> {
     pub(super) fn trained(&self, model: &SavedModel) -> Vec<Observed> {
         let trained = |o: &&Observed| model.trained_on.contains(&o.conditions.id);
         self.observed.iter().filter(trained).cloned().collect()
+    }
+
+    /// The microphones but the reference whose pressures trained a model.
+    pub(super) fn heard(&self, model: &SavedModel) -> BTreeSet<usize> {
+        let instruments = &self.study.rig.microphones;
+        let stage = self.study.plan.stage(&model.stage).map(|(_, stage)| stage);
+        let used = |m: &usize| stage.is_none_or(|s| s.hears(&instruments.names[*m]));
+        let trained = self.trained(model);
+        let heard = trained.iter().flat_map(|o| o.mode.pressures.iter().map(|(m, _)| *m));
+        heard.filter(|m| *m != instruments.reference && used(m)).collect()
     }
 
     /// The points that can be judged, with what measuring each would give.
