@@ -147,9 +147,8 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ui.say(format!("{:>10.3} {:>6}  {}", step.adds, hours(step.hours), step.point));
     }
     if let Some(of) = found.factor.filter(|_| found.aim == Aim::Models) {
-        for (k, [mean, sd]) in of.iter().enumerate() {
-            ui.say(format!("If {} is right: ln of the Bayes factor for it {mean:.1} +- {sd:.1}", names(k)));
-        }
+        let [first, second] = of.map(|[mean, sd]| format!("{mean:.1} +- {sd:.1}"));
+        ui.say(format!("ln of the Bayes factor by the plan: {first} if the first model is right, {second} if the second is"));
     }
     if let (Some([now, then]), Some(about)) = (found.quantity_sd, about) {
         ui.say(format!("Growth rate at {about}: sd {now:.3} 1/s now, {then:.3} 1/s after the plan"));

@@ -15,6 +15,9 @@ use rijke_study::plan::Stage;
 use rijke_study::{BaseState, Observations, Study};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Least share of the variance of a misfit that is drawn anew: what was measured without error could else not be repeated.
+const ANEW: f64 = 1e-6;
+
 /// What is wanted of [`next`](super::next).
 #[derive(Clone, Debug, Default)]
 pub struct Wish {
@@ -108,6 +111,12 @@ impl<'a> Place<'a> {
         let measured = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).measured;
         let errors = [0, 1].map(|k| if measured { measured_sd(&trained, k) } else { 0.0 });
         let noise = of_point_and_installation(&posterior.noise);
+        // The part of the misfit that a repeat draws anew: the measured error, where it does not come on top.
+        let anew = [0, 1, 2].map(|k| {
+            let hidden = if measured { 0.0 } else { measured_sd(&trained, k).powi(2) };
+            let variance = noise[k][0].powi(2);
+            hidden.clamp(ANEW * variance, variance)
+        });
         let rig = &self.study.rig;
         let channels = self.channels.as_ref();
         let heard = Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, measured)?;
@@ -116,12 +125,12 @@ impl<'a> Place<'a> {
         let one = |&k: &usize| {
             let (mut numbers, conditions) = self.numbers(model, &posterior, k, microphones)?;
             let rows = numbers.values.len();
-            let [with, without] = [noise[2][0].powi(2), 0.0]
+            let [with, without] = [noise[2][0].powi(2), anew[2]]
                 .map(|misfit| heard.noise(rig, &conditions, &numbers, &others, misfit));
             (numbers.stays, numbers.noise) = (with.plus(-1.0, &without), with);
             for r in 0..2 {
-                numbers.stays[(r, r)] = noise[r][0].powi(2);
-                numbers.noise[(r, r)] = numbers.stays[(r, r)] + errors[r].powi(2);
+                numbers.stays[(r, r)] = noise[r][0].powi(2) - anew[r];
+                numbers.noise[(r, r)] = noise[r][0].powi(2) + errors[r].powi(2);
             }
             heard.add_channels(&mut numbers, &others);
             for (r, [_, sd]) in noise.iter().enumerate().take(2).filter(|(_, [_, sd])| *sd > 0.0) {

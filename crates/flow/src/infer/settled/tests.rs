@@ -133,7 +133,11 @@ fn exact_a_state_that_was_not_read_is_one_of_hopeless_readings() {
         let checked = |(pipe, run): (Pipe, Run)| (pipe.clone(), run.checked(&pipe).unwrap());
         let runs = [near.clone(), far.clone()].map(checked);
         let (reports, states) = Fit::new(&runs).unwrap().report().unwrap();
-        assert_eq!(reports.len(), if read { 2 } else { 1 }, "nothing is reported of a place that was not read");
+        assert_eq!(
+            reports.len(),
+            if read { 2 } else { 1 },
+            "nothing is reported of a place that was not read"
+        );
         found.push(states);
     }
     for ((id, a), (_, b)) in found[0].iter().zip(&found[1]) {
