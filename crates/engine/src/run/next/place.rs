@@ -3,6 +3,7 @@
 use super::predictive::{Numbers, Predictive, Shared};
 use super::pressures::Listening;
 use super::told::{Aim, Told};
+use crate::data::near_field;
 use crate::noise::{measured_sd, of_point_and_installation, varying};
 use crate::run::followed::Followed;
 use crate::run::inputs::{ambient_of_all, conditions, observed, states};
@@ -111,26 +112,32 @@ impl<'a> Place<'a> {
         let measured = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).measured;
         let errors = [0, 1].map(|k| if measured { measured_sd(&trained, k) } else { 0.0 });
         let noise = of_point_and_installation(&posterior.noise);
-        // The part of the misfit that a repeat draws anew: the measured error, where it does not come on top.
-        let anew = [0, 1, 2].map(|k| {
-            let hidden = if measured { 0.0 } else { measured_sd(&trained, k).powi(2) };
-            let variance = noise[k][0].powi(2);
-            hidden.clamp(ANEW * variance, variance)
-        });
         let rig = &self.study.rig;
         let channels = self.channels.as_ref();
-        let heard = Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, measured)?;
+        let listening =
+            |errors| Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, errors);
+        let heard = listening(measured)?;
+        // Where the measured errors do not come on top of the misfit, they are the part of it that a repeat draws anew.
+        let hidden = match measured {
+            true => [0.0; 3],
+            false => {
+                [measured_sd(&trained, 0).powi(2), measured_sd(&trained, 1).powi(2), listening(true)?.usual()]
+            }
+        };
+        let misfit = [0, 1, 2].map(|k| noise[k][0].powi(2).max(hidden[k]));
+        let anew = [0, 1, 2].map(|k| hidden[k].max(ANEW * misfit[k]));
         let others: Vec<usize> =
             microphones.iter().copied().filter(|m| *m != rig.microphones.reference).collect();
         let one = |&k: &usize| {
             let (mut numbers, conditions) = self.numbers(model, &posterior, k, microphones)?;
             let rows = numbers.values.len();
-            let [with, without] = [noise[2][0].powi(2), anew[2]]
-                .map(|misfit| heard.noise(rig, &conditions, &numbers, &others, misfit));
+            let faults = |m: usize| misfit[2] + near_field(rig, &conditions, m).powi(2);
+            let [with, without] = [&faults as &dyn Fn(usize) -> f64, &|_| anew[2]]
+                .map(|variance| heard.noise(&numbers, rig.microphones.reference, &others, variance));
             (numbers.stays, numbers.noise) = (with.plus(-1.0, &without), with);
             for r in 0..2 {
-                numbers.stays[(r, r)] = noise[r][0].powi(2) - anew[r];
-                numbers.noise[(r, r)] = noise[r][0].powi(2) + errors[r].powi(2);
+                numbers.stays[(r, r)] = misfit[r] - anew[r];
+                numbers.noise[(r, r)] = misfit[r] + errors[r].powi(2);
             }
             heard.add_channels(&mut numbers, &others);
             for (r, [_, sd]) in noise.iter().enumerate().take(2).filter(|(_, [_, sd])| *sd > 0.0) {
