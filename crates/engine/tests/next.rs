@@ -110,8 +110,13 @@ fn exact_a_quantity_is_known_as_well_as_its_prediction_and_then_better() {
     let ranked = ranked(&folder);
     let asked = [std::iter::once(("x".to_owned(), 0.9)).collect()];
     let (study, places) = with_points(&ranked.study, &ranked.study.plan.stages[0].points, &asked).unwrap();
-    let wish =
-        Wish { aim: Aim::Quantity, candidates: vec![2], about: Some(places[0]), points: 1, pressures: false };
+    let wish = Wish {
+        aim: Aim::Quantity,
+        candidates: vec![2],
+        about: Some(places[0]),
+        points: 1,
+        without_pressures: false,
+    };
     let [before, after] = ranked.ask(&study, &wish).unwrap().quantity_sd.unwrap();
     let saved = ranked.run.saved("s").unwrap();
     let predicted = &forecast(&study, &study.observations().unwrap(), &saved, &[], &places).unwrap().0[0];

@@ -50,11 +50,11 @@ pub(crate) struct Args {
     /// Points that may be measured: a grid of two factors between the lowest and the highest value of each in the campaign.
     #[arg(long, value_name = "X,Y", conflicts_with = "at")]
     map: Option<String>,
-    /// Relative pressures are measured too.
+    /// Growth rates and frequencies alone are measured, and no relative pressures, though these trained the model.
     #[arg(long)]
-    pressures: bool,
+    without_pressures: bool,
     /// Judge microphones instead of points: what is lost without each, and what another would add, if every point is visited once more.
-    #[arg(long, conflicts_with_all = ["plot", "pressures", "points"])]
+    #[arg(long, conflicts_with_all = ["plot", "without_pressures", "points"])]
     microphones: bool,
     /// Where a microphone may be added, m from the upstream end; may be repeated [default: every twentieth of each duct].
     #[arg(long, value_name = "M", requires = "microphones", value_parser = number::finite)]
@@ -90,7 +90,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         candidates: if candidates.is_empty() { every } else { candidates.to_vec() },
         about: about.first().copied(),
         points: usize::from(args.points),
-        pressures: args.pressures,
+        without_pressures: args.without_pressures,
     };
     if args.microphones {
         let found =
@@ -144,6 +144,10 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     ui.say(format!("Plan: {:.3} nats (greedy {:.3})", found.total[0], found.total[1]));
     for step in &found.plan {
         ui.say(format!("{:>10.3} {:>6}  {}", step.adds, hours(step.hours), step.point));
+    }
+    if let Some(of) = found.factor.filter(|_| found.aim == Aim::Models) {
+        let [first, second] = of.map(|[mean, sd]| format!("{mean:.1} +- {sd:.1}"));
+        ui.say(format!("ln of the Bayes factor by the plan: {first} if the first model is right, {second} if the second is"));
     }
     if let (Some([now, then]), Some(about)) = (found.quantity_sd, about) {
         ui.say(format!("Growth rate at {about}: sd {now:.3} 1/s now, {then:.3} 1/s after the plan"));

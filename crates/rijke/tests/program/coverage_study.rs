@@ -304,7 +304,7 @@ fn pulls(folder: &Path, noise: Noise, repeats: usize, seed: u64) -> Pulls {
         add(what, found.value - truth, found.sd);
     }
     let places: Vec<usize> = (noise.points..rows.len()).collect();
-    let (forecasts, _) = forecast(&study, &observed, &run.saved("s").unwrap(), &places).unwrap();
+    let (forecasts, _) = forecast(&study, &observed, &run.saved("s").unwrap(), &[], &places).unwrap();
     for (found, k) in forecasts.iter().zip(places) {
         let (truth, measured) =
             (mode(rows[k], tube.sound_speed), observations.points[k].ping.as_ref().unwrap().s);

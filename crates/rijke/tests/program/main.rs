@@ -6,6 +6,7 @@ mod bad_input;
 mod base_states;
 mod book;
 mod coverage_study;
+mod design_study;
 mod ducted_flame;
 mod excited;
 mod flow_over_time;

@@ -1,6 +1,6 @@
 //! `rijke next`: what to measure next.
 
-use crate::{copy, example, rijke, scratch};
+use crate::{copy, example, rijke, scratch, short};
 use serde_json::Value;
 use std::fs;
 
@@ -61,4 +61,38 @@ fn behaviour_next_says_what_to_measure_and_when_to_stop() {
     assert!(text.contains("None is worth adding: each brings less than 0.1 nats"), "{text}");
     let (code, text) = said("next study --microphones --place 0.9");
     assert!(code == Some(2) && text.contains("give a place from 0 to 0.8 m"), "{text}");
+}
+
+#[test]
+fn behaviour_a_planned_point_has_gas_and_can_be_judged() {
+    let folder = scratch("next-planned");
+    short::record(&folder);
+    let run = |words: &[&str]| {
+        let output = rijke(&folder, words);
+        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    run(&["process", ".", "--out", "observations"]);
+    for file in ["points.csv", "pings.csv", "clicks.csv"] {
+        let path = folder.join("observations").join(file);
+        let planned = |line: &str| match (line.starts_with("H50-75,"), file) {
+            (false, _) => Some(line.to_owned()),
+            (true, "points.csv") => line.strip_suffix("2,2").map(|rest| format!("{rest}0,0")),
+            (true, _) => None,
+        };
+        let text = fs::read_to_string(&path).unwrap();
+        let kept: Vec<String> = text.lines().filter_map(planned).collect();
+        assert_eq!(kept.len() == text.lines().count(), file == "points.csv");
+        fs::write(&path, kept.join("\n") + "\n").unwrap();
+    }
+    run(&["flow", ".", "--out", "base"]);
+    run(&["rank", ".", "--one-start", "--quiet"]);
+    let found: Value = serde_json::from_slice(&run(&["next", ".", "--json"])).unwrap();
+    let points = found["points"].as_array().unwrap();
+    let nats = |id: &str, repeat: bool| {
+        let point = points.iter().find(|p| p["point"] == id && p["repeat"] == repeat);
+        point.unwrap_or_else(|| panic!("{id} in {found}"))["nats"].as_f64().unwrap()
+    };
+    // What is planned tells more than what the same place and its neighbours repeat.
+    assert!(nats("H50-75", false) > 2.0 * nats("H50-60", true), "{found}");
 }

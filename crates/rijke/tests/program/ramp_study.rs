@@ -21,7 +21,7 @@ const BEFORE_THE_END: f64 = 60.0;
 const ARMS: [(&str, f64, bool); 4] =
     [("H", 7.0, false), ("R", 2.0, true), ("R", 2.0, false), ("S", 1.0, true)];
 
-const STUDY: &str = r#"
+pub(crate) const STUDY: &str = r#"
 name = "Ramps"
 [base.states]
 points = { where = { Q_h = { above = 0 } } }

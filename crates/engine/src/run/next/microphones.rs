@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use rijke_numerics::{C64, Matrix};
 use rijke_study::{Layout, Observations, Study, Value};
 use serde::Serialize;
-use std::collections::BTreeSet;
 
 /// A microphone, and what it brings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -72,12 +71,8 @@ pub fn microphones(
         more.rig.microphones.at.push(Value::Number(*x));
     }
     let place = Place::new(&more, observations, study.channels()?)?;
-    let stage = study.plan.stage(&model.stage).map(|(_, stage)| stage);
     let (names, reference) = (&more.rig.microphones.names, more.rig.microphones.reference);
-    let named = |m: &usize| stage.is_none_or(|s| s.hears(&names[*m]));
-    let trained = place.trained(model);
-    let heard: BTreeSet<usize> =
-        trained.iter().flat_map(|o| o.mode.pressures.iter().map(|(m, _)| *m)).filter(named).collect();
+    let heard = place.heard(model);
     let (all, others): (Vec<usize>, Vec<usize>) =
         ((0..names.len()).collect(), (0..names.len()).filter(|m| *m != reference).collect());
     let now: Vec<usize> = others.iter().copied().filter(|m| heard.contains(m)).collect();
@@ -222,6 +217,7 @@ mod tests {
             values: with(flat(&all)),
             along: vec![(0, with(slope(0)))],
             noise: white(&all),
+            stays: Matrix::zeros(8, 8),
             ..Numbers::default()
         };
         let found = relative_to(2, &[1, 2, 3], &[1, 2, 3], &numbers);

@@ -17,7 +17,7 @@ use plan::Worth;
 use predictive::Numbers;
 use rijke_study::{Observations, Study};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use told::Told;
 
 /// What one further measurement would tell.
@@ -67,6 +67,9 @@ pub struct Next {
     pub plan: Vec<Step>,
     /// What the plan would tell, and what the greedy one would, nats.
     pub total: [f64; 2],
+    /// The logarithm of the Bayes factor by the whole plan, nats, for the model if it is right, and for its rival if that is: mean and standard
+    /// deviation.
+    pub factor: Option<[[f64; 2]; 2]>,
     /// Standard deviation of the growth rate asked for, 1/s: now, and after the plan.
     pub quantity_sd: Option<[f64; 2]>,
     /// The best further point after the plan, and what it would add, nats.
@@ -77,8 +80,8 @@ pub struct Next {
 
 /// What to measure next, by the `model` that went on from its stage and its `rival`, to first order at the most probable parameters.
 ///
-/// Each point is a new visit: its noise is the misfit of the model and the root mean square of the measured errors of the points that
-/// trained. Points of one name of installation share what installations differ by; none shares it with the points that trained.
+/// Each point is a new visit, which measures what trained: growth rate, frequency, and relative pressures if the stage hears any. Its noise is the
+/// misfit of the model, which comes again if the point was measured, and the root mean square of the measured errors of the points that trained. Points of one name of installation share what installations differ by; none shares it with the points that trained.
 ///
 /// # Errors
 /// [`EngineError::NothingToMeasure`], [`EngineError::Damaged`], and those of the files.
@@ -89,9 +92,12 @@ pub fn next(
     rival: Option<&SavedModel>,
     wish: &Wish,
 ) -> Result<Next, EngineError> {
-    let all = if wish.pressures { study.rig.microphones.at.len() } else { 0 };
     let place = Place::new(study, observations, study.channels()?)?;
-    let able = place.measurable(model, rival, wish, &(0..all).collect::<Vec<_>>())?;
+    let mut microphones = if wish.without_pressures { BTreeSet::new() } else { place.heard(model) };
+    if !microphones.is_empty() {
+        microphones.insert(study.rig.microphones.reference);
+    }
+    let able = place.measurable(model, rival, wish, &microphones.into_iter().collect::<Vec<_>>())?;
     let judged = Judged { study, kept: &able.kept, told: able.told(&Numbers::clone) };
     let mut found = judged.plan(wish)?;
     found.stage.clone_from(&model.stage);
@@ -167,6 +173,7 @@ impl Judged<'_> {
             points,
             plan: (0..best.len()).map(step).collect::<Result<_, _>>()?,
             total: [total, told(&greedy)?],
+            factor: if best.is_empty() { None } else { self.told.factor(&best)? },
             quantity_sd: quantity_sd.map(|v| v.map(f64::sqrt)),
             further,
             left_out: Vec::new(),

@@ -3,6 +3,7 @@
 use super::predictive::{Numbers, Predictive, Shared};
 use super::pressures::Listening;
 use super::told::{Aim, Told};
+use crate::data::near_field;
 use crate::noise::{measured_sd, of_point_and_installation, varying};
 use crate::run::followed::Followed;
 use crate::run::inputs::{ambient_of_all, conditions, observed, states};
@@ -13,7 +14,10 @@ use rijke_numerics::Matrix;
 use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
 use rijke_study::{BaseState, Observations, Study};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Least share of the variance of a misfit that is drawn anew: what was measured without error could else not be repeated.
+const ANEW: f64 = 1e-6;
 
 /// What is wanted of [`next`](super::next).
 #[derive(Clone, Debug, Default)]
@@ -26,8 +30,8 @@ pub struct Wish {
     pub about: Option<usize>,
     /// How many points to plan.
     pub points: usize,
-    /// Whether relative pressures are measured too.
-    pub pressures: bool,
+    /// Whether growth rates and frequencies alone are measured, and no relative pressures, though these trained.
+    pub without_pressures: bool,
 }
 
 /// What is known of the points of a study, whichever model is asked.
@@ -80,6 +84,7 @@ impl<'a> Place<'a> {
         let shared = linear.base.into_iter().chain(linear.law).map(|(c, change)| (Shared::Cause(c), change));
         let mut numbers = Numbers {
             noise: Matrix::zeros(linear.values.len(), linear.values.len()),
+            stays: Matrix::zeros(linear.values.len(), linear.values.len()),
             values: linear.values,
             along: linear.along,
             shared: shared.collect(),
@@ -109,23 +114,52 @@ impl<'a> Place<'a> {
         let noise = of_point_and_installation(&posterior.noise);
         let rig = &self.study.rig;
         let channels = self.channels.as_ref();
-        let heard = Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, measured)?;
+        let listening =
+            |errors| Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, errors);
+        let heard = listening(measured)?;
+        // Where the measured errors do not come on top of the misfit, they are the part of it that a repeat draws anew.
+        let hidden = match measured {
+            true => [0.0; 3],
+            false => {
+                [measured_sd(&trained, 0).powi(2), measured_sd(&trained, 1).powi(2), listening(true)?.usual()]
+            }
+        };
+        let misfit = [0, 1, 2].map(|k| noise[k][0].powi(2).max(hidden[k]));
+        let anew = [0, 1, 2].map(|k| hidden[k].max(ANEW * misfit[k]));
         let others: Vec<usize> =
             microphones.iter().copied().filter(|m| *m != rig.microphones.reference).collect();
         let one = |&k: &usize| {
             let (mut numbers, conditions) = self.numbers(model, &posterior, k, microphones)?;
             let rows = numbers.values.len();
-            let misfit = noise[2][0].powi(2);
-            numbers.noise = heard.noise(rig, &conditions, &numbers, &others, misfit);
+            let faults = |m: usize| misfit[2] + near_field(rig, &conditions, m).powi(2);
+            let [with, without] = [&faults as &dyn Fn(usize) -> f64, &|_| anew[2]]
+                .map(|variance| heard.noise(&numbers, rig.microphones.reference, &others, variance));
+            (numbers.stays, numbers.noise) = (with.plus(-1.0, &without), with);
             for r in 0..2 {
-                numbers.noise[(r, r)] = noise[r][0].powi(2) + errors[r].powi(2);
+                numbers.stays[(r, r)] = misfit[r] - anew[r];
+                numbers.noise[(r, r)] = misfit[r] + errors[r].powi(2);
             }
             heard.add_channels(&mut numbers, &others);
             for (r, [_, sd]) in noise.iter().enumerate().take(2).filter(|(_, [_, sd])| *sd > 0.0) {
                 let cause = Shared::Installation(r, self.study.campaign.points[k].installation.clone());
                 numbers.shared.insert(cause, (0..rows).map(|i| if i == r { *sd } else { 0.0 }).collect());
             }
-            Ok(numbers)
+            let Some(seen) = trained.iter().find(|o| o.conditions.id == conditions.id) else {
+                return Ok(numbers);
+            };
+            let used = seen.used(&others, rig.microphones.reference);
+            // Where its pressures stand among those that are asked for.
+            let place = |row: usize| match row.checked_sub(2) {
+                None => row,
+                Some(k) => {
+                    2 + 2 * others.iter().position(|m| *m == used.others[k / 2]).unwrap_or_default() + k % 2
+                }
+            };
+            let read = used.rows.iter().map(|row| place(*row)).zip(&used.values);
+            let read = read.filter(|(row, _)| numbers.stays[(*row, *row)] > 0.0);
+            let (rows, residual): (Vec<usize>, Vec<f64>) =
+                read.map(|(row, value)| (row, value - numbers.values[row])).unzip();
+            numbers.repeated(&rows, &residual)
         };
         Ok(candidates.par_iter().map(one).collect())
     }
@@ -134,6 +168,16 @@ impl<'a> Place<'a> {
     pub(super) fn trained(&self, model: &SavedModel) -> Vec<Observed> {
         let trained = |o: &&Observed| model.trained_on.contains(&o.conditions.id);
         self.observed.iter().filter(trained).cloned().collect()
+    }
+
+    /// The microphones but the reference whose pressures trained a model.
+    pub(super) fn heard(&self, model: &SavedModel) -> BTreeSet<usize> {
+        let instruments = &self.study.rig.microphones;
+        let stage = self.study.plan.stage(&model.stage).map(|(_, stage)| stage);
+        let used = |m: &usize| stage.is_none_or(|s| s.hears(&instruments.names[*m]));
+        let trained = self.trained(model);
+        let heard = trained.iter().flat_map(|o| o.mode.pressures.iter().map(|(m, _)| *m));
+        heard.filter(|m| *m != instruments.reference && used(m)).collect()
     }
 
     /// The points that can be judged, with what measuring each would give.

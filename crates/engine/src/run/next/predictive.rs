@@ -5,7 +5,7 @@
 //! rows, so that what points share is counted once.
 
 use crate::EngineError;
-use rijke_numerics::{C64, Cholesky, Matrix};
+use rijke_numerics::{C64, Cholesky, Matrix, dot};
 use rijke_study::Cause;
 use std::collections::BTreeMap;
 
@@ -34,6 +34,8 @@ pub(super) struct Numbers {
     pub(super) shared: BTreeMap<Shared, Vec<f64>>,
     /// Covariance of the noise of one visit; zero for a quantity that is wanted and not measured.
     pub(super) noise: Matrix,
+    /// The part of it that comes again at every visit of the point: the misfit of the model.
+    pub(super) stays: Matrix,
 }
 
 impl Numbers {
@@ -49,7 +51,29 @@ impl Numbers {
             along: self.along.iter().map(|(place, slope)| (*place, t.times(slope))).collect(),
             shared: self.shared.iter().map(|(cause, slope)| (cause.clone(), t.times(slope))).collect(),
             noise: t.product(&self.noise).product(&t.transpose()),
+            stays: t.product(&self.stays).product(&t.transpose()),
         }
+    }
+
+    /// What a repeat will read, given that an earlier visit read `residual` more than the model at these rows: the misfit stays, so that
+    /// the repeat tells only what the other errors of that visit hid. What installations differ by is drawn anew.
+    pub(super) fn repeated(mut self, rows: &[usize], residual: &[f64]) -> Result<Self, EngineError> {
+        let anew = |cause: &Shared| matches!(cause, Shared::Installation(..) | Shared::Varying(..));
+        let mut first = self.noise.clone();
+        self.shared.iter().filter(|(cause, _)| anew(cause)).for_each(|(_, slope)| first.add_outer(slope));
+        let read = |m: &Matrix| Matrix::from_fn(rows.len(), m.columns(), |i, j| m[(rows[i], j)]);
+        let stays = read(&self.stays);
+        let share = Cholesky::new(&first.select(rows))?.inverse().product(&stays).transpose();
+        let less = |slope: &mut Vec<f64>| {
+            let told = share.times(&rows.iter().map(|r| slope[*r]).collect::<Vec<_>>());
+            slope.iter_mut().zip(told).for_each(|(s, t)| *s -= t);
+        };
+        self.along.iter_mut().for_each(|(_, slope)| less(slope));
+        self.shared.iter_mut().filter(|(cause, _)| !anew(cause)).for_each(|(_, slope)| less(slope));
+        self.values.iter_mut().zip(share.times(residual)).for_each(|(v, r)| *v += r);
+        let told = share.product(&stays);
+        (self.noise, self.stays) = (self.noise.plus(-1.0, &told), self.stays.plus(-1.0, &told));
+        Ok(self)
     }
 }
 
@@ -106,16 +130,18 @@ impl Predictive {
         set.iter().enumerate().flat_map(of).collect()
     }
 
-    /// The covariance of what the visits would bring if all parameters were known: a repeat has noise of its own, and the same shared errors.
+    /// The covariance of what the visits would bring if all parameters were known: a repeat has measured errors of its own, the same misfit and
+    /// the same shared errors.
     fn errors(&self, set: &[usize]) -> Matrix {
         let rows = self.rows(set);
         Matrix::from_fn(rows.len(), rows.len(), |i, j| {
             let ((visit, a), (other, b)) = (rows[i], rows[j]);
-            let noise = if visit == other {
-                let k = set[visit];
-                self.points[k].noise[(a - self.starts[k], b - self.starts[k])]
-            } else {
-                0.0
+            let k = set[visit];
+            let of = |m: &Matrix| m[(a - self.starts[k], b - self.starts[k])];
+            let noise = match (visit == other, k == set[other]) {
+                (true, _) => of(&self.points[k].noise),
+                (false, true) => of(&self.points[k].stays),
+                (false, false) => 0.0,
             };
             self.shared[(a, b)] + noise
         })
@@ -165,6 +191,23 @@ impl Predictive {
         let apart: Vec<f64> = self.mean(set).iter().zip(other.mean(set)).map(|(a, b)| a - b).collect();
         Ok(0.5 * (trace - n as f64 + squared(&apart) + their.ln_det() - own.ln_det()))
     }
+
+    /// The standard deviation of that logarithm if `self` is right. With z standard normal it is b'z + (1/2) z'(M - 1)z and a constant, M = L' V_B^-1 L,
+    /// V_A = L L', b = L' V_B^-1 (m_A - m_B), whose variance is b'b + (1/2) tr (M - 1)^2.
+    pub(super) fn spread(&self, other: &Self, set: &[usize]) -> Result<f64, EngineError> {
+        let (own, their) = (Cholesky::new(&self.covariance(set))?, Cholesky::new(&other.covariance(set))?);
+        let columns = own.lower().transpose();
+        let white: Vec<Vec<f64>> = (0..columns.rows()).map(|j| their.whiten(columns.row(j))).collect();
+        let apart: Vec<f64> = self.mean(set).iter().zip(other.mean(set)).map(|(a, b)| a - b).collect();
+        let apart = their.whiten(&apart);
+        let mut variance: f64 = white.iter().map(|w| dot(w, &apart).powi(2)).sum();
+        for (i, a) in white.iter().enumerate() {
+            for (j, b) in white.iter().enumerate() {
+                variance += 0.5 * (dot(a, b) - f64::from(u8::from(i == j))).powi(2);
+            }
+        }
+        Ok(variance.sqrt())
+    }
 }
 
 #[cfg(test)]
@@ -191,6 +234,7 @@ mod tests {
                 vec![SHARED],
             )]),
             noise: Matrix::diagonal(&[NOISE * NOISE]),
+            stays: Matrix::zeros(1, 1),
         };
         Predictive::new((0..3).map(point).collect(), &sigma())
     }
@@ -228,7 +272,7 @@ mod tests {
         };
         let (of_a, of_b) = (cloud(0.0, 1.0), cloud(1.2, 0.6));
         let errors: Vec<f64> = (0..300).map(|_| draw(&mut stream)).collect();
-        let [mut information, mut factor] = [0.0; 2];
+        let [mut information, mut factor, mut square] = [0.0; 3];
         for _ in 0..outer {
             let p = parameters(&mut stream);
             let truth = clean(0.0, 1.0, p, draw(&mut stream));
@@ -236,11 +280,15 @@ mod tests {
             let known: Vec<[f64; 2]> = errors.iter().map(|e| clean(0.0, 1.0, p, *e)).collect();
             let marginal = ln_density(y, &of_a);
             information += (ln_density(y, &known) - marginal) / f64::from(outer);
-            factor += (marginal - ln_density(y, &of_b)) / f64::from(outer);
+            let ln = marginal - ln_density(y, &of_b);
+            factor += ln / f64::from(outer);
+            square += ln * ln / f64::from(outer);
         }
-        for (formula, sampled) in
-            [(a.information(&[0, 1]).unwrap(), information), (a.divergence(&b, &[0, 1]).unwrap(), factor)]
-        {
+        for (formula, sampled) in [
+            (a.information(&[0, 1]).unwrap(), information),
+            (a.divergence(&b, &[0, 1]).unwrap(), factor),
+            (a.spread(&b, &[0, 1]).unwrap(), (square - factor * factor).sqrt()),
+        ] {
             assert!((formula / sampled - 1.0).abs() < 0.1 && formula > 0.2, "{formula} {sampled}");
         }
     }
@@ -274,11 +322,40 @@ mod tests {
             values: vec![0.0],
             along: vec![(0, vec![1.0])],
             noise: Matrix::zeros(1, 1),
+            stays: Matrix::zeros(1, 1),
             ..Numbers::default()
         };
         let points = all.points.iter().cloned().chain([wanted]).collect();
         let [before, after] = Predictive::new(points, &sigma()).variances(3, &set).unwrap();
         assert!((before - 1.0).abs() < 1e-12 && (after - state[(0, 0)]).abs() < 1e-12, "{before} {after}");
+    }
+
+    /// A repeat after a visit that trained, and twice in a plan, against one state of parameter, misfit and nothing else, updated reading by
+    /// reading (Kalman 1960).
+    #[test]
+    fn exact_the_misfit_of_a_point_comes_again() {
+        let (misfit, error, slope, prior) = (0.8_f64.powi(2), 0.3_f64.powi(2), 1.7, 0.5);
+        let update = |mut state: [[f64; 2]; 2]| {
+            let gain: Vec<f64> = (0..2).map(|i| state[i][0] * slope + state[i][1]).collect();
+            let variance = error + gain[0] * slope + gain[1];
+            let old = state;
+            (0..2).for_each(|i| (0..2).for_each(|j| state[i][j] = old[i][j] - gain[i] * gain[j] / variance));
+            state
+        };
+        let once = update([[prior, 0.0], [0.0, misfit]]);
+        let thrice = update(update(once));
+        let visit = Numbers {
+            values: vec![0.2],
+            along: vec![(0, vec![slope])],
+            noise: Matrix::diagonal(&[misfit + error]),
+            stays: Matrix::diagonal(&[misfit]),
+            ..Numbers::default()
+        };
+        let repeat = visit.repeated(&[0], &[1.0]).unwrap();
+        assert!((repeat.values[0] - 0.2 - misfit / (misfit + error)).abs() < 1e-12);
+        let told = Predictive::new(vec![repeat], &Matrix::diagonal(&[once[0][0]])).information(&[0, 0]);
+        let exact = 0.5 * (once[0][0] / thrice[0][0]).ln();
+        assert!((told.unwrap() / exact - 1.0).abs() < 1e-12 && exact > 0.0, "{exact}");
     }
 
     #[test]

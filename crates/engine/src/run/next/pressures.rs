@@ -1,14 +1,13 @@
 //! What is known of the errors of microphones: the noise of a visit, and what the calibration of the channels leaves, which all visits share.
 
 use super::predictive::{Numbers, Shared};
-use crate::data::near_field;
 use crate::errors::Channels;
-use crate::{Conditions, EngineError, Knowledge, Observed};
+use crate::{EngineError, Knowledge, Observed};
 use rijke_inference::relative_noise;
 use rijke_numerics::{C64, Cholesky, Matrix};
 use rijke_rig::ChannelErrors;
+use rijke_study::Study;
 use rijke_study::plan::Stage;
-use rijke_study::{Rig, Study};
 use std::collections::BTreeMap;
 
 /// Errors of relative pressures P.
@@ -90,18 +89,22 @@ impl Listening {
         self.own = own.into_iter().map(|v| v.unwrap_or(usual)).collect();
     }
 
-    /// The covariance of the noise of one visit; zero but for the pressures. `misfit` is the variance of the model's.
+    /// Measured variance of each part of a relative pressure, in the mean over the microphones.
+    pub(super) fn usual(&self) -> f64 {
+        self.own.iter().sum::<f64>() / self.own.len().max(1) as f64 + self.reference
+    }
+
+    /// The covariance of the noise of one visit; zero but for the pressures. `misfit` is the variance of the model's at
+    /// each microphone, of which `reference` is that to which pressures are relative.
     pub(super) fn noise(
         &self,
-        rig: &Rig,
-        conditions: &Conditions,
         numbers: &Numbers,
+        reference: usize,
         others: &[usize],
-        misfit: f64,
+        misfit: &dyn Fn(usize) -> f64,
     ) -> Matrix {
-        let near = |m: usize| misfit + near_field(rig, conditions, m).powi(2);
-        let common = if others.is_empty() { 0.0 } else { near(rig.microphones.reference) + self.reference };
-        let own: Vec<f64> = others.iter().map(|&m| near(m) + self.own[m]).collect();
+        let common = if others.is_empty() { 0.0 } else { misfit(reference) + self.reference };
+        let own: Vec<f64> = others.iter().map(|&m| misfit(m) + self.own[m]).collect();
         let relative = relative_noise(&numbers.pressures());
         let size = numbers.values.len();
         Matrix::from_fn(size, size, |i, j| {

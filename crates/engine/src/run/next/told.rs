@@ -31,6 +31,13 @@ impl Told {
         Ok(Some([self.mine.divergence(rival, set)?, rival.divergence(&self.mine, set)?]))
     }
 
+    /// Mean and standard deviation of the logarithm of the Bayes factor for whichever is right: the model, or its rival.
+    pub(super) fn factor(&self, set: &[usize]) -> Result<Option<[[f64; 2]; 2]>, EngineError> {
+        let (Some(means), Some(rival)) = (self.models(set)?, &self.rival) else { return Ok(None) };
+        let spreads = [self.mine.spread(rival, set)?, rival.spread(&self.mine, set)?];
+        Ok(Some([[means[0], spreads[0]], [means[1], spreads[1]]]))
+    }
+
     pub(super) fn about(&self, set: &[usize]) -> Result<Option<f64>, EngineError> {
         let Some(quantity) = self.quantity else { return Ok(None) };
         let [before, after] = self.mine.variances(quantity, set)?;

@@ -24,7 +24,8 @@ const SHAPE_SD: f64 = 0.5e-6;
 
 /// One run per place of the heater at which a heated point has clicks or readings `along` the tube, lowest first: mean clicks and readings of all its
 /// points in the same configuration (with or without thermometers), cold ones included. Points of a ramp need neither: the others tell of
-/// the flow that passes them. `pipe` makes the tube for a heater.
+/// the flow that passes them. Nor do points at which nothing was measured yet, neither pings nor clicks: a state of them is foreseen. A place may
+/// have such points alone; without a heated reading at any place there are no runs. `pipe` makes the tube for a heater.
 ///
 /// Errors of an arrival time beyond those stated for it:
 /// * the stated covariance counts twice, as noise of the state and as error common to all states, because observations do not
@@ -43,7 +44,8 @@ pub fn runs(
 ) -> Result<Vec<(Pipe, Run)>, FlowError> {
     let passed = |id: &str| observations.ramps.iter().any(|ramp| ramp.time_of(id).is_some());
     let read = |p: &&PointObservations| {
-        p.click.is_some() || !along.of(&p.point.id).is_empty() || passed(&p.point.id)
+        let planned = p.ping.is_none() && p.click.is_none();
+        planned || p.click.is_some() || !along.of(&p.point.id).is_empty() || passed(&p.point.id)
     };
     let usable = |p: &&PointObservations| p.point.plates && p.point.position.is_some() && read(p);
     let points: Vec<&PointObservations> = observations.points.iter().filter(usable).collect();
@@ -87,7 +89,8 @@ pub fn runs(
         let run = Run { heater, states, common, ramps }.checked(&pipe)?;
         Ok((pipe, run))
     };
-    places.iter().map(one).collect()
+    let runs = places.iter().map(one).collect::<Result<Vec<(Pipe, Run)>, FlowError>>()?;
+    Ok(if runs.iter().any(|(_, run)| run.is_read()) { runs } else { Vec::new() })
 }
 
 /// Whether a click at `x` is heard together with its reflection at the heater.

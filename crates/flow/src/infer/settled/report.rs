@@ -9,7 +9,7 @@ use crate::infer::health::Health;
 use crate::infer::report::{NamedStates, PowerReport, ResidualReport, RunReport, UnknownReport};
 
 impl Fit<'_> {
-    /// One report per run, and the base state of every operating point.
+    /// One report per run that was read, and the base state of every operating point.
     ///
     /// # Errors
     /// Those of [`Fit::base_states`].
@@ -20,7 +20,9 @@ impl Fit<'_> {
         for run in &self.runs {
             let (mine, others) = rest.split_at(run.run.states.len());
             rest = others;
-            reports.push(run.report(mine)?);
+            if run.run.is_read() {
+                reports.push(run.report(mine)?);
+            }
         }
         Ok((reports, states))
     }

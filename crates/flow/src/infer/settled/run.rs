@@ -50,7 +50,12 @@ impl State {
 }
 
 impl Run {
-    /// Refuses what nothing can be inferred from.
+    /// Whether a heated state was read; if not, all of them are foreseen from other places of the heater.
+    pub(crate) fn is_read(&self) -> bool {
+        self.states.iter().any(|s| s.power > 0.0 && !s.sensors.is_empty())
+    }
+
+    /// Refuses heated readings from which nothing can be inferred.
     ///
     /// # Errors
     /// [`FlowError::Point`] with [`FlowError::Power`] or [`FlowError::Range`], [`FlowError::Readings`],
@@ -88,7 +93,8 @@ impl Run {
             }
             hot += if state.power > 0.0 { count } else { 0 };
         }
-        if hot < SIX {
+        let foreseen = !self.is_read() && self.states.iter().any(|s| s.power > 0.0);
+        if !foreseen && hot < SIX {
             return Err(FlowError::TooFewSamples { have: hot, need: SIX });
         }
         Ok(self)
