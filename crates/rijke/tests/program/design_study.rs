@@ -295,7 +295,7 @@ fn decided(lines: &[Line], kind: &str, pair: usize, nats: f64) -> f64 {
 }
 
 #[test]
-#[ignore = "long: five laboratories and a hundred and fifty rankings, ten minutes"]
+#[ignore = "long: five laboratories and a hundred and fifty rankings, seven minutes"]
 fn coverage_of_layouts_that_next_plans_beside_even_ones() {
     let rigs: Vec<(Vec<Line>, Vec<Foreseen>)> = (1..=SEEDS).into_par_iter().map(one_rig).collect();
     println!(
