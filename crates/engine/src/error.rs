@@ -85,6 +85,21 @@ pub enum EngineError {
         /// The mode of the model, Hz.
         described_hz: f64,
     },
+    /// Two modes that were followed from measured points are one at a point that was not measured.
+    #[error(
+        "at operating point {point}: from the points that were measured, the modes `{first}` and `{second}` both lead to the mode at {hertz:.1} Hz: \
+         the point is too far from them; ask for one that is nearer, or list all modes with `rijke modes`"
+    )]
+    ModesMet {
+        /// The operating point.
+        point: String,
+        /// Label of one mode.
+        first: String,
+        /// Label of the other.
+        second: String,
+        /// Frequency at which they met, Hz.
+        hertz: f64,
+    },
     /// A rig of unknown lengths that is more than straight ducts of one temperature each, in gas at rest.
     #[error("at operating point {point}: {problem}, where lengths or places of the rig are unknown")]
     Shape {
@@ -248,6 +263,7 @@ impl EngineError {
             | Self::Network { point, .. }
             | Self::OtherMode { point, .. }
             | Self::AmbiguousModes { point, .. }
+            | Self::ModesMet { point, .. }
             | Self::Shape { point, .. }
             | Self::Impossible { point }
             | Self::Response { point, .. }

@@ -48,8 +48,8 @@ impl Study {
         Ok(Self { folder: folder.to_owned(), rig, campaign, catalogue, plan, claims })
     }
 
-    /// Candidates that are part of no model because no stage and no question names their role, each in a sentence with file and line: a role may
-    /// be misspelt.
+    /// What is declared and has no effect, each in a sentence with its file: candidates that are part of no model because no stage and no
+    /// question names their role, which may be misspelt, and noise of installations where no errors are shared.
     #[must_use]
     pub fn unused(&self) -> Vec<String> {
         let (named, unused) = self.plan.unused(&self.catalogue);
@@ -62,7 +62,15 @@ impl Study {
                 crate::source::listed(named.iter().copied())
             )
         };
-        unused.into_iter().map(said).collect()
+        let idle = self.plan.stages.iter().filter(|s| s.noise.installation.is_some() && !s.base_errors);
+        let idle = idle.map(|s| {
+            format!(
+                "study.toml: `noise.installation` of stage `{}` has no effect, because what points of one installation share counts only with \
+                 `base_errors = true`",
+                s.id
+            )
+        });
+        unused.into_iter().map(said).chain(idle).collect()
     }
 
     /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it.

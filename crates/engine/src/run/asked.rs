@@ -1,9 +1,10 @@
 //! Predictions of a saved model at any values of the factors, measured or not.
 
-use super::average::{Averaged, OpenModel, averaged};
+use super::average::OpenModel;
 use super::course::Choice;
 use super::followed::Followed;
 use super::inputs::{ambient_of_all, conditions, observed, states};
+use super::predicted::{Forecast, averaged};
 use super::rows::{assembly_of, rows_of};
 use crate::{
     Assembly, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum,
@@ -15,33 +16,10 @@ use rijke_network::Region;
 use rijke_numerics::C64;
 use rijke_study::plan::Selection;
 use rijke_study::{BaseState, Observations, Point, SURROUNDINGS, Study};
-use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// How far beyond the campaign a factor may be asked for, in its range or its largest value.
 const FARTHEST: f64 = 5.0;
-
-/// What a model says of one operating point.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Forecast {
-    /// Name of the point.
-    pub point: String,
-    /// Label of the mode, where points have several.
-    pub mode: String,
-    /// Value of every factor, SI; none where it has none.
-    pub factors: Vec<Option<f64>>,
-    /// Growth rate, 1/s; the standard deviation of a new measurement, and that of the model alone.
-    pub growth_rate: [f64; 3],
-    /// Angular frequency, rad/s, likewise.
-    pub angular_frequency: [f64; 3],
-    /// Probability that the growth rate of this mode is above zero, taken as normal, without the noise of a measurement.
-    pub unstable: f64,
-    /// The same averaged over the models that the evidence leaves open, where it does.
-    pub averaged: Option<Averaged>,
-    /// The mode that grows fastest of those in the rig's `[search]` on which the model was not trained, at its most probable parameters:
-    /// growth rate, 1/s, and frequency, Hz. None where there is no other, or where they cannot be counted.
-    pub other: Option<[f64; 2]>,
-}
 
 /// A point of which a model cannot say anything.
 #[derive(Debug)]
@@ -67,7 +45,7 @@ pub fn with_points(
 ) -> Result<(Study, Vec<usize>), EngineError> {
     let known = || study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
     let fail = |what: String| EngineError::Factors { what, known: known() };
-    let mut study = study.clone();
+    let mut wider = study.clone();
     let mut places = Vec::new();
     for values in asked {
         let mut given = Vec::new();
@@ -124,16 +102,16 @@ pub fn with_points(
                 && p.row == like.row
                 && factors.all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
         };
-        let place = match study.campaign.points.iter().position(same) {
+        let place = match wider.campaign.points.iter().position(same) {
             Some(k) => k,
             None => {
-                study.campaign.points.push(point);
-                study.campaign.points.len() - 1
+                wider.campaign.points.push(point);
+                wider.campaign.points.len() - 1
             }
         };
         places.push(place);
     }
-    Ok((study, places))
+    Ok((wider, places))
 }
 
 /// Every mode of a model at a point of the campaign: of the saved one at its mean, else of the first row of the last stage at the centre of
@@ -278,14 +256,27 @@ impl<'a> Asked<'a> {
         let found: Vec<_> = all.par_iter().map(|(k, label)| self.one(*k, label)).collect();
         let (mut forecasts, mut failures) = (Vec::new(), Vec::new());
         for ((k, _), found) in all.iter().zip(found) {
-            match found {
+            let apart = |own: Forecast| match forecasts.iter().find(|f: &&Forecast| own.is_of_the_mode_of(f))
+            {
+                Some(other) => Err(EngineError::ModesMet {
+                    point: own.point,
+                    first: other.mode.clone(),
+                    second: own.mode,
+                    hertz: own.angular_frequency[0] / std::f64::consts::TAU,
+                }),
+                None => Ok(own),
+            };
+            match found.and_then(apart) {
                 Ok(forecast) => forecasts.push(forecast),
                 Err(why) => {
-                    failures
-                        .push(Unpredicted { point: self.known.study.campaign.points[*k].id.clone(), why });
+                    let point = self.known.study.campaign.points[*k].id.clone();
+                    failures.push(Unpredicted { point, why });
                 }
             }
         }
+        // Of modes that met, neither label is known to be the right one.
+        let met = |u: &Unpredicted| matches!(u.why, EngineError::ModesMet { .. });
+        forecasts.retain(|f| !failures.iter().any(|u| u.point == f.point && met(u)));
         (forecasts, failures)
     }
 

@@ -1,8 +1,8 @@
-//! Averages over the models that the evidence leaves open, each as probable as the evidence of all stages makes it (Hoeting et al. 1999,
-//! eqs. 1 to 3).
+//! The models that the evidence leaves open, each as probable as the evidence of all stages makes it, and parameters averaged over them
+//! (Hoeting et al. 1999, eqs. 1 to 3).
 
-use super::asked::Forecast;
 use super::course::{Beside, Chosen, Run};
+use super::predicted::mixed;
 use super::record::{CarriedOn, CarriedStage, ModelRecord};
 use crate::{EngineError, SavedModel};
 use rijke_study::plan::Stage;
@@ -18,44 +18,6 @@ pub struct OpenModel {
     pub odds: f64,
     /// The model.
     pub model: SavedModel,
-}
-
-/// A prediction averaged over open models.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Averaged {
-    /// Growth rate, 1/s; the standard deviation of a new measurement, and that of what is not known of the model.
-    pub growth_rate: [f64; 3],
-    /// Angular frequency, rad/s, likewise.
-    pub angular_frequency: [f64; 3],
-    /// Probability that the growth rate of this mode is above zero.
-    pub unstable: f64,
-}
-
-/// The average over what the model that goes on says of a point and what those `open` beside it say, each with its odds; none where one of
-/// these can say nothing.
-pub(super) fn averaged(own: &Forecast, open: &[(f64, Vec<Forecast>)]) -> Option<Averaged> {
-    let same = |f: &&Forecast| f.point == own.point && f.mode == own.mode;
-    let of = |(odds, all): &(f64, Vec<Forecast>)| Some((*odds, all.iter().find(same)?.clone()));
-    let mut all = open.iter().map(of).collect::<Option<Vec<_>>>()?;
-    all.push((1.0, own.clone()));
-    let over = |of: &dyn Fn(&Forecast) -> [f64; 3]| {
-        let [[mean, measured], [_, model]] =
-            [1, 2].map(|k| mixed(all.iter().map(|(w, f)| [*w, of(f)[0], of(f)[k]])));
-        [mean, measured, model]
-    };
-    Some(Averaged {
-        growth_rate: over(&|f| f.growth_rate),
-        angular_frequency: over(&|f| f.angular_frequency),
-        unstable: mixed(all.iter().map(|(w, f)| [*w, f.unstable, 0.0]))[0],
-    })
-}
-
-/// Mean and standard deviation of a mixture, from the weight, mean and standard deviation of each part; weights need not add up to one.
-fn mixed(parts: impl Iterator<Item = [f64; 3]> + Clone) -> [f64; 2] {
-    let sum: f64 = parts.clone().map(|[w, ..]| w).sum();
-    let mean = parts.clone().map(|[w, v, _]| w * v).sum::<f64>() / sum;
-    let square = parts.map(|[w, v, sd]| w * (sd * sd + (v - mean).powi(2))).sum::<f64>() / sum;
-    [mean, square.sqrt()]
 }
 
 impl Run {

@@ -19,6 +19,7 @@ mod inputs;
 mod matching;
 mod missing;
 mod next;
+mod predicted;
 mod record;
 mod rows;
 mod search;
@@ -27,8 +28,8 @@ mod so_far;
 mod stages;
 
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook};
-pub use asked::{Forecast, Unpredicted, forecast, modes_at, with_points};
-pub use average::{Averaged, OpenModel};
+pub use asked::{Unpredicted, forecast, modes_at, with_points};
+pub use average::OpenModel;
 pub use claims::{Judgement, agreement, models, verdicts};
 pub use course::{Chosen, Run, Trusted};
 pub use foresight::{Foreseen, StageForesight, foresight};
@@ -36,6 +37,7 @@ pub use found::{Asked, Checks, Family, Missing, PointCheck, SumCheck};
 pub use frame::{Frame, FrameColumn, FrameRow};
 pub(crate) use inputs::conditions_at;
 pub use next::{Aim, MicrophoneChoice, MicrophoneTable, Next, Step, Suggestion, Wish, microphones, next};
+pub use predicted::{Averaged, Forecast};
 pub use record::{
     CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord,
 };

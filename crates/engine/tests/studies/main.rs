@@ -155,6 +155,39 @@ fn exact_predictions_are_one_posterior_and_the_closed_form() {
     );
 }
 
+/// What is not asked is that of the nearest point of the campaign, whatever else is asked beside it.
+#[test]
+fn behaviour_points_that_are_asked_together_do_not_lend_each_other_factors() {
+    let campaign = "point,x [cm],y [1],T_amb [degC]\na,100,1,20\nb,80,2,20\n";
+    let folder = two_points("asked-together", &[("campaign.csv", campaign)]);
+    let study = Study::open(&folder.0).unwrap();
+    let of = |all: &[(&str, f64)]| all.iter().map(|(name, v)| ((*name).to_owned(), *v)).collect();
+    let asked = [of(&[("x", 0.9), ("y", 5.0)]), of(&[("x", 0.81)]), of(&[("x", 0.9)])];
+    let every = &study.plan.stages[0].points;
+    let (wider, places) = with_points(&study, every, &asked).unwrap();
+    let y = |k: usize| wider.campaign.points[places[k]].factors[1];
+    assert_eq!([y(0), y(1)], [5.0, 2.0]);
+    let (alone, place) = with_points(&study, every, &asked[2..]).unwrap();
+    assert_eq!(y(2), alone.campaign.points[place[0]].factors[1]);
+}
+
+/// `noise.installation` says what points of one installation share; without errors that are shared nothing counts it.
+#[test]
+fn message_noise_of_installations_without_effect_is_said() {
+    let with = |more: &str| {
+        let plan = format!("{PLAN}installation = [0.5, 6.0]\n")
+            .replace("points = {}\n", &format!("points = {{}}\n{more}"));
+        let folder = two_points(&format!("idle-{}", more.len()), &[("study.toml", &plan)]);
+        Study::open(&folder.0).unwrap().unused()
+    };
+    let said = with("");
+    assert!(
+        said.len() == 1 && said[0].contains("`noise.installation` of stage `s` has no effect"),
+        "{said:?}"
+    );
+    assert!(with("base_errors = true\n").is_empty());
+}
+
 /// What a page is held against: eigenvalues of the tube at settings between its points, for other parameters.
 #[test]
 fn exact_settings_of_sliders_have_the_closed_form() {

@@ -38,7 +38,7 @@ pub struct TrustRegion {
 
 impl Default for TrustRegion {
     fn default() -> Self {
-        Self { method: Method::Newton, max_evaluations: 500, tolerance: 1e-18, first_radius: 1.0 }
+        Self { method: Method::Newton, max_evaluations: 2000, tolerance: 1e-18, first_radius: 1.0 }
     }
 }
 

@@ -225,6 +225,11 @@ fn message_bad_responses_are_named_with_place_and_remedy() {
     let degrees: Vec<[f64; 3]> =
         good.iter().map(|[f, a, b]| [*f, a.hypot(*b), b.atan2(*a).to_degrees()]).collect();
     warned(&polar, &degrees, &["z.txt: the phase differs by", "arg [deg]"]);
+    // Radians that are declared as degrees.
+    let mut radians: Vec<[f64; 3]> = good.iter().map(|[f, a, b]| [*f, a.hypot(*b), b.atan2(*a)]).collect();
+    radians[0][2] = -3.0;
+    let declared = polar.replace("arg [rad]", "arg [deg]");
+    warned(&declared, &radians, &["z.txt: no phase is beyond", "arg [rad]"]);
     let active: Vec<[f64; 3]> = good.iter().map(|[f, a, b]| [*f, -a, *b]).collect();
     warned(&text, &active, &["|R| is above 1", "line", "check sign"]);
     let mut stuck = good.clone();

@@ -1,6 +1,7 @@
 //! All records of a campaign: calibration, pings and clicks, means over repeats. Knows every other folder.
 
 mod calibration;
+mod contradictions;
 mod fitted;
 mod kept;
 mod live;

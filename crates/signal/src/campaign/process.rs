@@ -2,6 +2,7 @@
 //! in parallel; results keep the order of the set, whatever the number of threads.
 
 use super::calibration::{Calibrated, calibrate};
+use super::contradictions::contradictions;
 use super::fitted::{Fitted, rejection};
 use super::kept::Kept;
 use super::live::{LiveRecord, in_all};
@@ -168,6 +169,9 @@ pub fn process_again(
         pool(&mut alike.filter_map(|g| g.ping_repeats.as_mut()).collect::<Vec<_>>());
     }
     pool(&mut gathered.iter_mut().filter_map(|g| g.click_repeats.as_mut()).collect::<Vec<_>>());
+    let of_pings = set.points.iter().zip(&gathered);
+    let of_pings = of_pings.filter_map(|(r, g)| Some((r.point.id.as_str(), g.ping_repeats.as_ref()?)));
+    notes.extend(contradictions(&of_pings.collect::<Vec<_>>()));
     let (mut points, mut scatter) = (Vec::new(), Vec::new());
     let shapes = ping_delays.is_some();
     for (gathered, records) in gathered.into_iter().zip(&set.points) {

@@ -1,6 +1,6 @@
 //! Complex numbers over frequency from columns: of a text without headings, or by name from a table or from arrays.
 
-use super::doubts::{self, Rows};
+use super::doubts::{self, Angle, Rows};
 use crate::{Problem, StudyError};
 use rijke_numerics::C64;
 use rijke_rig::{Columns, Heading, Unit};
@@ -163,11 +163,11 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
         return Err(fail(None, problem));
     }
     let sd = of(Role::Sd).unwrap_or_default();
-    let radians = columns.iter().any(|c| {
-        c.role == Role::Phase
-            && c.unit.as_ref().is_some_and(|unit| (unit.to_si(1.0) - PI / 180.0).abs() > 1e-9)
+    let phases = columns.iter().find(|c| c.role == Role::Phase).map(|c| {
+        let degrees = c.unit.as_ref().is_none_or(|unit| (unit.to_si(1.0) - PI / 180.0).abs() < 1e-9);
+        if degrees { Angle::Degrees } else { Angle::Radians }
     });
-    let rows = Rows { frequency_hz, values, sd, lines, radians };
+    let rows = Rows { frequency_hz, values, sd, lines, phases };
     doubts::refuse(&rows).map_err(|(line, problem)| fail(Some(line), problem))?;
     Ok(rows)
 }

@@ -11,8 +11,15 @@ pub(super) struct Rows {
     pub(super) values: Vec<C64>,
     pub(super) sd: Vec<f64>,
     pub(super) lines: Vec<usize>,
-    /// Whether phases were given in radians.
-    pub(super) radians: bool,
+    /// The unit in which phases were given; none where there are none, or where these values are quotients of them.
+    pub(super) phases: Option<Angle>,
+}
+
+/// Units of phases.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Angle {
+    Radians,
+    Degrees,
 }
 
 /// Neighbours that are the same number to the last bit are one number written several times from this count on.
@@ -103,11 +110,19 @@ pub(super) fn twice(before: &ObservedResponse, now: &ObservedResponse) -> Option
     known.into_iter().find(here).map(|(f, _)| *f)
 }
 
-/// Whether phases in radians may be degrees: neighbours then lie turns apart.
+/// Whether phases in radians may be degrees, for neighbours then lie turns apart, or phases in degrees radians: none is then beyond pi, and
+/// some are near it.
 pub(super) fn phase(rows: &Rows) -> Option<String> {
-    if !rows.radians || rows.values.len() < 4 {
+    if rows.values.len() < 4 {
         return None;
     }
+    if rows.phases == Some(Angle::Degrees) {
+        let widest = rows.values.iter().map(|z| z.arg().abs().to_degrees()).fold(0.0, f64::max);
+        return (0.8 * PI..=PI).contains(&widest).then(|| {
+            format!("no phase is beyond {widest:.2} deg: if they are radians, write arg [rad] in `columns`")
+        });
+    }
+    rows.phases?;
     let step = |pair: &[C64]| (pair[1] * pair[0].conj()).arg().abs();
     let mut steps: Vec<f64> = rows.values.windows(2).map(step).collect();
     steps.sort_by(f64::total_cmp);

@@ -1,6 +1,6 @@
 //! Pressures at several microphones, of sources of unknown strength: a table with a row for every frequency and excitation.
 
-use super::doubts::{self, Rows};
+use super::doubts::{self, Angle, Rows};
 use crate::source::listed;
 use crate::{Problem, StudyError};
 use rijke_numerics::C64;
@@ -133,7 +133,7 @@ pub(super) fn read(
             Err(_) => file.words(name).map_err(told)?.into_iter().map(str::to_owned).collect(),
         },
     };
-    let mut radians = false;
+    let mut phases = None;
     let mut pressures: Vec<Vec<C64>> = Vec::new();
     for (_, pressure) in &table.microphones {
         pressures.push(match pressure {
@@ -145,7 +145,9 @@ pub(super) fn read(
                 number(re)?.into_iter().zip(number(im)?).map(|(re, im)| C64::new(re, im)).collect()
             }
             Pressure::Polar([modulus, angle]) => {
-                radians |= (angle.factor - PI / 180.0).abs() > 1e-9;
+                if (angle.factor - PI / 180.0).abs() > 1e-9 {
+                    phases = Some(Angle::Radians);
+                }
                 let (r, a) = (number(modulus)?, number(angle)?);
                 if let Some(k) = r.iter().position(|r| *r < 0.0) {
                     let (key, value) = (modulus.name.clone(), r[k].to_string());
@@ -187,7 +189,7 @@ pub(super) fn read(
             values: p.iter().zip(&heard[0]).map(|(a, b)| a / b).collect(),
             sd: Vec::new(),
             lines: keep.iter().map(|&k| file.line(k)).collect(),
-            radians,
+            phases,
         };
         doubts::refuse(&relative(&heard[0])).map_err(|(line, problem)| fail(Some(line), problem))?;
         doubtful = doubtful.or_else(|| heard[1..].iter().find_map(|p| doubts::phase(&relative(p))));
