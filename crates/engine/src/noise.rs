@@ -62,7 +62,13 @@ impl Noise {
     /// The error of the law, as one of the noises that a training found.
     pub(crate) fn of_the_law(&self) -> Option<NoiseEstimate> {
         let law = self.law.as_ref()?;
-        Some(NoiseEstimate { name: LAW.into(), unit: "1".into(), sd: law.sd, floats: false, few: [1.0, 0.0] })
+        Some(NoiseEstimate {
+            name: LAW.into(),
+            unit: "1".into(),
+            sd: law.sd,
+            floats: false,
+            few: NoiseEstimate::KNOWN,
+        })
     }
 }
 

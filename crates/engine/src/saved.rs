@@ -96,7 +96,7 @@ impl SavedModel {
             unit: String::new(),
             sd: *sd,
             floats: false,
-            few: self.few.get(k).copied().unwrap_or([1.0, 0.0]),
+            few: self.few.get(k).copied().unwrap_or(NoiseEstimate::KNOWN),
         };
         let common = (!self.causes.is_empty()).then(|| Common::of_shares(&self.causes));
         Ok(crate::TrainedPosterior {

@@ -21,7 +21,7 @@ pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, Tru
 pub use error::{ForwardError, InferenceError};
 pub use evidence::{
     Conflict, ConflictWarning, Entry, Evidence, LEARNT, Laplace, MarginalFit, Offset, Predicted, RankedModel,
-    Ranking, Tension, rank,
+    Ranking, Tension, probabilities, rank,
 };
 pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
 pub use linearised::{Drawn, Few, LeftOut, Linearised, Told, gain, student};

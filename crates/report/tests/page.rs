@@ -23,6 +23,7 @@ fn model(id: &str, ln_marginal: f64) -> ModelRecord {
             value: 1.01093,
             sd: 0.0018,
             prior_sds: Some(5.2),
+            narrowed: Some(0.2),
             averaged: Some([1.0234, 0.0061]),
         }],
         misfit: [0.1, 0.2, 0.0],

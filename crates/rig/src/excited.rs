@@ -50,6 +50,8 @@ pub struct RandomNoise {
     pub switched: Vec<SwitchedRecord>,
     /// Operating point and record.
     pub points: BTreeMap<String, String>,
+    /// Ends at which sound of unknown pressure enters, if not both: `upstream`, `downstream`.
+    pub sources: Option<Vec<String>>,
     /// A specimen whose transmission loss is wanted.
     pub transmission: Option<Specimen>,
 }
@@ -153,6 +155,13 @@ impl ExcitedRecords {
                 if random.segment < 16 || random.polynomials == 0 || random.points.is_empty() {
                     let what = "must have a segment of 16 samples or more, a polynomial or more, and points with their records";
                     return wrong("[random]", what);
+                }
+                let ends = ["upstream", "downstream"];
+                if random.sources.iter().flatten().any(|end| !ends.contains(&end.as_str())) {
+                    return wrong(
+                        "[random]",
+                        "`sources` names the ends at which sound enters: upstream, downstream",
+                    );
                 }
                 let listed = |s: &Specimen| s.points.iter().all(|p| random.points.contains_key(p));
                 if !random.transmission.as_ref().is_none_or(listed) {

@@ -9,6 +9,7 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::run::{EvidenceRecord, ModelRecord, Run, StageRecord, Trusted};
+use rijke_formula::{Context, Formula, Scope};
 use rijke_study::{OneTable, Study};
 use serde_json::json;
 use std::{f64::consts::TAU, path::PathBuf};
@@ -187,6 +188,13 @@ fn fill(value: &mut Value, numbers: &[(&str, f64)]) {
             } else if text.contains('$') {
                 for (name, number) in numbers {
                     *text = text.replace(&format!("${name}"), &format!("({number:e})"));
+                }
+                let (scope, all) = (Scope::new(), |_| true);
+                let nothing = Context { scope: &scope, here: &all, parameters: &[], definitions: &[] };
+                // What still names something, such as the gas, stays a formula.
+                let number = Formula::parse(text, &nothing).map(|formula| formula.real(&[f64::NAN]));
+                if let Some(number) = number.ok().filter(|number| number.is_finite()) {
+                    *value = Value::Float(number);
                 }
             }
         }

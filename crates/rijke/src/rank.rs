@@ -85,8 +85,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             Ok(model) => keep(&models, &stage.id, &model)?,
             Err(error) => left_out(ui, &format!("the model of stage {}", stage.id), error, &wrong)?,
         }
-        if let Some(rival) = run.saved_rival(&stage.id) {
-            keep(&models, &rival_of(&stage.id), &rival)?;
+        match run.saved_rival(&stage.id) {
+            Ok(Some(rival)) => keep(&models, &rival_of(&stage.id), &rival)?,
+            Ok(None) => {}
+            Err(error) => left_out(ui, &format!("the second model of stage {}", stage.id), error, &wrong)?,
         }
         match run.saved_open(&stage.id) {
             Ok(open) if open.is_empty() => {}
@@ -262,6 +264,7 @@ fn still_asked(ui: &Ui, missing: &Missing) {
         ));
         return;
     }
+    ui.say("      something is missing, and the deviations above hold if nothing is:");
     for (k, family) in
         missing.families.iter().take(2).enumerate().filter(|(_, f)| f.beyond.1 <= Missing::CHANCE)
     {

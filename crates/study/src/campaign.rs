@@ -1,5 +1,6 @@
 //! The campaign: a table of operating points with any factors.
 
+use crate::names;
 use crate::source::{Source, listed};
 use crate::{Problem, StudyError};
 use rijke_rig::{Heading, Unit};
@@ -71,7 +72,7 @@ impl Campaign {
     /// # Errors
     /// File, line and remedy.
     pub fn read(path: &Path) -> Result<Self, StudyError> {
-        Self::parse(&Source::read(path)?)
+        Self::parse(&Source::read_table(path)?)
     }
 
     pub(crate) fn parse(source: &Source) -> Result<Self, StudyError> {
@@ -171,6 +172,7 @@ fn column(text: &str) -> Result<Factor, Problem> {
                 "formulas name it, so that it must start with a letter and have letters, digits and _ only";
             return Err(Problem::Name { what: "factor", name, why });
         }
+        names::free(&names::built_in()?, "factor", &name)?;
     }
     Ok(Factor { name, unit, shown, stated: is_stated })
 }
@@ -277,6 +279,19 @@ mod tests {
     }
 
     #[test]
+    fn behaviour_semicolons_and_decimal_commas_are_read() {
+        let folder = std::env::temp_dir().join(format!("rijke-semicolons-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("campaign.csv");
+        std::fs::write(&file, "# from a spreadsheet; x, y\npoint;x [mm]\na;120,5\nb;;3\n").unwrap();
+        let error = Campaign::read(&file).unwrap_err().to_string();
+        assert!(error.contains("line 4"), "{error}");
+        std::fs::write(&file, "# from a spreadsheet; x, y\npoint;x [mm]\na;120,5\n").unwrap();
+        let x = Campaign::read(&file).unwrap().points[0].factors[0];
+        assert!((x - 0.1205).abs() < 1e-15, "{x}");
+    }
+
+    #[test]
     fn message_of_wrong_campaigns_names_line_and_remedy() {
         let message = |text: &str| parse(text).unwrap_err().to_string();
         assert_eq!(
@@ -289,5 +304,8 @@ mod tests {
         assert!(message("point,x [m]\na,1,2\n").contains("line 2"));
         assert!(message("point,T_amb [K]\na,-3\n").contains("above 100 K"));
         assert!(message("point,T_amb [K]\na,20\n").contains("T_amb [degC]"));
+        let of_a_symbol = message("point,P [W]\na,20\n");
+        assert!(of_a_symbol.starts_with("campaign.csv, line 1: `P`"), "{of_a_symbol}");
+        assert!(of_a_symbol.contains("know it as perimeter of the duct"), "{of_a_symbol}");
     }
 }

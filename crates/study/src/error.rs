@@ -123,6 +123,18 @@ pub enum Problem {
         /// Why.
         why: &'static str,
     },
+    /// A name that formulas know as something else.
+    #[error(
+        "`{name}` cannot be the name of a {what}: formulas already know it as {meaning}; choose another, such as {name}_1"
+    )]
+    Known {
+        /// What kind of thing.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// What it is already.
+        meaning: String,
+    },
     /// A parameter or number that nothing uses.
     #[error("`{name}` is used nowhere in {place}; use it or remove it")]
     Unused {

@@ -87,7 +87,7 @@ pub(crate) fn read_ambient(
     path: &Path,
     campaign: &Campaign,
 ) -> Result<BTreeMap<usize, [f64; 2]>, StudyError> {
-    let mut source = Source::read(path)?;
+    let mut source = Source::read_table(path)?;
     // What signal processing writes has the units in the names.
     for (old, new) in [("ambient_temperature_K", "T_amb [K]"), ("ambient_temperature_sd_K", "T_amb_sd [K]")] {
         let end = source.text.find('\n').unwrap_or(source.text.len());
@@ -104,7 +104,7 @@ pub(crate) fn read_ambient(
 /// # Errors
 /// File, line and remedy.
 pub fn read_modes(path: &Path, rig: &Rig, campaign: &Campaign) -> Result<Vec<ObservedMode>, StudyError> {
-    parse(&Source::read(path)?, rig, campaign)
+    parse(&Source::read_table(path)?, rig, campaign)
 }
 
 /// Whether a column, by its heading, holds what was measured of a mode, whatever the microphones are called.

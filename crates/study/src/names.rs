@@ -118,12 +118,17 @@ pub(crate) fn built_in() -> Result<Scope, Problem> {
     Ok(scope)
 }
 
+/// Refuses a name that formulas know; `what` says what kind of thing it is to name.
+pub(crate) fn free(scope: &Scope, what: &'static str, name: &str) -> Result<(), Problem> {
+    let Some(known) = scope.find(name).and_then(|k| scope.names().get(k)) else { return Ok(()) };
+    let meaning = if known.meaning.is_empty() { "something else".to_owned() } else { known.meaning.clone() };
+    Err(Problem::Known { what, name: name.to_owned(), meaning })
+}
+
 /// Adds a name; `what` says what kind of thing it names.
 pub(crate) fn add(scope: &mut Scope, what: &'static str, name: Name) -> Result<usize, Problem> {
     let text = name.name.clone();
-    if scope.find(&text).is_some() {
-        return Err(Problem::Name { what, name: text, why: "formulas already know it as something else" });
-    }
+    free(scope, what, &text)?;
     let why =
         "use letters, digits and _, start with a letter, and avoid the names of functions and constants";
     scope.add(name).map_err(|_| Problem::Name { what, name: text, why })

@@ -32,7 +32,7 @@ impl OneTable {
     /// # Errors
     /// Files that cannot be read; a table whose rows differ in length.
     pub fn read(network: &Path, table: &Path) -> Result<Self, StudyError> {
-        let (rig, source) = (Source::read(network)?, Source::read(table)?);
+        let (rig, source) = (Source::read(network)?, Source::read_table(table)?);
         let mut reader = source.table();
         let wrong = |error: csv::Error| source.csv(&error);
         let header = reader.headers().map_err(wrong)?.clone();

@@ -26,6 +26,16 @@ impl Source {
         }
     }
 
+    /// A table. Spreadsheets of countries with a decimal comma write semicolons between cells: these become a point and commas.
+    pub(crate) fn read_table(path: &Path) -> Result<Self, StudyError> {
+        let mut source = Self::read(path)?;
+        let header = source.text.lines().nth(source.header_line() - 1).unwrap_or_default();
+        if header.contains(';') && !header.contains(',') {
+            source.text = with_commas(&source.text);
+        }
+        Ok(source)
+    }
+
     pub(crate) fn toml<T: DeserializeOwned>(&self) -> Result<T, StudyError> {
         toml::from_str(&self.text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
@@ -78,6 +88,21 @@ impl Source {
     pub(crate) fn located<T>(&self, outcome: Outcome<T>) -> Result<T, StudyError> {
         outcome.map_err(|(at, problem)| self.fail(at.start, problem))
     }
+}
+
+/// The text with commas for semicolons, and points for commas between digits. Every character keeps its place.
+fn with_commas(text: &str) -> String {
+    let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+    let before = std::iter::once(None).chain(text.chars().map(Some));
+    let after = text.chars().skip(1).map(Some).chain([None]);
+    text.chars()
+        .zip(before.zip(after))
+        .map(|(c, (left, right))| match c {
+            ';' => ',',
+            ',' if digit(left) && digit(right) => '.',
+            _ => c,
+        })
+        .collect()
 }
 
 /// `a, b, c`, or `none`.

@@ -10,6 +10,8 @@ pub(super) struct Left {
     pub(super) heard: Vec<Vec<C64>>,
     /// Root mean square of the residuals, both parts together.
     pub(super) size: f64,
+    /// Root mean square of the data.
+    pub(super) of_the_data: f64,
     /// Correlation between neighbouring frequencies.
     pub(super) neighbours: f64,
     /// How far that correlation is above the one of noise and misfit, over the standard deviation of independent residuals.
@@ -29,6 +31,7 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
         .collect();
     let square: f64 = residuals.iter().flatten().map(|z| z.norm_sqr()).sum();
     let pairs: f64 = residuals.iter().flat_map(|r| r.windows(2)).map(|w| (w[1] * w[0].conj()).re).sum();
+    let data: f64 = measured.iter().flat_map(|m| &m.values).map(|z| z.norm_sqr()).sum();
     let count: usize = measured.iter().map(|m| m.values.len()).sum();
     let (mut expected, mut shared) = (0.0, 0.0);
     for m in measured {
@@ -41,6 +44,7 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
     Left {
         heard,
         size: (square / count.max(1) as f64).sqrt(),
+        of_the_data: (data / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE),
         neighbours,
         neighbours_sds: (neighbours - known) * (2.0 * count as f64).sqrt(),
         ratio: (square / expected.max(f64::MIN_POSITIVE)).sqrt(),

@@ -20,6 +20,9 @@ use std::sync::Arc;
 /// A correlation of neighbouring residuals beyond this many standard deviations is none of noise.
 const NOT_NOISE: f64 = 4.0;
 
+/// Residuals of such a share of the data are no small fault of the model.
+const POOR: f64 = 0.1;
+
 /// Residuals that are larger than expected by this factor are told, if it is no accident.
 const LARGER: f64 = 1.2;
 
@@ -193,10 +196,22 @@ impl ResponseRun {
             ));
         }
         if left.neighbours_sds > NOT_NOISE {
+            let share = left.size / left.of_the_data;
+            let remedy = match &stage.misfit {
+                _ if share > POOR => "this model does not describe these data",
+                None => {
+                    "the rig's model or that of the instrument lacks something small, and every further frequency counts it once more: let the \
+                     misfit correlate ([responses.misfit]), or take frequencies farther apart (`step_hz`)"
+                }
+                Some(_) => "the rig's model or that of the instrument lacks something",
+            };
             remarks.push(format!(
-                "the residuals are not noise: their rms is {:.2e} and neighbouring frequencies correlate by {:.2}, {:.0} sd from none; \
-                 the rig's model or that of the instrument lacks something",
-                left.size, left.neighbours, left.neighbours_sds
+                "the residuals are not noise: their rms is {:.2e}, {:.2} % of that of the data, and neighbouring frequencies correlate by {:.2}, \
+                 {:.0} sd from what noise and misfit have; {remedy}",
+                left.size,
+                100.0 * share,
+                left.neighbours,
+                left.neighbours_sds
             ));
         }
         record.predicted = found.answers.iter().map(|a| pairs(a)).collect();

@@ -72,8 +72,8 @@ impl Run {
         (all, trained)
     }
 
-    /// What the stages called `later` find if this model, called `id`, is right. With `near`, what they found after another model, only those models are tried,
-    /// and their searches begin there.
+    /// What the stages called `later` find if this model, called `id`, is right. `near` is what they found after another model: with it, only
+    /// those models are tried, and their searches begin there.
     fn later(
         &self,
         later: &[String],

@@ -50,15 +50,13 @@ impl Run {
         };
         let evidences = done.rows.iter().map(|(m, _)| m.ln_evidence());
         let best = evidences.fold(f64::NEG_INFINITY, f64::max);
-        let odds = |m: &ModelRecord| {
-            let carried = |(_, c): &&(f64, CarriedOn)| c.id == m.id;
-            match done.open.is_empty() {
-                true => (m.ln_evidence() - best).exp(),
-                false => done.open.iter().find(carried).map_or(0.0, |(odds, _)| *odds),
-            }
+        // Odds against the best of the table, or against the model that goes on where later stages were tried.
+        let odds = |m: &ModelRecord| match &done.open[..] {
+            [] => (m.ln_evidence() - best).exp(),
+            _ if m.candidates == done.choice => 1.0,
+            open => open.iter().find(|(_, c)| c.id == m.id).map_or(0.0, |(odds, _)| *odds),
         };
-        let own = done.rows.iter().filter(|(m, _)| m.candidates == done.choice).map(|(m, _)| odds(m));
-        let own = if done.open.is_empty() { own.fold(0.0, f64::max) } else { 1.0 };
+        let own = done.rows.iter().find(|(m, _)| m.candidates == done.choice).map_or(0.0, |(m, _)| odds(m));
         let others = done.rows.iter().filter(|(m, _)| m.candidates != done.choice);
         let here = others.map(|(m, chosen)| (odds(m) / own, &m.candidates, chosen));
         let beside = self.done.iter().flat_map(|d| &d.beside).filter(|b| b.stage == id);

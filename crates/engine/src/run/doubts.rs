@@ -30,6 +30,14 @@ pub(super) fn doubts(
         let there: Vec<(&Observed, f64, f64)> =
             observed.iter().zip(predicted).filter_map(|(o, p)| Some((o, measured(o)?, p[k]))).collect();
         let n = there.len() as f64;
+        let opposite = |t: &(&Observed, f64, f64)| t.1 > 0.0 && t.2 < 0.0;
+        if k == 0 && there.len() > 1 && there.iter().all(opposite) {
+            all.push(
+                "all measured growth rates are positive and all predicted ones negative: the growth rate of a mode that decays is negative; \
+                 if the column holds decay rates, turn their signs"
+                    .to_owned(),
+            );
+        }
         if there.len() < 5 {
             continue;
         }
@@ -127,6 +135,15 @@ mod tests {
         one_off[3][1] += 4.0;
         let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2]);
         assert!(said.iter().any(|s| s.starts_with("p3 alone lies 0.6")), "{said:?}");
+        let decays: Vec<Observed> = points[1..]
+            .iter()
+            .map(|o| Observed {
+                mode: ObservedMode { growth_rate: o.mode.growth_rate.map(|g| -g), ..o.mode.clone() },
+                ..o.clone()
+            })
+            .collect();
+        let said = doubts(&decays, &right[1..], [5.0, 0.1, 0.02], [false; 2]);
+        assert!(said.len() == 1 && said[0].contains("turn their signs"), "{said:?}");
         let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2]);
         assert!(said.len() == 1 && said[0].contains("order, places and gains"), "{said:?}");
     }

@@ -2,6 +2,7 @@
 
 use super::course::Choice;
 use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
+use super::record::UNIDENTIFIED;
 use super::rows::{Row, assembly_of, rows_of};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
@@ -13,8 +14,6 @@ use rijke_study::{Observations, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Width of the posterior relative to the prior above which a direction counts as not identified.
-const UNIDENTIFIED: f64 = 0.9;
 /// Components of a direction below this are left out of its name.
 const MINOR: f64 = 0.2;
 

@@ -2,9 +2,13 @@
 
 use super::found::{Checks, Missing};
 use crate::{Misfit, Observed, Trained};
-use rijke_inference::Prior;
+use rijke_inference::{Prior, probabilities};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Width of the posterior relative to the prior above which a parameter or a direction counts as not identified.
+pub(super) const UNIDENTIFIED: f64 = 0.9;
 
 /// A stage: its points, and its models with what training found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,6 +96,9 @@ pub struct ParameterRecord {
     /// How many standard deviations of its prior, as its candidate states it, the value lies from the prior's mean; none for a prior
     /// that is not normal.
     pub prior_sds: Option<f64>,
+    /// Its standard deviation over that of its prior, as its candidate states it; none for a flat one.
+    #[serde(default)]
+    pub narrowed: Option<f64>,
     /// Value and standard deviation averaged over the models that earlier stages leave open, in the model that goes on; none where they leave none
     /// open that has this parameter.
     #[serde(default)]
@@ -175,10 +182,7 @@ impl StageRecord {
     /// evidence.
     #[must_use]
     pub fn probabilities(&self) -> Vec<f64> {
-        let all: Vec<f64> = self.models.iter().map(ModelRecord::ln_evidence).collect();
-        let best = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let sum: f64 = all.iter().map(|ln| (ln - best).exp()).sum();
-        all.iter().map(|ln| (ln - best).exp() / sum).collect()
+        probabilities(&self.models.iter().map(ModelRecord::ln_evidence).collect::<Vec<_>>())
     }
 }
 
@@ -189,7 +193,21 @@ impl ParameterRecord {
             _ => None,
         };
         let (name, symbol, unit) = (p.name.clone(), p.symbol.clone(), p.unit.clone());
-        Self { name, symbol, unit, value, sd, prior_sds, averaged: None }
+        let prior_sd = match p.prior {
+            Prior::Normal { sd, .. } | Prior::Truncated { sd, .. } => Some(sd),
+            Prior::LogNormal { ln_sd, .. } => Some(value * ln_sd),
+            Prior::Uniform { low, high } => Some((high - low) / 12_f64.sqrt()),
+            Prior::HalfNormal { sd } => Some(sd * (1.0 - 2.0 / PI).sqrt()),
+            Prior::Flat => None,
+        };
+        let narrowed = prior_sd.map(|prior| sd / prior);
+        Self { name, symbol, unit, value, sd, prior_sds, narrowed, averaged: None }
+    }
+
+    /// Whether the data tell next to nothing of it: its posterior is its prior.
+    #[must_use]
+    pub fn is_as_before(&self) -> bool {
+        self.narrowed.is_some_and(|share| share > UNIDENTIFIED)
     }
 }
 

@@ -13,6 +13,6 @@ pub use conflict::{Conflict, ConflictWarning, LEARNT, Offset, Tension};
 pub use laplace::{Evidence, Laplace};
 pub use marginal::MarginalFit;
 pub use predictive::Predicted;
-pub use rank::{Entry, RankedModel, Ranking, rank};
+pub use rank::{Entry, RankedModel, Ranking, probabilities, rank};
 
 pub(crate) use conflict::tension;

@@ -60,25 +60,32 @@ impl Ranking {
     }
 }
 
-/// Orders models by evidence times prior weight (equation 7 of the paper). Ties keep the given order.
+/// The probability of every model if one of them is right, by the ln of its evidence times its prior weight (equation 7 of the paper; with
+/// equal weights equation 8). Zero for a model without evidence, whose ln is not finite.
+#[must_use]
+pub fn probabilities(ln_evidence: &[f64]) -> Vec<f64> {
+    let best = ln_evidence.iter().copied().filter(|ln| ln.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    let weight = |ln: &f64| if ln.is_finite() { (ln - best).exp() } else { 0.0 };
+    let sum: f64 = ln_evidence.iter().map(weight).sum();
+    ln_evidence.iter().map(|ln| if ln.is_finite() { weight(ln) / sum } else { 0.0 }).collect()
+}
+
+/// Orders models by [their probabilities](probabilities). Ties keep the given order.
 #[must_use]
 pub fn rank(entries: Vec<Entry>) -> Ranking {
-    let score = |e: &Entry| {
-        let ln = e.outcome.as_ref().ok()?.ln_marginal + e.ln_prior_weight;
-        ln.is_finite().then_some(ln)
+    let score = |e: &Entry| match &e.outcome {
+        Ok(evidence) => evidence.ln_marginal + e.ln_prior_weight,
+        Err(_) => f64::NEG_INFINITY,
     };
-    let best = entries.iter().filter_map(score).fold(f64::NEG_INFINITY, f64::max);
-    let total: f64 = entries.iter().filter_map(score).map(|s| (s - best).exp()).sum();
-    let mut order: Vec<(usize, Entry)> = entries.into_iter().enumerate().collect();
-    order.sort_by(|(_, a), (_, b)| {
-        let key = |e| score(e).unwrap_or(f64::NEG_INFINITY);
-        key(b).total_cmp(&key(a))
-    });
-    let ln_best = order.first().and_then(|(_, e)| e.outcome.as_ref().ok()).map(|e| e.ln_marginal);
+    let scores: Vec<f64> = entries.iter().map(score).collect();
+    let mut order: Vec<(usize, (Entry, f64))> =
+        entries.into_iter().zip(probabilities(&scores)).enumerate().collect();
+    order.sort_by(|(a, _), (b, _)| scores[*b].total_cmp(&scores[*a]));
+    let ln_best = order.first().and_then(|(_, (e, _))| e.outcome.as_ref().ok()).map(|e| e.ln_marginal);
     let models = order
         .into_iter()
-        .map(|(index, entry)| RankedModel {
-            probability: score(&entry).map(|s| (s - best).exp() / total),
+        .map(|(index, (entry, probability))| RankedModel {
+            probability: scores[index].is_finite().then_some(probability),
             ln_bayes_factor: entry.outcome.as_ref().ok().zip(ln_best).map(|(e, b)| e.ln_marginal - b),
             index,
             entry,
@@ -113,5 +120,6 @@ mod tests {
         assert!((ranking.ln_bayes_factor(1, 0).unwrap() - 2_f64.ln()).abs() < 1e-12);
         assert_eq!(ranking.models[2].verdict(), "the model failed everywhere");
         assert_eq!(ranking.models[2].probability, None);
+        assert_eq!(probabilities(&[f64::NEG_INFINITY, f64::NAN]), [0.0, 0.0]);
     }
 }

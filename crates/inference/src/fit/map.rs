@@ -53,13 +53,17 @@ pub struct NoiseEstimate {
     /// True if the data chose it.
     pub floats: bool,
     /// What few data leave unknown of it ([`crate::Few`]): the factor on its variance, and the variance of the logarithm of that.
-    #[serde(default = "known")]
+    #[serde(default = "NoiseEstimate::known")]
     pub few: [f64; 2],
 }
 
-/// Nothing is unknown.
-fn known() -> [f64; 2] {
-    [1.0, 0.0]
+impl NoiseEstimate {
+    /// The [`few`](Self::few) of a noise of which nothing is unknown.
+    pub const KNOWN: [f64; 2] = [1.0, 0.0];
+
+    fn known() -> [f64; 2] {
+        Self::KNOWN
+    }
 }
 
 impl Default for MapOptions {
@@ -196,7 +200,7 @@ impl Posterior<'_> {
             unit: g.unit.clone(),
             sd,
             floats: g.floats(),
-            few: known(),
+            few: NoiseEstimate::KNOWN,
         });
         Fit {
             parameters: self.parameters().physical(&minimum.z),

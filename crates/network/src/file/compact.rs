@@ -7,15 +7,19 @@ use super::item::Item;
 use super::problem::Problem;
 use super::schema;
 use super::schema::{Coefficient, Direction, Element, Outlet, Transfer};
+use super::warning::Warning;
 use crate::flow_chain::Effect;
 use crate::laws::wall::Wall;
 use crate::laws::{
     Entry, Law, Leg, Part, Probe, Side, SideHole, Stretch, Table, fok, inner_correction, matching_length,
-    series_correction,
+    phase_slope, series_correction,
 };
 use crate::slot::Slot;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
+
+/// A phase that rises so far over a table, rad, is no wiggle.
+const RISES: f64 = 1.0;
 
 impl Assembly<'_> {
     /// A function of s, times `factor`.
@@ -47,11 +51,21 @@ impl Assembly<'_> {
 
     pub(super) fn table(&mut self, item: &Item, rows: &[[f64; 3]], tolerance: f64) -> Result<Law, FileError> {
         item.positive("tolerance", tolerance)?;
-        let entry = |&[frequency, gain, phase]: &[f64; 3]| Entry { frequency, gain, phase };
         let rows: Vec<Entry> = rows.iter().map(entry).collect();
         let table = Table::fit(&rows, tolerance).map_err(|error| item.fail(error.into()))?;
         self.tables.push((item.clone(), table.range));
         Ok(Law::Table(table))
+    }
+
+    /// Warns of a flame or an end that answers before it is asked, by its table.
+    pub(super) fn not_early(&mut self, item: &Item, rows: &[[f64; 3]]) {
+        let rows: Vec<Entry> = rows.iter().map(entry).collect();
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return };
+        let rise = phase_slope(&rows) * 2.0 * PI * (last.frequency - first.frequency);
+        if rise > RISES {
+            let Item { line, place } = item.clone();
+            self.warnings.push(Warning::Rises { line, place, rise });
+        }
     }
 
     fn add(&mut self, slot: Slot, name: String, law: Law, role: Role) {
@@ -237,6 +251,9 @@ impl Assembly<'_> {
             tolerance: *tolerance,
         };
         self.passive &= gain == 0.0;
+        if let Some(rows) = table {
+            self.not_early(item, rows);
+        }
         let law = self.function(item, &shape, law_of_flow)?;
         self.flames.push(Flame { place, law, effect, reference, downstream });
         let name = format!("{}: flame", item.place);
@@ -313,4 +330,8 @@ impl Assembly<'_> {
         };
         Ok((path.iter().enumerate().map(stretch).collect(), side))
     }
+}
+
+fn entry(&[frequency, gain, phase]: &[f64; 3]) -> Entry {
+    Entry { frequency, gain, phase }
 }

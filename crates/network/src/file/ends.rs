@@ -85,7 +85,10 @@ impl Assembly<'_> {
             End::Rational { numerator, denominator, delay } => {
                 self.function(&item, &function(delay, &numerator, &denominator), 1.0)?
             }
-            End::Table { table, tolerance } => self.table(&item, &table, tolerance)?,
+            End::Table { table, tolerance } => {
+                self.not_early(&item, &table);
+                self.table(&item, &table, tolerance)?
+            }
         };
         self.check_modulus(&item, &law, region);
         Ok((self.laws.push(item.place, law), choked))

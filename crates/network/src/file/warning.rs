@@ -29,6 +29,19 @@ pub enum Warning {
         /// Where, Hz.
         frequency_hz: f64,
     },
+    /// The phase of a table rises with frequency.
+    #[error(
+        "line {line}: {place}: the phase of the table rises by {rise:.1} rad in all, but a delay lowers it: rijke takes numbers that vary as \
+         exp(i omega t); if these are for exp(-i omega t), turn the signs of the phases"
+    )]
+    Rises {
+        /// Line in the file.
+        line: usize,
+        /// Which element or end.
+        place: String,
+        /// From the first frequency to the last, by a straight line, rad.
+        rise: f64,
+    },
     /// The search goes beyond a table.
     #[error(
         "line {line}: {place}: the table ends at {low_hz} and {high_hz} Hz, but the search does not: modes beyond rest \

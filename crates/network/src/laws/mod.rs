@@ -15,7 +15,7 @@ pub mod wall;
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{Part, Probe, Side, Stretch};
-pub use table::{Entry, Table, TableError};
+pub use table::{Entry, Table, TableError, phase_slope};
 pub use wall::WallLaw;
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};

@@ -63,7 +63,7 @@ pub enum TableError {
     /// The fit grows without end: a pole with positive growth rate at frequencies of the table.
     #[error(
         "the fit has a pole at {at} with positive growth rate, so it is no response to the past: raise the tolerance to \
-         the error of the measurement"
+         the error of the measurement or, if the numbers vary as exp(-i omega t), turn the signs of the phases"
     )]
     Unstable {
         /// The pole.
@@ -93,7 +93,7 @@ impl Table {
             last = e.frequency;
         }
         let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
-        let delay = mean_delay(&omega, rows);
+        let delay = -phase_slope(rows).min(0.0);
         let plain = Self::with_delay(rows, &omega, 0.0, tolerance);
         if delay == 0.0 {
             return plain;
@@ -241,9 +241,13 @@ impl Table {
     }
 }
 
-/// Minus the slope of the unwrapped phase, by least squares weighted with the gain; 0 if it leads.
-fn mean_delay(omega: &[f64], rows: &[Entry]) -> f64 {
-    let mut phase = rows[0].phase;
+/// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s: minus the mean delay; 0 where the
+/// rows have none.
+#[must_use]
+pub fn phase_slope(rows: &[Entry]) -> f64 {
+    let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
+    let Some(first) = rows.first() else { return 0.0 };
+    let mut phase = first.phase;
     let mut unwrapped = vec![phase];
     for pair in rows.windows(2) {
         let turn = (pair[1].phase - pair[0].phase) / (2.0 * PI);
@@ -252,12 +256,12 @@ fn mean_delay(omega: &[f64], rows: &[Entry]) -> f64 {
     }
     let total: f64 = rows.iter().map(|e| e.gain).sum();
     let mean = |values: &[f64]| values.iter().zip(rows).map(|(v, e)| v * e.gain).sum::<f64>() / total;
-    let (w, p) = (mean(omega), mean(&unwrapped));
+    let (w, p) = (mean(&omega), mean(&unwrapped));
     let of = |f: fn(f64, f64) -> f64| -> f64 {
         (0..rows.len()).map(|k| rows[k].gain * f(omega[k] - w, unwrapped[k] - p)).sum()
     };
-    let slope = -of(|w, p| w * p) / of(|w, _| w * w);
-    if slope.is_finite() { slope.max(0.0) } else { 0.0 }
+    let slope = of(|w, p| w * p) / of(|w, _| w * w);
+    if slope.is_finite() { slope } else { 0.0 }
 }
 
 /// The AAA approximant with these support points and their conjugates, as partial fractions.
@@ -329,8 +333,7 @@ mod tests {
             Entry { frequency, gain, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
         };
         let rows = [(20.0, 1.2), (110.0, 0.4), (150.0, 2.0), (290.0, 0.7), (430.0, 0.1)].map(row);
-        let omega = rows.map(|e| 2.0 * PI * e.frequency);
-        assert!((mean_delay(&omega, &rows) / delay - 1.0).abs() < 1e-12, "{}", mean_delay(&omega, &rows));
+        assert!((phase_slope(&rows) / -delay - 1.0).abs() < 1e-12, "{}", phase_slope(&rows));
     }
 
     #[test]

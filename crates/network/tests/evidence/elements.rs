@@ -174,6 +174,15 @@ fn oracle_a_table_of_a_filtered_delay_gives_its_modes() {
     // Beyond the table there is a warning; the same table as feedback, as R and as impedance is read.
     let built = read(&with(&tabulated).replace("[20, 900]", "[20, 2000]")).unwrap();
     assert!(matches!(built.warnings[0], Warning::Extrapolation { line: 16, .. }), "{:?}", built.warnings);
+    assert!(read(&with(&tabulated)).unwrap().warnings.is_empty());
+    // The same table with turned phases is that of a flame which burns before the air comes.
+    let turned: Vec<String> = rows(f, (0..60).map(|k| 15.0 + 16.0 * f64::from(k)))
+        .iter()
+        .map(|e| format!("[{}, {}, {}]", e.frequency, e.gain, -e.phase))
+        .collect();
+    let turned = tabulated.replace(&table.join(", "), &turned.join(", ")).replace("1e-7", "2");
+    let built = read(&with(&turned)).unwrap();
+    assert!(built.warnings.iter().any(|w| matches!(w, Warning::Rises { rise, .. } if *rise > 10.0)));
     let feedback = tabulated.replace("type = 'flame'\ngain = 0.7\n", "type = 'feedback'\neu.gain = -0.7\n");
     let feedback = feedback.replace("\ntolerance", "\neu.tolerance").replace("\ntable", "\neu.table");
     same(&modes(&with(&feedback)), &got, 1e-12);

@@ -130,8 +130,12 @@ pub(super) fn parameter_table(parameters: &[ParameterRecord]) -> String {
     )
 }
 
-/// Sentences on parameters that contradict what was known before.
+/// Sentences on parameters that contradict what was known before, and on those of which nothing was learnt.
 pub(super) fn conflicts(model: &ModelRecord) -> Vec<String> {
+    let before: Vec<String> =
+        model.parameters.iter().filter(|p| p.is_as_before()).map(|p| html(&p.symbol)).collect();
+    let nothing = (!before.is_empty())
+        .then(|| format!("These data tell nothing of {}: the posterior is the prior.", before.join(", ")));
     let far = model.parameters.iter().filter(|p| p.prior_sds.is_some_and(|z| z.abs() > CONFLICT));
     far.map(|p| {
         format!(
@@ -141,6 +145,7 @@ pub(super) fn conflicts(model: &ModelRecord) -> Vec<String> {
             p.prior_sds.unwrap_or(0.0).abs()
         )
     })
+    .chain(nothing)
     .collect()
 }
 

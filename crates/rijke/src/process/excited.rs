@@ -16,7 +16,11 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 /// What is written; other files in the folder are kept.
-const WRITTEN: [&str; 5] = ["observations.toml", "modes.csv", "gains.csv", "pressures", "transmission"];
+const WRITTEN: [&str; 6] =
+    ["observations.toml", CHANGED, "modes.csv", "gains.csv", "pressures", "transmission"];
+
+/// An `observations.toml` that was not written here, or was changed by hand since.
+const CHANGED: &str = "observations.toml.old";
 
 /// Opens such records of a study or a folder beside its study; none if the records are pings and clicks.
 pub(super) fn open(dir: &Path) -> Result<Option<(ExcitedRecords, Study)>, Failure> {
@@ -52,10 +56,19 @@ pub(super) fn run(
     ui: &Ui,
 ) -> Result<(), Failure> {
     let folder = StagedFolder::beside_others(out, "observations.toml", &WRITTEN, force)?;
-    let (files, answer) = match &records.excitation {
+    let before = std::fs::read_to_string(out.join(WRITTEN[0])).ok();
+    let (mut files, answer) = match &records.excitation {
         Excitation::Random(random) => noise(records, random, study, ui)?,
         Excitation::Blow(blow) => blows(records, blow, study, ui)?,
     };
+    let changed = |old: &String| files.iter().all(|(name, text)| name != WRITTEN[0] || text != old);
+    if let Some(old) = before.filter(changed) {
+        ui.note(format!(
+            "warning: observations.toml in {} differs from the one that is written now; it is kept as {CHANGED}",
+            out.display()
+        ));
+        files.push((CHANGED.to_owned(), old));
+    }
     for (name, text) in files {
         let path = folder.path().join(name);
         path.parent().map_or(Ok(()), std::fs::create_dir_all).or_failed().map_err(|f| f.at(&path))?;
@@ -153,7 +166,11 @@ fn noise(records: &ExcitedRecords, random: &RandomNoise, study: &Study, ui: &Ui)
         ),
     )];
     let mut toml = head(records);
-    toml += "\n[[response]]\nkind = \"pressures\"\n[response.files]\n";
+    toml += "\n[[response]]\nkind = \"pressures\"\n";
+    if let Some(sources) = &random.sources {
+        toml += &format!("sources = {}\n", json!(sources));
+    }
+    toml += "[response.files]\n";
     let (mut losses, mut checks) = (Vec::new(), Vec::new());
     for (point, file) in &random.points {
         let index = point_of(study, point, "[random.points]", records)?;

@@ -153,7 +153,7 @@ impl Bench {
         }
         let stages = stages.split_off(stages.len() - pairs.len());
         let last = &stages[stages.len() - 1].id;
-        let saved = (run.saved(last).unwrap(), run.saved_rival(last));
+        let saved = (run.saved(last).unwrap(), run.saved_rival(last).unwrap());
         let places: Vec<usize> = self.hot.iter().map(|(id, _)| study.campaign.point(id).unwrap().0).collect();
         let (forecasts, failed) = forecast(&study, &observations, &saved.0, &[], &places).unwrap();
         assert!(failed.is_empty(), "{failed:?}");

@@ -52,6 +52,14 @@ fn lab_the_transfer_function_of_a_ducted_flame_is_found() {
     assert!(best["file"].as_str().unwrap().ends_with("second-order.toml"), "{found:#}");
     let number = |of: &Value, name: &str| of[name].as_f64().unwrap();
     assert!(number(best, "ln_marginal") > number(next, "ln_marginal") + 50.0, "{found:#}");
+    // What a file says with a formula of its unknowns is a number in the one that is written.
+    let text = fs::read_to_string(one).unwrap();
+    let delay = text.lines().find(|line| line.trim_start().starts_with("delay")).unwrap();
+    fs::write(folder.join("formula.toml"), text.replace(delay, "delay = \"$delay*0.5*2\"")).unwrap();
+    let words = ["infer", "formula.toml", "--data", modes, "--fitted", "numbers.toml"];
+    assert!(rijke(&folder, &words).status.success());
+    let modes_of = rijke(&folder, &["modes", "numbers.toml"]);
+    assert!(modes_of.status.success(), "{}", String::from_utf8_lossy(&modes_of.stderr));
     // What is inferred is what is true, within the stated errors, and they are small.
     for (name, truth, relative) in
         [("n", 0.4, 0.02), ("delay", 1.9e-3, 0.02), ("a1", 7.9e-4, 0.05), ("a2", 4.1e-7, 0.05)]

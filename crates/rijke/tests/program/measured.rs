@@ -232,6 +232,8 @@ fn message_bad_responses_are_named_with_place_and_remedy() {
     warned(&declared, &radians, &["z.txt: no phase is beyond", "arg [rad]"]);
     let active: Vec<[f64; 3]> = good.iter().map(|[f, a, b]| [*f, -a, *b]).collect();
     warned(&text, &active, &["|R| is above 1", "line", "check sign"]);
+    let conjugated: Vec<[f64; 3]> = good.iter().map(|[f, a, b]| [*f, *a, -b]).collect();
+    warned(&text, &conjugated, &["z.txt: the phase rises by", "exp(-i omega t)", "imaginary parts"]);
     let mut stuck = good.clone();
     for row in &mut stuck[..4] {
         (row[1], row[2]) = (0.5, 0.25);

@@ -39,7 +39,7 @@ const NODES: usize = 16;
 /// # Errors
 /// File, line and remedy.
 pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, StudyError> {
-    let source = Source::read(path)?;
+    let source = Source::read_table(path)?;
     let mut reader = source.table();
     let wrong = |error: csv::Error| source.csv(&error);
     let header = reader.headers().map_err(wrong)?.clone();

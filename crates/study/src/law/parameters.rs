@@ -1,6 +1,7 @@
 //! Parameters with their priors, as files have them.
 
 use crate::Problem;
+use crate::names::free;
 use crate::source::Outcome;
 use rijke_formula::Scope;
 use rijke_inference::{Parameter, Prior};
@@ -58,10 +59,10 @@ pub(crate) fn check_name(what: &'static str, name: &str, scope: &Scope) -> Resul
         && name.chars().all(|c| c.is_alphanumeric() || c == '_');
     let why = if !good {
         "use letters, digits and _, and start with a letter"
-    } else if scope.find(name).is_some() || scope.check(name).is_err() {
-        "formulas already know it as something else"
+    } else if scope.check(name).is_err() && scope.find(name).is_none() {
+        "formulas know it as a function or a constant"
     } else {
-        return Ok(());
+        return free(scope, what, name);
     };
     Err(Problem::Name { what, name: name.to_owned(), why })
 }

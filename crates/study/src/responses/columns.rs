@@ -4,7 +4,6 @@ use super::doubts::{self, Angle, Rows};
 use crate::{Problem, StudyError};
 use rijke_numerics::C64;
 use rijke_rig::{Columns, Heading, Unit};
-use std::f64::consts::PI;
 use std::path::Path;
 use toml::Value as Toml;
 
@@ -163,10 +162,8 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
         return Err(fail(None, problem));
     }
     let sd = of(Role::Sd).unwrap_or_default();
-    let phases = columns.iter().find(|c| c.role == Role::Phase).map(|c| {
-        let degrees = c.unit.as_ref().is_none_or(|unit| (unit.to_si(1.0) - PI / 180.0).abs() < 1e-9);
-        if degrees { Angle::Degrees } else { Angle::Radians }
-    });
+    let phase = columns.iter().find(|c| c.role == Role::Phase);
+    let phases = phase.map(|c| c.unit.as_ref().map_or(Angle::Degrees, |unit| Angle::of(unit.to_si(1.0))));
     let rows = Rows { frequency_hz, values, sd, lines, phases };
     doubts::refuse(&rows).map_err(|(line, problem)| fail(Some(line), problem))?;
     Ok(rows)

@@ -22,10 +22,19 @@ pub(super) enum Angle {
     Degrees,
 }
 
+impl Angle {
+    /// Of a column whose numbers times `factor` are radians.
+    pub(super) fn of(factor: f64) -> Self {
+        if (factor - PI / 180.0).abs() < 1e-9 { Self::Degrees } else { Self::Radians }
+    }
+}
+
 /// Neighbours that are the same number to the last bit are one number written several times from this count on.
 const REPEATED: usize = 3;
 /// A passive load is taken for one up to this |R|: noise makes it 1 and a little.
 const PASSIVE: f64 = 1.02;
+/// A phase that rises so far, rad, is no wiggle.
+const RISES: f64 = 1.0;
 
 /// Refuses frequencies that are none, that stand twice or that do not ascend: the line, and what is wrong.
 pub(super) fn refuse(rows: &Rows) -> Result<(), (usize, Problem)> {
@@ -113,16 +122,16 @@ pub(super) fn twice(before: &ObservedResponse, now: &ObservedResponse) -> Option
 /// Whether phases in radians may be degrees, for neighbours then lie turns apart, or phases in degrees radians: none is then beyond pi, and
 /// some are near it.
 pub(super) fn phase(rows: &Rows) -> Option<String> {
+    let unit = rows.phases?;
     if rows.values.len() < 4 {
         return None;
     }
-    if rows.phases == Some(Angle::Degrees) {
+    if unit == Angle::Degrees {
         let widest = rows.values.iter().map(|z| z.arg().abs().to_degrees()).fold(0.0, f64::max);
         return (0.8 * PI..=PI).contains(&widest).then(|| {
             format!("no phase is beyond {widest:.2} deg: if they are radians, write arg [rad] in `columns`")
         });
     }
-    rows.phases?;
     let step = |pair: &[C64]| (pair[1] * pair[0].conj()).arg().abs();
     let mut steps: Vec<f64> = rows.values.windows(2).map(step).collect();
     steps.sort_by(f64::total_cmp);
@@ -131,6 +140,24 @@ pub(super) fn phase(rows: &Rows) -> Option<String> {
         format!(
             "the phase differs by {middle:.1} rad between neighbouring frequencies, half of them by more: if it is in degrees, write \
              arg [deg] in `columns`"
+        )
+    })
+}
+
+/// Whether the phase rises with frequency on the whole, as if what answers did so before it is asked.
+pub(super) fn early(rows: &Rows) -> Option<String> {
+    let steps = || rows.values.windows(2).map(|pair| pair[1] * pair[0].conj());
+    let (sum, sizes) = (steps().sum::<C64>(), steps().map(|z| z.norm()).sum::<f64>());
+    let (step, n) = (sum.arg(), rows.values.len().saturating_sub(1) as f64);
+    // Steps of a quarter turn and more, or of any size, tell no direction.
+    let told = sum.norm() > 0.5 * sizes && step < 0.5 * PI;
+    (told && step * n > RISES).then(|| {
+        format!(
+            "the phase rises by {:.1} rad from {} to {} Hz, but a delay lowers it: rijke takes numbers that vary as exp(i omega t); if these \
+             are for exp(-i omega t), turn the signs of the phases or of the imaginary parts",
+            step * n,
+            rows.frequency_hz[0],
+            rows.frequency_hz[rows.values.len() - 1]
         )
     })
 }

@@ -5,7 +5,6 @@ use crate::source::listed;
 use crate::{Problem, StudyError};
 use rijke_numerics::C64;
 use rijke_rig::{Columns, Heading, RigError};
-use std::f64::consts::PI;
 use std::path::Path;
 use toml::Value as Toml;
 
@@ -145,9 +144,7 @@ pub(super) fn read(
                 number(re)?.into_iter().zip(number(im)?).map(|(re, im)| C64::new(re, im)).collect()
             }
             Pressure::Polar([modulus, angle]) => {
-                if (angle.factor - PI / 180.0).abs() > 1e-9 {
-                    phases = Some(Angle::Radians);
-                }
+                phases = Some(Angle::of(angle.factor)).filter(|unit| *unit == Angle::Radians).or(phases);
                 let (r, a) = (number(modulus)?, number(angle)?);
                 if let Some(k) = r.iter().position(|r| *r < 0.0) {
                     let (key, value) = (modulus.name.clone(), r[k].to_string());

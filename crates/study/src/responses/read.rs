@@ -102,6 +102,9 @@ impl Study {
                 if matches!(entry.kind, KindOf::Impedance | KindOf::Reflection) {
                     doubt(doubts::passive(&rows, &rows.values));
                 }
+                if entry.kind != KindOf::Transfer {
+                    doubt(doubts::early(&rows));
+                }
                 let [low, high] = entry.band_hz.unwrap_or([0.0, f64::INFINITY]);
                 let keep: Vec<usize> = (0..rows.values.len())
                     .filter(|&k| (low..=high).contains(&rows.frequency_hz[k]))

@@ -151,36 +151,24 @@ impl Run {
         let (_, stage) = self.study.plan.stage(id).ok_or_else(no_stage)?;
         let done = self.stage_done(id).ok_or_else(no_stage)?;
         let trained = self.trained_for_predictions(id, &done.chosen.observed)?;
-        let mut points: Vec<String> = done.chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
-        points.dedup();
-        let law = self.law_error(id);
-        let (choice, hold) = (done.choice.clone(), stage.hold.clone());
-        let mut model = crate::SavedModel::of(id, choice, hold, points, &trained, law, added(stage));
+        let mut model = self.kept(stage, &done.choice, &done.chosen, &trained);
         model.assumes.clone_from(&done.assumes);
         Ok(model)
     }
 
     /// The best model of a stage but the one that goes on, to be kept on disk; none where no other could be fitted. It is trained with what
-    /// enters the comparison.
-    #[must_use]
-    pub fn saved_rival(&self, id: &str) -> Option<crate::SavedModel> {
-        let ((_, stage), done) = (self.study.plan.stage(id)?, self.stage_done(id)?);
-        let (model, found) = done.rival()?;
-        let mut points: Vec<String> = found.observed.iter().map(|o| o.conditions.id.clone()).collect();
-        points.dedup();
-        let (hold, law) = (stage.hold.clone(), self.law_error(id));
-        Some(crate::SavedModel::of(
-            id,
-            model.candidates.clone(),
-            hold,
-            points,
-            &found.trained,
-            law,
-            stage.noise.measured,
-        ))
+    /// enters predictions, as the one that goes on.
+    ///
+    /// # Errors
+    /// Those of training.
+    pub fn saved_rival(&self, id: &str) -> Result<Option<crate::SavedModel>, EngineError> {
+        let (Some((_, stage)), Some(done)) = (self.study.plan.stage(id), self.stage_done(id)) else {
+            return Ok(None);
+        };
+        done.rival().map(|(model, chosen)| self.saved_of(stage, &model.candidates, chosen)).transpose()
     }
 
-    /// An open model of a stage, to be kept on disk.
+    /// A model of a stage, trained with what enters predictions, to be kept on disk.
     pub(in super::super) fn saved_of(
         &self,
         stage: &Stage,
@@ -191,10 +179,14 @@ impl Run {
             Some(_) => Arc::new(self.trained_with_noise_of_predictions(stage, chosen, &chosen.observed)?),
             None => chosen.trained.clone(),
         };
+        Ok(self.kept(stage, choice, chosen, &trained))
+    }
+
+    fn kept(&self, stage: &Stage, choice: &Choice, chosen: &Chosen, trained: &Trained) -> crate::SavedModel {
         let mut points: Vec<String> = chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
         let (hold, law) = (stage.hold.clone(), self.law_error(&stage.id));
-        Ok(crate::SavedModel::of(&stage.id, choice.clone(), hold, points, &trained, law, added(stage)))
+        crate::SavedModel::of(&stage.id, choice.clone(), hold, points, trained, law, added(stage))
     }
 
     fn trained_with_noise_of_predictions(

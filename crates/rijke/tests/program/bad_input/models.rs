@@ -111,7 +111,11 @@ pub(super) const CASES: [Case; 30] = [
             own(d, "kd * rho", "rho * rho");
         },
         RANK,
-        ["own.toml, line 6", "`rho` cannot be the name of a parameter", "formulas already know it"],
+        [
+            "own.toml, line 6",
+            "`rho` cannot be the name of a parameter",
+            "formulas already know it as density",
+        ],
     ),
     case(
         "the same candidate twice",
