@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use rijke_flow::assimilate::{
     Method, NamedStates, Records, RunReport, Tension, Twin, TwinOptions, Warning, assimilate, staircase,
 };
-use rijke_flow::settled;
+use rijke_flow::settled::{self, SettlingReport};
 use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
 use rijke_numerics::Streams;
 use rijke_rig::{DataKind, Observations, Rig};
@@ -85,19 +85,20 @@ pub(crate) fn is_due(study: &Study) -> bool {
         && ["pings.csv", "rig.toml"].iter().all(|file| observations.join(file).is_file())
 }
 
-/// Infers the base flow of a study with the usual options.
-pub(crate) fn of_study(dir: &Path, out: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+/// Infers the base flow of a study with the usual options; when its ramps are settled, in words.
+pub(crate) fn of_study(dir: &Path, out: &Path, force: bool, ui: &Ui) -> Result<Vec<String>, Failure> {
     let words = ["flow".into(), dir.as_os_str().to_owned(), "--out".into(), out.as_os_str().to_owned()];
     let force = force.then(|| "--force".into());
     let matches = <Args as clap::Args>::augment_args(clap::Command::new("flow"))
         .get_matches_from(words.into_iter().chain(force));
-    run(&<Args as clap::FromArgMatches>::from_arg_matches(&matches).or_failed()?, ui)
+    let args = <Args as clap::FromArgMatches>::from_arg_matches(&matches).or_failed()?;
+    infer(&args, dir, &Closures::default(), ui)
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let closures = args.closures.as_deref().map_or(Ok(Closures::default()), read_closures)?;
     match &args.dir {
-        Some(dir) if !args.twin => infer(args, dir, &closures, ui),
+        Some(dir) if !args.twin => infer(args, dir, &closures, ui).map(|_| ()),
         _ => twin(args, &closures, ui),
     }
 }
@@ -107,7 +108,8 @@ fn read_closures(path: &Path) -> Result<Closures, Failure> {
     toml::from_str(&text).or_bad_input().map_err(|f| f.at(path))
 }
 
-fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
+/// Infers and writes; when the ramps are settled, in words.
+fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<String>, Failure> {
     let below = dir.join("observations");
     let settled = if below.is_dir() { Some(below.as_path()) } else { Some(dir) };
     let settled = settled.filter(|folder| folder.join("observations.toml").is_file());
@@ -139,7 +141,20 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<(), Fa
         summary(run, ui);
     }
     all_places(&document.runs, ui);
-    ui.result(&document)
+    let settling: Vec<String> = document.runs.iter().flat_map(|run| &run.settling).map(settles).collect();
+    settling.iter().for_each(|said| ui.say(said));
+    ui.result(&document)?;
+    Ok(settling)
+}
+
+fn settles(of: &SettlingReport) -> String {
+    let SettlingReport { ramp, power_w, time_s, after_s } = of;
+    let when = match after_s {
+        Some(0.0) => "the flow is settled".to_owned(),
+        Some(s) => format!("the flow settles in about {:.0} minutes", s / 60.0),
+        None => "the flow does not settle within four hours".to_owned(),
+    };
+    format!("{ramp}: {when} after {time_s} s, the last row of its log, if the power stays at {power_w} W")
 }
 
 /// What both kinds of input give.

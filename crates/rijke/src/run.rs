@@ -59,7 +59,7 @@ fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, F
     // Inferred states can also be brought along.
     if flow::is_due(study) && (force || !base.is_dir()) {
         ui.note(format!("flow {}", dir.display()));
-        flow::of_study(dir, &base, force, &ui.of_a_step())?;
+        flow::of_study(dir, &base, force, &ui.of_a_step()).map(|_| ())?;
     }
     let results = dir.join("results");
     if force || !results.join("numbers/claims.json").is_file() {

@@ -191,12 +191,17 @@ impl Watch<'_> {
     }
 
     /// Infers the states of the gas again, where the study wants inferred ones.
-    fn states(&self) -> Result<(), Failure> {
+    fn states(&mut self) -> Result<(), Failure> {
         let dir = &self.args.dir;
-        if flow::is_due(&open(dir)?)
-            && let Err(failure) = flow::of_study(dir, &dir.join("base"), true, &Ui::silent())
-        {
-            self.ui.note(format!("the flow cannot be inferred yet: {failure}"));
+        if !flow::is_due(&open(dir)?) {
+            return Ok(());
+        }
+        match flow::of_study(dir, &dir.join("base"), true, &Ui::silent()) {
+            Ok(settling) => {
+                settling.iter().for_each(|said| self.ui.note(said.clone()));
+                self.status.settling = settling;
+            }
+            Err(failure) => self.ui.note(format!("the flow cannot be inferred yet: {failure}")),
         }
         Ok(())
     }

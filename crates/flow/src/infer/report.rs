@@ -37,6 +37,9 @@ pub struct RunReport {
     pub unknowns: Vec<UnknownReport>,
     /// One entry per power, in the order of the record.
     pub powers: Vec<PowerReport>,
+    /// When the flow of each ramp is settled; of a record over time none.
+    #[serde(default)]
+    pub settling: Vec<SettlingReport>,
     /// Scores against time, for a filter.
     pub history: Vec<SnapshotReport>,
     /// Chi-squared of a filter's innovations per datum. Near 1 proves nothing.
@@ -89,6 +92,19 @@ pub struct PowerReport {
     pub profile: Vec<PointReport>,
     /// Readings against the fit; none for a record over time.
     pub residuals: Vec<ResidualReport>,
+}
+
+/// When the flow of a ramp is settled, if its power stays.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SettlingReport {
+    /// Name of the ramp.
+    pub ramp: String,
+    /// The last power in its log, W.
+    pub power_w: f64,
+    /// Time of the last row of the log, s.
+    pub time_s: f64,
+    /// How long after that row the flow is within 1 % and 1 K of where it ends, s; none if that takes more than four hours.
+    pub after_s: Option<f64>,
 }
 
 /// One reading of a settled state.

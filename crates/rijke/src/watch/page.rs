@@ -21,6 +21,8 @@ pub(super) struct Status {
     /// Stage, and its best models with how far they are behind, nats.
     stages: Vec<(String, Vec<(String, f64)>)>,
     pub(super) said: String,
+    /// When the flow of each ramp is settled.
+    pub(super) settling: Vec<String>,
     /// The page of the finished study.
     results: Option<String>,
 }
@@ -96,13 +98,14 @@ impl Status {
         let text = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
              initial-scale=1\"><title>Measuring</title><style>{STYLE}</style></head><body data-version=\"{}\">\n<main><h1>Measuring</h1>\n\
-             <p role=\"status\">{} of {} files, {} operating points; {}.</p>\n<p>Leading models, nats behind the first:</p><ul>{}</ul>\n{}{}\
+             <p role=\"status\">{} of {} files, {} operating points; {}.</p>\n{}<p>Leading models, nats behind the first:</p><ul>{}</ul>\n{}{}\
              </main>\n{study}\n<script>{SCRIPT}</script></body></html>\n",
             self.version,
             self.whole,
             self.whole + self.awaited,
             self.points,
             html(&self.said),
+            self.settling.iter().map(|said| format!("<p>{}.</p>\n", html(said))).collect::<String>(),
             self.stages.iter().map(stage).collect::<String>(),
             list("Files that do not count", self.unusable.iter().collect()),
             list("Records rejected", self.rejected.iter().map(|(f, why)| (f, why)).collect()),

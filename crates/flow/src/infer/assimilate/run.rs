@@ -53,6 +53,7 @@ pub fn assimilate(
     let (powers, states) = stages(&pipe, record, &estimate)?;
     let health = estimate.health.clone();
     let report = RunReport {
+        settling: Vec::new(),
         heater_m: heater,
         method: Some(method),
         health,

@@ -22,10 +22,12 @@ mod prediction;
 mod readings;
 mod report;
 mod run;
+mod settling;
 #[cfg(test)]
 mod tests;
 mod unknowns;
 
+pub use super::report::SettlingReport;
 pub use fit::{Fit, Misfit, Settled};
 pub use observed::runs;
 pub use readings::Readings;

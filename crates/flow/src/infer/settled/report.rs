@@ -79,6 +79,7 @@ impl Settled<'_> {
             health: Some(health),
             unknowns: self.priors.iter().enumerate().map(unknown).collect::<Result<_, _>>()?,
             powers,
+            settling: self.settling()?,
             history: Vec::new(),
             innovation_chi_squared: None,
             failed_members: 0,

@@ -213,7 +213,7 @@ fn lab_settled_runs_cover_their_truth() {
 }
 
 /// Two powers in twenty minutes beside two settled states, and a moment without clicks three minutes after a step.
-fn ramped() -> Run {
+pub(super) fn ramped() -> Run {
     let mut run = empty(0.35, &arrivals(), SD);
     run.states[2].moment = Some((0, 550.0));
     run.states[3].moment = Some((0, 1150.0));
