@@ -61,7 +61,7 @@ fn ranked(folder: &Folder) -> Ranked {
 impl Ranked {
     fn ask(&self, study: &Study, wish: &Wish) -> Result<Next, EngineError> {
         let saved = self.run.saved("s")?;
-        next(study, &study.observations()?, &saved, self.run.saved_rival("s")?.as_ref(), wish)
+        next(study, &study.observations()?, &saved, &self.run.rivals("s")?, wish)
     }
 }
 

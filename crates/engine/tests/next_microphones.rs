@@ -137,7 +137,7 @@ fn judged(calibrated: bool, visits: &[usize]) -> (MicrophoneTable, f64) {
     let (run, sd) = trained(&study, &observations);
     let wish = Wish { candidates: visits.to_vec(), ..Wish::default() };
     let model = run.saved("s").unwrap();
-    (microphones(&study, &observations, &model, None, &wish, &AT[3..]).unwrap(), sd)
+    (microphones(&study, &observations, &model, &[], &wish, &AT[3..]).unwrap(), sd)
 }
 
 /// No derivative of a prediction and no formula for information: sd of the parameter after a training on all data. With errors of channels
@@ -188,11 +188,11 @@ fn message_microphones_that_cannot_be_judged() {
     let (run, _) = trained(&study, &observations);
     let model = run.saved("s").unwrap();
     let wish = Wish { candidates: vec![0, 1], ..Wish::default() };
-    let grid = microphones(&study, &observations, &model, None, &wish, &[]).unwrap();
+    let grid = microphones(&study, &observations, &model, &[], &wish, &[]).unwrap();
     // Every twentieth of the longer tube that is in the shorter one too.
     assert_eq!(grid.further.len(), 17);
     let said = |observations: &Observations, x: f64| {
-        microphones(&study, observations, &model, None, &wish, &[x]).unwrap_err().to_string()
+        microphones(&study, observations, &model, &[], &wish, &[x]).unwrap_err().to_string()
     };
     let beyond = said(&observations, 0.9);
     assert!(beyond.contains("at 0.9 m") && beyond.contains("from 0 to 0.8 m"), "{beyond}");

@@ -4,7 +4,7 @@ use crate::{
     failure::Failure,
     number,
     predict::{Grid, values},
-    rank::rival_of,
+    rank::{open_of, rival_of},
     results::{Ranked, kept_if_any},
     staging::write_whole,
     study::of_the_engine,
@@ -12,7 +12,7 @@ use crate::{
 };
 use rijke_engine::SavedModel;
 use rijke_engine::run::{
-    Aim, MicrophoneChoice, MicrophoneTable, Next, Suggestion, Wish, microphones, next, with_points,
+    Aim, MicrophoneChoice, MicrophoneTable, Next, OpenModel, Suggestion, Wish, microphones, next, with_points,
 };
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
 use rijke_rig::DataKind;
@@ -27,7 +27,7 @@ use std::path::PathBuf;
     rijke next examples/quarter-wave --microphones\n\n\
     Possible points are those of the stage, measured (a repeat) or not, or those given with --at or --map. Information is in nats:\n\
     about the parameters of the model that went on; between it and its rival, the expected logarithm of the Bayes factor if the\n\
-    first is right and if the second is; about the growth rate that --about names. The table [cost] of study.toml says what a point\n\
+    first is right and if the second is; about which of several open models is right; about the growth rate that --about names. The table [cost] of study.toml says what a point\n\
     and an installation cost; with it, nats per hour count. docs/next.md says what the numbers mean.")]
 pub(crate) struct Args {
     /// Folder of a study that was ranked.
@@ -41,7 +41,7 @@ pub(crate) struct Args {
     /// Plan for the growth rate at this point, which is not to be measured; values in SI units.
     #[arg(long, value_name = "FACTOR=VALUE,...", conflicts_with = "models")]
     about: Option<String>,
-    /// Plan to tell the model from its rival.
+    /// Plan to tell the model from its rival or, where several models are open, which of them is right.
     #[arg(long)]
     models: bool,
     /// A point that may be measured, values in SI units; may be repeated.
@@ -70,8 +70,12 @@ const SHOWN: usize = 12;
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
-    // A stage of one model has no rival.
-    let rival: Option<SavedModel> = kept_if_any(dir, &rival_of(&stage.id))?;
+    // Where nothing is open, the best other model; a stage of one model has none.
+    let mut rivals: Vec<OpenModel> = kept_if_any(dir, &open_of(&stage.id))?.unwrap_or_default();
+    if rivals.is_empty() {
+        let rival: Option<SavedModel> = kept_if_any(dir, &rival_of(&stage.id))?;
+        rivals.extend(rival.map(|model| OpenModel { odds: 0.0, model }));
+    }
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let asked = match &args.map {
         Some(text) => Grid::parse(text, &study)?.points(),
@@ -93,12 +97,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         without_pressures: args.without_pressures,
     };
     if args.microphones {
-        let found =
-            microphones(&study, &observed, &model, rival.as_ref(), &wish, &args.place).map_err(wrong)?;
+        let found = microphones(&study, &observed, &model, &rivals, &wish, &args.place).map_err(wrong)?;
         print_microphones(ui, &found);
         return ui.result(&found);
     }
-    let found = next(&study, &observed, &model, rival.as_ref(), &wish).map_err(wrong)?;
+    let found = next(&study, &observed, &model, &rivals, &wish).map_err(wrong)?;
     if let Some(path) = &args.plot {
         write_whole(path, drawn(&found, &study, observed.kind).svg().as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
@@ -113,21 +116,28 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         let (all, other) = (of(&found.models[k]), of(&found.models[1 - k.min(1)]));
         all.into_iter().filter(|id| !other.contains(id)).collect::<Vec<_>>().join(" + ")
     };
-    if found.models.len() == 2 {
+    if found.models.len() > 1 {
         ui.say(format!("{}: {} against {}", found.stage, names(0), names(1)));
+    }
+    if let Some(entropy) = found.entropy {
+        ui.say(format!(
+            "{} models are open; which of them is right is worth {entropy:.3} nats in all: column which",
+            found.models.len()
+        ));
     }
     let hours = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.2}"));
     ui.say(format!(
-        "{:>10} {:>7} {:>9} {:>9} {:>8} {:>6}  point",
-        "parameters", "first", "second", "quantity", "nats", "h"
+        "{:>10} {:>7} {:>9} {:>7} {:>9} {:>8} {:>6}  point",
+        "parameters", "first", "second", "which", "quantity", "nats", "h"
     ));
     for s in found.points.iter().take(SHOWN) {
         let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.3}"));
         ui.say(format!(
-            "{:>10.3} {:>7} {:>9} {:>9} {:>8.3} {:>6}  {}{}",
+            "{:>10.3} {:>7} {:>9} {:>7} {:>9} {:>8.3} {:>6}  {}{}",
             s.parameters,
             number(s.models.map(|m| m[0])),
             number(s.models.map(|m| m[1])),
+            number(s.which),
             number(s.quantity),
             s.nats,
             hours(s.hours),

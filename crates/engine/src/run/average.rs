@@ -39,6 +39,16 @@ impl Run {
         }
     }
 
+    /// The models that one may want to tell from the one that goes on from a stage: those that are open beside it, else the best other one.
+    ///
+    /// # Errors
+    /// Those of training.
+    pub fn rivals(&self, id: &str) -> Result<Vec<OpenModel>, EngineError> {
+        let open = self.saved_open(id)?;
+        let alone = |model| OpenModel { odds: 0.0, model };
+        Ok(if open.is_empty() { self.saved_rival(id)?.map(alone).into_iter().collect() } else { open })
+    }
+
     /// The models that are open beside the one that goes on from a stage, to be kept on disk: of its own table, and those that stand on what
     /// earlier stages leave open. They are trained with what enters predictions.
     ///

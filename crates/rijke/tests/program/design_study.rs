@@ -5,7 +5,7 @@ use crate::{copy, example, ramp_study, rijke, scratch};
 use rand::seq::IndexedRandom;
 use rayon::prelude::*;
 use rijke_engine::SavedModel;
-use rijke_engine::run::{Aim, Next, Run, StageRecord, Trusted, Wish, forecast, next};
+use rijke_engine::run::{Aim, Next, OpenModel, Run, StageRecord, Trusted, Wish, forecast, next};
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::Streams;
 use rijke_rig::{Campaign, Observations, OperatingPoint, RecordSource, Rig};
@@ -63,7 +63,7 @@ struct Found {
     observations: rijke_study::Observations,
     stages: Vec<StageRecord>,
     /// The model that goes on from the last stage, and its rival.
-    saved: (SavedModel, Option<SavedModel>),
+    saved: (SavedModel, Vec<OpenModel>),
     /// Of every hot point: how far the prediction of that model is off, the standard deviation stated for a measurement, and that of the model alone.
     off: Vec<[f64; 3]>,
 }
@@ -153,7 +153,8 @@ impl Bench {
         }
         let stages = stages.split_off(stages.len() - pairs.len());
         let last = &stages[stages.len() - 1].id;
-        let saved = (run.saved(last).unwrap(), run.saved_rival(last).unwrap());
+        let rival = run.saved_rival(last).unwrap().map(|model| OpenModel { odds: 0.0, model });
+        let saved = (run.saved(last).unwrap(), rival.into_iter().collect());
         let places: Vec<usize> = self.hot.iter().map(|(id, _)| study.campaign.point(id).unwrap().0).collect();
         let (forecasts, failed) = forecast(&study, &observations, &saved.0, &[], &places).unwrap();
         assert!(failed.is_empty(), "{failed:?}");
@@ -216,7 +217,7 @@ impl Found {
         let place = |id: &str| self.study.campaign.point(id).unwrap().0;
         let candidates = free.iter().map(|id| place(id)).collect();
         let wish = Wish { aim, candidates, points, without_pressures, about: Some(place(ABOUT)) };
-        next(&self.study, &self.observations, &self.saved.0, self.saved.1.as_ref(), &wish).unwrap()
+        next(&self.study, &self.observations, &self.saved.0, &self.saved.1, &wish).unwrap()
     }
 
     fn line(&self, layout: &str, ids: &[String], pairs: &[usize]) -> Line {

@@ -3,6 +3,7 @@
 use super::place::{Place, Wish};
 use super::predictive::Numbers;
 use super::told::Aim;
+use crate::run::average::OpenModel;
 use crate::{EngineError, SavedModel};
 use rayon::prelude::*;
 use rijke_numerics::{C64, Matrix};
@@ -59,7 +60,7 @@ pub fn microphones(
     study: &Study,
     observations: &Observations,
     model: &SavedModel,
-    rival: Option<&SavedModel>,
+    rivals: &[OpenModel],
     wish: &Wish,
     places: &[f64],
 ) -> Result<MicrophoneTable, EngineError> {
@@ -81,7 +82,7 @@ pub fn microphones(
                     observations/modes.csv, as p2_re, p2_re_sd, p2_im, p2_im_sd, and rank it again";
         return Err(nothing(text.into()));
     };
-    let able = place.measurable(model, rival, wish, &all)?;
+    let able = place.measurable(model, rivals, wish, &all)?;
     let visits: Vec<usize> = (0..able.kept.len()).collect();
     let gain = |seen: &dyn Fn(&Numbers) -> Numbers| able.told(seen).gain(wish.aim, &visits);
     let of = |set: &[usize]| gain(&|n: &Numbers| n.through(&rows(set, &others, n.values.len())));

@@ -11,6 +11,7 @@ pub use microphones::{MicrophoneChoice, MicrophoneTable, microphones};
 pub use place::Wish;
 pub use told::Aim;
 
+use super::average::OpenModel;
 use crate::{EngineError, SavedModel};
 use place::Place;
 use plan::Worth;
@@ -35,6 +36,8 @@ pub struct Suggestion {
     pub parameters: f64,
     /// Expected logarithm of the Bayes factor, nats: if the model is right, for it; if the rival is right, for that.
     pub models: Option<[f64; 2]>,
+    /// Expected information about which of several open models is right, nats, at least.
+    pub which: Option<f64>,
     /// Expected information about the quantity, nats.
     pub quantity: Option<f64>,
     /// What counts for the aim, nats.
@@ -59,8 +62,10 @@ pub struct Next {
     pub stage: String,
     /// What the plan is for.
     pub aim: Aim,
-    /// Candidates of the model that went on, and of its rival.
+    /// Candidates of the model that went on, and of the others, the most probable first.
     pub models: Vec<BTreeMap<String, String>>,
+    /// All that can be told of which of several open models is right, nats.
+    pub entropy: Option<f64>,
     /// All possible points, the most nats per hour first.
     pub points: Vec<Suggestion>,
     /// The plan in the order in which each visit adds most.
@@ -78,7 +83,8 @@ pub struct Next {
     pub left_out: Vec<(String, String)>,
 }
 
-/// What to measure next, by the `model` that went on from its stage and its `rival`, to first order at the most probable parameters.
+/// What to measure next, by the `model` that went on from its stage and its `rivals`, the most probable first, to first order at the most probable
+/// parameters. The first rival is what the model is compared with; of two or more, which of all is right can be the aim.
 ///
 /// Each point is a new visit, which measures what trained: growth rate, frequency, and relative pressures if the stage hears any. Its noise is the
 /// misfit of the model, which comes again if the point was measured, and the root mean square of the measured errors of the points that trained. Points of one name of installation share what installations differ by; none shares it with the points that trained.
@@ -89,7 +95,7 @@ pub fn next(
     study: &Study,
     observations: &Observations,
     model: &SavedModel,
-    rival: Option<&SavedModel>,
+    rivals: &[OpenModel],
     wish: &Wish,
 ) -> Result<Next, EngineError> {
     let place = Place::new(study, observations, study.channels()?)?;
@@ -97,11 +103,12 @@ pub fn next(
     if !microphones.is_empty() {
         microphones.insert(study.rig.microphones.reference);
     }
-    let able = place.measurable(model, rival, wish, &microphones.into_iter().collect::<Vec<_>>())?;
+    let able = place.measurable(model, rivals, wish, &microphones.into_iter().collect::<Vec<_>>())?;
     let judged = Judged { study, kept: &able.kept, told: able.told(&Numbers::clone) };
     let mut found = judged.plan(wish)?;
     found.stage.clone_from(&model.stage);
-    found.models = std::iter::once(model).chain(rival).map(|m| m.candidates.clone()).collect();
+    let others = rivals.iter().map(|rival| &rival.model);
+    found.models = std::iter::once(model).chain(others).map(|m| m.candidates.clone()).collect();
     for (suggestion, &k) in found.points.iter_mut().zip(&able.kept) {
         suggestion.repeat = model.trained_on.contains(&study.campaign.points[k].id);
     }
@@ -144,6 +151,7 @@ impl Judged<'_> {
                 hours: self.hours(&[k]),
                 parameters: self.told.mine.information(&[k])?,
                 models: self.told.models(&[k])?,
+                which: self.told.which(&[k])?,
                 quantity: self.told.about(&[k])?,
                 nats: self.told.gain(wish.aim, &[k])?,
             })
@@ -170,6 +178,7 @@ impl Judged<'_> {
             stage: String::new(),
             aim: wish.aim,
             models: Vec::new(),
+            entropy: (self.told.rivals.len() > 1).then(|| self.told.entropy()),
             points,
             plan: (0..best.len()).map(step).collect::<Result<_, _>>()?,
             total: [total, told(&greedy)?],

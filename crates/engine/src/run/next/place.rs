@@ -5,6 +5,7 @@ use super::pressures::Listening;
 use super::told::{Aim, Told};
 use crate::data::near_field;
 use crate::noise::{measured_sd, of_point_and_installation, varying};
+use crate::run::average::OpenModel;
 use crate::run::followed::Followed;
 use crate::run::inputs::{ambient_of_all, conditions, observed, states};
 use crate::run::rows::assembly_of;
@@ -184,7 +185,7 @@ impl<'a> Place<'a> {
     pub(super) fn measurable(
         &self,
         model: &SavedModel,
-        rival: Option<&SavedModel>,
+        rivals: &[OpenModel],
         wish: &Wish,
         microphones: &[usize],
     ) -> Result<Measurable, EngineError> {
@@ -193,29 +194,40 @@ impl<'a> Place<'a> {
             return Err(nothing("the study has no such stage; rank it again".into()));
         };
         let mine = self.expected(stage, model, &wish.candidates, microphones)?;
-        let theirs = match rival {
-            Some(rival) => self.expected(stage, rival, &wish.candidates, microphones)?,
-            None => wish.candidates.iter().map(|_| Ok(Numbers::default())).collect(),
-        };
+        let expected = |rival: &OpenModel| self.expected(stage, &rival.model, &wish.candidates, microphones);
+        let theirs = rivals.iter().map(expected).collect::<Result<Vec<_>, _>>()?;
+        let mut theirs: Vec<_> = theirs.into_iter().map(Vec::into_iter).collect();
+        let known = |m: &SavedModel| Ok::<_, EngineError>(m.posterior()?.knowledge.covariance);
         let mut able = Measurable {
             kept: Vec::new(),
             own: Vec::new(),
-            others: Vec::new(),
+            rivals: Vec::new(),
             about: wish.about.map(|k| self.wanted(model, k)).transpose()?,
-            covariance: model.posterior()?.knowledge.covariance,
-            of_rival: rival.map(|r| Ok::<_, EngineError>(r.posterior()?.knowledge.covariance)).transpose()?,
+            covariance: known(model)?,
             left_out: Vec::new(),
         };
-        for ((&k, a), b) in wish.candidates.iter().zip(mine).zip(theirs) {
-            let why = match (a, b) {
-                (Ok(a), Ok(_)) if a.values[0] > 0.0 => format!(
+        for rival in rivals {
+            able.rivals.push(Rival {
+                odds: rival.odds,
+                covariance: known(&rival.model)?,
+                numbers: Vec::new(),
+            });
+        }
+        for (&k, own) in wish.candidates.iter().zip(mine) {
+            let others: Result<Vec<Numbers>, EngineError> =
+                theirs.iter_mut().filter_map(Iterator::next).collect();
+            let why = match (own, others) {
+                (Ok(own), Ok(_)) if own.values[0] > 0.0 => format!(
                     "the model says that the mode grows there, by {:.2} 1/s: it rings by itself, and has no decay to be measured",
-                    a.values[0]
+                    own.values[0]
                 ),
-                (Ok(a), Ok(b)) => {
+                (Ok(own), Ok(others)) => {
                     able.kept.push(k);
-                    able.own.push(a);
-                    able.others.push(b);
+                    able.own.push(own);
+                    able.rivals
+                        .iter_mut()
+                        .zip(others)
+                        .for_each(|(rival, numbers)| rival.numbers.push(numbers));
                     continue;
                 }
                 (Err(e), _) | (_, Err(e)) => e.to_string(),
@@ -226,7 +238,7 @@ impl<'a> Place<'a> {
             let reason = able.left_out.into_iter().next().map(|(_, reason)| reason);
             return Err(nothing(reason.unwrap_or_else(|| "no point is given".into())));
         }
-        match (wish.aim, &able.of_rival, &able.about) {
+        match (wish.aim, able.rivals.first(), &able.about) {
             (Aim::Models, None, _) => {
                 Err(nothing("only one model of it could be fitted: there is nothing to decide".into()))
             }
@@ -253,14 +265,23 @@ impl<'a> Place<'a> {
 pub(super) struct Measurable {
     /// Their places in the campaign.
     pub(super) kept: Vec<usize>,
-    /// By the model, and by its rival.
+    /// By the model.
     pub(super) own: Vec<Numbers>,
-    others: Vec<Numbers>,
+    /// By the others, the most probable first.
+    rivals: Vec<Rival>,
     about: Option<Numbers>,
     covariance: Matrix,
-    of_rival: Option<Matrix>,
     /// Points that cannot be judged, and why.
     pub(super) left_out: Vec<(String, String)>,
+}
+
+/// What another model says of the points that can be judged.
+struct Rival {
+    /// Its odds against the model that went on.
+    odds: f64,
+    /// What it knows.
+    covariance: Matrix,
+    numbers: Vec<Numbers>,
 }
 
 impl Measurable {
@@ -268,10 +289,11 @@ impl Measurable {
     pub(super) fn told(&self, seen: &dyn Fn(&Numbers) -> Numbers) -> Told {
         // The quantity stands behind all points.
         let own = self.own.iter().map(seen).chain(self.about.clone()).collect();
-        let rival = self.of_rival.as_ref();
+        let rival =
+            |r: &Rival| (r.odds, Predictive::new(r.numbers.iter().map(seen).collect(), &r.covariance));
         Told {
             mine: Predictive::new(own, &self.covariance),
-            rival: rival.map(|c| Predictive::new(self.others.iter().map(seen).collect(), c)),
+            rivals: self.rivals.iter().map(rival).collect(),
             quantity: self.about.is_some().then_some(self.kept.len()),
         }
     }

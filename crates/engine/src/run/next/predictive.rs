@@ -210,6 +210,33 @@ impl Predictive {
     }
 }
 
+/// What some visits would read, by one model.
+pub(super) struct Seen {
+    mean: Vec<f64>,
+    covariance: Matrix,
+    ln_det: f64,
+}
+
+impl Predictive {
+    pub(super) fn seen(&self, set: &[usize]) -> Result<Seen, EngineError> {
+        let covariance = self.covariance(set);
+        let ln_det = Cholesky::new(&covariance)?.ln_det();
+        Ok(Seen { mean: self.mean(set), covariance, ln_det })
+    }
+}
+
+impl Seen {
+    /// Bhattacharyya's distance of two Gaussians: (1/8) d' V^-1 d + (1/2) ln (det V / (det V_A det V_B)^1/2), V = (V_A + V_B)/2
+    /// (Kailath 1967).
+    pub(super) fn distance(&self, other: &Self) -> Result<f64, EngineError> {
+        let sum = self.covariance.plus(1.0, &other.covariance);
+        let middle = Cholesky::new(&Matrix::from_fn(sum.rows(), sum.rows(), |i, j| 0.5 * sum[(i, j)]))?;
+        let apart: Vec<f64> = self.mean.iter().zip(&other.mean).map(|(a, b)| a - b).collect();
+        let square: f64 = middle.whiten(&apart).iter().map(|w| w * w).sum();
+        Ok(0.125 * square + 0.5 * (middle.ln_det() - 0.5 * (self.ln_det + other.ln_det)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
