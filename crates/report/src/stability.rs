@@ -1,6 +1,6 @@
 //! Where a trained model says that the rig is stable: growth rate and probability of instability over two factors.
 
-use crate::draw::{Axis, Figure, Key, Mark, Panel, Stroke, fixed, scale_colour};
+use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, fixed, scale_stroke};
 use rijke_rig::DataKind;
 
 /// Numbers of the map, on a grid of two factors. Between the nodes the map is bilinear; where a node is missing it is
@@ -23,7 +23,7 @@ pub struct StabilityMap {
     pub probability: Vec<Vec<f64>>,
 }
 
-const SIZE: [f64; 2] = [430.0, 320.0];
+const SIZE: [f64; 2] = [COLUMN, 320.0];
 /// Colour of operating points.
 const NODE: &str = "#888";
 /// Pieces into which a cell of the grid is cut: within each, a contour is straight.
@@ -86,7 +86,7 @@ impl StabilityMap {
                 continue;
             }
             let width = if level == bold { 3.0 } else { 1.4 };
-            let stroke = Stroke::solid(scale_colour(k, levels.len()), width);
+            let stroke = scale_stroke(k, levels.len(), width);
             panel.curve(&lines, &stroke);
             legend.push(Key { mark: Mark::Line(stroke), label: words(level) });
         }

@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    figure,
     rank::open_of,
     results::{Ranked, kept_if_any},
     staging::write_whole,
@@ -19,7 +20,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke predict examples/quarter-wave\n  \
     rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \
-    rijke predict examples/quarter-wave --map x_g,Q --svg stability.svg\n\n\
+    rijke predict examples/quarter-wave --map x_g,Q --plot stability.pdf\n\n\
     Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
     the nearest point of the stage. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.\n\
@@ -36,9 +37,9 @@ pub(crate) struct Args {
     /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign.
     #[arg(long, value_name = "X,Y", conflicts_with = "at")]
     map: Option<String>,
-    /// Draw the map, contours of growth rate and probability, into this SVG file.
-    #[arg(long, value_name = "FILE", requires = "map")]
-    svg: Option<PathBuf>,
+    /// Draw the map, contours of growth rate and probability, into this file, which ends in .svg or .pdf.
+    #[arg(long, alias = "svg", value_name = "FILE", requires = "map", value_parser = figure::file)]
+    plot: Option<PathBuf>,
     /// File to write instead of printing.
     #[arg(long, value_name = "CSV")]
     out: Option<PathBuf>,
@@ -106,10 +107,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             first.point
         ));
     }
-    if let (Some(path), Some(grid)) = (&args.svg, &map) {
+    if let (Some(path), Some(grid)) = (&args.plot, &map) {
         let ids: Vec<&str> = places.iter().map(|k| study.campaign.points[*k].id.as_str()).collect();
-        write_whole(path, grid.drawn(&ids, &found, observed.kind, &stage.id).svg().as_bytes())?;
-        ui.note(format!("wrote {}", path.display()));
+        figure::write(path, &grid.drawn(&ids, &found, observed.kind, &stage.id).svg(), ui)?;
     }
     let text = table(&study, &found)?;
     match &args.out {
