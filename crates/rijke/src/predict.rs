@@ -9,7 +9,7 @@ use crate::{
     study::of_the_engine,
     ui::Ui,
 };
-use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, with_points};
+use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, symbol, with_points};
 use rijke_report::StabilityMap;
 use rijke_study::Study;
 use serde_json::json;
@@ -163,7 +163,7 @@ impl Grid {
                 return Err(bad(format!("`{name}` has one value only in the campaign")));
             }
             let values = (0..GRID).map(|i| low + (high - low) * i as f64 / (GRID - 1) as f64).collect();
-            Ok((name.to_owned(), study.campaign.factors[k].unit.clone(), values))
+            Ok((name.to_owned(), study.campaign.factors[k].unit_in_print(), values))
         };
         Ok(Self { axes: [axis(x.trim())?, axis(y.trim())?] })
     }
@@ -196,7 +196,7 @@ impl Grid {
         StabilityMap {
             title: format!("Growth rate and probability of instability, by the model of {stage}"),
             data: kind,
-            labels: [x, y].map(|(name, unit, _)| format!("{name} / {unit}")),
+            labels: [x, y].map(|(name, unit, _)| format!("{} / {unit}", symbol(name))),
             x: x.2.clone(),
             y: y.2.clone(),
             growth_rate: rows(|f| f.growth_rate[0]),

@@ -92,8 +92,7 @@ impl Colours {
         }
         for name in &self.names {
             let stroke = self.stroke(name);
-            let line =
-                all().any(|l| matches!(l.look, LayerLook::Line | LayerLook::Dashes | LayerLook::Ellipse));
+            let line = all().any(|l| l.look != LayerLook::Dots);
             let mark = if line { Mark::Line(stroke) } else { Mark::Dot(stroke.colour) };
             keys.push(Key { mark, label: name.clone() });
         }
