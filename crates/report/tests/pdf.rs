@@ -38,7 +38,7 @@ fn behaviour_one_page_as_wide_as_columns_of_a_journal() {
         let file = pdf(&figure(panels, "record")).unwrap();
         let (text, streams) = opened(&file);
         assert!(text.starts_with("%PDF-1.7") && text.trim_end().ends_with("%%EOF"));
-        assert!(text.contains("/Count 1") && text.contains("/Title (Growth \\(virtual data\\))"), "{text}");
+        assert!(text.contains("/Count 1") && text.contains("/Title (Growth (virtual data))"), "{text}");
         let page = text.split("/MediaBox [").nth(1).unwrap().split(']').next().unwrap();
         let sides: Vec<f64> = page.split(' ').map(|n| n.parse().unwrap()).collect();
         assert!((sides[2] / 72.0 * 25.4 - millimetres).abs() < 1e-3, "{page}");
@@ -73,10 +73,7 @@ fn behaviour_a_letter_without_glyph_becomes_a_box() {
     let (known, unknown) = (pdf(&figure(1, "q")).unwrap(), pdf(&figure(1, "\u{6f22}")).unwrap());
     let shows = |file: &[u8]| {
         let (_, streams) = opened(file);
-        let content = streams.into_iter().find(|s| s.windows(3).any(|w| w == b"BT\n")).unwrap();
-        String::from_utf8_lossy(&content).contains("(\\000\\000) Tj")
-            || content.windows(7).any(|w| w == b"<0000> ")
-            || content.windows(4).any(|w| w == [b'(', 0, 0, b')'])
+        streams.iter().any(|s| String::from_utf8_lossy(s).contains("(\\000\\000) Tj"))
     };
     assert!(shows(&unknown) && !shows(&known));
 }

@@ -1,7 +1,7 @@
 //! The figure of an answer: any question, any factor. One table, one colour per series.
 
 use crate::draw::{Axis, COLUMN, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_stroke};
-use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook};
+use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook, symbol};
 use rijke_rig::DataKind;
 
 /// Where a figure will be seen.
@@ -94,7 +94,11 @@ impl Colours {
             let stroke = self.stroke(name);
             let line = all().any(|l| l.look != LayerLook::Dots);
             let mark = if line { Mark::Line(stroke) } else { Mark::Dot(stroke.colour) };
-            keys.push(Key { mark, label: name.clone() });
+            let label = match name.split_once(" = ") {
+                Some((factor, rest)) => format!("{} = {rest}", symbol(factor)),
+                None => name.clone(),
+            };
+            keys.push(Key { mark, label });
         }
         keys
     }
