@@ -27,7 +27,7 @@ fn opened(file: &[u8]) -> (String, Vec<Vec<u8>>) {
         if ZlibDecoder::new(&file[start + 7..]).read_to_end(&mut stream).is_ok() {
             streams.push(stream);
         }
-        at = find(start, b"endstream").unwrap() + 9;
+        at = find(start, b"endstream").map_or(file.len(), |end| end + 9);
     }
     (String::from_utf8_lossy(file).into_owned(), streams)
 }
