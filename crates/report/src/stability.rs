@@ -218,7 +218,7 @@ mod tests {
         let map = map();
         let lines = map.contour(&map.growth_rate, 0.25);
         let on: Vec<&[f64; 2]> = lines.iter().filter(|p| p[0].is_finite()).collect();
-        assert!(on.len() > 10 && on.iter().all(|p| (2.0 * p[0] - 0.01 * p[1] - 0.75).abs() < 1e-12));
+        assert!(on.len() > 5 && on.iter().all(|p| (2.0 * p[0] - 0.01 * p[1] - 0.75).abs() < 1e-12));
         let reach = |k: usize| on.iter().map(|p| p[k]).fold(0.0, f64::max);
         assert!((reach(0) - 0.875).abs() < 1e-12 && (reach(1) - 100.0).abs() < 1e-12);
         assert_eq!(lines.len(), on.len() + 1, "one line, through which its dashes run");

@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn exact_long_labels_are_wrapped() {
-        let room = width("a delay and ", 10.0);
+        let room = width("a delay and x", 10.0);
         let lines = wrapped("a delay and *two words* of it", 10.0, room);
         assert_eq!(lines, ["a delay and ", "*two words* of ", "it"]);
         assert_eq!(wrapped("endless", 10.0, 1.0), ["endless"]);
