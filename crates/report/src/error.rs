@@ -17,6 +17,9 @@ pub enum ReportError {
         /// Why.
         source: std::io::Error,
     },
+    /// A drawing cannot become a PDF.
+    #[error("not a drawing of rijke-report: {0}")]
+    Drawing(String),
     /// A table cannot be written as CSV.
     #[error("cannot write a table as CSV")]
     Table(#[from] csv::Error),

@@ -1,6 +1,6 @@
 //! Acoustic modes of a network: where they lie in the s-plane, their shapes, and what small changes along the tube do.
 
-use crate::draw::{Axis, Figure, Key, Mark, Panel, Stroke, fixed, model_stroke};
+use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, Stroke, fixed, model_stroke};
 
 /// Numbers of the figure. Curves are over `x` of their mode.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +36,7 @@ pub struct ModeCurves {
     pub changes: Vec<(String, Vec<f64>)>,
 }
 
-const SIZE: [f64; 2] = [430.0, 250.0];
+const SIZE: [f64; 2] = [COLUMN, 250.0];
 /// More curves than this cannot be told apart.
 const MOST: usize = 7;
 

@@ -1,6 +1,6 @@
 //! Pictures of one record: curves over time or frequency, panel by panel.
 
-use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
+use crate::draw::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
 use rijke_rig::DataKind;
 
 /// What was recorded and what was fitted to it.
@@ -53,7 +53,7 @@ pub enum Look {
     Patch(usize),
 }
 
-const SIZE: [f64; 2] = [520.0, 270.0];
+const SIZE: [f64; 2] = [COLUMN, 240.0];
 
 impl RecordFigure {
     /// The figure as the text of an SVG file.

@@ -1,6 +1,6 @@
 //! Forced response of a network over frequency: modulus and phase of complex ratios.
 
-use crate::draw::{Axis, Figure, Key, Mark, Panel, Stroke, model_stroke};
+use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, Stroke, model_stroke};
 
 /// Numbers of the figure.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub struct ResponseCurve {
     pub phase_deg: Vec<f64>,
 }
 
-const SIZE: [f64; 2] = [430.0, 230.0];
+const SIZE: [f64; 2] = [COLUMN, 230.0];
 /// A step of the phase beyond this is a turn, across which no line is drawn, degrees.
 const TURN: f64 = 180.0;
 

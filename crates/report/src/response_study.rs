@@ -1,12 +1,12 @@
 //! The page of a study of responses: tables of models, and what was measured beside what they answer.
 
-use crate::draw::{Axis, Figure, INK, Key, Mark, Panel, Stroke, html, model_stroke};
+use crate::draw::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, html, model_stroke};
 use crate::study::{STYLE, numbers::with_uncertainty};
 use crate::{ReportError, StudyHead};
 use rijke_engine::response::{ResponseModelRecord, ResponseStageRecord};
 use rijke_rig::DataKind;
 
-const SIZE: [f64; 2] = [430.0, 230.0];
+const SIZE: [f64; 2] = [COLUMN, 230.0];
 /// More responses than this make figures that nobody reads.
 const MOST: usize = 6;
 
@@ -34,7 +34,9 @@ pub fn response_page(
             figure.html(),
             html(&figure.caption)
         );
-        files.push((format!("figures/{}.svg", stage.id), figure.svg().into_bytes()));
+        let svg = figure.svg();
+        files.push((format!("figures/{}.pdf", stage.id), crate::pdf(&svg)?));
+        files.push((format!("figures/{}.svg", stage.id), svg.into_bytes()));
     }
     let data = match head.kind {
         DataKind::Measured => "Measured data",

@@ -1,7 +1,8 @@
 //! Where a trained model says that the rig is stable: growth rate and probability of instability over two factors.
 
-use crate::draw::{Axis, Figure, Key, Mark, Panel, Stroke, fixed, scale_colour};
+use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, fixed, scale_stroke};
 use rijke_rig::DataKind;
+use std::collections::BTreeMap;
 
 /// Numbers of the map, on a grid of two factors. Between the nodes the map is bilinear; where a node is missing it is
 /// blank.
@@ -23,7 +24,7 @@ pub struct StabilityMap {
     pub probability: Vec<Vec<f64>>,
 }
 
-const SIZE: [f64; 2] = [430.0, 320.0];
+const SIZE: [f64; 2] = [COLUMN, 320.0];
 /// Colour of operating points.
 const NODE: &str = "#888";
 /// Pieces into which a cell of the grid is cut: within each, a contour is straight.
@@ -86,7 +87,7 @@ impl StabilityMap {
                 continue;
             }
             let width = if level == bold { 3.0 } else { 1.4 };
-            let stroke = Stroke::solid(scale_colour(k, levels.len()), width);
+            let stroke = scale_stroke(k, levels.len(), width);
             panel.curve(&lines, &stroke);
             legend.push(Key { mark: Mark::Line(stroke), label: words(level) });
         }
@@ -98,9 +99,9 @@ impl StabilityMap {
         (panel, legend)
     }
 
-    /// Pieces of the line on which a quantity has a value, apart by points that are not finite.
+    /// The lines on which a quantity has a value, apart by points that are not finite.
     fn contour(&self, values: &[Vec<f64>], level: f64) -> Vec<[f64; 2]> {
-        let mut lines = Vec::new();
+        let mut pieces = Vec::new();
         for k in 1..self.y.len() {
             for j in 1..self.x.len() {
                 let at = |u: f64, v: f64| {
@@ -116,24 +117,59 @@ impl StabilityMap {
                     };
                     let [p, q, r, s] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
                     for triangle in [[p, q, r], [p, r, s]] {
-                        lines.extend(crossing(triangle));
+                        pieces.extend(crossing(triangle));
                     }
                 }
+            }
+        }
+        self.joined(pieces)
+    }
+
+    /// Pieces end to end, so that dashes run through: first lines that begin somewhere, then closed ones.
+    fn joined(&self, mut pieces: Vec<Piece>) -> Vec<[f64; 2]> {
+        let least = |list: &[f64]| [list.first(), list.last()].map(|v| v.copied().unwrap_or(0.0));
+        let frame = [least(&self.x), least(&self.y)];
+        // The same point of two triangles differs by rounding.
+        let place = |p: [f64; 2]| {
+            [0, 1].map(|k| ((p[k] - frame[k][0]) / (frame[k][1] - frame[k][0]) * 1e7).round() as i64)
+        };
+        pieces.retain(|[a, b]| place(*a) != place(*b));
+        let mut at: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
+        for (i, piece) in pieces.iter().enumerate() {
+            piece.iter().for_each(|end| at.entry(place(*end)).or_default().push(i));
+        }
+        let (mut lines, mut drawn) = (Vec::new(), vec![false; pieces.len()]);
+        let free = |end: [f64; 2]| at.get(&place(end)).is_some_and(|ends| ends.len() == 1);
+        let begins = (0..pieces.len()).filter(|i| pieces[*i].iter().any(|end| free(*end)));
+        for first in begins.chain(0..pieces.len()) {
+            let [a, b] = pieces[first];
+            let (mut next, mut end) = (Some(first), if free(b) { b } else { a });
+            if !drawn[first] {
+                lines.extend([[f64::NAN; 2], end]);
+            }
+            while let Some(i) = next.filter(|i| !drawn[*i]) {
+                let [a, b] = pieces[i];
+                (drawn[i], end) = (true, if place(a) == place(end) { b } else { a });
+                lines.push(end);
+                next = at.get(&place(end)).and_then(|all| all.iter().copied().find(|i| !drawn[*i]));
             }
         }
         lines
     }
 }
 
-/// Where the plane through three points is zero within their triangle: two ends and a gap, or nothing.
-fn crossing(triangle: [[f64; 3]; 3]) -> Vec<[f64; 2]> {
+/// Two ends.
+type Piece = [[f64; 2]; 2];
+
+/// Where the plane through three points is zero within their triangle.
+fn crossing(triangle: [[f64; 3]; 3]) -> Option<Piece> {
     let side = |i: usize| {
         let ([x0, y0, a], [x1, y1, b]) = (triangle[i], triangle[(i + 1) % 3]);
         // Zero belongs to one side only, so that a line through a corner is found once.
         ((a < 0.0) != (b < 0.0)).then(|| [x0 + (x1 - x0) * a / (a - b), y0 + (y1 - y0) * a / (a - b)])
     };
     let ends: Vec<[f64; 2]> = (0..3).filter_map(side).collect();
-    if ends.len() == 2 { vec![ends[0], ends[1], [f64::NAN; 2]] } else { Vec::new() }
+    <Piece>::try_from(ends).ok()
 }
 
 /// Round levels between two values, zero among them if it is between.
@@ -182,9 +218,10 @@ mod tests {
         let map = map();
         let lines = map.contour(&map.growth_rate, 0.25);
         let on: Vec<&[f64; 2]> = lines.iter().filter(|p| p[0].is_finite()).collect();
-        assert!(on.len() > 10 && on.iter().all(|p| (2.0 * p[0] - 0.01 * p[1] - 0.75).abs() < 1e-12));
+        assert!(on.len() > 5 && on.iter().all(|p| (2.0 * p[0] - 0.01 * p[1] - 0.75).abs() < 1e-12));
         let reach = |k: usize| on.iter().map(|p| p[k]).fold(0.0, f64::max);
         assert!((reach(0) - 0.875).abs() < 1e-12 && (reach(1) - 100.0).abs() < 1e-12);
+        assert_eq!(lines.len(), on.len() + 1, "one line, through which its dashes run");
         assert!(map.contour(&map.growth_rate, 5.0).is_empty());
         assert_eq!(levels(-1.5, 1.5), [-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5]);
     }

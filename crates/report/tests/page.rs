@@ -231,7 +231,7 @@ fn behaviour_every_look_is_drawn_without_holes_in_the_text() {
     ] {
         let svg = answer_svg(None, &answer(look)).unwrap();
         assert!(svg.contains(drawn) && svg.contains("computed, no data") && !svg.contains("NaN"), "{look:?}");
-        assert!(svg.contains("Q = 7 W") && svg.contains("Q = 50 W"), "{look:?}");
+        assert!(svg.contains("= 7 W") && svg.contains("= 50 W"), "{look:?}");
     }
     let nothing = Answer { panels: Vec::new(), ..answer(LayerLook::Dots) };
     assert!(answer_svg(None, &nothing).is_none());

@@ -9,6 +9,7 @@ use std::{io, process::ExitCode, thread};
 mod check;
 mod completions;
 mod failure;
+mod figure;
 mod flow;
 mod infer;
 mod inspect;

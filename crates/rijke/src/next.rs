@@ -2,11 +2,10 @@
 
 use crate::{
     failure::Failure,
-    number,
+    figure, number,
     predict::{Grid, values},
     rank::{open_of, rival_of},
     results::{Ranked, kept_if_any},
-    staging::write_whole,
     study::of_the_engine,
     ui::Ui,
 };
@@ -59,8 +58,8 @@ pub(crate) struct Args {
     /// Where a microphone may be added, m from the upstream end; may be repeated [default: every twentieth of each duct].
     #[arg(long, value_name = "M", requires = "microphones", value_parser = number::finite)]
     place: Vec<f64>,
-    /// Draw the information over the factors into this SVG file.
-    #[arg(long, value_name = "SVG")]
+    /// Draw the information over the factors into this file, which ends in .svg or .pdf.
+    #[arg(long, value_name = "FILE", value_parser = figure::file)]
     plot: Option<PathBuf>,
 }
 
@@ -103,8 +102,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let found = next(&study, &observed, &model, &rivals, &wish).map_err(wrong)?;
     if let Some(path) = &args.plot {
-        write_whole(path, drawn(&found, &study, observed.kind).svg().as_bytes())?;
-        ui.note(format!("wrote {}", path.display()));
+        figure::write(path, &drawn(&found, &study, observed.kind).svg(), ui)?;
     }
     print(ui, &found, args.about.as_deref());
     ui.result(&found)

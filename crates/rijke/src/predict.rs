@@ -2,13 +2,14 @@
 
 use crate::{
     failure::{Classify, Failure},
+    figure,
     rank::open_of,
     results::{Ranked, kept_if_any},
     staging::write_whole,
     study::of_the_engine,
     ui::Ui,
 };
-use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, with_points};
+use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, symbol, with_points};
 use rijke_report::StabilityMap;
 use rijke_study::Study;
 use serde_json::json;
@@ -19,7 +20,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke predict examples/quarter-wave\n  \
     rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \
-    rijke predict examples/quarter-wave --map x_g,Q --svg stability.svg\n\n\
+    rijke predict examples/quarter-wave --map x_g,Q --plot stability.pdf\n\n\
     Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
     the nearest point of the stage. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.\n\
@@ -36,9 +37,9 @@ pub(crate) struct Args {
     /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign.
     #[arg(long, value_name = "X,Y", conflicts_with = "at")]
     map: Option<String>,
-    /// Draw the map, contours of growth rate and probability, into this SVG file.
-    #[arg(long, value_name = "FILE", requires = "map")]
-    svg: Option<PathBuf>,
+    /// Draw the map, contours of growth rate and probability, into this file, which ends in .svg or .pdf.
+    #[arg(long, alias = "svg", value_name = "FILE", requires = "map", value_parser = figure::file)]
+    plot: Option<PathBuf>,
     /// File to write instead of printing.
     #[arg(long, value_name = "CSV")]
     out: Option<PathBuf>,
@@ -106,10 +107,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             first.point
         ));
     }
-    if let (Some(path), Some(grid)) = (&args.svg, &map) {
+    if let (Some(path), Some(grid)) = (&args.plot, &map) {
         let ids: Vec<&str> = places.iter().map(|k| study.campaign.points[*k].id.as_str()).collect();
-        write_whole(path, grid.drawn(&ids, &found, observed.kind, &stage.id).svg().as_bytes())?;
-        ui.note(format!("wrote {}", path.display()));
+        figure::write(path, &grid.drawn(&ids, &found, observed.kind, &stage.id).svg(), ui)?;
     }
     let text = table(&study, &found)?;
     match &args.out {
@@ -163,7 +163,7 @@ impl Grid {
                 return Err(bad(format!("`{name}` has one value only in the campaign")));
             }
             let values = (0..GRID).map(|i| low + (high - low) * i as f64 / (GRID - 1) as f64).collect();
-            Ok((name.to_owned(), study.campaign.factors[k].unit.clone(), values))
+            Ok((name.to_owned(), study.campaign.factors[k].unit_in_print(), values))
         };
         Ok(Self { axes: [axis(x.trim())?, axis(y.trim())?] })
     }
@@ -196,7 +196,7 @@ impl Grid {
         StabilityMap {
             title: format!("Growth rate and probability of instability, by the model of {stage}"),
             data: kind,
-            labels: [x, y].map(|(name, unit, _)| format!("{name} / {unit}")),
+            labels: [x, y].map(|(name, unit, _)| format!("{} / {unit}", symbol(name))),
             x: x.2.clone(),
             y: y.2.clone(),
             growth_rate: rows(|f| f.growth_rate[0]),

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  rijke rank examples/quarter-wave\n  rijke report examples/quarter-wave\n\n\
-    Reads DIR/results/numbers. Writes DIR/results/index.html, figures/*.svg and tables/*.csv beside it.\n\
+    Reads DIR/results/numbers. Writes DIR/results/index.html, figures/*.svg, figures/*.pdf and tables/*.csv beside it.\n\
     The same numbers give the same bytes."
 )]
 pub(crate) struct Args {

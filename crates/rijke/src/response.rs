@@ -4,8 +4,7 @@ mod answer;
 
 use crate::{
     failure::{Classify, Failure},
-    number,
-    staging::write_whole,
+    figure, number,
     ui::Ui,
 };
 use answer::{Driven, Quantity};
@@ -52,8 +51,8 @@ pub(crate) struct Args {
     /// Print comma-separated values: real and imaginary parts.
     #[arg(long)]
     csv: bool,
-    /// Draw modulus and phase into this SVG file.
-    #[arg(long, value_name = "SVG")]
+    /// Draw modulus and phase into this file, which ends in .svg or .pdf.
+    #[arg(long, value_name = "FILE", value_parser = figure::file)]
     plot: Option<PathBuf>,
 }
 
@@ -96,13 +95,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             modulus: values.iter().map(|z| z.norm()).collect(),
             phase_deg: values.iter().map(|z| z.arg().to_degrees()).collect(),
         };
-        let figure = ResponseFigure {
+        let drawn = ResponseFigure {
             title: driven.title.clone().unwrap_or_else(|| "Forced response".to_owned()),
             frequency_hz: frequencies,
             curves: columns.iter().map(curve).collect(),
         };
-        write_whole(path, figure.svg().as_bytes())?;
-        ui.note(format!("wrote {}", path.display()));
+        figure::write(path, &drawn.svg(), ui)?;
     }
     Ok(())
 }

@@ -62,13 +62,18 @@ impl Figure {
         }
         let mut cursor = [16.0, rows as f64 * cell_height + LINE];
         for key in &self.legend {
-            let wide = MARK + text::width(&key.label, LEGEND) + GAP;
+            let lines = text::wrapped(&key.label, LEGEND, width - 16.0 - MARK);
+            let longest = lines.iter().map(|line| text::width(line, LEGEND)).fold(0.0, f64::max);
+            let wide = MARK + longest + GAP;
             if cursor[0] > 16.0 && cursor[0] + wide > width {
                 cursor = [16.0, cursor[1] + LINE];
             }
             let (x, y) = (px(cursor[0]), px(cursor[1] - 0.35 * LEGEND));
             body += &format!("<g transform=\"translate({x} {y})\">{}</g>", key.mark.elements());
-            body += &panel::write([cursor[0] + MARK, cursor[1]], "start", LEGEND, &key.label);
+            for (k, line) in lines.iter().enumerate() {
+                cursor[1] += if k > 0 { LINE } else { 0.0 };
+                body += &panel::write([cursor[0] + MARK, cursor[1]], "start", LEGEND, line.trim_end());
+            }
             cursor[0] += wide;
         }
         self.document([width, cursor[1] + 12.0], &self.title, &body)

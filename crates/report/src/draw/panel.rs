@@ -13,6 +13,9 @@ const RIGHT: f64 = 22.0;
 const TOP: f64 = 24.0;
 const BOTTOM: f64 = 44.0;
 
+/// Width of a panel that becomes one column of a journal, pixels: letters then have 7 to 8 points.
+pub(crate) const COLUMN: f64 = 430.0;
+
 /// Radius of the dot of a measured point.
 pub(crate) const DOT: f64 = 2.8;
 

@@ -31,15 +31,15 @@ impl Stroke {
 }
 
 /// Colours that people with any common colour vision tell apart (Okabe and Ito 2008, "Color Universal Design"), yellow
-/// left out because it vanishes on white. Dashes tell models apart on a grey print, and where lines coincide.
+/// left out because it vanishes on white. Each has dashes of its own, for a grey print and where lines coincide.
 const MODELS: [Stroke; 7] = [
     Stroke::solid("#0072b2", 1.6),
     Stroke::dashed("#e69f00", 1.6, "6 3"),
     Stroke::dashed("#009e73", 1.6, "2 2.5"),
-    Stroke::dashed("#cc79a7", 1.8, "9 3"),
+    Stroke::dashed("#cc79a7", 1.8, "12 2.5 2 2.5"),
     Stroke::dashed("#56b4e9", 1.8, "1.5 2 6 2"),
-    Stroke::solid("#d55e00", 2.0),
-    Stroke::dashed("#6b6b6b", 1.6, "4 2"),
+    Stroke::dashed("#d55e00", 1.8, "15 4"),
+    Stroke::dashed("#6b6b6b", 1.6, "8 2 1.5 2 1.5 2"),
 ];
 
 /// The style of the model at a place in its table; styles repeat after seven.
@@ -47,11 +47,42 @@ pub(crate) fn model_stroke(index: usize) -> Stroke {
     MODELS[index % MODELS.len()]
 }
 
-/// Colours of an ordered quantity, such as the power of the gauze: from blue over green to red, each darker than the paper.
-const SCALE: [&str; 7] = ["#2b4c7e", "#3c7bb0", "#2f9c95", "#6a9c3f", "#c29a1b", "#de6f26", "#b3202c"];
+/// Colours of an ordered quantity, such as the power of the gauze: from dark blue over red to light orange. On a grey print they have
+/// equal steps from dark to light, 20 of 255.
+const SCALE: [&str; 7] = ["#22306e", "#54329a", "#8a3a98", "#b54a86", "#d3645f", "#e28640", "#e3ab32"];
 
 /// The colour of step `index` of `count` on an ordered scale.
 pub(crate) fn scale_colour(index: usize, count: usize) -> &'static str {
     let last = SCALE.len() - 1;
     SCALE[(index * last).checked_div(count.saturating_sub(1)).unwrap_or(last).min(last)]
+}
+
+/// The line of step `index` of `count`: every other one is dashed, so that neighbours differ without colour too.
+pub(crate) fn scale_stroke(index: usize, count: usize, width: f64) -> Stroke {
+    Stroke { colour: scale_colour(index, count), width, dash: if index % 2 == 1 { "5 2.5" } else { "" } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lightness on a grey print, 0 to 255 (luma of ITU-R BT.601).
+    fn grey(colour: &str) -> f64 {
+        let part = |k: usize| f64::from(u8::from_str_radix(&colour[k..k + 2], 16).unwrap());
+        0.299 * part(1) + 0.587 * part(3) + 0.114 * part(5)
+    }
+
+    #[test]
+    fn exact_lines_differ_without_colour() {
+        let dashes: std::collections::BTreeSet<_> = MODELS.iter().map(|m| m.dash).collect();
+        assert_eq!(dashes.len(), MODELS.len());
+        assert!(MODELS.iter().all(|m| grey(m.colour) < 170.0), "too light on white");
+        assert!(
+            SCALE.windows(2).all(|w| (15.0..25.0).contains(&(grey(w[1]) - grey(w[0])))),
+            "{:?}",
+            SCALE.map(grey)
+        );
+        assert!(grey(SCALE[6]) < 180.0, "too light on white");
+        assert_ne!(scale_stroke(2, 7, 1.0).dash, scale_stroke(3, 7, 1.0).dash);
+    }
 }

@@ -90,6 +90,23 @@ pub(super) fn width(label: &str, size: f64) -> f64 {
     size * widths
 }
 
+/// The label in lines that are no wider than `room` where it has spaces; italics stay on one line.
+pub(super) fn wrapped(label: &str, size: f64, room: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in label.split_inclusive(' ') {
+        match lines.last_mut() {
+            Some(line)
+                if line.matches('*').count() % 2 == 1
+                    || width(line, size) + width(word.trim_end(), size) <= room =>
+            {
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// A number with `decimals` decimals and a true minus sign.
 pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
@@ -112,7 +129,7 @@ pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Cuts a label into stretches. A mark that is not closed is ordinary text.
+/// Cuts a label into stretches. A mark that is not closed is ordinary text, but a `^` before a whole number, as units have it.
 fn runs(label: &str) -> Vec<Run<'_>> {
     let (mut runs, mut rest, mut italic) = (Vec::new(), label, false);
     while !rest.is_empty() {
@@ -130,12 +147,22 @@ fn runs(label: &str) -> Vec<Run<'_>> {
             let level = if mark == "_" { Level::Below } else { Level::Above };
             runs.push(Run { text: inside, italic: false, level });
             rest = after;
+        } else if let Some(end) = power(tail).filter(|_| mark == "^") {
+            runs.push(Run { text: &tail[..end], italic: false, level: Level::Above });
+            rest = &tail[end..];
         } else {
             runs.push(Run { text: mark, italic, level: Level::Base });
             rest = tail;
         }
     }
     runs
+}
+
+/// Where the whole number ends with which a text begins.
+fn power(text: &str) -> Option<usize> {
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    let count = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    (count > 0).then_some(text.len() - digits.len() + count)
 }
 
 #[cfg(test)]
@@ -158,6 +185,15 @@ mod tests {
     #[test]
     fn exact_unclosed_marks_are_text() {
         assert_eq!(html("a_b ^ 5*"), "a_b ^ 5*");
+        assert_eq!(html("m^3 s^-1, 2^n, Pr^(-1/2)"), "m<sup>3</sup> s<sup>\u{2212}1</sup>, 2^n, Pr^(-1/2)");
+    }
+
+    #[test]
+    fn exact_long_labels_are_wrapped() {
+        let room = width("a delay and x", 10.0);
+        let lines = wrapped("a delay and *two words* of it", 10.0, room);
+        assert_eq!(lines, ["a delay and ", "*two words* of ", "it"]);
+        assert_eq!(wrapped("endless", 10.0, 1.0), ["endless"]);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::numbers::chance;
 use crate::draw::html;
 use rijke_engine::run::{
     Answer, AnswerPanel, Checks, Frame, FrameColumn, FrameRow, Layer, LayerLook, PointCheck, StageRecord,
-    SumCheck,
+    SumCheck, symbol,
 };
 use std::collections::BTreeMap;
 
@@ -107,7 +107,7 @@ pub(super) fn residuals(factors: &[(String, String)], stage: &StageRecord) -> Op
     let checks = stage.checks.as_ref()?;
     let factors = || factors.iter().map(|(name, unit)| (name.as_str(), unit.as_str()));
     let mut columns: Vec<FrameColumn> =
-        factors().map(|(name, unit)| FrameColumn::new(name, name, unit)).collect();
+        factors().map(|(name, unit)| FrameColumn::new(name, &symbol(name), unit)).collect();
     columns.push(FrameColumn::new("frequency", "Frequency", "Hz"));
     columns.push(FrameColumn::new("residual", "Residual, given all other points", "1"));
     let last = columns.len() - 1;

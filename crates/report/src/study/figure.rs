@@ -1,16 +1,27 @@
 //! The figure of an answer: any question, any factor. One table, one colour per series.
 
-use crate::draw::{Axis, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
-use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook};
+use crate::draw::{Axis, COLUMN, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_stroke};
+use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook, symbol};
 use rijke_rig::DataKind;
 
-const SIZE: [f64; 2] = [520.0, 360.0];
+/// Where a figure will be seen.
+pub(super) struct Place {
+    /// Size of a panel, pixels.
+    size: [f64; 2],
+    /// Panels in a row at most.
+    columns: usize,
+}
+
+/// The page of the study.
+pub(super) const PAGE: Place = Place { size: [520.0, 360.0], columns: 3 };
+/// A journal, of two columns.
+pub(super) const PAPER: Place = Place { size: [COLUMN, 300.0], columns: 2 };
 
 /// Of more ellipses than these the inner one is drawn alone.
 const FEW: usize = 8;
 
 /// The figure of an answer; none where there is nothing to draw.
-pub(super) fn of(kind: Option<DataKind>, answer: &Answer) -> Option<Figure> {
+pub(super) fn of(kind: Option<DataKind>, answer: &Answer, place: &Place) -> Option<Figure> {
     if answer.panels.is_empty() {
         return None;
     }
@@ -18,11 +29,16 @@ pub(super) fn of(kind: Option<DataKind>, answer: &Answer) -> Option<Figure> {
     let tag = |k: usize| {
         if answer.panels.len() > 1 { format!("({})", char::from(b'a' + k as u8)) } else { String::new() }
     };
-    let panels = answer.panels.iter().enumerate().map(|(k, p)| panel(answer, p, &tag(k), &colours)).collect();
+    let panels = answer
+        .panels
+        .iter()
+        .enumerate()
+        .map(|(k, p)| panel(answer, p, &tag(k), &colours, place.size))
+        .collect();
     Some(Figure {
         title: answer.title.clone(),
         caption: answer.caption.clone(),
-        columns: answer.panels.len().min(if answer.panels.len() == 3 { 3 } else { 2 }),
+        columns: answer.panels.len().min(if answer.panels.len() == 3 { place.columns } else { 2 }),
         panels,
         legend: colours.legend(answer),
         data: kind,
@@ -59,7 +75,7 @@ impl Colours {
     fn stroke(&self, series: &str) -> Stroke {
         match self.place(series) {
             Some(k) if self.names.len() > 2 && value(series).is_some() => {
-                Stroke::solid(scale_colour(k, self.names.len()), 1.4)
+                scale_stroke(k, self.names.len(), 1.4)
             }
             Some(k) => model_stroke(k),
             None => Stroke::solid(INK, 1.2),
@@ -76,10 +92,13 @@ impl Colours {
         }
         for name in &self.names {
             let stroke = self.stroke(name);
-            let line =
-                all().any(|l| matches!(l.look, LayerLook::Line | LayerLook::Dashes | LayerLook::Ellipse));
+            let line = all().any(|l| l.look != LayerLook::Dots);
             let mark = if line { Mark::Line(stroke) } else { Mark::Dot(stroke.colour) };
-            keys.push(Key { mark, label: name.clone() });
+            let label = match name.split_once(" = ") {
+                Some((factor, rest)) => format!("{} = {rest}", symbol(factor)),
+                None => name.clone(),
+            };
+            keys.push(Key { mark, label });
         }
         keys
     }
@@ -97,7 +116,7 @@ fn is_coloured(look: LayerLook, answer: &Answer) -> bool {
     look != LayerLook::Dots || !layers.any(|l| !matches!(l.look, LayerLook::Dots | LayerLook::Band))
 }
 
-fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours) -> Panel {
+fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours, size: [f64; 2]) -> Panel {
     let number = |row: &FrameRow, column: usize| row.values.get(column).copied().flatten();
     let (mut xs, mut ys) = (Vec::new(), Vec::new());
     for layer in &panel.layers {
@@ -117,7 +136,7 @@ fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours) -> 
     let x_axis = Axis::covering(&panel.x, spans(&xs));
     let y_axis = Axis::covering(&panel.y, spans(&ys));
     let dash = 0.012 * (x_axis.high - x_axis.low);
-    let mut drawn = Panel::new(tag, SIZE, x_axis, y_axis);
+    let mut drawn = Panel::new(tag, size, x_axis, y_axis);
     for layer in &panel.layers {
         draw(
             &mut drawn,

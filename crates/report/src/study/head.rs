@@ -29,7 +29,7 @@ impl StudyHead {
             question: study.plan.question.clone(),
             kind: observations.kind,
             source: observations.source.clone(),
-            factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit.clone())).collect(),
+            factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit_in_print())).collect(),
             claims: study.claims.clone(),
         }
     }

@@ -32,7 +32,7 @@ const SCRIPT: &str = include_str!("page.js");
 /// The figure of an answer as the text of an SVG file; none where there is nothing to draw.
 #[must_use]
 pub fn answer_svg(kind: Option<DataKind>, answer: &Answer) -> Option<String> {
-    figure::of(kind, answer).map(|figure| figure.svg())
+    figure::of(kind, answer, &figure::PAPER).map(|figure| figure.svg())
 }
 
 impl StudyPage {
@@ -126,8 +126,13 @@ impl StudyPage {
             // The table of a stage's models has the stage's name.
             self.table(&name, frame)?;
         }
-        let Some(figure) = figure::of(Some(head.kind), answer) else { return Ok(String::new()) };
-        self.files.push((format!("figures/{}.svg", answer.id), figure.svg().into_bytes()));
+        let Some(figure) = figure::of(Some(head.kind), answer, &figure::PAGE) else {
+            return Ok(String::new());
+        };
+        if let Some(svg) = answer_svg(Some(head.kind), answer) {
+            self.files.push((format!("figures/{}.pdf", answer.id), crate::pdf(&svg)?));
+            self.files.push((format!("figures/{}.svg", answer.id), svg.into_bytes()));
+        }
         let of = stage.map_or(String::new(), |s| format!(" data-stage=\"{}\"", s.id));
         Ok(format!(
             "<figure{of}>{}<figcaption>{}</figcaption></figure>\n",

@@ -43,10 +43,11 @@ const solver = (model) => {
         M.exp(M.x, M.y);
       }
     },
-    // I1(z)/I0(z) for Re z >= 0: Hankel's series (DLMF 10.40.1), nearer by z/(2 + z^2/(4 + z^2/(6 + ...))) (DLMF 10.33.1).
+    // I1(z)/I0(z) for Re z >= 0: where exp(-2z) is below rounding and z is far, Hankel's series (DLMF 10.40.1), elsewhere
+    // z/(2 + z^2/(4 + z^2/(6 + ...))) (DLMF 10.33.1).
     bessel_ratio(a, b) {
       const square = a * a + b * b;
-      if (square > 1600) {
+      if (square > 1600 && a > 18) {
         M.over(1, 0, a, b);
         const u = M.x, v = M.y;
         const series = (mu) => {
@@ -569,5 +570,6 @@ const solver = (model) => {
     const most = Math.max(...points.map((point) => point[1]));
     return points.map(([x, size]) => [x, size / most]);
   };
-  return { chain, solve, slopes, shape, fitted, cornersOf };
+  const bessel_ratio = (a, b) => { M.bessel_ratio(a, b); return [M.x, M.y]; };
+  return { chain, solve, slopes, shape, fitted, cornersOf, bessel_ratio };
 };

@@ -2,6 +2,7 @@
 
 use super::document::Document;
 use crate::failure::{Classify, Failure};
+use crate::figure::both;
 use rijke_flow::assimilate::{CALIBRATION, RunReport, SnapshotReport};
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, gallery};
 use std::collections::BTreeMap;
@@ -12,18 +13,14 @@ use std::path::Path;
 pub(super) fn write(document: &Document, beside: &[RunReport], folder: &Path) -> Result<(), Failure> {
     let folder = folder.join("plots");
     std::fs::create_dir_all(&folder).or_failed().map_err(|f| f.at(&folder))?;
-    let write = |name: &str, text: &str| {
-        let path = folder.join(name);
-        std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))
-    };
     let mut page = String::new();
     let mut show = |name: &str, title: &str, svg: &str| -> Result<(), Failure> {
-        write(name, svg)?;
-        let _ = writeln!(page, "<h2>{title}</h2>\n<p><img src=\"{name}\" alt=\"{title}\"></p>");
+        both(&folder, name, svg)?;
+        let _ = writeln!(page, "<h2>{title}</h2>\n<p><img src=\"{name}.svg\" alt=\"{title}\"></p>");
         Ok(())
     };
     if !document.runs.is_empty() {
-        show("figure-2.svg", "Velocity at the heater and speed of sound", &base_flow(document).svg())?;
+        show("figure-2", "Velocity at the heater and speed of sound", &base_flow(document).svg())?;
     }
     let mut filtered = false;
     for run in document.runs.iter().filter(|r| !r.history.is_empty()) {
@@ -32,12 +29,13 @@ pub(super) fn write(document: &Document, beside: &[RunReport], folder: &Path) ->
         let batch = beside.iter().find(|b| b.heater_m == run.heater_m);
         let panels = panels(run, batch);
         let figure = RecordFigure { title: title.clone(), data: document.kind, panels };
-        show(&format!("filter-{:02.0}.svg", 100.0 * run.heater_m), &title, &figure.svg())?;
+        show(&format!("filter-{:02.0}", 100.0 * run.heater_m), &title, &figure.svg())?;
     }
     if filtered {
         page += &calibration();
     }
-    write("index.html", &gallery("Base flow", &page))
+    let path = folder.join("index.html");
+    std::fs::write(&path, gallery("Base flow", &page)).or_failed().map_err(|f| f.at(&path))
 }
 
 /// Fig. 2: velocity at the heater over its position, a curve per power, and the speed of sound along the tube at the highest power.

@@ -4,7 +4,7 @@ mod advice;
 mod chain;
 mod print;
 
-use crate::{failure::Failure, number, staging::write_whole, ui::Ui};
+use crate::{failure::Failure, figure, number, staging::write_whole, ui::Ui};
 use chain::Case;
 use print::along;
 use rijke_report::{ModeCurves, ModesFigure};
@@ -43,8 +43,8 @@ pub(crate) struct Args {
     /// Say where a small device or change would stabilise each mode most, and by how much.
     #[arg(long)]
     sensitivity: bool,
-    /// Draw the s-plane, the mode shapes and the sensitivities along x into this SVG file.
-    #[arg(long, value_name = "SVG")]
+    /// Draw the s-plane, the mode shapes and the sensitivities along x into this file, which ends in .svg or .pdf.
+    #[arg(long, value_name = "FILE", value_parser = figure::file)]
     plot: Option<PathBuf>,
     /// Write the mode shapes and the sensitivities along x into this CSV file.
     #[arg(long, value_name = "CSV")]
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ui.note(format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.plot {
-        let figure = ModesFigure {
+        let drawn = ModesFigure {
             title: case.title.clone().unwrap_or_else(|| "Acoustic modes".to_owned()),
             growth_rate: case.region.sigma,
             frequency_hz: case.region.omega.map(|w| w / (2.0 * PI)),
@@ -123,8 +123,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             poles: case.poles()?,
             devices: case.devices.clone(),
         };
-        write_whole(path, figure.svg().as_bytes())?;
-        ui.note(format!("wrote {}", path.display()));
+        figure::write(path, &drawn.svg(), ui)?;
     }
     Ok(())
 }

@@ -1,8 +1,9 @@
 //! Pictures of records: what was recorded, what was fitted, what is left, and the delays of the channels.
 
 use crate::failure::{Classify, Failure};
+use crate::figure::both;
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, gallery};
-use rijke_rig::{RecordSource, RigError};
+use rijke_rig::RecordSource;
 use rijke_signal::{
     ChannelDelays, ClickPicture, LiveRecord, PingFit, PingOptions, ProcessOptions, Processed, Trace,
     click_options, fit_ping, picture_click,
@@ -10,7 +11,7 @@ use rijke_signal::{
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Writes `plots/index.html` and one SVG for the first accepted ping and click of every operating point and for every
+/// Writes `plots/index.html` and one figure, as SVG and PDF, for the first accepted ping and click of every operating point and for every
 /// rejected one.
 pub(super) fn write(
     source: &dyn RecordSource,
@@ -19,14 +20,6 @@ pub(super) fn write(
     folder: &Path,
 ) -> Result<(), Failure> {
     let folder = folder.join("plots");
-    let write = |name: &str, text: &str| -> Result<(), Failure> {
-        let path = folder.join(name);
-        let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-        written
-            .and_then(|()| std::fs::write(&path, text))
-            .map_err(|cause| RigError::Write { path, cause })
-            .or_failed()
-    };
     let reason = |name: &str| {
         processed.observations.rejections.iter().find(|r| r.record == name).map(|r| r.reason.as_str())
     };
@@ -38,16 +31,15 @@ pub(super) fn write(
     for (what, found) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
         delays.panels.extend(found.as_ref().map(|d| delay_panel(what, d)));
     }
-    write("delays.svg", &delays.svg())?;
+    both(&folder, "delays", &delays.svg())?;
     page +=
         "<h2>Delays of the channels</h2>\n<p><img src=\"delays.svg\" alt=\"Delays of the channels\"></p>\n";
     page += "<h2>Records</h2>\n<ul>\n";
     for (k, (records, point)) in set.points.iter().zip(&processed.observations.points).enumerate() {
         let mut entry = |name: &str, svg: &str| -> Result<(), Failure> {
-            let file = format!("{name}.svg");
-            write(&file, svg)?;
+            both(&folder, name, svg)?;
             let reason = reason(name).map_or(String::new(), |r| format!(": rejected, {}", escape(r)));
-            let _ = writeln!(page, "<li><a href=\"{file}\">{}</a>{reason}</li>", escape(name));
+            let _ = writeln!(page, "<li><a href=\"{name}.svg\">{}</a>{reason}</li>", escape(name));
             Ok(())
         };
         let first = |repeats: &[u32]| repeats.first().map_or(usize::MAX, |n| *n as usize);
@@ -80,7 +72,8 @@ pub(super) fn write(
         }
     }
     page += "</ul>\n";
-    write("index.html", &gallery("Records and fits", &page))
+    let path = folder.join("index.html");
+    std::fs::write(&path, gallery("Records and fits", &page)).or_failed().map_err(|f| f.at(&path))
 }
 
 fn escape(text: &str) -> String {

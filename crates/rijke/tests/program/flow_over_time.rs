@@ -71,4 +71,5 @@ fn exact_a_filter_is_drawn_beside_the_batch_fit() {
         assert!(figure.contains(part), "{part}");
     }
     assert!(!figure.contains("NaN"));
+    assert!(folder.join("base-flow/plots/filter-25.pdf").is_file());
 }

@@ -78,11 +78,11 @@ const STEPS: [Step; 5] = [
     },
 ];
 
-/// Commands whose undisturbed run is quick enough to be made for the comparison: OUT is what they write.
+/// Commands whose undisturbed run is quick enough to be made for the comparison: OUT is what they write, a name that a figure may have.
 const QUICK: [&str; 8] = [
     "new OUT --template quarter-wave",
     "lab --row C3 --repeats 1 --out OUT",
-    "predict whole --stage prongs --map X_h,heater --svg OUT",
+    "predict whole --stage prongs --map X_h,heater --plot OUT",
     "infer EXAMPLES/ducted-flame/n-tau.toml --data EXAMPLES/ducted-flame/modes.csv --fitted OUT",
     "modes NETWORK --plot OUT",
     "modes NETWORK --along OUT",
@@ -106,7 +106,7 @@ fn behaviour_every_interrupted_command_leaves_all_or_nothing() {
         assert!(interrupted > 0, "{words} was too short to be interrupted");
     }
     for (k, words) in QUICK.iter().enumerate() {
-        let (torn, whole) = (format!("torn-{k}"), format!("whole-{k}"));
+        let (torn, whole) = (format!("torn-{k}.pdf"), format!("whole-{k}.pdf"));
         assert!(start(&folder, &words.replace("OUT", &whole)).wait().unwrap().success(), "{words}");
         let whole = files(&folder.join(whole));
         assert!(!whole.is_empty(), "{words} writes nothing");

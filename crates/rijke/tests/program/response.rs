@@ -90,6 +90,20 @@ fn exact_table_csv_json_and_plot_hold_the_same() {
     }
     let svg = fs::read_to_string(folder.join("r.svg")).unwrap();
     assert!(svg.contains("phase / deg") && svg.contains("R at middle"), "{svg}");
+    assert_eq!(with(&["--plot", "r.pdf"]), table);
+    assert_eq!(fs::read(folder.join("r.pdf")).unwrap(), rijke_report::pdf(&svg).unwrap());
+}
+
+#[test]
+fn message_a_figure_is_svg_or_pdf() {
+    let folder = scratch("figure-ending");
+    for command in ["response", "modes"] {
+        let output = rijke(&folder, &[command, "absent.toml", "--plot", "r.png"]);
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.contains("'r.png'") && text.contains("name a file that ends in .svg or .pdf"), "{text}");
+    }
+    assert!(fs::read_dir(&folder).unwrap().next().is_none());
 }
 
 #[test]

@@ -42,7 +42,7 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
         let predicted = cells[at].parse::<f64>().unwrap() / std::f64::consts::TAU;
         assert!((predicted - measured(cells[0], cells[1])).abs() < 1.0, "{row}");
     }
-    assert_eq!(csv(&["--map", "x_g,Q", "--svg", "map.svg"]).lines().count(), 1 + 2 * 15 * 15);
+    assert_eq!(csv(&["--map", "x_g,Q", "--plot", "map.svg"]).lines().count(), 1 + 2 * 15 * 15);
     let map = fs::read_to_string(folder.join("map.svg")).unwrap();
     assert!(map.contains("probability of instability") && !map.contains("NaN"));
     // A second run does not overwrite what a first one found.

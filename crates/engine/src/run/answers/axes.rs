@@ -97,8 +97,8 @@ pub(super) fn axis_label(column: &FrameColumn) -> String {
     }
 }
 
-/// A name of files in print: `X_h` becomes an italic X with h below.
-pub(super) fn symbol(name: &str) -> String {
+/// A name of files in print, in the markup of labels: `X_h` becomes an italic X with h below.
+pub fn symbol(name: &str) -> String {
     match name.split_once('_') {
         Some((base, below)) if base.chars().count() == 1 => format!("*{base}*_{{{below}}}"),
         None if name.chars().count() == 1 => format!("*{name}*"),

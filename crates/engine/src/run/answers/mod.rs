@@ -7,6 +7,8 @@ mod point_by_point;
 mod prediction;
 mod ranking;
 
+pub use axes::symbol;
+
 use super::course::Run;
 use super::frame::Frame;
 use super::record::ParameterRecord;
