@@ -55,12 +55,17 @@ impl Study {
         })
     }
 
-    /// Reads the observations and gets ready for the first stage. `trusted`: `laplace`, `checked` or `nested`.
-    fn start(&self, py: Python<'_>, trusted: &str, error: f64) -> Answer<Run> {
+    /// Reads the observations and gets ready for the first stage. `trusted`: `laplace`, `checked` or `nested`. No stage runs after `until`.
+    #[pyo3(signature = (trusted, error, until))]
+    fn start(&self, py: Python<'_>, trusted: &str, error: f64, until: Option<&str>) -> Answer<Run> {
         let trusted = trust(trusted, error)?;
         let run = py.detach(|| -> Answer<_> {
             let observations = self.study.observations()?;
-            Ok(rijke_engine::run::Run::new(self.study.clone(), &observations, trusted)?)
+            let mut study = self.study.clone();
+            if let Some((k, _)) = until.and_then(|id| study.plan.stage(id)) {
+                study.plan.stages.truncate(k + 1);
+            }
+            Ok(rijke_engine::run::Run::new(study, &observations, trusted)?)
         })?;
         Ok(Run { stopped: run.stopped.clone(), run: Mutex::new(run) })
     }
@@ -208,6 +213,7 @@ impl Run {
 
     /// What to measure next, of points given by their factors or of those of the stage: JSON, see `rijke next`. `aim` is `models`, or nothing
     /// for the parameters, or for the growth rate at the point `about`.
+    #[expect(clippy::too_many_arguments, reason = "those of the function of Python")]
     fn suggest(
         &self,
         py: Python<'_>,

@@ -140,7 +140,7 @@ def test_behaviour_samplers_take_the_model_of_a_study(sampler: str) -> None:
     pytest.importorskip(sampler)
     import pymc_study
 
-    summary = {"pymc": pymc_study.by_pymc, "nutpie": pymc_study.by_nutpie}[sampler]()
+    summary = pymc_study.summary(sampler, pymc_study.problem())
     print(summary)
     assert (summary["r_hat"] < 1.01).all()
     assert (summary["ess_bulk"] > 400).all()

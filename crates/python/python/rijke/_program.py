@@ -28,7 +28,7 @@ def call(words: List[str]) -> Any:
         raise InputError("the program `rijke`, which does this step, is not installed", None, None, remedy)
     # It ends itself as soon as its input is closed, so that it does not outlive this process.
     with subprocess.Popen(
-        [program, *words, "--json", "--until-stdin-closes"],
+        [program, "--until-stdin-closes", *words, "--json"],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8",
     ) as child:
         try:

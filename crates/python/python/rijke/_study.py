@@ -158,7 +158,7 @@ class Study:
         error : float
             Statistical error of nested sampling, nats.
         until : str, optional
-            The last stage to run. Later stages still count where one leaves models open.
+            The last stage to run, as ``rijke rank --until`` takes it.
         """
         import json
 
@@ -166,9 +166,10 @@ class Study:
             remedy = f"Give one of {', '.join(self.stages)}."
             raise InputError(f"there is no stage called `{until}`", self.folder, None, remedy)
         call = told(progress, "stage")
-        run = self._native.start(trusted, error)
+        run = self._native.start(trusted, error, until)
         results = Results(self)
         stages = list(self.stages.items())
+        stages = stages[: list(self.stages).index(until) + 1] if until else stages
         for done, (_, title) in enumerate(stages):
             call(done, len(stages), title)
             text = run.next_stage()
@@ -176,8 +177,6 @@ class Study:
                 break
             stage = Stage(self, run, json.loads(text))
             results.stages[stage.id] = stage
-            if stage.id == until:
-                break
         self._results = results
         call(len(stages), len(stages), "")
         return results
