@@ -50,7 +50,7 @@ def draw():
     import matplotlib
 
     matplotlib.use("svg")
-    matplotlib.rcParams["svg.hashsalt"] = "rijke"  # the same bytes each time
+    matplotlib.rcParams.update({"svg.hashsalt": "rijke", "svg.fonttype": "none"})  # the same bytes each time
     import matplotlib.pyplot as plt
 
     rows = list(csv.DictReader((IMAGES / "search-cost.csv").open()))

@@ -40,17 +40,17 @@ def problem(folder: Any = ROOT / "examples" / "quarter-wave", stage: str = "heat
     measured = found.measured
     misfit = next(m["misfit"] for m in found.record["models"] if m["id"] == found.chosen)
     names = ("growth_rate", "angular_frequency")
-    values = np.concatenate([measured[name].to_numpy() for name in names])
-    variance = np.concatenate([measured[f"{name}_sd"].to_numpy() ** 2 + misfit[k] ** 2 for k, name in enumerate(names)])
+    values: Any = np.concatenate([measured[name].to_numpy() for name in names])
+    variance: Any = np.concatenate([measured[f"{name}_sd"].to_numpy() ** 2 + misfit[k] ** 2 for k, name in enumerate(names)])
     covariance = np.diag(variance)
     slope = model.jacobian(mean)[1]
     count = len(measured)
-    for row in posterior.noise.itertuples():
-        name, _, kind = str(row.name).partition(", ")
+    for named, sd in zip(posterior.noise["name"], posterior.noise["sd"]):
+        name, _, kind = str(named).partition(", ")
         if kind == "between installations" and name in model.names:
             k = model.names.index(name)
             # Each point was an installation of its own.
-            effect = row.sd * np.array([np.diag(slope[:, k].real), np.diag(slope[:, k].imag)]).reshape(2 * count, count)
+            effect = sd * np.array([np.diag(slope[:, k].real), np.diag(slope[:, k].imag)]).reshape(2 * count, count)
             covariance = covariance + effect @ effect.T
     precision = np.linalg.inv(covariance)
 

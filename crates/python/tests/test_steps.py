@@ -80,8 +80,8 @@ def test_exact_records_are_processed_as_by_the_program(
     monkeypatch.setenv("RIJKE", str(program))
     folder = tmp_path / "study"
     shutil.copytree(ROOT / "examples" / "juniper-yoko-2022", folder)
-    lab = [program, "lab", "--rows", "C3,H180", "--repeats", "2", "--out", folder / "records", "--quiet"]
-    subprocess.run(lab, check=True)
+    lab = ["lab", "--rows", "C3,H180", "--repeats", "2", "--out", str(folder / "records"), "--quiet"]
+    subprocess.run([str(program), *lab], check=True)
     study = rijke.Study(folder)
     frame = study.process()
     assert len(frame) > 19 and (frame["growth_rate"] < 0).any() and (frame["angular_frequency_sd"] > 0).all()
@@ -127,7 +127,6 @@ def test_exact_xarray_holds_the_tables(ranked: rijke.Study, tube: str) -> None:
 
 
 def test_behaviour_progress_is_a_bar_in_a_notebook(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    import IPython
     import IPython.display
     from rijke import _progress
 
@@ -144,7 +143,11 @@ def test_behaviour_progress_is_a_bar_in_a_notebook(monkeypatch: pytest.MonkeyPat
             shown.append(html.data)
 
     monkeypatch.setattr(_progress, "_in_notebook", lambda: True)
-    monkeypatch.setattr(IPython.display, "display", lambda html, display_id: shown.append(html.data) or Handle())
+    def display(html: Any, display_id: bool) -> Handle:
+        shown.append(html.data)
+        return Handle()
+
+    monkeypatch.setattr(IPython.display, "display", display)
     rijke.rank([model], rijke.Data([0.1], 0.1), progress=True)
     assert [text.split("</progress>")[1].strip() for text in shown] == ["model 0 of 1 constant", "model 1 of 1"]
 

@@ -74,9 +74,15 @@ class Posterior:
         independent given the parameters, with measured and floated variances; relative pressures and errors that several
         observations share are left out), ``constant_data`` (standard deviations).
         """
+        import warnings
+
         import arviz
         import numpy as np
 
+        kinds = [name for name, _, sd, _ in self._native.noise if "installation" in name and sd > 0.0]
+        if kinds or self._native.own < len(self.names):
+            words = "log_likelihood leaves out errors that observations of this stage share; see record['checks']['points'] instead"
+            warnings.warn(words, stacklevel=2)
         sample = self.draws(chains * draws, seed).reshape(chains, draws, -1)
         own = self._native.own
         s = self.model.solve(sample[..., :own])

@@ -39,14 +39,15 @@ class _Shown:
             print(f"{self.what} {done + 1} of {count}{': ' + title if title else ''}", file=sys.stderr, flush=True)
 
     def _draw(self, done: int, count: int, title: str) -> None:
-        from IPython.display import HTML, display
+        import IPython.display
 
         from ._html import escape
 
         bar = f"<progress value='{done}' max='{max(count, 1)}'></progress>"
-        html = HTML(f"{bar} {escape(self.what)} {done} of {count} {escape(title)}")
+        show: Any = IPython.display
+        html = show.HTML(f"{bar} {escape(self.what)} {done} of {count} {escape(title)}")
         if self.handle is None:
-            self.handle = display(html, display_id=True)
+            self.handle = show.display(html, display_id=True)
         else:
             self.handle.update(html)
 

@@ -333,7 +333,7 @@ class Stage:
         from ._table import dataset
 
         measured = self.measured.add_prefix("measured_")
-        columns = [name for name in measured if name.endswith("_sd")]
+        columns = [name for name in measured if str(name).endswith("_sd")]
         return dataset(self.predictions.join(measured[columns]), "observation")
 
     def predict(self, at: Points = None) -> pd.DataFrame:
@@ -470,6 +470,6 @@ class Suggestions:
         return f"<b>What to measure next: {self.record['total'][0]:.3f} nats</b>" + str(self.plan.to_html(index=False))
 
 
-def _points(at: Points) -> List[Dict[str, float]]:
+def _points(at: Any) -> List[Dict[str, float]]:
     rows = at.to_dict("records") if hasattr(at, "to_dict") else at or []
     return [{str(name): float(value) for name, value in row.items()} for row in rows]
