@@ -149,7 +149,8 @@ impl Forward for Callable<'_> {
 /// Fits every model to the data and ranks them by evidence. Returns JSON: the ranking, then a record of each model that could be
 /// fitted and draws from Laplace's Gaussian.
 #[pyfunction]
-#[pyo3(signature = (models, data, starts, importance, draws, seed))]
+#[pyo3(signature = (models, data, starts, importance, draws, seed, progress))]
+#[expect(clippy::too_many_arguments, reason = "those of the function of Python")]
 pub(crate) fn rank(
     py: Python<'_>,
     models: Vec<Own>,
@@ -158,13 +159,15 @@ pub(crate) fn rank(
     importance: usize,
     draws: usize,
     seed: u64,
+    progress: Py<PyAny>,
 ) -> PyResult<String> {
     let data = measured(data)?;
     let streams = Streams::new(seed);
     let options =
         AssessOptions { random_starts: starts, draws: importance, streams, ..AssessOptions::default() };
     let (mut entries, mut found) = (Vec::new(), Vec::new());
-    for own in &models {
+    for (done, own) in models.iter().enumerate() {
+        progress.call1(py, (done, models.len(), &own.name))?;
         let unknowns: Vec<Unknown> = serde_json::from_str(&own.parameters_json).map_err(Fault::input)?;
         let scales =
             unknowns.iter().map(|u| (u.prior.quantile(0.84) - u.prior.quantile(0.16)) / 2.0).collect();
@@ -194,6 +197,7 @@ pub(crate) fn rank(
             }
         }
     }
+    progress.call1(py, (models.len(), models.len(), ""))?;
     Ok(json!({ "ranking": rijke_inference::rank(entries), "models": found }).to_string())
 }
 
@@ -208,7 +212,7 @@ fn fit(
 ) -> PyResult<Result<Assessment, String>> {
     let stopped = AtomicBool::new(false);
     let forward = Callable { own, scales, stopped: &stopped, raised: Mutex::default() };
-    let outcome = listening(py, &stopped, || assess(&forward, data, parameters, options))?;
+    let outcome = listening(py, &stopped, || Ok(()), || assess(&forward, data, parameters, options))?;
     let raised = forward.raised.lock().ok().and_then(|mut raised| raised.take());
     match (raised, outcome) {
         (Some(error), Err(_)) => Err(error),

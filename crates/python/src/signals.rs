@@ -8,10 +8,12 @@ use std::time::Duration;
 /// How often Ctrl-C is looked for.
 const POLL: Duration = Duration::from_millis(2);
 
-/// Does `work` in a thread of its own, while this one listens for Ctrl-C and then sets `stopped`, upon which `work` has to end.
+/// Does `work` in a thread of its own, while this one listens for Ctrl-C and calls `news`. On Ctrl-C, or if `news` raises, it sets `stopped`,
+/// upon which `work` has to end.
 pub(crate) fn listening<T: Send>(
     py: Python<'_>,
     stopped: &AtomicBool,
+    mut news: impl FnMut() -> PyResult<()>,
     work: impl FnOnce() -> T + Send,
 ) -> PyResult<T> {
     std::thread::scope(|scope| {
@@ -19,7 +21,10 @@ pub(crate) fn listening<T: Send>(
         let mut interrupted = None;
         while !work.is_finished() {
             py.detach(|| std::thread::sleep(POLL));
-            if let Err(error) = py.check_signals() {
+            if interrupted.is_some() {
+                continue;
+            }
+            if let Err(error) = py.check_signals().and_then(|()| news()) {
                 stopped.store(true, Ordering::Relaxed);
                 interrupted = Some(error);
             }

@@ -11,7 +11,8 @@ NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_behaviour_notebooks_run(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_behaviour_notebooks_run(path: Path, program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIJKE", str(program))
     monkeypatch.setenv("MPLBACKEND", "agg")
     notebook = nbformat.read(path, as_version=4)
     NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(path.parent)}}).execute()
@@ -19,5 +20,5 @@ def test_behaviour_notebooks_run(path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_coverage_notebooks_are_found() -> None:
-    assert len(NOTEBOOKS) >= 3
+    assert len(NOTEBOOKS) >= 4
     assert not any(cell.get("outputs") for path in NOTEBOOKS for cell in nbformat.read(path, as_version=4).cells)

@@ -91,6 +91,34 @@ def test_behaviour_draws_and_arviz() -> None:
     assert 1.0 < arviz.loo(data).p_loo < 4.0
 
 
+def test_oracle_leave_one_out_of_arviz_is_the_closed_form() -> None:
+    import arviz
+
+    ranking = rijke.rank([line(1, hessian=lambda a: np.zeros((9, 2, 2)))], rijke.Data(Y, SD), draws=4000)
+    found = arviz.loo(ranking.to_arviz(), pointwise=True)
+    powers = X[:, None] ** np.arange(2)
+    precision = np.linalg.inv(4.0 * powers @ powers.T + SD**2 * np.eye(9))
+    # Of each number given the others: precision q, mean offset (Q y)_k/q.
+    q, pull = np.diag(precision), precision @ Y
+    exact_ones = 0.5 * np.log(q / (2 * np.pi)) - 0.5 * pull**2 / q
+    assert (found.pareto_k < 0.7).all()
+    assert abs(found.loo_i.values - exact_ones).max() < 0.05
+    assert found.elpd_loo == pytest.approx(exact_ones.sum(), abs=0.1)
+
+
+def test_behaviour_functions_of_jax_fit_as_they_are() -> None:
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    powers = X[:, None] ** np.arange(2)
+
+    def f(a: Any) -> Any:
+        return powers @ a
+
+    model = line(1, jacobian=jax.jit(jax.jacfwd(f)), hessian=jax.jit(jax.hessian(f)))
+    model.predict = jax.jit(f)
+    assert rijke.rank([model], rijke.Data(Y, SD)).frame["ln_marginal"][0] == pytest.approx(exact(1), abs=1e-6)
+
+
 def test_behaviour_an_exception_of_the_model_comes_through() -> None:
     def broken(a: Any) -> Any:
         raise KeyError("no such law")
@@ -140,7 +168,7 @@ def test_behaviour_samplers_take_the_model_of_a_study(sampler: str) -> None:
     pytest.importorskip(sampler)
     import pymc_study
 
-    summary = {"pymc": pymc_study.by_pymc, "nutpie": pymc_study.by_nutpie}[sampler]()
+    summary = pymc_study.summary(sampler, pymc_study.problem())
     print(summary)
     assert (summary["r_hat"] < 1.01).all()
     assert (summary["ess_bulk"] > 400).all()

@@ -8,6 +8,7 @@ use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
 use rijke_study::{BaseState, HeatedFit, Observations, Rig, Study};
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// How far an evidence is trusted or checked.
@@ -120,6 +121,8 @@ pub struct Run {
     pub(super) near: Near,
     /// Models trained with what enters predictions but not the comparison, by stage.
     pub(super) predicting: Mutex<BTreeMap<String, Arc<Trained>>>,
+    /// Set by another thread to end a stage before its next row.
+    pub stopped: Arc<AtomicBool>,
 }
 
 impl Run {
@@ -151,6 +154,7 @@ impl Run {
             ambient,
             near: Near::new(),
             predicting: Mutex::default(),
+            stopped: Arc::default(),
         })
     }
 
@@ -169,7 +173,16 @@ impl Run {
             ambient: self.ambient.clone(),
             near: Near::new(),
             predicting: Mutex::default(),
+            stopped: self.stopped.clone(),
         }
+    }
+
+    /// Whether to go on.
+    ///
+    /// # Errors
+    /// [`EngineError::Stopped`].
+    pub(super) fn go_on(&self) -> Result<(), EngineError> {
+        if self.stopped.load(Ordering::Relaxed) { Err(EngineError::Stopped) } else { Ok(()) }
     }
 
     /// What the stage called `id` chose, once it has run.

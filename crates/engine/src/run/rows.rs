@@ -89,6 +89,7 @@ impl Run {
         stands_on: StandsOn,
         trusted: Trusted,
     ) -> Result<Found, EngineError> {
+        self.go_on()?;
         let effects = row.own.iter().flat_map(|c| &c.effects);
         let law =
             |e: &Effect| (format!("{} at {}", e.coefficient.name(), e.place_text), e.law.source().to_owned());

@@ -53,13 +53,14 @@ impl Run {
     /// Runs the next stage; none after the last.
     ///
     /// # Errors
-    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], and models that cannot be assembled. One that cannot be fitted is a row
-    /// without evidence.
+    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Stopped`], and models that cannot be assembled. One that cannot
+    /// be fitted is a row without evidence.
     pub fn next_stage(&mut self) -> Result<Option<StageRecord>, EngineError> {
         let Some(stage) = self.study.plan.stages.get(self.done.len()).cloned() else { return Ok(None) };
         let (rows, mut results) = self.competed(&stage, &|_| true)?;
         let choices: Vec<&Choice> = rows.iter().map(|row| &row.choice).collect();
         let (carried, trained) = self.carried_on(&stage, &results, &choices);
+        self.go_on()?;
         let [winner, next] = goes_on(&stage, &results, &carried)?;
         let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());
         let assumes = self.assumes(&stage, &chosen);

@@ -17,8 +17,9 @@ from ._errors import ComputationError, InputError, RijkeError
 from ._native import VERSION as __version__
 from ._network import Along, Modes, Network, Response
 from ._own import Data, Noise, OwnModel, Parameter, Ranking, half_normal, log_normal, normal, rank, uniform
+from ._posterior import Model, Posterior
 from ._search import Search, search
-from ._study import Model, Posterior, Results, Stage, Study
+from ._study import Results, Stage, Study, Suggestions
 
 __all__ = [
     "Along",
@@ -39,6 +40,7 @@ __all__ = [
     "Search",
     "Stage",
     "Study",
+    "Suggestions",
     "__version__",
     "half_normal",
     "log_normal",

@@ -1,7 +1,7 @@
 """The compiled part of rijke. Use the classes of `rijke`, which say shapes and units."""
 
 import os
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union, final, overload
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,7 +60,8 @@ class Network:
 class Study:
     def __new__(cls, folder: Union[str, os.PathLike[str]]) -> Study: ...
     def summary(self) -> str: ...
-    def start(self, trusted: str, error: float) -> Run: ...
+    def check(self, observed: bool, sd: Sequence[float], ambient: float) -> str: ...
+    def start(self, trusted: str, error: float, until: Optional[str]) -> Run: ...
     def search(
         self,
         stage: Optional[str],
@@ -69,11 +70,22 @@ class Study:
         shard: Sequence[int],
         threads: int,
         tasks: Optional[Union[str, os.PathLike[str]]],
+        progress: Callable[[int, int], None],
     ) -> str: ...
 
 @final
 class Run:
     def next_stage(self) -> Optional[str]: ...
+    def forecast(self, id: str, asked: Sequence[Mapping[str, float]]) -> str: ...
+    def suggest(
+        self,
+        id: str,
+        asked: Sequence[Mapping[str, float]],
+        about: Optional[Mapping[str, float]],
+        models: bool,
+        points: int,
+        pressures: bool,
+    ) -> str: ...
     def posterior(self, id: str) -> Posterior: ...
     def for_predictions(self, id: str) -> Posterior: ...
 
@@ -105,5 +117,11 @@ class Model:
 
 def merge_searches(parts: Sequence[str]) -> str: ...
 def rank(
-    models: Sequence[Any], data: str, starts: int, importance: int, draws: int, seed: int
+    models: Sequence[Any],
+    data: str,
+    starts: int,
+    importance: int,
+    draws: int,
+    seed: int,
+    progress: Callable[[int, int, str], None],
 ) -> str: ...

@@ -6,7 +6,7 @@ import os
 
 from . import _native
 from ._errors import InputError
-from ._table import Table
+from ._table import Table, dataset, with_units
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     import numpy as np
     import pandas as pd
+    import xarray as xr
     from numpy.typing import ArrayLike, NDArray
 
     Place = Union[int, str]
@@ -233,6 +234,11 @@ class Modes(Table):
         last = {"condition": self.condition, "residual": self.residual, "multiplicity": self.multiplicity}
         return pd.concat([pd.DataFrame(own), pd.DataFrame(self.shares), pd.DataFrame(last)], axis=1)
 
+    @property
+    def xarray(self) -> xr.Dataset:
+        """The table for xarray, over ``mode``; with ``s``."""
+        return dataset(self.frame.assign(s=self.s), "mode")
+
     def __len__(self) -> int:
         return len(self.s)
 
@@ -299,6 +305,11 @@ class Along(Table):
 
         return pd.DataFrame({name: value for name, value in vars(self).items() if name != "s"})
 
+    @property
+    def xarray(self) -> xr.Dataset:
+        """The table for xarray, over ``x`` (m). Where the area jumps, one x stands twice."""
+        return dataset(self.frame, "x")
+
     def plot(self, axes: Any = None) -> Any:
         """Mode shape and sensitivities of the growth rate; returns matplotlib's two axes."""
         from ._plots import along
@@ -320,12 +331,36 @@ class Response(Table):
         Just before it.
     """
 
+    _FIELDS = ("pressure", "velocity", "pressure_before", "velocity_before")
+
     frequency_hz: NDArray[Any]
     x: NDArray[np.float64]
     pressure: NDArray[np.complex128]
     velocity: NDArray[np.complex128]
     pressure_before: NDArray[np.complex128]
     velocity_before: NDArray[np.complex128]
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """A table: a row per frequency and place."""
+        import numpy as np
+        import pandas as pd
+
+        n, places = self.pressure.shape
+        columns = {name: getattr(self, name).ravel() for name in self._FIELDS}
+        place, x = np.tile(np.arange(places), n), np.tile(self.x, n)
+        return pd.DataFrame({"frequency_hz": np.repeat(self.frequency_hz, places), "place": place, "x": x, **columns})
+
+    @property
+    def xarray(self) -> xr.Dataset:
+        """For xarray, over ``frequency_hz`` and ``place``; ``x`` (m) is a coordinate of the place."""
+        import numpy as np
+        import xarray as xr
+
+        fields = {name: (("frequency_hz", "place"), getattr(self, name)) for name in self._FIELDS}
+        places = {"place": np.arange(len(self.x)), "x": ("place", self.x)}
+        units = {name: "Pa" if name.startswith("pressure") else "m/s" for name in self._FIELDS}
+        return with_units(xr.Dataset(fields, {"frequency_hz": self.frequency_hz, **places}), {**units, "x": "m", "frequency_hz": "Hz"})
 
     def plot(self, place: int = 0, ax: Any = None) -> Any:
         """Modulus of the pressure behind a place against frequency; returns matplotlib's axes."""

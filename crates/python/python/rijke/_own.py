@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from . import _native
 from ._errors import InputError
+from ._progress import told
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -11,7 +12,10 @@ if TYPE_CHECKING:
 
     import numpy as np
     import pandas as pd
+    import xarray as xr
     from numpy.typing import ArrayLike, NDArray
+
+    from ._progress import Progress
 
     Prior = Dict[str, Dict[str, float]]
 
@@ -156,6 +160,7 @@ def rank(
     importance: int = 256,
     draws: int = 1000,
     seed: int = 0,
+    progress: Progress = False,
 ) -> Ranking:
     """Fit models to data and rank them by evidence.
 
@@ -172,10 +177,12 @@ def rank(
         Draws from Laplace's Gaussian to keep.
     seed : int
         Of all random numbers: the same seed gives the same bits.
+    progress : bool or callable
+        True shows a bar in a notebook, else a line per model. A callable is given (models done, all models, name of the next).
     """
     import json
 
-    found = json.loads(_native.rank(list(models), data._json(), starts, importance, draws, seed))
+    found = json.loads(_native.rank(list(models), data._json(), starts, importance, draws, seed, told(progress, "model")))
     return Ranking(list(models), data, found)
 
 
@@ -212,6 +219,19 @@ class Ranking:
                 "verdict": model["outcome"].get("Err") or warnings,
             })
         return pd.DataFrame(rows)
+
+    @property
+    def xarray(self) -> xr.Dataset:
+        """:attr:`frame` for xarray, over ``name``."""
+        from ._table import dataset
+
+        return dataset(self.frame, "name")
+
+    def plot_models(self, ax: Any = None) -> Any:
+        """Evidence of the models, best above; returns matplotlib's axes."""
+        from ._plots import ranking
+
+        return ranking(self, ax)
 
     def _found(self, name: Optional[str]) -> Dict[str, Any]:
         wanted = name or str(self.record["ranking"]["models"][0]["name"])

@@ -7,6 +7,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ._network import Along, Modes, Response
+    from ._own import Ranking
+    from ._search import Search
     from ._study import Stage
 
 
@@ -52,11 +54,30 @@ def response(found: Response, place: int, ax: Any) -> Any:
 
 def stage(found: Stage, ax: Any) -> Any:
     """Evidence of the models of a stage, best above."""
-    ax = _axes(ax)
-    models = found.models.dropna(subset=["ln_marginal"]).sort_values("ln_marginal")
-    ax.barh(models["id"], models["ln_marginal"] - models["ln_marginal"].max())
-    ax.set_xlabel("ln evidence below the best / nats")
+    ax = _evidence(found.models, "id", ax)
     ax.set_title(found.title)
+    return ax
+
+
+def ranking(found: Ranking, ax: Any) -> Any:
+    return _evidence(found.frame, "name", ax)
+
+
+def _evidence(models: Any, name: str, ax: Any) -> Any:
+    ax = _axes(ax)
+    models = models.dropna(subset=["ln_marginal"]).sort_values("ln_marginal")
+    ax.barh(models[name], models["ln_marginal"] - models["ln_marginal"].max())
+    ax.set_xlabel("ln evidence below the best / nats")
+    return ax
+
+
+def choices(found: Search, ax: Any) -> Any:
+    """Probability of each candidate, a bar each."""
+    ax = _axes(ax)
+    frame = found.choices[::-1]
+    words = [f"{role}: {candidate or 'none'}" for role, candidate in zip(frame["role"], frame["candidate"])]
+    ax.barh(words, frame["probability"])
+    ax.set_xlabel("probability")
     return ax
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from . import _native
+from ._progress import told
 from ._study import Study
 
 TYPE_CHECKING = False
@@ -12,6 +13,9 @@ if TYPE_CHECKING:
     from typing import Any, Dict, List, Optional, Union
 
     import pandas as pd
+    import xarray as xr
+
+    from ._progress import Progress
 
 #: Folders of a study that a search does not read.
 _UNREAD = ("live", "records", "results", "search")
@@ -26,6 +30,7 @@ def search(
     trusted: str = "checked",
     parts: Optional[int] = None,
     tasks: Optional[Union[str, "os.PathLike[str]"]] = None,
+    progress: Progress = False,
 ) -> Search:
     """Train every allowed combination of candidates over the stages of a study, as the program ``rijke search`` does.
 
@@ -47,11 +52,15 @@ def search(
         How many shards: by default four for each thread of the client's workers.
     tasks : path, optional
         A folder that keeps the result of each task, and from which a later search takes it. On a cluster all workers must see it.
+    progress : bool or callable
+        True shows a bar in a notebook, else lines. A callable is given how much is done, how much there is, and "": models here,
+        at most; shards on a cluster.
     """
     study = study if isinstance(study, Study) else Study(study)
     folder = None if tasks is None else os.path.abspath(os.fspath(tasks))
     if client is None:
-        found = [study._native.search(stage, within, trusted, [1, 1], 0, folder)]
+        call = told(progress, "model")
+        found = [study._native.search(stage, within, trusted, [1, 1], 0, folder, lambda done, of: call(done, of, ""))]
         return Search(_native.merge_searches(found))
     count = parts or 4 * max(1, sum(client.nthreads().values()))
     files = _files(study.folder)
@@ -60,6 +69,12 @@ def search(
         client.submit(_part, files, options, [k, count], folder, key=f"rijke-{_name(files, options)}-{k}-of-{count}")
         for k in range(1, count + 1)
     ]
+    if progress:
+        from distributed import as_completed
+
+        call = told(progress, "shard")
+        for done, _ in enumerate(as_completed(futures)):
+            call(done + 1, count, "")
     return Search(_native.merge_searches(client.gather(futures)))
 
 
@@ -109,6 +124,19 @@ class Search:
             for id, p in choice["candidates"]
         ]
         return pd.DataFrame(rows, columns=["role", "candidate", "probability"])
+
+    @property
+    def xarray(self) -> xr.Dataset:
+        """:attr:`frame` for xarray, over ``combination``."""
+        from ._table import dataset
+
+        return dataset(self.frame, "combination")
+
+    def plot_choices(self, ax: Any = None) -> Any:
+        """Probability of each candidate, by role; returns matplotlib's axes."""
+        from ._plots import choices
+
+        return choices(self, ax)
 
     @property
     def greedy(self) -> Dict[str, Any]:
@@ -167,4 +195,4 @@ def _part(files: Dict[str, bytes], options: Any, shard: List[int], tasks: Option
             with open(path, "wb") as file:
                 file.write(content)
         stage, within, trusted = options
-        return Study(folder)._native.search(stage, within, trusted, shard, 1, tasks)
+        return Study(folder)._native.search(stage, within, trusted, shard, 1, tasks, lambda done, of: None)

@@ -6,17 +6,19 @@ import os
 
 from . import _native
 from ._errors import InputError
+from ._posterior import Posterior
+from ._progress import told
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
+    from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Union
 
-    import numpy as np
     import pandas as pd
-    from numpy.typing import ArrayLike, NDArray
+    import xarray as xr
 
-    #: Called before each stage with the number of stages done, how many there are, and the title of the next.
-    Progress = Callable[[int, int, str], None]
+    from ._progress import Progress
+
+    Points = Union[Sequence[Mapping[str, float]], pd.DataFrame, None]
 
 
 class Study:
@@ -39,6 +41,7 @@ class Study:
         self.folder = os.fspath(folder)
         self._native = _native.Study(self.folder)
         self._summary: Dict[str, Any] = json.loads(self._native.summary())
+        self._results: Optional[Results] = None
 
     @property
     def name(self) -> str:
@@ -66,29 +69,107 @@ class Study:
             frame[name] = pd.array([row["factors"][k] for row in rows], dtype="Float64").to_numpy(float, na_value=float("nan"))
         return frame
 
+    def check(self, sd: Sequence[float] = (0.1, 1.0, 1e-3), ambient: float = 293.15) -> pd.DataFrame:
+        """What the campaign can tell of the parameters, before or after anything is measured, as ``rijke check`` says it.
+
+        Parameters
+        ----------
+        sd : three numbers
+            Noise of one operating point, model error included: growth rate (1/s), angular frequency (rad/s), relative pressure.
+        ambient : float
+            Temperature where the campaign states none, K.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row per stage, model and parameter. ``width``: the posterior sd to first order over that of the prior.
+            ``not_identified``: combinations of parameters that keep more than 0.9 of it. ``lost``: points without a mode at
+            the centre of the priors.
+        """
+        import json
+
+        import pandas as pd
+
+        beside = [os.path.join(self.folder, "observations", name) for name in ("observations.toml", "modes.csv", "pings.csv")]
+        found = json.loads(self._native.check(any(map(os.path.isfile, beside)), list(map(float, sd)), ambient))
+        rows = [
+            {
+                "stage": stage["id"], "model": model["id"], "parameter": name, "width": width,
+                "not_identified": "; ".join(words for words, _ in model["unidentified"]), "lost": ", ".join(model["lost"]),
+            }
+            for stage in found["stages"] for model in stage["models"] for name, width in model["widths"]
+        ]
+        return pd.DataFrame(rows, columns=["stage", "model", "parameter", "width", "not_identified", "lost"])
+
+    def process(self, force: bool = False) -> pd.DataFrame:
+        """Turn the records of the study into ``observations``, as ``rijke process`` does; needs that program.
+
+        Returns a row per operating point: ``point``, ``pings``, ``clicks``, growth rate (1/s) and angular frequency (rad/s) with
+        sd. Records of random noise or blows give no such rows. ``force`` replaces what was processed before.
+        """
+        import pandas as pd
+
+        from ._program import call
+
+        found = call(["process", self.folder, "--out", os.path.join(self.folder, "observations"), *["--force"] * force])
+        rows = []
+        for point in found.get("points", []):
+            row = {key: point[key] for key in ("point", "pings", "clicks")}
+            for name in ("growth_rate", "angular_frequency"):
+                row[name], row[f"{name}_sd"] = point[name] or (float("nan"), float("nan"))
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+    def flow(self, force: bool = False) -> Dict[str, Any]:
+        """Infer the gas flow along the tube from clicks or readings into ``base``, as ``rijke flow`` does; needs that program.
+
+        Returns what it writes to ``flow.json``: per heater position the unknowns with 2 sd, and velocities (m/s) and profiles.
+        """
+        from ._program import call
+
+        return dict(call(["flow", self.folder, "--out", os.path.join(self.folder, "base"), *["--force"] * force]))
+
+    def predict(self, at: Points = None, stage: Optional[str] = None) -> pd.DataFrame:
+        """:meth:`Stage.predict` of the last stage that was run, or of the one named; runs the study if none was."""
+        return self._stage(stage).predict(at)
+
+    def next(self, stage: Optional[str] = None, **wishes: Any) -> Suggestions:
+        """:meth:`Stage.next` of the last stage that was run, or of the one named; runs the study if none was."""
+        return self._stage(stage).next(**wishes)
+
+    def _stage(self, id: Optional[str]) -> Stage:
+        results = self._results or self.run()
+        return results[id or list(results.stages)[-1]]
+
     def run(
-        self, progress: Union[bool, Progress] = False, trusted: str = "checked", error: float = 0.1
+        self, progress: Progress = False, trusted: str = "checked", error: float = 0.1, until: Optional[str] = None
     ) -> Results:
         """Train and rank the models of every stage, in order, as the program ``rijke run`` does.
 
-        Ctrl-C stops between stages; other threads of Python go on meanwhile.
+        Ctrl-C stops before the next model; other threads of Python go on meanwhile.
 
         Parameters
         ----------
         progress : bool or callable
-            True prints a line per stage. A callable is given (stages done, all stages, title of the next).
+            True shows a bar in a notebook, else a line per stage. A callable is given (stages done, all stages, title of the next).
         trusted : {"checked", "laplace", "nested"}
             How far evidence is checked: by importance sampling and other starts, as ``rijke run`` does; not at all, as
             ``rijke run --one-start``; by nested sampling too.
         error : float
             Statistical error of nested sampling, nats.
+        until : str, optional
+            The last stage to run, as ``rijke rank --until`` takes it.
         """
         import json
 
-        call: Progress = _print if progress is True else (progress or _silent)
-        run = self._native.start(trusted, error)
+        if until is not None and until not in self.stages:
+            remedy = f"Give one of {', '.join(self.stages)}."
+            raise InputError(f"there is no stage called `{until}`", self.folder, None, remedy)
+        call = told(progress, "stage")
+        run = self._native.start(trusted, error, until)
         results = Results(self)
         stages = list(self.stages.items())
+        stages = stages[: list(self.stages).index(until) + 1] if until else stages
         for done, (_, title) in enumerate(stages):
             call(done, len(stages), title)
             text = run.next_stage()
@@ -96,6 +177,7 @@ class Study:
                 break
             stage = Stage(self, run, json.loads(text))
             results.stages[stage.id] = stage
+        self._results = results
         call(len(stages), len(stages), "")
         return results
 
@@ -140,6 +222,14 @@ class Results:
 
         frames = [stage.models.assign(stage=stage.id) for stage in self]
         return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
+
+    @property
+    def xarray(self) -> xr.Dataset:
+        """The same for xarray: over ``model``, which is "stage: id", with ``stage`` and ``id`` as variables."""
+        from ._table import dataset
+
+        frame = self.frame
+        return dataset(frame.assign(model=frame["stage"] + ": " + frame["id"]), "model")
 
     def _repr_html_(self) -> str:
         return "".join(stage._repr_html_() for stage in self)
@@ -237,6 +327,85 @@ class Stage:
             frame[f"measured_{name}"] = measured[name]
         return frame
 
+    @property
+    def xarray(self) -> xr.Dataset:
+        """:attr:`predictions` beside what was measured, for xarray: over ``observation``, with ``point`` and ``mode``."""
+        from ._table import dataset
+
+        measured = self.measured.add_prefix("measured_")
+        columns = [name for name in measured if str(name).endswith("_sd")]
+        return dataset(self.predictions.join(measured[columns]), "observation")
+
+    def predict(self, at: Points = None) -> pd.DataFrame:
+        """What the model that goes on says of operating points, measured or not, as ``rijke predict`` does.
+
+        Parameters
+        ----------
+        at : sequence of dict, or DataFrame, optional
+            Values of factors and of ``T_amb`` in SI units, a dict or row per point; what is left out is that of the nearest point
+            of the stage. By default every point of the stage.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row per point and mode: growth rate (1/s) and angular frequency (rad/s), each with the sd of a new measurement in a
+            new installation (``_sd``) and that of the model alone (``_model_sd``), ``probability_of_instability``, and the same
+            ``averaged_`` over the models that the evidence leaves open, where it leaves any. Points of which nothing can be said
+            are in ``frame.attrs["left_out"]`` with the reason.
+        """
+        import json
+
+        import pandas as pd
+
+        found = json.loads(self._run.forecast(self.id, _points(at)))
+        names = [name for name, _ in self.study._summary["factors"]]
+
+        def numbers(of: Dict[str, Any], prefix: str = "") -> Dict[str, float]:
+            row = {}
+            for name in ("growth_rate", "angular_frequency"):
+                for word, value in zip(("", "_sd", "_model_sd"), of[name]):
+                    row[f"{prefix}{name}{word}"] = value
+            return {**row, f"{prefix}probability_of_instability": of["unstable"]}
+
+        rows = []
+        for one in found["forecasts"]:
+            row = {"point": one["point"], "mode": one["mode"], **dict(zip(names, one["factors"])), **numbers(one)}
+            row.update(numbers(one["averaged"], "averaged_") if one["averaged"] else {})
+            rows.append(row)
+        frame = pd.DataFrame(rows)
+        frame[names] = frame[names].astype(float)
+        frame.attrs["left_out"] = {point: why for point, why in found["left_out"]}
+        return frame
+
+    def next(
+        self,
+        points: int = 3,
+        at: Points = None,
+        about: Optional[Mapping[str, float]] = None,
+        models: bool = False,
+        pressures: bool = True,
+    ) -> Suggestions:
+        """What to measure next, as ``rijke next`` says it: information in nats, to first order.
+
+        Parameters
+        ----------
+        points : int
+            How many visits to plan.
+        at : sequence of dict, or DataFrame, optional
+            Points that may be measured, as in :meth:`predict`; by default those of the stage.
+        about : dict, optional
+            Plan for the growth rate at this point, which is not to be measured.
+        models : bool
+            Plan to tell the model from its rival.
+        pressures : bool
+            Whether relative pressures are measured too, if they trained the model.
+        """
+        import json
+
+        wanted = None if about is None else _points([about])[0]
+        found = self._run.suggest(self.id, _points(at), wanted, models, points, pressures)
+        return Suggestions(self, json.loads(found))
+
     def plot_models(self, ax: Any = None) -> Any:
         """Evidence of the models; returns matplotlib's axes."""
         from ._plots import stage
@@ -263,160 +432,44 @@ class Stage:
         return f"<b>{escape(self.title)}</b>" + table(head, rows)
 
 
-class Posterior:
-    """What is known of the parameters of a model: a Gaussian in their working coordinates, by Laplace's method."""
+class Suggestions:
+    """What to measure next.
 
-    def __init__(self, stage: Stage, native: _native.Posterior) -> None:
+    Attributes
+    ----------
+    record : dict
+        Everything, as ``rijke next --json`` prints it.
+    """
+
+    def __init__(self, stage: Stage, record: Dict[str, Any]) -> None:
         self.stage = stage
-        self._native = native
-
-    @property
-    def names(self) -> List[str]:
-        """Names of the parameters; after those of the model come errors of base states and channels, if any."""
-        return [name for name, _, _ in self._native.parameters]
-
-    @property
-    def mean(self) -> NDArray[np.float64]:
-        """Most probable physical values, shape (p,)."""
-        return self._native.mean
-
-    @property
-    def covariance(self) -> NDArray[np.float64]:
-        """Covariance of the physical values, to first order; shape (p, p)."""
-        return self._native.covariance
+        self.record = record
 
     @property
     def frame(self) -> pd.DataFrame:
-        """A table: name, symbol, unit, value, sd."""
-        import numpy as np
+        """Possible points, the most nats per hour first: ``point``, factors (SI), ``repeat``, ``hours``, ``parameters``,
+        ``which`` of several open models is right, ``quantity``, and ``nats``, which count for the aim."""
         import pandas as pd
 
-        frame = pd.DataFrame(self._native.parameters, columns=["name", "symbol", "unit"])
-        frame["value"], frame["sd"] = self.mean, np.sqrt(np.diag(self.covariance))
-        return frame
+        names = [name for name, _ in self.stage.study._summary["factors"]]
+        keys = ("repeat", "hours", "parameters", "which", "quantity", "nats")
+        rows = [{"point": p["point"], **dict(zip(names, p["factors"])), **{k: p[k] for k in keys}} for p in self.record["points"]]
+        return pd.DataFrame(rows)
 
     @property
-    def noise(self) -> pd.DataFrame:
-        """Standard deviations of the misfit: name, unit, sd, and whether the data chose it."""
+    def plan(self) -> pd.DataFrame:
+        """The planned visits: ``point``, what it ``adds`` to those before it (nats), ``hours``."""
         import pandas as pd
 
-        return pd.DataFrame(self._native.noise, columns=["name", "unit", "sd", "floats"])
-
-    def draws(self, count: int = 1000, seed: int = 0) -> NDArray[np.float64]:
-        """Independent draws of the physical parameters, shape (count, p)."""
-        import numpy as np
-
-        xi = np.random.default_rng(seed).standard_normal((count, len(self.names)))
-        return self._native.points(xi)
-
-    @property
-    def model(self) -> Model:
-        """The model of the observations as a function of its parameters, with derivatives."""
-        return Model(self._native.model())
-
-    def to_arviz(self, draws: int = 1000, chains: int = 4, seed: int = 0) -> Any:
-        """Draws as ArviZ's ``InferenceData``, for ``arviz.summary``, ``plot_pair``, ``loo``.
-
-        Groups: ``posterior`` (independent draws from Laplace's Gaussian, the method of the study), ``posterior_predictive``
-        and ``observed_data`` (growth rate in 1/s, angular frequency in rad/s), ``log_likelihood`` (of both, by observation,
-        independent given the parameters, with measured and floated variances; relative pressures and errors that several
-        observations share are left out), ``constant_data`` (standard deviations).
-        """
-        import arviz
-        import numpy as np
-
-        sample = self.draws(chains * draws, seed).reshape(chains, draws, -1)
-        own = self._native.own
-        s = self.model.solve(sample[..., :own])
-        measured = self.stage.measured
-        misfit = next(m["misfit"] for m in self.stage.record["models"] if m["id"] == self.stage.chosen)
-        predictive, observed, constant, ln = {}, {}, {}, {}
-        for k, (name, part) in enumerate([("growth_rate", s.real), ("angular_frequency", s.imag)]):
-            value = measured[name].to_numpy()
-            there = np.isfinite(value)
-            sd = np.hypot(measured[f"{name}_sd"].to_numpy(), misfit[k])[there]
-            predictive[name], observed[name] = part[..., there], value[there]
-            constant[f"{name}_sd"] = sd
-            ln[name] = -0.5 * ((part[..., there] - value[there]) / sd) ** 2 - np.log(sd * np.sqrt(2 * np.pi))
-        groups = {
-            "posterior": {name: sample[..., k] for k, name in enumerate(self.names)},
-            "posterior_predictive": predictive,
-            "observed_data": observed,
-            "constant_data": constant,
-            "log_likelihood": ln,
-        }
-        if hasattr(arviz, "InferenceData"):
-            return arviz.from_dict(**groups)
-        return arviz.from_dict(groups)  # ArviZ 1.0 and later
+        return pd.DataFrame(self.record["plan"], columns=["point", "adds", "hours"])
 
     def __repr__(self) -> str:
-        return f"<rijke.Posterior of {self.stage.chosen!r}: {', '.join(self.names)}>"
+        return f"<rijke.Suggestions: {', '.join(self.plan['point'])}; {self.record['total'][0]:.3f} nats>"
 
     def _repr_html_(self) -> str:
-        return str(self.frame.to_html(index=False))
+        return f"<b>What to measure next: {self.record['total'][0]:.3f} nats</b>" + str(self.plan.to_html(index=False))
 
 
-class Model:
-    """The eigenvalues of a study's observations as a function of parameters, with exact first and second derivatives.
-
-    Values may carry any leading axes: ``(..., p)`` in, ``(..., n)`` out, in parallel. n observations, p parameters.
-    """
-
-    def __init__(self, native: _native.Model) -> None:
-        import json
-
-        self._native = native
-        self._parameters: List[Dict[str, Any]] = json.loads(native.parameters())
-
-    @property
-    def names(self) -> List[str]:
-        """Names of the parameters."""
-        return [str(p["name"]) for p in self._parameters]
-
-    @property
-    def priors(self) -> Dict[str, Any]:
-        """Each parameter's own prior, as its candidate states it. Earlier stages may know more of it."""
-        return {str(p["name"]): p["prior"] for p in self._parameters}
-
-    @property
-    def medians(self) -> NDArray[np.float64]:
-        """Medians of the priors, shape (p,)."""
-        return self._native.medians
-
-    @property
-    def points(self) -> List[str]:
-        """Operating point of every observation."""
-        return [point for point, _ in self._native.points]
-
-    @property
-    def measured(self) -> NDArray[np.complex128]:
-        """Growth rate + i angular frequency that were measured, shape (n,); NaN where they were not."""
-        return self._native.measured()
-
-    def solve(self, values: ArrayLike) -> NDArray[np.complex128]:
-        """s of every observation, 1/s and rad/s: (..., p) -> (..., n)."""
-        return self._native.solve(values, 0)[0]
-
-    def jacobian(self, values: ArrayLike) -> Tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """s and its first derivatives: (..., p) -> (..., n), (..., n, p)."""
-        s, slope = self._native.solve(values, 1)
-        return s, slope
-
-    def hessian(
-        self, values: ArrayLike
-    ) -> Tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
-        """s, its first and its second derivatives: (..., p) -> (..., n), (..., n, p), (..., n, p, p)."""
-        s, slope, curvature = self._native.solve(values, 2)
-        return s, slope, curvature
-
-    def __repr__(self) -> str:
-        return f"<rijke.Model of {len(self.points)} observations: {', '.join(self.names)}>"
-
-
-def _silent(done: int, count: int, title: str) -> None:
-    pass
-
-
-def _print(done: int, count: int, title: str) -> None:
-    if title:
-        print(f"stage {done + 1} of {count}: {title}", flush=True)
+def _points(at: Any) -> List[Dict[str, float]]:
+    rows = at.to_dict("records") if hasattr(at, "to_dict") else at or []
+    return [{str(name): float(value) for name, value in row.items()} for row in rows]

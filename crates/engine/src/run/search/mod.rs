@@ -18,6 +18,8 @@ use crate::EngineError;
 use rijke_study::{Observations, Study};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use task::{Kept, Names, Outcome, hash};
 use tree::{Tree, chain};
 
@@ -100,6 +102,13 @@ impl Search {
         }
         let (names, kept) = (Names::of(&run), Kept(options.tasks.clone()));
         Ok(Self { run, tree, names, kept, options })
+    }
+
+    /// Ends the search with [`EngineError::Stopped`] once another thread sets `stopped`.
+    #[must_use]
+    pub fn stopped_by(mut self, stopped: Arc<AtomicBool>) -> Self {
+        self.run.stopped = stopped;
+        self
     }
 
     /// How many combinations there are, in all shards.
