@@ -99,6 +99,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
                 "  {shared} installations have several of these points, which count as independent; `installation` of this stage's noise says how much assemblies differ"
             ));
         }
+        if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {
+            ui.say("  these widths leave out the errors of the gas, which training counts: the posterior can be several times wider");
+        }
         for model in &stage.models {
             let widths =
                 model.widths.iter().map(|(name, w)| format!("{name} {w:.2}")).collect::<Vec<_>>().join(", ");

@@ -4,6 +4,7 @@
 use crate::{
     failure::{Classify, Failure},
     number,
+    results::far_beyond,
     staging::{StagedFolder, write_whole},
     study::of_the_engine,
     ui::Ui,
@@ -79,7 +80,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let studies = studies.collect::<Result<Vec<_>, _>>()?;
     let progress = ui.progress("networks", studies.len() as u64);
     let trusted = if args.one_start { Trusted::Laplace } else { Trusted::Checked };
-    let mut found = Vec::new();
+    let (mut found, mut without) = (Vec::new(), Vec::new());
     for (file, table, (study, observations)) in studies {
         // Points are called by their lines.
         let wrong = |e: rijke_engine::EngineError| match e.point().and_then(|p| p.strip_prefix("line-")) {
@@ -87,19 +88,31 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
                 .remedy(format!("Correct that row, or {} where it uses its numbers.", file.display())),
             None => of_the_engine(&e, file),
         };
-        let mut run = Run::new(study.clone(), &observations, trusted).map_err(wrong)?;
-        let stage = run.next_stage().map_err(wrong)?;
-        let stage = stage.ok_or_else(|| Failure::failed("no stage was run").at(file))?;
-        let Some(evidence) = stage.models[0].evidence else {
-            let why = stage.models[0].remark.clone().unwrap_or_default();
-            return Err(Failure::failed(format!("the most probable unknowns were not found: {why}"))
-                .at(file)
-                .remedy("Give priors nearer to the truth, or fewer unknowns."));
+        let trained = || {
+            let mut run = Run::new(study.clone(), &observations, trusted).map_err(wrong)?;
+            let stage = run.next_stage().map_err(wrong)?;
+            let stage = stage.ok_or_else(|| Failure::failed("no stage was run").at(file))?;
+            let Some(evidence) = stage.models[0].evidence else {
+                let why = stage.models[0].remark.clone().unwrap_or_default();
+                return Err(Failure::failed(format!("the most probable unknowns were not found: {why}"))
+                    .at(file)
+                    .remedy("Give priors nearer to the truth, or fewer unknowns."));
+            };
+            Ok((stage, evidence))
         };
-        found.push(Found { file: file.clone(), table, study, stage, evidence });
+        match trained() {
+            Ok((stage, evidence)) => found.push(Found { file: file.clone(), table, study, stage, evidence }),
+            Err(failure) => without.push(failure),
+        }
         progress.advance(1);
     }
     drop(progress);
+    if found.is_empty()
+        && let Some(failure) = without.pop()
+    {
+        return Err(failure);
+    }
+    without.iter().for_each(|failure| ui.note(format!("no evidence: {failure}")));
     found.sort_by(|a, b| b.evidence.ln_marginal.total_cmp(&a.evidence.ln_marginal));
     print(ui, &found);
     let Some(best) = found.first() else { return ui.result(&json!([])) };
@@ -140,6 +153,9 @@ fn print(ui: &Ui, found: &[Found]) {
         }
         let [growth, frequency, _] = f.model().misfit;
         ui.say(format!("{:>34} = {growth:.3} 1/s, {:.3} Hz", "model error", frequency / TAU));
+        if let Some(said) = far_beyond(&f.stage.measured, f.model()) {
+            ui.say(format!("{:>34}   {said}", "check"));
+        }
         if let Some(remark) = &f.model().remark {
             ui.say(format!("{:>34}   {remark}", "check"));
         }

@@ -5,7 +5,7 @@ use crate::{
     figure, number,
     predict::{Grid, values},
     rank::{open_of, rival_of},
-    results::{Ranked, kept_if_any},
+    results::{Ranked, kept_if_any, warn_of_missing},
     study::of_the_engine,
     ui::Ui,
 };
@@ -100,6 +100,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         print_microphones(ui, &found);
         return ui.result(&found);
     }
+    warn_of_missing(dir, &stage.id, ui);
     let found = next(&study, &observed, &model, &rivals, &wish).map_err(wrong)?;
     if let Some(path) = &args.plot {
         figure::write(path, &drawn(&found, &study, observed.kind).svg(), ui)?;

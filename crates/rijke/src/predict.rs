@@ -4,11 +4,12 @@ use crate::{
     failure::{Classify, Failure},
     figure,
     rank::open_of,
-    results::{Ranked, kept_if_any},
+    results::{Ranked, kept_if_any, warn_of_missing},
     staging::write_whole,
     study::of_the_engine,
     ui::Ui,
 };
+use rijke_engine::SavedModel;
 use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, symbol, with_points};
 use rijke_report::StabilityMap;
 use rijke_study::Study;
@@ -80,6 +81,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for assumed in &model.assumes {
         ui.note(format!("warning: this model stands on what is not decided: {assumed}; `rijke search` weighs all combinations"));
     }
+    warn_of_missing(dir, &stage.id, ui);
+    if map.is_none() {
+        beyond(&study, &model, &places).iter().for_each(|said| ui.note(format!("warning: {said}")));
+    }
     if !open.is_empty() {
         ui.note(format!(
             "the columns averaged_... are over this model and the {} that the evidence leaves open beside it, each as probable as its evidence makes it",
@@ -117,6 +122,32 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         None => ui.say(text.trim_end()),
     }
     ui.result(&json!({ "stage": stage.id, "candidates": model.candidates, "points": found }))
+}
+
+/// Factors that lie beyond those of the points that trained.
+fn beyond(study: &Study, model: &SavedModel, places: &[usize]) -> Vec<String> {
+    let points = &study.campaign.points;
+    let trained = |k: usize| {
+        let of = |id: &String| study.campaign.point(id).map(|(_, p)| p.factors[k]).filter(|v| v.is_finite());
+        let all = model.trained_on.iter().filter_map(of);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+    };
+    let far = |place: &usize| {
+        let point = &points[*place];
+        let said = study.campaign.factors.iter().enumerate().filter_map(move |(k, factor)| {
+            let ([low, high], v) = (trained(k), point.factors[k]);
+            let room = 1e-9 * (high - low).abs().max(high.abs());
+            let unit = factor.unit_in_print();
+            (v.is_finite() && low <= high && !(low - room..=high + room).contains(&v)).then(|| {
+                format!(
+                    "{}: {} = {v} {unit} is beyond the points that trained, {low} to {high} {unit}: the laws are extrapolated",
+                    point.id, factor.name
+                )
+            })
+        });
+        said.collect::<Vec<_>>()
+    };
+    places.iter().flat_map(far).collect()
 }
 
 /// `x=0.3,Q=50`.

@@ -224,6 +224,9 @@ fn table(ui: &Ui, stage: &StageRecord) {
             "      misfit beyond the measured errors: {growth:.2e} 1/s, {:.2e} Hz, {pressure:.1e} of relative pressures",
             frequency / std::f64::consts::TAU
         ));
+        if let Some(said) = crate::results::far_beyond(&stage.measured, model) {
+            ui.say(format!("      {said}"));
+        }
         for p in &model.parameters {
             let averaged = p.averaged.map_or(String::new(), |[value, sd]| {
                 format!("; {} averaged over what earlier stages leave open", number::with_sd(value, sd))

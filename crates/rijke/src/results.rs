@@ -7,7 +7,7 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::SavedModel;
-use rijke_engine::run::{ParameterRecord, Trusted};
+use rijke_engine::run::{MeasuredRecord, Missing, ModelRecord, ParameterRecord, StageRecord, Trusted};
 use rijke_inference::RefereeKind;
 use rijke_study::plan::Stage;
 use rijke_study::{Observations, Study};
@@ -120,6 +120,39 @@ pub(crate) fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) ->
 /// What to do where results are missing or damaged.
 pub(crate) fn rank_first(dir: &Path) -> String {
     format!("Run `rijke rank {}` first, again if the study has changed.", dir.display())
+}
+
+/// A misfit of so many measured errors is said.
+const FAR: f64 = 10.0;
+
+/// Says that a model misses the measurements by many of their errors.
+pub(crate) fn far_beyond(measured: &[MeasuredRecord], model: &ModelRecord) -> Option<String> {
+    let over = |misfit: f64, of: fn(&MeasuredRecord) -> Option<[f64; 2]>| {
+        let squares: Vec<f64> = measured.iter().filter_map(of).map(|[_, sd]| sd * sd).collect();
+        let sd = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+        if sd > 0.0 { misfit.abs() / sd } else { 0.0 }
+    };
+    let of = [over(model.misfit[0], |m| m.growth_rate), over(model.misfit[1], |m| m.angular_frequency)];
+    (of[0].max(of[1]) > FAR).then(|| {
+        format!(
+            "{:.0} times the stated errors of growth rates, {:.0} times those of frequencies: the model lacks something, or lengths, temperatures, \
+             the rate of the records or the order of points are wrong",
+            of[0], of[1]
+        )
+    })
+}
+
+/// Says again what a stage lacks by its ranking, beside numbers that take its model for complete.
+pub(crate) fn warn_of_missing(dir: &Path, stage: &str, ui: &Ui) {
+    // Results of an older version may lack the file.
+    let Ok(record) = kept::<StageRecord>(dir, "numbers", &format!("stage-{stage}")) else { return };
+    let first = record.missing.as_ref().and_then(|missing| missing.families.first());
+    if let Some(family) = first.filter(|f| f.first.probability <= Missing::CHANCE) {
+        ui.note(format!(
+            "warning: by `rijke rank` something is missing in this model, described by {}: what is stated here takes it for complete",
+            family.first.words()
+        ));
+    }
 }
 
 /// Warns of a parameter that lies far from its prior.

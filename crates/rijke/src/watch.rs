@@ -86,6 +86,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     // The same records were all processed, trained and finished.
     let (mut trained_all, mut finished) = (true, false);
     let mut last_change = Instant::now();
+    if !dir.join("records/manifest.toml").is_file() {
+        ui.note(format!(
+            "waiting for {}, which lists the records",
+            dir.join("records/manifest.toml").display()
+        ));
+    }
     loop {
         let look = arrivals.look();
         watch.tell_unusable(&look);

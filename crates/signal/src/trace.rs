@@ -18,6 +18,8 @@ pub struct Trace<'a> {
     pub full_scale: f64,
 }
 
+/// An offset of this share of the deviation of silence is taken away; fits do not feel a smaller one.
+const OFFSET: f64 = 0.1;
 /// This many equal samples in a row are a dropout. Noise of less than one step of the converter could do the same,
 /// but a record that coarse carries no usable ping either.
 const DROPOUT: usize = 24;
@@ -48,6 +50,23 @@ impl Trace<'_> {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The channels less their constant offsets, such as an amplifier's; none if no offset is worth it. The offset is the mean of the quiet part or,
+    /// if that is shorter than `least` samples, of the last tenth of the record.
+    pub(crate) fn levelled(&self, least: usize) -> Option<Vec<Vec<f64>>> {
+        let quiet = self.quiet.min(self.len());
+        let part = if quiet >= least.max(1) { 0..quiet } else { self.len() - self.len() / 10..self.len() };
+        let offset = |y: &Vec<f64>| {
+            let y = y.get(part.clone()).unwrap_or_default();
+            let n = y.len().max(1) as f64;
+            let mean = y.iter().sum::<f64>() / n;
+            let deviation = (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
+            if mean.abs() > OFFSET * deviation { mean } else { 0.0 }
+        };
+        let offsets: Vec<f64> = self.channels.iter().map(offset).collect();
+        let less = |(y, offset): (&Vec<f64>, &f64)| y.iter().map(|v| v - offset).collect();
+        offsets.iter().any(|o| *o != 0.0).then(|| self.channels.iter().zip(&offsets).map(less).collect())
     }
 
     /// Refuses a record whose samples cannot be right: unequal lengths, numbers that are not finite, clipped,

@@ -288,6 +288,8 @@ mod tests {
         assert!(error.contains("line 4"), "{error}");
         std::fs::write(&file, "# from a spreadsheet; x, y\npoint;x [mm]\na;120,5\n").unwrap();
         let x = Campaign::read(&file).unwrap().points[0].factors[0];
+        std::fs::write(&file, "point\tx [mm]\na\t120.5\n").unwrap();
+        assert_eq!(Campaign::read(&file).unwrap().points[0].factors[0], x);
         assert!((x - 0.1205).abs() < 1e-15, "{x}");
     }
 

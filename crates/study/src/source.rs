@@ -26,12 +26,13 @@ impl Source {
         }
     }
 
-    /// A table. Spreadsheets of countries with a decimal comma write semicolons between cells: these become a point and commas.
+    /// A table. Spreadsheets write tabs, or in countries with a decimal comma semicolons, between cells: these become commas, and that a point.
     pub(crate) fn read_table(path: &Path) -> Result<Self, StudyError> {
         let mut source = Self::read(path)?;
         let header = source.text.lines().nth(source.header_line() - 1).unwrap_or_default();
-        if header.contains(';') && !header.contains(',') {
-            source.text = with_commas(&source.text);
+        let between = [';', '\t'].into_iter().find(|c| header.contains(*c));
+        if let Some(between) = between.filter(|_| !header.contains(',')) {
+            source.text = with_commas(&source.text, between);
         }
         Ok(source)
     }
@@ -90,15 +91,15 @@ impl Source {
     }
 }
 
-/// The text with commas for semicolons, and points for commas between digits. Every character keeps its place.
-fn with_commas(text: &str) -> String {
+/// The text with commas for what stands `between` cells, and points for commas between digits. Every character keeps its place.
+fn with_commas(text: &str, between: char) -> String {
     let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
     let before = std::iter::once(None).chain(text.chars().map(Some));
     let after = text.chars().skip(1).map(Some).chain([None]);
     text.chars()
         .zip(before.zip(after))
         .map(|(c, (left, right))| match c {
-            ';' => ',',
+            c if c == between => ',',
             ',' if digit(left) && digit(right) => '.',
             _ => c,
         })

@@ -18,6 +18,9 @@ use crate::slot::Slot;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
+/// The largest tolerance of a table, of its largest gain: a fit farther off says nothing of the table.
+const COARSE: f64 = 0.5;
+
 /// A phase that rises so far over a table, rad, is no wiggle.
 const RISES: f64 = 1.0;
 
@@ -51,16 +54,26 @@ impl Assembly<'_> {
 
     pub(super) fn table(&mut self, item: &Item, rows: &[[f64; 3]], tolerance: f64) -> Result<Law, FileError> {
         item.positive("tolerance", tolerance)?;
+        if tolerance > COARSE {
+            return Err(item.fail(Problem::Coarse { value: tolerance, most: COARSE }));
+        }
         let rows: Vec<Entry> = rows.iter().map(entry).collect();
         let table = Table::fit(&rows, tolerance).map_err(|error| item.fail(error.into()))?;
         self.tables.push((item.clone(), table.range));
         Ok(Law::Table(table))
     }
 
-    /// Warns of a flame or an end that answers before it is asked, by its table.
-    pub(super) fn not_early(&mut self, item: &Item, rows: &[[f64; 3]]) {
+    /// Warns of a flame or an end that answers before it is asked, by its table, or whose phases seem to be in degrees.
+    pub(super) fn doubtful(&mut self, item: &Item, rows: &[[f64; 3]]) {
         let rows: Vec<Entry> = rows.iter().map(entry).collect();
         let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return };
+        let mut steps: Vec<f64> = rows.windows(2).map(|w| (w[1].phase - w[0].phase).abs()).collect();
+        steps.sort_by(f64::total_cmp);
+        if let Some(step) = steps.get(steps.len() / 2).copied().filter(|step| *step > PI) {
+            let Item { line, place } = item.clone();
+            self.warnings.push(Warning::Degrees { line, place, step });
+            return;
+        }
         let rise = phase_slope(&rows) * 2.0 * PI * (last.frequency - first.frequency);
         if rise > RISES {
             let Item { line, place } = item.clone();
@@ -252,7 +265,7 @@ impl Assembly<'_> {
         };
         self.passive &= gain == 0.0;
         if let Some(rows) = table {
-            self.not_early(item, rows);
+            self.doubtful(item, rows);
         }
         let law = self.function(item, &shape, law_of_flow)?;
         self.flames.push(Flame { place, law, effect, reference, downstream });

@@ -86,7 +86,7 @@ impl Assembly<'_> {
                 self.function(&item, &function(delay, &numerator, &denominator), 1.0)?
             }
             End::Table { table, tolerance } => {
-                self.not_early(&item, &table);
+                self.doubtful(&item, &table);
                 self.table(&item, &table, tolerance)?
             }
         };

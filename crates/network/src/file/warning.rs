@@ -29,6 +29,19 @@ pub enum Warning {
         /// Where, Hz.
         frequency_hz: f64,
     },
+    /// Phases that may be in degrees.
+    #[error(
+        "line {line}: {place}: the phase of the table differs by {step:.1} rad between neighbouring rows, half of them by more: it is in rad; if these \
+         are degrees, multiply them by pi/180, else give more rows"
+    )]
+    Degrees {
+        /// Line in the file.
+        line: usize,
+        /// Which element or end.
+        place: String,
+        /// Median difference of neighbours, rad.
+        step: f64,
+    },
     /// The phase of a table rises with frequency.
     #[error(
         "line {line}: {place}: the phase of the table rises by {rise:.1} rad in all, but a delay lowers it: rijke takes numbers that vary as \

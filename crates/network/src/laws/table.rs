@@ -63,7 +63,7 @@ pub enum TableError {
     /// The fit grows without end: a pole with positive growth rate at frequencies of the table.
     #[error(
         "the fit has a pole at {at} with positive growth rate, so it is no response to the past: raise the tolerance to \
-         the error of the measurement or, if the numbers vary as exp(-i omega t), turn the signs of the phases"
+         the error of the measurement; phases are in rad, and those of numbers that vary as exp(-i omega t) have the other sign"
     )]
     Unstable {
         /// The pole.

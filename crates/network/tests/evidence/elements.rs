@@ -175,14 +175,17 @@ fn oracle_a_table_of_a_filtered_delay_gives_its_modes() {
     let built = read(&with(&tabulated).replace("[20, 900]", "[20, 2000]")).unwrap();
     assert!(matches!(built.warnings[0], Warning::Extrapolation { line: 16, .. }), "{:?}", built.warnings);
     assert!(read(&with(&tabulated)).unwrap().warnings.is_empty());
-    // The same table with turned phases is that of a flame which burns before the air comes.
-    let turned: Vec<String> = rows(f, (0..60).map(|k| 15.0 + 16.0 * f64::from(k)))
-        .iter()
-        .map(|e| format!("[{}, {}, {}]", e.frequency, e.gain, -e.phase))
-        .collect();
-    let turned = tabulated.replace(&table.join(", "), &turned.join(", ")).replace("1e-7", "2");
-    let built = read(&with(&turned)).unwrap();
-    assert!(built.warnings.iter().any(|w| matches!(w, Warning::Rises { rise, .. } if *rise > 10.0)));
+    // Phases of a flame that burns before the air comes, phases in degrees, a fit that would say nothing.
+    let early = "[100, 1.0, -0.5], [200, 0.9, -0.25], [300, 0.8, 0.0], [400, 0.6, 0.3], [500, 0.4, 0.6]";
+    let of = |rows: &str, tolerance: &str| {
+        read(&with(&tabulated.replace(&table.join(", "), rows).replace("1e-7", tolerance)))
+    };
+    let warned = of(early, "0.5").unwrap().warnings;
+    assert!(warned.iter().any(|w| matches!(w, Warning::Rises { rise, .. } if *rise > 1.0)), "{warned:?}");
+    let degrees = "[100, 1.0, -40], [200, 0.9, -80], [300, 0.8, -120], [400, 0.9, -160]";
+    let warned = of(degrees, "0.5").map(|built| built.warnings);
+    assert!(warned.is_err() || matches!(warned.unwrap()[0], Warning::Degrees { .. }));
+    assert!(of(early, "1").unwrap_err().to_string().contains("give at most 0.5"));
     let feedback = tabulated.replace("type = 'flame'\ngain = 0.7\n", "type = 'feedback'\neu.gain = -0.7\n");
     let feedback = feedback.replace("\ntolerance", "\neu.tolerance").replace("\ntable", "\neu.table");
     same(&modes(&with(&feedback)), &got, 1e-12);

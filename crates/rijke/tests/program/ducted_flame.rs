@@ -54,8 +54,8 @@ fn lab_the_transfer_function_of_a_ducted_flame_is_found() {
     assert!(number(best, "ln_marginal") > number(next, "ln_marginal") + 50.0, "{found:#}");
     // What a file says with a formula of its unknowns is a number in the one that is written.
     let text = fs::read_to_string(one).unwrap();
-    let delay = text.lines().find(|line| line.trim_start().starts_with("delay")).unwrap();
-    fs::write(folder.join("formula.toml"), text.replace(delay, "delay = \"$delay*0.5*2\"")).unwrap();
+    let named = text.replace("\"$delay\"", "\"$tau*0.5*2\"").replace("[unknown.delay]", "[unknown.tau]");
+    fs::write(folder.join("formula.toml"), named).unwrap();
     let words = ["infer", "formula.toml", "--data", modes, "--fitted", "numbers.toml"];
     assert!(rijke(&folder, &words).status.success());
     let modes_of = rijke(&folder, &["modes", "numbers.toml"]);

@@ -44,7 +44,9 @@ fn behaviour_next_says_what_to_measure_and_when_to_stop() {
     assert!(number(&found["further"][1]) < number(&steps[0]["adds"]));
 
     let models = answer("next study --models --map x_g,Q");
-    assert_eq!(models["models"].as_array().unwrap().len(), 2);
+    assert_eq!(models["models"].as_array().unwrap().len(), 6);
+    let which = |p: &Value| number(&p["which"]) > 0.0 && number(&p["which"]) < number(&models["entropy"]);
+    assert!(models["points"].as_array().unwrap().iter().all(which), "{models}");
     assert!(models["points"].as_array().unwrap().iter().all(|p| number(&p["models"][0]) > -1e-9));
     let about = answer("next study --about x_g=0.24,Q=60");
     let sd = &about["quantity_sd"];

@@ -44,7 +44,7 @@ pub struct PingFit {
 }
 
 /// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
-const MIN_QUIET: usize = 256;
+pub(super) const MIN_QUIET: usize = 256;
 /// With fewer samples of the quiet part than these the colour of the noise is learnt from the residuals of a first fit, too:
 /// from a few hundred it is known so badly that intervals cover 88 % instead of 95 %.
 const SHORT_QUIET: usize = 1500;
@@ -59,7 +59,7 @@ const DECAY_TIMES: f64 = 7.0;
 /// Fits one ring-down by maximum likelihood.
 ///
 /// The record holds an optional quiet part (noise alone), optional steady forcing near the mode, and the free decay;
-/// the end of forcing is found from the record. All channels share every complex frequency; each channel has its own
+/// the end of forcing is found from the record. A constant offset of a channel is taken away first. All channels share every complex frequency; each channel has its own
 /// complex amplitudes. Noise is whitened with its colour and correlation between channels as learnt from the quiet
 /// part (Gaussian, stationary: hum is fitted apart). The covariance is the inverse Fisher information, scaled with the
 /// residual variance. Cost: see `benches/records.rs`.
@@ -68,6 +68,8 @@ const DECAY_TIMES: f64 = 7.0;
 /// A [`Fault`] that says why the record must not be used.
 pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fault> {
     trace.screen(512)?;
+    let levelled = trace.levelled(MIN_QUIET);
+    let trace = &Trace { channels: levelled.as_deref().unwrap_or(trace.channels), ..*trace };
     let quiet = trace.quiet.min(trace.len());
     let (whitener, harmonics) = if quiet >= MIN_QUIET {
         let mut noise: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[..quiet].to_vec()).collect();

@@ -1,6 +1,6 @@
 //! The numbers of pictures of a fit: to be drawn, not to be computed with.
 
-use super::fit::PingFit;
+use super::fit::{MIN_QUIET, PingFit};
 use crate::Trace;
 use rijke_numerics::C64;
 
@@ -31,7 +31,8 @@ impl PingFit {
         let sample = |t: f64| ((t * trace.rate_hz).round().max(0.0) as usize).min(trace.len());
         let (from, to) = (sample(self.window.0), sample(self.window.1));
         let time = |n: usize| n as f64 / trace.rate_hz;
-        let y = &trace.channels[channel];
+        let levelled = trace.levelled(MIN_QUIET);
+        let y = &levelled.as_deref().unwrap_or(trace.channels)[channel];
         let model = |n: usize| -> f64 {
             let after = time(n) - self.window.0;
             self.tones.iter().map(|(s, amplitudes)| (amplitudes[channel] * (s * after).exp()).re).sum()

@@ -158,6 +158,25 @@ fn exact_permuted_channels_give_the_same_ping() {
     assert!((a.ping.pressures[0] - b.ping.pressures[6]).norm() < 1e-6);
 }
 
+/// An amplifier's offset, from a tenth of the noise to a thousand times the mode.
+#[test]
+fn behaviour_a_constant_offset_changes_nothing() {
+    let ringing = Ringing::tube(-12.0, 50.0);
+    let record = ringing.record(4, "offset");
+    let level = record.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let bare = fit(&ringing, &record).unwrap();
+    let sd = bare.ping.covariance[(0, 0)].sqrt();
+    for (share, channels) in [(2e-3, 0..8), (-0.02, 0..8), (0.5, 2..3), (-1000.0, 0..8)] {
+        let mut moved = record.clone();
+        for y in &mut moved[channels] {
+            y.iter_mut().for_each(|v| *v += share * level);
+        }
+        let found = fit(&ringing, &moved).unwrap();
+        assert!((found.ping.s - bare.ping.s).norm() < 0.1 * sd, "{share}: {} {}", found.ping.s, bare.ping.s);
+        assert!((found.ping.covariance[(0, 0)].sqrt() / sd - 1.0).abs() < 0.02, "{share}");
+    }
+}
+
 /// What fit_ping says of a record in which `harm` was done.
 fn verdict(harm: impl Fn(&mut Vec<Vec<f64>>)) -> Fault {
     let ringing = Ringing::tube(-10.0, 100.0);
