@@ -143,7 +143,7 @@ pub(super) const CASES: [Case; 15] = [
     ),
 ];
 
-/// A manifest of sweeps with records of noise: two of 600 samples at all microphones of the rig.
+/// A manifest of sweeps with records of noise: two of 600 samples at the three microphones of the rig.
 fn sweeps(folder: &Path, keys: &str, files: &str) {
     manifest(folder, &format!("[sweep]\nresolution_hz = 50\n{keys}\n[sweep.points]\np70 = {files}\n"));
     let mut state = 7_u32;
@@ -153,10 +153,10 @@ fn sweeps(folder: &Path, keys: &str, files: &str) {
                 state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 format!("{}", f64::from(state >> 8) / f64::from(1 << 24) - 0.5)
             };
-            [cell(), cell()].join(",")
+            [cell(), cell(), cell()].join(",")
         };
         let rows: Vec<String> = (0..600).map(|_| row()).collect();
-        fs::write(folder.join(format!("data/records/{name}.csv")), format!("p,q\n{}\n", rows.join("\n")))
+        fs::write(folder.join(format!("data/records/{name}.csv")), format!("p,q,r\n{}\n", rows.join("\n")))
             .unwrap();
     }
 }
