@@ -45,12 +45,13 @@ pub struct Field {
 }
 
 impl Swept {
-    /// From records of the same length. The noise is what differs between records, or between periods; of a single one what differs between the frequencies of a band,
-    /// and the field that changes within the band then counts as noise. The first period, in which the rig settles, is left out.
+    /// From records of the same length. The noise is what differs between records, or between periods. Of a single one, and where that is far more, it is what differs
+    /// between the frequencies of a band beyond a linear change: a hum that is louder than the sweep is the same in all records. The first period, in which the rig
+    /// settles, is left out.
     ///
     /// # Errors
-    /// As [`Spectra::welch`]; [`Fault::TooShort`] for records of different lengths, less than two microphones, two periods or two averages, or a band without a
-    /// frequency.
+    /// As [`Spectra::welch`]; [`Fault::TooShort`] for records of different lengths, less than two microphones or two periods, a single record with less than
+    /// three frequencies in a band, or a band without a frequency.
     pub fn new(records: &[Vec<Vec<f64>>], rate_hz: f64, options: &SweptOptions) -> Result<Self, Fault> {
         let whole = records.iter().filter_map(|r| r.first()).map(Vec::len).max().unwrap_or(0);
         let length = options.period.unwrap_or(whole);
@@ -82,26 +83,28 @@ impl Swept {
             heard.extend(starts.map(|k| directions(channels, k * length..(k + 1) * length, &bins)));
         }
         let repeats = heard.len();
-        short("list of records and of frequencies in a band", together * repeats, 2)?;
+        if repeats < 2 {
+            short("list of frequencies in a band, of a single record,", together, 3)?;
+        }
         let (mut frequency_hz, mut cross, mut fields) = (Vec::new(), Vec::new(), Vec::new());
         for (band, group) in bins.chunks_exact(together).enumerate() {
             let first = band * together;
             frequency_hz.push(0.5 * (group[0] + group[together - 1]) as f64 * spacing);
             let all = heard.iter().flat_map(|record| &record[first..first + together]);
             let sums = products(n, all);
-            let (largest, pressures) = principal(&sums);
-            // Share of the power in each direction that is noise.
-            let left = |largest: f64, count: usize| {
-                (count as f64 - largest).max(0.0) / (count - 1) as f64 / (n - 1) as f64
-            };
-            let noise = if repeats > 1 {
-                let of_bin = |k: usize| {
-                    let sums = products(n, heard.iter().map(|record| &record[k]));
-                    left(principal(&sums).0, repeats)
-                };
-                (first..first + together).map(of_bin).sum::<f64>() / together as f64
-            } else {
-                left(largest, together)
+            let pressures = principal(&sums).1;
+            let of_bin = |k: usize| principal(&products(n, heard.iter().map(|record| &record[k])));
+            let own: Vec<(f64, Vec<C64>)> = (first..first + together).map(of_bin).collect();
+            // The share of the power in each direction that differs between records, and what between frequencies.
+            let freedom = (n - 1) as f64;
+            let within = own.iter().map(|(largest, _)| repeats as f64 - largest).sum::<f64>().max(0.0)
+                / (freedom * (together * (repeats - 1)) as f64);
+            let freedom = freedom * together.saturating_sub(2) as f64;
+            let between = repeats as f64 * bent(&own, &pressures) / freedom;
+            let noise = match (repeats > 1, freedom > 0.0) {
+                (true, true) if between > (1.0 + 5.0 / freedom.sqrt()) * within => between,
+                (true, _) => within,
+                (false, _) => between,
             };
             let signal = (1.0 - n as f64 * noise).max(0.0);
             let variance = noise * (signal + noise)
@@ -112,6 +115,24 @@ impl Swept {
         }
         Ok(Self { spectra: Spectra { frequency_hz, averages: (together * repeats) as f64, cross }, fields })
     }
+}
+
+/// The sum of squares of what the directions of single frequencies have beside `middle`, less what rises in proportion to frequency: over a band that is nothing.
+fn bent(own: &[(f64, Vec<C64>)], middle: &[C64]) -> f64 {
+    let apart = |(_, p): &(f64, Vec<C64>)| -> Vec<C64> {
+        let along: C64 = middle.iter().zip(p).map(|(a, b)| a.conj() * b).sum();
+        let turn = along.conj() / along.norm().max(f64::MIN_POSITIVE);
+        p.iter().zip(middle).map(|(b, a)| (b - along * a) * turn).collect()
+    };
+    let apart: Vec<Vec<C64>> = own.iter().map(apart).collect();
+    let place = |k: usize| k as f64 - 0.5 * (own.len() - 1) as f64;
+    let lever = (0..own.len()).map(|k| place(k).powi(2)).sum::<f64>().max(f64::MIN_POSITIVE);
+    let left = |c: usize| {
+        let mean = apart.iter().map(|d| d[c]).sum::<C64>() / own.len() as f64;
+        let slope = apart.iter().enumerate().map(|(k, d)| place(k) * d[c]).sum::<C64>() / lever;
+        apart.iter().enumerate().map(|(k, d)| (d[c] - mean - place(k) * slope).norm_sqr()).sum::<f64>()
+    };
+    (0..middle.len()).map(left).sum()
 }
 
 /// Spectra of some samples at the frequencies `bins`, by frequency and channel, each over its length.

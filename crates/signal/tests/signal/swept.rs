@@ -41,6 +41,17 @@ fn record(source: &[f64], count: usize, noise: f64, stream: &mut Stream) -> Vec<
     all
 }
 
+/// The spectra of a record at `f` Hz over their length, by plain sums.
+fn direction(record: &[Vec<f64>], f: usize) -> Vec<C64> {
+    let one = |c: &Vec<f64>| -> C64 {
+        let term = |(n, v): (usize, &f64)| v * C64::from_polar(1.0, -TAU * (f * n % 4096) as f64 / RATE);
+        c.iter().enumerate().map(term).sum()
+    };
+    let x: Vec<C64> = record.iter().map(one).collect();
+    let length = x.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
+    x.into_iter().map(|z| z / length).collect()
+}
+
 const OPTIONS: SweptOptions = SweptOptions { band_hz: [80.0, 800.0], resolution_hz: 8.0, period: None };
 
 #[test]
@@ -54,16 +65,6 @@ fn oracle_spectra_are_plain_sums_and_fields_their_eigenvectors() {
     for band in [0, 41, 89] {
         let first = 80 + 8 * band;
         assert_eq!(found.spectra.frequency_hz[band], first as f64 + 3.5);
-        let direction = |record: &Vec<Vec<f64>>, f: usize| {
-            let one = |c: &Vec<f64>| -> C64 {
-                let term =
-                    |(n, v): (usize, &f64)| v * C64::from_polar(1.0, -TAU * (f * n % 4096) as f64 / RATE);
-                c.iter().enumerate().map(term).sum()
-            };
-            let x: Vec<C64> = record.iter().map(one).collect();
-            let length = x.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
-            x.into_iter().map(|z| z / length).collect::<Vec<C64>>()
-        };
         // By frequency, and the sum of all.
         let sums = |frequencies: std::ops::Range<usize>| {
             let mut sums = [[C64::ZERO; 3]; 3];
@@ -107,6 +108,34 @@ fn oracle_spectra_are_plain_sums_and_fields_their_eigenvectors() {
 }
 
 #[test]
+fn oracle_noise_of_one_record_is_what_no_line_over_frequency_tells() {
+    let record = record(&sweep(), 3, 0.1, &mut Streams::new(3).stream("one"));
+    let found = Swept::new(std::slice::from_ref(&record), RATE, &OPTIONS).unwrap();
+    for band in [10, 60] {
+        let (first, field) = (80 + 8 * band, &found.fields[band]);
+        let p = &field.pressures;
+        let beside = |f: usize| -> Vec<C64> {
+            let u = direction(&record, f);
+            let along: C64 = p.iter().zip(&u).map(|(p, u)| p.conj() * u).sum();
+            u.iter().zip(p).map(|(u, p)| u * along.conj() / along.norm() - p * along.norm()).collect()
+        };
+        let all: Vec<Vec<C64>> = (first..first + 8).map(beside).collect();
+        // What two orthogonal columns, one and the place, leave of each microphone.
+        let mut left = 0.0;
+        for c in 0..3 {
+            let dot = |column: &dyn Fn(usize) -> f64| (0..8).map(|k| column(k) * all[k][c]).sum::<C64>();
+            let line = |k: usize| (2.0 * k as f64 - 7.0) / 168.0_f64.sqrt();
+            let whole: f64 = all.iter().map(|d| d[c].norm_sqr()).sum();
+            left += whole - dot(&|_| 8.0_f64.powf(-0.5)).norm_sqr() - dot(&line).norm_sqr();
+        }
+        let noise = left / 12.0;
+        let signal = 1.0 - 3.0 * noise;
+        let sd = (noise * (signal + noise) / (signal * signal) / 16.0).sqrt();
+        assert!((field.sd / sd - 1.0).abs() < 1e-6, "{} {sd}", field.sd);
+    }
+}
+
+#[test]
 fn exact_two_microphones_give_the_errors_of_bendat_and_piersol() {
     let mut stream = Streams::new(2).stream("two");
     let found = Swept::new(&[record(&sweep(), 2, 0.1, &mut stream)], RATE, &OPTIONS).unwrap();
@@ -119,9 +148,7 @@ fn exact_two_microphones_give_the_errors_of_bendat_and_piersol() {
         let hv = (g1 - g0 + root) / (2.0 * cross.conj());
         let p = &field.pressures;
         assert!((p[1] / p[0] - hv).norm() < 1e-9 * hv.norm(), "{} {hv}", p[1] / p[0]);
-        // One record of 8 frequencies: what is left has 7 degrees of freedom for every 8. With two microphones of one level the coherence is the ordinary one.
-        let noise = (1.0 - root) / 2.0 * 8.0 / 7.0;
-        assert!((field.coherence - (1.0 - 2.0 * noise).powi(2)).abs() < 1e-9);
+        // Of two microphones of one level the coherence is the ordinary one.
         let relative = field.sd / p[0].norm() / p[1].norm();
         let g = field.coherence;
         let stated = ((1.0 - g) / (2.0 * g * 8.0)).sqrt() * (0.5 / (p[0].norm() * p[1].norm()));
@@ -140,7 +167,7 @@ fn inside(of: impl Fn(&mut Stream) -> Swept) -> f64 {
             for c in 1..3 {
                 let error = (p[c] / p[0] * truth(0, f) / truth(c, f)).ln();
                 let sd = (field.sd / p[c].norm()).hypot(field.sd / p[0].norm());
-                assert!(sd < 0.1, "{sd} at {f} Hz");
+                assert!(sd < 0.2, "{sd} at {f} Hz");
                 for part in [error.re, error.im] {
                     (within, all) = (within + u32::from(part.abs() < 1.96 * sd), all + 1);
                 }
@@ -189,16 +216,24 @@ fn coverage_transfer_functions_of_periods_lie_within_their_errors() {
 #[test]
 fn behaviour_what_the_sweep_does_not_excite_has_no_coherence() {
     let mut stream = Streams::new(5).stream("outside");
-    let records: Vec<_> = (0..4).map(|_| record(&sweep(), 3, 0.02, &mut stream)).collect();
+    let mut records: Vec<_> = (0..4).map(|_| record(&sweep(), 3, 0.02, &mut stream)).collect();
+    // A hum that all microphones hear alike, louder than the sweep at its own frequency.
+    for (k, channels) in records.iter_mut().enumerate() {
+        let hum = |n: usize| (TAU * 500.02 * n as f64 / RATE + k as f64).sin();
+        channels.iter_mut().for_each(|c| c.iter_mut().enumerate().for_each(|(n, v)| *v += 0.3 * hum(n)));
+    }
     let wide = SweptOptions { band_hz: [10.0, 1600.0], ..OPTIONS };
     let found = Swept::new(&records, RATE, &wide).unwrap();
+    let mut hummed = 1.0_f64;
     for (f, field) in found.spectra.frequency_hz.iter().zip(&found.fields) {
         match f {
-            80.0..850.0 => assert!(field.coherence > 0.9, "{f} Hz: {}", field.coherence),
+            495.0..505.0 => hummed = hummed.min(field.coherence),
+            80.0..480.0 | 520.0..850.0 => assert!(field.coherence > 0.9, "{f} Hz: {}", field.coherence),
             1000.0.. => assert!(field.coherence < 0.5, "{f} Hz: {}", field.coherence),
             _ => {}
         }
     }
+    assert!(hummed < 0.8, "{hummed}");
 }
 
 #[test]
@@ -213,8 +248,7 @@ fn message_records_that_cannot_be_averaged_are_faults() {
     assert!(fault(&[good[..1].to_vec()], OPTIONS).contains("list of microphones"));
     assert!(fault(&[good.clone()], SweptOptions { period: Some(3000), ..OPTIONS }).contains("two periods"));
     assert!(
-        fault(&[good.clone()], SweptOptions { resolution_hz: 0.1, ..OPTIONS })
-            .contains("frequencies in a band")
+        fault(&[good.clone()], SweptOptions { resolution_hz: 0.1, ..OPTIONS }).contains("a single record")
     );
     assert!(fault(&[good.clone()], SweptOptions { band_hz: [80.0, 81.0], ..OPTIONS }).contains("band"));
     assert!(fault(&[], OPTIONS).contains("microphones"));
