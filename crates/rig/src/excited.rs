@@ -30,7 +30,7 @@ pub struct ExcitedRecords {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Excitation {
     /// Steady random noise, a sweep, or a periodic sound.
-    Driven(Driven),
+    Driven(Box<Driven>),
     /// A blow at the beginning of every record.
     Blow(Blow),
 }
@@ -105,10 +105,10 @@ impl ExcitedRecords {
         }
         let excitation = match (manifest.random, manifest.sweep, manifest.blow) {
             (Some(random), None, None) => {
-                Excitation::Driven(driven(random, "[random]", manifest.microphones, &path)?)
+                Excitation::Driven(Box::new(driven(random, "[random]", manifest.microphones, &path)?))
             }
             (None, Some(sweep), None) => {
-                Excitation::Driven(driven(sweep, "[sweep]", manifest.microphones, &path)?)
+                Excitation::Driven(Box::new(driven(sweep, "[sweep]", manifest.microphones, &path)?))
             }
             (None, None, Some(blow)) => {
                 let stretch = blow.stretch_s;

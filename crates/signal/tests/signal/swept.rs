@@ -244,15 +244,14 @@ fn message_records_that_cannot_be_averaged_are_faults() {
         Swept::new(records, RATE, &options).unwrap_err().to_string()
     };
     let shorter: Vec<Vec<f64>> = good.iter().map(|c| c[..4000].to_vec()).collect();
+    let one = std::slice::from_ref(&good);
     assert!(fault(&[good.clone(), shorter], OPTIONS).contains("beside the longest"));
     assert!(fault(&[good[..1].to_vec()], OPTIONS).contains("list of microphones"));
-    assert!(fault(&[good.clone()], SweptOptions { period: Some(3000), ..OPTIONS }).contains("two periods"));
-    assert!(
-        fault(&[good.clone()], SweptOptions { resolution_hz: 0.1, ..OPTIONS }).contains("a single record")
-    );
-    assert!(fault(&[good.clone()], SweptOptions { band_hz: [80.0, 81.0], ..OPTIONS }).contains("band"));
+    assert!(fault(one, SweptOptions { period: Some(3000), ..OPTIONS }).contains("two periods"));
+    assert!(fault(one, SweptOptions { resolution_hz: 0.1, ..OPTIONS }).contains("a single record"));
+    assert!(fault(one, SweptOptions { band_hz: [80.0, 81.0], ..OPTIONS }).contains("band"));
     assert!(fault(&[], OPTIONS).contains("microphones"));
-    let mut bad = good;
+    let mut bad = good.clone();
     bad[1][7] = f64::NAN;
     assert_eq!(Swept::new(&[bad], RATE, &OPTIONS), Err(Fault::NotFinite { channel: 1, sample: 7 }));
 }
