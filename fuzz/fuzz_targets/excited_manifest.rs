@@ -1,4 +1,4 @@
-//! Any text as the manifest of records of random noise or of blows.
+//! Any text as the manifest of records of random noise, sweeps or blows.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -137,6 +137,20 @@ pub struct Loudspeaker {
     pub stop_sd_s: f64,
     /// Number of modes that ring after a ping.
     pub modes: usize,
+    /// Largest pressure at any microphone during a sweep, Pa.
+    #[serde(default = "ten")]
+    pub sweep_pa: f64,
+    /// Length of a sweep, s.
+    #[serde(default = "three")]
+    pub sweep_s: f64,
+}
+
+fn ten() -> f64 {
+    10.0
+}
+
+fn three() -> f64 {
+    3.0
 }
 
 /// What the recorder keeps.
@@ -322,6 +336,8 @@ impl Truth {
             ("thermocouples.sheath_diameter_m", self.thermocouples.sheath_diameter_m, 1e-5, 0.01),
             ("loudspeaker.click_hz", speaker.click_hz, 100.0, 4000.0),
             ("loudspeaker.modes", speaker.modes as f64, 1.0, 12.0),
+            ("loudspeaker.sweep_pa", speaker.sweep_pa, 1e-3, self.recorder.full_scale_pa),
+            ("loudspeaker.sweep_s", speaker.sweep_s, 0.1, 60.0),
             ("recorder.full_scale_pa", recorder.full_scale_pa, 1e-3, 1e6),
             ("recorder.ping_s less quiet and forced parts", kept, 0.05, 60.0),
             ("recorder.click_s", recorder.click_s, recorder.click_quiet_s + 0.01, 1.0),

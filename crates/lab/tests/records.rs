@@ -133,3 +133,36 @@ fn lab_bad_records_occur_as_often_as_the_truth_says() {
     assert_ne!(lab.ping(0, bad).unwrap(), good.ping(0, bad).unwrap());
     assert_eq!(lab.ping(0, fine).unwrap(), good.ping(0, fine).unwrap());
 }
+
+#[test]
+fn exact_sweeps_depend_on_seed_and_name_alone() {
+    let written = |name: &str, seed: u64, repeats: u32| {
+        let campaign = Campaign::juniper_yoko_2022();
+        let points = campaign.row("C3").take(1).cloned().collect();
+        let small = Campaign { points, ..campaign };
+        let mut truth = Truth::standard();
+        truth.loudspeaker.sweep_s = 0.3;
+        let lab =
+            VirtualRig::new(&Rig::juniper_yoko_2022(), &small, &truth, &[], Some(repeats), seed).unwrap();
+        let folder = std::env::temp_dir().join(format!("rijke-lab-sweeps-{}-{name}", std::process::id()));
+        let count = std::sync::atomic::AtomicUsize::new(0);
+        let written = |more: usize| {
+            count.fetch_add(more, std::sync::atomic::Ordering::Relaxed);
+        };
+        lab.write_sweeps(&folder, [150.0, 300.0], &written).unwrap();
+        assert_eq!(count.into_inner(), lab.sweep_count());
+        let id = &lab.set().points[0].point.id;
+        let read = |file: String| std::fs::read(folder.join(file)).unwrap();
+        let found = [
+            read(format!("{id}/sweep-01.wav")),
+            read("calibration/switched-3.wav".into()),
+            read("manifest.toml".into()),
+        ];
+        std::fs::remove_dir_all(&folder).unwrap();
+        found
+    };
+    let [few, many, other] = [written("few", 1, 2), written("many", 1, 3), written("other", 2, 2)];
+    assert!(few[..2] == many[..2] && few[0] != other[0]);
+    let text = String::from_utf8(few[2].clone()).unwrap();
+    assert!(text.contains("kind = \"virtual\"") && text.matches("[[sweep.switched]]").count() == 7, "{text}");
+}

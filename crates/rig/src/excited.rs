@@ -1,9 +1,10 @@
-//! Records of a rig that random noise drives, or a blow: a folder with a `manifest.toml` that has `[random]` or `[blow]`.
+//! Records of a rig that random noise drives, a sweep, a periodic sound, or a blow: a folder with a `manifest.toml` that has `[random]`, `[sweep]` or `[blow]`.
 
+use crate::driven::{Driven, DrivenKeys, driven};
 use crate::files::{parse_toml, read_text};
+use crate::manifest::MicrophoneKeys;
 use crate::{Arrays, DataKind, Elsewhere, Layout, Problem, Reading, Record, RigError, inspect, read_record};
 use serde::Deserialize;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Such a folder: what its manifest says. Every channel of a file is a microphone, in the order of the rig.
@@ -28,56 +29,10 @@ pub struct ExcitedRecords {
 /// What drives a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Excitation {
-    /// Steady random noise.
-    Random(RandomNoise),
+    /// Steady random noise, a sweep, or a periodic sound.
+    Driven(Box<Driven>),
     /// A blow at the beginning of every record.
     Blow(Blow),
-}
-
-/// Records of random noise.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RandomNoise {
-    /// Samples of one segment of a spectrum.
-    pub segment: usize,
-    /// Number of polynomials of frequency that make the gain of a channel.
-    #[serde(default = "six")]
-    pub polynomials: usize,
-    /// A record with every channel at its own place.
-    pub straight: String,
-    /// Records in which channel 0 and another have changed places, while the sound field was that of `straight`.
-    #[serde(default)]
-    pub switched: Vec<SwitchedRecord>,
-    /// Operating point and record.
-    pub points: BTreeMap<String, String>,
-    /// Ends at which sound of unknown pressure enters, if not both: `upstream`, `downstream`.
-    pub sources: Option<Vec<String>>,
-    /// A specimen whose transmission loss is wanted.
-    pub transmission: Option<Specimen>,
-}
-
-/// A record in which two channels have changed places.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SwitchedRecord {
-    /// The file.
-    pub file: String,
-    /// The channel that changed places with channel 0.
-    pub channel: usize,
-}
-
-/// A specimen between microphones.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Specimen {
-    /// The operating points of which the loss is wanted.
-    pub points: Vec<String>,
-    /// Where it begins and ends, m.
-    pub between: [f64; 2],
-    /// Standard deviation of the place of every microphone, m.
-    pub place_sd: f64,
-    /// Relative standard deviation of the speed of sound.
-    pub sound_speed_sd: f64,
 }
 
 /// Records of a blow.
@@ -109,7 +64,9 @@ struct Manifest {
     rate_hz: f64,
     band_hz: [f64; 2],
     measured: Option<Elsewhere>,
-    random: Option<RandomNoise>,
+    random: Option<DrivenKeys>,
+    sweep: Option<DrivenKeys>,
+    microphones: Option<MicrophoneKeys>,
     blow: Option<BlowKeys>,
 }
 
@@ -120,10 +77,6 @@ struct BlowKeys {
     stretch_s: [f64; 2],
     files: Vec<String>,
     state: Vec<BlowState>,
-}
-
-fn six() -> usize {
-    6
 }
 
 impl ExcitedRecords {
@@ -138,7 +91,7 @@ impl ExcitedRecords {
         }
         let text = read_text(&path)?;
         let keys: toml::Table = parse_toml(&text, &path)?;
-        if !keys.contains_key("random") && !keys.contains_key("blow") {
+        if !["random", "sweep", "blow"].iter().any(|key| keys.contains_key(*key)) {
             return Ok(None);
         }
         let manifest: Manifest = parse_toml(&text, &path)?;
@@ -150,37 +103,14 @@ impl ExcitedRecords {
                 "must be above zero, and the band ascend below half the rate",
             );
         }
-        let excitation = match (manifest.random, manifest.blow) {
-            (Some(random), None) => {
-                if random.segment < 16 || random.polynomials == 0 || random.points.is_empty() {
-                    let what = "must have a segment of 16 samples or more, a polynomial or more, and points with their records";
-                    return wrong("[random]", what);
-                }
-                let ends = ["upstream", "downstream"];
-                if random.sources.iter().flatten().any(|end| !ends.contains(&end.as_str())) {
-                    return wrong(
-                        "[random]",
-                        "`sources` names the ends at which sound enters: upstream, downstream",
-                    );
-                }
-                let listed = |s: &Specimen| s.points.iter().all(|p| random.points.contains_key(p));
-                if !random.transmission.as_ref().is_none_or(listed) {
-                    return wrong("[random.transmission]", "must name points that [random.points] lists");
-                }
-                let sound = |s: &Specimen| {
-                    let [from, to] = s.between;
-                    0.0 <= from
-                        && from < to
-                        && (0.0..1.0).contains(&s.place_sd)
-                        && (0.0..0.5).contains(&s.sound_speed_sd)
-                };
-                if !random.transmission.as_ref().is_none_or(sound) {
-                    let what = "must have a `between` that ascends from 0 or more, a place_sd from 0 to 1 m, and a sound_speed_sd from 0 to 0.5 of the speed";
-                    return wrong("[random.transmission]", what);
-                }
-                Excitation::Random(random)
+        let excitation = match (manifest.random, manifest.sweep, manifest.blow) {
+            (Some(random), None, None) => {
+                Excitation::Driven(Box::new(driven(random, "[random]", manifest.microphones, &path)?))
             }
-            (None, Some(blow)) => {
+            (None, Some(sweep), None) => {
+                Excitation::Driven(Box::new(driven(sweep, "[sweep]", manifest.microphones, &path)?))
+            }
+            (None, None, Some(blow)) => {
                 let stretch = blow.stretch_s;
                 if !(0.0 <= stretch[0] && stretch[0] < stretch[1])
                     || blow.files.is_empty()
@@ -191,6 +121,12 @@ impl ExcitedRecords {
                         "must have a stretch_s that ascends from 0 or more, files, and a [[blow.state]]",
                     );
                 }
+                if manifest.microphones.is_some() {
+                    return wrong(
+                        "[microphones]",
+                        "has no meaning for a blow, whose modes need no gains; leave it out",
+                    );
+                }
                 let within = |f: &f64| 0.5 * low <= *f && *f <= high;
                 if !blow.state.iter().flat_map(|s| &s.near_hz).all(within) {
                     return wrong("[[blow.state]]", "must have a near_hz within `band_hz`");
@@ -199,7 +135,7 @@ impl ExcitedRecords {
             }
             _ => {
                 return wrong(
-                    "[random], [blow]",
+                    "[random], [sweep], [blow]",
                     "exclude each other; put the records into folders of their own",
                 );
             }

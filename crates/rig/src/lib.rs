@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod apparatus;
+mod driven;
 mod error;
 mod excited;
 mod files;
@@ -18,8 +19,9 @@ pub use apparatus::gas::{Gas, GasState};
 pub use apparatus::geometry::{Insert, Microphones, Plates, Recording, Rig, Tube};
 pub use apparatus::point::OperatingPoint;
 pub use apparatus::ramp::{Logged, Ramp};
+pub use driven::{Driven, Specimen, SpectraKind, SwitchedRecord};
 pub use error::{Elsewhere, RigError};
-pub use excited::{Blow, BlowState, Excitation, ExcitedRecords, RandomNoise, Specimen, SwitchedRecord};
+pub use excited::{Blow, BlowState, Excitation, ExcitedRecords};
 pub use formats::arrays::named_columns;
 pub use formats::columns::Columns;
 pub use formats::text::{Decimal, TextForm};

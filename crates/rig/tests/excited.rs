@@ -1,11 +1,12 @@
-//! Manifests of random noise and of blows, and what is said of bad ones.
-#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+//! Manifests of random noise, of sweeps and of blows, and what is said of bad ones.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
-use rijke_rig::{Excitation, ExcitedRecords, RigError};
+use rijke_rig::{Excitation, ExcitedRecords, RigError, SpectraKind};
 use std::path::PathBuf;
 
 const HEAD: &str = "kind = 'measured'\nsource = 'a test'\nrate_hz = 1000\nband_hz = [100, 400]\n";
 const RANDOM: &str = "[random]\nsegment = 64\nstraight = 'a.csv'\npoints = { p = 'a.csv' }\n";
+const SWEEP: &str = "[sweep]\nresolution_hz = 2\npoints = { p = ['a.csv', 'b.csv'] }\n";
 const BLOW: &str =
     "[blow]\nstretch_s = [0.0, 0.1]\nfiles = ['a.csv']\n[[blow.state]]\npoint = 'p'\nnear_hz = [150]\n";
 
@@ -25,11 +26,23 @@ fn told(name: &str, manifest: &str) -> String {
 #[test]
 fn exact_manifests_are_read_with_their_records() {
     let random = ExcitedRecords::open(&folder("random", &format!("{HEAD}{RANDOM}"))).unwrap().unwrap();
-    assert!(matches!(&random.excitation, Excitation::Random(r) if r.segment == 64 && r.polynomials == 6));
+    assert!(
+        matches!(&random.excitation, Excitation::Driven(r) if r.spectra == SpectraKind::Segments { segment: 64 } && r.polynomials == 6)
+    );
     let record = random.read("a.csv", Some(2)).unwrap();
     assert_eq!(record.channels, [[1.0, 3.0, 5.0], [2.0, 4.0, 6.0]]);
     assert_eq!(random.read("a.csv", None).unwrap(), record);
     assert!(random.read("a.csv", Some(1)).is_err(), "a channel that nobody listed");
+    let stated = "[microphones]\ngain = [1, 1.1]\ngain_sd = '1 %'\ndelay_sd = '5 us'\n";
+    let sweep = ExcitedRecords::open(&folder("sweep", &format!("{HEAD}{SWEEP}{stated}"))).unwrap().unwrap();
+    let Excitation::Driven(driven) = &sweep.excitation else { panic!("{sweep:?}") };
+    let spectra = SpectraKind::Whole { resolution_hz: 2.0, period: None, coherence: 0.8 };
+    assert!(
+        driven.spectra == spectra && driven.points["p"] == ["a.csv", "b.csv"] && driven.straight.is_empty()
+    );
+    let stated = driven.stated(2, &sweep.path).unwrap().unwrap();
+    assert_eq!((stated.gains, stated.gain_sds), (vec![1.0, 1.1], vec![0.01, 0.01]));
+    assert!(driven.stated(3, &sweep.path).is_err(), "gains of two microphones of three");
     let blow = ExcitedRecords::open(&folder("blow", &format!("{HEAD}{BLOW}"))).unwrap().unwrap();
     assert!(
         matches!(&blow.excitation, Excitation::Blow(b) if b.stretch == [0.0, 0.1] && b.states.len() == 1)
@@ -42,9 +55,49 @@ fn exact_manifests_are_read_with_their_records() {
 #[test]
 fn message_bad_manifests_are_named_with_place_and_remedy() {
     for (name, manifest, parts) in [
-        ("both", format!("{HEAD}{RANDOM}{BLOW}"), ["[random], [blow]", "folders of their own"]),
+        ("both", format!("{HEAD}{RANDOM}{BLOW}"), ["[random], [sweep], [blow]", "folders of their own"]),
         ("band", format!("{HEAD}{RANDOM}").replace("400]", "600]"), ["`band_hz`", "below half the rate"]),
         ("segment", format!("{HEAD}{RANDOM}").replace("64", "4"), ["[random]", "16 samples"]),
+        (
+            "two records",
+            format!("{HEAD}{RANDOM}").replace("{ p = 'a.csv' }", "{ p = ['a.csv', 'b.csv'] }"),
+            ["[random]", "one record"],
+        ),
+        ("segments of a sweep", format!("{HEAD}{SWEEP}segment = 64\n"), ["[sweep]", "no `segment`"]),
+        ("period of noise", format!("{HEAD}{RANDOM}period = 64\n"), ["[random]", "no `resolution_hz`"]),
+        (
+            "no resolution",
+            format!("{HEAD}{SWEEP}").replace("= 2", "= 0"),
+            ["[sweep]", "resolution_hz above 0"],
+        ),
+        (
+            "all coherence",
+            format!("{HEAD}{SWEEP}coherence = 1.0\n"),
+            ["[sweep]", "coherence from 0 to below 1"],
+        ),
+        (
+            "no record",
+            format!("{HEAD}{SWEEP}").replace("['a.csv', 'b.csv']", "[]"),
+            ["[sweep]", "points with their records"],
+        ),
+        (
+            "not switched",
+            format!("{HEAD}{SWEEP}straight = 'a.csv'\n"),
+            ["[sweep]", "`switched` records, or none"],
+        ),
+        ("ends", format!("{HEAD}{SWEEP}sources = ['above']\n"), ["[sweep]", "upstream, downstream"]),
+        (
+            "gains twice",
+            format!(
+                "{HEAD}{SWEEP}straight = 'a.csv'\nswitched = [{{ file = 'b.csv', channel = 1 }}]\n[microphones]\ngain_sd = 0.1\ndelay_sd = '1 us'\n"
+            ),
+            ["[microphones]", "keep one of the two"],
+        ),
+        (
+            "gains of a blow",
+            format!("{HEAD}{BLOW}[microphones]\ngain = 1\n"),
+            ["[microphones]", "leave it out"],
+        ),
         ("stretch", format!("{HEAD}{BLOW}").replace("0.0, 0.1", "0.1, 0.1"), ["[blow]", "stretch_s"]),
         ("key", format!("{HEAD}{RANDOM}colour = 1\n"), ["colour", "unknown field"]),
         (

@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    number,
     staging::StagedFolder,
     ui::Ui,
 };
@@ -10,16 +11,20 @@ use rijke_rig::{Campaign, RecordSource, Rig};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Record a campaign in the virtual laboratory: raw microphone records of pings and clicks, as WAV files with a
+/// Record a campaign in the virtual laboratory: raw microphone records of pings and clicks, or of sweeps, as WAV files with a
 /// manifest, exactly as `rijke process` reads them from a real rig.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  rijke lab --out virtual-rig --row C3 --repeats 4")]
+#[command(after_help = "Examples:\n  rijke lab --out virtual-rig --row C3 --repeats 4\n  \
+    rijke lab --out my-study/records --row C3 --repeats 4 --sweep 80 800")]
 pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     #[command(flatten)]
     laboratory: Laboratory,
+    /// Record sweeps between these frequencies, Hz, in place of pings and clicks.
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = number::positive)]
+    sweep: Option<Vec<f64>>,
     /// Replace the folder if it exists.
     #[arg(long)]
     force: bool,
@@ -71,12 +76,29 @@ impl Laboratory {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let lab = args.laboratory.open()?;
+    let rate = lab.set().ping.rate_hz;
+    let sweep = match args.sweep.as_deref() {
+        Some(&[low, high]) if low < high && high <= 0.25 * rate => Some([low, high]),
+        Some(band) => {
+            return Err(Failure::bad_input(format!(
+                "--sweep {band:?}: from a lower to a higher frequency, up to a quarter of the sampling rate of {rate} Hz"
+            ))
+            .remedy("Give two such frequencies, such as --sweep 80 800."));
+        }
+        None => None,
+    };
     let folder = StagedFolder::new(&args.out, "manifest.toml", args.force)?;
-    let progress = ui.progress("recording", lab.record_count() as u64);
-    lab.write(folder.path(), &|records| progress.advance(records as u64)).or_failed()?;
+    let records = if sweep.is_some() { lab.sweep_count() } else { lab.record_count() };
+    let progress = ui.progress("recording", records as u64);
+    let written = |records| progress.advance(records as u64);
+    match sweep {
+        Some(band) => lab.write_sweeps(folder.path(), band, &written),
+        None => lab.write(folder.path(), &written),
+    }
+    .or_failed()?;
     drop(progress);
     folder.commit()?;
     let points = lab.set().points.len();
-    ui.note(format!("{}: {} records of {points} operating points", args.out.display(), lab.record_count()));
-    ui.result(&json!({ "dir": args.out, "records": lab.record_count(), "points": points }))
+    ui.note(format!("{}: {records} records of {points} operating points", args.out.display()));
+    ui.result(&json!({ "dir": args.out, "records": records, "points": points }))
 }

@@ -1,6 +1,8 @@
 //! `rijke process`: from raw records to pings and clicks with uncertainties.
 
+mod driven;
 mod excited;
+mod made;
 mod plot;
 mod stated;
 

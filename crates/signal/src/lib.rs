@@ -21,6 +21,9 @@ pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_cl
 pub use delays::{CalibrationError, ChannelDelays, KnownClick, StatedChannels};
 pub use error::Fault;
 pub use ping::{Drift, PingFit, PingOptions, PingPicture, fit_ping};
-pub use random::{GainPair, Spectra, SwitchedGains, TransferEstimate, TransmissionTube, Transmitted};
+pub use random::{
+    Field, GainPair, Spectra, Swept, SweptOptions, SwitchedGains, TransferEstimate, TransmissionTube,
+    Transmitted,
+};
 pub use repeats::{Repeats, combine, pool};
 pub use trace::Trace;

@@ -15,6 +15,8 @@ const MOVED: usize = 4;
 /// Mean and sd of the priors: length, Mach number, loss.
 const PRIORS: [[f64; 2]; 3] = [[0.0, 0.005], [0.08, 0.01], [0.1, 0.05]];
 const NOISE: f64 = 5e-3;
+/// The same noise at every microphone.
+const ALIKE: [f64; 8] = [NOISE; 8];
 
 const CANDIDATES: &str = r#"
 [[candidate]]
@@ -92,6 +94,7 @@ fn heard(
     frequency_hz: &[f64],
     excitations: usize,
     truth: [f64; 3],
+    noise: [f64; 8],
     stream: &mut Stream,
 ) -> Vec<Vec<Vec<C64>>> {
     let row = |f: &f64, stream: &mut Stream| -> Vec<C64> {
@@ -99,8 +102,9 @@ fn heard(
         let clean: Vec<C64> =
             columns(*f, truth).iter().map(|h| h[0] * amplitudes[0] + h[1] * amplitudes[1]).collect();
         let level = |row: &[C64]| (row.iter().map(|z| z.norm_sqr()).sum::<f64>() / row.len() as f64).sqrt();
-        let size = NOISE * level(&clean);
-        let noisy: Vec<C64> = clean.iter().map(|z| z + size * complex(stream)).collect();
+        let size = level(&clean);
+        let noisy: Vec<C64> =
+            clean.iter().zip(noise).map(|(z, sd)| z + sd * size * complex(stream)).collect();
         let level = level(&noisy);
         noisy.iter().map(|z| z / level).collect()
     };
@@ -109,17 +113,23 @@ fn heard(
 
 fn trained(folder: &Path, frequency_hz: &[f64], heard: &[Vec<Vec<C64>>]) -> ResponseStageRecord {
     let sources = [Place::Upstream, Place::Downstream];
-    run(folder, frequency_hz, heard, &sources).next_stage().unwrap().unwrap()
+    run(folder, frequency_hz, heard, &sources, None).next_stage().unwrap().unwrap()
 }
 
-fn run(folder: &Path, frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], sources: &[Place]) -> ResponseRun {
+fn run(
+    folder: &Path,
+    frequency_hz: &[f64],
+    heard: &[Vec<Vec<C64>>],
+    sources: &[Place],
+    measured: Option<[f64; 8]>,
+) -> ResponseRun {
     let response = |(e, m): (usize, usize)| ObservedResponse {
         point: 0,
         what: ResponseKind::Pressure { microphone: m, excitation: e.to_string(), sources: sources.to_vec() },
         rows: frequency_hz.len(),
         frequency_hz: frequency_hz.to_vec(),
         values: heard[e].iter().map(|row| row[m]).collect(),
-        sd: Vec::new(),
+        sd: measured.map_or_else(Vec::new, |sds| vec![sds[m]; frequency_hz.len()]),
     };
     let all = (0..heard.len()).flat_map(|e| (0..AT.len()).map(move |m| (e, m)));
     let observed = Responses {
@@ -132,7 +142,7 @@ fn run(folder: &Path, frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], sources: &[
 }
 
 /// The cost of the slow route, nats: the whole covariance of the pressures with the field of the sources at these very parameters.
-fn cost(frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], noise: f64, x: [f64; 3]) -> f64 {
+fn cost(frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], noise: [f64; 8], x: [f64; 3]) -> f64 {
     let parameters = [0, 1, 2].map(|i| PRIORS[i][0] + PRIORS[i][1] * x[i]);
     let n = AT.len();
     let mut sum = 0.5 * x.iter().map(|x| x * x).sum::<f64>() + 1.5 * (2.0 * PI).ln();
@@ -150,7 +160,7 @@ fn cost(frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], noise: f64, x: [f64; 3]) 
         // The field has the mean square of all pressures in every direction: that of a row over its root mean square is n.
         let covariance = Matrix::from_fn(2 * n, 2 * n, |i, j| {
             let z = n as f64 * projector(i % n, j % n);
-            let own = if i == j { noise * noise } else { 0.0 };
+            let own = if i == j { noise[i % n].powi(2) } else { 0.0 };
             own + match (i / n, j / n) {
                 (0, 0) | (1, 1) => z.re,
                 (0, _) => -z.im,
@@ -179,13 +189,23 @@ fn found(stage: &ResponseStageRecord, id: &str) -> [[f64; 2]; 3] {
 #[test]
 fn oracle_unknown_sources_are_those_of_the_whole_covariance() {
     let frequency_hz: Vec<f64> = (0..6).map(|k| 300.0 + 190.0 * f64::from(k)).collect();
-    let folder =
-        folder("oracle", &format!("compete = [\"waves\"]\namong = [\"waves.flow\"]\nnoise = {NOISE}"));
-    for seed in 0..3 {
+    let stage = "compete = [\"waves\"]\namong = [\"waves.flow\"]\n";
+    let stated = folder("oracle", &format!("{stage}noise = {NOISE}"));
+    let measured = folder("oracle-measured", &format!("{stage}noise = 0"));
+    // Noise that is measured, and not the same at all microphones, counts as it was measured.
+    let unlike = [0, 1, 2, 3, 4, 5, 6, 7].map(|m| NOISE * [0.6, 1.5, 1.0][m % 3]);
+    for (seed, folder, noise, sds) in [
+        (0, &stated, ALIKE, None),
+        (1, &stated, ALIKE, None),
+        (2, &stated, ALIKE, None),
+        (3, &measured, unlike, Some(unlike)),
+        (4, &measured, unlike, Some(unlike)),
+    ] {
         let mut stream = Streams::new(seed).stream("responses/pressures");
         let truth = PRIORS.map(|[mean, sd]| mean + 0.7 * sd * normal(&mut stream));
-        let heard = heard(&frequency_hz, 2, truth, &mut stream);
-        let stage = trained(&folder, &frequency_hz, &heard);
+        let heard = heard(&frequency_hz, 2, truth, noise, &mut stream);
+        let sources = [Place::Upstream, Place::Downstream];
+        let stage = run(folder, &frequency_hz, &heard, &sources, sds).next_stage().unwrap().unwrap();
         let near = found(&stage, "waves.flow");
         let h = [0, 1, 2].map(|i| 0.1 * near[i][1] / PRIORS[i][1]);
         let mut x = [0, 1, 2].map(|i| (near[i][0] - PRIORS[i][0]) / PRIORS[i][1]);
@@ -194,7 +214,7 @@ fn oracle_unknown_sources_are_those_of_the_whole_covariance() {
             let at = |steps: &[(usize, f64)]| {
                 let mut y = x;
                 steps.iter().for_each(|(i, t)| y[*i] += t * h[*i]);
-                cost(&frequency_hz, &heard, NOISE, y)
+                cost(&frequency_hz, &heard, noise, y)
             };
             let slope: Vec<f64> =
                 (0..3).map(|i| (at(&[(i, 1.0)]) - at(&[(i, -1.0)])) / (2.0 * h[i])).collect();
@@ -214,7 +234,7 @@ fn oracle_unknown_sources_are_those_of_the_whole_covariance() {
             assert!((value - there).abs() < 0.02 * width, "{seed}, {i}: {value} {there} +- {width}");
             assert!((sd / width).ln().abs() < 0.03, "{seed}, {i}: {sd} {width}");
         }
-        let evidence = -cost(&frequency_hz, &heard, NOISE, x) - 0.5 * factor.ln_det() + 1.5 * (2.0 * PI).ln();
+        let evidence = -cost(&frequency_hz, &heard, noise, x) - 0.5 * factor.ln_det() + 1.5 * (2.0 * PI).ln();
         let own = model(&stage, "waves.flow").ln_evidence();
         assert!((own - evidence).abs() < 0.05, "{seed}: {own} {evidence}");
     }
@@ -225,7 +245,7 @@ fn oracle_waves_by_laws_and_by_the_network_agree() {
     // Whatever the ends reflect, two waves of unknown pressure span the same field.
     let frequency_hz: Vec<f64> = (0..6).map(|k| 300.0 + 190.0 * f64::from(k)).collect();
     let mut stream = Streams::new(5).stream("responses/pressures/network");
-    let heard = heard(&frequency_hz, 2, [0.003, 0.0, 0.0], &mut stream);
+    let heard = heard(&frequency_hz, 2, [0.003, 0.0, 0.0], ALIKE, &mut stream);
     let stage = |name: &str, with: &str| {
         let folder = folder(name, &format!("with = {{ {with} }}\nnoise = {NOISE}"));
         trained(&folder, &frequency_hz, &heard)
@@ -259,7 +279,7 @@ fn exact_one_source_is_heard_with_what_the_other_end_reflects() {
         [1.0, 3.0].iter().map(|size| frequency_hz.iter().map(|f| row(f, *size)).collect()).collect();
     let stage = |name: &str, sources: &[Place]| {
         let folder = folder(name, &format!("with = {{ wall = \"wall.none\" }}\nnoise = {NOISE}"));
-        run(&folder, &frequency_hz, &heard, sources).next_stage().unwrap().unwrap()
+        run(&folder, &frequency_hz, &heard, sources, None).next_stage().unwrap().unwrap()
     };
     let one = stage("one-source", &[Place::Upstream]);
     let two = stage("two-sources", &[Place::Upstream, Place::Downstream]);
@@ -280,7 +300,8 @@ fn message_waves_of_laws_are_for_pressures_of_two_sources() {
     let frequency_hz = [400.0, 500.0];
     let folder = folder("refused", "with = { waves = \"waves.still\" }\nnoise = 0.01");
     let heard = vec![vec![vec![C64::ONE; AT.len()]; 2]];
-    let error = run(&folder, &frequency_hz, &heard, &[Place::Upstream]).next_stage().unwrap_err().to_string();
+    let error =
+        run(&folder, &frequency_hz, &heard, &[Place::Upstream], None).next_stage().unwrap_err().to_string();
     for part in ["waves.still", "forward", "both ends"] {
         assert!(error.contains(part), "{part}: {error}");
     }
@@ -311,7 +332,7 @@ fn coverage_parameters_of_unknown_sources_lie_within_their_errors() {
     for set in 0..200 {
         let mut stream = Streams::new(set).stream("responses/pressures/coverage");
         let truth = PRIORS.map(|[mean, sd]| mean + sd * normal(&mut stream));
-        let heard = heard(&frequency_hz, 2, truth, &mut stream);
+        let heard = heard(&frequency_hz, 2, truth, ALIKE, &mut stream);
         let stage = trained(&folder, &frequency_hz, &heard);
         for ([value, sd], truth) in found(&stage, "waves.flow").iter().zip(truth) {
             let z = (value - truth) / sd;

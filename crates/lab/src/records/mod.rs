@@ -1,4 +1,4 @@
-//! The laboratory as a source of records: pings and clicks of the tube as microphones, channels and the recorder give them, with
+//! The laboratory as a source of records: pings, clicks and sweeps of the tube as microphones, channels and the recorder give them, with
 //! noise and faults.
 //!
 //! Knows the tube as its modes and times; takes them from the apparatus.
@@ -9,5 +9,6 @@ mod noise;
 mod ping;
 mod setup;
 pub(crate) mod source;
+mod sweep;
 pub(crate) mod virtual_rig;
 mod write;

@@ -53,7 +53,7 @@ pub(crate) struct Channel {
 
 /// The two kinds of record differ in rate, delays and noise.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+pub(crate) enum Kind {
     Ping,
     Click,
 }
@@ -198,12 +198,12 @@ impl VirtualRig {
     }
 
     /// Relative change of the speed of sound from record to record.
-    fn warmth(&self, temperature: f64, stream: &mut Stream) -> f64 {
+    pub(crate) fn warmth(&self, temperature: f64, stream: &mut Stream) -> f64 {
         0.5 * self.truth.ambient.record_sd_k / temperature * normal(stream)
     }
 
     /// Gains, noise, hum, what is wrong, and the converter.
-    fn digitise(
+    pub(crate) fn digitise(
         &self,
         mut channels: Vec<Vec<f64>>,
         kind: Kind,
@@ -241,13 +241,13 @@ impl VirtualRig {
     }
 
     /// The random stream of one purpose and one record.
-    fn stream(&self, purpose: &str, record: &str) -> Stream {
+    pub(crate) fn stream(&self, purpose: &str, record: &str) -> Stream {
         self.streams.stream(&format!("lab/{purpose}/{record}"))
     }
 }
 
 /// The channels as a file holds them.
-fn interleave(stretch: Stretch, steps: &[Vec<i32>]) -> Samples24 {
+pub(crate) fn interleave(stretch: Stretch, steps: &[Vec<i32>]) -> Samples24 {
     let length = steps.first().map_or(0, Vec::len);
     let interleaved = (0..length).flat_map(|n| steps.iter().map(move |channel| channel[n])).collect();
     Samples24 { rate_hz: stretch.rate_hz as u32, interleaved }

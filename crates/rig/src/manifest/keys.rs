@@ -95,7 +95,7 @@ pub(super) struct ExceptionEntry {
 /// each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct MicrophoneKeys {
+pub(crate) struct MicrophoneKeys {
     /// A table of the same, one row per microphone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) table: Option<String>,

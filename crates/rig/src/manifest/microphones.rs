@@ -12,10 +12,10 @@ use std::path::Path;
 
 /// What is stated of the channels, for each microphone.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Channels {
+pub(crate) struct Channels {
     /// V/Pa; empty if not stated.
-    pub(super) sensitivities: Vec<f64>,
-    pub(super) stated: Option<StatedChannels>,
+    pub(crate) sensitivities: Vec<f64>,
+    pub(crate) stated: Option<StatedChannels>,
 }
 
 /// Names of the keys and of the columns, and what their numbers are.
@@ -33,7 +33,7 @@ impl Channels {
     ///
     /// # Errors
     /// A unit, a number or a list that cannot be; gains or delays without their errors.
-    pub(super) fn read(keys: &MicrophoneKeys, count: usize, manifest: &Path) -> Result<Self, RigError> {
+    pub(crate) fn read(keys: &MicrophoneKeys, count: usize, manifest: &Path) -> Result<Self, RigError> {
         let given =
             [&keys.sensitivity, &keys.sensitivity_sd, &keys.gain, &keys.gain_sd, &keys.delay, &keys.delay_sd];
         let mut values: [Option<Vec<Given>>; 6] = Default::default();

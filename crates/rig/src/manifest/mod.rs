@@ -7,3 +7,6 @@ pub(crate) mod folder;
 mod keys;
 mod microphones;
 mod resolve;
+
+pub(crate) use keys::MicrophoneKeys;
+pub(crate) use microphones::Channels;

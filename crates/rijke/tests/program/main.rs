@@ -32,6 +32,7 @@ mod same_seed;
 mod search;
 mod short;
 mod studies;
+mod sweep_study;
 mod watch;
 
 use std::{

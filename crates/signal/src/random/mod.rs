@@ -1,9 +1,11 @@
-//! Steady random noise: transfer functions between channels, and what follows from them. Must not know pings or clicks.
+//! Random noise, sweeps and periodic excitations: transfer functions between channels, and what follows from them. Must not know pings or clicks.
 
 mod spectra;
+mod swept;
 mod switched;
 mod transmission;
 
 pub use spectra::{Spectra, TransferEstimate};
+pub use swept::{Field, Swept, SweptOptions};
 pub use switched::{GainPair, SwitchedGains};
 pub use transmission::{TransmissionTube, Transmitted};

@@ -13,7 +13,7 @@ pub struct Spectra {
     /// Number of independent averages.
     pub averages: f64,
     /// At every frequency the sums of conj(X_i) X_j over the segments, by i and j.
-    cross: Vec<Vec<Vec<C64>>>,
+    pub(super) cross: Vec<Vec<Vec<C64>>>,
 }
 
 /// A transfer function at one frequency.
@@ -49,28 +49,10 @@ impl Spectra {
         segment: usize,
         band_hz: [f64; 2],
     ) -> Result<Self, Fault> {
-        let need = channels.first().map_or(0, Vec::len);
-        if let Some(channel) = channels.iter().position(|c| c.len() != need) {
-            return Err(Fault::UnequalChannels { channel, have: channels[channel].len(), need });
-        }
+        let need = checked(channels)?;
         let step = (segment / 2).max(1);
         if need < segment + step {
             return Err(Fault::TooShort { what: "record", have: need, need: segment + step });
-        }
-        for (channel, samples) in channels.iter().enumerate() {
-            if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
-                return Err(Fault::NotFinite { channel, sample });
-            }
-        }
-        let span = |c: &Vec<f64>| {
-            c.iter().copied().reduce(f64::max).unwrap_or(0.0)
-                - c.iter().copied().reduce(f64::min).unwrap_or(0.0)
-        };
-        let spans: Vec<f64> = channels.iter().map(span).collect();
-        if let Some(channel) = spans.iter().position(|span| *span == 0.0) {
-            let mut sorted = spans.clone();
-            sorted.sort_by(f64::total_cmp);
-            return Err(Fault::DeadChannel { channel, span: 0.0, median: sorted[sorted.len() / 2] });
         }
         let window: Vec<f64> =
             (0..segment).map(|n| 0.5 - 0.5 * (TAU * n as f64 / segment as f64).cos()).collect();
@@ -118,4 +100,27 @@ impl Spectra {
         };
         self.cross.iter().map(one).collect()
     }
+}
+
+/// The length of channels that are alike in it, finite, and none of them of a single value.
+pub(super) fn checked(channels: &[Vec<f64>]) -> Result<usize, Fault> {
+    let need = channels.first().map_or(0, Vec::len);
+    if let Some(channel) = channels.iter().position(|c| c.len() != need) {
+        return Err(Fault::UnequalChannels { channel, have: channels[channel].len(), need });
+    }
+    for (channel, samples) in channels.iter().enumerate() {
+        if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
+            return Err(Fault::NotFinite { channel, sample });
+        }
+    }
+    let span = |c: &Vec<f64>| {
+        c.iter().copied().reduce(f64::max).unwrap_or(0.0) - c.iter().copied().reduce(f64::min).unwrap_or(0.0)
+    };
+    let spans: Vec<f64> = channels.iter().map(span).collect();
+    if let Some(channel) = spans.iter().position(|span| *span == 0.0) {
+        let mut sorted = spans.clone();
+        sorted.sort_by(f64::total_cmp);
+        return Err(Fault::DeadChannel { channel, span: 0.0, median: sorted[sorted.len() / 2] });
+    }
+    Ok(need)
 }

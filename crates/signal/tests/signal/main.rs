@@ -13,4 +13,5 @@ mod naive;
 mod ping;
 mod pulses;
 mod ringing;
+mod swept;
 mod uncalibrated;

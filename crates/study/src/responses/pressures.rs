@@ -12,8 +12,8 @@ use toml::Value as Toml;
 pub(super) struct Table {
     frequency: Column,
     excitation: Option<String>,
-    /// Microphone, and its columns.
-    microphones: Vec<(usize, Pressure)>,
+    /// Microphone, its columns, and that of its standard deviation; of all microphones or of none.
+    microphones: Vec<(usize, Pressure, Option<Column>)>,
 }
 
 /// A column, and the factor to its SI unit.
@@ -34,19 +34,19 @@ pub(super) struct Heard {
     /// Rows in the file, within the band or not.
     pub(super) of: usize,
     pub(super) frequency_hz: Vec<f64>,
-    /// Microphone, and its pressures.
-    pub(super) pressures: Vec<(usize, Vec<C64>)>,
+    /// Microphone, its pressures, and the standard deviation of both parts of each; empty if none was measured.
+    pub(super) pressures: Vec<(usize, Vec<C64>, Vec<f64>)>,
 }
 
 /// Reads the key `columns`: headings, and their names in the file. `names` are the microphones of the rig; `sources` how many waves are unknown.
 pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result<Table, Problem> {
     let need = "a table as { \"f [Hz]\" = \"frequency\", excitation = \"case\", p1 = \"Mic1\", ... } with p1, or p1_re and p1_im, or \
-                p1_abs and p1_arg [deg], of more microphones than waves are unknown";
+                p1_abs and p1_arg [deg], of more microphones than waves are unknown; p1_sd of all of them or of none";
     let wrong = || Problem::Value { key: "columns".into(), value: value.to_string(), need };
     let table = value.as_table().ok_or_else(wrong)?;
     let (mut frequency, mut excitation) = (None, None);
-    // By microphone: the whole, and its parts re, im, abs, arg.
-    let mut found: Vec<[Option<Column>; 5]> = names.iter().map(|_| Default::default()).collect();
+    // By microphone: the whole, its parts re, im, abs, arg, and its standard deviation.
+    let mut found: Vec<[Option<Column>; 6]> = names.iter().map(|_| Default::default()).collect();
     for (text, name) in table {
         let name = name.as_str().ok_or_else(wrong)?.to_owned();
         let bare = text.split('[').next().unwrap_or(text).trim();
@@ -62,7 +62,7 @@ pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result
             let microphone = names.iter().position(|n| bare.strip_suffix(end) == Some(n))?;
             Some((microphone, k))
         };
-        let known = ["", "_re", "_im", "_abs", "_arg"].into_iter().enumerate().find_map(part);
+        let known = ["", "_re", "_im", "_abs", "_arg", "_sd"].into_iter().enumerate().find_map(part);
         let (microphone, k) = known.ok_or_else(|| Problem::Unknown {
             what: "column of pressures",
             name: text.clone(),
@@ -73,15 +73,19 @@ pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result
     }
     let mut microphones = Vec::new();
     for (microphone, cells) in found.into_iter().enumerate() {
-        match cells {
-            [None, None, None, None, None] => {}
-            [Some(whole), None, None, None, None] => microphones.push((microphone, Pressure::Complex(whole))),
-            [None, Some(re), Some(im), None, None] => {
-                microphones.push((microphone, Pressure::Parts([re, im])))
-            }
-            [None, None, None, Some(r), Some(a)] => microphones.push((microphone, Pressure::Polar([r, a]))),
+        let [whole, re, im, modulus, angle, sd] = cells;
+        let pressure = match (whole, re, im, modulus, angle) {
+            (None, None, None, None, None) if sd.is_none() => continue,
+            (Some(whole), None, None, None, None) => Pressure::Complex(whole),
+            (None, Some(re), Some(im), None, None) => Pressure::Parts([re, im]),
+            (None, None, None, Some(r), Some(a)) => Pressure::Polar([r, a]),
             _ => return Err(wrong()),
-        }
+        };
+        microphones.push((microphone, pressure, sd));
+    }
+    let with_sd = microphones.iter().filter(|(_, _, sd)| sd.is_some()).count();
+    if with_sd != 0 && with_sd != microphones.len() {
+        return Err(wrong());
     }
     match frequency {
         Some(frequency) if microphones.len() > sources => Ok(Table { frequency, excitation, microphones }),
@@ -134,7 +138,16 @@ pub(super) fn read(
     };
     let mut phases = None;
     let mut pressures: Vec<Vec<C64>> = Vec::new();
-    for (_, pressure) in &table.microphones {
+    let mut sds: Vec<Vec<f64>> = Vec::new();
+    for (_, pressure, sd) in &table.microphones {
+        if let Some(column) = sd {
+            let cells = number(column)?;
+            if let Some(k) = cells.iter().position(|sd| !(sd.is_finite() && *sd > 0.0)) {
+                let (key, value) = (column.name.clone(), cells[k].to_string());
+                return Err(fail(Some(file.line(k)), Problem::Value { key, value, need: "above zero" }));
+            }
+            sds.push(cells);
+        }
         pressures.push(match pressure {
             Pressure::Complex(whole) => {
                 let cells = file.complex(&whole.name).map_err(told)?;
@@ -190,12 +203,19 @@ pub(super) fn read(
         };
         doubts::refuse(&relative(&heard[0])).map_err(|(line, problem)| fail(Some(line), problem))?;
         doubtful = doubtful.or_else(|| heard[1..].iter().find_map(|p| doubts::phase(&relative(p))));
-        let microphones = table.microphones.iter().map(|(microphone, _)| *microphone);
+        let spread = |m: usize| -> Vec<f64> {
+            sds.get(m).map_or_else(Vec::new, |sd| keep.iter().map(|&k| sd[k] / level(k)).collect())
+        };
+        let microphones = table.microphones.iter().map(|(microphone, ..)| *microphone);
         all.push(Heard {
             excitation: name.clone(),
             of: rows.len(),
             frequency_hz: keep.iter().map(|&k| frequency_hz[k]).collect(),
-            pressures: microphones.zip(heard).collect(),
+            pressures: microphones
+                .zip(heard)
+                .enumerate()
+                .map(|(m, (name, p))| (name, p, spread(m)))
+                .collect(),
         });
     }
     all.retain(|heard| !heard.frequency_hz.is_empty());

@@ -184,7 +184,7 @@ impl Study {
             return Err(fail(OUTSIDE));
         }
         for heard in list {
-            for (microphone, values) in heard.pressures {
+            for (microphone, values, sd) in heard.pressures {
                 let (excitation, sources) = (heard.excitation.clone(), sources.clone());
                 let observed = ObservedResponse {
                     point,
@@ -192,7 +192,7 @@ impl Study {
                     rows: heard.of,
                     frequency_hz: heard.frequency_hz.clone(),
                     values,
-                    sd: Vec::new(),
+                    sd,
                 };
                 self.add(observed, path, all).map_err(fail)?;
             }

@@ -16,7 +16,7 @@ fn ranked(folder: &Path, numbers: Option<&str>) {
     }
 }
 
-pub(super) const CASES: [Case; 30] = [
+pub(super) const CASES: [Case; 31] = [
     case(
         "results that do not exist",
         |d| ranked(d, None),
@@ -184,6 +184,12 @@ pub(super) const CASES: [Case; 30] = [
         |_| (),
         "process records --seed 3 --out observations",
         ["records", "describe a virtual rig", "--virtual-rig"],
+    ),
+    case(
+        "sweep that falls",
+        |_| (),
+        "lab --out made --sweep 800 80",
+        ["--sweep [800.0, 80.0]", "from a lower to a higher frequency", "such as --sweep 80 800"],
     ),
     case(
         "folder that is not empty",

@@ -21,7 +21,7 @@ fn manifest(folder: &Path, text: &str) {
 const NOISE: &str = "[random]\nsegment = 1024\nstraight = \"a.wav\"\n[random.points]\np70 = \"a.wav\"\n\
                      [random.transmission]\npoints = [\"p70\"]\nplace_sd = 0.001\n";
 
-pub(super) const CASES: [Case; 11] = [
+pub(super) const CASES: [Case; 15] = [
     case(
         "heat capacity below zero",
         |d| edit(d, "data/rig.toml", "[28.11,", "[-28.11,"),
@@ -83,6 +83,37 @@ pub(super) const CASES: [Case; 11] = [
         ["manifest.toml", "no operating point `nowhere`", "Correct the name in [[blow.state]]"],
     ),
     case(
+        "sweep without a resolution",
+        |d| manifest(d, "[sweep]\n[sweep.points]\np70 = \"a.wav\"\n"),
+        "process data",
+        ["manifest.toml", "[sweep]", "must have a `resolution_hz`"],
+    ),
+    case(
+        "sweeps that nobody hears",
+        |d| sweeps(d, "", "[\"a.csv\", \"b.csv\"]"),
+        "process data",
+        [
+            "manifest.toml",
+            "a.csv, b.csv: no frequency has a coherence of 0.8",
+            "holds the frequencies of the sweep",
+        ],
+    ),
+    case(
+        "period longer than half a record",
+        |d| sweeps(d, "period = 400", "\"a.csv\""),
+        "process data",
+        ["manifest.toml", "a.csv: the record of two periods is too short", "change `band_hz`"],
+    ),
+    case(
+        "sweep at a point that is not there",
+        |d| {
+            sweeps(d, "", "\"a.csv\"");
+            edit(d, "data/records/manifest.toml", "p70", "nowhere");
+        },
+        "process data",
+        ["manifest.toml", "no operating point `nowhere`", "Correct the name in [sweep.points]"],
+    ),
+    case(
         "OSCILOS: a flame that answers before",
         |d| {
             oscilos(d);
@@ -111,6 +142,24 @@ pub(super) const CASES: [Case; 11] = [
         ["Flame.txt, line 2", "`delay` is `30000`", "0 to 10 000 ms"],
     ),
 ];
+
+/// A manifest of sweeps with records of noise: two of 600 samples at the three microphones of the rig.
+fn sweeps(folder: &Path, keys: &str, files: &str) {
+    manifest(folder, &format!("[sweep]\nresolution_hz = 50\n{keys}\n[sweep.points]\np70 = {files}\n"));
+    let mut state = 7_u32;
+    for name in ["a", "b"] {
+        let mut row = || {
+            let mut cell = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                format!("{}", f64::from(state >> 8) / f64::from(1 << 24) - 0.5)
+            };
+            [cell(), cell(), cell()].join(",")
+        };
+        let rows: Vec<String> = (0..600).map(|_| row()).collect();
+        fs::write(folder.join(format!("data/records/{name}.csv")), format!("p,q,r\n{}\n", rows.join("\n")))
+            .unwrap();
+    }
+}
 
 /// The inputs of an OSCILOS folder with a flame.
 fn oscilos(folder: &Path) {
