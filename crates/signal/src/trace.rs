@@ -19,7 +19,9 @@ pub struct Trace<'a> {
 }
 
 /// An offset of this share of the deviation of silence is taken away; fits do not feel a smaller one.
-const OFFSET: f64 = 0.1;
+const OFFSET: f64 = 0.3;
+/// Means of two stretches that agree within this share of them are one offset.
+const AGREES: f64 = 0.35;
 /// This many equal samples in a row are a dropout. Noise of less than one step of the converter could do the same,
 /// but a record that coarse carries no usable ping either.
 const DROPOUT: usize = 24;
@@ -52,17 +54,23 @@ impl Trace<'_> {
         self.len() == 0
     }
 
-    /// The channels less their constant offsets, such as an amplifier's; none if no offset is worth it. The offset is the mean of the quiet part or,
-    /// if that is shorter than `least` samples, of the last tenth of the record.
+    /// The channels less their constant offsets, such as an amplifier's; none if no offset is worth it. The offset is the mean of the quiet part, or,
+    /// if that has fewer than `least` samples, of the last tenth of the record. Slow noise is no offset: the quarters of that stretch, and the last
+    /// tenth, must agree.
     pub(crate) fn levelled(&self, least: usize) -> Option<Vec<Vec<f64>>> {
-        let quiet = self.quiet.min(self.len());
-        let part = if quiet >= least.max(1) { 0..quiet } else { self.len() - self.len() / 10..self.len() };
+        let (all, quiet) = (self.len(), self.quiet.min(self.len()));
+        let tail = all - all / 10..all;
+        let still = if quiet >= least.max(4) { 0..quiet } else { tail.clone() };
+        let mean = |y: &[f64]| y.iter().sum::<f64>() / y.len().max(1) as f64;
         let offset = |y: &Vec<f64>| {
-            let y = y.get(part.clone()).unwrap_or_default();
-            let n = y.len().max(1) as f64;
-            let mean = y.iter().sum::<f64>() / n;
-            let deviation = (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
-            if mean.abs() > OFFSET * deviation { mean } else { 0.0 }
+            let (still, tail) =
+                (y.get(still.clone()).unwrap_or_default(), y.get(tail.clone()).unwrap_or_default());
+            let level = mean(still);
+            let deviation =
+                (still.iter().map(|v| (v - level).powi(2)).sum::<f64>() / still.len().max(1) as f64).sqrt();
+            let agrees = |part: &[f64]| (mean(part) - level).abs() < AGREES * level.abs();
+            let constant = still.chunks(still.len().div_ceil(4).max(1)).chain([tail]).all(agrees);
+            if constant && level.abs() > OFFSET * deviation { level } else { 0.0 }
         };
         let offsets: Vec<f64> = self.channels.iter().map(offset).collect();
         let less = |(y, offset): (&Vec<f64>, &f64)| y.iter().map(|v| v - offset).collect();
