@@ -267,7 +267,7 @@ fn still_asked(ui: &Ui, missing: &Missing) {
         ));
         return;
     }
-    ui.say("      something is missing, and the deviations above hold if nothing is:");
+    ui.say("      the data ask for more than this model; the deviations above take it for complete:");
     for (k, family) in
         missing.families.iter().take(2).enumerate().filter(|(_, f)| f.beyond.1 <= Missing::CHANCE)
     {
