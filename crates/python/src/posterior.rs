@@ -7,7 +7,7 @@ use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
-use rijke_engine::run::Chosen;
+use rijke_engine::run::{Chosen, Datum};
 use rijke_engine::{LawError, Misfit};
 use rijke_inference::Gaussian;
 use rijke_numerics::{Cholesky, Matrix};
@@ -18,11 +18,12 @@ pub(crate) struct Posterior {
     chosen: Chosen,
     law: Option<LawError>,
     misfit: Misfit,
+    data: Vec<Datum>,
 }
 
 impl Posterior {
-    pub(crate) fn of(chosen: &Chosen, law: Option<LawError>, misfit: Misfit) -> Self {
-        Self { chosen: chosen.clone(), law, misfit }
+    pub(crate) fn of(chosen: &Chosen, law: Option<LawError>, misfit: Misfit, data: Vec<Datum>) -> Self {
+        Self { chosen: chosen.clone(), law, misfit, data }
     }
 }
 
@@ -83,6 +84,30 @@ impl Posterior {
             trained.parameters.iter().zip(point).map(|(p, z)| p.physical(z)[0]).collect::<Vec<_>>()
         });
         Ok(array(py, &[rows, n], physical.collect())?.into_any())
+    }
+
+    /// Of every number of the data the place of its observation, and its row: 0 growth rate, 1 angular frequency, then relative pressures.
+    #[getter]
+    fn data(&self) -> Vec<(usize, usize)> {
+        self.data.iter().map(|d| (d.observation, d.row)).collect()
+    }
+
+    /// ln of the density of each number of the data given all others, for every draw of physical parameters: (draws x parameters) in,
+    /// (draws x numbers) out.
+    fn ln_densities<'py>(
+        &self,
+        py: Python<'py>,
+        draws: PyReadonlyArray2<'py, f64>,
+    ) -> Answer<Bound<'py, PyAny>> {
+        let rows: Vec<Vec<f64>> = draws.as_array().rows().into_iter().map(|row| row.to_vec()).collect();
+        let chosen = &self.chosen;
+        let found: Option<Vec<Vec<f64>>> =
+            py.detach(|| rows.par_iter().map(|row| chosen.ln_densities(row)).collect());
+        let Some(found) = found else {
+            let parameters = self.chosen.trained.parameters.len();
+            return Err(Fault::input(format!("draws have {parameters} parameters, each within its bounds")));
+        };
+        Ok(array(py, &[rows.len(), self.data.len()], found.concat())?.into_any())
     }
 
     /// The model of the observations that trained it.

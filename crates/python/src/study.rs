@@ -250,7 +250,10 @@ impl Run {
     /// What the stage called `id` chose.
     fn posterior(&self, py: Python<'_>, id: &str) -> Answer<Posterior> {
         self.with(py, |run| match run.chosen(id) {
-            Some(chosen) => Ok(Posterior::of(chosen, None, run.misfit_of_predictions(id, chosen))),
+            Some(chosen) => {
+                let data = run.data_of(id, chosen).unwrap_or_default();
+                Ok(Posterior::of(chosen, None, run.misfit_of_predictions(id, chosen), data))
+            }
             None => Err(Fault::input(format!("no stage called `{id}` has run"))),
         })
     }
@@ -259,7 +262,8 @@ impl Run {
     fn for_predictions(&self, py: Python<'_>, id: &str) -> Answer<Posterior> {
         self.with(py, |run| match run.for_predictions(id)? {
             Some(chosen) => {
-                Ok(Posterior::of(&chosen, run.law_error(id), run.misfit_of_predictions(id, &chosen)))
+                let (misfit, data) = (run.misfit_of_predictions(id, &chosen), run.data_of(id, &chosen));
+                Ok(Posterior::of(&chosen, run.law_error(id), misfit, data.unwrap_or_default()))
             }
             None => Err(Fault::input(format!("no stage called `{id}` has run"))),
         })

@@ -14,7 +14,44 @@ const FAR: f64 = 1.0;
 /// Data sets that are drawn.
 const DRAWS: usize = 1000;
 
+/// A number of the data that trained a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Datum {
+    /// Which of the observations that trained.
+    pub observation: usize,
+    /// Its row in the prediction of that observation: 0 growth rate, 1 angular frequency, then real and imaginary parts of relative pressures.
+    pub row: usize,
+}
+
+impl Chosen {
+    /// ln of the density of each number of the data ([`Run::data_of`]) given all others and these physical parameters, errors of base states
+    /// and channels among them: for leave-one-out by draws. Errors that data share count; noise is as fitted, and the prediction linear about
+    /// the fit. None where a parameter lies at or beyond its bound.
+    #[must_use]
+    pub fn ln_densities(&self, values: &[f64]) -> Option<Vec<f64>> {
+        let trained = &self.trained;
+        if values.len() != trained.parameters.len() {
+            return None;
+        }
+        let fit = trained.values.iter().zip(values);
+        let moved: Vec<f64> =
+            trained.parameters.iter().zip(fit).map(|(p, (at, v))| p.working(*v) - p.working(*at)).collect();
+        moved.iter().all(|m| m.is_finite()).then(|| trained.linear.0.ln_densities(&moved))
+    }
+}
+
 impl Run {
+    /// What the numbers of the data are that trained `chosen` in the stage called `id`, in the order of [`Chosen::ln_densities`]; none without
+    /// such a stage.
+    #[must_use]
+    pub fn data_of(&self, id: &str, chosen: &Chosen) -> Option<Vec<Datum>> {
+        let stage = self.study.plan.stages.iter().find(|s| s.id == id)?;
+        let (reference, microphones) = (self.rig.microphones.reference, self.microphones(stage));
+        let used: Vec<Used> = chosen.observed.iter().map(|o| o.used(&microphones, reference)).collect();
+        let rows = chosen.rows(&used);
+        Some(rows.into_iter().map(|(observation, row)| Datum { observation, row }).collect())
+    }
+
     /// The checks of the model that goes on, and of its rival.
     ///
     /// # Errors

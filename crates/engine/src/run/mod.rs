@@ -30,6 +30,7 @@ mod stages;
 pub use answers::{Answer, AnswerPanel, Layer, LayerLook, symbol};
 pub use asked::{Unpredicted, forecast, modes_at, with_points};
 pub use average::OpenModel;
+pub use checks::Datum;
 pub use claims::{Judgement, agreement, models, verdicts};
 pub use course::{Chosen, Run, Trusted};
 pub use foresight::{Foreseen, StageForesight, foresight};

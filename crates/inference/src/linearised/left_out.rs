@@ -22,6 +22,34 @@ pub struct LeftOut {
 const NEWTON: usize = 8;
 
 impl Linearised {
+    /// ln of the density of each datum given all others and the parameters, for parameters that lie `moved` from the fit in working coordinates
+    /// and a prediction that is linear in them; noise as fitted. With Q = C^-1 and r the residual there, datum i has the precision `Q_ii` and
+    /// the residual (Q r)_i / `Q_ii` (Buerkner, Gabry & Vehtari, Comput. Stat. 36 (2021) 1243).
+    ///
+    /// # Panics
+    /// If `moved` has not one number for each parameter.
+    #[must_use]
+    pub fn ln_densities(&self, moved: &[f64]) -> Vec<f64> {
+        let p = self.root.rows();
+        assert_eq!(moved.len(), p, "one number for each parameter");
+        // S xi = moved, S being upper triangular.
+        let mut xi = moved.to_vec();
+        for i in (0..p).rev() {
+            let known: f64 = (i + 1..p).map(|j| self.root[(j, i)] * xi[j]).sum();
+            xi[i] = (xi[i] - known) / self.root[(i, i)];
+        }
+        let mut found = Vec::with_capacity(self.pulls.len());
+        for block in &self.blocks {
+            for i in 0..block.covariance.rows() {
+                let place = block.first + i;
+                let (pull, precision) =
+                    (self.pulls[place] - dot(self.learnt.row(place), &xi), block.inverse[(i, i)]);
+                found.push(0.5 * ((precision / (2.0 * PI)).ln() - pull * pull / precision));
+            }
+        }
+        found
+    }
+
     /// The variance of a noise, in that of the fit, where it is chosen from data of which it would explain `count` and explains `explained`:
     /// the root of the derivative of J, with the prior's pull as it is at the fit and the floor left out.
     fn chosen_again(noise: &Floating, explained: f64, count: f64) -> f64 {

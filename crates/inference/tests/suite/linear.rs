@@ -140,6 +140,39 @@ fn exact_leave_one_out_and_prediction() {
     }
 }
 
+#[test]
+fn exact_density_of_each_datum_given_all_others_and_the_parameters() {
+    let (m, block, p) = (12, 4, 3);
+    let (x, y) = (design("given/x", m, p), numbers("given/y", m));
+    // Neighbours share most of their error.
+    let covariance = Matrix::from_fn(block, block, |i, j| 0.2 * 0.7_f64.powi(i.abs_diff(j) as i32));
+    let observations = (0..m / block).map(|b| {
+        let values = y[b * block..(b + 1) * block].to_vec();
+        Observation::new(format!("{b}"), values).with_floor(covariance.clone())
+    });
+    let data = Data::new(observations.collect(), Vec::new()).unwrap();
+    let parameters = Parameters::new((0..p).map(|i| normal(&format!("a{i}"), 0.0, 0.5)).collect()).unwrap();
+    let model = Linear(x.clone());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let linear = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap();
+    let moved = [0.3, -0.2, 0.05];
+    let at: Vec<f64> = fit.parameters.iter().zip(moved).map(|(a, d)| a + d).collect();
+    let residual: Vec<f64> =
+        (0..m).map(|i| y[i] - (0..p).map(|k| x[(i, k)] * at[k]).sum::<f64>()).collect();
+    let found = linear.ln_densities(&moved);
+    assert_eq!(found.len(), m);
+    for i in 0..m {
+        let own: Vec<usize> = (0..block).collect();
+        let others: Vec<usize> = own.iter().copied().filter(|k| *k != i % block).collect();
+        let of = |within: &[usize]| -> f64 {
+            let r: Vec<f64> = within.iter().map(|k| residual[i / block * block + k]).collect();
+            ln_gaussian(&r, &covariance.select(within))
+        };
+        assert_relative_eq!(found[i], of(&own) - of(&others), epsilon = 1e-10);
+    }
+}
+
 /// With the noise known, a further direction gains what the closed form of both evidences says.
 #[test]
 fn exact_a_further_direction_gains_the_difference_of_two_evidences() {

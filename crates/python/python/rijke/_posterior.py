@@ -70,32 +70,31 @@ class Posterior:
         """Draws as ArviZ's ``InferenceData``, for ``arviz.summary``, ``plot_pair``, ``loo``.
 
         Groups: ``posterior`` (independent draws from Laplace's Gaussian, the method of the study), ``posterior_predictive``
-        and ``observed_data`` (growth rate in 1/s, angular frequency in rad/s), ``log_likelihood`` (of both, by observation,
-        independent given the parameters, with measured and floated variances; relative pressures and errors that several
-        observations share are left out), ``constant_data`` (standard deviations).
+        and ``observed_data`` (growth rate in 1/s, angular frequency in rad/s), ``constant_data`` (standard deviations), and
+        ``log_likelihood``: of each growth rate, angular frequency and relative pressure given all other data and the parameters, so that
+        errors which data share count. It takes the prediction as linear about the fit and the noise as fitted.
         """
-        import warnings
-
         import arviz
         import numpy as np
 
-        kinds = [name for name, _, sd, _ in self._native.noise if "installation" in name and sd > 0.0]
-        if kinds or self._native.own < len(self.names):
-            words = "log_likelihood leaves out errors that observations of this stage share; see record['checks']['points'] instead"
-            warnings.warn(words, stacklevel=2)
-        sample = self.draws(chains * draws, seed).reshape(chains, draws, -1)
-        own = self._native.own
-        s = self.model.solve(sample[..., :own])
+        sample = self.draws(chains * draws, seed)
+        ln_densities = self._native.ln_densities(sample).reshape(chains, draws, -1)
+        sample = sample.reshape(chains, draws, -1)
+        s = self.model.solve(sample[..., : self._native.own])
         measured = self.stage.measured
         misfit = next(m["misfit"] for m in self.stage.record["models"] if m["id"] == self.stage.chosen)
         predictive, observed, constant, ln = {}, {}, {}, {}
+        place, row = np.array(self._native.data).T
         for k, (name, part) in enumerate([("growth_rate", s.real), ("angular_frequency", s.imag)]):
             value = measured[name].to_numpy()
             there = np.isfinite(value)
-            sd = np.hypot(measured[f"{name}_sd"].to_numpy(), misfit[k])[there]
             predictive[name], observed[name] = part[..., there], value[there]
-            constant[f"{name}_sd"] = sd
-            ln[name] = -0.5 * ((part[..., there] - value[there]) / sd) ** 2 - np.log(sd * np.sqrt(2 * np.pi))
+            constant[f"{name}_sd"] = np.hypot(measured[f"{name}_sd"].to_numpy(), misfit[k])[there]
+            own = np.flatnonzero(row == k)
+            ln[name] = ln_densities[..., own[np.argsort(place[own])]]
+        pressures = np.flatnonzero(row > 1)
+        if pressures.size:
+            ln["relative_pressure"] = ln_densities[..., pressures]
         groups = {
             "posterior": {name: sample[..., k] for k, name in enumerate(self.names)},
             "posterior_predictive": predictive,
