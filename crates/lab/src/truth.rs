@@ -302,7 +302,7 @@ impl Truth {
     /// # Errors
     /// The file, the line, and the known keys if one is unknown.
     pub fn read(path: &Path) -> Result<Self, LabError> {
-        let text = std::fs::read_to_string(path)
+        let text = rijke_numerics::read_text(path)
             .map_err(|cause| LabError::ReadTruth { path: path.to_owned(), cause })?;
         Self::parse(&text, path)
     }

@@ -1,6 +1,7 @@
 //! `rijke flow`: from click arrival times to the base flow.
 
 mod document;
+mod foreseen;
 mod plot;
 mod said;
 mod states;
@@ -12,6 +13,7 @@ use crate::{
     ui::Ui,
 };
 use document::Document;
+pub(crate) use foreseen::foresee;
 use rayon::prelude::*;
 use rijke_flow::assimilate::{
     Method, NamedStates, Records, RunReport, Twin, TwinOptions, assimilate, staircase,
@@ -106,7 +108,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 fn read_closures(path: &Path) -> Result<Closures, Failure> {
-    let text = std::fs::read_to_string(path).or_bad_input().map_err(|f| f.at(path))?;
+    let text = rijke_numerics::read_text(path).or_bad_input().map_err(|f| f.at(path))?;
     toml::from_str(&text).or_bad_input().map_err(|f| f.at(path))
 }
 
@@ -167,15 +169,7 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         return Ok((document, states));
     }
     let make = |heater: f64| Pipe::new(&observations.rig, closures, heater, 1);
-    let beside = folder.parent().filter(|p| p.join("study.toml").is_file());
-    let mut files = [Some(folder), beside].into_iter().flatten().map(|f| f.join(settled::Readings::FILE));
-    let file = files.find(|f| f.is_file()).unwrap_or_else(|| folder.join(settled::Readings::FILE));
-    let known = |id: &str| observations.points.iter().any(|p| p.point.id == id);
-    let readings = if file.is_file() {
-        settled::Readings::read(&file, &known).or_bad_input()?
-    } else {
-        settled::Readings::default()
-    };
+    let (file, readings) = readings(folder, &observations)?;
     let runs = settled::runs(&observations, &readings, &make).or_bad_input().map_err(|f| f.at(folder))?;
     if runs.is_empty() {
         let message = "no heated operating point with clicks or readings, so there is no flow to infer";
@@ -214,6 +208,19 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         states.extend(named);
     }
     Ok(gather(args, observations.kind, &observations.rig, observations.source, reports, states))
+}
+
+/// What stands in `readings.csv` among the observations or beside the study; nothing without the file.
+fn readings(folder: &Path, observations: &Observations) -> Result<(PathBuf, settled::Readings), Failure> {
+    let beside = folder.parent().filter(|p| p.join("study.toml").is_file());
+    let mut files = [Some(folder), beside].into_iter().flatten().map(|f| f.join(settled::Readings::FILE));
+    let file = files.find(|f| f.is_file()).unwrap_or_else(|| folder.join(settled::Readings::FILE));
+    let known = |id: &str| observations.points.iter().any(|p| p.point.id == id);
+    let readings = match file.is_file() {
+        true => settled::Readings::read(&file, &known).or_bad_input()?,
+        false => settled::Readings::default(),
+    };
+    Ok((file, readings))
 }
 
 /// From samples over time. A filter that is drawn has the batch fits of the same runs beside it.

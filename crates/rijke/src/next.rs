@@ -2,7 +2,9 @@
 
 use crate::{
     failure::Failure,
-    figure, number,
+    figure,
+    flow::foresee,
+    number,
     predict::{Grid, values},
     rank::{open_of, rival_of},
     results::{Ranked, kept_if_any, warn_of_missing},
@@ -82,7 +84,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     let about: Vec<_> = args.about.iter().map(|text| values("--about", text)).collect::<Result<_, _>>()?;
     let among = stage.points.clone();
-    let (study, places) = with_points(&study, &among, &[asked, about].concat()).map_err(wrong)?;
+    let (mut study, places) = with_points(&study, &among, &[asked, about].concat()).map_err(wrong)?;
+    foresee(&mut study, &places, ui)?;
     let (candidates, about) = places.split_at(places.len() - usize::from(args.about.is_some()));
     let wish = Wish {
         aim: match (args.models, about.first()) {

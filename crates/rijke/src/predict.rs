@@ -3,6 +3,7 @@
 use crate::{
     failure::{Classify, Failure},
     figure,
+    flow::foresee,
     rank::open_of,
     results::{Ranked, kept_if_any, warn_of_missing},
     staging::write_whole,
@@ -59,8 +60,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
     };
     let among = stage.points.clone();
-    let (study, places) =
+    let (mut study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
+    foresee(&mut study, &places, ui)?;
     for (place, asked) in
         places.iter().zip(&asked).filter(|(_, asked)| map.is_none() && !asked.contains_key("T_amb"))
     {

@@ -108,7 +108,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         progress.advance(1);
     }
     drop(progress);
-    let verdicts = verdicts(&claims, &stages, &answers);
+    let verdicts = verdicts(&claims, observations.kind, &stages, &answers);
     let numbers = staged.path().join("numbers");
     for stage in &stages {
         keep(&numbers, &format!("stage-{}", stage.id), stage)?;

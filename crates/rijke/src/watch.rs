@@ -190,7 +190,7 @@ impl Watch<'_> {
             answers.push(run.overview(&stage.id).map_err(wrong)?);
             stages.push(stage);
         }
-        let verdicts = verdicts(&study.claims, &stages, &answers);
+        let verdicts = verdicts(&study.claims, observations.kind, &stages, &answers);
         let page = StudyPage::new(&StudyHead::of(study, &observations), &stages, &answers, &verdicts, None);
         page.or_failed()?.write(&self.live.join("study")).or_failed()?;
         Ok(Some(stages))

@@ -1,9 +1,11 @@
 //! The folder of a study, read as a whole.
 
+use crate::base::BaseState;
 use crate::modes::read_ambient;
 use crate::plan::{Base, Plan};
 use crate::source::Source;
 use crate::{Campaign, Candidate, Catalogue, Claims, Observations, Problem, Rig, StudyError, read_modes};
+use rijke_numerics::read_text;
 use rijke_rig::{ChannelErrors, DataKind, Ramp};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -24,6 +26,8 @@ pub struct Study {
     pub plan: Plan,
     /// What somebody published of it.
     pub claims: Claims,
+    /// States of operating points that `base/states.json` does not have.
+    pub foreseen: BTreeMap<String, BaseState>,
 }
 
 #[derive(Deserialize)]
@@ -45,7 +49,15 @@ impl Study {
         let catalogue = candidates(&folder.join("candidates"), &rig)?;
         let plan = Plan::read(&folder.join("study.toml"), &rig, &campaign, &catalogue)?;
         let claims = Claims::read(&folder.join("paper.toml"), &plan, &catalogue)?;
-        Ok(Self { folder: folder.to_owned(), rig, campaign, catalogue, plan, claims })
+        Ok(Self {
+            folder: folder.to_owned(),
+            rig,
+            campaign,
+            catalogue,
+            plan,
+            claims,
+            foreseen: BTreeMap::new(),
+        })
     }
 
     /// What is declared and has no effect, each in a sentence with its file: candidates that are part of no model because no stage and no
@@ -121,7 +133,7 @@ impl Study {
             [self.folder.clone(), self.folder.join("observations")].map(|f| f.join("readings.csv"));
         match (here.is_file(), observed.is_file()) {
             (false, true) => Ok(Some(observed)),
-            (true, true) if std::fs::read(&here).ok() != std::fs::read(&observed).ok() => {
+            (true, true) if read_text(&here).ok() != read_text(&observed).ok() => {
                 let text = format!("{} says otherwise; keep one of the two", observed.display());
                 let problem = Box::new(Problem::Toml(text));
                 Err(StudyError { file: here.display().to_string(), line: None, problem })

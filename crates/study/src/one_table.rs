@@ -81,7 +81,7 @@ impl OneTable {
         let plan = Plan::parse(&source(network, &self.plan), &rig, &campaign, &catalogue)?;
         let folder = network.parent().unwrap_or(Path::new("")).to_owned();
         let claims = Claims::default();
-        Ok(Study { folder, rig, campaign, catalogue, plan, claims })
+        Ok(Study { folder, rig, campaign, catalogue, plan, claims, foreseen: BTreeMap::new() })
     }
 }
 

@@ -70,6 +70,18 @@ pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, BaseState>
             source.at_line(line_of(&source, &id), Problem::Toml(format!("operating point `{id}`: {problem}")))
         };
         let record = StateRecord::deserialize(record).map_err(|e| fail(Problem::Toml(e.to_string())))?;
+        let state = record.state(&id, rig).map_err(fail)?;
+        states.insert(id, state);
+    }
+    Ok(states)
+}
+
+impl StateRecord {
+    /// The state of the operating point called `id`.
+    ///
+    /// # Errors
+    /// A number that the rig does not declare, or a state that cannot be.
+    pub fn state(self, id: &str, rig: &Rig) -> Result<BaseState, Problem> {
         let place = |name: &String| {
             let of = |p: &&usize| rig.scope.names()[**p].name == *name;
             rig.brought.iter().find(of).copied().ok_or_else(|| {
@@ -81,8 +93,8 @@ pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, BaseState>
                 }
             })
         };
-        let names: Vec<&String> = record.numbers.keys().collect();
-        let places = record.numbers.keys().map(place).collect::<Result<Vec<_>, _>>().map_err(fail)?;
+        let names: Vec<&String> = self.numbers.keys().collect();
+        let places = self.numbers.keys().map(place).collect::<Result<Vec<_>, _>>()?;
         let error = |e: &ErrorRecord| BaseError {
             cause: Cause::Inferred(e.cause.clone()),
             mass_flow: e.mass_flow,
@@ -92,16 +104,15 @@ pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, BaseState>
         let state = BaseState {
             gas: rig.gas.clone(),
             pressure: rig.pressure,
-            mass_flow: record.mass_flow,
-            numbers: places.into_iter().zip(record.numbers.values().copied()).collect(),
-            errors: record.errors.iter().map(error).collect(),
-            places: record.places,
-            temperature: record.temperature,
-            kinks: record.kinks,
+            mass_flow: self.mass_flow,
+            numbers: places.into_iter().zip(self.numbers.values().copied()).collect(),
+            errors: self.errors.iter().map(error).collect(),
+            places: self.places,
+            temperature: self.temperature,
+            kinks: self.kinks,
         };
-        states.insert(id.clone(), state.checked(&id).map_err(fail)?);
+        state.checked(id)
     }
-    Ok(states)
 }
 
 /// Line on which the state of a point begins.

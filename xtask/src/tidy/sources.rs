@@ -1,5 +1,6 @@
 //! Rules for sources: every file is part of a crate, short, finished, and its tests say the kind of evidence.
 
+use super::code;
 use super::file::{Complaint, File};
 use std::collections::BTreeSet;
 
@@ -16,6 +17,7 @@ pub(super) fn check(files: &[File]) -> Vec<Complaint> {
     let mut complaints: Vec<_> = sources.iter().flat_map(|f| check_text(f)).collect();
     complaints.extend(sources.iter().flat_map(|f| unused_files(f, &sources, &paths)));
     complaints.extend(sources.iter().filter_map(|f| check_front_page(f, files)));
+    complaints.extend(sources.iter().flat_map(|f| unbounded_reads(f)));
     complaints
 }
 
@@ -72,6 +74,27 @@ fn check_text(File { path, text }: &File) -> Vec<Complaint> {
     complaints
 }
 
+/// Who reads a file that somebody else gave does so by the one function that refuses pipes, devices and what has no end.
+fn unbounded_reads(file: &File) -> Vec<Complaint> {
+    let of_a_crate = file.path.starts_with("crates/") && file.path.contains("/src/");
+    if !of_a_crate || file.path.ends_with("numerics/src/files.rs") {
+        return Vec::new();
+    }
+    let blanked = code::blanked(&file.text);
+    let lines = (1..).zip(code::without_tests(&blanked).lines());
+    let unbounded =
+        |line: &str| ["fs::read_to_string(", "File::open(", ".from_path("].iter().any(|c| line.contains(c));
+    lines
+        .filter(|(_, line)| unbounded(line) && !line.contains("Writer"))
+        .map(|(k, _)| {
+            format!(
+                "{}:{k}: use rijke_numerics::read_text or open_file, which refuses pipes, devices and files without end",
+                file.path
+            )
+        })
+        .collect()
+}
+
 /// A file under `src` that no `mod` line of its parent names is not compiled, however good it looks.
 fn unused_files(file: &File, sources: &[&File], paths: &BTreeSet<&str>) -> Option<Complaint> {
     let (root, inside) = file.path.split_once("/src/")?;
@@ -99,6 +122,18 @@ mod tests {
 
     fn complaints(text: &str) -> String {
         check(&[file("crates/a/src/main.rs", text)]).join("\n")
+    }
+
+    #[test]
+    fn behaviour_unbounded_reads_are_complained_of_outside_tests() {
+        let read = "//! What.\nfn f() { std::fs::read_to_string(p); }\n";
+        assert!(
+            complaints(read).contains("main.rs:2: use rijke_numerics::read_text"),
+            "{}",
+            complaints(read)
+        );
+        let tested = format!("//! What.\n#[cfg(test)]\nmod tests {{\n{}}}\n", &read[11..]);
+        assert_eq!(complaints(&tested), "");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::answers::Answer;
 use super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::record::{ModelRecord, StageRecord};
+use rijke_rig::DataKind;
 use rijke_study::{ClaimNumber, Claims, Statement, Take};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -18,18 +19,27 @@ pub struct Judgement {
     pub holds: bool,
     /// The numbers that decide it.
     pub figure: String,
-    /// What is known of the reason where it fails.
+    /// What is known of the reason where it fails on virtual data.
     pub explanation: Option<String>,
 }
 
-/// Judges every statement whose numbers are all there; of what was not measured nothing is said.
+/// Judges every statement whose numbers are all there; of what was not measured nothing is said. Reasons are known of virtual data alone.
 #[must_use]
-pub fn verdicts(claims: &Claims, stages: &[StageRecord], answers: &[Answer]) -> Vec<Judgement> {
+pub fn verdicts(
+    claims: &Claims,
+    kind: DataKind,
+    stages: &[StageRecord],
+    answers: &[Answer],
+) -> Vec<Judgement> {
     let of_stages = stages.iter().map(|s| (s.id.as_str(), models(s)));
     let others = answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id));
     let of_answers = others.filter_map(|a| Some((a.id.as_str(), a.frames.first()?.clone())));
     let tables: BTreeMap<&str, Frame> = of_stages.chain(of_answers).collect();
-    claims.statements.iter().filter_map(|s| verdict(s, &tables)).collect()
+    let known = |mut judged: Judgement| {
+        judged.explanation = judged.explanation.filter(|_| kind == DataKind::Virtual);
+        judged
+    };
+    claims.statements.iter().filter_map(|s| verdict(s, &tables)).map(known).collect()
 }
 
 /// Kendall's tau between the order of a stage's models and the published one: 1 for the same order, -1 for the opposite; none where

@@ -3,6 +3,7 @@
 use crate::Observed;
 use crate::noise::measured_sd;
 use rijke_study::hertz;
+use std::collections::BTreeMap;
 
 /// Part of the scatter of the measured numbers that a misfit may reach before the model is said to explain nothing.
 const NOTHING: f64 = 0.7;
@@ -12,6 +13,9 @@ const MANY: f64 = 10.0;
 
 /// A residual of one point, in those of all others together, that is said.
 const ALONE: f64 = 8.0;
+
+/// |R| beyond which an end is said to feed the modes: one part in a hundred is left for its standard deviation.
+const PASSIVE: f64 = 1.01;
 
 /// A misfit of relative pressures beyond which mode shapes do not fit.
 const SHAPES: f64 = 0.1;
@@ -80,6 +84,28 @@ pub(super) fn doubts(
         ));
     }
     all
+}
+
+/// What is said of ends that feed the modes, of |R| at the places of ends and the angular frequencies at which they are.
+pub(super) fn feeding(reflections: impl Iterator<Item = (Vec<(String, f64)>, f64)>) -> Vec<String> {
+    let mut largest: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+    for (ends, omega) in reflections {
+        for (place, modulus) in ends {
+            let most = largest.entry(place).or_insert([modulus, omega]);
+            if modulus > most[0] {
+                *most = [modulus, omega];
+            }
+        }
+    }
+    let feeds = largest.into_iter().filter(|(_, [modulus, _])| *modulus > PASSIVE);
+    let said = |(place, [modulus, omega]): (String, [f64; 2])| {
+        format!(
+            "|R| at {place} is {modulus:.3} at {:.1} Hz, above 1: this end feeds the modes, as no passive end does; a term that drives them is missing, or growth \
+             rates have the wrong sign",
+            hertz(omega)
+        )
+    };
+    feeds.map(said).collect()
 }
 
 #[cfg(test)]

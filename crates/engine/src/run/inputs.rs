@@ -46,7 +46,8 @@ pub(super) fn states_and_heat(
             if !path.exists() {
                 return Ok(StatesAndHeat::default());
             }
-            let states = read_states(&path, &study.rig)?;
+            let mut states = study.foreseen.clone();
+            states.extend(read_states(&path, &study.rig)?);
             let place = |(id, state): (String, BaseState)| Some((study.campaign.point(&id)?.0, state));
             Ok((states.into_iter().filter_map(place).collect(), None))
         }

@@ -1,7 +1,7 @@
 //! The rows of a stage's table: which candidates make each model, and what training finds of it.
 
 use super::course::{Choice, Chosen, Found, Run, StandsOn, Trusted};
-use super::doubts::doubts;
+use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use crate::noise::{Noise, floats, measured_sd};
@@ -126,7 +126,12 @@ impl Run {
                 Ok([s.re, s.im])
             })
             .collect::<Result<_, EngineError>>()?;
-        let said = trained.referee.iter().map(ToString::to_string);
+        let reflections = found.observed.iter().zip(&record.predicted).filter_map(|(o, [_, omega])| {
+            let model = PointModel::new(assembly, &o.conditions, &[]).ok()?;
+            Some((model.end_reflections(values, *omega), *omega))
+        });
+        let said: Vec<String> =
+            trained.referee.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
         let doubts = doubts(&found.observed, &record.predicted, record.misfit, floats(&trained.noise));
         let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).chain(doubts).collect();
         record.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());

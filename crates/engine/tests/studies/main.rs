@@ -12,6 +12,7 @@ use rijke_engine::EngineError;
 use rijke_engine::run::{
     Run, StageRecord, Trusted, forecast, foresight, modes_at, sliders, verdicts, with_points,
 };
+use rijke_rig::DataKind;
 use rijke_study::Study;
 use std::path::Path;
 use tube::TUBE;
@@ -63,6 +64,25 @@ fn exact_an_unknown_of_the_rig_file_is_found_from_frequencies_and_growth_rates()
     let expected = 0.1 * 0.85 / c / (1.0_f64 / 1.0 + 1.0 / 0.64).sqrt();
     assert!((sd / expected - 1.0).abs() < 1e-3, "{sd} {expected}");
     assert!((r - 0.85).abs() < 2e-3 * sd, "{r} +- {sd}");
+}
+
+#[test]
+fn message_an_end_that_feeds_the_modes_is_said() {
+    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    let said = |r: f64| {
+        let row = |id: &str, length: f64| {
+            format!("{id},{:.9},0.1,{:.9},0.05\n", c * r.ln() / length, 0.5 * c / length)
+        };
+        let folder = tube("feeding", &format!("{head}{}{}", row("a", 1.0), row("b", 0.8)));
+        run(&folder.0).unwrap()[0].models[0].remark.clone().unwrap_or_default()
+    };
+    let remark = said(1.2);
+    assert!(
+        remark.contains(" is 1.200 at 1") && remark.contains("above 1: this end feeds the modes"),
+        "{remark}"
+    );
+    assert!(!said(0.95).contains("feeds"), "{}", said(0.95));
 }
 
 #[test]
@@ -326,12 +346,17 @@ fn exact_foresight_knows_what_frequencies_cannot_tell() {
 fn exact_claims_are_judged_by_their_numbers_and_refused_with_their_line() {
     let paper = "source = \"us\"\n[[claim]]\nof = \"s\"\nstatement = \"r is near 0.85\"\nlet.r = { column = \"r\" }\nlet.sd = { column = \"r_sd\" }\n\
                  holds = \"0.85 - 3*sd < r < 0.85 + 3*sd\"\n[[claim]]\nof = \"s\"\nstatement = \"r is above 1\"\nlet.r = { column = \"r\" }\n\
-                 holds = \"r > 1\"\n[[claim]]\nof = \"s\"\nstatement = \"of what is not there nothing is said\"\nlet.q = { column = \"q\" }\nholds = \"q > 1\"\n";
+                 holds = \"r > 1\"\nexplanation = \"the virtual end is shorter\"\n[[claim]]\nof = \"s\"\nstatement = \"of what is not there nothing is said\"\nlet.q = { column = \"q\" }\nholds = \"q > 1\"\n";
     let folder = two_points("claims", &[("paper.toml", paper)]);
     let stages = run(&folder.0).unwrap();
     let study = Study::open(&folder.0).unwrap();
-    let judged: Vec<bool> = verdicts(&study.claims, &stages, &[]).iter().map(|v| v.holds).collect();
-    assert_eq!(judged, [true, false]);
+    let judged = |kind: DataKind| verdicts(&study.claims, kind, &stages, &[]);
+    let holds: Vec<bool> = judged(DataKind::Virtual).iter().map(|v| v.holds).collect();
+    assert_eq!(holds, [true, false]);
+    // What is known of the laboratory explains nothing that was measured.
+    let explained = |kind: DataKind| judged(kind)[1].explanation.clone();
+    assert_eq!(explained(DataKind::Virtual).as_deref(), Some("the virtual end is shorter"));
+    assert_eq!(explained(DataKind::Measured), None);
     let refused = |from: &str, to: &str| {
         std::fs::write(folder.0.join("paper.toml"), paper.replacen(from, to, 1)).unwrap();
         Study::open(&folder.0).unwrap_err().to_string()

@@ -162,7 +162,8 @@ fn at(path: &Path, line: usize, problem: &str) -> FlowError {
 /// A name and finite numbers per row, under exactly these names of columns.
 fn rows(path: &Path, header: &[&str]) -> Result<Vec<Row>, FlowError> {
     let problem = |e: csv::Error| FlowError::File { file: path.to_path_buf(), problem: e.to_string() };
-    let mut file = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(problem)?;
+    let text = rijke_numerics::read_text(path).map_err(|e| problem(e.into()))?;
+    let mut file = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let found: Vec<String> = file
         .headers()
         .map_err(problem)?

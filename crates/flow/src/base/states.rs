@@ -37,7 +37,7 @@ impl BaseStates {
     pub fn read(path: &Path) -> Result<Self, FlowError> {
         let path = if path.is_dir() { path.join(Self::FILE) } else { path.to_path_buf() };
         let problem = |problem: String| FlowError::File { file: path.clone(), problem };
-        let text = std::fs::read_to_string(&path).map_err(|e| problem(e.to_string()))?;
+        let text = rijke_numerics::read_text(&path).map_err(|e| problem(e.to_string()))?;
         let states: Self = serde_json::from_str(&text).map_err(|e| problem(e.to_string()))?;
         for (id, state) in &states.points {
             state.clone().checked().map_err(|e| problem(format!("operating point {id}: {e}")))?;

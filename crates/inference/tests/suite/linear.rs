@@ -158,8 +158,7 @@ fn exact_density_of_each_datum_given_all_others_and_the_parameters() {
     let linear = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap();
     let moved = [0.3, -0.2, 0.05];
     let at: Vec<f64> = fit.parameters.iter().zip(moved).map(|(a, d)| a + d).collect();
-    let residual: Vec<f64> =
-        (0..m).map(|i| y[i] - (0..p).map(|k| x[(i, k)] * at[k]).sum::<f64>()).collect();
+    let residual: Vec<f64> = (0..m).map(|i| y[i] - (0..p).map(|k| x[(i, k)] * at[k]).sum::<f64>()).collect();
     let found = linear.ln_densities(&moved);
     assert_eq!(found.len(), m);
     for i in 0..m {

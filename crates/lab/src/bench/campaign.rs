@@ -38,7 +38,7 @@ const RESERVED: [&str; 7] = ["point", "row", "repeats", "installation", "day", "
 
 pub(crate) fn read(path: &Path) -> Result<Vec<Point>, BenchError> {
     let text =
-        std::fs::read_to_string(path).map_err(|cause| BenchError::Read { path: path.to_owned(), cause })?;
+        rijke_numerics::read_text(path).map_err(|cause| BenchError::Read { path: path.to_owned(), cause })?;
     parse(&text, path)
 }
 

@@ -130,7 +130,7 @@ fn one_atmosphere() -> f64 {
 
 impl Truth {
     pub(crate) fn read(path: &Path) -> Result<Self, BenchError> {
-        let text = std::fs::read_to_string(path)
+        let text = rijke_numerics::read_text(path)
             .map_err(|cause| BenchError::Read { path: path.to_owned(), cause })?;
         Self::parse(&text, path)
     }

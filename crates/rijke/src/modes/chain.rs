@@ -56,7 +56,7 @@ pub(super) struct Line {
 
 impl Case {
     pub(super) fn file(path: &Path, limits: [Option<f64>; 2]) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).or_bad_input().map_err(|failure| {
+        let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
             failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
         })?;
         let mut built = match read(&text) {
@@ -114,7 +114,7 @@ impl Case {
         let path = if inputs.is_dir() { inputs } else { folder.to_path_buf() };
         let text = |name: &str| {
             let file = path.join(name);
-            std::fs::read_to_string(&file).or_bad_input().map_err(|failure| {
+            rijke_numerics::read_text(&file).or_bad_input().map_err(|failure| {
                 failure.at(&file).remedy("Name the folder that holds the inputs of OSCILOS_lite.")
             })
         };

@@ -55,7 +55,7 @@ pub(super) fn run(
     ui: &Ui,
 ) -> Result<(), Failure> {
     let folder = StagedFolder::beside_others(out, "observations.toml", &WRITTEN, force)?;
-    let before = std::fs::read_to_string(out.join(WRITTEN[0])).ok();
+    let before = rijke_numerics::read_text(&out.join(WRITTEN[0])).ok();
     let (mut files, answer) = match &records.excitation {
         Excitation::Driven(found) => driven(records, found, study, ui)?,
         Excitation::Blow(blow) => blows(records, blow, study, ui)?,

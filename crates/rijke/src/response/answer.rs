@@ -32,7 +32,7 @@ type Columns = Vec<(String, Vec<C64>)>;
 
 impl Driven {
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).or_bad_input().map_err(|failure| {
+        let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
             failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
         })?;
         let built = read(&text).or_bad_input().map_err(|failure| failure.at(path))?;

@@ -31,6 +31,19 @@ fn lab_the_tutorial_leads_from_an_empty_folder_to_ranked_models() {
     assert!(rows.contains("\nH130-85,0.85,") && rows.lines().count() > 14, "{rows}");
     assert!(rows.lines().skip(1).all(|line| (0.0..0.5).contains(&probability(line))), "{rows}");
 
+    // Between places of the heater the flow is foreseen: the mode is near those of the neighbours, and its frequency is known less well.
+    let asked =
+        done(&folder, "predict my-rig --at X_h=0.30,Q_h=130 --at X_h=0.25,Q_h=130 --at X_h=0.35,Q_h=130");
+    let numbers =
+        |line: &str| -> Vec<f64> { line.split(',').skip(5).map_while(|cell| cell.parse().ok()).collect() };
+    let lines: Vec<Vec<f64>> = asked.lines().filter(|l| l.contains(",130,")).map(numbers).collect();
+    let [between, low, high] = lines.as_slice() else { panic!("{asked}") };
+    for k in [0, 3] {
+        let off = between[k] - 0.5 * (low[k] + high[k]);
+        assert!(off.abs() < 2.0 * between[k + 2], "{asked}");
+    }
+    assert!(between[5] > low[5].max(high[5]), "{asked}");
+
     // What is finished is kept.
     fs::remove_dir_all(folder.join("my-rig/results")).unwrap();
     let [observations, base] =

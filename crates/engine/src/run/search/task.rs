@@ -80,7 +80,7 @@ impl Kept {
     /// A file that cannot be read is as one that is not there.
     pub(super) fn read<T: DeserializeOwned>(&self, task: &str) -> Option<T> {
         let path = self.0.as_ref()?.join(format!("{task}.json"));
-        serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
+        serde_json::from_str(&rijke_numerics::read_text(&path).ok()?).ok()
     }
 
     /// The file appears under its name only when it is complete. Who writes it second writes the same.

@@ -49,7 +49,7 @@ impl Records {
     /// what is wrong in a line, or in the run.
     pub fn read(folder: &Path) -> Result<Self, FlowError> {
         let path = folder.join("flow.toml");
-        let text = std::fs::read_to_string(&path).map_err(|e| problem(&path, &e))?;
+        let text = rijke_numerics::read_text(&path).map_err(|e| problem(&path, &e))?;
         let manifest: Manifest = toml::from_str(&text).map_err(|e| problem(&path, &e))?;
         let rig_path = folder.join(&manifest.rig);
         let rig = Rig::read(&rig_path).map_err(|e| problem(&rig_path, &e))?;
@@ -138,7 +138,8 @@ fn header(sensors: &[Sensor]) -> Vec<String> {
 }
 
 fn samples(path: &Path, sensors: &[Sensor]) -> Result<Vec<Sample>, FlowError> {
-    let mut file = csv::Reader::from_path(path).map_err(|e| problem(path, &e))?;
+    let text = rijke_numerics::read_text(path).map_err(|e| problem(path, &e))?;
+    let mut file = csv::Reader::from_reader(text.as_bytes());
     let expected = header(sensors);
     let found: Vec<String> =
         file.headers().map_err(|e| problem(path, &e))?.iter().map(str::to_string).collect();

@@ -16,6 +16,8 @@
 mod dense;
 mod errors;
 mod fit;
+#[cfg(test)]
+mod foreseen;
 mod joint;
 mod observed;
 mod prediction;

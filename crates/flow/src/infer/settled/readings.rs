@@ -39,10 +39,8 @@ impl Readings {
     /// [`FlowError::File`] with the line and what is wrong in it.
     pub fn read(path: &Path, known: &dyn Fn(&str) -> bool) -> Result<Self, FlowError> {
         let problem = |problem: String| FlowError::File { file: path.to_path_buf(), problem };
-        let mut file = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .from_path(path)
-            .map_err(|e| problem(e.to_string()))?;
+        let text = rijke_numerics::read_text(path).map_err(|e| problem(e.to_string()))?;
+        let mut file = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
         let mut points: BTreeMap<String, OfPoint> = BTreeMap::new();
         for (index, row) in file.deserialize::<Row>().enumerate() {
             let line = index + 2;

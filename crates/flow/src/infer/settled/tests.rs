@@ -111,49 +111,6 @@ fn oracle_causes_rebuild_the_posterior_covariance() {
     }
 }
 
-/// What is foreseen of a state stands on the same equations as what is read there: readings of hopeless noise say as little as none. One state
-/// at a place that was read, and a place of which nothing was.
-#[test]
-fn exact_a_state_that_was_not_read_is_one_of_hopeless_readings() {
-    let mut stream = Streams::new(6).stream("foreseen");
-    let [mut near, mut far] = [0.25, 0.7].map(|heater| {
-        let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
-        read(&pipe, &mut run, SD, &mut stream);
-        (pipe, run)
-    });
-    let known = Fit::new(&[near.clone(), far.clone()]).unwrap().base_states().unwrap();
-    let mut found = Vec::new();
-    for read in [true, false] {
-        for state in near.1.states[2..3].iter_mut().chain(&mut far.1.states) {
-            if read {
-                state.noise = Matrix::diagonal(&[1e6; 8]);
-            } else {
-                (state.sensors, state.readings, state.noise) = (Vec::new(), Vec::new(), Matrix::zeros(0, 0));
-            }
-        }
-        let checked = |(pipe, run): (Pipe, Run)| (pipe.clone(), run.checked(&pipe).unwrap());
-        let runs = [near.clone(), far.clone()].map(checked);
-        let (reports, states) = Fit::new(&runs).unwrap().report().unwrap();
-        assert_eq!(
-            reports.len(),
-            if read { 2 } else { 1 },
-            "nothing is reported of a place that was not read"
-        );
-        found.push(states);
-    }
-    for ((id, a), (_, b)) in found[0].iter().zip(&found[1]) {
-        assert!((a.mass_flux - b.mass_flux).abs() <= 1e-6 * a.mass_flux, "{id}");
-        let [a, b] = [a, b].map(|s| s.heater_velocity_sd());
-        assert!((a - b).abs() <= 1e-6 * a, "{id}: {a} {b}");
-    }
-    // The place that was not read is known worse than if it had been, and shares causes with the one that was.
-    let last = |k: usize| &found[1][k].1;
-    let [foreseen, read] = [last(7), &known[7].1].map(|s| s.heater_velocity_sd());
-    assert!(foreseen > 1.1 * read, "{foreseen} {read}");
-    let shared = |e: &&crate::ErrorComponent| last(3).errors.iter().any(|other| other.cause == e.cause);
-    assert!(last(7).errors.iter().filter(shared).count() > 3);
-}
-
 #[test]
 fn exact_fit_gives_the_same_bytes_for_one_and_two_threads() {
     let runs: Vec<(Pipe, Run)> = [0.25, 0.45, 0.7]
