@@ -160,11 +160,10 @@ pub(crate) fn warn_of_prior(ui: &Ui, p: &ParameterRecord) {
     if p.is_as_before() {
         ui.say(format!("          these data tell nothing of {}: it is as its prior", p.name));
     }
-    if let Some(z) = p.prior_sds.filter(|z| z.abs() > 4.0) {
+    if let Some(z) = p.conflict() {
         ui.note(format!(
-            "warning: {} lies {:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",
-            p.name,
-            z.abs()
+            "warning: {} lies {z:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",
+            p.name
         ));
     }
 }

@@ -10,6 +10,9 @@ use std::f64::consts::PI;
 /// Width of the posterior relative to the prior above which a parameter or a direction counts as not identified.
 pub(super) const UNIDENTIFIED: f64 = 0.9;
 
+/// Standard deviations of its prior beyond which a parameter contradicts what was known before.
+const CONFLICT: f64 = 4.0;
+
 /// A stage: its points, and its models with what training found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StageRecord {
@@ -202,6 +205,12 @@ impl ParameterRecord {
         };
         let narrowed = prior_sd.map(|prior| sd / prior);
         Self { name, symbol, unit, value, sd, prior_sds, narrowed, averaged: None }
+    }
+
+    /// How many standard deviations of its prior it lies from what was known before, where that is a contradiction.
+    #[must_use]
+    pub fn conflict(&self) -> Option<f64> {
+        self.prior_sds.map(f64::abs).filter(|z| *z > CONFLICT)
     }
 
     /// Whether the data tell next to nothing of it: its posterior is its prior.

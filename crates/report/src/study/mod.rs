@@ -1,9 +1,10 @@
-//! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes nothing of its own.
+//! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes no physics of its own.
 
 mod asked;
 mod checks;
 mod claims;
 mod figure;
+mod first;
 mod head;
 pub(crate) mod numbers;
 mod sliders;
@@ -54,11 +55,20 @@ impl StudyPage {
         }
         let mut page = Self { files: Vec::new() };
         let mut body = String::new();
+        let shown = first::stage(stages);
+        let (mut top, mut compared) = (String::new(), String::new());
         for stage in stages {
             body += &section(head, stage);
             page.table(&stage.id, &models(stage))?;
+            let mut figures = String::new();
             for answer in answers.iter().filter(|a| a.id == stage.id) {
-                body += &page.figure(head, answer, Some(stage))?;
+                figures += &page.figure(head, answer, Some(stage))?;
+            }
+            if shown.is_some_and(|s| s.id == stage.id) {
+                top = first::section(stage, &figures);
+                body += "<p>Measured and predicted: <a href=\"#found\">above</a>.</p>\n";
+            } else {
+                body += &figures;
             }
             body += &checks::section(stage);
             if let Some(found) = &stage.checks {
@@ -71,7 +81,7 @@ impl StudyPage {
             if let Some(missing) = &stage.missing {
                 body += &page.figure(head, &asked::along(stage, missing), Some(stage))?;
             }
-            body += &claims::of(verdicts, &stage.id);
+            compared += &claims::of(verdicts, &stage.id, &stage.title);
             if let Some((_, found)) = sliders.filter(|(id, _)| *id == stage.id) {
                 body += &sliders::section(found, stage);
                 if let Ok(model) = found {
@@ -83,8 +93,9 @@ impl StudyPage {
             body += &format!("<h2 id=\"{}\">{}</h2>\n", answer.id, html(&answer.title));
             body += &page.figure(head, answer, None)?;
             body += &tables::parameter_table(&answer.parameters);
-            body += &claims::of(verdicts, &answer.id);
+            compared += &claims::of(verdicts, &answer.id, &answer.title);
         }
+        body += &claims::section(&head.claims, verdicts, &compared);
         // Hypertext ends cells and rows by itself; thousands of ends are a twentieth of a large page.
         let body =
             body.replace("</td>", "").replace("</tr>\n", "\n").replace("<td class=\"n\">", "<td class=n>");
@@ -97,13 +108,17 @@ impl StudyPage {
         let text = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
              initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<main>\n<h1>{name}</h1>\n<p>{question}</p>\n{answer}\
-             {published}<p class=\"data\">{data}. Source: {source}.</p>\n{contents}{body}</main>\n\
+             <p class=\"data\">{data}. Source: {source}.</p>\n{top}{contents}{body}</main>\n\
              <script type=\"application/json\" id=\"points\">{points}</script>\n<script>\n{SCRIPT}</script>\n{scripts}</body></html>\n",
             name = html(&head.name),
             question = html(&head.question),
             source = html(&head.source),
-            published = claims::summary(&head.claims, verdicts),
-            contents = contents(stages, answers, sliders.is_some_and(|(_, found)| found.is_ok())),
+            contents = contents(
+                stages,
+                answers,
+                sliders.is_some_and(|(_, found)| found.is_ok()),
+                !verdicts.is_empty()
+            ),
             scripts =
                 sliders.and_then(|(_, found)| found.as_ref().ok()).map_or(String::new(), sliders::scripts),
             points = checks::said(stages),
@@ -176,13 +191,14 @@ impl StudyPage {
     }
 }
 
-fn contents(stages: &[StageRecord], answers: &[Answer], sliders: bool) -> String {
+fn contents(stages: &[StageRecord], answers: &[Answer], sliders: bool, compared: bool) -> String {
     let link = |id: &str, title: &str| format!("<li><a href=\"#{id}\">{}</a></li>\n", html(title));
     let of_stages: String = stages.iter().map(|s| link(&s.id, &s.title)).collect();
     let others = answers.iter().filter(|a| stages.iter().all(|s| s.id != a.id));
     let of_answers: String = others.map(|a| link(&a.id, &a.title)).collect();
     let of_sliders = if sliders { link("sliders", sliders::TITLE) } else { String::new() };
-    format!("<nav aria-label=\"Contents\"><ul>\n{of_stages}{of_answers}{of_sliders}</ul></nav>\n")
+    let of_claims = if compared { link("compared", claims::TITLE) } else { String::new() };
+    format!("<nav aria-label=\"Contents\"><ul>\n{of_stages}{of_answers}{of_sliders}{of_claims}</ul></nav>\n")
 }
 
 /// What a competition found, in a sentence; nothing for a stage of one model.

@@ -17,6 +17,15 @@ pub(crate) fn with_uncertainty(value: f64, sd: f64) -> String {
     format!("{} × 10<sup>{largest}</sup>", text.replace('-', "\u{2212}")).replace("<sup>-", "<sup>\u{2212}")
 }
 
+/// A size in print, with two digits that count.
+pub(super) fn two_digits(value: f64) -> String {
+    if !(value > 0.0 && value.is_finite()) {
+        return format!("{value}");
+    }
+    let digits = (1 - value.log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{value:.digits$}")
+}
+
 /// A probability in print.
 pub(super) fn chance(p: f64) -> String {
     if p < 5e-4 { "&lt; 0.001".to_owned() } else { format!("{p:.3}") }
@@ -24,7 +33,12 @@ pub(super) fn chance(p: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::with_uncertainty;
+    use super::{two_digits, with_uncertainty};
+
+    #[test]
+    fn exact_two_digits_count() {
+        assert_eq!([0.0312, 4.26, 87.4, 1234.0].map(two_digits), ["0.031", "4.3", "87", "1234"]);
+    }
 
     #[test]
     fn exact_the_last_two_digits_are_the_uncertain_ones() {

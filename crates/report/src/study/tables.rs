@@ -6,9 +6,6 @@ use crate::draw::html;
 use rijke_engine::run::{CarriedOn, ModelRecord, ParameterRecord, StageRecord};
 use std::collections::BTreeMap;
 
-/// Standard deviations of its prior beyond which a parameter contradicts what was known before.
-const CONFLICT: f64 = 4.0;
-
 /// The model that goes on.
 pub(super) fn chosen(stage: &StageRecord) -> Option<&ModelRecord> {
     stage.models.iter().find(|m| m.id == stage.chosen)
@@ -136,13 +133,12 @@ pub(super) fn conflicts(model: &ModelRecord) -> Vec<String> {
         model.parameters.iter().filter(|p| p.is_as_before()).map(|p| html(&p.symbol)).collect();
     let nothing = (!before.is_empty())
         .then(|| format!("These data tell nothing of {}: the posterior is the prior.", before.join(", ")));
-    let far = model.parameters.iter().filter(|p| p.prior_sds.is_some_and(|z| z.abs() > CONFLICT));
-    far.map(|p| {
+    let far = model.parameters.iter().filter_map(|p| Some((p, p.conflict()?)));
+    far.map(|(p, z)| {
         format!(
-            "{} lies {:.1} standard deviations of its prior from what was known before: prior and data contradict each other, or the model is \
+            "{} lies {z:.1} standard deviations of its prior from what was known before: prior and data contradict each other, or the model is \
              wrong.",
-            html(&p.symbol),
-            p.prior_sds.unwrap_or(0.0).abs()
+            html(&p.symbol)
         )
     })
     .chain(nothing)
