@@ -38,8 +38,8 @@ fn unexplained(stage: &StageRecord) -> Vec<String> {
     // Measured with its standard deviation, and predicted.
     type Pick = fn(&MeasuredRecord) -> Option<[f64; 2]>;
     let kinds: [(Pick, &str, &str); 2] = [
-        (|m| m.growth_rate, "growth rates", "1/s"),
-        (|m| m.angular_frequency, "angular frequencies", "rad/s"),
+        (|m| m.growth_rate, "Growth rates", "1/s"),
+        (|m| m.angular_frequency, "Angular frequencies", "rad/s"),
     ];
     let missed = |(k, (of, what, unit)): (usize, (Pick, &str, &str))| {
         let both = stage.measured.iter().zip(&model.predicted);

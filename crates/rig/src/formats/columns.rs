@@ -167,6 +167,15 @@ impl Columns {
         }
     }
 
+    /// The unit that the heading of a column states, also where the column is asked for by the whole of it.
+    ///
+    /// # Errors
+    /// No such column, or two.
+    pub fn unit(&self, name: &str) -> Result<Option<Unit>, RigError> {
+        let heading = &self.headings[self.column(name)?];
+        Ok(Heading::parse(heading).ok().and_then(|h| h.unit))
+    }
+
     /// A column with its unit, not converted.
     pub(crate) fn as_written(&self, name: &str) -> Result<(Option<Unit>, Vec<f64>), RigError> {
         let column = self.column(name)?;

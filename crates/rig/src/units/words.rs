@@ -32,6 +32,9 @@ pub enum Given {
     Stated(Quantity),
 }
 
+/// Characters of a number beyond which it is none: the longest that programs print have some three hundred.
+const LONGEST: usize = 400;
+
 impl Quantity {
     /// Reads a number with a unit.
     ///
@@ -39,11 +42,11 @@ impl Quantity {
     /// [`UnitError::NoNumber`], or those of [`Unit::parse`].
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         let trimmed = text.trim();
-        let ends = (1..=trimmed.len()).rev().filter(|end| trimmed.is_char_boundary(*end));
-        let plain = |part: &str| part.bytes().all(|b| b.is_ascii_digit() || b"+-.eE".contains(&b));
+        let plain = |b: &u8| b.is_ascii_digit() || b"+-.eE".contains(b);
+        let longest = trimmed.bytes().take_while(plain).count().min(LONGEST);
         let number = |end: usize| Some((end, trimmed[..end].parse::<f64>().ok().filter(|v| v.is_finite())?));
         let none = || UnitError::NoNumber { text: trimmed.into() };
-        let (end, value) = ends.filter(|end| plain(&trimmed[..*end])).find_map(number).ok_or_else(none)?;
+        let (end, value) = (1..=longest).rev().find_map(number).ok_or_else(none)?;
         let rest = trimmed[end..].trim();
         // What goes on like a number is one with a decimal comma, spaces or two points.
         if !rest.starts_with("1/") && rest.starts_with(|c: char| c.is_ascii_digit() || ",.+-".contains(c)) {

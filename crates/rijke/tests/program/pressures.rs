@@ -141,6 +141,17 @@ fn message_bad_pressures_are_named_with_place_and_remedy() {
     refused("pressures-ends", &rows(), &ends, &["observations.toml", "above", "upstream, downstream"]);
     let outside = |text: String| text.replace("[500, 1000]", "[10, 20]");
     refused("pressures-outside", &rows(), &outside, &["observations.toml", "band_hz"]);
+    // The file's own heading against what the study says of it.
+    let folder = own("pressures-unit", &rows());
+    let path = folder.join("observations/p.csv");
+    let text = fs::read_to_string(&path).unwrap();
+    for (heading, code) in [("f [kHz]", 2), ("f [Hz]", 0)] {
+        fs::write(&path, text.replacen("f,case", &format!("{heading},case"), 1)).unwrap();
+        let output = rijke(&folder, &["check", "."]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{error}");
+        assert_eq!(error.contains("kHz") && error.contains("the unit that `columns`"), code == 2, "{error}");
+    }
     // Degrees that are taken for radians are said.
     let folder = own("pressures-degrees", &rows());
     let names: String = (1..=24).map(|k| format!(",a{k},w{k}")).collect();

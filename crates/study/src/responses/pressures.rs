@@ -16,10 +16,11 @@ pub(super) struct Table {
     microphones: Vec<(usize, Pressure, Option<Column>)>,
 }
 
-/// A column, and the factor to its SI unit.
+/// A column, the factor to its SI unit, and that unit if the study states one.
 struct Column {
     name: String,
     factor: f64,
+    stated: Option<&'static str>,
 }
 
 enum Pressure {
@@ -93,17 +94,17 @@ pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result
     }
 }
 
-fn column(text: &str, name: String, wanted: &str, needed: bool) -> Result<Column, Problem> {
+fn column(text: &str, name: String, wanted: &'static str, needed: bool) -> Result<Column, Problem> {
     let fail = |source| Problem::Unit { key: text.to_owned(), source };
-    let factor = match Heading::parse(text).map_err(fail)?.unit {
-        Some(unit) => unit.of(wanted).map_err(fail)?.to_si(1.0),
+    let (factor, stated) = match Heading::parse(text).map_err(fail)?.unit {
+        Some(unit) => (unit.of(wanted).map_err(fail)?.to_si(1.0), Some(wanted)),
         None if needed => {
             let need = "write it in brackets behind the name: f [Hz], p1_arg [deg]";
             return Err(Problem::Missing { key: format!("unit of `{text}`"), need });
         }
-        None => 1.0,
+        None => (1.0, None),
     };
-    Ok(Column { name, factor })
+    Ok(Column { name, factor, stated })
 }
 
 /// Reads a file: the excitations in the order of the file, and what is doubtful. Rows outside of the band are passed over.
@@ -119,7 +120,25 @@ pub(super) fn read(
     };
     let told = |error: RigError| fail(None, Problem::Csv(error.to_string()));
     let file = Columns::read(path).map_err(told)?;
+    let agrees = |column: &Column| {
+        let (Some(wanted), Some(unit)) = (column.stated, file.unit(&column.name).map_err(told)?) else {
+            return Ok(());
+        };
+        let factor = unit
+            .of(wanted)
+            .map_err(|source| fail(None, Problem::Unit { key: column.name.clone(), source }))?
+            .to_si(1.0);
+        if (factor / column.factor - 1.0).abs() > 1e-9 {
+            let (key, value) = (format!("heading `{}`", column.name), unit.text().to_owned());
+            return Err(fail(
+                None,
+                Problem::Value { key, value, need: "the unit that `columns` of the study states for it" },
+            ));
+        }
+        Ok(())
+    };
     let number = |column: &Column| {
+        agrees(column)?;
         let cells = file.complex(&column.name).map_err(told)?;
         if let Some(k) = cells.iter().position(|z| z.im != 0.0) {
             let problem =
@@ -150,6 +169,7 @@ pub(super) fn read(
         }
         pressures.push(match pressure {
             Pressure::Complex(whole) => {
+                agrees(whole)?;
                 let cells = file.complex(&whole.name).map_err(told)?;
                 cells.iter().map(|z| z * whole.factor).collect()
             }
