@@ -74,7 +74,7 @@ impl SavedModel {
     /// As it was before it was kept, as far as predictions need it.
     ///
     /// # Errors
-    /// [`EngineError::Damaged`] if its lists do not fit together.
+    /// [`EngineError::Damaged`] if its lists do not fit together, or a number in them is none.
     pub fn posterior(&self) -> Result<crate::TrainedPosterior, EngineError> {
         let n = self.names.len();
         let whole = self.mean.len() == n
@@ -82,7 +82,9 @@ impl SavedModel {
             && self.covariance.len() == n
             && self.covariance.iter().all(|row| row.len() == n)
             && self.causes.windows(2).all(|w| w[0].1.len() == w[1].1.len())
-            && self.mean.iter().chain(self.covariance.iter().flatten()).all(|v| v.is_finite());
+            && self.mean.iter().chain(self.covariance.iter().flatten()).all(|v| v.is_finite())
+            && self.covariance.iter().enumerate().all(|(k, row)| row[k] >= 0.0)
+            && self.noise.iter().all(|(_, sd)| *sd >= 0.0 && sd.is_finite());
         if !whole {
             return Err(EngineError::Damaged { stage: self.stage.clone() });
         }

@@ -290,6 +290,9 @@ impl<'a> Asked<'a> {
             self.posterior.predict(&self.assembly, &conditions, heard.as_slice(), near, law)?;
         let number = |k: usize| [p.values[k], p.sd(k, &self.misfit), p.sd(k, &Misfit::default())];
         let (growth_rate, point) = (number(0), &self.known.study.campaign.points[k]);
+        if growth_rate.iter().chain(&number(1)).any(|v| !v.is_finite()) {
+            return Err(EngineError::Damaged { stage: self.model.stage.clone() });
+        }
         Ok(Forecast {
             point: point.id.clone(),
             mode: label.to_owned(),
