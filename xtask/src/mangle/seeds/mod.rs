@@ -17,8 +17,11 @@ use crate::workspace::Outcome;
 use bench::Bench;
 use std::{fs, path::Path};
 
+/// What makes the seeds of a kind.
+type Maker = fn(&mut Bench<'_>) -> Outcome;
+
 /// The kinds of input, and what makes their seeds.
-const KINDS: [(&str, fn(&mut Bench<'_>) -> Outcome); 21] = [
+const KINDS: [(&str, Maker); 21] = [
     ("network", models::networks),
     ("oscilos", models::oscilos),
     ("flame-table", models::flame_tables),
