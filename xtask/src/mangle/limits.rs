@@ -17,7 +17,7 @@ pub(super) struct Limits {
 }
 
 /// The limits of all cases.
-pub(super) const LIMITS: Limits = Limits { processor: 10.0, clock: 60.0 };
+pub(super) const LIMITS: Limits = Limits { processor: 10.0, clock: 300.0 };
 /// Address space that one case may take: 1 GiB, and what threads and the program itself reserve, KiB.
 pub(super) const KIB: u64 = 1_200_000;
 
