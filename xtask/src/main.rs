@@ -2,6 +2,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
 mod child;
+mod mangle;
 mod mutants;
 mod package;
 mod page;
@@ -51,6 +52,9 @@ enum Task {
     },
     /// Change physics and statistics one place at a time, and list the changes that no test notices: half a minute for each.
     Mutants(mutants::Options),
+    /// Change the files that the program reads, at random, and list the cases that end with neither status 0 nor 2, or take more than 10 s or
+    /// 1 GiB: some twenty minutes for 20 000.
+    Mangle(mangle::Options),
     /// Check what the compiler does not: arrows between crates, files nobody uses, sizes, names of tests, links.
     Tidy,
 }
@@ -82,6 +86,7 @@ fn run(task: Task) -> Outcome {
         Task::Scale => scale::run(),
         Task::Test { all } => test(all),
         Task::Mutants(options) => mutants::run(&options),
+        Task::Mangle(options) => mangle::run(&options),
         Task::Tidy => tidy::run(&root()),
     }
 }
