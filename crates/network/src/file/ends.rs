@@ -85,9 +85,11 @@ impl Assembly<'_> {
             End::Rational { numerator, denominator, delay } => {
                 self.function(&item, &function(delay, &numerator, &denominator), 1.0)?
             }
-            End::Table { table, tolerance } => {
+            End::Table { table, tolerance, gain, delay } => {
                 self.doubtful(&item, &table);
-                self.table(&item, &table, tolerance)?
+                let shape =
+                    Transfer { gain, table: Some(table), tolerance, ..function(delay, &[1.0], &[1.0]) };
+                self.function(&item, &shape, 1.0)?
             }
         };
         self.check_modulus(&item, &law, region);
