@@ -24,6 +24,9 @@ impl Assembly<'_> {
     pub(super) fn function(&mut self, item: &Item, t: &Transfer, factor: f64) -> Result<Law, FileError> {
         item.not_negative("delay", t.delay)?;
         let gain = factor * t.gain;
+        if !gain.is_finite() {
+            return Err(item.fail(Problem::NotFinite { key: "gain", value: gain }));
+        }
         if let Some(rows) = &t.table {
             let plain = t.cutoff_hz.is_none() && t.numerator == [1.0] && t.denominator == [1.0];
             if !plain {

@@ -316,9 +316,10 @@ pub(super) enum Outlet {
 #[derive(Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum End {
-    Open,
-    Closed,
-    Anechoic,
+    // With braces, or keys that they do not have would be passed over.
+    Open {},
+    Closed {},
+    Anechoic {},
     /// Constant R; angle in rad.
     Constant {
         modulus: f64,
@@ -336,7 +337,7 @@ pub(super) enum End {
         /// Calibration: R is multiplied by modulus e^{i angle}.
         calibration: Option<[f64; 2]>,
     },
-    Flanged,
+    Flanged {},
     /// A compact choked nozzle; with mean flow its Mach number follows.
     Choked {
         mach: Option<f64>,

@@ -4,6 +4,7 @@
 
 mod batch;
 mod ends;
+mod heard;
 mod holes;
 pub mod levine_schwinger;
 mod probe;
@@ -11,6 +12,7 @@ mod roots;
 pub mod wall;
 
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
+pub use heard::{Heard, Unheard};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{Part, Probe, Side, Stretch};
 pub use rijke_numerics::rational::{Entry, Table, TableError, phase_slope};
