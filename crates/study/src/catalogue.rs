@@ -2,7 +2,7 @@
 
 use crate::head::ErrorTerm;
 use crate::law::{
-    Candidate, Coefficient, Effect, MeanFlow, Measured, Parameters, Place, check_name, parameters,
+    Candidate, Coefficient, Effect, MeanFlow, Measured, Parameters, Place, SECOND, check_name, parameters,
 };
 use crate::plan::SdSpec;
 use crate::rig::Rig;
@@ -177,7 +177,8 @@ fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -
     let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
     for (name, table) in spec.tables {
         let (at, TableSpec { table, tolerance, of }) = (table.span(), table.into_inner());
-        let measured = Measured::read(&table, tolerance.as_ref(), &of, folder)
+        let argument = format!("({of})*{SECOND}");
+        let measured = Measured::read(&table, tolerance.as_ref(), &argument, folder)
             .map_err(|problem| (at.clone(), problem))?;
         let beyond = measured.beyond(rig.search[1]).filter(|_| of == "s");
         let line = source.line(at.start);

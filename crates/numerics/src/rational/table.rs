@@ -61,8 +61,8 @@ pub enum TableError {
     },
     /// A tolerance with which a fit says nothing.
     #[error(
-        "tolerance is {value} of the largest gain, but must be above 0 and at most {COARSE}: a fit farther off says nothing of \
-         the table"
+        "tolerance is {value} of the largest gain, and must be above 0; a fit farther off than {COARSE} says nothing of the table: \
+         give at most {COARSE}"
     )]
     Tolerance {
         /// The tolerance.

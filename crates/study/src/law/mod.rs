@@ -9,5 +9,5 @@ mod words;
 pub use candidate::{Candidate, Coefficient, Effect, Hears, MeanFlow};
 pub(crate) use parameters::{Parameters, check_name, parameters};
 pub use place::Place;
-pub(crate) use table::Measured;
+pub(crate) use table::{Measured, SECOND};
 pub(crate) use words::{Words, words};

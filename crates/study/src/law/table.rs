@@ -10,7 +10,10 @@ use toml::Value as Toml;
 const TOLERANCE: f64 = 1e-6;
 
 /// Pairs of poles that a formula can hold.
-const MOST_PAIRS: usize = 40;
+const MOST_PAIRS: usize = 30;
+
+/// One second, as a number with its unit: formulas whose units are judged take a table of s times this.
+pub(crate) const SECOND: &str = "table.second";
 
 /// A table that was read and fitted.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +67,7 @@ impl Measured {
             Table::fit(&rows, tolerance).map_err(|source| Problem::Table { key: key.clone(), source })?;
         if table.terms.len() > 2 * MOST_PAIRS {
             let need =
-                "met by a function of at most 80 poles: raise `tolerance` to the error of the measurement";
+                "met by a function of at most 60 poles: raise `tolerance` to the error of the measurement";
             return Err(Problem::Value {
                 key,
                 value: format!("a table of {} poles", table.terms.len()),

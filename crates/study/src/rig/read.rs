@@ -2,6 +2,7 @@
 
 mod element;
 mod ends;
+mod owner;
 mod shapes;
 mod transfer;
 
@@ -11,7 +12,9 @@ use super::part::{Instruments, Part, Shape};
 use super::value::{Reader, Value};
 use super::whole::Rig;
 use crate::campaign::COLDEST;
-use crate::law::{Candidate, Coefficient, Effect, Hears, Measured, Parameters, Place, Words, parameters};
+use crate::law::{
+    Candidate, Coefficient, Effect, Hears, Measured, Parameters, Place, SECOND, Words, parameters,
+};
 use crate::names::{FACTOR, add, built_in};
 use crate::source::{Outcome, Source, listed};
 use crate::{Campaign, Problem};
@@ -100,37 +103,6 @@ struct Reading<'a> {
     is_choked: bool,
 }
 
-/// Whose numbers they are.
-#[derive(Clone, Copy)]
-enum Owner<'a> {
-    /// Numbers of a part.
-    Part(usize),
-    /// Numbers that laws call by a prefix: of an end, or of one coupling of a part.
-    Other { name: &'a str, prefix: &'a str, part: Option<usize> },
-}
-
-impl Owner<'_> {
-    fn prefix(&self) -> &str {
-        match self {
-            Self::Part(_) => "",
-            Self::Other { prefix, .. } => prefix,
-        }
-    }
-
-    /// What laws call the number of a key.
-    fn name(&self, key: &str) -> String {
-        format!("{}{key}", self.prefix())
-    }
-
-    /// The part whose numbers its formulas may name.
-    fn part(&self) -> Option<usize> {
-        match *self {
-            Self::Part(part) => Some(part),
-            Self::Other { part, .. } => part,
-        }
-    }
-}
-
 impl File {
     /// Whether a folder of OSCILOS_lite is to be read, and where that is said.
     pub(super) fn oscilos(&self) -> Option<&str> {
@@ -180,6 +152,13 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         let name = Name { name, unit, meaning, kind: NameKind::Global };
         brought.push(add(&mut scope, "number of the base state", name).map_err(|problem| (0..0, problem))?);
     }
+    let second = Name {
+        name: SECOND.to_owned(),
+        unit: "s".into(),
+        meaning: "one second, for tables".into(),
+        kind: NameKind::Global,
+    };
+    let second = add(&mut scope, "number", second).map_err(|problem| (0..0, problem))?;
     let unknowns = parameters(file.unknown, &scope)?;
     let names: Vec<String> = unknowns.iter().map(|(p, _)| p.name.clone()).collect();
     let medians: Vec<f64> = unknowns.iter().map(|(p, _)| p.prior.quantile(0.5)).collect();
@@ -190,7 +169,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         unknowns: &names,
         medians: &medians,
         folder: Path::new(&source.file).parent().unwrap_or(Path::new("")),
-        loose: Vec::new(),
+        loose: vec![(second, Value::Number(1.0))],
         tables: Vec::new(),
         is_choked: false,
     };

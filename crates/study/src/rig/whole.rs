@@ -24,7 +24,7 @@ pub struct Rig {
     /// Whether an end is a choked nozzle.
     pub is_choked: bool,
     /// Numbers that are none of a part: place in the scope, and value.
-    pub(super) loose: Vec<(usize, Value)>,
+    pub loose: Vec<(usize, Value)>,
     /// What is doubtful but possible, each in a sentence with its file and line.
     pub doubts: Vec<String>,
     /// What the file itself says of coefficients, and its unknowns: a candidate that is always in use. Its role is `rig`.

@@ -1,6 +1,7 @@
 //! An end of the rig.
 
-use super::{Owner, Reading, complex};
+use super::owner::Owner;
+use super::{Reading, complex};
 use crate::Problem;
 use crate::rig::elements::{CHOKED, ENDS, FUNCTION};
 use crate::source::{Outcome, listed};

@@ -1,6 +1,7 @@
 //! What an element brings: the shape of a duct, and the laws of ducts and devices.
 
-use super::{Owner, Reading, Waiting, complex};
+use super::owner::Owner;
+use super::{Reading, Waiting, complex};
 use crate::Problem;
 use crate::law::{Coefficient, Hears};
 use crate::names::add;

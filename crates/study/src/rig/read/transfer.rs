@@ -1,6 +1,7 @@
 //! Functions of s: gain, delay, filter, polynomials, or a measured table.
 
-use super::{Owner, Reading};
+use super::Reading;
+use super::owner::Owner;
 use crate::Problem;
 use crate::law::Measured;
 use crate::rig::elements::transfer;
