@@ -108,6 +108,25 @@ pub enum EngineError {
         /// Why, and the remedy.
         problem: &'static str,
     },
+    /// A choked end in a mean flow, where it turns entropy waves into sound, which no reflection coefficient says.
+    #[error(
+        "at operating point {point}: the rig has a choked end, and a candidate asks for waves in the mean flow: write that end as \
+         `constant`, with the reflection that you know, or take `mean_flow` out of the candidate"
+    )]
+    Choked {
+        /// The operating point.
+        point: String,
+    },
+    /// A flame that answers to a velocity elsewhere, where that cannot be told.
+    #[error("at operating point {point}: `{part}` answers to the velocity elsewhere, {problem}")]
+    Reference {
+        /// The operating point.
+        point: String,
+        /// The part.
+        part: String,
+        /// Why, and the remedy.
+        problem: String,
+    },
     /// A length or an area that is not positive.
     #[error(
         "at operating point {point}: a length or an area of the rig is not positive with these parameters"
@@ -265,6 +284,8 @@ impl EngineError {
             | Self::AmbiguousModes { point, .. }
             | Self::ModesMet { point, .. }
             | Self::Shape { point, .. }
+            | Self::Reference { point, .. }
+            | Self::Choked { point }
             | Self::Impossible { point }
             | Self::Response { point, .. }
             | Self::NoFrequency { point }

@@ -6,6 +6,7 @@ mod dense;
 mod files;
 mod jet;
 mod product;
+pub mod rational;
 pub mod special;
 mod streams;
 pub mod wide;

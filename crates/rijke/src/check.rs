@@ -71,7 +71,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         plan.stages.len(),
         plan.questions.len()
     ));
-    study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
+    let doubts = study.rig.doubts.iter().chain(&study.catalogue.doubts);
+    study.unused().iter().chain(doubts).for_each(|said| ui.note(format!("warning: {said}")));
     match (&observed, &recorded) {
         (Some(o), _) => ui.say(format!("observations: {} modes", o.modes.len())),
         (None, Some(_)) => ui.say("no record is processed yet"),

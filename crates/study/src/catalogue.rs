@@ -1,7 +1,9 @@
 //! Candidates read from TOML.
 
 use crate::head::ErrorTerm;
-use crate::law::{Candidate, Coefficient, Effect, MeanFlow, Parameters, Place, check_name, parameters};
+use crate::law::{
+    Candidate, Coefficient, Effect, MeanFlow, Measured, Parameters, Place, SECOND, check_name, parameters,
+};
 use crate::plan::SdSpec;
 use crate::rig::Rig;
 use crate::source::{Outcome, Source, listed};
@@ -19,6 +21,8 @@ pub struct Catalogue {
     candidates: Vec<Candidate>,
     /// File and line of each candidate's id.
     places: Vec<(String, usize)>,
+    /// What is doubtful but possible, each in a sentence with its file and line.
+    pub doubts: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -45,6 +49,9 @@ struct Spec {
     /// Named subexpressions.
     #[serde(default, rename = "where")]
     definitions: BTreeMap<String, Spanned<String>>,
+    /// Measured functions of s.
+    #[serde(default)]
+    tables: BTreeMap<String, Spanned<TableSpec>>,
     #[serde(default)]
     effect: Vec<Spanned<EffectSpec>>,
     /// Whether it is a measuring head, whose errors stand in `error`; a perfect one has none.
@@ -52,6 +59,22 @@ struct Spec {
     head: bool,
     #[serde(default)]
     error: Vec<Spanned<ErrorSpec>>,
+}
+
+/// A measured function of s.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TableSpec {
+    /// Rows, or the name of a file beside that of the candidate.
+    table: Toml,
+    tolerance: Option<Toml>,
+    /// What it is a function of: s, or s in the time scale of another flow.
+    #[serde(default = "of_s")]
+    of: String,
+}
+
+fn of_s() -> String {
+    "s".to_owned()
 }
 
 /// An error term of a measuring head as files have it.
@@ -77,7 +100,7 @@ impl Catalogue {
         let mut all = Self::default();
         for spec in specs.candidate {
             let at = spec.id.span().start;
-            let candidate = source.located(candidate(spec, rig))?;
+            let candidate = source.located(candidate(spec, rig, source, &mut all.doubts))?;
             if all.get(&candidate.id).is_some() {
                 return Err(source.fail(at, Problem::Duplicate { what: "candidate", name: candidate.id }));
             }
@@ -129,6 +152,7 @@ impl Catalogue {
     /// # Errors
     /// [`Problem::Duplicate`] at the second of two candidates with one id.
     pub fn join(&mut self, other: Self) -> Result<(), StudyError> {
+        self.doubts.extend(other.doubts);
         for (candidate, (file, line)) in other.candidates.into_iter().zip(other.places) {
             if self.get(&candidate.id).is_some() {
                 let problem = Box::new(Problem::Duplicate { what: "candidate", name: candidate.id });
@@ -141,7 +165,7 @@ impl Catalogue {
     }
 }
 
-fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
+fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -> Outcome<Candidate> {
     if spec.cite.get_ref().iter().all(|c| c.trim().is_empty()) {
         let need = "say where the model comes from, or \"own judgement\"";
         return Err((spec.cite.span(), Problem::Missing { key: "cite".into(), need }));
@@ -150,6 +174,18 @@ fn candidate(spec: Spec, rig: &Rig) -> Outcome<Candidate> {
     let names: Vec<String> = parameters.iter().map(|(p, _)| p.name.clone()).collect();
     // The order of the file, so that a definition may use those before it.
     let mut definitions: Vec<_> = spec.definitions.into_iter().collect();
+    let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
+    for (name, table) in spec.tables {
+        let (at, TableSpec { table, tolerance, of }) = (table.span(), table.into_inner());
+        let argument = format!("({of})*{SECOND}");
+        let measured = Measured::read(&table, tolerance.as_ref(), &argument, folder)
+            .map_err(|problem| (at.clone(), problem))?;
+        let beyond = measured.beyond(rig.search[1]).filter(|_| of == "s");
+        let line = source.line(at.start);
+        let said = measured.doubt.iter().chain(&beyond);
+        doubts.extend(said.map(|said| format!("{}, line {line}: table `{name}`: {said}", source.file)));
+        definitions.push((name, Spanned::new(at, measured.text)));
+    }
     definitions.sort_by_key(|(_, text)| text.span().start);
     for (name, text) in &definitions {
         check_name("definition", name, &rig.scope).map_err(|problem| (text.span(), problem))?;
@@ -265,7 +301,8 @@ fn read_effect(
         if let Some(fault) = law.unit_fault(&rig.scope, &units, coefficient.unit(place.is_along())) {
             return Err((at, Problem::UnitOfLaw { key: key.into(), place: place_text, fault }));
         }
-        effects.push(Effect { place: place.clone(), place_text: place_text.clone(), coefficient, law });
+        let (place, place_text) = (place.clone(), place_text.clone());
+        effects.push(Effect { place, place_text, coefficient, law, hears: None });
     }
     Ok(effects)
 }

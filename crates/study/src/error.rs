@@ -1,6 +1,7 @@
 //! What can be wrong with a file of a study: which file, which line, what, and the remedy.
 
 use rijke_formula::FormulaError;
+use rijke_numerics::rational::TableError;
 use rijke_rig::UnitError;
 
 /// Why a study cannot be read.
@@ -48,6 +49,14 @@ pub enum Problem {
         place: String,
         /// What does not agree.
         fault: String,
+    },
+    /// A measured table that no rational function meets.
+    #[error("`{key}`: {source}")]
+    Table {
+        /// The key that holds it.
+        key: String,
+        /// What is wrong with it.
+        source: TableError,
     },
     /// A temperature of a duct that the base state does not use.
     #[error(

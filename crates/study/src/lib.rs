@@ -27,7 +27,7 @@ pub use error::{Problem, StudyError};
 pub use folder::Study;
 pub use head::ErrorTerm;
 pub use heated::{HeatedFit, Reading, heated_states, read_readings};
-pub use law::{Candidate, Coefficient, Effect, MeanFlow, Place};
+pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place};
 pub use modes::{Observations, ObservedMode, hertz, read_modes};
 pub use one_table::OneTable;
 pub use rig::{Duct, DuctAt, GasModel, Instruments, Layout, PIECES, Part, PartAt, Rig, Shape, Value};

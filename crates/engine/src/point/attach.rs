@@ -51,6 +51,11 @@ impl PointModel<'_> {
             let mut shared = Shared::default();
             for (x, share) in layout.places(&effect.place) {
                 let here = self.note(conditions.around(x));
+                if effect.hears.is_some() {
+                    // Attached when all else is, see `listen`.
+                    self.law(candidate, number, here);
+                    continue;
+                }
                 if effect.place.is_end() {
                     let law = self.law(candidate, number, here);
                     let slot = if x > 0.0 { Slot::Downstream } else { Slot::Upstream };

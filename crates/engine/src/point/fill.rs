@@ -25,6 +25,11 @@ impl<'m> Filled<'m> {
         Self { model, values, numbers: model.assembly.numbers(values) }
     }
 
+    /// The model whose laws these are.
+    pub(super) fn model(&self) -> &'m PointModel<'m> {
+        self.model
+    }
+
     /// Laws with their numbers, walls first.
     fn in_order(&self) -> impl Iterator<Item = (usize, &'m LawAt, &'m Effect)> {
         let model: &'m PointModel<'m> = self.model;
@@ -121,7 +126,7 @@ impl<'m> Coefficients for Filled<'m> {
     }
 
     fn laws(&self) -> usize {
-        self.model.laws.len()
+        self.model.laws.len() + 2 * self.model.heard.len()
     }
 
     fn fill(&self, at: &At, laws: &mut Laws) {
@@ -130,6 +135,11 @@ impl<'m> Coefficients for Filled<'m> {
         } else {
             self.fill_jets(at, laws);
         }
+        self.fill_heard(at, laws);
+    }
+
+    fn hears_at(&self, law: usize) -> Option<f64> {
+        self.model.heard.get(law.checked_sub(self.model.laws.len())? / 2).map(|heard| heard.distance)
     }
 
     fn poles_in(&self, region: &Region) -> Result<Vec<Pole>, NetworkError> {
@@ -138,7 +148,7 @@ impl<'m> Coefficients for Filled<'m> {
             (!effect.place.is_along()).then_some(Acting { law: k, owner, formula: &effect.law })
         };
         let acting: Vec<Acting<'_>> = self.in_order().filter_map(acting).collect();
-        Ok(poles(&acting, region, |k, part, s| {
+        let mut all = poles(&acting, region, |k, part, s| {
             let law = &self.model.laws[k];
             let s = Dual { value: s, slope: C64::ONE };
             let mut analytic: [Option<&Dual>; NAMES] = [None; NAMES];
@@ -147,11 +157,17 @@ impl<'m> Coefficients for Filled<'m> {
             let here = Here { space: JetSpace::new(1, Order::First), numbers, analytic: &analytic };
             let found = part.evaluate_in_s(&here, &self.numbers[law.candidate]);
             [found.value, found.slope]
-        }))
+        });
+        self.poles_of_heard(&mut all, region)?;
+        Ok(all)
     }
 
     fn name(&self, law: usize) -> String {
-        let Some(law) = self.model.laws.get(law) else { return format!("law {law}") };
+        let number = match law.checked_sub(self.model.laws.len()) {
+            Some(beyond) => self.model.heard.get(beyond / 2).map_or(law, |heard| heard.law),
+            None => law,
+        };
+        let Some(law) = self.model.laws.get(number) else { return format!("law {law}") };
         let effect = self.model.effect(law);
         format!(
             "{} of {} at {}",

@@ -3,6 +3,7 @@
 mod attach;
 mod cuts;
 mod fill;
+mod hear;
 mod model;
 mod poles;
 mod probe;
@@ -74,6 +75,7 @@ impl<'a> PointModel<'a> {
             prepared: Vec::new(),
             surroundings: Vec::new(),
             order: Vec::new(),
+            heard: Vec::new(),
             places,
             cuts,
             reference,
@@ -98,7 +100,11 @@ impl<'a> PointModel<'a> {
         model.attach(conditions, &stretches).map_err(fail)?;
         model.complete_walls();
         model.forget_unused();
+        model.listen(conditions, &stretches)?;
         model.flowing = model.in_flow(conditions, &stretches).map_err(fail)?;
+        if model.flowing.is_some() && assembly.rig.is_choked {
+            return Err(EngineError::Choked { point: conditions.id.clone() });
+        }
         Ok(model)
     }
 

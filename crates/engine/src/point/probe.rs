@@ -1,6 +1,7 @@
 //! What weak effects that a model does not have would do to a mode, all at once: the derivatives at strength zero.
 
 use super::PointModel;
+use super::model::LawAt;
 use crate::EngineError;
 use crate::shape::LawOf;
 use rijke_network::{At, Coefficients, Laws, Slot, Workspace};
@@ -70,7 +71,16 @@ impl PointModel<'_> {
     /// The effects of the model, candidate and number, that its laws belong to.
     fn owners(&self) -> Vec<[usize; 2]> {
         match &self.shape {
-            None => self.laws.iter().map(|l| [l.candidate, l.effect]).collect(),
+            None => {
+                let of = |l: &LawAt| [l.candidate, l.effect];
+                // Both coefficients of a source upstream of which the velocity is are in proportion to its law; those of a loop are not.
+                let heard = self.heard.iter().flat_map(|heard| {
+                    let owner =
+                        if heard.distance < 0.0 { of(&self.laws[heard.law]) } else { [usize::MAX; 2] };
+                    [owner; 2]
+                });
+                self.laws.iter().map(of).chain(heard).collect()
+            }
             Some(shape) => {
                 let of = |law: &LawOf| match *law {
                     LawOf::Effect { candidate, effect, .. } => [candidate, effect],

@@ -142,6 +142,12 @@ impl<'a> ShapeModel<'a> {
         };
         for (k, candidate) in assembly.candidates().iter().enumerate() {
             for (e, effect) in candidate.effects.iter().enumerate() {
+                if effect.hears.is_some() {
+                    let (part, problem) =
+                        (effect.place_text.clone(), "and here it must answer to that where it is");
+                    let point = conditions.id.clone();
+                    return Err(EngineError::Reference { point, part, problem: problem.into() });
+                }
                 if !model.attach(conditions, k, e, effect, &nearest).map_err(fail)? {
                     return refuse(
                         "a law acts along a stretch or on mp or eu along a duct: only losses of walls may",

@@ -12,33 +12,30 @@ use crate::flow_chain::Effect;
 use crate::laws::wall::Wall;
 use crate::laws::{
     Entry, Law, Leg, Part, Probe, Side, SideHole, Stretch, Table, fok, inner_correction, matching_length,
-    phase_slope, series_correction,
+    series_correction,
 };
 use crate::slot::Slot;
 use rijke_numerics::C64;
+use rijke_numerics::rational::{Doubt, doubt};
 use std::f64::consts::PI;
-
-/// The largest tolerance of a table, of its largest gain: a fit farther off says nothing of the table.
-const COARSE: f64 = 0.5;
-
-/// A phase that rises so far over a table, rad, is no wiggle.
-const RISES: f64 = 1.0;
 
 impl Assembly<'_> {
     /// A function of s, times `factor`.
     pub(super) fn function(&mut self, item: &Item, t: &Transfer, factor: f64) -> Result<Law, FileError> {
         item.not_negative("delay", t.delay)?;
         let gain = factor * t.gain;
+        if !gain.is_finite() {
+            return Err(item.fail(Problem::NotFinite { key: "gain", value: gain }));
+        }
         if let Some(rows) = &t.table {
-            let plain =
-                t.cutoff_hz.is_none() && t.numerator == [1.0] && t.denominator == [1.0] && t.delay == 0.0;
+            let plain = t.cutoff_hz.is_none() && t.numerator == [1.0] && t.denominator == [1.0];
             if !plain {
-                return Err(item.fail(Problem::OneOf {
-                    one: "table",
-                    other: "delay, cutoff_hz, numerator, denominator",
-                }));
+                return Err(
+                    item.fail(Problem::OneOf { one: "table", other: "cutoff_hz, numerator, denominator" })
+                );
             }
-            return Ok(Law::Scaled(Box::new(self.table(item, rows, t.tolerance)?), C64::new(gain, 0.0)));
+            let table = self.table(item, rows, t.tolerance)?.later(t.delay);
+            return Ok(Law::Scaled(Box::new(Law::Table(table)), C64::new(gain, 0.0)));
         }
         let mut denominator = item.polynomial("denominator", &t.denominator)?;
         if let Some(f) = t.cutoff_hz {
@@ -52,33 +49,21 @@ impl Assembly<'_> {
         Ok(Law::Transfer { gain, numerator, denominator, delay: t.delay })
     }
 
-    pub(super) fn table(&mut self, item: &Item, rows: &[[f64; 3]], tolerance: f64) -> Result<Law, FileError> {
-        item.positive("tolerance", tolerance)?;
-        if tolerance > COARSE {
-            return Err(item.fail(Problem::Coarse { value: tolerance, most: COARSE }));
-        }
-        let rows: Vec<Entry> = rows.iter().map(entry).collect();
+    fn table(&mut self, item: &Item, rows: &[[f64; 3]], tolerance: f64) -> Result<Table, FileError> {
+        let rows: Vec<Entry> = rows.iter().copied().map(Entry::from).collect();
         let table = Table::fit(&rows, tolerance).map_err(|error| item.fail(error.into()))?;
         self.tables.push((item.clone(), table.range));
-        Ok(Law::Table(table))
+        Ok(table)
     }
 
     /// Warns of a flame or an end that answers before it is asked, by its table, or whose phases seem to be in degrees.
     pub(super) fn doubtful(&mut self, item: &Item, rows: &[[f64; 3]]) {
-        let rows: Vec<Entry> = rows.iter().map(entry).collect();
-        let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return };
-        let mut steps: Vec<f64> = rows.windows(2).map(|w| (w[1].phase - w[0].phase).abs()).collect();
-        steps.sort_by(f64::total_cmp);
-        if let Some(step) = steps.get(steps.len() / 2).copied().filter(|step| *step > PI) {
-            let Item { line, place } = item.clone();
-            self.warnings.push(Warning::Degrees { line, place, step });
-            return;
-        }
-        let rise = phase_slope(&rows) * 2.0 * PI * (last.frequency - first.frequency);
-        if rise > RISES {
-            let Item { line, place } = item.clone();
-            self.warnings.push(Warning::Rises { line, place, rise });
-        }
+        let rows: Vec<Entry> = rows.iter().copied().map(Entry::from).collect();
+        let Item { line, place } = item.clone();
+        self.warnings.extend(doubt(&rows).map(|doubt| match doubt {
+            Doubt::Degrees { step } => Warning::Degrees { line, place, step },
+            Doubt::Rises { rise } => Warning::Rises { line, place, rise },
+        }));
     }
 
     fn add(&mut self, slot: Slot, name: String, law: Law, role: Role) {
@@ -108,18 +93,25 @@ impl Assembly<'_> {
                     self.add(slot, name("feedback"), law, Role::Plain);
                 }
             }
-            Element::Orifice { diameter, thickness, drag } => {
+            Element::Orifice { diameter, thickness, drag, porosity } => {
                 item.positive("diameter", *diameter)?;
                 item.not_negative("thickness", *thickness)?;
                 item.not_negative("drag", *drag)?;
-                let hole = 0.25 * PI * diameter * diameter;
+                let open = match porosity {
+                    None => 0.25 * PI * diameter * diameter / here.area,
+                    Some(part) if *part > 0.0 && *part <= 1.0 => *part,
+                    Some(value) => return Err(item.fail(Problem::Part { key: "porosity", value: *value })),
+                };
                 // On either side 8/(3 pi) radii (Rienstra & Hirschberg, section 4.4.3, as in the paper), less by Fok's
-                // function in a tube of finite width.
-                let sides = [before, after].map(|i| self.relative_width(item, *diameter, i).map(fok));
+                // function in a tube of finite width: the duct, or for one of many holes its share of the duct (Melling 1973).
+                let sides = [before, after].map(|i| {
+                    let share = open * here.area / self.segments[i].area;
+                    self.relative_width(item, *diameter, i, porosity.map(|_| share.sqrt())).map(fok)
+                });
                 let [inside, outside] = sides;
                 let corrections = 8.0 / (3.0 * PI) * 0.5 * diameter * (inside? + outside?);
                 let effective = thickness + corrections;
-                let inertia = here.density * effective * here.area / hole;
+                let inertia = here.density * effective / open;
                 let law = Law::Linear { constant: C64::new(*drag, 0.0), per_s: C64::new(inertia, 0.0) };
                 self.add(Slot::Mu(place), name("orifice"), law, Role::Plain);
             }
@@ -147,7 +139,7 @@ impl Assembly<'_> {
             Element::SideHole { diameter, length, outlet, wall } => {
                 item.positive("diameter", *diameter)?;
                 item.positive("length", *length)?;
-                let delta = self.relative_width(item, *diameter, after)?;
+                let delta = self.relative_width(item, *diameter, after, None)?;
                 let radius = 0.5 * diameter;
                 let sound_speed = here.sound_speed;
                 let hole = SideHole {
@@ -205,11 +197,19 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    /// Diameter of a hole over that of the duct of segment `i`.
-    fn relative_width(&self, item: &Item, diameter: f64, i: usize) -> Result<f64, FileError> {
+    /// Diameter of a hole over that of the duct of segment `i`, or over that of its share of the duct, which is `among` others.
+    fn relative_width(
+        &self,
+        item: &Item,
+        diameter: f64,
+        i: usize,
+        among: Option<f64>,
+    ) -> Result<f64, FileError> {
         let tube = 2.0 * (self.segments[i].area / PI).sqrt();
-        let relative = diameter / tube;
-        if relative > 1.0 + 1e-9 {
+        let single = diameter / tube;
+        let relative = among.unwrap_or(single);
+        if relative > 1.0 + 1e-9 || single > 1.0 + 1e-9 {
+            let diameter = diameter.max(relative * tube);
             return Err(item.fail(Problem::HoleTooWide { diameter, tube }));
         }
         Ok(relative.min(1.0))
@@ -343,8 +343,4 @@ impl Assembly<'_> {
         };
         Ok((path.iter().enumerate().map(stretch).collect(), side))
     }
-}
-
-fn entry(&[frequency, gain, phase]: &[f64; 3]) -> Entry {
-    Entry { frequency, gain, phase }
 }

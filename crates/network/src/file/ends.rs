@@ -35,9 +35,9 @@ impl Assembly<'_> {
         };
         let mut choked = false;
         let law = match item.parse(table)? {
-            End::Open => constant(-1.0),
-            End::Closed => constant(1.0),
-            End::Anechoic => constant(0.0),
+            End::Open {} => constant(-1.0),
+            End::Closed {} => constant(1.0),
+            End::Anechoic {} => constant(0.0),
             End::Constant { modulus, angle } => {
                 item.not_negative("modulus", modulus)?;
                 if angle.is_nan() || angle.abs() > 2.0 * std::f64::consts::PI {
@@ -61,7 +61,7 @@ impl Assembly<'_> {
                     None => law,
                 }
             }
-            End::Flanged => Law::Flanged { radius, sound_speed },
+            End::Flanged {} => Law::Flanged { radius, sound_speed },
             End::Choked { mach: given } => {
                 choked = true;
                 let mach = match (given, mach) {
@@ -85,9 +85,11 @@ impl Assembly<'_> {
             End::Rational { numerator, denominator, delay } => {
                 self.function(&item, &function(delay, &numerator, &denominator), 1.0)?
             }
-            End::Table { table, tolerance } => {
+            End::Table { table, tolerance, gain, delay } => {
                 self.doubtful(&item, &table);
-                self.table(&item, &table, tolerance)?
+                let shape =
+                    Transfer { gain, table: Some(table), tolerance, ..function(delay, &[1.0], &[1.0]) };
+                self.function(&item, &shape, 1.0)?
             }
         };
         self.check_modulus(&item, &law, region);

@@ -34,16 +34,6 @@ pub enum Problem {
         /// Its value.
         value: f64,
     },
-    /// A tolerance with which a fit says nothing.
-    #[error(
-        "tolerance is {value} of the largest gain, and a fit so far off says nothing of the table: give at most {most}"
-    )]
-    Coarse {
-        /// The tolerance.
-        value: f64,
-        /// The largest that is taken.
-        most: f64,
-    },
     /// An angle beyond a turn.
     #[error("{key} is {value} rad, more than a turn: angles are in rad")]
     Angle {

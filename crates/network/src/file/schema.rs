@@ -88,7 +88,7 @@ fn yes() -> bool {
     true
 }
 
-/// gain N/D e^{-s delay}, or a table.
+/// gain N/D e^{-s delay}, or gain e^{-s delay} times a table.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Transfer {
@@ -260,6 +260,8 @@ pub(super) enum Element {
         /// Pa s/m.
         #[serde(default)]
         drag: f64,
+        /// Of a plate with many holes: the open part of the area of the duct before it.
+        porosity: Option<f64>,
     },
     /// A gauze across the tube.
     Screen {
@@ -314,9 +316,10 @@ pub(super) enum Outlet {
 #[derive(Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum End {
-    Open,
-    Closed,
-    Anechoic,
+    // With braces, or keys that they do not have would be passed over.
+    Open {},
+    Closed {},
+    Anechoic {},
     /// Constant R; angle in rad.
     Constant {
         modulus: f64,
@@ -334,7 +337,7 @@ pub(super) enum End {
         /// Calibration: R is multiplied by modulus e^{i angle}.
         calibration: Option<[f64; 2]>,
     },
-    Flanged,
+    Flanged {},
     /// A compact choked nozzle; with mean flow its Mach number follows.
     Choked {
         mach: Option<f64>,
@@ -358,10 +361,14 @@ pub(super) enum End {
         #[serde(default)]
         delay: f64,
     },
-    /// R itself, from a table.
+    /// R itself, from a table, times gain e^{-s delay}.
     Table {
         table: Vec<[f64; 3]>,
         #[serde(default = "fit")]
         tolerance: f64,
+        #[serde(default = "one")]
+        gain: f64,
+        #[serde(default)]
+        delay: f64,
     },
 }

@@ -4,18 +4,18 @@
 
 mod batch;
 mod ends;
+mod heard;
 mod holes;
 pub mod levine_schwinger;
 mod probe;
-mod relocate;
 mod roots;
-mod table;
 pub mod wall;
 
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
+pub use heard::{Heard, Unheard};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{Part, Probe, Side, Stretch};
-pub use table::{Entry, Table, TableError, phase_slope};
+pub use rijke_numerics::rational::{Entry, Table, TableError, phase_slope};
 pub use wall::WallLaw;
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};

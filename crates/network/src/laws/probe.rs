@@ -55,22 +55,28 @@ pub struct Stretch {
     pub losses: Option<[Law; 2]>,
 }
 
-impl Probe {
-    pub(super) fn at(&self, s: &Jet, space: JetSpace) -> Jet {
-        let [beta, alpha] = self.row(s, space);
-        let t = self.transfer.at(s, space);
-        match (self.side, self.of) {
-            (Side::Upstream, Part::Velocity) => -&(&t * &alpha),
-            (Side::Upstream, Part::Pressure) => -&(&t * &beta),
-            (Side::Downstream { ratio }, part) => {
-                let loop_gain = &t * &alpha;
+impl Side {
+    /// A coefficient from T and the row (beta, alpha) of the reference's velocity on (p, u) at the source.
+    pub(super) fn coefficient(self, of: Part, t: &Jet, alpha: &Jet, beta: &Jet) -> Jet {
+        match (self, of) {
+            (Self::Upstream, Part::Velocity) => -&(t * alpha),
+            (Self::Upstream, Part::Pressure) => -&(t * beta),
+            (Self::Downstream { ratio }, part) => {
+                let loop_gain = t * alpha;
                 let open = (-&loop_gain).shift(C64::ONE);
                 match part {
                     Part::Velocity => (&loop_gain / &open).scale(C64::new(-ratio, 0.0)),
-                    Part::Pressure => -&(&(&t * &beta) / &open),
+                    Part::Pressure => -&(&(t * beta) / &open),
                 }
             }
         }
+    }
+}
+
+impl Probe {
+    pub(super) fn at(&self, s: &Jet, space: JetSpace) -> Jet {
+        let [beta, alpha] = self.row(s, space);
+        self.side.coefficient(self.of, &self.transfer.at(s, space), &alpha, &beta)
     }
 
     /// 1 - T alpha, whose zeros are poles of the coefficients if the reference lies downstream.
@@ -90,28 +96,40 @@ impl Probe {
         self.path.iter().map(|p| p.segment.length / p.segment.sound_speed).sum()
     }
 
-    /// beta and alpha: the velocity at the reference as a row on (p, u) at the source.
     fn row(&self, s: &Jet, space: JetSpace) -> [Jet; 2] {
-        let [mut on_p, mut on_u] = [space.real(0.0), space.real(1.0)];
-        let sign = if self.side == Side::Upstream { 1.0 } else { -1.0 };
-        for stretch in self.path.iter().rev() {
-            let Segment { length, sound_speed, density, .. } = stretch.segment;
-            let real = |v: f64| C64::new(v, 0.0);
-            let mut z = s.scale(real(density));
-            let mut y = s.scale(real(1.0 / (density * sound_speed * sound_speed)));
-            if let Some([viscous, thermal]) = &stretch.losses {
-                z = &z + &viscous.at(s, space);
-                y = &y + &thermal.at(s, space);
-            }
-            let (p, q) = (z.scale(real(length)), y.scale(real(length)));
-            let square = &p * &q;
-            let at = line(square.value());
-            let c = square.compose(at.c, 0.5 * at.s, 0.5 * at.s1);
-            let sh = square.compose(at.s, at.s1, curvature(square.value(), &at)).scale(real(sign));
-            let before = &(&on_p * &c) + &(&on_u * &(&q * &sh));
-            on_u = (&(&on_p * &(&p * &sh)) + &(&on_u * &c)).scale(real(stretch.ratio));
-            on_p = before;
-        }
-        [on_p, on_u]
+        let lost = |p: &Stretch| p.losses.as_ref().map(|all| all.each_ref().map(|law| law.at(s, space)));
+        let stretches: Vec<_> = self.path.iter().map(|p| (p.segment, p.ratio, lost(p))).collect();
+        row(&stretches, self.side, s, space)
     }
+}
+
+/// beta and alpha: the velocity at the reference as a row on (p, u) at the source. The path has segments, ratios and losses as
+/// [`Stretch`].
+pub(super) fn row(
+    path: &[(Segment, f64, Option<[Jet; 2]>)],
+    side: Side,
+    s: &Jet,
+    space: JetSpace,
+) -> [Jet; 2] {
+    let [mut on_p, mut on_u] = [space.real(0.0), space.real(1.0)];
+    let sign = if side == Side::Upstream { 1.0 } else { -1.0 };
+    for (segment, ratio, losses) in path.iter().rev() {
+        let Segment { length, sound_speed, density, .. } = *segment;
+        let real = |v: f64| C64::new(v, 0.0);
+        let mut z = s.scale(real(density));
+        let mut y = s.scale(real(1.0 / (density * sound_speed * sound_speed)));
+        if let Some([viscous, thermal]) = losses {
+            z = &z + viscous;
+            y = &y + thermal;
+        }
+        let (p, q) = (z.scale(real(length)), y.scale(real(length)));
+        let square = &p * &q;
+        let at = line(square.value());
+        let c = square.compose(at.c, 0.5 * at.s, 0.5 * at.s1);
+        let sh = square.compose(at.s, at.s1, curvature(square.value(), &at)).scale(real(sign));
+        let before = &(&on_p * &c) + &(&on_u * &(&q * &sh));
+        on_u = (&(&on_p * &(&p * &sh)) + &(&on_u * &c)).scale(real(*ratio));
+        on_p = before;
+    }
+    [on_p, on_u]
 }

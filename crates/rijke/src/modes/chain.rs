@@ -180,7 +180,7 @@ impl Case {
             title: Some(format!("{} at {id}, by {by}", study.plan.name)),
             region,
             passive: false,
-            warnings: Vec::new(),
+            warnings: study.rig.doubts.clone(),
             devices,
             chain: Chain::Point(Box::new(spectrum)),
             remedy: "Change the region with [search] of rig.toml, --min-hz or --max-hz.",

@@ -51,6 +51,20 @@ pub struct Effect {
     pub coefficient: Coefficient,
     /// By how much.
     pub law: Formula,
+    /// The velocity that `eu` is of, where it is not that at the place itself.
+    pub hears: Option<Hears>,
+}
+
+/// A velocity elsewhere to which a source of heat answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hears {
+    /// The name in the scope of how far away it is, m.
+    pub distance: usize,
+    /// On which side.
+    pub downstream: bool,
+    /// Whether the law is per heat of the mean flow through the place itself, (T_2 - T)/T A/A_2: elsewhere the temperature and the area are
+    /// those that are there.
+    pub of_mean: bool,
 }
 
 /// The coefficient that an effect adds to: equations (1) and (2) of Juniper & Yoko 2022, p2 - p1 = -k_mu u1 - k_mp p1,

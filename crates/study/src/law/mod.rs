@@ -3,9 +3,11 @@
 mod candidate;
 mod parameters;
 mod place;
+mod table;
 mod words;
 
-pub use candidate::{Candidate, Coefficient, Effect, MeanFlow};
+pub use candidate::{Candidate, Coefficient, Effect, Hears, MeanFlow};
 pub(crate) use parameters::{Parameters, check_name, parameters};
 pub use place::Place;
+pub(crate) use table::{Measured, SECOND};
 pub(crate) use words::{Words, words};

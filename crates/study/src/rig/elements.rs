@@ -1,6 +1,5 @@
 //! The library of elements: what each is made of, and the laws that it brings.
 
-use super::value::Given;
 use crate::law::Coefficient::{self, Ep, Eu, Mp, Mu, Reflection};
 
 /// A kind of element or end.
@@ -36,15 +35,13 @@ pub(super) const COMPACT: [Kind; 8] = [
     // Heat release in proportion to velocity: k_eu = -gain F(s). With `n`, Q'/Q = n F u'/U and the mean heat is that of the
     // temperature rise, so that gain = n (T_2 - T)/T A/A_2 (Dowling & Stow 2003, with the reference just upstream).
     Kind { name: "flame", keys: &[need("gain", "1")], laws: &[(Eu, "-(gain)*(transfer)")] },
-    // A plate with a hole: inertia rho l_eff A/A_hole and drag. End correction of both sides with Fok's function of the ratio of
-    // diameters (Fok 1941; Melling 1973, J. Sound Vib. 29, eq. 15).
+    // A plate with a hole, or with many: inertia rho l_eff A/A_hole and drag; what it is made of is [`PLATE`].
     Kind {
         name: "orifice",
         keys: &[need("diameter", "m"), need("thickness", "m"), or("drag", "Pa s/m", "0")],
         laws: &[(
             Mu,
-            "s*rho*((thickness) + 8/(3*pi)*(diameter)*(1 - 1.4092*((diameter)/D) + 0.33818*((diameter)/D)^3 + 0.06793*((diameter)/D)^5 \
-             - 0.02287*((diameter)/D)^6 + 0.03015*((diameter)/D)^7 - 0.01641*((diameter)/D)^8))*A/(pi/4*(diameter)^2) + (drag)",
+            "s*rho*((thickness) + 4/(3*pi)*(diameter)*(fok_before + fok_after))/plate_open + (drag)",
         )],
     },
     // A gauze: resistance, air that it moves, and the slope of the steady loss K rho U^2/2.
@@ -64,14 +61,14 @@ pub(super) const COMPACT: [Kind; 8] = [
         ],
         laws: &[(
             Ep,
-            "s/(A*(s^2*rho*(neck_length)/(neck_area) + s*(resistance)/(neck_area) + rho*c^2/(volume)))",
+            "s/(A_2*(s^2*rho*(neck_length)/(neck_area) + s*(resistance)/(neck_area) + rho*c^2/(volume)))",
         )],
     },
     // A closed tube on the wall.
     Kind {
         name: "quarter-wave",
         keys: &[need("length", "m"), need("area", "m^2")],
-        laws: &[(Ep, "(area)/(A*rho*c)*tanh(s*(length)/c)")],
+        laws: &[(Ep, "(area)/(A_2*rho*c)*tanh(s*(length)/c)")],
     },
     // A hole or chimney of a tube as a symmetric T, open (1) or closed (0), see [`SIDE_HOLE`].
     Kind {
@@ -98,11 +95,11 @@ pub(super) const COMPACT: [Kind; 8] = [
 
 /// What the laws of a side hole are made of: half the series inertia, the branch, the other half. Inner correction and curved wall:
 /// Nederveen, Jansen & van Hassel 1998, Acta Acustica 84, eqs. (40), (37); series length: Dubos et al. 1999, Acta Acustica 85, eq. (73), with coth in
-/// the place of tanh where the hole is closed. Holes do not hear each other outside, nor through evanescent waves. `hole_loss` and `hole_outside` are
-/// those of [`HOLE_WALLS`] and [`HOLE_OUTLETS`].
+/// the place of tanh where the hole is closed. Holes do not hear each other outside, nor through evanescent waves. `hole_viscous` and
+/// `hole_thermal` are those of [`WALLS`], `hole_outside` of [`HOLE_OUTLETS`].
 pub(super) const SIDE_HOLE: [(&str, &str); 12] = [
     ("hole_radius", "(diameter)/2"),
-    ("hole_delta", "(diameter)/D"),
+    ("hole_delta", "(diameter)*sqrt(pi/A_2)/2"),
     (
         "hole_inner",
         "hole_radius*(0.82 - 0.193*hole_delta - 1.09*hole_delta^2 + 1.27*hole_delta^3 - 0.71*hole_delta^4)",
@@ -114,20 +111,16 @@ pub(super) const SIDE_HOLE: [(&str, &str); 12] = [
         "hole_z",
         "-s*rho*hole_radius*hole_delta^2*((open)/(1.78*hole_tanh + hole_side) + (1 - (open))/(1.78/hole_tanh + hole_side))",
     ),
-    ("hole_inertia", "s*rho + hole_loss"),
-    ("hole_spring", "s/(rho*c^2) + hole_loss*(gamma - 1)/(rho*c)^2*Pr^(-1/2)"),
+    ("hole_inertia", "s*rho + hole_viscous"),
+    ("hole_spring", "s/(rho*c^2) + hole_thermal"),
     ("hole_wave", "sqrt(hole_inertia)/sqrt(hole_spring)"),
     ("hole_mouth", "(open)/(rho*c*hole_outside)"),
     (
         "hole_y",
-        "pi*hole_radius^2/(A*(s*rho*hole_inner + hole_wave*(1 + hole_wave*hole_mouth*tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_line))\
+        "pi*hole_radius^2/(A_2*(s*rho*hole_inner + hole_wave*(1 + hole_wave*hole_mouth*tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_line))\
          /(hole_wave*hole_mouth + tanh(sqrt(hole_inertia)*sqrt(hole_spring)*hole_line))))",
     ),
 ];
-
-/// `hole_loss` by the `wall` of a side hole: none, or Kirchhoff's to first order.
-pub(super) const HOLE_WALLS: [(&str, &str); 2] =
-    [("none", "0"), ("kirchhoff", "4/(diameter)*sqrt(s*rho*mu)")];
 
 /// Impedance over rho c of the outside by the `outlet` of a side hole, to second order in ka: a piston in a baffle (Pierce 1981, 5-4), or the end of
 /// a thin tube (Levine & Schwinger 1948, as in Pierce 7-5).
@@ -136,8 +129,33 @@ pub(super) const HOLE_OUTLETS: [(&str, &str); 2] = [
     ("unflanged", "(0.6133*s*(diameter)/2/c - (s*(diameter)/2/c)^2/4)"),
 ];
 
-/// Ends of the rig.
-pub(super) const ENDS: [Kind; 9] = [
+/// What the law of an orifice is made of: for the duct before it and the one behind, Fok's function of the diameter over that of the
+/// duct (Fok 1941; Melling 1973, J. Sound Vib. 29, eq. 15).
+pub(super) const PLATE: [(&str, &str); 5] = [
+    ("plate_open", "pi/4*(diameter)^2/A"),
+    ("plate_before", "(diameter)/D"),
+    ("plate_after", "(diameter)*sqrt(pi/A_2)/2"),
+    (
+        "fok_before",
+        "1 - 1.4092*plate_before + 0.33818*plate_before^3 + 0.06793*plate_before^5 - 0.02287*plate_before^6 \
+         + 0.03015*plate_before^7 - 0.01641*plate_before^8",
+    ),
+    (
+        "fok_after",
+        "1 - 1.4092*plate_after + 0.33818*plate_after^3 + 0.06793*plate_after^5 - 0.02287*plate_after^6 \
+         + 0.03015*plate_after^7 - 0.01641*plate_after^8",
+    ),
+];
+
+/// The first three of [`PLATE`] for a plate of many holes, of which each has its share of the duct.
+pub(super) const PLATE_OF_HOLES: [(&str, &str); 3] = [
+    ("plate_open", "(porosity)"),
+    ("plate_before", "sqrt(plate_open)"),
+    ("plate_after", "sqrt(plate_open*A/A_2)"),
+];
+
+/// Ends of the rig. Laws call a number of an end by `end_` and its key.
+pub(super) const ENDS: [Kind; 12] = [
     Kind { name: "free", keys: &[], laws: &[] },
     Kind { name: "open", keys: &[], laws: &[(Reflection, "-1")] },
     Kind { name: "closed", keys: &[], laws: &[(Reflection, "1")] },
@@ -145,12 +163,12 @@ pub(super) const ENDS: [Kind; 9] = [
     Kind {
         name: "constant",
         keys: &[need("modulus", "1"), need("angle", "rad")],
-        laws: &[(Reflection, "(modulus)*exp(i*(angle))")],
+        laws: &[(Reflection, "(end_modulus)*exp(i*(end_angle))")],
     },
     Kind {
         name: "delayed",
         keys: &[need("factor", "1"), need("delay", "s")],
-        laws: &[(Reflection, "(factor)*exp(-s*(delay))")],
+        laws: &[(Reflection, "(end_factor)*exp(-s*(end_delay))")],
     },
     // Levine & Schwinger 1948, with the end correction of a wall of finite thickness beyond that of a thin one: Dalmont,
     // Nederveen & Joly 2001, J. Sound Vib. 244, eq. (39), with q the inner over the outer radius.
@@ -159,18 +177,54 @@ pub(super) const ENDS: [Kind; 9] = [
         keys: &[or("wall_thickness", "m", "0"), or("modulus", "1", "1"), or("angle", "rad", "0")],
         laws: &[(
             Reflection,
-            "(modulus)*exp(i*(angle))*R_LS*exp(-s*D/c*(0.8216 - 0.6133 + (0.6133 - 0.8216)*(D/(D + 2*(wall_thickness))) \
-             + 0.057*(D/(D + 2*(wall_thickness)))*(1 - (D/(D + 2*(wall_thickness)))^5)))",
+            "(end_modulus)*exp(i*(end_angle))*R_LS*exp(-s*D/c*(0.8216 - 0.6133 + (0.6133 - 0.8216)*(D/(D + 2*(end_wall_thickness))) \
+             + 0.057*(D/(D + 2*(end_wall_thickness)))*(1 - (D/(D + 2*(end_wall_thickness)))^5)))",
         )],
     },
     Kind { name: "flanged", keys: &[], laws: &[(Reflection, "R_flanged")] },
-    // Normalised impedance p/(rho c u) into the end.
+    // A compact nozzle, see [`CHOKED`]; without `mach` that of the mean flow of the base state.
+    Kind { name: "choked", keys: &[or("mach", "1", "M")], laws: &[(Reflection, "(1 - end_m)/(1 + end_m)")] },
+    // Normalised impedance p/(rho c u) into the end: a number or formula, or a function of s as of [`FUNCTION`].
     Kind {
         name: "impedance",
         keys: &[need("impedance", "1")],
-        laws: &[(Reflection, "((impedance) - 1)/((impedance) + 1)")],
+        laws: &[(Reflection, "((end_impedance) - 1)/((end_impedance) + 1)")],
     },
+    Kind { name: "rational", keys: &[], laws: &[(Reflection, "end_transfer")] },
+    Kind { name: "table", keys: &[], laws: &[(Reflection, "end_transfer")] },
 ];
+
+/// `end_m` of a choked end upstream, which keeps mass flow and stagnation enthalpy (Stow, Dowling & Hynes 2002), and downstream (Marble &
+/// Candel 1977).
+pub(super) const CHOKED: [&str; 2] =
+    ["gamma*(end_mach)/(1 + (gamma - 1)*(end_mach)^2)", "(gamma - 1)/2*(end_mach)"];
+
+/// Kinds that have a function of s: its keys. Those of `feedback` stand in a table of their own for every coupling.
+pub(super) const FUNCTION: [(&str, &[&str]); 5] = [
+    ("flame", &["delay", "cutoff_hz", "numerator", "denominator", "table", "tolerance"]),
+    ("feedback", &["gain", "delay", "cutoff_hz", "numerator", "denominator", "table", "tolerance"]),
+    ("impedance", &["delay", "numerator", "denominator", "table", "tolerance"]),
+    ("rational", &["delay", "numerator", "denominator"]),
+    ("table", &["gain", "delay", "table", "tolerance"]),
+];
+
+/// What a number of an element must be, where it is one number.
+pub(super) fn fault_of(key: &str, value: f64) -> Option<&'static str> {
+    let positive = ["diameter", "length", "volume", "neck_area", "neck_length", "area", "cutoff_hz"];
+    let least_zero =
+        ["delay", "thickness", "drag", "resistance", "effective_length", "loss", "wall_thickness", "modulus"];
+    let fault = |wrong: bool, need| wrong.then_some(need);
+    match key {
+        _ if positive.contains(&key) => fault(value <= 0.0, "positive"),
+        _ if least_zero.contains(&key) => fault(value < 0.0, "zero or more"),
+        "porosity" | "open_area" => {
+            fault(!(value > 0.0 && value <= 1.0), "above 0 and at most 1: a part of an area")
+        }
+        "mach" => fault(!(value > 0.0 && value < 0.3), "above 0 and below 0.3"),
+        "angle" => fault(value.abs() > 2.0 * std::f64::consts::PI, "at most a turn: angles are in rad"),
+        _ => None,
+    }
+}
 
 /// Losses at the walls of a duct: viscous and thermal, per metre, as formulas of `wall_factor`.
 pub(super) const WALLS: [(&str, [&str; 2]); 3] = [
@@ -200,10 +254,10 @@ pub(super) const WALLS: [(&str, [&str; 2]); 3] = [
 /// Loss coefficient K of a screen of round wires, of its open part of the area: Idelchik 1986, diagram 8-6, for Re above 1000.
 pub(super) const SCREEN_LOSS: &str = "1.3*(1 - (open_area)) + (1/(open_area) - 1)^2";
 
-/// N(s)/D(s) e^(-s delay)/(1 + s/(2 pi cutoff)) as a formula; polynomials have ascending coefficients.
+/// N(s)/D(s) e^(-s delay)/(1 + s/(2 pi cutoff)) as a formula of these names; polynomials have ascending coefficients.
 pub(super) fn transfer(
-    delay: Option<&Given>,
-    cutoff: bool,
+    delay: Option<&str>,
+    cutoff: Option<&str>,
     numerator: &[String],
     denominator: &[String],
 ) -> String {
@@ -221,11 +275,11 @@ pub(super) fn transfer(
     if !denominator.is_empty() {
         text = format!("{text}/{}", horner(denominator));
     }
-    if cutoff {
-        text = format!("{text}/(1 + s/(2*pi*(cutoff_hz)))");
+    if let Some(cutoff) = cutoff {
+        text = format!("{text}/(1 + s/(2*pi*({cutoff})))");
     }
-    if delay.is_some() {
-        text = format!("{text}*exp(-s*(delay))");
+    if let Some(delay) = delay {
+        text = format!("{text}*exp(-s*({delay}))");
     }
     text
 }

@@ -25,7 +25,7 @@ impl Rig {
             }
             None => file,
         };
-        let outcome: Outcome<Self> = rig(file, campaign);
+        let outcome: Outcome<Self> = rig(file, campaign, source);
         source.located(outcome)
     }
 }

@@ -1,23 +1,28 @@
 //! From the text of `rig.toml` to a rig.
 
 mod element;
+mod ends;
+mod owner;
 mod shapes;
+mod transfer;
 
-use super::elements::ENDS;
 use super::gas::GasModel;
 use super::oscilos::Folder;
 use super::part::{Instruments, Part, Shape};
-use super::value::{Given, Reader, Value};
+use super::value::{Reader, Value};
 use super::whole::Rig;
 use crate::campaign::COLDEST;
-use crate::law::{Candidate, Coefficient, Effect, Parameters, Place, Words, parameters};
+use crate::law::{
+    Candidate, Coefficient, Effect, Hears, Measured, Parameters, Place, SECOND, Words, parameters,
+};
 use crate::names::{FACTOR, add, built_in};
-use crate::source::{Outcome, listed};
+use crate::source::{Outcome, Source, listed};
 use crate::{Campaign, Problem};
 use rijke_formula::{Kind as NameKind, Name, Scope};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::path::Path;
 use toml::{Spanned, Table, Value as Toml};
 
 #[derive(Deserialize)]
@@ -79,6 +84,7 @@ struct Waiting {
     text: String,
     definitions: Vec<(String, String)>,
     part: Option<usize>,
+    hears: Option<Hears>,
 }
 
 struct Reading<'a> {
@@ -88,6 +94,13 @@ struct Reading<'a> {
     unknowns: &'a [String],
     /// Medians of their priors.
     medians: &'a [f64],
+    /// Where tables stand that the file names.
+    folder: &'a Path,
+    /// Numbers that are none of a part: place in the scope, and value.
+    loose: Vec<(usize, Value)>,
+    /// Measured tables, and where the file has them.
+    tables: Vec<(Range<usize>, Measured)>,
+    is_choked: bool,
 }
 
 impl File {
@@ -123,7 +136,7 @@ impl File {
     }
 }
 
-pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
+pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<Rig> {
     let mut scope = built_in().map_err(|problem| (0..0, problem))?;
     let mut factors = Vec::new();
     for factor in &campaign.factors {
@@ -139,11 +152,27 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         let name = Name { name, unit, meaning, kind: NameKind::Global };
         brought.push(add(&mut scope, "number of the base state", name).map_err(|problem| (0..0, problem))?);
     }
+    let second = Name {
+        name: SECOND.to_owned(),
+        unit: "s".into(),
+        meaning: "one second, for tables".into(),
+        kind: NameKind::Global,
+    };
+    let second = add(&mut scope, "number", second).map_err(|problem| (0..0, problem))?;
     let unknowns = parameters(file.unknown, &scope)?;
     let names: Vec<String> = unknowns.iter().map(|(p, _)| p.name.clone()).collect();
     let medians: Vec<f64> = unknowns.iter().map(|(p, _)| p.prior.quantile(0.5)).collect();
-    let mut reading =
-        Reading { scope, parts: Vec::new(), waiting: Vec::new(), unknowns: &names, medians: &medians };
+    let mut reading = Reading {
+        scope,
+        parts: Vec::new(),
+        waiting: Vec::new(),
+        unknowns: &names,
+        medians: &medians,
+        folder: Path::new(&source.file).parent().unwrap_or(Path::new("")),
+        loose: vec![(second, Value::Number(1.0))],
+        tables: Vec::new(),
+        is_choked: false,
+    };
     let gas_at = file.gas.as_ref().map_or(0..0, Spanned::span);
     let (gas, pressure, temperature) = reading.gas(file.gas)?;
     for (k, element) in file.element.into_iter().enumerate() {
@@ -171,6 +200,12 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         return Err((at.clone(), Problem::Unused { name, place }));
     }
     let search = file.search.unwrap_or(Search { growth_rate: None, frequency_hz: None });
+    let hertz = search.frequency_hz.unwrap_or([10.0, 1000.0]);
+    let mut doubts = Vec::new();
+    for (at, table) in &reading.tables {
+        let said = table.doubt.clone().into_iter().chain(table.beyond(hertz));
+        doubts.extend(said.map(|said| format!("{}, line {}: {said}", source.file, source.line(at.start))));
+    }
     let own = Candidate {
         mean_flow: None,
         id: "rig".into(),
@@ -190,6 +225,9 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         pressure,
         temperature,
         parts: reading.parts,
+        is_choked: reading.is_choked,
+        loose: reading.loose,
+        doubts,
         own,
         microphones,
         thermometers,
@@ -197,10 +235,7 @@ pub(super) fn rig(file: File, campaign: &Campaign) -> Outcome<Rig> {
         factors,
         brought,
         search_is_stated: search.frequency_hz.is_some(),
-        search: [
-            search.growth_rate.unwrap_or([-500.0, 500.0]),
-            search.frequency_hz.unwrap_or([10.0, 1000.0]),
-        ],
+        search: [search.growth_rate.unwrap_or([-500.0, 500.0]), hertz],
     })
 }
 
@@ -261,55 +296,6 @@ impl Reading<'_> {
         ))
     }
 
-    fn end(&mut self, place: &'static str, table: Spanned<Table>) -> Outcome<()> {
-        let at = table.span();
-        let mut table = table.into_inner();
-        let kind = table.remove("type");
-        let kind = kind.as_ref().and_then(Toml::as_str).unwrap_or("?");
-        let found = ENDS.iter().find(|k| k.name == kind).ok_or_else(|| {
-            let known = listed(ENDS.iter().map(|k| k.name));
-            (at.clone(), Problem::Unknown { what: "type of end", name: kind.to_owned(), known })
-        })?;
-        // `calibration` = [modulus, angle], as network files have it.
-        if let Some(Toml::Array(list)) = table.remove("calibration") {
-            let mut list = list.into_iter();
-            for key in ["modulus", "angle"] {
-                list.next().map(|value| table.insert(key.into(), value));
-            }
-        }
-        // Numbers of ends are parts of none: they are texts in the law itself.
-        let mut definitions = Vec::new();
-        let reader = Reader { scope: &self.scope, own: &[], unknowns: self.unknowns, at: at.clone() };
-        for key in found.keys {
-            let value = match (table.remove(key.name), key.default) {
-                (Some(value), _) => complex(value),
-                (None, Some(default)) => Toml::Float(default.parse().unwrap_or(f64::NAN)),
-                (None, None) => {
-                    let need = "a number, a quantity, a formula, or \"$unknown\"";
-                    return Err((at.clone(), Problem::Missing { key: key.name.into(), need }));
-                }
-            };
-            let text = match reader.given(key.name, &value, key.unit)? {
-                Given::Law(text) => text,
-                Given::Value(Value::Number(v)) => format!("({v:e})"),
-                Given::Value(Value::Formula(f)) => f.source().to_owned(),
-                Given::Value(Value::Table(..) | Value::Unknown(..)) => {
-                    let need = "a number or a formula";
-                    return Err((
-                        at.clone(),
-                        Problem::Value { key: key.name.into(), value: "a table".into(), need },
-                    ));
-                }
-            };
-            definitions.push((key.name.to_owned(), text));
-        }
-        self.finished(&table, kind, &at)?;
-        for (coefficient, law) in found.laws {
-            self.wait(&at, place.to_owned(), *coefficient, (*law).to_owned(), &definitions, None);
-        }
-        Ok(())
-    }
-
     fn instruments(&self, table: Option<Spanned<Table>>, letter: &str) -> Outcome<Instruments> {
         let Some(table) = table else { return Ok(Instruments::default()) };
         let at = table.span();
@@ -361,7 +347,7 @@ impl Reading<'_> {
         let mut used = BTreeSet::new();
         let mut effects = Vec::new();
         for waiting in std::mem::take(&mut self.waiting) {
-            let Waiting { at, place: place_text, coefficient, text, definitions, part } = waiting;
+            let Waiting { at, place: place_text, coefficient, text, definitions, part, hears } = waiting;
             let place = Place::parse(&place_text, &self.parts).map_err(|problem| (at.clone(), problem))?;
             let own = part.map_or_else(Vec::new, |part| self.own(part));
             let words = Words {
@@ -374,7 +360,7 @@ impl Reading<'_> {
             let law = words.law(&text, &place, at, &place_text, &mut BTreeSet::new())?;
             let named = |k: &usize| law.uses_parameter(*k);
             used.extend((0..self.unknowns.len()).filter(named).map(|k| self.unknowns[k].clone()));
-            effects.push(Effect { place, place_text, coefficient, law });
+            effects.push(Effect { place, place_text, coefficient, law, hears });
         }
         Ok((effects, used))
     }

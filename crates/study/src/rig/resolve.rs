@@ -59,6 +59,9 @@ impl Rig {
             numbers[*place] = *value;
         }
         numbers[AMBIENT] = ambient;
+        for (place, value) in &self.loose {
+            numbers[*place] = value.at(&numbers);
+        }
         for (place, value) in self.parts.iter().flat_map(|p| &p.numbers) {
             numbers[*place] = value.at(&numbers);
         }

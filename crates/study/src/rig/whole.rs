@@ -2,6 +2,7 @@
 
 use super::gas::GasModel;
 use super::part::{Instruments, Part, own_numbers};
+use super::value::Value;
 use crate::law::{Candidate, Place, Words};
 use rijke_formula::Scope;
 
@@ -20,6 +21,12 @@ pub struct Rig {
     pub temperature: f64,
     /// Ducts and devices, in the order of the file.
     pub parts: Vec<Part>,
+    /// Whether an end is a choked nozzle.
+    pub is_choked: bool,
+    /// Numbers that are none of a part: place in the scope, and value.
+    pub loose: Vec<(usize, Value)>,
+    /// What is doubtful but possible, each in a sentence with its file and line.
+    pub doubts: Vec<String>,
     /// What the file itself says of coefficients, and its unknowns: a candidate that is always in use. Its role is `rig`.
     pub own: Candidate,
     /// Microphones.

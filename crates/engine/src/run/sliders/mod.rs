@@ -122,6 +122,9 @@ pub fn sliders(
     if study.rig.is_of_unknown_shape() {
         return Err("lengths, temperatures or places of its rig are unknown".to_owned());
     }
+    if assembly.candidates().iter().flat_map(|c| &c.effects).any(|e| e.hears.is_some()) {
+        return Err("a flame answers to the velocity elsewhere".to_owned());
+    }
     let ambient = ambient_of_all(study, observations);
     let states = states(study, &ambient, true).map_err(said)?;
     let all = observed(study, observations, &states, &ambient).map_err(said)?;

@@ -114,7 +114,11 @@ impl Script {
                 "gamma": gamma, "viscosity": viscosity, "prandtl": prandtl })
             }
         };
-        let parts = rig.parts.iter().map(part).collect();
+        let mut parts: Vec<PartScript> = rig.parts.iter().map(part).collect();
+        // Numbers that are none of a part are known first.
+        if let Some(first) = parts.first_mut() {
+            first.numbers.splice(0..0, rig.loose.iter().map(|(name, value)| (*name, number(value))));
+        }
         let (names, factors) = (rig.scope.len(), rig.factors.clone());
         Ok(Self { names, factors, pressure: rig.pressure, gas, parts, effects, radiation })
     }

@@ -3,7 +3,7 @@
 use super::Reading;
 use crate::Problem;
 use crate::names::{add, factors};
-use crate::rig::elements::{COMPACT, ENDS};
+use crate::rig::elements::{COMPACT, ENDS, FUNCTION};
 use crate::rig::part::{Part, Shape, own_numbers};
 use crate::rig::value::{Given, Reader, Value};
 use crate::source::{Outcome, listed};
@@ -94,19 +94,26 @@ impl Reading<'_> {
 
     pub(super) fn finished(&self, table: &Table, kind: &str, at: &Range<usize>) -> Outcome<()> {
         let Some(key) = table.keys().next() else { return Ok(()) };
-        let keys = COMPACT.iter().chain(&ENDS).find(|k| k.name == kind).map_or(&[][..], |k| k.keys);
+        let is_end = ENDS.iter().any(|k| k.name == kind);
         let of_kind = match kind {
             "duct" => {
                 "length, diameter, diameter_end, area, area_end, temperature, temperature_end, temperatures, temperature_sd, pieces, wall, wall_factor"
             }
             "insert" => "from, to",
-            "flame" => "n, delay, cutoff_hz, numerator, denominator, at",
-            "side-hole" => "outlet, wall, at",
-            "screen" => "open_area, at",
-            _ => "at",
+            "flame" => "n, reference, reference_side",
+            "side-hole" => "outlet, wall",
+            "screen" => "open_area",
+            "orifice" => "porosity",
+            "unflanged" => "calibration",
+            _ => "",
         };
-        let common = ["name", "type", "present", "near_field", "numbers"];
-        let known = listed(keys.iter().map(|k| k.name).chain([of_kind]).chain(common));
+        let keys = COMPACT.iter().chain(&ENDS).find(|k| k.name == kind).map_or(&[][..], |k| k.keys);
+        let function = FUNCTION.iter().find(|(name, _)| *name == kind && kind != "feedback");
+        let function = function.map_or(&[][..], |(_, keys)| *keys);
+        let common: &[&str] =
+            if is_end { &["type"] } else { &["at", "name", "type", "present", "near_field", "numbers"] };
+        let all = keys.iter().map(|k| k.name).chain([of_kind]).chain(function.iter().copied());
+        let known = listed(all.chain(common.iter().copied()).filter(|name| !name.is_empty()));
         Err((at.clone(), Problem::Unknown { what: "key of this element", name: key.clone(), known }))
     }
 
@@ -135,13 +142,13 @@ impl Reading<'_> {
 
     pub(super) fn given(
         &self,
-        part: usize,
+        part: Option<usize>,
         key: &str,
         value: &Toml,
         unit: &str,
         at: &Range<usize>,
     ) -> Outcome<Given> {
-        let own = self.own(part);
+        let own = part.map_or_else(Vec::new, |part| self.own(part));
         let reader = Reader { scope: &self.scope, own: &own, unknowns: self.unknowns, at: at.clone() };
         reader.given(key, value, unit)
     }

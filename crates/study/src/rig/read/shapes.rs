@@ -1,12 +1,17 @@
 //! What an element brings: the shape of a duct, and the laws of ducts and devices.
 
+use super::owner::Owner;
 use super::{Reading, Waiting, complex};
 use crate::Problem;
-use crate::law::Coefficient;
+use crate::law::{Coefficient, Hears};
+use crate::names::add;
 use crate::rig::Duct;
-use crate::rig::elements::{HOLE_OUTLETS, HOLE_WALLS, Key, Kind, SCREEN_LOSS, SIDE_HOLE, WALLS, transfer};
+use crate::rig::elements::{
+    FUNCTION, HOLE_OUTLETS, Key, Kind, PLATE, PLATE_OF_HOLES, SCREEN_LOSS, SIDE_HOLE, WALLS, fault_of,
+};
 use crate::rig::value::{Given, Value};
 use crate::source::{Outcome, listed};
+use rijke_formula::{Kind as NameKind, Name};
 use std::ops::Range;
 use toml::{Table, Value as Toml};
 
@@ -25,12 +30,10 @@ impl Reading<'_> {
                             return Ok(Some(Value::Number(0.25 * std::f64::consts::PI * d * d)));
                         }
                         Value::Formula(f) | Value::Unknown(f, _) => format!("pi/4*({})^2", f.source()),
-                        Value::Table(..) => {
-                            let need = "a number or a formula";
-                            return Err((
-                                at.clone(),
-                                Problem::Value { key: round.into(), value: "a table".into(), need },
-                            ));
+                        Value::Table(factor, rows) => {
+                            let owner = self.parts[part].name.clone();
+                            let name = self.loose(&owner, round, "m", Value::Table(factor, rows), at)?;
+                            format!("pi/4*({name})^2")
                         }
                     };
                     self.extent(part, round, &Toml::String(text), "m^2", at).map(Some)
@@ -111,7 +114,9 @@ impl Reading<'_> {
         value: &Toml,
         at: &Range<usize>,
     ) -> Outcome<Vec<(String, String)>> {
-        match self.given(part, key, value, unit, at)? {
+        let given = self.given(Some(part), key, value, unit, at)?;
+        in_range(key, &given, at)?;
+        match given {
             // An unknown that is called as the number is it.
             Given::Law(text) if text.trim() == key => Ok(Vec::new()),
             Given::Law(text) => Ok(vec![(key.to_owned(), text)]),
@@ -129,7 +134,7 @@ impl Reading<'_> {
         part: Option<usize>,
     ) {
         let (at, definitions) = (at.clone(), definitions.to_vec());
-        self.waiting.push(Waiting { at, place, coefficient, text, definitions, part });
+        self.waiting.push(Waiting { at, place, coefficient, text, definitions, part, hears: None });
     }
 
     pub(super) fn compact(
@@ -143,7 +148,9 @@ impl Reading<'_> {
         if kind.name == "feedback" {
             return self.feedback(part, kind, table, at);
         }
+        let mut hears = None;
         if kind.name == "flame" {
+            hears = self.reference(part, table, at)?;
             definitions.extend(self.flame(part, table, at)?);
         }
         if kind.name == "screen"
@@ -156,6 +163,13 @@ impl Reading<'_> {
             definitions.extend(self.definition(part, "open_area", "1", &open_area, at)?);
             definitions.push(("loss".into(), SCREEN_LOSS.into()));
         }
+        let mut plate = PLATE;
+        if kind.name == "orifice"
+            && let Some(porosity) = table.remove("porosity")
+        {
+            definitions.extend(self.definition(part, "porosity", "1", &porosity, at)?);
+            plate[..PLATE_OF_HOLES.len()].copy_from_slice(&PLATE_OF_HOLES);
+        }
         for key in kind.keys {
             if definitions.iter().any(|(name, _)| name == key.name) {
                 continue;
@@ -163,38 +177,81 @@ impl Reading<'_> {
             definitions.extend(self.key(part, key, table, at)?);
         }
         if kind.name == "side-hole" {
-            for (name, key, laws) in
-                [("hole_loss", "wall", HOLE_WALLS), ("hole_outside", "outlet", HOLE_OUTLETS)]
-            {
-                definitions.push((name.to_owned(), one_of_these(table, key, &laws, at)?));
-            }
+            let [viscous, thermal] = hole_wall(table, at)?;
+            definitions.extend([("hole_viscous".to_owned(), viscous), ("hole_thermal".to_owned(), thermal)]);
+            definitions.push(("hole_outside".to_owned(), one_of_these(table, "outlet", &HOLE_OUTLETS, at)?));
             definitions.extend(SIDE_HOLE.map(|(name, text)| (name.to_owned(), text.to_owned())));
+        }
+        if kind.name == "orifice" {
+            definitions.extend(plate.map(|(name, text)| (name.to_owned(), text.to_owned())));
         }
         let name = self.parts[part].name.clone();
         for (coefficient, law) in kind.laws {
             self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definitions, Some(part));
+            if let Some(waiting) = self.waiting.last_mut() {
+                waiting.hears = hears;
+            }
         }
         Ok(())
     }
 
-    /// The four couplings as they are given: numbers, [re, im], formulas. Their keys are names that formulas know as something else, as
-    /// `mu` for the viscosity, so that they are no numbers of the part.
+    /// The velocity that a flame answers to, if it is not that at the flame.
+    fn reference(&mut self, part: usize, table: &mut Table, at: &Range<usize>) -> Outcome<Option<Hears>> {
+        let side = table.remove("reference_side");
+        let downstream = match side.as_ref().map(|side| side.as_str().unwrap_or("?")) {
+            None | Some("upstream") => false,
+            Some("downstream") => true,
+            Some(other) => {
+                let (what, known) = ("side of a reference", "upstream, downstream".to_owned());
+                return Err((at.clone(), Problem::Unknown { what, name: other.to_owned(), known }));
+            }
+        };
+        let distance = table.remove("reference").unwrap_or(Toml::Integer(0));
+        match self.read(part, "reference", &distance, "m", at)? {
+            Value::Number(v) if v < 0.0 => {
+                let (key, value) = ("reference".to_owned(), v.to_string());
+                let need = "a distance: zero or more; `reference_side` says where";
+                Err((at.clone(), Problem::Value { key, value, need }))
+            }
+            Value::Number(0.0) if !downstream => Ok(None),
+            _ => {
+                self.number(part, "reference", &distance, "m", at)?;
+                let place = self.parts[part].numbers.last().map_or(0, |(place, _)| *place);
+                Ok(Some(Hears { distance: place, downstream, of_mean: table.contains_key("n") }))
+            }
+        }
+    }
+
+    /// The four couplings as they are given: numbers, [re, im], formulas, or functions of s. Their keys are names that formulas know as
+    /// something else, as `mu` for the viscosity, so that they are no numbers of the part.
     fn feedback(&mut self, part: usize, kind: &Kind, table: &mut Table, at: &Range<usize>) -> Outcome<()> {
         let name = self.parts[part].name.clone();
+        let keys = FUNCTION.iter().find(|(name, _)| *name == kind.name).map_or(&[][..], |(_, keys)| *keys);
         for (key, (coefficient, law)) in kind.keys.iter().zip(kind.laws) {
-            let Some(value) = table.remove(key.name).map(complex) else { continue };
-            let text = match self.given(part, key.name, &value, key.unit, at)? {
-                Given::Value(Value::Number(v)) => format!("{v:e}"),
-                Given::Value(Value::Formula(formula)) => formula.source().to_owned(),
-                Given::Law(text) => text,
-                Given::Value(_) => {
-                    let need = "a number, [re, im] or a formula";
-                    let (key, value) = (key.name.into(), "a table".into());
-                    return Err((at.clone(), Problem::Value { key, value, need }));
+            let Some(value) = table.remove(key.name) else { continue };
+            // A pair is a formula of plain numbers, which has any unit.
+            let unit = if value.is_array() { "" } else { key.unit };
+            let value = complex(value);
+            let prefix = format!("{}_", key.name);
+            let coupling = format!("coupling_{}", key.name);
+            let definitions = match value {
+                // A table over a factor is a number.
+                Toml::Table(mut function) if !function.contains_key("over") => {
+                    let owner = Owner::Other { name: &name, prefix: &prefix, part: Some(part) };
+                    let mut all = self.transfer(owner, &mut function, keys, at)?;
+                    if let Some(other) = function.keys().next() {
+                        let (what, known) = ("key of a coupling", listed(keys.iter().copied()));
+                        return Err((at.clone(), Problem::Unknown { what, name: other.clone(), known }));
+                    }
+                    all.push((coupling, format!("{prefix}transfer")));
+                    all
+                }
+                value => {
+                    let owner = Owner::Other { name: &name, prefix: "coupling_", part: Some(part) };
+                    self.defined(owner, key.name, unit, &value, at)?
                 }
             };
-            let definition = [(format!("coupling_{}", key.name), text)];
-            self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definition, Some(part));
+            self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definitions, Some(part));
         }
         Ok(())
     }
@@ -217,7 +274,7 @@ impl Reading<'_> {
         self.definition(part, key.name, key.unit, &value, at)
     }
 
-    /// `gain` from `n`, and `transfer` from what is given of delay, filter and polynomials.
+    /// `gain` from `n`, and `transfer` from what is given of delay, filter, polynomials and table.
     pub(super) fn flame(
         &mut self,
         part: usize,
@@ -235,41 +292,76 @@ impl Reading<'_> {
             all.extend(self.definition(part, "n", "1", &n, at)?);
             all.push(("gain".into(), "(n)*(T_2 - T)/T*A/A_2".into()));
         }
-        let delay = table.remove("delay");
-        let delay = match delay {
-            None => None,
-            Some(value) => {
-                let given = self.given(part, "delay", &value, "s", at)?;
-                all.extend(self.definition(part, "delay", "s", &value, at)?);
-                Some(given)
-            }
-        };
-        let cutoff = match table.remove("cutoff_hz") {
-            None => false,
-            Some(value) => {
-                all.extend(self.definition(part, "cutoff_hz", "Hz", &value, at)?);
-                true
-            }
-        };
-        let mut polynomial = |key: &'static str| -> Outcome<Vec<String>> {
-            let Some(value) = table.remove(key) else { return Ok(Vec::new()) };
-            let list = value.as_array().cloned().unwrap_or_default();
-            let mut names = Vec::new();
-            for (k, value) in list.iter().enumerate() {
-                let name = format!("{key}_{k}");
-                all.extend(self.definition(part, &name, "", value, at)?);
-                names.push(name);
-            }
-            if names.is_empty() {
-                let need = "a list of coefficients, ascending powers of s";
-                return Err((at.clone(), Problem::Value { key: key.into(), value: value.to_string(), need }));
-            }
-            Ok(names)
-        };
-        let (numerator, denominator) = (polynomial("numerator")?, polynomial("denominator")?);
-        all.push(("transfer".into(), transfer(delay.as_ref(), cutoff, &numerator, &denominator)));
+        let keys = FUNCTION.iter().find(|(name, _)| *name == "flame").map_or(&[][..], |(_, keys)| *keys);
+        all.extend(self.transfer(Owner::Part(part), table, keys, at)?);
         Ok(all)
     }
+
+    /// A number of an owner for its laws, as [`Reading::definition`] makes it of one of a part.
+    pub(super) fn defined(
+        &mut self,
+        owner: Owner<'_>,
+        key: &str,
+        unit: &str,
+        value: &Toml,
+        at: &Range<usize>,
+    ) -> Outcome<Vec<(String, String)>> {
+        let (name, part) = match owner {
+            Owner::Part(part) => return self.definition(part, key, unit, value, at),
+            Owner::Other { name, part, .. } => (name, part),
+        };
+        let given = self.given(part, key, value, unit, at)?;
+        in_range(key, &given, at)?;
+        let text = match given {
+            Given::Law(text) => text,
+            Given::Value(Value::Number(v)) => format!("({v:e})"),
+            Given::Value(Value::Formula(f) | Value::Unknown(f, _)) => f.source().to_owned(),
+            Given::Value(table) => self.loose(name, &owner.name(key), unit, table, at)?,
+        };
+        Ok(vec![(owner.name(key), text)])
+    }
+
+    /// Puts a number into the scope that is none of a part, and returns its name there.
+    fn loose(
+        &mut self,
+        owner: &str,
+        key: &str,
+        unit: &str,
+        value: Value,
+        at: &Range<usize>,
+    ) -> Outcome<String> {
+        let full = self.scoped(owner, key);
+        let meaning = format!("number of {owner}");
+        let name = Name { name: full.clone(), unit: unit.to_owned(), meaning, kind: NameKind::Global };
+        let place = add(&mut self.scope, "number", name).map_err(|p| (at.clone(), p))?;
+        self.loose.push((place, value));
+        Ok(full)
+    }
+}
+
+/// Refuses a number that the key cannot have.
+fn in_range(key: &str, given: &Given, at: &Range<usize>) -> Outcome<()> {
+    let Given::Value(Value::Number(value)) = given else { return Ok(()) };
+    match fault_of(key, *value) {
+        None => Ok(()),
+        Some(need) => {
+            Err((at.clone(), Problem::Value { key: key.to_owned(), value: value.to_string(), need }))
+        }
+    }
+}
+
+/// Viscous and thermal loss per metre of a side hole, those of a duct of its diameter.
+fn hole_wall(table: &mut Table, at: &Range<usize>) -> Outcome<[String; 2]> {
+    let of_hole = |law: &str| law.replace("(wall_factor)*", "").replace('D', "(diameter)");
+    let laws = WALLS.map(|(name, laws)| (name, laws.map(of_hole)));
+    let part = |k: usize| -> Vec<(&str, &str)> {
+        std::iter::once(("none", "0"))
+            .chain(laws.iter().map(|(name, law)| (*name, law[k].as_str())))
+            .collect()
+    };
+    let mut same = table.clone();
+    let viscous = one_of_these(table, "wall", &part(0), at)?;
+    Ok([viscous, one_of_these(&mut same, "wall", &part(1), at)?])
 }
 
 /// The law that a word of the file names; the first if there is no word.

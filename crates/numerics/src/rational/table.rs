@@ -1,8 +1,9 @@
-//! Measured transfer functions: a rational function of lowest order near a table of gain and phase, kept as partial fractions.
+//! Measured functions of frequency: a rational function of lowest order near a table of gain and phase, kept as partial fractions.
 //! The AAA algorithm (Nakatsukasa, Sete & Trefethen 2018) finds poles, least squares better ones and the residues.
 
 use super::relocate::{Samples, relocate, residues, spread, upper};
-use rijke_numerics::{C64, DenseError, Jet, JetSpace, Matrix, complex_eigenvalues, least_direction};
+use super::rows::{COARSE, Entry, phase_slope};
+use crate::{C64, DenseError, Jet, JetSpace, Matrix, complex_eigenvalues, least_direction};
 use std::f64::consts::PI;
 
 /// e^{-s delay} (constant + sum of residue/(s - pole)), fitted to values on the imaginary axis; real for real s.
@@ -18,17 +19,6 @@ pub struct Table {
     pub deviation: f64,
     /// Limits of the table, rad/s: outside, the fit extrapolates.
     pub range: [f64; 2],
-}
-
-/// A row of a table.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
-    /// Hz.
-    pub frequency: f64,
-    /// Modulus.
-    pub gain: f64,
-    /// rad; e^{-i omega tau} has the phase -omega tau.
-    pub phase: f64,
 }
 
 /// Why a table cannot be fitted.
@@ -69,6 +59,15 @@ pub enum TableError {
         /// The pole.
         at: C64,
     },
+    /// A tolerance with which a fit says nothing.
+    #[error(
+        "tolerance is {value} of the largest gain, and must be above 0; a fit farther off than {COARSE} says nothing of the table: \
+         give at most {COARSE}"
+    )]
+    Tolerance {
+        /// The tolerance.
+        value: f64,
+    },
     /// The algebra failed.
     #[error(transparent)]
     Dense(#[from] DenseError),
@@ -81,6 +80,9 @@ impl Table {
     /// # Errors
     /// [`TableError`].
     pub fn fit(rows: &[Entry], tolerance: f64) -> Result<Self, TableError> {
+        if !(tolerance > 0.0 && tolerance <= COARSE) {
+            return Err(TableError::Tolerance { value: tolerance });
+        }
         if rows.len() < 3 {
             return Err(TableError::Short { rows: rows.len() });
         }
@@ -220,6 +222,12 @@ impl Table {
         again(&fit, &mirrored).ok_or(TableError::Unstable { at })
     }
 
+    /// The same, later by `delay` (s).
+    #[must_use]
+    pub fn later(self, delay: f64) -> Self {
+        Self { delay: self.delay + delay, ..self }
+    }
+
     /// Without the delay.
     fn rational(&self, s: C64) -> C64 {
         self.terms.iter().map(|(pole, residue)| residue / (s - pole)).sum::<C64>() + self.constant
@@ -232,36 +240,15 @@ impl Table {
         gaps.fold(0.0, |worst, gap| if gap.is_nan() { f64::INFINITY } else { gap.max(worst) })
     }
 
-    pub(super) fn at(&self, s: &Jet, space: JetSpace) -> Jet {
+    /// The fit at s, given as a jet.
+    #[must_use]
+    pub fn at(&self, s: &Jet, space: JetSpace) -> Jet {
         let mut sum = space.real(self.constant);
         for (pole, residue) in &self.terms {
             sum = &sum + &s.shift(-pole).recip().scale(*residue);
         }
         &sum * &s.scale(C64::new(-self.delay, 0.0)).exp()
     }
-}
-
-/// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s: minus the mean delay; 0 where the
-/// rows have none.
-#[must_use]
-pub fn phase_slope(rows: &[Entry]) -> f64 {
-    let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
-    let Some(first) = rows.first() else { return 0.0 };
-    let mut phase = first.phase;
-    let mut unwrapped = vec![phase];
-    for pair in rows.windows(2) {
-        let turn = (pair[1].phase - pair[0].phase) / (2.0 * PI);
-        phase += 2.0 * PI * (turn - turn.round());
-        unwrapped.push(phase);
-    }
-    let total: f64 = rows.iter().map(|e| e.gain).sum();
-    let mean = |values: &[f64]| values.iter().zip(rows).map(|(v, e)| v * e.gain).sum::<f64>() / total;
-    let (w, p) = (mean(&omega), mean(&unwrapped));
-    let of = |f: fn(f64, f64) -> f64| -> f64 {
-        (0..rows.len()).map(|k| rows[k].gain * f(omega[k] - w, unwrapped[k] - p)).sum()
-    };
-    let slope = of(|w, p| w * p) / of(|w, _| w * w);
-    if slope.is_finite() { slope } else { 0.0 }
 }
 
 /// The AAA approximant with these support points and their conjugates, as partial fractions.
@@ -323,18 +310,6 @@ fn fractions(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn exact_the_mean_delay_of_a_pure_delay_is_that_delay() {
-        // Unequal steps and gains; the phase is kept within one turn.
-        let delay = 3e-3;
-        let row = |(frequency, gain): (f64, f64)| {
-            let phase = -2.0 * PI * frequency * delay + 0.4;
-            Entry { frequency, gain, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
-        };
-        let rows = [(20.0, 1.2), (110.0, 0.4), (150.0, 2.0), (290.0, 0.7), (430.0, 0.1)].map(row);
-        assert!((phase_slope(&rows) / -delay - 1.0).abs() < 1e-12, "{}", phase_slope(&rows));
-    }
 
     #[test]
     fn exact_partial_fractions_of_a_low_pass_are_its_own() {

@@ -3,7 +3,7 @@
 //!
 //! Poles are given by those with Im >= 0; a complex one stands for itself and its conjugate.
 
-use rijke_numerics::{C64, DenseError, Matrix, complex_eigenvalues, least_direction};
+use crate::{C64, DenseError, Matrix, complex_eigenvalues, least_direction};
 
 /// constant + sum of residue/(s - pole), with every pole its conjugate.
 pub(super) struct Fractions {

@@ -1,0 +1,383 @@
+//! Every element and end of network files in a rig: the same modes.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use rijke_engine::{Assembly, Conditions, PointModel};
+use rijke_network::Workspace;
+use rijke_numerics::check::{slopes_from, slopes_near};
+use rijke_numerics::{C64, Order};
+use rijke_study::{BaseState, Catalogue, OneTable, Study};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Keys of network files that rigs do not take, as docs/network-file.md says.
+const LEFT_OUT: [(&str, &str); 3] = [("duct", "sound_speed"), ("duct", "density"), ("duct", "scheme")];
+
+/// Elements between two ducts of other areas and temperatures, and how far the modes may be apart, relative to |s|. Where the gas or the
+/// area changes along a duct the two readers cut it in other ways; outlets of side holes are of second order in ka in rigs, here up to 0.1.
+const ELEMENTS: [(&str, &str, f64); 34] = [
+    ("duct", "length = 0.2\ndiameter = 0.035", 1e-9),
+    ("duct", "length = 0.2\narea = 1e-3\ntemperature = 450\nwall = 'kirchhoff'\nwall_factor = 1.2", 1e-9),
+    ("duct", "length = 0.2\narea = 1e-3\nwall = 'paper'", 1e-9),
+    ("duct", "length = 0.2\narea = 1e-3\nwall = 'zwikker-kosten'", 1e-9),
+    ("duct", "length = 0.2\ndiameter = 0.03\ndiameter_end = 0.04\npieces = 60", 1e-4),
+    ("duct", "length = 0.2\narea = 7e-4\narea_end = 1.2e-3\npieces = 60", 1e-4),
+    ("duct", "length = 0.2\narea = 7e-4\ntemperature = 300\ntemperature_end = 500\npieces = 1000", 3e-4),
+    ("duct", "length = 0.2\narea = 7e-4\ntemperatures = [300, 420, 500]\npieces = 1000", 3e-4),
+    ("feedback", "mu = [20, 5]\nmp = [0.1, 0]\neu = [0.2, -0.1]\nep = [1e-4, 0]", 1e-9),
+    (
+        "feedback",
+        "eu = { gain = 0.3, delay = 2e-3, cutoff_hz = 300 }\nmu = { gain = 12, delay = 1e-4 }",
+        1e-9,
+    ),
+    ("feedback", "ep = { gain = 1e-4, numerator = [1, 1e-3], denominator = [1, 2e-4, 1e-7] }", 1e-9),
+    ("feedback", "eu = { gain = 0.4, delay = 1e-3, table = TABLE, tolerance = 1e-3 }", 1e-9),
+    ("orifice", "diameter = 0.012\nthickness = 0.003\ndrag = 30", 1e-9),
+    ("orifice", "diameter = 0.001\nthickness = 0.003\ndrag = 30\nporosity = 0.06", 1e-9),
+    ("screen", "resistance = 20\neffective_length = 0.004\nopen_area = 0.5", 1e-9),
+    ("screen", "resistance = 20\nloss = 3", 1e-9),
+    ("side-hole", "diameter = 0.008\nlength = 0.01\noutlet = 'flanged'\nwall = 'none'", 3e-5),
+    ("side-hole", "diameter = 0.008\nlength = 0.01\noutlet = 'unflanged'", 3e-5),
+    ("side-hole", "diameter = 0.008\nlength = 0.01\nwall = 'kirchhoff'", 3e-5),
+    ("side-hole", "diameter = 0.008\nlength = 0.01\nwall = 'paper'", 3e-5),
+    ("side-hole", "diameter = 0.008\nlength = 0.01\nwall = 'zwikker-kosten'", 3e-5),
+    ("helmholtz", "volume = 2e-4\nneck_area = 1e-4\nneck_length = 0.02\nresistance = 10", 1e-9),
+    ("quarter-wave", "length = 0.2\narea = 1e-4", 1e-9),
+    ("flame", "gain = 0.4\ndelay = 2e-3\ncutoff_hz = 400", 1e-9),
+    ("flame", "n = 0.4\ndelay = 2e-3", 1e-9),
+    ("flame", "n = 0.4\nnumerator = [1, 1e-4]\ndenominator = [1, 1e-3, 1e-7]", 1e-9),
+    ("flame", "n = 0.4\ntable = TABLE\ntolerance = 1e-3", 1e-9),
+    ("flame", "gain = 0.4\ntable = TABLE\ntolerance = 1e-3\ndelay = 5e-4", 1e-9),
+    ("flame", "gain = 0.4\ndelay = 2e-3\nreference = 0.1", 1e-9),
+    ("flame", "n = 0.3\ndelay = 2e-3\nreference = 0.45", 1e-9),
+    ("flame", "gain = 0.2\ndelay = 2e-3\nreference = 0.1\nreference_side = 'downstream'", 1e-9),
+    (
+        "flame",
+        "n = 0.2\ntable = TABLE\ntolerance = 1e-3\nreference = 0.4\nreference_side = 'downstream'",
+        1e-9,
+    ),
+    ("flame", "n = 0.3\ndelay = 1e-3\nreference_side = 'downstream'", 1e-9),
+    ("flame", "n = 0.3\nreference = 0.1\ntable = TABLE\ntolerance = 1e-3", 1e-9),
+];
+
+const ENDS: [(&str, &str); 18] = [
+    ("open", ""),
+    ("closed", ""),
+    ("anechoic", ""),
+    ("constant", "modulus = 0.9\nangle = 2.5"),
+    ("delayed", "factor = -0.9\ndelay = 1e-4"),
+    ("unflanged", ""),
+    ("unflanged", "wall_thickness = 0.003"),
+    ("unflanged", "calibration = [0.98, 0.05]"),
+    ("flanged", ""),
+    ("choked", "mach = 0.1"),
+    ("impedance", "numerator = [2, 1e-3]\ndenominator = [1, 1e-4]"),
+    ("impedance", "numerator = [2]\ndelay = 1e-4"),
+    ("impedance", "table = TABLE\ntolerance = 1e-3"),
+    ("impedance", "table = TABLE\ntolerance = 1e-3\ndelay = 1e-4"),
+    ("rational", "numerator = [-0.9, 1e-4]\ndenominator = [1, 4e-4]"),
+    ("rational", "numerator = [-0.9]\ndenominator = [1]\ndelay = 1e-4"),
+    ("table", "table = TABLE\ntolerance = 1e-3"),
+    ("table", "table = TABLE\ntolerance = 1e-2\ngain = 0.9\ndelay = 1e-4"),
+];
+
+/// A filter of second order behind a delay of 1 ms, at 24 frequencies.
+fn table() -> String {
+    let row = |k: usize| {
+        let hertz = 20.0 + 60.0 * k as f64;
+        let s = C64::new(0.0, std::f64::consts::TAU * hertz);
+        let value = 0.9 * (-1e-3 * s).exp() / (1.0 + s * 4e-4 + s * s * 1e-7);
+        format!("[{hertz}, {:.9}, {:.9}]", value.norm(), value.arg())
+    };
+    format!("[{}]", (0..24).map(row).collect::<Vec<_>>().join(", "))
+}
+
+/// A tube of two ducts with this between them, and these ends.
+fn network(element: &str, ends: [&str; 2]) -> String {
+    let [upstream, downstream] = ends;
+    let text = format!(
+        "name = 'tube'\n[search]\nfrequency_hz = [50, 1200]\ngrowth_rate = [-300, 200]\n[upstream]\n{upstream}\n[downstream]\n\
+         {downstream}\n[[element]]\ntype = 'duct'\nlength = 0.12\ndiameter = 0.04\n[[element]]\ntype = 'duct'\nlength = 0.4\n\
+         diameter = 0.03\nwall = 'kirchhoff'\n{element}[[element]]\ntype = 'duct'\nlength = 0.35\ndiameter = 0.036\ntemperature = 600\n\
+         [[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.05\ntemperature = 500\n"
+    );
+    text.replace("TABLE", &table())
+}
+
+const CLOSED: &str = "type = 'closed'";
+const LOSSY: &str = "type = 'constant'\nmodulus = 0.95\nangle = 3.0";
+
+fn study(name: &str, rig: &str) -> Result<Study, String> {
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let (process, count) = (std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    let folder = std::env::temp_dir().join(format!("rijke-elements-{name}-{process}-{count}"));
+    std::fs::create_dir_all(&folder).unwrap();
+    let [path, modes] = ["rig.toml", "modes.csv"].map(|f| folder.join(f));
+    std::fs::write(&path, rig).unwrap();
+    std::fs::write(&modes, "growth_rate,growth_rate_sd,frequency,frequency_sd\n-20,1,110,0.2\n").unwrap();
+    let read = OneTable::read(&path, &modes).and_then(|files| files.study());
+    std::fs::remove_dir_all(&folder).unwrap();
+    read.map(|(study, _)| study).map_err(|error| error.to_string())
+}
+
+fn assembly(study: &Study) -> Assembly {
+    Assembly::new(Arc::new(study.rig.clone()), Vec::new(), &BTreeMap::new()).unwrap()
+}
+
+fn conditions(study: &Study) -> Conditions {
+    let point = study.campaign.points[0].clone();
+    let layout = study.rig.at(&point, 293.15).unwrap();
+    let base = BaseState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    Conditions { id: point.id.clone(), point, layout, base }
+}
+
+/// All modes of the network and of the rig.
+fn modes(text: &str) -> Result<[Vec<C64>; 2], String> {
+    let built = rijke_network::file::read(text).map_err(|e| e.to_string())?;
+    let found = built.network.modes(&built.laws, &built.region, &mut Workspace::default()).unwrap();
+    let study = study("modes", &(text.to_owned() + "[microphones]\nat = [0.1]\n"))?;
+    let (assembly, conditions) = (assembly(&study), conditions(&study));
+    let model = PointModel::new(&assembly, &conditions, &[]).unwrap();
+    let (_, spectrum) = model.spectrum(&[], [None, None]).unwrap();
+    Ok([found, spectrum.modes].map(|all| all.modes.iter().map(|m| m.s).collect()))
+}
+
+fn compare(what: &str, text: &str, part: f64) -> Option<String> {
+    let [network, rig] = modes(text).unwrap_or_else(|said| panic!("{what}: {said}"));
+    let apart = |(a, b): (&C64, &C64)| (a - b).norm() / a.norm();
+    let worst = network.iter().zip(&rig).map(apart).fold(0.0, f64::max);
+    let same = network.len() == rig.len() && network.len() >= 3 && worst < part;
+    (!same).then(|| format!("{what}: apart by {worst:.1e}, {} and {} modes", network.len(), rig.len()))
+}
+
+#[test]
+fn oracle_every_element_has_the_modes_of_the_network_file() {
+    let wrong: Vec<String> = ELEMENTS
+        .iter()
+        .filter_map(|(kind, keys, part)| {
+            let element = format!("[[element]]\ntype = '{kind}'\n{keys}\n");
+            compare(&format!("{kind}: {keys}"), &network(&element, [CLOSED, LOSSY]), *part)
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn oracle_every_end_has_the_modes_of_the_network_file() {
+    let mut wrong = Vec::new();
+    for (kind, keys) in ENDS {
+        let end = format!("type = '{kind}'\n{keys}");
+        wrong.extend(compare(&format!("upstream {end}"), &network("", [&end, LOSSY]), 1e-9));
+        wrong.extend(compare(&format!("downstream {end}"), &network("", [CLOSED, &end]), 1e-9));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The names that a message lists.
+fn listed(message: &str) -> Vec<String> {
+    let after = message.split("expected").nth(1).unwrap_or_else(|| panic!("{message}"));
+    after.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+#[test]
+fn exact_every_key_of_network_files_is_compared_or_left_out_in_words() {
+    let message = |text: &str| rijke_network::file::read(text).unwrap_err().to_string();
+    let elements = listed(&message(&network("[[element]]\ntype = 'nothing'\n", [CLOSED, LOSSY])));
+    let ends = listed(&message(&network("", ["type = 'nothing'", LOSSY])));
+    assert!(elements.len() >= 8 && ends.len() >= 11, "{elements:?} {ends:?}");
+    let has = |text: &str, key: &str| text.lines().any(|line| line.starts_with(&format!("{key} =")));
+    for kind in &elements {
+        let cases: Vec<&str> =
+            ELEMENTS.iter().filter(|(k, ..)| k == kind).map(|(_, keys, _)| *keys).collect();
+        let needed = cases.first().unwrap_or_else(|| panic!("no case of {kind}"));
+        let element = format!("[[element]]\ntype = '{kind}'\n{needed}\nnothing = 1\n");
+        for key in listed(&message(&network(&element, [CLOSED, LOSSY]))) {
+            let known = cases.iter().any(|keys| has(keys, &key)) || LEFT_OUT.contains(&(kind.as_str(), &key));
+            assert!(known, "no case of {kind} has {key}");
+        }
+    }
+    // A coupling's own keys.
+    let coupling = network("[[element]]\ntype = 'feedback'\neu = { nothing = 1 }\n", [CLOSED, LOSSY]);
+    for key in listed(&message(&coupling)) {
+        assert!(
+            ELEMENTS.iter().any(|(k, keys, _)| *k == "feedback" && keys.contains(&format!("{key} ="))),
+            "{key}"
+        );
+    }
+    for kind in &ends {
+        let cases: Vec<&str> = ENDS.iter().filter(|(k, _)| k == kind).map(|(_, keys)| *keys).collect();
+        let needed = cases.first().unwrap_or_else(|| panic!("no case of {kind}"));
+        let end = format!("type = '{kind}'\n{needed}\nnothing = 1");
+        let said = message(&network("", [&end, LOSSY]));
+        let keys = if said.contains("there are no fields") { Vec::new() } else { listed(&said) };
+        for key in keys {
+            assert!(cases.iter().any(|keys| has(keys, &key)), "no case of {kind} has {key}");
+        }
+    }
+}
+
+const UNKNOWNS: &str = "[unknown.gain_here]\nprior = { normal = { mean = 1, sd = 0.3 } }\n[unknown.delay_here]\nunit = 's'\n\
+                        prior = { normal = { mean = 3e-4, sd = 2e-4 } }\n[microphones]\nat = [0.1, 0.3]\n";
+
+/// A table measured elsewhere whose gain and delay are unknown here; a reference elsewhere; an end of both kinds.
+#[test]
+fn order_modes_have_their_derivatives_in_gain_and_delay_of_tables() {
+    let keys = "table = TABLE\ntolerance = 1e-3\ngain = '$gain_here'\ndelay = '$delay_here'";
+    let flame = |more: &str| format!("[[element]]\ntype = 'flame'\n{keys}\n{more}\n");
+    let end = format!("type = 'table'\n{keys}");
+    let coupling = "[[element]]\ntype = 'feedback'\neu = { gain = '-0.5*$gain_here', delay = '$delay_here', table = TABLE, tolerance = 1e-3 }\n";
+    let lossy = |element: &str| network(element, [CLOSED, LOSSY]);
+    for (name, text) in [
+        ("flame", lossy(&flame(""))),
+        ("upstream", lossy(&flame("reference = 0.45"))),
+        ("downstream", lossy(&flame("reference = 0.4\nreference_side = 'downstream'"))),
+        ("coupling", lossy(coupling)),
+        ("end", network("", [CLOSED, &end])),
+    ] {
+        let study = study(name, &(text + UNKNOWNS)).unwrap();
+        let (assembly, conditions) = (assembly(&study), conditions(&study));
+        let respond = |values: [f64; 2], order: Order, near: C64| {
+            let model = PointModel::new(&assembly, &conditions, &[0, 1]).unwrap().starting_from(near);
+            model.prepared().respond(&values, order, &mut Workspace::default()).unwrap()
+        };
+        let at = [0.6, 3e-4];
+        let found = respond(at, Order::Second, C64::new(-20.0, 1500.0));
+        for direction in [[0.05, 0.0], [0.0, 3e-5], [0.04, -2e-5]] {
+            for k in 0..2 {
+                let number =
+                    |r: &rijke_network::Response| if k == 0 { r.s.clone() } else { r.pressures[1].clone() };
+                let jet = number(&found);
+                let moved = |h: f64| {
+                    let there = [at[0] + h * direction[0], at[1] + h * direction[1]];
+                    number(&respond(there, Order::Value, found.s.value())).value() - jet.value()
+                };
+                let slope: C64 = (0..2).map(|i| jet.gradient()[i] * direction[i]).sum();
+                let pairs = (0..2).flat_map(|i| (0..2).map(move |j| (i, j)));
+                let bend: C64 =
+                    pairs.map(|(i, j)| 0.5 * jet.hessian(i, j) * direction[i] * direction[j]).sum();
+                slopes_near(&slopes_from(0.3, |h| (moved(h) - slope * h).norm()), 2.0, 0.2);
+                slopes_near(&slopes_from(0.3, |h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
+            }
+        }
+    }
+}
+
+/// Bad input: what is said, with file and line.
+#[test]
+fn behaviour_bad_elements_are_refused_with_line_and_remedy() {
+    let flame = |keys: &str| network(&format!("[[element]]\ntype = 'flame'\n{keys}\n"), [CLOSED, LOSSY]);
+    let end = |keys: &str| network("", [CLOSED, keys]);
+    let element = |keys: &str| network(&format!("[[element]]\n{keys}\n"), [CLOSED, LOSSY]);
+    for (text, line, said) in [
+        (flame("gain = 1\ntable = [[100, 1, 0], [200, 1]]"), 20, "[frequency in Hz, gain, phase in rad]"),
+        (flame("gain = 1\ntable = [[100, 1, 0], [200, 1, 0]]"), 20, "at least 3 rows"),
+        (flame("gain = 1\ntable = [[100, 1, 0], [90, 1, 0], [300, 1, 1]]"), 20, "row 2"),
+        (flame("gain = 1\ntable = TABLE\ntolerance = 2"), 20, "at most 0.5"),
+        (flame("gain = 1\ntable = TABLE\ncutoff_hz = 20"), 20, "give one of the two"),
+        (flame("gain = 1\ntolerance = 0.1"), 20, "a tolerance is that of a table"),
+        (flame("gain = 1\ntable = 'nowhere.csv'"), 20, "nowhere.csv"),
+        (flame("gain = 1\ndelay = -1e-3"), 20, "zero or more"),
+        (flame("gain = 1\nnumerator = [0, 0]"), 20, "not all zero"),
+        (flame("gain = 1\nreference = -0.1"), 20, "a distance"),
+        (flame("gain = 1\nreference_side = 'left'"), 20, "upstream, downstream"),
+        (flame("gain = 1\ntabel = TABLE"), 20, "table, tolerance"),
+        (
+            element("type = 'orifice'\ndiameter = 0.01\nthickness = 0.001\nporosity = 1.2"),
+            20,
+            "above 0 and at most 1",
+        ),
+        (element("type = 'orifice'\ndiameter = -0.01\nthickness = 0.001"), 20, "positive"),
+        (element("type = 'feedback'\neu = { gian = 1 }"), 20, "gain, delay, cutoff_hz"),
+        (element("type = 'feedback'\neu = { delay = -1 }"), 20, "zero or more"),
+        (element("type = 'side-hole'\ndiameter = 0.01\nlength = 0.01\nwall = 'glue'"), 20, "kirchhoff"),
+        (end("type = 'choked'\nmach = 0.4"), 7, "below 0.3"),
+        (end("type = 'constant'\nmodulus = 0.9\nangle = 170"), 7, "in rad"),
+        (end("type = 'rational'\nnumerator = [1]"), 7, "`denominator` is missing"),
+        (end("type = 'table'"), 7, "`table` is missing"),
+        (end("type = 'table'\ntable = TABLE\ncutoff_hz = 3"), 7, "gain, delay, table, tolerance"),
+        (end("type = 'impedance'"), 7, "numerator and denominator, or table"),
+        (end("type = 'unflanged'\ncalibration = [1]"), 7, "[modulus, angle in rad]"),
+    ] {
+        let error = study("bad", &text).map(|_| ()).unwrap_err();
+        assert!(error.contains("rig.toml, line ") && error.contains(said), "{text}\n{error}");
+        assert!(error.contains(&format!("line {line}:")), "line {line}: {error}");
+    }
+    // What only the operating point shows.
+    for (text, said) in [
+        (flame("gain = 1\nreference = 0.7"), "smaller distance"),
+        (
+            element(
+                "type = 'screen'\nresistance = 3\nat = 0.4\n[[element]]\ntype = 'flame'\ngain = 1\nreference = 0.3\nat = 0.52",
+            ),
+            "something acts between",
+        ),
+        (
+            element(
+                "type = 'screen'\nresistance = 3\n[[element]]\ntype = 'flame'\ngain = 1\nreference_side = 'downstream'",
+            ),
+            "stand alone",
+        ),
+    ] {
+        let study = study("point", &text).unwrap();
+        let (assembly, conditions) = (assembly(&study), conditions(&study));
+        let error = PointModel::new(&assembly, &conditions, &[]).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+}
+
+fn candidates(study: &Study, name: &str, text: &str) -> Result<Catalogue, String> {
+    let path = std::env::temp_dir().join(format!("rijke-elements-{name}-{}.toml", std::process::id()));
+    std::fs::write(&path, text).unwrap();
+    let read = Catalogue::read(&path, &study.rig);
+    std::fs::remove_file(&path).unwrap();
+    read.map_err(|error| error.to_string())
+}
+
+const OF_A_TABLE: &str = "[[candidate]]\nid = 'flame.table'\nrole = 'flame'\nname = 'table'\ncite = ['own judgement']\n\
+                          parameters.n = { prior = { normal = { mean = 1, sd = 1 } } }\ntables.F = { table = TABLE, tolerance = 1e-3MORE }\n\
+                          [[candidate.effect]]\nacts_at = 'flame'\neu = '-n*F'\n";
+
+/// The same table in a candidate as in a flame of the file; and of a time scale of its own.
+#[test]
+fn exact_a_candidate_has_the_table_of_a_flame() {
+    let rig = |element: &str| network(&format!("[[element]]\nname = 'flame'\n{element}\n"), [CLOSED, LOSSY]);
+    let device = study("device", &rig("type = 'device'\nnumbers = { fast = '0.5' }")).unwrap();
+    let s = |study: &Study, candidates: Vec<rijke_study::Candidate>, values: &[f64]| {
+        let assembly = Assembly::new(Arc::new(study.rig.clone()), candidates, &BTreeMap::new()).unwrap();
+        let conditions = conditions(study);
+        let model = PointModel::new(&assembly, &conditions, &[]).unwrap();
+        let (_, spectrum) = model.spectrum(values, [None, None]).unwrap();
+        spectrum.modes.modes.iter().map(|m| m.s).collect::<Vec<_>>()
+    };
+    let spaced = table().replace('[', " [");
+    let quicker = spaced.split(" [").skip(2).map(|row| {
+        let (hertz, rest) = row.split_once(',').unwrap();
+        format!("[{},{rest}", 2.0 * hertz.trim().parse::<f64>().unwrap())
+    });
+    let quicker = format!("[{}", quicker.collect::<String>());
+    for (more, rows) in [("", table()), (", of = 's*fast'", quicker)] {
+        let text = OF_A_TABLE.replace("TABLE", &table()).replace("MORE", more);
+        let catalogue = candidates(&device, "same", &text).unwrap();
+        assert!(catalogue.doubts.is_empty(), "{:?}", catalogue.doubts);
+        let flame = format!("type = 'flame'\ngain = 0.4\ntolerance = 1e-3\ntable = {rows}");
+        let expected = s(&study("flame", &rig(&flame)).unwrap(), Vec::new(), &[]);
+        let found = s(&device, catalogue.candidates().to_vec(), &[0.4]);
+        assert!(found.len() == expected.len() && found.len() >= 4, "{found:?} {expected:?}");
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!((found - expected).norm() < 1e-7 * expected.norm(), "{more}: {found} {expected}");
+        }
+    }
+    for (from, to, said) in [
+        ("eu = '-n*F'", "eu = '-n'", "`F` is used nowhere"),
+        ("tolerance", "tolerence", "unknown field `tolerence`"),
+        ("table = TABLE", "table = 'nowhere.csv'", "nowhere.csv"),
+        ("1e-3MORE", "0.9", "at most 0.5"),
+        ("tables.F", "tables.n", "a parameter"),
+        ("tables.F", "tables.rho", "density"),
+        ("MORE", ", of = 'n*T'", "unit"),
+    ] {
+        let text = OF_A_TABLE.replace(from, to).replace("TABLE", &table()).replace("MORE", "");
+        let error = candidates(&device, "bad", &text).map(|_| ()).unwrap_err();
+        assert!(error.contains(".toml, line ") && error.contains(said), "{said}: {error}");
+    }
+}

@@ -1,0 +1,147 @@
+//! A source of a chain at rest that answers to the velocity elsewhere, by laws of a caller.
+
+use super::probe::{Part, Side, row};
+use crate::chain::coefficients::{At, Laws};
+use crate::chain::network::{Network, Segment};
+use crate::slot::Slot;
+use rijke_numerics::{C64, Jet};
+
+/// A source u2 - r u1 = T u_ref, where T is a law times a factor and only ducts lie between the source and u_ref: its k_eu and k_ep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heard {
+    /// Number of the law that is T.
+    pub law: usize,
+    /// What it is multiplied by.
+    pub factor: f64,
+    /// How far downstream u_ref is, m; negative upstream.
+    pub distance: f64,
+    side: Side,
+    path: Vec<Passed>,
+}
+
+/// A duct on the way to the reference.
+#[derive(Clone, Debug, PartialEq)]
+struct Passed {
+    index: usize,
+    segment: Segment,
+    ratio: f64,
+    /// Viscous and thermal losses per metre: laws and their weights.
+    losses: [Vec<(usize, f64)>; 2],
+}
+
+/// Why a velocity cannot be heard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unheard {
+    /// The reference lies outside.
+    #[error("which lies outside of the ducts: give a smaller distance")]
+    Outside,
+    /// Something acts between.
+    #[error("but something acts between: only ducts may")]
+    Blocked,
+    /// Something acts where the source is, whose reference lies downstream.
+    #[error("downstream, but something else acts where it is: it must stand alone")]
+    NotAlone,
+}
+
+impl Network {
+    /// The source at `place` whose velocity lies `distance` (m) downstream of it, or upstream; `own` are
+    /// the laws that it has attached for k_eu and k_ep. Ask when all else is attached.
+    ///
+    /// # Errors
+    /// [`Unheard`].
+    pub fn heard(
+        &self,
+        place: usize,
+        distance: f64,
+        downstream: bool,
+        law: usize,
+        own: [usize; 2],
+    ) -> Result<Heard, Unheard> {
+        let n = self.segments.len();
+        let acts = |at: usize| {
+            self.attachments().any(|(slot, law, _)| {
+                let here = matches!(slot, Slot::Mu(j) | Slot::Mp(j) | Slot::Eu(j) | Slot::Ep(j) if j == at);
+                here && !own.contains(&law)
+            })
+        };
+        if downstream && acts(place) {
+            return Err(Unheard::NotAlone);
+        }
+        let way: Vec<usize> = if downstream { (place..n).collect() } else { (0..place).rev().collect() };
+        let total: f64 = self.segments.iter().map(|s| s.length).sum();
+        let (mut path, mut left): (Vec<Passed>, f64) = (Vec::new(), distance);
+        for i in way {
+            if left <= 1e-9 * total {
+                break;
+            }
+            let between = if downstream { i } else { i + 1 };
+            if !path.is_empty() && acts(between) {
+                return Err(Unheard::Blocked);
+            }
+            let mut segment = self.segments[i];
+            let ratio = path.last().map_or(1.0, |p| p.segment.area / segment.area);
+            segment.length = segment.length.min(left);
+            left -= segment.length;
+            let losses = [0, 1].map(|part| {
+                let of = |(slot, law, weight): (Slot, usize, f64)| match slot {
+                    Slot::Viscous(k) if k == i && part == 0 => Some((law, weight)),
+                    Slot::Thermal(k) if k == i && part == 1 => Some((law, weight)),
+                    _ => None,
+                };
+                self.attachments().filter_map(of).collect()
+            });
+            path.push(Passed { index: i, segment, ratio, losses });
+        }
+        if left > 1e-9 * total {
+            return Err(Unheard::Outside);
+        }
+        let inside = place > 0 && place < n;
+        let ratio = if inside { self.segments[place - 1].area / self.segments[place].area } else { 1.0 };
+        let (side, distance) =
+            if downstream { (Side::Downstream { ratio }, distance) } else { (Side::Upstream, -distance) };
+        Ok(Heard { law, factor: 1.0, distance, side, path })
+    }
+}
+
+impl Heard {
+    /// The segment in which the velocity is heard; none where it is that at the source.
+    #[must_use]
+    pub fn segment(&self) -> Option<usize> {
+        self.path.last().map(|p| p.index)
+    }
+
+    /// Time that sound needs to the reference, s.
+    #[must_use]
+    pub fn travel_time(&self) -> f64 {
+        self.path.iter().map(|p| p.segment.length / p.segment.sound_speed).sum()
+    }
+
+    /// k_eu and k_ep at `at`, where `laws` holds T and the losses of the ducts.
+    #[must_use]
+    pub fn coefficients(&self, at: &At, laws: &Laws) -> [Jet; 2] {
+        let [t, beta, alpha] = self.parts(at, laws);
+        [Part::Velocity, Part::Pressure].map(|of| self.side.coefficient(of, &t, &alpha, &beta))
+    }
+
+    /// 1 - T alpha, whose zeros are poles of the coefficients if the reference lies downstream; none upstream.
+    #[must_use]
+    pub fn open_loop(&self, at: &At, laws: &Laws) -> Option<Jet> {
+        let [t, _, alpha] = self.parts(at, laws);
+        (self.side != Side::Upstream).then(|| (-&(&t * &alpha)).shift(C64::ONE))
+    }
+
+    fn parts(&self, at: &At, laws: &Laws) -> [Jet; 3] {
+        let jet =
+            |k: usize| Jet::from_parts(laws.value(k), laws.gradient(k).to_vec(), laws.hessian(k).to_vec());
+        let (s, space) = (at.s_jet(), at.space());
+        let lost = |laws: &[(usize, f64)]| {
+            laws.iter()
+                .fold(space.real(0.0), |sum, (k, weight)| &sum + &jet(*k).scale(C64::new(*weight, 0.0)))
+        };
+        let stretches: Vec<_> = (self.path.iter())
+            .map(|p| (p.segment, p.ratio, Some([lost(&p.losses[0]), lost(&p.losses[1])])))
+            .collect();
+        let [beta, alpha] = row(&stretches, self.side, &s, space);
+        [jet(self.law).scale(C64::new(self.factor, 0.0)), beta, alpha]
+    }
+}

@@ -1,0 +1,94 @@
+//! Rows of a table of gain and phase over frequency, and what is doubtful about them.
+
+use std::f64::consts::PI;
+
+/// The largest tolerance of a table, of its largest gain: a fit farther off says nothing of the table.
+pub(super) const COARSE: f64 = 0.5;
+
+/// A phase that rises so far over a table, rad, is no wiggle.
+const RISES: f64 = 1.0;
+
+/// A row of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entry {
+    /// Hz.
+    pub frequency: f64,
+    /// Modulus.
+    pub gain: f64,
+    /// rad; e^{-i omega tau} has the phase -omega tau.
+    pub phase: f64,
+}
+
+impl From<[f64; 3]> for Entry {
+    fn from([frequency, gain, phase]: [f64; 3]) -> Self {
+        Self { frequency, gain, phase }
+    }
+}
+
+/// What is possible in a table, but most often a mistake.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Doubt {
+    /// Phases seem to be in degrees: half of the steps between neighbours are larger than this, rad.
+    Degrees {
+        /// The median of the steps, rad.
+        step: f64,
+    },
+    /// The phase rises: the answer comes before the question.
+    Rises {
+        /// By how much over the table, rad.
+        rise: f64,
+    },
+}
+
+/// What is doubtful about the table of a flame or an end.
+#[must_use]
+pub fn doubt(rows: &[Entry]) -> Option<Doubt> {
+    let (first, last) = (rows.first()?, rows.last()?);
+    let mut steps: Vec<f64> = rows.windows(2).map(|w| (w[1].phase - w[0].phase).abs()).collect();
+    steps.sort_by(f64::total_cmp);
+    if let Some(step) = steps.get(steps.len() / 2).copied().filter(|step| *step > PI) {
+        return Some(Doubt::Degrees { step });
+    }
+    let rise = phase_slope(rows) * 2.0 * PI * (last.frequency - first.frequency);
+    (rise > RISES).then_some(Doubt::Rises { rise })
+}
+
+/// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s: minus the mean delay; 0 where the
+/// rows have none.
+#[must_use]
+pub fn phase_slope(rows: &[Entry]) -> f64 {
+    let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
+    let Some(first) = rows.first() else { return 0.0 };
+    let mut phase = first.phase;
+    let mut unwrapped = vec![phase];
+    for pair in rows.windows(2) {
+        let turn = (pair[1].phase - pair[0].phase) / (2.0 * PI);
+        phase += 2.0 * PI * (turn - turn.round());
+        unwrapped.push(phase);
+    }
+    let total: f64 = rows.iter().map(|e| e.gain).sum();
+    let mean = |values: &[f64]| values.iter().zip(rows).map(|(v, e)| v * e.gain).sum::<f64>() / total;
+    let (w, p) = (mean(&omega), mean(&unwrapped));
+    let of = |f: fn(f64, f64) -> f64| -> f64 {
+        (0..rows.len()).map(|k| rows[k].gain * f(omega[k] - w, unwrapped[k] - p)).sum()
+    };
+    let slope = of(|w, p| w * p) / of(|w, _| w * w);
+    if slope.is_finite() { slope } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_the_mean_delay_of_a_pure_delay_is_that_delay() {
+        // Unequal steps and gains; the phase is kept within one turn.
+        let delay = 3e-3;
+        let row = |(frequency, gain): (f64, f64)| {
+            let phase = -2.0 * PI * frequency * delay + 0.4;
+            Entry { frequency, gain, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
+        };
+        let rows = [(20.0, 1.2), (110.0, 0.4), (150.0, 2.0), (290.0, 0.7), (430.0, 0.1)].map(row);
+        assert!((phase_slope(&rows) / -delay - 1.0).abs() < 1e-12, "{}", phase_slope(&rows));
+    }
+}

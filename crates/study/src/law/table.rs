@@ -1,0 +1,137 @@
+//! Measured functions of frequency as texts of formulas. Must not know where they act.
+
+use crate::Problem;
+use rijke_numerics::rational::{Doubt, Entry, Table, doubt};
+use rijke_rig::Columns;
+use std::path::Path;
+use toml::Value as Toml;
+
+/// Deviation from a table that is allowed, over its largest gain, where the file does not say another.
+const TOLERANCE: f64 = 1e-6;
+
+/// Pairs of poles that a formula can hold.
+const MOST_PAIRS: usize = 30;
+
+/// One second, as a number with its unit: formulas whose units are judged take a table of s times this.
+pub(crate) const SECOND: &str = "table.second";
+
+/// A table that was read and fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Measured {
+    /// The fit as a formula of s.
+    pub(crate) text: String,
+    /// Its first and last frequency, Hz.
+    pub(crate) band: [f64; 2],
+    /// What is doubtful about it.
+    pub(crate) doubt: Option<String>,
+}
+
+impl Measured {
+    /// Reads a list of rows of frequency, gain and phase, or the name of a table in `folder`, and fits it; `of` is the formula that stands in the
+    /// place of s.
+    ///
+    /// # Errors
+    /// [`Problem::Value`], [`Problem::Csv`], [`Problem::Table`].
+    pub(crate) fn read(
+        value: &Toml,
+        tolerance: Option<&Toml>,
+        of: &str,
+        folder: &Path,
+    ) -> Result<Self, Problem> {
+        let key = "table".to_owned();
+        let need = "a list of [frequency in Hz, gain, phase in rad], or the name of a file with the columns frequency [Hz], gain and \
+                    phase [rad]";
+        let wrong = |value: String| Problem::Value { key: key.clone(), value, need };
+        let rows = match value {
+            Toml::Array(list) => {
+                let row = |row: &Toml| -> Option<Entry> {
+                    let numbers: Option<Vec<f64>> = row.as_array()?.iter().map(number).collect();
+                    <[f64; 3]>::try_from(numbers?).ok().map(Entry::from)
+                };
+                list.iter()
+                    .map(|v| row(v).ok_or_else(|| wrong(v.to_string())))
+                    .collect::<Result<Vec<_>, _>>()?
+            }
+            Toml::String(name) => from_file(&folder.join(name))?,
+            other => return Err(wrong(other.to_string())),
+        };
+        let tolerance = match tolerance {
+            None => TOLERANCE,
+            Some(value) => number(value).ok_or_else(|| Problem::Value {
+                key: "tolerance".into(),
+                value: value.to_string(),
+                need: "a number: the deviation that is allowed, over the largest gain",
+            })?,
+        };
+        let table =
+            Table::fit(&rows, tolerance).map_err(|source| Problem::Table { key: key.clone(), source })?;
+        if table.terms.len() > 2 * MOST_PAIRS {
+            let need =
+                "met by a function of at most 60 poles: raise `tolerance` to the error of the measurement";
+            return Err(Problem::Value {
+                key,
+                value: format!("a table of {} poles", table.terms.len()),
+                need,
+            });
+        }
+        let band = [rows[0].frequency, rows[rows.len() - 1].frequency];
+        Ok(Self { text: text(&table, of), band, doubt: doubt(&rows).map(said) })
+    }
+
+    /// The warning that a search goes beyond the table, if it does.
+    pub(crate) fn beyond(&self, [low, high]: [f64; 2]) -> Option<String> {
+        let [first, last] = self.band;
+        let beyond = low < first * (1.0 - 1e-9) || high > last * (1.0 + 1e-9);
+        beyond.then(|| {
+            format!("the search from {low} to {high} Hz leaves its table, from {first} to {last} Hz: there its fit extrapolates")
+        })
+    }
+}
+
+fn number(value: &Toml) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
+}
+
+fn from_file(path: &Path) -> Result<Vec<Entry>, Problem> {
+    let columns = Columns::read(path).map_err(|error| Problem::Csv(error.to_string()))?;
+    let column =
+        |name: &str, unit: &str| columns.numbers(name, unit).map_err(|error| Problem::Csv(error.to_string()));
+    let (frequency, gain, phase) =
+        (column("frequency", "Hz")?, column("gain", "1")?, column("phase", "rad")?);
+    Ok(frequency
+        .into_iter()
+        .zip(gain.into_iter().zip(phase))
+        .map(|(f, (g, p))| Entry::from([f, g, p]))
+        .collect())
+}
+
+fn said(doubt: Doubt) -> String {
+    match doubt {
+        Doubt::Degrees { step } => format!(
+            "half of the steps of its table's phase are larger than {step:.0} rad, so that the phases seem to be in degrees: give them in \
+             rad"
+        ),
+        Doubt::Rises { rise } => format!(
+            "its phase rises by {rise:.1} rad over its table, so that it answers before it is asked: an answer later by tau has the phase \
+             -omega tau"
+        ),
+    }
+}
+
+/// The fit as a formula. A pole and its conjugate make r/(s - p) + r*/(s - p*) = (2 Re r s - 2 Re(r p*))/(s^2 - 2 Re p s + |p|^2).
+fn text(table: &Table, of: &str) -> String {
+    let s = if of == "s" { "s".to_owned() } else { format!("({of})") };
+    let mut sum = format!("({:e})", table.constant);
+    for (pole, residue) in &table.terms {
+        if pole.im.abs() <= 1e-9 * pole.norm() {
+            sum += &format!(" + ({:e})/({s} - ({:e}))", residue.re, pole.re);
+        } else if pole.im > 0.0 {
+            let [slope, constant] = [2.0 * residue.re, -2.0 * (residue * pole.conj()).re];
+            let [damping, stiffness] = [-2.0 * pole.re, pole.norm_sqr()];
+            sum += &format!(
+                " + (({slope:e})*{s} + ({constant:e}))/(({s} + ({damping:e}))*{s} + ({stiffness:e}))"
+            );
+        }
+    }
+    if table.delay == 0.0 { format!("({sum})") } else { format!("({sum})*exp(-{s}*({:e}))", table.delay) }
+}
