@@ -26,6 +26,20 @@ pub enum Fault {
         /// Samples needed.
         need: usize,
     },
+    /// The record ends too soon after the forcing.
+    #[error(
+        "the decay is too short: {:.1} ms are left after the forcing at {frequency_hz:.0} Hz, and {:.1} ms are needed to tell a decay from \
+         forcing. Record for longer after the loudspeaker is switched off",
+        1e3 * have, 1e3 * need
+    )]
+    ShortDecay {
+        /// Time from the last loud moment to the end of the record, s.
+        have: f64,
+        /// The same that is needed, s.
+        need: f64,
+        /// Frequency of the forcing, Hz.
+        frequency_hz: f64,
+    },
     /// A sample is NaN or infinite.
     #[error("channel {channel}: sample {sample} is not a finite number")]
     NotFinite {
@@ -184,6 +198,20 @@ pub enum Fault {
     NotDecaying {
         /// Growth rate, 1/s.
         growth_rate: f64,
+    },
+    /// Where the decay is taken to begin decides what comes out.
+    #[error(
+        "the decay is not free: its growth rate is {:.2} 1/s from {:.4} s on and {:.2} 1/s from {:.4} s on, {distance:.1} standard \
+         deviations apart. The loudspeaker goes on, or the decay is no exponential: switch the loudspeaker off suddenly, and record for longer",
+        growth_rates[0], from[0], growth_rates[1], from[1]
+    )]
+    NotFree {
+        /// Begin of two fits, s.
+        from: [f64; 2],
+        /// Their growth rates, 1/s.
+        growth_rates: [f64; 2],
+        /// Difference over its standard deviation.
+        distance: f64,
     },
     /// The fit did not settle.
     #[error("the fit did not settle in {steps} steps: the last step was {step:.2e} standard deviations")]

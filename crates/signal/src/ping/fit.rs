@@ -5,6 +5,7 @@ use super::chirp::Drift;
 use super::driven;
 use super::forcing::Envelope;
 use super::options::PingOptions;
+use super::rest::{Disagreement, at_rest};
 use super::search::{Search, has_close_neighbour};
 use super::verdict::{self, Residue};
 use crate::dsp::noise::{Whitener, remove_hum};
@@ -55,6 +56,9 @@ const NOISE_ALONE: f64 = 1.3;
 const EARLY: f64 = 0.25;
 /// Decay times kept: beyond them lies 0.03 % of the information on the growth rate.
 const DECAY_TIMES: f64 = 7.0;
+/// Fewest decay times, unless there is so much time, s: a stretch of forcing with a little decay at its end looks like a slow decay.
+const LEAST_DECAY: f64 = 0.7;
+const LEAST_TIME: f64 = 0.5;
 
 /// Fits one ring-down by maximum likelihood.
 ///
@@ -114,9 +118,9 @@ fn may_be_build_up(fault: &Fault) -> bool {
         Fault::SecondExcitation { .. }
             | Fault::HumBurst { .. }
             | Fault::Residual { .. }
+            | Fault::NotFree { .. }
             | Fault::NotDecaying { .. }
             | Fault::NotConverged { .. }
-            | Fault::TooShort { .. }
             | Fault::Singular(_)
     )
 }
@@ -193,8 +197,16 @@ fn fit_whitened(
     let search = Search { options, harmonics };
     let need = 10 * envelope.block;
     let early = |from: usize| white.slice(from, from + (EARLY / step) as usize);
-    let too_short =
-        |first: usize| Fault::TooShort { what: "decay", have: white.rows().saturating_sub(first), need };
+    let too_short = |first: usize| Fault::ShortDecay {
+        have: white.rows().saturating_sub(first) as f64 * step,
+        need: need as f64 * step,
+        frequency_hz: envelope.omega / std::f64::consts::TAU,
+    };
+    // A tail shorter than this cannot be told from forcing that fades.
+    let safe = envelope.safe_start();
+    if white.rows() < safe + need && envelope.regrowth().is_none() {
+        return Err(too_short(safe));
+    }
     let (from, rough, subspace) = match start {
         Start::Plateau => {
             if let Some(growth) = envelope.regrowth() {
@@ -204,13 +216,9 @@ fn fit_whitened(
                 let (grown, mains_hz) = (row(growth.grown), options.mains_hz);
                 return Err(verdict::regrowth(white, mode_hz, grown, at, growth.factor, mains_hz));
             }
-            let first = envelope.safe_start();
-            if white.rows() < first + need {
-                return Err(too_short(first));
-            }
-            let (components, subspace) = search.first_guess(early(first))?;
-            let rough = search.solve(early(first), early(first), components, SEARCHING)?;
-            let from = envelope.decay_start(white, &rough, first, whitener.order()).unwrap_or(first);
+            let (components, subspace) = search.first_guess(early(safe))?;
+            let rough = search.solve(early(safe), early(safe), components, SEARCHING)?;
+            let from = envelope.decay_start(white, &rough, safe, whitener.order()).unwrap_or(safe);
             (from, rough, subspace)
         }
         Start::Backwards => {
@@ -233,6 +241,16 @@ fn fit_whitened(
     let length = (DECAY_TIMES / (-growth_rate * step)).ceil() as usize;
     let to = white.rows().min(from + length.max(need));
     let solution = search.solve(white.slice(from, to), early(from), components, SETTLING)?;
+    let have = (to - from) as f64 * step;
+    let least = (LEAST_DECAY / -solution.components[0].s.re.min(-f64::MIN_POSITIVE)).min(LEAST_TIME);
+    if have < least {
+        return Err(Fault::ShortDecay { have, need: least, frequency_hz: mode_hz });
+    }
+    let time = |row: usize| (quiet + whitener.order() + row) as f64 * step;
+    let (from, solution) = at_rest(&search, white, (from, to), need, solution).map_err(|found| {
+        let Disagreement { rows, growth_rates, distance } = found;
+        Fault::NotFree { from: rows.map(time), growth_rates, distance }
+    })?;
     Ok(Fitted {
         whitener: whitener.clone(),
         harmonics: harmonics.to_vec(),
@@ -287,6 +305,7 @@ impl Fitted {
         let left = self.residuals();
         let residue = Residue { samples: &left, channels: self.channels, step: self.step, begin: at(from) };
         residue.check(options.mains_hz)?;
+        residue.check_whole(self.learnt_from)?;
         let variance = self.solution.variance();
         let covariance = self.solution.mode_covariance(0);
         let mut ping =

@@ -7,6 +7,7 @@ mod fit;
 mod forcing;
 mod options;
 mod picture;
+mod rest;
 mod search;
 mod verdict;
 

@@ -11,6 +11,10 @@ const STRETCH: f64 = 0.02;
 const CHANNEL_LIMIT: f64 = 2.3;
 /// ... and 10 sd of 8 channels together. Gaussian noise does not reach either in the lifetime of a rig.
 const TOTAL_LIMIT: f64 = 1.35;
+/// Excess of the power of all residuals over that of noise that rejects, and the same in standard deviations: the larger one counts. Noise
+/// of a rig may be louder after the forcing than before it, which the covariance allows for.
+const WHOLE_LIMIT: f64 = 0.15;
+const WHOLE_DEVIATIONS: f64 = 5.0;
 /// Lags of the whiteness statistic.
 const LAGS: usize = 20;
 /// It looks at no more samples of a channel than these: the colour of the noise is not known better.
@@ -61,6 +65,21 @@ impl Residue<'_> {
             return Err(Fault::HumBurst { at, frequency_hz: harmonic * mains_hz, ratio: amplitude });
         }
         Err(Fault::Residual { at, channel, ratio, frequency_hz })
+    }
+
+    /// Refuses residuals that are more than noise on the whole. The noise is known as well as `learnt_from` samples of a channel show it.
+    pub(crate) fn check_whole(&self, learnt_from: usize) -> Result<(), Fault> {
+        let count = self.samples.len() as f64;
+        let power = dot(self.samples, self.samples) / count;
+        let sd = (2.0 / count + 2.0 / (learnt_from * self.channels) as f64).sqrt();
+        if power < 1.0 + WHOLE_LIMIT.max(WHOLE_DEVIATIONS * sd) {
+            return Ok(());
+        }
+        let white = White { samples: self.samples, channels: self.channels, step: self.step };
+        let of = |m: usize| self.samples.iter().skip(m).step_by(self.channels).map(|v| v * v).sum::<f64>();
+        let channel = (0..self.channels).max_by(|&a, &b| of(a).total_cmp(&of(b))).unwrap_or(0);
+        let (frequency_hz, _) = strongest_tone(white, 0, channel);
+        Err(Fault::Residual { at: self.begin, channel, ratio: power, frequency_hz })
     }
 
     /// Ljung & Box 1978, summed over channels, as a standard normal deviate, for noise whose colour was learnt from

@@ -13,5 +13,6 @@ mod naive;
 mod ping;
 mod pulses;
 mod ringing;
+mod short;
 mod swept;
 mod uncalibrated;
