@@ -95,7 +95,7 @@ impl Envelope {
 
     /// First and last block of the forced plateau, whose energy stays above [`PLATEAU`] of the largest, but for noise. The energy E of
     /// a block of n samples has the standard deviation sqrt(2 n E).
-    fn plateau(&self) -> (usize, usize) {
+    pub(super) fn plateau(&self) -> (usize, usize) {
         let top = self.top();
         let noise = NOISE * (2.0 * self.block as f64 * top).sqrt();
         let top = (PLATEAU * (top - noise) - noise).max(LEAST * top);

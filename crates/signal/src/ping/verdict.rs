@@ -27,6 +27,8 @@ pub(crate) struct Residue<'a> {
     pub(crate) step: f64,
     /// Time of the first row, s.
     pub(crate) begin: f64,
+    /// Frequency of the mode that was fitted, Hz: what is left near it is not called hum.
+    pub(crate) mode_hz: f64,
 }
 
 impl Residue<'_> {
@@ -61,7 +63,11 @@ impl Residue<'_> {
         let white = White { samples: self.samples, channels: self.channels, step: self.step };
         let (frequency_hz, amplitude) = strongest_tone(white, block * rows, channel);
         let harmonic = (frequency_hz / mains_hz).round();
-        if (1.0..=3.0).contains(&harmonic) && (frequency_hz - harmonic * mains_hz).abs() < 12.0 {
+        let of_the_mode = (frequency_hz - self.mode_hz).abs() < (frequency_hz - harmonic * mains_hz).abs();
+        if !of_the_mode
+            && (1.0..=3.0).contains(&harmonic)
+            && (frequency_hz - harmonic * mains_hz).abs() < 12.0
+        {
             return Err(Fault::HumBurst { at, frequency_hz: harmonic * mains_hz, ratio: amplitude });
         }
         Err(Fault::Residual { at, channel, ratio, frequency_hz })
@@ -144,7 +150,9 @@ pub(crate) fn regrowth(
     let last = row.min(white.rows() - span);
     // The third harmonic of the mains is too near the fundamental of a metre of tube.
     for from in [last.saturating_sub(span), last] {
-        let hum = |h: &u32| size(from, mains_hz * f64::from(*h));
+        // Two bins away a jump of the mode's phase would do the same.
+        let apart = |h: u32| (mains_hz * f64::from(h) - mode_hz).abs() * span as f64 * white.step > 2.0;
+        let hum = |h: &u32| if apart(*h) { size(from, mains_hz * f64::from(*h)) } else { 0.0 };
         let harmonic = if hum(&1) >= hum(&2) { 1 } else { 2 };
         let frequency_hz = mains_hz * f64::from(harmonic);
         let now = hum(&harmonic);
@@ -156,7 +164,7 @@ pub(crate) fn regrowth(
 }
 
 /// Amplitude of a tone in one channel under a Hann window.
-fn tone(white: White<'_>, from: usize, span: usize, channel: usize, frequency_hz: f64) -> f64 {
+pub(super) fn tone(white: White<'_>, from: usize, span: usize, channel: usize, frequency_hz: f64) -> f64 {
     let turn = C64::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * white.step);
     let around = C64::from_polar(1.0, std::f64::consts::TAU / span.max(1) as f64);
     let (mut phasor, mut window, mut sum) = (C64::ONE, around.sqrt(), C64::ZERO);
