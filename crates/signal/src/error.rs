@@ -26,6 +26,48 @@ pub enum Fault {
         /// Samples needed.
         need: usize,
     },
+    /// The stretch that is said to be silent is not.
+    #[error("{}", not_quiet(*stated, *found, *at, *ratio))]
+    NotQuiet {
+        /// Samples that are said to be silent.
+        stated: usize,
+        /// Samples that are; none if the record begins loudly.
+        found: usize,
+        /// When silence ends, s.
+        at: f64,
+        /// How much louder the rest of the stretch, or the whole of it, is than silence.
+        ratio: f64,
+    },
+    /// A step of the converter is too coarse for the signal.
+    #[error(
+        "channel {channel}: the converter is too coarse for the signal. The amplitude of the mode is {:.1} steps of {step:.3e}, and {need:.0} \
+         steps are needed. Raise the gain before the converter, or choose a smaller range of it",
+        amplitude / step
+    )]
+    Coarse {
+        /// The channel with the largest amplitude in steps.
+        channel: usize,
+        /// Step of the converter, units of the record.
+        step: f64,
+        /// Amplitude of the mode, units of the record.
+        amplitude: f64,
+        /// Steps needed.
+        need: f64,
+    },
+    /// The record ends too soon after the forcing.
+    #[error(
+        "the decay is too short: {:.1} ms are left after the forcing at {frequency_hz:.0} Hz, and {:.1} ms are needed to tell a decay from \
+         forcing. Record for longer after the loudspeaker is switched off",
+        1e3 * have, 1e3 * need
+    )]
+    ShortDecay {
+        /// Time from the last loud moment to the end of the record, s.
+        have: f64,
+        /// The same that is needed, s.
+        need: f64,
+        /// Frequency of the forcing, Hz.
+        frequency_hz: f64,
+    },
     /// A sample is NaN or infinite.
     #[error("channel {channel}: sample {sample} is not a finite number")]
     NotFinite {
@@ -110,7 +152,10 @@ pub enum Fault {
         ratio: f64,
     },
     /// The loudspeaker acted a second time.
-    #[error("second excitation at {at:.3} s: the amplitude grows {factor:.2} times while it should decay")]
+    #[error(
+        "second excitation at {at:.3} s: the amplitude grows {factor:.2} times while it should decay. The loudspeaker acts twice \
+         or is not quite off, or samples are missing there: look after its switch, and for lost blocks in the acquisition"
+    )]
     SecondExcitation {
         /// When it begins, s.
         at: f64,
@@ -185,6 +230,67 @@ pub enum Fault {
         /// Growth rate, 1/s.
         growth_rate: f64,
     },
+    /// The loudspeaker goes on.
+    #[error(
+        "the loudspeaker is not off: after the forcing a tone at {frequency_hz:.1} Hz goes on with {:.1} % of its amplitude. Switch the \
+         loudspeaker off by a relay, not by the volume",
+        100.0 * share
+    )]
+    StillDriven {
+        /// Frequency of the forcing, Hz.
+        frequency_hz: f64,
+        /// Amplitude after the forcing over that of the forcing.
+        share: f64,
+    },
+    /// A channel is loud and bent.
+    #[error(
+        "channel {channel} saturates: the forcing holds its third harmonic with {:.1} % of its amplitude, and the decay loses it with the \
+         amplitude. Lower the gain, or drive the loudspeaker less",
+        100.0 * share
+    )]
+    Saturated {
+        /// The channel.
+        channel: usize,
+        /// Amplitude of the third harmonic over that of the first.
+        share: f64,
+    },
+    /// Mains hum as loud as the mode, all the time.
+    #[error(
+        "hum at {frequency_hz:.0} Hz has {share:.2} times the amplitude of the forcing in channel {channel}, from the beginning to the end of the record, \
+         and what is left of it is more than the noise. Ground the amplifiers at one point, and keep the cables away from the mains"
+    )]
+    SteadyHum {
+        /// The channel with most hum.
+        channel: usize,
+        /// Multiple of the mains frequency, Hz.
+        frequency_hz: f64,
+        /// Amplitude over that of the forcing.
+        share: f64,
+    },
+    /// A channel holds hum and no signal.
+    #[error(
+        "channel {channel} carries no signal but hum at {frequency_hz:.0} Hz: look after its microphone and cable, or declare it dead"
+    )]
+    OnlyHum {
+        /// The channel.
+        channel: usize,
+        /// Multiple of the mains frequency, Hz.
+        frequency_hz: f64,
+    },
+    /// Where the decay is taken to begin decides what comes out.
+    #[error(
+        "the decay is not free: its growth rate is {:.2} 1/s from {:.4} s on and {:.2} 1/s from {:.4} s on, {distance:.1} standard \
+         deviations apart. The loudspeaker goes on, or the decay is no exponential: switch the loudspeaker off suddenly, and record for longer",
+        growth_rates[0], from[0], growth_rates[1], from[1]
+    )]
+    NotFree {
+        /// Begin of two fits, s.
+        from: [f64; 2],
+        /// Their growth rates, 1/s.
+        growth_rates: [f64; 2],
+        /// Difference over its standard deviation.
+        distance: f64,
+    },
     /// The fit did not settle.
     #[error("the fit did not settle in {steps} steps: the last step was {step:.2e} standard deviations")]
     NotConverged {
@@ -210,4 +316,17 @@ pub enum Fault {
     /// The algebra failed, as it does when two modes coincide.
     #[error("the fit is singular: {0}")]
     Singular(#[from] rijke_numerics::DenseError),
+}
+
+fn not_quiet(stated: usize, found: usize, at: f64, ratio: f64) -> String {
+    if found == 0 {
+        return format!(
+            "the first {stated} samples are said to be silent, and they are {ratio:.0} times as loud as silence, from the first sample on. \
+             Set quiet_samples to 0"
+        );
+    }
+    format!(
+        "the first {stated} samples are said to be silent, and from sample {found} ({at:.4} s) on they are up to {ratio:.0} times as loud as \
+         before. Set quiet_samples to {found} or less"
+    )
 }

@@ -3,6 +3,7 @@
 use crate::Fault;
 use crate::dsp::kernels::{LANES, run};
 use pulp::NullaryFnOnce;
+use rijke_numerics::{Cholesky, Matrix};
 use rijke_rig::Record;
 
 /// One multichannel record. Borrowed, so that any source of samples will do.
@@ -22,9 +23,18 @@ pub struct Trace<'a> {
 const OFFSET: f64 = 0.3;
 /// Means of two stretches that agree within this share of them are one offset.
 const AGREES: f64 = 0.35;
-/// This many equal samples in a row are a dropout. Noise of less than one step of the converter could do the same,
-/// but a record that coarse carries no usable ping either.
+/// Coefficients of the polynomial that takes the place of an offset that drifts.
+const TREND: usize = 5;
+/// Stretches of the record that count by their own noise.
+const STRETCHES: usize = 100;
+/// This many equal samples in a row are a dropout, but for a converter whose steps are larger than the noise.
 const DROPOUT: usize = 24;
+/// A converter is that coarse if this share of successive samples of silence, or of the end of the record, are equal: noise of half a step.
+const EQUAL: f64 = 0.45;
+/// And if a channel spans at most so many steps.
+const LEVELS: f64 = 4096.0;
+/// A clipped level has so many times the samples of the one beside it: a sine has 2.4 times.
+const PILED: usize = 4;
 /// A channel of steps of the converter, whose samples span less than this share of the median channel, is missing.
 const SILENCE: f64 = 1e-3;
 /// This many equal samples in a row at the extreme value of a channel are a flat top.
@@ -54,7 +64,8 @@ impl Trace<'_> {
         self.len() == 0
     }
 
-    /// The channels less their constant offsets, such as an amplifier's; none if no offset is worth it. The offset is the mean of the quiet part, or,
+    /// The channels less their offsets, such as an amplifier's; none if no offset is worth it. An offset whose mean at the end of the record differs from
+    /// that of the quiet part by more than a share of the noise drifts: a polynomial takes its place. A constant one is the mean of the quiet part, or,
     /// if that has fewer than `least` samples, of the last tenth of the record. Slow noise is no offset: the quarters of that stretch, and the last
     /// tenth, must agree.
     pub(crate) fn levelled(&self, least: usize) -> Option<Vec<Vec<f64>>> {
@@ -72,9 +83,23 @@ impl Trace<'_> {
             let constant = still.chunks(still.len().div_ceil(4).max(1)).chain([tail]).all(agrees);
             if constant && level.abs() > OFFSET * deviation { level } else { 0.0 }
         };
-        let offsets: Vec<f64> = self.channels.iter().map(offset).collect();
-        let less = |(y, offset): (&Vec<f64>, &f64)| y.iter().map(|v| v - offset).collect();
-        offsets.iter().any(|o| *o != 0.0).then(|| self.channels.iter().zip(&offsets).map(less).collect())
+        let drifts = |y: &Vec<f64>, step: f64| {
+            let (start, end) =
+                (y.get(still.clone()).unwrap_or_default(), y.get(tail.clone()).unwrap_or_default());
+            quiet >= least.max(4)
+                && (mean(end) - mean(start)).abs() > OFFSET * about_a_line(start).sqrt().max(step)
+        };
+        let less = |(y, step): (&Vec<f64>, f64)| match drifts(y, step).then(|| trend(y)).flatten() {
+            Some(trend) => Some(y.iter().zip(trend).map(|(v, t)| v - t).collect()),
+            None => Some(offset(y)).filter(|o| *o != 0.0).map(|o| y.iter().map(|v| v - o).collect()),
+        };
+        let levelled: Vec<Option<Vec<f64>>> =
+            self.channels.iter().zip(self.coarse_steps()).map(less).collect();
+        let whole = |(level, y): (Option<Vec<f64>>, &Vec<f64>)| level.unwrap_or_else(|| y.clone());
+        levelled
+            .iter()
+            .any(Option::is_some)
+            .then(|| levelled.into_iter().zip(self.channels).map(whole).collect())
     }
 
     /// Refuses a record whose samples cannot be right: unequal lengths, numbers that are not finite, clipped,
@@ -109,6 +134,23 @@ impl Trace<'_> {
         Ok(())
     }
 
+    /// The step of the converter in each channel, where it is so coarse that equal samples follow in rows; 0 in the others.
+    pub(crate) fn coarse_steps(&self) -> Vec<f64> {
+        let of = |y: &Vec<f64>| if run(Look(y)).repeats && self.is_coarse(y) { step(y) } else { 0.0 };
+        self.channels.iter().map(of).collect()
+    }
+
+    /// Whether equal samples follow in rows because the steps of the converter are larger than the noise.
+    fn is_coarse(&self, y: &[f64]) -> bool {
+        let still = |part: &[f64]| {
+            let equal = part.windows(2).filter(|pair| pair[0] == pair[1]).count();
+            equal as f64 > EQUAL * part.len() as f64
+        };
+        let quiet = y.get(..self.quiet).filter(|part| part.len() >= DROPOUT).is_some_and(still);
+        let range = y.iter().fold(0.0_f64, |a, v| a.max((v - y[0]).abs()));
+        (quiet || still(&y[y.len() - y.len() / 10..])) && range < LEVELS * step(y)
+    }
+
     fn screen_channel(
         &self,
         channel: usize,
@@ -139,7 +181,7 @@ impl Trace<'_> {
             if run == DROPOUT && span < SILENCE * median {
                 return Err(Fault::DeadChannel { channel, span, median });
             }
-            if run == DROPOUT && y != low && y != high {
+            if run == DROPOUT && y != low && y != high && !self.is_coarse(samples) {
                 let length = samples[run_start..].iter().take_while(|&&v| v == y).count();
                 return Err(Fault::Dropout { channel, at: run_start as f64 / self.rate_hz, samples: length });
             }
@@ -148,13 +190,62 @@ impl Trace<'_> {
             return Err(Fault::Clipped { channel, samples: at_limit, level: self.full_scale });
         }
         for (tops, level) in at_extreme.into_iter().zip([low, high]) {
+            let step = if tops > 0 { step(samples) } else { 0.0 };
+            let beside = if level == low { low + step } else { high - step };
             if tops > 0 {
                 let count = samples.iter().filter(|&&y| y == level).count();
+                if count < PILED * samples.iter().filter(|&&y| (y - beside).abs() < 0.5 * step).count() {
+                    continue;
+                }
                 return Err(Fault::Clipped { channel, samples: count, level });
             }
         }
         Ok(())
     }
+}
+
+/// The polynomial of least squares through a channel, of the degree that a drifting offset has. Sound has hundreds of periods in a record and hardly
+/// enters it; loud stretches count less.
+fn trend(y: &[f64]) -> Option<Vec<f64>> {
+    let half = 0.5 * (y.len() as f64 - 1.0);
+    let powers = |n: usize| {
+        let t = (n as f64 - half) / half;
+        std::array::from_fn::<f64, TREND, _>(|k| t.powi(k as i32))
+    };
+    let (mut normal, mut data) = (Matrix::zeros(TREND, TREND), vec![0.0; TREND]);
+    let block = (y.len() / STRETCHES).max(1);
+    for (k, stretch) in y.chunks(block).enumerate() {
+        let weight = about_a_line(stretch).max(f64::MIN_POSITIVE).recip();
+        for (n, v) in stretch.iter().enumerate() {
+            let row = powers(k * block + n);
+            for i in 0..TREND {
+                data[i] += weight * row[i] * v;
+                for j in 0..TREND {
+                    normal[(i, j)] += weight * row[i] * row[j];
+                }
+            }
+        }
+    }
+    let coefficients = Cholesky::new(&normal).ok()?.inverse().times(&data);
+    let at = |n: usize| powers(n).iter().zip(&coefficients).map(|(p, c)| p * c).sum();
+    Some((0..y.len()).map(at).collect())
+}
+
+/// Mean square about the straight line through a stretch: an offset that drifts is not loud.
+pub(crate) fn about_a_line(y: &[f64]) -> f64 {
+    let n = y.len().max(1) as f64;
+    let middle = 0.5 * (n - 1.0);
+    let mean = y.iter().sum::<f64>() / n;
+    let time = |k: usize| k as f64 - middle;
+    let squares = n * (n * n - 1.0) / 12.0;
+    let slope = y.iter().enumerate().map(|(k, v)| time(k) * v).sum::<f64>() / squares.max(1.0);
+    y.iter().enumerate().map(|(k, v)| (v - mean - slope * time(k)).powi(2)).sum::<f64>() / n
+}
+
+/// The smallest difference of successive samples that are not equal: the step of a converter.
+fn step(y: &[f64]) -> f64 {
+    let steps = y.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|d| *d > 0.0);
+    steps.fold(f64::INFINITY, f64::min)
 }
 
 /// What one quick look at a channel tells.

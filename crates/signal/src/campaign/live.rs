@@ -36,6 +36,10 @@ impl Fault {
         | Self::NoSignal { channel, .. }
         | Self::NoImpulse { channel, .. }
         | Self::LongImpulse { channel, .. }
+        | Self::Coarse { channel, .. }
+        | Self::Saturated { channel, .. }
+        | Self::SteadyHum { channel, .. }
+        | Self::OnlyHum { channel, .. }
         | Self::Dropout { channel, .. }
         | Self::Residual { channel, .. }
         | Self::Inverted { channel } = &mut self

@@ -2,15 +2,20 @@
 
 use super::backwards::last_decay;
 use super::chirp::Drift;
+use super::diagnosis;
 use super::driven;
 use super::forcing::Envelope;
 use super::options::PingOptions;
+use super::relative::relative;
+use super::resolution::{self, deviation};
+use super::rest::{Disagreement, at_rest};
 use super::search::{Search, has_close_neighbour};
+use super::silence;
 use super::verdict::{self, Residue};
 use crate::dsp::noise::{Whitener, remove_hum};
 use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White};
 use crate::{Fault, Trace};
-use rijke_numerics::{C64, Matrix};
+use rijke_numerics::C64;
 use rijke_rig::Ping;
 
 /// One ring-down, fitted.
@@ -55,6 +60,9 @@ const NOISE_ALONE: f64 = 1.3;
 const EARLY: f64 = 0.25;
 /// Decay times kept: beyond them lies 0.03 % of the information on the growth rate.
 const DECAY_TIMES: f64 = 7.0;
+/// Fewest decay times, unless there is so much time, s: a stretch of forcing with a little decay at its end looks like a slow decay.
+const LEAST_DECAY: f64 = 0.7;
+const LEAST_TIME: f64 = 0.5;
 
 /// Fits one ring-down by maximum likelihood.
 ///
@@ -68,10 +76,16 @@ const DECAY_TIMES: f64 = 7.0;
 /// A [`Fault`] that says why the record must not be used.
 pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fault> {
     trace.screen(512)?;
+    let steps = trace.coarse_steps();
     let levelled = trace.levelled(MIN_QUIET);
     let trace = &Trace { channels: levelled.as_deref().unwrap_or(trace.channels), ..*trace };
     let quiet = trace.quiet.min(trace.len());
-    let (whitener, harmonics) = if quiet >= MIN_QUIET {
+    silence::check(trace, quiet)?;
+    let deviations = if quiet >= MIN_QUIET { resolution::deviations(trace, &steps, quiet)? } else { None };
+    let least = if deviations.is_some() { resolution::LEAST } else { 0.0 };
+    let (whitener, harmonics) = if let Some(deviations) = deviations {
+        (Whitener::scaling(&deviations), Vec::new())
+    } else if quiet >= MIN_QUIET {
         let mut noise: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[..quiet].to_vec()).collect();
         let harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz);
         let learnt = if quiet < SHORT_QUIET {
@@ -86,7 +100,7 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
         let deviations: Vec<f64> = trace.channels.iter().map(|y| deviation(&y[tail..])).collect();
         (learn_from_residuals(trace, options, &deviations, &[])?, Vec::new())
     };
-    let fit = |start| fit_whitened(trace, options, &whitener, &harmonics, start);
+    let fit = |start| fit_whitened(trace, options, &whitener, &harmonics, least, start);
     let plateau = fit(Start::Plateau);
     let doubtful = plateau.as_ref().is_ok_and(|fit| fit.doubtful);
     let backwards = || fit(Start::Backwards)?.judged(options);
@@ -95,7 +109,10 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
         Err(fault) if may_be_build_up(&fault) => backwards().or(Err(fault)),
         result => result,
     };
-    found.map_err(|fault| driven::outside(trace, options.band_hz, options.mains_hz).unwrap_or(fault))
+    found.map_err(|fault| {
+        driven::outside(trace, options.band_hz, options.mains_hz)
+            .unwrap_or_else(|| diagnosis::reason(trace, options, fault))
+    })
 }
 
 /// How the start of the decay is found.
@@ -114,16 +131,12 @@ fn may_be_build_up(fault: &Fault) -> bool {
         Fault::SecondExcitation { .. }
             | Fault::HumBurst { .. }
             | Fault::Residual { .. }
+            | Fault::NotFree { .. }
+            | Fault::StillDriven { .. }
             | Fault::NotDecaying { .. }
             | Fault::NotConverged { .. }
-            | Fault::TooShort { .. }
             | Fault::Singular(_)
     )
-}
-
-fn deviation(y: &[f64]) -> f64 {
-    let mean = y.iter().sum::<f64>() / y.len() as f64;
-    (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / y.len() as f64).sqrt()
 }
 
 /// With little or no quiet part: fit with noise taken as white, learn its colour from what is left, for another fit.
@@ -133,7 +146,7 @@ fn learn_from_residuals(
     deviations: &[f64],
     harmonics: &[u32],
 ) -> Result<Whitener, Fault> {
-    let fit = |start| fit_whitened(trace, options, &Whitener::scaling(deviations), harmonics, start);
+    let fit = |start| fit_whitened(trace, options, &Whitener::scaling(deviations), harmonics, 0.0, start);
     // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would take the mode for noise.
     let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
     let found = match fit(Start::Plateau) {
@@ -183,6 +196,7 @@ fn fit_whitened(
     options: &PingOptions,
     whitener: &Whitener,
     harmonics: &[u32],
+    least_amplitude: f64,
     start: Start,
 ) -> Result<Fitted, Fault> {
     let (channels, step) = (trace.channels.len(), 1.0 / trace.rate_hz);
@@ -193,8 +207,16 @@ fn fit_whitened(
     let search = Search { options, harmonics };
     let need = 10 * envelope.block;
     let early = |from: usize| white.slice(from, from + (EARLY / step) as usize);
-    let too_short =
-        |first: usize| Fault::TooShort { what: "decay", have: white.rows().saturating_sub(first), need };
+    let too_short = |first: usize| Fault::ShortDecay {
+        have: white.rows().saturating_sub(first) as f64 * step,
+        need: need as f64 * step,
+        frequency_hz: envelope.omega / std::f64::consts::TAU,
+    };
+    // A tail shorter than this cannot be told from forcing that fades.
+    let safe = envelope.safe_start();
+    if white.rows() < safe + need && envelope.regrowth().is_none() {
+        return Err(too_short(safe));
+    }
     let (from, rough, subspace) = match start {
         Start::Plateau => {
             if let Some(growth) = envelope.regrowth() {
@@ -204,13 +226,9 @@ fn fit_whitened(
                 let (grown, mains_hz) = (row(growth.grown), options.mains_hz);
                 return Err(verdict::regrowth(white, mode_hz, grown, at, growth.factor, mains_hz));
             }
-            let first = envelope.safe_start();
-            if white.rows() < first + need {
-                return Err(too_short(first));
-            }
-            let (components, subspace) = search.first_guess(early(first))?;
-            let rough = search.solve(early(first), early(first), components, SEARCHING)?;
-            let from = envelope.decay_start(white, &rough, first, whitener.order()).unwrap_or(first);
+            let (components, subspace) = search.first_guess(early(safe))?;
+            let rough = search.solve(early(safe), early(safe), components, SEARCHING)?;
+            let from = envelope.decay_start(white, &rough, safe, whitener.order()).unwrap_or(safe);
             (from, rough, subspace)
         }
         Start::Backwards => {
@@ -231,8 +249,43 @@ fn fit_whitened(
     let before: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet..until].to_vec()).collect();
     driven::check(&before, step, mode_hz, options.band_hz, options.mains_hz)?;
     let length = (DECAY_TIMES / (-growth_rate * step)).ceil() as usize;
-    let to = white.rows().min(from + length.max(need));
-    let solution = search.solve(white.slice(from, to), early(from), components, SETTLING)?;
+    let mut to = white.rows().min(from + length.max(need));
+    let mut solution = search.solve(white.slice(from, to), early(from), components, SETTLING)?;
+    if least_amplitude > 0.0 {
+        let loudest = solution.amplitudes[0].iter().map(|a| a.norm()).fold(0.0, f64::max);
+        let lasts =
+            (loudest / least_amplitude).ln() / (-solution.components[0].s.re * step).max(f64::MIN_POSITIVE);
+        to = to.min(from + (lasts.max(0.0) as usize).max(need));
+        let part = white.slice(from, to);
+        solution = search.solve(part, early(from), solution.components, SETTLING)?;
+    }
+    let part = white.slice(from, to);
+    let left = solution.residuals(part, 0.0);
+    let drift =
+        Drift::of(solution.components[0].s, &solution.amplitudes[0], &left, step, solution.variance());
+    let known = (solution.components.as_slice(), solution.amplitudes[0].as_slice());
+    // A drift of the frequency leaves what a tone could explain.
+    if !drift.is_significant()
+        && let Some(fault) = diagnosis::still_driven(white, &search, &envelope, (from, to), known)
+    {
+        return Err(fault);
+    }
+    let have = (to - from) as f64 * step;
+    let least = (LEAST_DECAY / -solution.components[0].s.re.min(-f64::MIN_POSITIVE)).min(LEAST_TIME);
+    if have < least {
+        return Err(Fault::ShortDecay { have, need: least, frequency_hz: mode_hz });
+    }
+    let time = |row: usize| (quiet + whitener.order() + row) as f64 * step;
+    let begin = from;
+    let (from, solution) = at_rest(&search, white, (from, to), need, solution).map_err(|found| {
+        let Disagreement { rows, growth_rates, distance } = found;
+        Fault::NotFree { from: rows.map(time), growth_rates, distance }
+    })?;
+    if from > begin
+        && let Some(fault) = diagnosis::bent(trace, options)
+    {
+        return Err(fault);
+    }
     Ok(Fitted {
         whitener: whitener.clone(),
         harmonics: harmonics.to_vec(),
@@ -285,8 +338,15 @@ impl Fitted {
             amplitudes.iter().zip(&deviations).map(|(a, d)| a.norm() / d).collect();
         verdict::signal(&signal_to_noise, options.silent_channels)?;
         let left = self.residuals();
-        let residue = Residue { samples: &left, channels: self.channels, step: self.step, begin: at(from) };
+        let residue = Residue {
+            samples: &left,
+            channels: self.channels,
+            step: self.step,
+            begin: at(from),
+            mode_hz: s.im / std::f64::consts::TAU,
+        };
         residue.check(options.mains_hz)?;
+        residue.check_whole(self.learnt_from)?;
         let variance = self.solution.variance();
         let covariance = self.solution.mode_covariance(0);
         let mut ping =
@@ -318,42 +378,4 @@ impl Fitted {
             whiteness: residue.whiteness(self.learnt_from),
         })
     }
-}
-
-/// Pressures relative to the reference channel and their covariance, by the chain rule from the white amplitudes:
-/// a = U(s) b, p_m = a_m / a_ref. Every map is analytic, so each complex derivative is a 2 x 2 rotation and scaling.
-fn relative(
-    s: C64,
-    amplitudes: &[C64],
-    reference: usize,
-    unwhiten: &[Vec<C64>],
-    log_slopes: &[C64],
-    covariance: &Matrix,
-    variance: f64,
-) -> Ping {
-    let base = amplitudes[reference];
-    let pressures: Vec<C64> = amplitudes.iter().map(|a| a / base).collect();
-    let others: Vec<usize> = (0..amplitudes.len()).filter(|&m| m != reference).collect();
-    let size = 2 + 2 * others.len();
-    let mut map = Matrix::zeros(size, covariance.rows());
-    for i in 0..2 {
-        map[(i, i)] = 1.0;
-    }
-    let set = |map: &mut Matrix, row: usize, column: usize, d: C64| {
-        map[(row, column)] = d.re;
-        map[(row, column + 1)] = -d.im;
-        map[(row + 1, column)] = d.im;
-        map[(row + 1, column + 1)] = d.re;
-    };
-    for (i, &m) in others.iter().enumerate() {
-        let row = 2 + 2 * i;
-        set(&mut map, row, 0, pressures[m] * (log_slopes[m] - log_slopes[reference]));
-        for n in 0..amplitudes.len() {
-            let d = (unwhiten[m][n] - pressures[m] * unwhiten[reference][n]) / base;
-            set(&mut map, row, 2 + 2 * n, d);
-        }
-    }
-    let full = map.product(covariance).product(&map.transpose());
-    let covariance = Matrix::from_fn(size, size, |i, j| 0.5 * variance * (full[(i, j)] + full[(j, i)]));
-    Ping { s, pressures, reference, covariance }
 }

@@ -9,6 +9,9 @@ use rijke_numerics::C64;
 /// Energy of a block, relative to the largest, above which it belongs to the forced plateau. Free decay leaves it
 /// after 0.08 decay times, early enough to keep most of the record for the first fit.
 const PLATEAU: f64 = 0.85;
+/// Deviations by which noise may raise the largest block and lower another, and the least threshold that this leaves.
+const NOISE: f64 = 2.5;
+const LEAST: f64 = 0.3;
 /// Energy of a block, relative to the largest, from which the forcing counts as risen: a second excitation may be four
 /// times as loud as the first.
 const RISEN: f64 = 0.05;
@@ -90,9 +93,12 @@ impl Envelope {
         Ok(Self { omega, block, energy })
     }
 
-    /// First and last block of the forced plateau, whose energy stays above [`PLATEAU`] of the largest.
-    fn plateau(&self) -> (usize, usize) {
-        let top = PLATEAU * self.top();
+    /// First and last block of the forced plateau, whose energy stays above [`PLATEAU`] of the largest, but for noise. The energy E of
+    /// a block of n samples has the standard deviation sqrt(2 n E).
+    pub(super) fn plateau(&self) -> (usize, usize) {
+        let top = self.top();
+        let noise = NOISE * (2.0 * self.block as f64 * top).sqrt();
+        let top = (PLATEAU * (top - noise) - noise).max(LEAST * top);
         let last = self.energy.iter().rposition(|&e| e >= top).unwrap_or(0);
         let first = self.energy[..last].iter().rposition(|&e| e < top).map_or(0, |j| j + 1);
         (first, last)

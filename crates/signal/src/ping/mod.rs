@@ -2,12 +2,17 @@
 
 mod backwards;
 mod chirp;
+mod diagnosis;
 mod driven;
 mod fit;
 mod forcing;
 mod options;
 mod picture;
+mod relative;
+mod resolution;
+mod rest;
 mod search;
+mod silence;
 mod verdict;
 
 pub use chirp::Drift;

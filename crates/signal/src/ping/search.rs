@@ -210,7 +210,7 @@ fn weakest(white: White<'_>, components: &[Component]) -> usize {
 }
 
 /// A spurious pole adapts to noise: its energy is chi-squared with two degrees of freedom per channel and two more.
-fn floor(channels: usize) -> f64 {
+pub(super) fn floor(channels: usize) -> f64 {
     let freedom = 2.0 * channels as f64;
     freedom + 8.0 * (2.0 * freedom).sqrt()
 }

@@ -11,6 +11,10 @@ const STRETCH: f64 = 0.02;
 const CHANNEL_LIMIT: f64 = 2.3;
 /// ... and 10 sd of 8 channels together. Gaussian noise does not reach either in the lifetime of a rig.
 const TOTAL_LIMIT: f64 = 1.35;
+/// Excess of the power of all residuals over that of noise that rejects, and the same in standard deviations: the larger one counts. Noise
+/// of a rig may be louder after the forcing than before it, which the covariance allows for.
+const WHOLE_LIMIT: f64 = 0.15;
+const WHOLE_DEVIATIONS: f64 = 5.0;
 /// Lags of the whiteness statistic.
 const LAGS: usize = 20;
 /// It looks at no more samples of a channel than these: the colour of the noise is not known better.
@@ -23,6 +27,8 @@ pub(crate) struct Residue<'a> {
     pub(crate) step: f64,
     /// Time of the first row, s.
     pub(crate) begin: f64,
+    /// Frequency of the mode that was fitted, Hz: what is left near it is not called hum.
+    pub(crate) mode_hz: f64,
 }
 
 impl Residue<'_> {
@@ -57,10 +63,29 @@ impl Residue<'_> {
         let white = White { samples: self.samples, channels: self.channels, step: self.step };
         let (frequency_hz, amplitude) = strongest_tone(white, block * rows, channel);
         let harmonic = (frequency_hz / mains_hz).round();
-        if (1.0..=3.0).contains(&harmonic) && (frequency_hz - harmonic * mains_hz).abs() < 12.0 {
+        let of_the_mode = (frequency_hz - self.mode_hz).abs() < (frequency_hz - harmonic * mains_hz).abs();
+        if !of_the_mode
+            && (1.0..=3.0).contains(&harmonic)
+            && (frequency_hz - harmonic * mains_hz).abs() < 12.0
+        {
             return Err(Fault::HumBurst { at, frequency_hz: harmonic * mains_hz, ratio: amplitude });
         }
         Err(Fault::Residual { at, channel, ratio, frequency_hz })
+    }
+
+    /// Refuses residuals that are more than noise on the whole. The noise is known as well as `learnt_from` samples of a channel show it.
+    pub(crate) fn check_whole(&self, learnt_from: usize) -> Result<(), Fault> {
+        let count = self.samples.len() as f64;
+        let power = dot(self.samples, self.samples) / count;
+        let sd = (2.0 / count + 2.0 / (learnt_from * self.channels) as f64).sqrt();
+        if power < 1.0 + WHOLE_LIMIT.max(WHOLE_DEVIATIONS * sd) {
+            return Ok(());
+        }
+        let white = White { samples: self.samples, channels: self.channels, step: self.step };
+        let of = |m: usize| self.samples.iter().skip(m).step_by(self.channels).map(|v| v * v).sum::<f64>();
+        let channel = (0..self.channels).max_by(|&a, &b| of(a).total_cmp(&of(b))).unwrap_or(0);
+        let (frequency_hz, _) = strongest_tone(white, 0, channel);
+        Err(Fault::Residual { at: self.begin, channel, ratio: power, frequency_hz })
     }
 
     /// Ljung & Box 1978, summed over channels, as a standard normal deviate, for noise whose colour was learnt from
@@ -125,7 +150,9 @@ pub(crate) fn regrowth(
     let last = row.min(white.rows() - span);
     // The third harmonic of the mains is too near the fundamental of a metre of tube.
     for from in [last.saturating_sub(span), last] {
-        let hum = |h: &u32| size(from, mains_hz * f64::from(*h));
+        // Two bins away a jump of the mode's phase would do the same.
+        let apart = |h: u32| (mains_hz * f64::from(h) - mode_hz).abs() * span as f64 * white.step > 2.0;
+        let hum = |h: &u32| if apart(*h) { size(from, mains_hz * f64::from(*h)) } else { 0.0 };
         let harmonic = if hum(&1) >= hum(&2) { 1 } else { 2 };
         let frequency_hz = mains_hz * f64::from(harmonic);
         let now = hum(&harmonic);
@@ -137,7 +164,7 @@ pub(crate) fn regrowth(
 }
 
 /// Amplitude of a tone in one channel under a Hann window.
-fn tone(white: White<'_>, from: usize, span: usize, channel: usize, frequency_hz: f64) -> f64 {
+pub(super) fn tone(white: White<'_>, from: usize, span: usize, channel: usize, frequency_hz: f64) -> f64 {
     let turn = C64::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * white.step);
     let around = C64::from_polar(1.0, std::f64::consts::TAU / span.max(1) as f64);
     let (mut phasor, mut window, mut sum) = (C64::ONE, around.sqrt(), C64::ZERO);

@@ -29,6 +29,9 @@ pub(crate) struct Driven {
     pub(crate) warming: f64,
     /// Share by which the loudspeaker grows weaker while it acts.
     pub(crate) sag: f64,
+    /// Time constant with which the loudspeaker comes to rest when it is switched off, s.
+    pub(crate) coast: f64,
+    pub(crate) channels: usize,
 }
 
 impl Driven {
@@ -47,6 +50,8 @@ impl Driven {
             colour: 0.0,
             warming: 0.0,
             sag: 0.0,
+            coast: 0.0,
+            channels: 6,
         }
     }
 
@@ -57,7 +62,7 @@ impl Driven {
         let forcing = C64::new(0.0, TAU * self.forcing_hz);
         let first = self.modes[0].0;
         let unit = self.ratio * (forcing - first).norm();
-        let mut channels = vec![vec![0.0; samples]; 6];
+        let mut channels = vec![vec![0.0; samples]; self.channels];
         let last = self.switched.last().map_or(0.0, |s| s.1);
         for (k, &(s, drive)) in self.modes.iter().enumerate() {
             // The state by exact steps between samples; the loudspeaker is switched between samples, too.
@@ -76,6 +81,12 @@ impl Driven {
                         let size = unit * drive * (1.0 - self.sag * (a - on) / (off - on));
                         let push = |t: f64| (forcing * t + s * (to - t)).exp() / (forcing - s);
                         next += (push(b) - push(a)) * size;
+                    }
+                    if self.coast > 0.0 && to > off {
+                        let dying = forcing - self.coast.recip();
+                        let push =
+                            |t: f64| (forcing * off + dying * (t - off) + s * (to - t)).exp() / (dying - s);
+                        next += (push(to) - push(from.max(off))) * unit * drive;
                     }
                 }
                 q = next;
@@ -99,10 +110,14 @@ impl Driven {
         channels
     }
 
-    fn fit(&self, seed: u64) -> Result<PingFit, Fault> {
-        let channels = self.record(seed);
+    pub(crate) fn fit(&self, seed: u64) -> Result<PingFit, Fault> {
+        self.fit_of(&self.record(seed))
+    }
+
+    /// The fit of what has become of the record.
+    pub(crate) fn fit_of(&self, channels: &[Vec<f64>]) -> Result<PingFit, Fault> {
         let quiet = (self.quiet * self.rate_hz) as usize;
-        let trace = Trace { channels: &channels, rate_hz: self.rate_hz, quiet, full_scale: f64::INFINITY };
+        let trace = Trace { channels, rate_hz: self.rate_hz, quiet, full_scale: f64::INFINITY };
         let centre = self.modes[0].0.im / TAU;
         let band_hz = match centre {
             ..80.0 => (40.0, 150.0),
@@ -110,7 +125,8 @@ impl Driven {
             _ => (0.8 * centre, 1.15 * centre),
         };
         let highest_hz = (1.4 * centre).max(1300.0);
-        fit_ping(&trace, &PingOptions { reference: 2, band_hz, highest_hz, ..PingOptions::default() })
+        let reference = self.channels.min(3) - 1;
+        fit_ping(&trace, &PingOptions { reference, band_hz, highest_hz, ..PingOptions::default() })
     }
 
     /// Shares of growth rate and frequency inside two stated deviations, root mean square of error over deviation, and the

@@ -1,0 +1,72 @@
+//! When the loudspeaker has come to rest: a fit of a free decay does not depend on where it begins.
+
+use super::search::Search;
+use crate::ringdown::{SETTLING, Solution, White};
+
+/// How much later the fits begin with which the first one is compared, s: a loudspeaker comes to rest within some milliseconds.
+const LATER: [f64; 2] = [0.006, 0.02];
+/// Share of the decay that a later fit must keep.
+const KEPT: f64 = 0.5;
+/// Distance by which the start is moved on at a time, s, and how often.
+const MOVE: f64 = 0.002;
+const MOVES: usize = 12;
+/// Deviations of the difference beyond which fits disagree (chance does this to one pair in forty), and those at which a start that cannot be
+/// moved on any more refuses the record.
+const DISAGREE: f64 = 2.24;
+const REFUSED: f64 = 4.5;
+/// Share of the first fit's covariance that is added to that of a difference: neighbours may be fitted in one fit alone.
+const SLACK: f64 = 0.05;
+
+/// Two fits of one decay that disagree.
+pub(crate) struct Disagreement {
+    /// Rows from which they were made.
+    pub(crate) rows: [usize; 2],
+    pub(crate) growth_rates: [f64; 2],
+    /// Difference over its standard deviation.
+    pub(crate) distance: f64,
+}
+
+/// The fit and its first row, moved on until fits that begin later agree with it. Of two fits, one of which has all rows of the other,
+/// the covariance of the difference is the difference of the covariances.
+pub(crate) fn at_rest(
+    search: &Search<'_>,
+    white: White<'_>,
+    (first, to): (usize, usize),
+    need: usize,
+    mut found: Solution,
+) -> Result<(usize, Solution), Disagreement> {
+    let rows = |seconds: f64| (seconds / white.step).ceil() as usize;
+    let refit = |from: usize, known: &Solution| {
+        let part = white.slice(from, to);
+        search.solve(part, part, known.components.clone(), SETTLING).ok()
+    };
+    let mut from = first;
+    for moves in 0.. {
+        let half = rows(0.5 / -found.components[0].s.re.min(-f64::MIN_POSITIVE)).min((to - from) / 2);
+        let least = (need / 2).max((KEPT * (to - from) as f64) as usize);
+        let away = |later: usize| {
+            let start = from + later;
+            let late = if start + least > to { None } else { refit(start, &found) }?;
+            let growth_rates = [found.components[0].s.re, late.components[0].s.re];
+            Some(Disagreement { rows: [from, start], growth_rates, distance: distance(&found, &late) })
+        };
+        let later = [rows(LATER[0]), rows(LATER[1]), half];
+        let worst = later.into_iter().filter_map(away).max_by(|a, b| a.distance.total_cmp(&b.distance));
+        let Some(worst) = worst.filter(|w| w.distance > DISAGREE) else { break };
+        let next = from + rows(MOVE);
+        match refit(next, &found) {
+            Some(later) if moves < MOVES && next + need <= to => (from, found) = (next, later),
+            _ if worst.distance > REFUSED => return Err(worst),
+            _ => break,
+        }
+    }
+    Ok((from, found))
+}
+
+/// Difference of two growth rates over its standard deviation. A frequency may drift.
+fn distance(early: &Solution, late: &Solution) -> f64 {
+    let difference = late.components[0].s.re - early.components[0].s.re;
+    let variance = late.covariance[(0, 0)] - (1.0 - SLACK) * early.covariance[(0, 0)];
+    // The later fit may have fewer neighbours than the earlier one: nothing can be said then.
+    if variance > 0.0 { difference.abs() / (early.variance() * variance).sqrt() } else { 0.0 }
+}
