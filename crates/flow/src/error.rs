@@ -179,8 +179,10 @@ pub enum FlowError {
         /// The one that differs.
         second: String,
     },
-    /// A sensor outside the tube, or with noise that is not positive.
-    #[error("the {sensor} lies outside the tube, or its standard deviation is not positive")]
+    /// A sensor outside the tube, or with noise that no sensor has.
+    #[error(
+        "the {sensor} lies outside the tube, or its standard deviations cannot be: `sd` from 1e-8 to 1 s, or from 0.001 to 1000 K or m/s, and `bias_sd` from zero on"
+    )]
     Sensor {
         /// The sensor.
         sensor: String,

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke response fixtures/networks/rig-tube.toml --max-hz 700 --plot response.svg\n  \
-                  rijke response fixtures/networks/rijke-tube.toml --port gauze --scattering upstream downstream --csv"
+                  rijke response fixtures/networks/rig-tube.toml --scattering upstream downstream --csv"
 )]
 pub(crate) struct Args {
     /// Network file (TOML).

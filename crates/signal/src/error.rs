@@ -135,6 +135,18 @@ pub enum Fault {
         /// Time between the impulse and its reflection, s.
         room: f64,
     },
+    /// A sample that is far beyond all others.
+    #[error(
+        "sample {sample} of channel {channel} is {ratio:.0} times the root mean square: a fault of the record, no sound; cut it out"
+    )]
+    Spike {
+        /// Channel.
+        channel: usize,
+        /// Sample.
+        sample: usize,
+        /// Its distance from the mean, in root mean squares.
+        ratio: f64,
+    },
     /// A channel holds its value for a stretch of time.
     #[error("channel {channel} drops out at {at:.4} s: {samples} equal samples in a row")]
     Dropout {

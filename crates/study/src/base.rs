@@ -38,6 +38,9 @@ pub struct BaseError {
     pub temperature: Vec<f64>,
 }
 
+/// No gas of a rig is hotter, K.
+const HOTTEST: f64 = 1e4;
+
 /// A cause of error, and who shares it: two equal causes are one random number.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -166,8 +169,15 @@ impl BaseState {
     pub fn checked(self, point: &str) -> Result<Self, Problem> {
         let wrong =
             |value: String, need| Err(Problem::Value { key: format!("base state of {point}"), value, need });
-        if let Some(t) = self.temperature.iter().find(|t| !(**t > 0.0 && t.is_finite())) {
-            return wrong(format!("{t} K"), "a temperature above 0 K everywhere");
+        if let Some(t) = self.temperature.iter().find(|t| !(**t > 0.0 && **t < HOTTEST)) {
+            return wrong(format!("{t} K"), "a temperature above 0 K and below 10 000 K everywhere");
+        }
+        let errors = self.errors.iter().flat_map(|e| &e.temperature);
+        if let Some(t) = errors.into_iter().find(|t| !(t.abs() < HOTTEST)) {
+            return wrong(format!("an error of {t} K"), "errors below 10 000 K");
+        }
+        if let Some([from, to]) = self.kinks.iter().find(|[from, to]| !(from <= to)) {
+            return wrong(format!("a zone from {from} to {to} m"), "zones that ascend");
         }
         let n = self.places.len();
         let ascending = self.places.windows(2).all(|w| w[0] <= w[1]);

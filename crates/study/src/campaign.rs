@@ -6,6 +6,9 @@ use crate::{Problem, StudyError};
 use rijke_rig::{Heading, Unit};
 use std::path::Path;
 
+/// Largest standard deviation of an ambient temperature, K.
+const LARGEST_SD: f64 = 50.0;
+
 /// A column of the campaign that is set or measured at every operating point: a position, a power, a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factor {
@@ -233,6 +236,10 @@ impl Row<'_> {
             });
         }
         let sd = self.number("T_amb_sd", true)?.unwrap_or(0.0);
+        if !(0.0..=LARGEST_SD).contains(&sd) {
+            let need = "a standard deviation from 0 to 50 K";
+            return Err(Problem::Value { key: "T_amb_sd".into(), value: format!("{sd} K"), need });
+        }
         Ok(Point {
             row: self.cell("row").unwrap_or_default().to_owned(),
             installation: self.cell("installation").unwrap_or(&id).to_owned(),

@@ -95,8 +95,22 @@ pub(crate) fn read_ambient(
         source.text.replace_range(..end, &header);
     }
     let read = Campaign::parse(&source)?;
-    let ambient = |p: crate::Point| Some((campaign.point(&p.id)?.0, p.ambient?));
-    Ok(read.points.into_iter().filter_map(ambient).collect())
+    let mut ambient = BTreeMap::new();
+    for point in read.points {
+        let Some((place, _)) = campaign.point(&point.id) else {
+            let line = 1 + source
+                .text
+                .lines()
+                .position(|l| l.split(',').any(|cell| cell.trim() == point.id))
+                .unwrap_or(0);
+            let known = listed(campaign.points.iter().map(|p| p.id.as_str()));
+            return Err(
+                source.at_line(line, Problem::Unknown { what: "operating point", name: point.id, known })
+            );
+        };
+        ambient.extend(point.ambient.map(|t| (place, t)));
+    }
+    Ok(ambient)
 }
 
 /// Reads the modes of a table.

@@ -47,7 +47,7 @@ pub fn read_profiles(folder: &Path, observations: &Observations) -> Result<BaseS
         }
         let [kelvin, kelvin_sd] =
             if by_sound { warmth(&rig.gas, rig.pressure, value, sd) } else { [value, sd] };
-        if !(150.0..3000.0).contains(&kelvin) || sd <= 0.0 {
+        if !(150.0..3000.0).contains(&kelvin) || !(sd > 0.0 && kelvin_sd < 3000.0) {
             return Err(wrong(format!(
                 "{value} +- {sd} is no {}; give kelvin or m/s, and a positive sd",
                 if by_sound { "sound speed" } else { "temperature" }
@@ -138,8 +138,8 @@ fn velocities(
         rows(path, &["point", "heater_velocity_m_per_s", "heater_velocity_sd_m_per_s"])?
     {
         known(points, &id).map_err(|problem| at(path, line, &problem))?;
-        if numbers[0] < 0.0 || numbers[1] < 0.0 {
-            return Err(at(path, line, "velocity and sd must not be negative"));
+        if !numbers[..2].iter().all(|v| (0.0..1e3).contains(v)) {
+            return Err(at(path, line, "velocity and sd must lie from 0 to 1000 m/s"));
         }
         all.insert(id, [numbers[0], numbers[1]]);
     }

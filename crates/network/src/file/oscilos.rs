@@ -158,6 +158,10 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
         if x_end <= x {
             return Err(OscilosError::Positions { row: row + 2 });
         }
+        if let Some(&value) = [r, r_end].iter().find(|r| !(**r > 0.0 && r.is_finite())) {
+            let (file, what) = ("Geometry.txt", "radius");
+            return Err(OscilosError::Unsupported { file, what, value, known: "positive radii" });
+        }
         // Ratio of temperatures, and the flame Q'/Q = n e^{-s tau} u'/U.
         let (heat, flame) = match section {
             0.0 => (1.0, None),

@@ -76,8 +76,11 @@ impl Campaign {
         for (k, row) in file.row.iter().enumerate() {
             let at = |key: &str| format!("row[{k}] `{}`: {key}", row.id);
             let wrong = |(place, problem): (String, Problem)| RigError::invalid(path, place, problem);
-            if row.id.is_empty() || !row.id.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
-                let (text, expected) = (row.id.clone(), "a name of letters, digits and _");
+            if row.id.is_empty()
+                || row.id.len() > 100
+                || !row.id.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+            {
+                let (text, expected) = (row.id.clone(), "a name of at most 100 letters, digits and _");
                 return Err(wrong((at("id"), Problem::BadCell { text, expected })));
             }
             in_range(&at("power_w"), row.power_w, 0.0, 1e6, "W").map_err(wrong)?;

@@ -383,7 +383,9 @@ impl Row<'_> {
         let ambient = Day {
             id: self.cells[7].clone(),
             ambient_temperature: self.number(8)?,
-            ambient_temperature_sd: self.number(9)?,
+            ambient_temperature_sd: self.number(9).and_then(|sd| {
+                if (0.0..=50.0).contains(&sd) { Ok(sd) } else { Err(self.bad(9, "from 0 to 50 K")) }
+            })?,
         };
         Ok(PointObservations {
             point,

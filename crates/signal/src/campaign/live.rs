@@ -31,6 +31,7 @@ impl Fault {
     pub(crate) fn numbered(mut self, numbers: &[usize]) -> Self {
         if let Self::UnequalChannels { channel, .. }
         | Self::NotFinite { channel, .. }
+        | Self::Spike { channel, .. }
         | Self::Clipped { channel, .. }
         | Self::DeadChannel { channel, .. }
         | Self::NoSignal { channel, .. }

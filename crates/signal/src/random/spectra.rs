@@ -102,7 +102,10 @@ impl Spectra {
     }
 }
 
-/// The length of channels that are alike in it, finite, and none of them of a single value.
+/// Root mean squares of a channel beyond which a sample is no sound: Gaussian noise does not reach seven in a day, sines not two.
+const SPIKE: f64 = 40.0;
+
+/// The length of channels that are alike in it, finite, without a spike, and none of them of a single value.
 pub(super) fn checked(channels: &[Vec<f64>]) -> Result<usize, Fault> {
     let need = channels.first().map_or(0, Vec::len);
     if let Some(channel) = channels.iter().position(|c| c.len() != need) {
@@ -111,6 +114,18 @@ pub(super) fn checked(channels: &[Vec<f64>]) -> Result<usize, Fault> {
     for (channel, samples) in channels.iter().enumerate() {
         if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
             return Err(Fault::NotFinite { channel, sample });
+        }
+    }
+    for (channel, samples) in channels.iter().enumerate() {
+        let mean = samples.iter().sum::<f64>() / need as f64;
+        let square = samples.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / need as f64;
+        let largest =
+            samples.iter().enumerate().max_by(|a, b| (a.1 - mean).abs().total_cmp(&(b.1 - mean).abs()));
+        if let Some((sample, value)) = largest {
+            let ratio = (value - mean).abs() / square.sqrt();
+            if ratio > SPIKE {
+                return Err(Fault::Spike { channel, sample, ratio });
+            }
         }
     }
     let span = |c: &Vec<f64>| {

@@ -35,10 +35,10 @@ pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Param
         check_name("parameter", &name, scope).map_err(|problem| (at.clone(), problem))?;
         let ParameterSpec { symbol, unit, prior } = spec.into_inner();
         let symbol = symbol.unwrap_or_else(|| name.clone());
+        let parsed = rijke_rig::Unit::parse(&unit)
+            .map_err(|source| (at.clone(), Problem::Unit { key: format!("unit of {name}"), source }))?;
         // Formulas compute with the number as it stands: 3 ms would be 3 s.
-        if let Ok(parsed) = rijke_rig::Unit::parse(&unit)
-            && (parsed.to_si(0.0), parsed.to_si(1.0)) != (0.0, 1.0)
-        {
+        if (parsed.to_si(0.0), parsed.to_si(1.0)) != (0.0, 1.0) {
             let si = crate::campaign::si_text(&parsed);
             let need = "an SI unit without prefix; formulas compute with the number as it stands, so write prior and unit in SI";
             let value = if si.is_empty() { unit } else { format!("{unit}, where {si} is due") };

@@ -249,8 +249,9 @@ impl Plan {
 fn short_id(id: &str) -> Result<(), Problem> {
     const LONGEST: usize = 100;
     let (key, value) = ("id".to_owned(), id.chars().take(20).collect::<String>() + "...");
-    let need = "at most 100 characters; it names files";
-    if id.len() > LONGEST { Err(Problem::Value { key, value, need }) } else { Ok(()) }
+    let need = "at most 100 characters without / and \\, and no path; it names files";
+    let path = id.contains(['/', '\\']) || id.chars().any(char::is_control) || [".", ".."].contains(&id);
+    if id.len() > LONGEST || path { Err(Problem::Value { key, value, need }) } else { Ok(()) }
 }
 
 fn known_stage(plan: &Plan, id: &str) -> Result<(), Problem> {

@@ -208,9 +208,16 @@ pub(super) const FUNCTION: [(&str, &[&str]); 5] = [
     ("table", &["gain", "delay", "table", "tolerance"]),
 ];
 
+/// No number of a rig is larger in SI units.
+const LARGEST: f64 = 1e30;
+
 /// What a number of an element must be, where it is one number.
 pub(super) fn fault_of(key: &str, value: f64) -> Option<&'static str> {
-    let positive = ["diameter", "length", "volume", "neck_area", "neck_length", "area", "cutoff_hz"];
+    if value.abs() > LARGEST {
+        return Some("below 1e30 in size: no number of a rig is larger");
+    }
+    let positive =
+        ["diameter", "diameter_end", "length", "volume", "neck_area", "neck_length", "area", "cutoff_hz"];
     let least_zero =
         ["delay", "thickness", "drag", "resistance", "effective_length", "loss", "wall_thickness", "modulus"];
     let fault = |wrong: bool, need| wrong.then_some(need);

@@ -94,7 +94,8 @@ impl Reader<'_> {
         match value {
             Toml::Integer(v) => Ok(Given::Value(Value::Number(*v as f64))),
             Toml::Float(v) if v.is_finite() => Ok(Given::Value(Value::Number(*v))),
-            Toml::Boolean(v) => Ok(Given::Value(Value::Number(f64::from(u8::from(*v))))),
+            // A hole is open or closed.
+            Toml::Boolean(v) if key == "open" => Ok(Given::Value(Value::Number(f64::from(u8::from(*v))))),
             Toml::String(text) => self.text(key, text, unit),
             Toml::Table(table) => self.table(key, table).map(Given::Value),
             other => self.fail(Problem::Value {

@@ -27,6 +27,7 @@ impl Reading<'_> {
                     // A disc, with the diameter in place.
                     let text = match self.extent(part, round, &d, "m", at)? {
                         Value::Number(d) => {
+                            in_range(round, &Given::Value(Value::Number(d)), at)?;
                             return Ok(Some(Value::Number(0.25 * std::f64::consts::PI * d * d)));
                         }
                         Value::Formula(f) | Value::Unknown(f, _) => format!("pi/4*({})^2", f.source()),
