@@ -1,5 +1,5 @@
 //! Every element and end of network files in a rig: the same modes.
-#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
 use rijke_engine::{Assembly, Conditions, PointModel};
 use rijke_network::Workspace;

@@ -43,7 +43,7 @@ impl PointModel<'_> {
             }
             let (j, own) = (self.network.place_at(x).map_err(fail)?, [first + 2 * h, first + 2 * h + 1]);
             let distance = conditions.layout.numbers[hears.distance];
-            if !(distance >= 0.0) {
+            if distance.is_nan() || distance < 0.0 {
                 return Err(wrong(format!("whose distance is {distance} m there: give zero or more")));
             }
             let heard = self.network.heard(j, distance, hears.downstream, k, own);
