@@ -53,8 +53,27 @@ impl<'a> Place<'a> {
     ) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);
         let states = states(study, &ambient, true)?;
+        Self::of_states(study, observations, states, channels)
+    }
+
+    /// Where the states of the gas are known.
+    pub(super) fn of_states(
+        study: &'a Study,
+        observations: &Observations,
+        states: BTreeMap<usize, BaseState>,
+        channels: Option<ChannelErrors>,
+    ) -> Result<Self, EngineError> {
+        let ambient = ambient_of_all(study, observations);
         let observed = observed(study, observations, &states, &ambient)?;
         Ok(Self { study, observed, states, ambient, channels })
+    }
+
+    pub(super) fn study(&self) -> &Study {
+        self.study
+    }
+
+    pub(super) fn observed(&self) -> &[Observed] {
+        &self.observed
     }
 
     /// The conditions at a point of the campaign, where they can be known: a model that was trained with inferred states needs one.
@@ -101,7 +120,7 @@ impl<'a> Place<'a> {
     }
 
     /// What measuring each point would give.
-    fn expected(
+    pub(super) fn expected(
         &self,
         stage: &Stage,
         model: &SavedModel,
