@@ -9,6 +9,8 @@ use std::{
     process::Command,
 };
 
+mod live;
+
 const HARNESS: &str = include_str!("page/harness.html");
 
 /// A way to look at the page.
@@ -84,11 +86,13 @@ pub(crate) fn run() -> Outcome {
             faults.extend(told(name, &found, console));
         }
     }
+    faults.extend(live::faults(browser, &scratch)?);
     let pages = print(browser, &scratch, &page)?;
     if faults.is_empty() {
         println!(
             "page: {drawn} figures in order at 1280 px, at 360 px, dark, and on {pages} sheets of paper; {size} bytes"
         );
+        println!("page: the page of `rijke watch` shows a record that came while it was open");
         said_of_sliders.iter().for_each(|said| println!("page: {said}"));
         println!(
             "page: axe-core: {}",
