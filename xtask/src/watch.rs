@@ -79,11 +79,19 @@ impl Watch {
 pub(crate) fn run() -> Outcome {
     succeed(cargo().args(["build", "--release", "--workspace", "--bin", "rijke"]))?;
     let study = root().join("target/watch");
-    let _ = fs::remove_dir_all(&study);
-    fs::create_dir_all(&study).map_err(|e| format!("{}: {e}", study.display()))?;
+    let (records, away) = (study.join("records"), study.join("away"));
+    // An interrupted run leaves records elsewhere.
+    if away.exists() || !records.join("manifest.toml").is_file() {
+        let _ = fs::remove_dir_all(&study);
+        fs::create_dir_all(&study).map_err(|e| format!("{}: {e}", study.display()))?;
+        succeed(
+            Command::new(program()).args(["lab", "--quiet", "--repeats", REPEATS, "--out"]).arg(&records),
+        )?;
+    }
+    for made in ["observations", "base", "live"] {
+        let _ = fs::remove_dir_all(study.join(made));
+    }
     copy_study(&study)?;
-    let records = study.join("records");
-    succeed(Command::new(program()).args(["lab", "--quiet", "--repeats", REPEATS, "--out"]).arg(&records))?;
     let mut text = String::from(HEAD);
     let few = of_few(&study, &records)?;
     let many = of_many(&study, &records)?;
@@ -95,6 +103,8 @@ pub(crate) fn run() -> Outcome {
         println!("{row}");
         let _ = writeln!(text, "{row}");
     }
+    // Whatever is left there is empty.
+    let _ = fs::remove_dir_all(&away);
     let path = root().join("target/watch.md");
     fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
 }

@@ -321,14 +321,14 @@ struct Rival {
 
 impl Measurable {
     /// What visits of the points would tell, of whose numbers `seen` says which are measured.
-    pub(super) fn told(&self, seen: &dyn Fn(&Numbers) -> Numbers) -> Told {
+    pub(super) fn told(&self, seen: &(dyn Fn(&Numbers) -> Numbers + Sync)) -> Told {
         // The quantity stands behind all points.
         let own = self.own.iter().map(seen).chain(self.about.clone()).collect();
         let rival =
             |r: &Rival| (r.odds, Predictive::new(r.numbers.iter().map(seen).collect(), &r.covariance));
         Told {
             mine: Predictive::new(own, &self.covariance),
-            rivals: self.rivals.iter().map(rival).collect(),
+            rivals: self.rivals.par_iter().map(rival).collect(),
             quantity: self.about.is_some().then_some(self.kept.len()),
         }
     }
