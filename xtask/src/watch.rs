@@ -115,11 +115,6 @@ type Row = (String, usize, Vec<f64>, u64);
 /// One repeat of every point, trained; then further files one by one, with nothing else to do and while models are trained.
 fn of_few(study: &Path, records: &Path) -> Result<Vec<Row>, String> {
     let away = study.join("away");
-    let all = files(records)?;
-    let later: Vec<&String> = all.iter().filter(|f| !f.contains("-00.") && !f.starts_with("calib")).collect();
-    for file in &later {
-        moved(&records.join(file), &away.join(file))?;
-    }
     // The flow of the hot points must be known before they count.
     succeed(
         Command::new(program())
@@ -128,6 +123,11 @@ fn of_few(study: &Path, records: &Path) -> Result<Vec<Row>, String> {
             .arg(study),
     )?;
     succeed(Command::new(program()).args(["flow", "--quiet", "--out"]).arg(study.join("base")).arg(study))?;
+    let all = files(records)?;
+    let later: Vec<&String> = all.iter().filter(|f| !f.contains("-00.") && !f.starts_with("calib")).collect();
+    for file in &later {
+        moved(&records.join(file), &away.join(file))?;
+    }
     let watch = Watch::begin(study)?;
     watch.until("the first training", |s| s["said"].as_str().is_some_and(|s| s.contains("trained on")))?;
     let mut rows = Vec::new();

@@ -1,6 +1,6 @@
 //! The page of `rijke watch --serve`, opened while a record arrives: it must show what came without being asked, and no script may fail.
 
-use super::{between, command, told};
+use super::browser::{between, command, told};
 use crate::python::program;
 use crate::reproduce::copy_study;
 use crate::workspace::succeed;

@@ -14,8 +14,11 @@ const KINDS: [(&str, &str); 5] = [
     ("planned, four", "four, planned"),
 ];
 
-/// Hours, rms error, and ln Bayes factor of the drags of every row of the table.
-fn rows(record: &str) -> Vec<(String, f64, Option<f64>, Option<f64>)> {
+/// Layout, hours, rms error of growth rates in 1/s, and ln Bayes factor of the drags.
+type Row = (String, f64, Option<f64>, Option<f64>);
+
+/// Every row of the table.
+fn rows(record: &str) -> Vec<Row> {
     let cells = |line: &str| line.split('|').map(|c| c.trim().to_owned()).collect::<Vec<_>>();
     let table = record.lines().skip_while(|l| !l.starts_with("| layout |")).skip(2);
     let number = |cell: &str| cell.split(' ').next().and_then(|n| n.parse().ok());
@@ -32,7 +35,7 @@ fn exact_the_figure_of_designs_shows_the_table_of_its_record() {
     let docs = example("..").join("docs");
     let rows = rows(&fs::read_to_string(docs.join("records/designs.md")).unwrap());
     assert!(rows.len() > 20, "{} rows", rows.len());
-    let panel = |y: &str, of: &dyn Fn(&(String, f64, Option<f64>, Option<f64>)) -> Option<f64>| {
+    let panel = |y: &str, of: &dyn Fn(&Row) -> Option<f64>| {
         let curve = |(k, (start, name)): (usize, &(&str, &str))| {
             let own = rows.iter().filter(|r| r.0.starts_with(start) && r.1 <= 20.0);
             RecordCurve {
