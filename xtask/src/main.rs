@@ -12,6 +12,7 @@ mod reference;
 mod reproduce;
 mod scale;
 mod tidy;
+mod watch;
 mod workspace;
 
 use clap::{Parser, Subcommand};
@@ -30,7 +31,8 @@ struct Program {
 enum Task {
     /// Regenerate the tables and figures of the paper from raw records of the virtual laboratory, into results/.
     Reproduce(reproduce::Options),
-    /// Open the page of results in headless Chromium, wide, narrow and on paper, and fail if anything is wrong with it.
+    /// Open the page of results in headless Chromium, wide, narrow and on paper, and that of a watch while a record arrives; fail if
+    /// anything is wrong with them.
     Page,
     /// Write docs/reference/commands.md from the help of the program.
     Reference,
@@ -44,6 +46,8 @@ enum Task {
     /// Measure what `rijke flow` and `rijke rank` cost against points, microphones and candidates, and write docs/records/scale.md: some
     /// twenty minutes.
     Scale,
+    /// Measure how fast `rijke watch` is with 175 points and with 7000 records, into target/watch.md: some fifteen minutes.
+    Watch,
     /// Run the tests.
     Test {
         /// Include the long studies (tests marked as ignored).
@@ -84,6 +88,7 @@ fn run(task: Task) -> Outcome {
         Task::Python => python::run(),
         Task::Recovery => recovery::run(),
         Task::Scale => scale::run(),
+        Task::Watch => watch::run(),
         Task::Test { all } => test(all),
         Task::Mutants(options) => mutants::run(&options),
         Task::Mangle(options) => mangle::run(&options),

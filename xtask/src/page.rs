@@ -2,12 +2,16 @@
 
 use crate::python::program;
 use crate::workspace::{Outcome, root, succeed};
+use browser::{between, command, told};
 use serde_json::Value;
 use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
 };
+
+mod browser;
+mod live;
 
 const HARNESS: &str = include_str!("page/harness.html");
 
@@ -84,11 +88,13 @@ pub(crate) fn run() -> Outcome {
             faults.extend(told(name, &found, console));
         }
     }
+    faults.extend(live::faults(browser, &scratch)?);
     let pages = print(browser, &scratch, &page)?;
     if faults.is_empty() {
         println!(
             "page: {drawn} figures in order at 1280 px, at 360 px, dark, and on {pages} sheets of paper; {size} bytes"
         );
+        println!("page: the page of `rijke watch` shows a record that came while it was open");
         said_of_sliders.iter().for_each(|said| println!("page: {said}"));
         println!(
             "page: axe-core: {}",
@@ -97,13 +103,6 @@ pub(crate) fn run() -> Outcome {
         return Ok(());
     }
     Err(format!("the page has {} faults\n  {}", faults.len(), faults.join("\n  ")))
-}
-
-/// What the harness and the console say against a page.
-fn told(name: &str, found: &Value, console: Vec<String>) -> Vec<String> {
-    let said = found["faults"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    let said = said.map(|fault| format!("{name}: {fault}"));
-    said.chain(console.iter().map(|line| format!("{name}: console: {line}"))).collect()
 }
 
 /// The page of an example of the repository, made anew in the scratch folder.
@@ -163,13 +162,6 @@ fn open(
     Ok((found, console.collect()))
 }
 
-/// The last thing between the marks of the harness, as the browser writes text.
-fn between(dom: &str) -> Option<String> {
-    let (_, rest) = dom.rsplit_once("FOUND{")?;
-    let (found, _) = rest.split_once("}END")?;
-    Some(format!("{{{found}}}").replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
-}
-
 /// Prints the page and counts the sheets.
 fn print(browser: &str, scratch: &Path, page: &Path) -> Result<usize, String> {
     let sheets: PathBuf = scratch.join("page.pdf");
@@ -185,16 +177,6 @@ fn print(browser: &str, scratch: &Path, page: &Path) -> Result<usize, String> {
     let text = String::from_utf8_lossy(&bytes);
     let count = text.matches("/Type /Page").count() - text.matches("/Type /Pages").count();
     if count == 0 { Err(format!("printed no sheet\n{}", said())) } else { Ok(count) }
-}
-
-/// A browser that leaves the user's own alone. Only a page that was made here is opened, so no sandbox is needed, which
-/// a superuser could not have.
-fn command(browser: &str, scratch: &Path) -> Command {
-    let mut command = Command::new(browser);
-    command
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--enable-logging=stderr"])
-        .arg(format!("--user-data-dir={}", scratch.join("profile").display()));
-    command
 }
 
 /// Puts axe-core, which looks for barriers to readers with disabilities, beside the harness; false where npm cannot get it.

@@ -197,7 +197,7 @@ fn print_microphones(ui: &Ui, found: &MicrophoneTable) {
 }
 
 /// Information over every factor that has more than one value; the points of the plan again in another colour.
-fn drawn(found: &Next, study: &Study, data: DataKind) -> RecordFigure {
+pub(crate) fn drawn(found: &Next, study: &Study, data: DataKind) -> RecordFigure {
     let planned = |s: &&Suggestion| found.plan.iter().any(|step| step.point == s.point);
     let panel = |k: usize| {
         let dots = |list: Vec<&Suggestion>| -> Vec<[f64; 2]> {

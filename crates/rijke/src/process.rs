@@ -70,18 +70,23 @@ pub(crate) fn records(records: &Path, out: &Path, force: bool, ui: &Ui) -> Resul
     run(&usual(records, out, force)?, ui)
 }
 
-/// Processes the records of a study that are there so far, of which some fits are kept.
+/// Processes the records of a study that are there so far, of which some fits are kept; with a figure of the record called `shown`.
 pub(crate) fn so_far(
     records: RecordFolder,
     study: Study,
     out: &Path,
     kept: &Kept,
-    ui: &Ui,
-) -> Result<Processed, Failure> {
+    shown: Option<&str>,
+) -> Result<(Processed, Option<String>), Failure> {
     let args = usual(records.folder(), out, true)?;
     let of_the_study = !records.has_own_campaign();
     let given = Given { source: Box::new(records), study: Some(study), of_the_study, twins: Vec::new() };
-    make(&args, out, &given, Some(kept), ui)
+    let (processed, options) = make(&args, out, &given, Some(kept), &Ui::silent())?;
+    let figure = match shown {
+        Some(name) => plot::of_record(&*given.source, &processed, &options, name)?,
+        None => None,
+    };
+    Ok((processed, figure))
 }
 
 fn usual(records: &Path, out: &Path, force: bool) -> Result<Args, Failure> {
@@ -138,18 +143,18 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Box::new(opened.records)
     };
     let given = Given { source, study, of_the_study, twins };
-    let processed = make(args, &out, &given, None, ui)?;
+    let (processed, _) = make(args, &out, &given, None, ui)?;
     tell(&processed, &out, ui)
 }
 
-/// Writes the observations that records give.
+/// Writes the observations that records give; with the options by which they were made.
 fn make(
     args: &Args,
     out: &Path,
     Given { source, study, of_the_study, twins }: &Given,
     kept: Option<&Kept>,
     ui: &Ui,
-) -> Result<Processed, Failure> {
+) -> Result<(Processed, ProcessOptions), Failure> {
     let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
     // Ramps that stand beside observations whose records have none were put there by hand.
     let own = if source.set().ramps.is_empty() { &WRITTEN[1..] } else { &WRITTEN };
@@ -184,7 +189,7 @@ fn make(
         plot::write(&**source, &processed, &options, folder.path())?;
     }
     folder.commit()?;
-    Ok(processed)
+    Ok((processed, options))
 }
 
 /// Says what was measured.

@@ -112,7 +112,7 @@ impl StagedFolder {
 }
 
 /// Copies what a folder holds beside files of the names `own`.
-fn keep_others(from: &Path, to: &Path, own: &[&str]) -> io::Result<()> {
+pub(crate) fn keep_others(from: &Path, to: &Path, own: &[&str]) -> io::Result<()> {
     for entry in fs::read_dir(from)? {
         let entry = entry?;
         let name = entry.file_name();

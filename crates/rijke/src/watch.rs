@@ -2,26 +2,26 @@
 
 mod page;
 mod server;
+mod training;
 
 use crate::{
     failure::{Classify, Failure},
-    flow, number, process,
+    number, process,
     results::Trust,
     run,
-    staging::Lock,
-    study::{observations, of_modes, of_the_engine, open},
+    staging::{Lock, keep_others},
+    study::{observations, of_modes, open},
     ui::Ui,
 };
-use page::Status;
-use rijke_engine::run::{Leading, Run, StageRecord, Trusted, so_far, verdicts};
-use rijke_report::{StudyHead, StudyPage};
-use rijke_rig::{Arrivals, Arrived};
-use rijke_signal::Kept;
-use rijke_study::Study;
+use page::{Part, Status};
+use rijke_engine::run::{Leading, Sequence, Trusted};
+use rijke_rig::{Arrivals, Arrived, Observations, RecordFolder, RecordSource};
+use rijke_signal::{Kept, Processed};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
+use training::{Job, Trainer};
 
 /// Follow a study while its records are made: process each as it appears, keep the leading models trained, show a page that updates
 /// itself.
@@ -29,22 +29,23 @@ use std::{fs, thread};
 #[command(after_help = "Example:\n  rijke watch rig-2026 --serve 8080\n\n\
     DIR is a study whose records/manifest.toml lists the files that are made, before or after they are there. A file counts once\n\
     it stopped growing and can be read as what the manifest says; others are listed with the reason and looked at again when they\n\
-    change. Writes DIR/observations and DIR/live with its page index.html. When no file came for a while all models are trained\n\
-    again; in between the leading ones of each stage. When every file of the manifest is there, DIR/results is made as by\n\
-    `rijke run --force`, to the byte. End with Ctrl-C; started again it goes on with what is there.")]
+    change. Writes DIR/observations and DIR/live with its page index.html. Every record counts at once, to first order, in the leading\n\
+    models of each stage, which are trained again beside that, and all models when no file came for a while. When every file of the\n\
+    manifest is there and none came for a while, DIR/results is made as by `rijke run --force`, to the byte. End with Ctrl-C; started\n\
+    again it goes on with what is there.")]
 pub(crate) struct Args {
     /// Folder of the study.
     dir: PathBuf,
     /// Show the page on this port of the loopback address, 127.0.0.1.
     #[arg(long, value_name = "PORT")]
     serve: Option<u16>,
-    /// How many models of each stage are kept trained while records arrive.
+    /// How many models of each stage are followed while records arrive.
     #[arg(long, value_name = "N", default_value_t = 5)]
     leading: usize,
     /// Seconds without a new file after which all models are trained.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = number::positive)]
     calm: f64,
-    /// End when every file that the manifest lists has come.
+    /// End as soon as every file that the manifest lists has come.
     #[arg(long)]
     until_complete: bool,
     #[command(flatten)]
@@ -52,7 +53,7 @@ pub(crate) struct Args {
 }
 
 /// Time between two looks at the folder.
-const PAUSE: Duration = Duration::from_millis(100);
+const PAUSE: Duration = Duration::from_millis(50);
 
 /// What is known between two looks.
 struct Watch<'a> {
@@ -60,7 +61,12 @@ struct Watch<'a> {
     ui: &'a Ui,
     live: PathBuf,
     kept: Kept,
+    trainer: Trainer,
     leading: Leading,
+    /// The leading models, until they are trained again.
+    sequences: Vec<Sequence>,
+    /// Whether something was observed that no training counts.
+    untrained: bool,
     status: Status,
 }
 
@@ -74,8 +80,17 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     fs::create_dir_all(&live).or_bad_input().map_err(|f| f.at(&live))?;
     let described = study.for_records().map(Some).or_bad_input()?;
     let mut arrivals = Arrivals::new(&dir.join("records"), described);
-    let status = Status::default();
-    let mut watch = Watch { args, ui, live, kept: Kept::default(), leading: Leading::default(), status };
+    let mut watch = Watch {
+        args,
+        ui,
+        kept: Kept::default(),
+        trainer: Trainer::new(dir, &live, args.leading)?,
+        leading: Leading::default(),
+        sequences: Vec::new(),
+        untrained: false,
+        status: Status::default(),
+        live,
+    };
     watch.status.write(&watch.live)?;
     if let Some(port) = args.serve {
         let address = server::serve(port, watch.live.clone())?;
@@ -83,8 +98,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     } else {
         ui.note(format!("page: {}", watch.live.join("index.html").display()));
     }
-    // The same records were all processed, trained and finished.
-    let (mut trained_all, mut finished) = (true, false);
+    // What is there was all checked, and finished.
+    let (mut checked, mut finished) = (true, false);
     let mut last_change = Instant::now();
     if !dir.join("records/manifest.toml").is_file() {
         ui.note(format!(
@@ -96,29 +111,35 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         let look = arrivals.look();
         watch.tell_unusable(&look);
         if !look.changed.is_empty() {
-            watch.update(&look, Trusted::Laplace)?;
-            (trained_all, finished, last_change) = (false, false, Instant::now());
-            continue;
+            watch.update(&look)?;
+            (checked, finished, last_change) = (false, false, Instant::now());
         }
+        watch.collect()?;
         let complete = look.records.is_some() && look.awaited == 0 && look.unusable.is_empty();
-        if complete && !finished {
+        let calm = last_change.elapsed().as_secs_f64() > args.calm;
+        if complete && !finished && (calm || args.until_complete) {
             match watch.finish() {
                 Ok(()) => {}
                 Err(failure) if args.until_complete => return Err(failure),
                 // What is there is not enough for a study yet; the manifest may grow.
                 Err(failure) => ui.note(failure.to_string()),
             }
-            (trained_all, finished) = (true, true);
+            (checked, finished) = (true, true);
         }
         if complete && args.until_complete {
             return ui.result(&json!({ "dir": dir, "files": look.whole, "unusable": look.unusable }));
         }
-        if !trained_all && last_change.elapsed().as_secs_f64() > args.calm {
-            watch.states()?;
-            watch.update(&look, args.trust.trusted()?)?;
-            trained_all = true;
+        if !watch.trainer.is_busy() && !finished {
+            if calm && !checked {
+                watch.train(Leading::default(), args.trust.trusted()?, true)?;
+                checked = true;
+            } else if watch.untrained {
+                watch.train(watch.leading.clone(), Trusted::Laplace, false)?;
+            }
         }
-        thread::sleep(PAUSE);
+        if look.changed.is_empty() {
+            thread::sleep(PAUSE);
+        }
     }
 }
 
@@ -133,42 +154,35 @@ impl Watch<'_> {
                 self.ui.note(format!("not counted: {file}: {why}"));
             }
         }
-        (self.status.unusable, self.status.awaited) = (look.unusable.clone(), look.awaited);
-        // A page that cannot be written now can be with the next record.
-        let _ = self.status.write(&self.live);
+        let awaited = std::mem::replace(&mut self.status.awaited, look.awaited);
+        let same = self.status.unusable == look.unusable;
+        self.status.unusable.clone_from(&look.unusable);
+        // What came is written with what it says; a page that cannot be written now can be with the next record.
+        if look.changed.is_empty() && (!same || awaited < look.awaited) {
+            let _ = self.status.write(&self.live);
+        }
     }
 
-    /// Processes what is there, and trains: the leading models, or all if they are also checked.
-    fn update(&mut self, look: &Arrived, trusted: Trusted) -> Result<(), Failure> {
+    /// Processes what is there, and moves the leading models by it.
+    fn update(&mut self, look: &Arrived) -> Result<(), Failure> {
         look.changed.iter().for_each(|file| self.kept.forget(file));
         (self.status.whole, self.status.awaited) = (look.whole, look.awaited);
         let Some(records) = look.records.clone() else { return self.status.write(&self.live) };
         // Candidates and plan may be written while one measures.
         let study = open(&self.args.dir)?;
         let out = self.args.dir.join("observations");
-        let silent = Ui::silent();
-        let all = trusted != Trusted::Laplace || self.leading == Leading::default();
-        let outcome =
-            process::so_far(records, study.clone(), &out, &self.kept, &silent).and_then(|processed| {
-                let measured = |p: &&rijke_rig::PointObservations| p.ping.is_some() || p.click.is_some();
-                let points = processed.observations.points.iter().filter(measured).count();
-                self.status.rejected = processed
-                    .observations
-                    .rejections
-                    .iter()
-                    .map(|r| (r.record.clone(), r.reason.clone()))
-                    .collect();
-                self.status.points = points;
-                self.train(&study, trusted, all)
-            });
-        match outcome {
-            Ok(Some(stages)) => {
-                if all {
-                    self.leading = Leading::of(&stages, self.args.leading);
+        let point = |name: &String| Some((name.clone(), point_of(&records, name)?));
+        let last = look.changed.iter().rev().find_map(point);
+        match process::so_far(records, study, &out, &self.kept, last.as_ref().map(|(name, _)| name.as_str()))
+        {
+            Ok((processed, figure)) => {
+                self.tell(&processed, last.as_ref());
+                if let Some(svg) = figure {
+                    self.status.draw(&self.live, Part::Last, &svg)?;
                 }
-                self.status.trained(&stages, all);
+                self.untrained = true;
+                self.follow();
             }
-            Ok(None) => self.status.said = "no stage has observed points yet".to_owned(),
             // Too little is there, or a record is of another kind: more may come.
             Err(failure) => self.status.said = failure.to_string(),
         }
@@ -177,6 +191,7 @@ impl Watch<'_> {
         Ok(())
     }
 
+<<<<<<< HEAD
     /// Trains the stages that have points, and draws them.
     fn train(&self, study: &Study, trusted: Trusted, all: bool) -> Result<Option<Vec<StageRecord>>, Failure> {
         let dir = &self.args.dir;
@@ -194,33 +209,114 @@ impl Watch<'_> {
         let page = StudyPage::new(&StudyHead::of(study, &observations), &stages, &answers, &verdicts, None);
         page.or_failed()?.write(&self.live.join("study")).or_failed()?;
         Ok(Some(stages))
+=======
+    /// What was processed, in words.
+    fn tell(&mut self, Processed { observations, .. }: &Processed, last: Option<&(String, String)>) {
+        let measured = |p: &&rijke_rig::PointObservations| p.ping.is_some() || p.click.is_some();
+        self.status.points = observations.points.iter().filter(measured).count();
+        let of = |r: &rijke_rig::Rejection| (r.record.clone(), r.reason.clone());
+        self.status.rejected = observations.rejections.iter().map(of).collect();
+        let Some((name, point)) = last else { return };
+        let rejected = self.status.rejected.iter().find(|(record, _)| record == name);
+        let said =
+            rejected.map(|(_, why)| format!("rejected, {why}")).or_else(|| of_a_point(observations, point));
+        self.status.last = said.map_or_else(|| name.clone(), |said| format!("{name}: {said}"));
+>>>>>>> watch
     }
 
-    /// Infers the states of the gas again, where the study wants inferred ones.
-    fn states(&mut self) -> Result<(), Failure> {
-        let dir = &self.args.dir;
-        if !flow::is_due(&open(dir)?) {
-            return Ok(());
+    /// Moves the leading models by what was observed since they were trained.
+    fn follow(&mut self) {
+        let read = || {
+            let study = open(&self.args.dir)?;
+            let observations = observations(&study)?;
+            let with = |s: &Sequence| s.with(&study, &observations).or_failed();
+            self.sequences.iter().map(with).collect::<Result<Vec<_>, Failure>>()
+        };
+        match read() {
+            Ok(stages) => self.status.stages = stages,
+            // The next training says what is wrong.
+            Err(failure) => self.status.said = failure.to_string(),
         }
-        match flow::of_study(dir, &dir.join("base"), true, &Ui::silent()) {
-            Ok(settling) => {
-                settling.iter().for_each(|said| self.ui.note(said.clone()));
-                self.status.settling = settling;
+    }
+
+    /// Begins a training of what is there.
+    fn train(&mut self, leading: Leading, trusted: Trusted, states: bool) -> Result<(), Failure> {
+        self.untrained = false;
+        self.trainer.begin(Job { leading, trusted, states, files: self.status.whole })
+    }
+
+    /// Takes over what was trained.
+    fn collect(&mut self) -> Result<(), Failure> {
+        match self.trainer.found() {
+            None => return Ok(()),
+            Some(Ok(Some(outcome))) => {
+                let which = if outcome.job.is_of_all() { "all models" } else { "the leading models" };
+                let (stages, files) = (outcome.stages, outcome.job.files);
+                self.status.said = format!("{which} of {stages} stages trained on {files} files");
+                outcome.notes.iter().for_each(|said| self.ui.note(said.clone()));
+                if let Some(settling) = outcome.settling {
+                    settling.iter().for_each(|said| self.ui.note(said.clone()));
+                    self.status.settling = settling;
+                }
+                match outcome.next {
+                    Ok((found, svg)) => {
+                        self.status.suggest(&found);
+                        self.status.draw(&self.live, Part::Next, &svg)?;
+                    }
+                    Err(why) => self.status.next = vec![why],
+                }
+                (self.leading, self.sequences) = (outcome.leading, outcome.sequences);
+                self.status.renewed(Part::Study);
+                self.follow();
             }
-            Err(failure) => self.ui.note(format!("the flow cannot be inferred yet: {failure}")),
+            Some(Ok(None)) => self.status.said = "no stage has observed points yet".to_owned(),
+            Some(Err(failure)) => self.status.said = failure.to_string(),
         }
+        self.status.write(&self.live)?;
+        self.ui.note(self.status.line(&[]));
         Ok(())
     }
 
     /// Everything from the start, as one run does it.
     fn finish(&mut self) -> Result<(), Failure> {
+        self.trainer.end();
         self.status.said = "all files are there: training all models".to_owned();
         self.status.write(&self.live)?;
         self.ui.note("all files of the manifest are there");
         let page = run::from_the_start(&self.args.dir, self.args.trust, &Ui::silent())?;
+        let shown = self.live.join("study");
+        let copy = || {
+            fs::create_dir_all(&shown)?;
+            for part in ["figures", "tables"] {
+                let from = page.with_file_name(part);
+                if from.is_dir() {
+                    fs::create_dir_all(shown.join(part))?;
+                    keep_others(&from, &shown.join(part), &[])?;
+                }
+            }
+            fs::copy(&page, shown.join("index.html"))
+        };
+        copy().or_failed().map_err(|f| f.at(&shown))?;
         self.status.finished(Path::new("../results/index.html"));
         self.status.write(&self.live)?;
         self.ui.note(format!("finished: {}", page.display()));
         Ok(())
     }
+}
+
+/// The operating point to which a record belongs.
+fn point_of(records: &RecordFolder, name: &str) -> Option<String> {
+    let has = |p: &&rijke_rig::PointRecords| p.pings.iter().chain(&p.clicks).any(|file| file == name);
+    records.set().points.iter().find(has).map(|p| p.point.id.clone())
+}
+
+/// What the records of a point say together.
+fn of_a_point(observations: &Observations, id: &str) -> Option<String> {
+    let point = observations.points.iter().find(|p| p.point.id == id)?;
+    let counts = format!("{id} has {} pings and {} clicks", point.ping_count, point.click_count);
+    let Some(ping) = &point.ping else { return Some(counts) };
+    let sd = |k: usize| ping.covariance[(k, k)].sqrt();
+    let [growth, frequency] =
+        [(ping.s.re, sd(0)), (ping.s.im, sd(1))].map(|(value, sd)| number::with_sd(value, sd));
+    Some(format!("{counts}; growth rate {growth} 1/s, angular frequency {frequency} rad/s"))
 }

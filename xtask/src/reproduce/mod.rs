@@ -124,7 +124,7 @@ fn take(stage: &Stage, program: &Path, base: &Path) -> Result<Made, String> {
 }
 
 /// The most memory that a running process has held so far; none where the system does not tell.
-fn peak_memory_mib(process: u32) -> Option<u64> {
+pub(crate) fn peak_memory_mib(process: u32) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     let kib: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;

@@ -37,7 +37,10 @@ pub use foresight::{Foreseen, StageForesight, foresight};
 pub use found::{Asked, Checks, Family, Missing, PointCheck, SumCheck};
 pub use frame::{Frame, FrameColumn, FrameRow};
 pub(crate) use inputs::conditions_at;
-pub use next::{Aim, MicrophoneChoice, MicrophoneTable, Next, Step, Suggestion, Wish, microphones, next};
+pub use next::{
+    Aim, Lead, Leads, MicrophoneChoice, MicrophoneTable, Next, Sequence, Step, Suggestion, Wish, microphones,
+    next,
+};
 pub use predicted::{Averaged, Forecast};
 pub use record::{
     CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord,

@@ -7,6 +7,7 @@
 
 mod few;
 mod left_out;
+mod moved;
 
 use crate::covariance::dense_enough;
 use crate::{Fit, InferenceError, Laplace, NoiseMode, Posterior};
@@ -14,6 +15,7 @@ use rijke_numerics::{Cholesky, Matrix, Order, Stream, dot, symmetric_eigen};
 
 pub use few::{Few, student};
 pub use left_out::LeftOut;
+pub use moved::Moved;
 
 /// A model with its data to first order about a fit, with noise as fitted.
 #[derive(Clone, Debug)]

@@ -140,6 +140,7 @@ fn exact_leave_one_out_and_prediction() {
     }
 }
 
+<<<<<<< HEAD
 #[test]
 fn exact_density_of_each_datum_given_all_others_and_the_parameters() {
     let (m, block, p) = (12, 4, 3);
@@ -169,6 +170,29 @@ fn exact_density_of_each_datum_given_all_others_and_the_parameters() {
             ln_gaussian(&r, &covariance.select(within))
         };
         assert_relative_eq!(found[i], of(&own) - of(&others), epsilon = 1e-10);
+=======
+/// Other data move the parameters and the evidence of a linear model as a new fit does.
+#[test]
+fn exact_other_data_move_a_linear_model_as_a_new_fit() {
+    let (m, sd) = (24, 0.4);
+    let (x, y, data, parameters) = problem(m, 4, 3, NoiseGroup::fixed("noise", "1", sd));
+    let model = Linear(x.clone());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let laplace = posterior.laplace(&fit).unwrap();
+    let linear = posterior.linearised(&fit, &laplace).unwrap();
+    let change: Vec<f64> = (0..m).map(|i| if i % 5 == 0 { 0.7 - 0.1 * i as f64 } else { 0.0 }).collect();
+    let moved = linear.moved(&change);
+    let all: Vec<usize> = (0..m).collect();
+    let other: Vec<f64> = y.iter().zip(&change).map(|(y, d)| y + d).collect();
+    let v = marginal(&x, &all, sd);
+    assert_relative_eq!(moved.ln_evidence, ln_gaussian(&other, &v) - ln_gaussian(&y, &v), epsilon = 1e-9);
+    // The posterior mean is the prior covariance, 1/4, times X' V^-1 y.
+    let pull = Cholesky::new(&v).unwrap().solve(&change);
+    for k in 0..4 {
+        let step: f64 = (0..m).map(|i| 0.25 * x[(i, k)] * pull[i]).sum();
+        assert_relative_eq!(moved.step[k], step, epsilon = 1e-9);
+>>>>>>> watch
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::{Campaign, RecordFolder, RecordSource, Rig, RigError};
 use std::collections::BTreeMap;
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -39,8 +40,8 @@ type Stamp = (u64, Option<SystemTime>);
 enum State {
     /// Seen once: it may still be written.
     Growing(Stamp),
-    /// Read, and right.
-    Whole(Stamp),
+    /// Read, and right; with a hash of its bytes.
+    Whole(Stamp, u64),
     /// Read, and wrong.
     Unusable(Stamp, String),
 }
@@ -86,20 +87,28 @@ impl Arrivals {
         let mut states = BTreeMap::new();
         for (file, read) in records.readers() {
             let before = self.files.remove(file);
-            let counted = matches!(before, Some(State::Whole(_)));
+            let counted = matches!(before, Some(State::Whole(..)));
             let Some(now) = stamp(&self.folder.join(file)) else {
                 look.awaited += 1;
                 look.changed.extend(counted.then(|| file.to_owned()));
                 continue;
             };
             let state = match before {
-                Some(State::Whole(then)) if then == now => State::Whole(now),
+                Some(State::Whole(then, hash)) if then == now => State::Whole(now, hash),
                 Some(State::Unusable(then, why)) if then == now => State::Unusable(now, why),
-                Some(State::Growing(then)) if then == now => match read() {
-                    Ok(()) => {
-                        look.changed.push(file.to_owned());
-                        State::Whole(now)
-                    }
+                Some(State::Growing(then)) if then == now => match read().and_then(|()| self.hash(file)) {
+                    Ok(hash) => match self.twin(&states, file, hash) {
+                        Some(twin) => State::Unusable(
+                            now,
+                            format!(
+                                "{file}: holds the same bytes as {twin}; it was copied under another name, so it counts once"
+                            ),
+                        ),
+                        None => {
+                            look.changed.push(file.to_owned());
+                            State::Whole(now, hash)
+                        }
+                    },
                     Err(error) => State::Unusable(now, error.to_string()),
                 },
                 _ => {
@@ -109,17 +118,35 @@ impl Arrivals {
             };
             match &state {
                 State::Growing(_) => look.awaited += 1,
-                State::Whole(_) => look.whole += 1,
+                State::Whole(..) => look.whole += 1,
                 State::Unusable(_, why) => drop(look.unusable.insert(file.to_owned(), why.clone())),
             }
             states.insert(file.to_owned(), state);
         }
         // What is listed no longer.
         let gone = std::mem::replace(&mut self.files, states).into_iter();
-        look.changed.extend(gone.filter(|(_, s)| matches!(s, State::Whole(_))).map(|(file, _)| file));
-        let whole = |file: &str| matches!(self.files.get(file), Some(State::Whole(_)));
+        look.changed.extend(gone.filter(|(_, s)| matches!(s, State::Whole(..))).map(|(file, _)| file));
+        let whole = |file: &str| matches!(self.files.get(file), Some(State::Whole(..)));
         look.records = (look.whole > 0).then(|| records.restricted(whole));
         look
+    }
+
+    /// A hash of the bytes of a file.
+    fn hash(&self, file: &str) -> Result<u64, RigError> {
+        let path = self.folder.join(file);
+        let mut hasher = DefaultHasher::new();
+        fs::read(&path).map_err(RigError::read(&path))?.hash(&mut hasher);
+        Ok(hasher.finish())
+    }
+
+    /// A file that counts and holds the same bytes: of those looked at before this one, `before`, and after it.
+    fn twin(&self, before: &BTreeMap<String, State>, file: &str, hash: u64) -> Option<String> {
+        let same = |(name, state): (&String, &State)| {
+            let alike = matches!(state, State::Whole(_, other) if *other == hash);
+            let bytes = |name: &str| fs::read(self.folder.join(name)).ok();
+            (alike && bytes(name) == bytes(file)).then(|| name.clone())
+        };
+        before.iter().chain(&self.files).find_map(same)
     }
 }
 

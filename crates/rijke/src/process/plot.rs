@@ -46,27 +46,14 @@ pub(super) fn write(
         let shown = first(&point.pings.iter().map(|p| p.0).collect::<Vec<_>>());
         for (n, name) in records.pings.iter().enumerate().filter(|(n, r)| *n == shown || reason(r).is_some())
         {
-            let record = source.ping(k, n).or_bad_input()?;
-            let known = LiveRecord::of(record, source.set().rig.microphones.reference);
-            let trace = Trace::from(&known.record);
-            let own = PingOptions { reference: known.reference, ..options.ping.clone() };
-            let panels = match fit_ping(&trace, &own) {
-                Ok(fit) => ping_panels(&fit, &trace, &known.live),
-                Err(_) => raw_panels(&trace),
-            };
+            let panels = of_ping(source, options, k, n)?;
             let title = title(name, reason(name));
             entry(name, &RecordFigure { title, data: set.kind, panels }.svg())?;
         }
         let shown = first(&point.clicks.iter().map(|c| c.0).collect::<Vec<_>>());
-        let known = click_options(set, records.day, Some(&records.point), &processed.click);
         for (n, name) in records.clicks.iter().enumerate().filter(|(n, r)| *n == shown || reason(r).is_some())
         {
-            let record = source.click(k, n).or_bad_input()?;
-            let trace = Trace::from(&record);
-            let panels = match picture_click(&trace, &known) {
-                Ok(picture) => click_panels(&picture),
-                Err(_) => raw_panels(&trace),
-            };
+            let panels = of_click(source, processed, k, n)?;
             let title = title(name, reason(name));
             entry(name, &RecordFigure { title, data: set.kind, panels }.svg())?;
         }
@@ -74,6 +61,59 @@ pub(super) fn write(
     page += "</ul>\n";
     let path = folder.join("index.html");
     std::fs::write(&path, gallery("Records and fits", &page)).or_failed().map_err(|f| f.at(&path))
+}
+
+/// A record with its fit, as the text of an SVG file; none of a file that belongs to no operating point.
+pub(super) fn of_record(
+    source: &dyn RecordSource,
+    processed: &Processed,
+    options: &ProcessOptions,
+    name: &str,
+) -> Result<Option<String>, Failure> {
+    let set = source.set();
+    let place = |files: &[String]| files.iter().position(|file| file == name);
+    let ping = set.points.iter().enumerate().find_map(|(k, p)| Some((k, place(&p.pings)?)));
+    let click = set.points.iter().enumerate().find_map(|(k, p)| Some((k, place(&p.clicks)?)));
+    let panels = match (ping, click) {
+        (Some((k, n)), _) => of_ping(source, options, k, n)?,
+        (None, Some((k, n))) => of_click(source, processed, k, n)?,
+        (None, None) => return Ok(None),
+    };
+    let reason = processed.observations.rejections.iter().find(|r| r.record == name);
+    let title = title(name, reason.map(|r| r.reason.as_str()));
+    Ok(Some(RecordFigure { title, data: set.kind, panels }.svg()))
+}
+
+fn of_ping(
+    source: &dyn RecordSource,
+    options: &ProcessOptions,
+    k: usize,
+    n: usize,
+) -> Result<Vec<RecordPanel>, Failure> {
+    let record = source.ping(k, n).or_bad_input()?;
+    let known = LiveRecord::of(record, source.set().rig.microphones.reference);
+    let trace = Trace::from(&known.record);
+    let own = PingOptions { reference: known.reference, ..options.ping.clone() };
+    Ok(match fit_ping(&trace, &own) {
+        Ok(fit) => ping_panels(&fit, &trace, &known.live),
+        Err(_) => raw_panels(&trace),
+    })
+}
+
+fn of_click(
+    source: &dyn RecordSource,
+    processed: &Processed,
+    k: usize,
+    n: usize,
+) -> Result<Vec<RecordPanel>, Failure> {
+    let records = &source.set().points[k];
+    let known = click_options(source.set(), records.day, Some(&records.point), &processed.click);
+    let record = source.click(k, n).or_bad_input()?;
+    let trace = Trace::from(&record);
+    Ok(match picture_click(&trace, &known) {
+        Ok(picture) => click_panels(&picture),
+        Err(_) => raw_panels(&trace),
+    })
 }
 
 fn escape(text: &str) -> String {

@@ -1,13 +1,15 @@
-//! What a watch shows: counts, files that do not count, the leading models, and the page of the study below.
+//! What a watch shows: counts, the last record with its fit, the leading models with their posteriors, what to measure next, files that do
+//! not count, and the page of the study below.
 
 use crate::failure::Failure;
 use crate::staging::write_whole;
-use rijke_engine::run::StageRecord;
+use rijke_engine::run::{Lead, Leads, Next};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
-/// What there is to say. A page that was opened looks for another `version` and loads itself again.
+/// What there is to say. A page that was opened looks for another `version` and shows what changed.
 #[derive(Default, Serialize)]
 pub(super) struct Status {
     version: u64,
@@ -18,36 +20,68 @@ pub(super) struct Status {
     pub(super) unusable: BTreeMap<String, String>,
     /// Records that were read and rejected, and why.
     pub(super) rejected: Vec<(String, String)>,
-    /// Stage, and its best models with how far they are behind, nats.
-    stages: Vec<(String, Vec<(String, f64)>)>,
+    /// The leading models of every stage, with all that is observed.
+    pub(super) stages: Vec<Leads>,
     pub(super) said: String,
+    /// The last record, in words.
+    pub(super) last: String,
     /// When the flow of each ramp is settled.
     pub(super) settling: Vec<String>,
+    /// What to measure next.
+    pub(super) next: Vec<String>,
+    /// How often the figures of the last record and of what to measure next, and the page of the study, were written.
+    figures: [u64; 3],
     /// The page of the finished study.
     results: Option<String>,
 }
 
-/// Models that are named for each stage.
-const NAMED: usize = 3;
+/// A figure of the page, or the page of the study below it.
+#[derive(Clone, Copy)]
+pub(super) enum Part {
+    Last,
+    Next,
+    Study,
+}
+
+impl Part {
+    fn file(self) -> &'static str {
+        match self {
+            Self::Last => "last.svg",
+            Self::Next => "next.svg",
+            Self::Study => "study/index.html",
+        }
+    }
+}
+
+/// Parameters of a model that are shown in a table.
+const SHOWN: usize = 8;
 
 impl Status {
-    /// What training found.
-    pub(super) fn trained(&mut self, stages: &[StageRecord], all: bool) {
-        let best = |stage: &StageRecord| {
-            let models = stage.by_evidence();
-            let first = models.first().map_or(0.0, |m| m.ln_evidence());
-            let named = models.into_iter().filter(|m| m.evidence.is_some()).take(NAMED);
-            (stage.title.clone(), named.map(|m| (m.id.clone(), m.ln_evidence() - first)).collect())
-        };
-        self.stages = stages.iter().map(best).collect();
-        let which = if all { "all models" } else { "the leading models" };
-        self.said = format!("{which} of {} stages trained", stages.len());
+    /// A part of the page was written anew.
+    pub(super) fn renewed(&mut self, part: Part) {
+        self.figures[part as usize] += 1;
+    }
+
+    /// Writes a figure.
+    pub(super) fn draw(&mut self, live: &Path, part: Part, svg: &str) -> Result<(), Failure> {
+        self.renewed(part);
+        write_whole(&live.join(part.file()), svg.as_bytes())
+    }
+
+    /// What to measure next, in words.
+    pub(super) fn suggest(&mut self, found: &Next) {
+        let step = |s: &rijke_engine::run::Step| format!("{}: {:.3} nats", s.point, s.adds);
+        self.next = found.plan.iter().map(step).collect();
+        self.next.extend(
+            found.further.iter().map(|(point, nats)| format!("after these {point} would add {nats:.3} nats")),
+        );
     }
 
     /// The study is complete; its page lies at `results`.
     pub(super) fn finished(&mut self, results: &Path) {
         self.said = "finished".to_owned();
         self.results = Some(results.display().to_string());
+        self.renewed(Part::Study);
     }
 
     /// One line for a terminal.
@@ -56,69 +90,151 @@ impl Status {
             [one] => one.clone(),
             many => format!("{} files", many.len()),
         };
-        let leads = |(stage, models): &(String, Vec<(String, f64)>)| match &models[..] {
-            [first, second, ..] => Some(format!("{stage}: {} by {:.1} nats", first.0, -second.1)),
+        let leads = |leads: &Leads| match &leads.models[..] {
+            [first, second, ..] => Some(format!(
+                "; {}: {} by {:.1} nats",
+                leads.title,
+                first.id,
+                first.ln_evidence - second.ln_evidence
+            )),
             _ => None,
         };
-        let leads: Vec<String> = self.stages.iter().filter_map(leads).collect();
         format!(
             "{files}: {} of {} files, {} points; {}{}",
             self.whole,
             self.whole + self.awaited,
             self.points,
             self.said,
-            leads.iter().map(|l| format!("; {l}")).collect::<String>()
+            self.stages.iter().filter_map(leads).collect::<String>()
         )
     }
 
     /// Writes `status.json` and the page, each whole.
     pub(super) fn write(&mut self, live: &Path) -> Result<(), Failure> {
         self.version += 1;
-        let html = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;");
-        let list = |title: &str, of: Vec<(&String, &String)>| {
-            if of.is_empty() {
-                return String::new();
-            }
-            let items = of.iter().map(|(f, why)| format!("<li><code>{}</code>: {}</li>", html(f), html(why)));
-            format!(
-                "<details><summary>{title}: {}</summary><ul>{}</ul></details>",
-                of.len(),
-                items.collect::<String>()
-            )
-        };
-        let stage = |(title, models): &(String, Vec<(String, f64)>)| {
-            let models = models.iter().map(|(id, behind)| format!("{} ({behind:.1})", html(id)));
-            format!("<li>{}: {}</li>", html(title), models.collect::<Vec<_>>().join(", "))
-        };
-        let study = if live.join("study/index.html").is_file() {
-            "<iframe src=\"study/index.html\" title=\"The study so far\"></iframe>"
-        } else {
-            ""
-        };
         let text = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
-             initial-scale=1\"><title>Measuring</title><style>{STYLE}</style></head><body data-version=\"{}\">\n<main><h1>Measuring</h1>\n\
-             <p role=\"status\">{} of {} files, {} operating points; {}.</p>\n{}<p>Leading models, nats behind the first:</p><ul>{}</ul>\n{}{}\
-             </main>\n{study}\n<script>{SCRIPT}</script></body></html>\n",
+             initial-scale=1\"><title>Measuring</title><style>{STYLE}</style></head><body data-version=\"{}\">\n<main>{}</main>\n{}\n\
+             <script>{SCRIPT}</script></body></html>\n",
             self.version,
-            self.whole,
-            self.whole + self.awaited,
-            self.points,
-            html(&self.said),
-            self.settling.iter().map(|said| format!("<p>{}.</p>\n", html(said))).collect::<String>(),
-            self.stages.iter().map(stage).collect::<String>(),
-            list("Files that do not count", self.unusable.iter().collect()),
-            list("Records rejected", self.rejected.iter().map(|(f, why)| (f, why)).collect()),
+            self.body(live),
+            self.part(live, Part::Study, "The study so far"),
         );
         let status = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
         write_whole(&live.join("index.html"), text.as_bytes())?;
         write_whole(&live.join("status.json"), status.as_bytes())
     }
+
+    fn body(&self, live: &Path) -> String {
+        let mut body = format!(
+            "<h1>Measuring</h1>\n<p role=\"status\">{} of {} files, {} operating points; {}.</p>\n",
+            self.whole,
+            self.whole + self.awaited,
+            self.points,
+            html(&self.said)
+        );
+        body.extend(self.settling.iter().map(|said| format!("<p>{}.</p>\n", html(said))));
+        if !self.last.is_empty() {
+            let figure = self.part(live, Part::Last, "The last record with its fit");
+            let _ = writeln!(
+                body,
+                "<section id=\"last\"><h2>Last record</h2><p>{}</p>{figure}</section>",
+                html(&self.last)
+            );
+        }
+        if !self.stages.is_empty() {
+            let last = self.stages.len() - 1;
+            let tables = self.stages.iter().enumerate().map(|(k, leads)| table(leads, k == last));
+            let _ = writeln!(
+                body,
+                "<section id=\"models\"><h2>Leading models</h2>{}</section>",
+                tables.collect::<String>()
+            );
+        }
+        if !self.next.is_empty() {
+            let figure = self.part(live, Part::Next, "What further points would tell");
+            let items = self.next.iter().map(|said| format!("<li>{}</li>", html(said)));
+            let _ = writeln!(
+                body,
+                "<section id=\"next\"><h2>What to measure next</h2><ul>{}</ul>{figure}</section>",
+                items.collect::<String>()
+            );
+        }
+        body + &list("Files that do not count", self.unusable.iter().collect())
+            + &list("Records rejected", self.rejected.iter().map(|(f, why)| (f, why)).collect())
+    }
+
+    /// A part, once it is there, under an address that changes with it.
+    fn part(&self, live: &Path, part: Part, title: &str) -> String {
+        let file = part.file();
+        let address = format!("{file}?{}", self.figures[part as usize]);
+        match part {
+            _ if !live.join(file).is_file() => String::new(),
+            Part::Study => format!("<iframe src=\"{address}\" title=\"{title}\"></iframe>"),
+            _ => format!("<img src=\"{address}\" alt=\"{title}\">"),
+        }
+    }
+}
+
+fn html(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;")
+}
+
+fn list(title: &str, of: Vec<(&String, &String)>) -> String {
+    if of.is_empty() {
+        return String::new();
+    }
+    let items = of.iter().map(|(f, why)| format!("<li><code>{}</code>: {}</li>", html(f), html(why)));
+    format!(
+        "<details><summary>{title}: {}</summary><ul>{}</ul></details>",
+        of.len(),
+        items.collect::<String>()
+    )
+}
+
+/// The leading models of a stage, how far they are behind, and their parameters.
+fn table(leads: &Leads, open: bool) -> String {
+    let first = leads.models.first().map_or(0.0, |m| m.ln_evidence);
+    let row = |model: &Lead| {
+        let shown = |p: &rijke_engine::run::ParameterRecord| {
+            format!("{} = {}", html(&p.name), html(&crate::number::with_sd(p.value, p.sd)))
+        };
+        let mut parameters: Vec<String> = model.parameters.iter().take(SHOWN).map(shown).collect();
+        let more = model.parameters.len().saturating_sub(SHOWN);
+        parameters.extend((more > 0).then(|| format!("{more} more")));
+        format!(
+            "<tr><td>{}</td><td>{:.1}</td><td>{}</td></tr>",
+            html(&model.id),
+            first - model.ln_evidence,
+            parameters.join(", ")
+        )
+    };
+    let new = match leads.new.len() {
+        0 => String::new(),
+        n => format!(", {n} points newer than the training"),
+    };
+    format!(
+        "<details{}><summary>{}{new}</summary><table><tr><th>model</th><th>nats behind</th><th>parameters</th></tr>{}</table></details>\n",
+        if open { " open" } else { "" },
+        html(&leads.title),
+        leads.models.iter().map(row).collect::<String>()
+    )
 }
 
 const STYLE: &str = ":root{color-scheme:light dark}body{font:16px/1.5 system-ui,sans-serif;margin:0}main{max-width:60rem;\
-margin:auto;padding:0 1rem}iframe{border:0;border-top:1px solid;width:100%;height:80vh}";
+margin:auto;padding:0 1rem}iframe{border:0;border-top:1px solid;width:100%;height:80vh}img{max-width:100%;background:#fff}\
+table{border-collapse:collapse;display:block;overflow-x:auto}td,th{text-align:left;padding:0 .7rem 0 0;vertical-align:top}";
 
-/// Loads the page again when its version is another.
-const SCRIPT: &str = "setInterval(()=>fetch('status.json',{cache:'no-store'}).then(r=>r.json()).then(s=>{\
-if(String(s.version)!==document.body.dataset.version)location.reload()}).catch(()=>{}),500)";
+/// Shows what changed when the version is another. A file that was opened without a server loads itself again.
+const SCRIPT: &str = "const get=async(f,as)=>(await fetch(f,{cache:'no-store'}))[as]();\
+const look=async()=>{const v=String((await get('status.json','json')).version);if(v===document.body.dataset.version)return;\
+const now=new DOMParser().parseFromString(await get('index.html','text'),'text/html');\
+const folds=d=>[...d.querySelectorAll('main details')];\
+const was=new Map(folds(document).map(f=>[f.textContent.split(':')[0].slice(0,20),f.open]));\
+folds(now).forEach(f=>{const o=was.get(f.textContent.split(':')[0].slice(0,20));if(o!==undefined)f.open=o});\
+document.querySelector('main').replaceWith(now.querySelector('main'));document.body.dataset.version=now.body.dataset.version;\
+const [old,frame]=[document,now].map(d=>d.querySelector('iframe'));\
+if(frame&&!old)document.querySelector('main').after(frame);\
+else if(frame&&frame.getAttribute('src')!==old.getAttribute('src'))old.replaceWith(frame)};\
+if(location.protocol==='file:')setTimeout(()=>location.reload(),2000);\
+else(async()=>{for(;;){await look().catch(()=>{});await new Promise(r=>setTimeout(r,250))}})()";

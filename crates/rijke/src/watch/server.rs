@@ -60,7 +60,10 @@ fn file_of(request: &str, folder: &Path) -> Option<PathBuf> {
     let ("GET", Some(target)) = (words.next()?, words.next()) else { return None };
     let name = target.split(['?', '#']).next()?.strip_prefix('/')?;
     let name = if name.is_empty() { "index.html" } else { name };
-    let inside = Path::new(name).components().all(|c| matches!(c, Component::Normal(_)));
+    // Hidden files are the program's own: what is half written, and what trainings read.
+    let shown =
+        |c: Component<'_>| matches!(c, Component::Normal(n) if !n.as_encoded_bytes().starts_with(b"."));
+    let inside = Path::new(name).components().all(shown);
     let path = folder.join(name);
     (inside && path.is_file()).then_some(path)
 }

@@ -14,13 +14,14 @@ use rijke_study::Study;
 use std::{fs, path::PathBuf};
 
 /// Laboratories.
-const SEEDS: u64 = 5;
+pub(crate) const SEEDS: u64 = 5;
 const REPEATS: u32 = 4;
 /// The grid of hot points: W, and cm.
 const POWERS: [u32; 7] = [7, 15, 30, 50, 80, 130, 180];
 const PLACES: [u32; 7] = [15, 25, 35, 50, 60, 75, 85];
 /// Those of Fig. 11.
-const EIGHT: [&str; 8] = ["H7-15", "H7-85", "H50-25", "H50-75", "H180-15", "H180-25", "H180-50", "H180-85"];
+pub(crate) const EIGHT: [&str; 8] =
+    ["H7-15", "H7-85", "H50-25", "H50-75", "H180-15", "H180-25", "H180-50", "H180-85"];
 /// Where the growth rate is asked for, before and after each visit.
 const ABOUT: &str = "H130-60";
 /// Nats that decide.
@@ -50,22 +51,22 @@ const PAIRS: [(&str, &str); 2] = [
 ];
 
 /// A laboratory whose whole grid was measured once. Every layout is a part of it.
-struct Bench {
+pub(crate) struct Bench {
     folder: PathBuf,
     all: Observations,
     /// Names of the hot points, and their true growth rates.
-    hot: Vec<(String, f64)>,
+    pub(crate) hot: Vec<(String, f64)>,
 }
 
 /// What is known after a layout.
-struct Found {
+pub(crate) struct Found {
     study: Study,
     observations: rijke_study::Observations,
     stages: Vec<StageRecord>,
     /// The model that goes on from the last stage, and its rival.
     saved: (SavedModel, Vec<OpenModel>),
     /// Of every hot point: how far the prediction of that model is off, the standard deviation stated for a measurement, and that of the model alone.
-    off: Vec<[f64; 3]>,
+    pub(crate) off: Vec<[f64; 3]>,
 }
 
 /// A line of the table.
@@ -96,7 +97,7 @@ fn place_of(id: &str) -> &str {
 }
 
 /// An hour for every point, and one to mount the heater at every place.
-fn hours(ids: &[String]) -> f64 {
+pub(crate) fn hours(ids: &[String]) -> f64 {
     let mut places: Vec<&str> = ids.iter().map(|id| place_of(id)).collect();
     places.sort_unstable();
     places.dedup();
@@ -104,7 +105,8 @@ fn hours(ids: &[String]) -> f64 {
 }
 
 impl Bench {
-    fn new(seed: u64) -> Self {
+    /// `name` is that of its folder.
+    pub(crate) fn new(name: &str, seed: u64) -> Self {
         let wanted = |p: &OperatingPoint| {
             let on_the_grid = p.position.is_some_and(|x| PLACES.contains(&((100.0 * x).round() as u32)));
             p.id == "C3-E" || p.row == "C1" || p.row == "H0" || (p.power > 0.0 && on_the_grid)
@@ -116,7 +118,7 @@ impl Bench {
         let all = process(&lab, &ProcessOptions::default(), &|| {}).unwrap().observations;
         let hot = lab.set().points.iter().enumerate().filter(|(_, p)| p.point.power > 0.0);
         let hot = hot.map(|(k, p)| (p.point.id.clone(), lab.true_mode(k).0.re)).collect();
-        let folder = scratch(&format!("design-study-{seed}"));
+        let folder = scratch(&format!("design-study-{name}"));
         let paper = example("juniper-yoko-2022");
         copy(&paper.join("candidates"), &folder.join("candidates"));
         for file in ["rig.toml", "campaign.csv"] {
@@ -126,7 +128,7 @@ impl Bench {
     }
 
     /// What is found of the pairs if these hot points are measured; the others are planned.
-    fn measured(&self, points: &[String], pairs: &[usize]) -> Found {
+    pub(crate) fn measured(&self, points: &[String], pairs: &[usize]) -> Found {
         let cold = ramp_study::STUDY.split("[[stage]]\nid = \"heat-release\"").next();
         let mut plan = cold.unwrap().to_owned() + COST;
         for (name, rows) in pairs.iter().map(|k| PAIRS[*k]) {
@@ -213,7 +215,7 @@ impl Found {
         self.stages[0].models[0].candidates == self.saved.0.candidates
     }
 
-    fn next(&self, aim: Aim, points: usize, free: &[String], without_pressures: bool) -> Next {
+    pub(crate) fn next(&self, aim: Aim, points: usize, free: &[String], without_pressures: bool) -> Next {
         let place = |id: &str| self.study.campaign.point(id).unwrap().0;
         let candidates = free.iter().map(|id| place(id)).collect();
         let wish = Wish { aim, candidates, points, without_pressures, about: Some(place(ABOUT)) };
@@ -254,7 +256,7 @@ fn grid(powers: &[u32], places: &[u32]) -> Vec<String> {
 
 /// All layouts in the laboratory of one seed.
 fn one_rig(seed: u64) -> (Vec<Line>, Vec<Foreseen>) {
-    let bench = Bench::new(seed);
+    let bench = Bench::new(&seed.to_string(), seed);
     let mut layouts = vec![
         ("all".to_owned(), grid(&POWERS, &PLACES)),
         ("the paper's eight".to_owned(), EIGHT.map(String::from).to_vec()),
@@ -282,7 +284,7 @@ fn one_rig(seed: u64) -> (Vec<Line>, Vec<Foreseen>) {
     (lines, foreseen.into_iter().flatten().collect())
 }
 
-fn median(mut all: Vec<f64>) -> f64 {
+pub(crate) fn median(mut all: Vec<f64>) -> f64 {
     all.sort_by(f64::total_cmp);
     let middle = all.len() / 2;
     if all.len() % 2 == 1 { all[middle] } else { 0.5 * (all[middle - 1] + all[middle]) }

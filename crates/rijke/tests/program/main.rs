@@ -6,6 +6,8 @@ mod bad_input;
 mod base_states;
 mod book;
 mod coverage_study;
+mod design_few;
+mod design_figure;
 mod design_study;
 mod ducted_flame;
 mod excited;

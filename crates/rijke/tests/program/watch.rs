@@ -108,6 +108,107 @@ fn exact_a_finished_watch_is_one_run() {
     assert!(folder.join("live/study/index.html").is_file());
 }
 
+/// The same numbers at each run.
+struct Draws(u64);
+
+impl Draws {
+    fn below(&mut self, most: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % most
+    }
+}
+
+/// Ended thirty times at random, by three signals, while files are late, half written, unreadable, of another rig, and there twice.
+#[test]
+#[ignore = "two minutes"]
+fn behaviour_a_watch_that_was_killed_thirty_times_ends_as_one_run() {
+    let (batch, folder) = (study("watch-kills-batch"), study("watch-kills"));
+    let done = rijke(&batch, &["run", "."]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let records = folder.join("records");
+    let [b, c] = ["b.csv", "c.csv"].map(|f| fs::read(records.join(f)).unwrap());
+    let put = |name: &str, content: &[u8]| fs::write(records.join(name), content).unwrap();
+    fs::remove_file(records.join("c.csv")).unwrap();
+    put("b.csv", &b[..b.len() / 3]);
+    let text = String::from_utf8_lossy(&c);
+    let narrow: Vec<String> =
+        text.lines().map(|l| l.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
+    let (mut draws, mut ended, mut finished) = (Draws(17), [0; 3], 0);
+    for kill in 0..30 {
+        match kill {
+            8 => put("b.csv", &b),
+            // Twice: the same bytes under another name of the manifest.
+            12 => put("c.csv", &b),
+            16 => put("c.csv", b"no record at all\n"),
+            20 => put("c.csv", narrow.join("\n").as_bytes()),
+            23 => put("c.csv", &c),
+            _ => {}
+        }
+        let more: &[&str] = if kill < 23 { &[] } else { &["--until-complete"] };
+        let mut watching = Watching::new(&folder, more);
+        // Where all is there, before the study is finished.
+        thread::sleep(Duration::from_millis(draws.below(if kill < 23 { 2500 } else { 500 })));
+        let signal = draws.below(3) as usize;
+        let name = ["-KILL", "-TERM", "-INT"][signal];
+        let id = watching.0.id().to_string();
+        let _ = Command::new("kill").args([name, &id]).stderr(Stdio::null()).status();
+        // Whoever starts the tests may have asked that a signal is ignored.
+        for _ in 0..100 {
+            if watching.0.try_wait().unwrap().is_some() {
+                break;
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
+        let _ = watching.0.kill();
+        if watching.0.wait().unwrap().success() {
+            finished += 1;
+        } else {
+            ended[signal] += 1;
+        }
+        for (part, mark) in [("observations", "observations.toml"), ("results", "numbers/claims.json")] {
+            let part = folder.join(part);
+            // Only readings.csv lies there before.
+            let begun = part.join("points.csv").exists() || part.ends_with("results") && part.exists();
+            assert!(!begun || part.join(mark).is_file(), "{} is torn after kill {kill}", part.display());
+        }
+    }
+    assert!(ended.iter().all(|n| *n > 0) && finished < 5, "{ended:?} {finished}");
+    let mut watching = Watching::new(&folder, &["--until-complete"]);
+    assert!(watching.0.wait().unwrap().success());
+    same(&batch, &folder, "observations");
+    same(&batch, &folder, "results");
+    let left = |name: &str| name.contains(".partial-") || name.contains(".replaced");
+    let names: Vec<String> = bytes(&folder).into_iter().map(|f| f.0).filter(|name| left(name)).collect();
+    assert!(names.is_empty(), "{names:?}");
+}
+
+/// What cannot count is listed with the reason, and never stops what can.
+#[test]
+fn message_files_that_do_not_count_say_why() {
+    let folder = study("watch-unusable");
+    let records = folder.join("records");
+    let [b, c] = ["b.csv", "c.csv"].map(|f| fs::read(records.join(f)).unwrap());
+    let text = String::from_utf8_lossy(&c);
+    let narrow: Vec<String> =
+        text.lines().map(|l| l.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
+    let _watching = Watching::new(&folder, &[]);
+    until(&folder, |s| s["whole"] == 3);
+    let counted = |s: &serde_json::Value| s["whole"] == 2 && s["unusable"]["c.csv"].is_string();
+    for (content, reason) in [
+        (&b[..], "holds the same bytes as b.csv"),
+        (&b"no record at all\n"[..], "c.csv"),
+        (narrow.join("\n").as_bytes(), "c.csv"),
+        (&c[..c.len() / 2], "c.csv"),
+    ] {
+        fs::write(records.join("c.csv"), content).unwrap();
+        let said = |s: &serde_json::Value| s["unusable"]["c.csv"].as_str().unwrap_or_default().to_owned();
+        let status = until(&folder, |s| counted(s) && said(s).contains(reason));
+        assert_eq!(status["points"], 1, "{status}");
+        fs::write(records.join("c.csv"), &c).unwrap();
+        until(&folder, |s| s["whole"] == 3 && s["points"] == 2);
+    }
+}
+
 #[test]
 fn behaviour_the_page_is_shown_to_this_machine_only() {
     let folder = study("watch-page");
@@ -127,9 +228,15 @@ fn behaviour_the_page_is_shown_to_this_machine_only() {
     let page = ask("/", &here);
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("2 of 3 files"), "{page}");
     assert!(ask("/status.json", &here).contains("\"awaited\": 1"));
-    for (target, host) in
-        [("/../study.toml", &*here), ("//etc/passwd", &here), ("/", "example.org"), ("/no", &here)]
-    {
+    for (target, host) in [
+        ("/../study.toml", &*here),
+        ("//etc/passwd", &here),
+        ("/", "example.org"),
+        ("/no", &here),
+        ("/study/../../study.toml", &here),
+        ("/%2e%2e/study.toml", &here),
+        ("/.seen/observations/points.csv", &here),
+    ] {
         assert!(ask(target, host).starts_with("HTTP/1.1 404"), "{target} {host}");
     }
 }

@@ -2,6 +2,7 @@
 
 use super::pool::{Group, variances_of_means};
 use crate::Fault;
+use rayon::prelude::*;
 use rijke_numerics::Matrix;
 
 /// What the repeats of one measurement say together.
@@ -120,11 +121,15 @@ pub fn pool(points: &mut [&mut Repeats]) {
             point.within[(i, j)] / point.count as f64
         });
     }
-    for i in 0..size {
+    let groups = |i: usize| -> Vec<Group> {
         let group =
             |p: &&mut Repeats| Group { within: p.within[(i, i)], squares: p.squares[i], count: p.count };
-        let groups: Vec<Group> = points.iter().map(group).collect();
-        for (point, variance) in points.iter_mut().zip(variances_of_means(&groups)) {
+        points.iter().map(group).collect()
+    };
+    let groups: Vec<Vec<Group>> = (0..size).map(groups).collect();
+    let variances: Vec<Vec<f64>> = groups.par_iter().map(|g| variances_of_means(g)).collect();
+    for (i, variances) in variances.into_iter().enumerate() {
+        for (point, variance) in points.iter_mut().zip(variances) {
             point.covariance[(i, i)] = variance.max(point.covariance[(i, i)]);
         }
     }

@@ -37,6 +37,9 @@ const LEAST: f64 = 0.01;
 const LARGEST: f64 = 1e5;
 /// Deviations of ln b from point to point that are tried.
 const SPREADS: [f64; 3] = [0.2, 0.6, 1.2];
+/// Relative error of a half-width, and the most steps in which it is reached: ten are usual.
+const NEAR: f64 = 1e-13;
+const MOST: usize = 200;
 /// Probability of two standard deviations of a normal distribution.
 const TWO_DEVIATIONS: f64 = 0.954_499_736;
 
@@ -86,9 +89,9 @@ struct Law {
 fn prior(likelihoods: &[Vec<f64>], nodes: usize) -> Vec<Law> {
     let mut laws: Vec<(f64, Vec<f64>)> = Vec::with_capacity(SPREADS.len() * nodes);
     for spread in SPREADS {
+        let bell: Vec<f64> = (0..nodes).map(|i| (-0.5 * (i as f64 * STEP / spread).powi(2)).exp()).collect();
         for middle in 0..nodes {
-            let bell = |i: usize| (-0.5 * ((i as f64 - middle as f64) * STEP / spread).powi(2)).exp();
-            let mut density: Vec<f64> = (0..nodes).map(bell).collect();
+            let mut density: Vec<f64> = (0..nodes).map(|i| bell[i.abs_diff(middle)]).collect();
             let sum: f64 = density.iter().sum();
             density.iter_mut().for_each(|d| *d /= sum);
             let evidence = |l: &Vec<f64>| dot(l, &density).max(f64::MIN_POSITIVE).ln();
@@ -122,13 +125,36 @@ fn half_width(group: &Group, scatter: &[f64], weights: &[f64]) -> f64 {
         scatter.iter().zip(weights).filter(|(_, w)| **w > 1e-12).map(tail).sum()
     };
     let variance = |b: Option<&f64>| (group.within + b.copied().unwrap_or(0.0)) / count;
-    let (mut low, mut high) = (variance(None).sqrt(), 5.0 * variance(scatter.last()).sqrt());
-    // Halving the ratio of the two 50 times leaves nothing of it.
-    for _ in 0..50 {
-        let middle = (low * high).sqrt();
-        if outside(middle) > 1.0 - TWO_DEVIATIONS { low = middle } else { high = middle }
+    // The logarithm of what is outside is nearly a line over the logarithm of the half-width.
+    let over = |x: f64| (outside(x.exp()).max(f64::MIN_POSITIVE) / (1.0 - TWO_DEVIATIONS)).ln();
+    let (low, high) = (0.5 * variance(None).ln(), 5_f64.ln() + 0.5 * variance(scatter.last()).ln());
+    crossing(over, low, high).exp()
+}
+
+/// Where a falling function crosses zero between `low` and `high`, to rounding: false position that halves the value of an end which stays
+/// (Illinois; Dowell & Jarratt, BIT 11 (1971) 168). Where it does not cross, the end at which it is nearest.
+fn crossing(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let (mut at_low, mut at_high) = (f(low), f(high));
+    if at_low <= 0.0 || at_high >= 0.0 {
+        return if at_low <= 0.0 { low } else { high };
     }
-    (low * high).sqrt()
+    let mut rising = None;
+    for _ in 0..MOST {
+        let x = (low * at_high - high * at_low) / (at_high - at_low);
+        let at = f(x);
+        if at.abs() < NEAR || high - low < NEAR {
+            return x;
+        }
+        // An end that stays for the second time counts half.
+        let share = if rising == Some(at > 0.0) { 0.5 } else { 1.0 };
+        rising = Some(at > 0.0);
+        if at > 0.0 {
+            (low, at_low, at_high) = (x, at, share * at_high);
+        } else {
+            (high, at_high, at_low) = (x, at, share * at_low);
+        }
+    }
+    0.5 * (low + high)
 }
 
 #[cfg(test)]
@@ -153,6 +179,15 @@ mod tests {
                 "{count}: {found} {want}"
             );
         }
+    }
+
+    #[test]
+    fn exact_crossings_of_known_places() {
+        for place in [-0.7, 0.1, 2.9] {
+            let found = crossing(|x| (place - x) * (1.0 + (x - 1.0).powi(2)), -1.0, 3.0);
+            assert!((found - place).abs() < 1e-12, "{found} {place}");
+        }
+        assert_eq!([crossing(|x| -1.0 - x, -0.5, 3.0), crossing(|x| 9.0 - x, -0.5, 3.0)], [-0.5, 3.0]);
     }
 
     #[test]

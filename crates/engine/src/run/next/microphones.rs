@@ -84,7 +84,7 @@ pub fn microphones(
     };
     let able = place.measurable(model, rivals, wish, &all)?;
     let visits: Vec<usize> = (0..able.kept.len()).collect();
-    let gain = |seen: &dyn Fn(&Numbers) -> Numbers| able.told(seen).gain(wish.aim, &visits);
+    let gain = |seen: &(dyn Fn(&Numbers) -> Numbers + Sync)| able.told(seen).gain(wish.aim, &visits);
     let of = |set: &[usize]| gain(&|n: &Numbers| n.through(&rows(set, &others, n.values.len())));
     let total = [of(&[])?, of(&now)?];
     let first = &more.campaign.points[able.kept[0]].factors;

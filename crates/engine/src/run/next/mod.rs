@@ -5,10 +5,12 @@ mod place;
 mod plan;
 mod predictive;
 mod pressures;
+mod sequence;
 mod told;
 
 pub use microphones::{MicrophoneChoice, MicrophoneTable, microphones};
 pub use place::Wish;
+pub use sequence::{Lead, Leads, Sequence};
 pub use told::Aim;
 
 use super::average::OpenModel;

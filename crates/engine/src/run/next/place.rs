@@ -9,7 +9,7 @@ use crate::run::average::OpenModel;
 use crate::run::followed::Followed;
 use crate::run::inputs::{ambient_of_all, conditions, observed, states};
 use crate::run::rows::assembly_of;
-use crate::{Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
+use crate::{Assembly, Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
 use rayon::prelude::*;
 use rijke_numerics::Matrix;
 use rijke_rig::ChannelErrors;
@@ -35,6 +35,14 @@ pub struct Wish {
     pub without_pressures: bool,
 }
 
+/// A model, as every point needs it.
+struct Known<'m> {
+    model: &'m SavedModel,
+    posterior: TrainedPosterior,
+    assembly: Assembly,
+    followed: Followed,
+}
+
 /// What is known of the points of a study, whichever model is asked.
 pub(super) struct Place<'a> {
     study: &'a Study,
@@ -53,8 +61,27 @@ impl<'a> Place<'a> {
     ) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);
         let states = states(study, &ambient, true)?;
+        Self::of_states(study, observations, states, channels)
+    }
+
+    /// Where the states of the gas are known.
+    pub(super) fn of_states(
+        study: &'a Study,
+        observations: &Observations,
+        states: BTreeMap<usize, BaseState>,
+        channels: Option<ChannelErrors>,
+    ) -> Result<Self, EngineError> {
+        let ambient = ambient_of_all(study, observations);
         let observed = observed(study, observations, &states, &ambient)?;
         Ok(Self { study, observed, states, ambient, channels })
+    }
+
+    pub(super) fn study(&self) -> &Study {
+        self.study
+    }
+
+    pub(super) fn observed(&self) -> &[Observed] {
+        &self.observed
     }
 
     /// The conditions at a point of the campaign, where they can be known: a model that was trained with inferred states needs one.
@@ -65,22 +92,29 @@ impl<'a> Place<'a> {
         conditions(self.study, point, self.states.get(&k), ambient)
     }
 
+    /// What every point needs of a model.
+    fn known<'m>(&self, model: &'m SavedModel) -> Result<Known<'m>, EngineError> {
+        Ok(Known {
+            model,
+            posterior: model.posterior()?,
+            assembly: assembly_of(self.study, &model.candidates, &model.hold)?,
+            followed: Followed::of(self.study, &self.observed, &model.trained_on),
+        })
+    }
+
     /// A point by a model, where its mode is sought as it was when it was measured.
     fn numbers(
         &self,
-        model: &SavedModel,
-        posterior: &TrainedPosterior,
+        Known { model, posterior, assembly, followed }: &Known<'_>,
         k: usize,
         microphones: &[usize],
     ) -> Result<(Numbers, Conditions), EngineError> {
         let conditions = self.conditions(model, k)?;
-        let assembly = assembly_of(self.study, &model.candidates, &model.hold)?;
         let seen = self.observed.iter().find(|o| o.conditions.id == conditions.id);
-        let followed = Followed::of(self.study, &self.observed, &model.trained_on);
         let first = followed.labels().first();
         let near = seen.map(|o| o.near).or_else(|| followed.near(first?, &conditions));
         let (known, law) = (&posterior.knowledge, model.law.as_ref());
-        let linear = posterior.linear(known, &assembly, &conditions, microphones, near, law)?;
+        let linear = posterior.linear(known, assembly, &conditions, microphones, near, law)?;
         // Repeated visits of a point share the errors of its gas: some of them are made anew, but this promises less.
         let shared = linear.base.into_iter().chain(linear.law).map(|(c, change)| (Shared::Cause(c), change));
         let mut numbers = Numbers {
@@ -101,14 +135,15 @@ impl<'a> Place<'a> {
     }
 
     /// What measuring each point would give.
-    fn expected(
+    pub(super) fn expected(
         &self,
         stage: &Stage,
         model: &SavedModel,
         candidates: &[usize],
         microphones: &[usize],
     ) -> Result<Vec<Result<Numbers, EngineError>>, EngineError> {
-        let posterior = model.posterior()?;
+        let known = self.known(model)?;
+        let posterior = &known.posterior;
         let trained = self.trained(model);
         let measured = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).measured;
         let errors = [0, 1].map(|k| if measured { measured_sd(&trained, k) } else { 0.0 });
@@ -130,7 +165,7 @@ impl<'a> Place<'a> {
         let others: Vec<usize> =
             microphones.iter().copied().filter(|m| *m != rig.microphones.reference).collect();
         let one = |&k: &usize| {
-            let (mut numbers, conditions) = self.numbers(model, &posterior, k, microphones)?;
+            let (mut numbers, conditions) = self.numbers(&known, k, microphones)?;
             let rows = numbers.values.len();
             let faults = |m: usize| misfit[2] + near_field(rig, &conditions, m).powi(2);
             let [with, without] = [&faults as &dyn Fn(usize) -> f64, &|_| anew[2]]
@@ -249,7 +284,7 @@ impl<'a> Place<'a> {
 
     /// The growth rate at a point in an installation of its own, without noise.
     fn wanted(&self, model: &SavedModel, k: usize) -> Result<Numbers, EngineError> {
-        let (numbers, _) = self.numbers(model, &model.posterior()?, k, &[])?;
+        let (numbers, _) = self.numbers(&self.known(model)?, k, &[])?;
         let apart = |cause: Shared| match cause {
             Shared::Varying(name, _) => Shared::Varying(name, String::new()),
             other => other,
@@ -286,14 +321,14 @@ struct Rival {
 
 impl Measurable {
     /// What visits of the points would tell, of whose numbers `seen` says which are measured.
-    pub(super) fn told(&self, seen: &dyn Fn(&Numbers) -> Numbers) -> Told {
+    pub(super) fn told(&self, seen: &(dyn Fn(&Numbers) -> Numbers + Sync)) -> Told {
         // The quantity stands behind all points.
         let own = self.own.iter().map(seen).chain(self.about.clone()).collect();
         let rival =
             |r: &Rival| (r.odds, Predictive::new(r.numbers.iter().map(seen).collect(), &r.covariance));
         Told {
             mine: Predictive::new(own, &self.covariance),
-            rivals: self.rivals.iter().map(rival).collect(),
+            rivals: self.rivals.par_iter().map(rival).collect(),
             quantity: self.about.is_some().then_some(self.kept.len()),
         }
     }

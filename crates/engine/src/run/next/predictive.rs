@@ -147,7 +147,7 @@ impl Predictive {
         })
     }
 
-    fn covariance(&self, set: &[usize]) -> Matrix {
+    pub(super) fn covariance(&self, set: &[usize]) -> Matrix {
         let rows = self.rows(set);
         let mut v = self.errors(set);
         for (i, (_, a)) in rows.iter().enumerate() {

@@ -1,0 +1,26 @@
+//! The same fit with other data, to first order: posterior and evidence without another search.
+
+use super::Linearised;
+use rijke_numerics::dot;
+
+/// What other data would change, with noise as fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moved {
+    /// Step of the most probable parameters, in working coordinates; their covariance stays.
+    pub step: Vec<f64>,
+    /// Change of ln evidence, nats.
+    pub ln_evidence: f64,
+}
+
+impl Linearised {
+    /// What changes if every datum reads `change` more. With d the change, the parameters move by Sigma F' C^-1 d, and -ln evidence, half the
+    /// square of the residual from the mean of the prior in the metric P, grows by (C^-1 r)'d + d'P d/2. Exact for a linear model.
+    #[must_use]
+    pub fn moved(&self, change: &[f64]) -> Moved {
+        let told = self.told_by(change);
+        Moved {
+            step: self.root.transpose().times(&told),
+            ln_evidence: -dot(&self.pulls, change) - 0.5 * dot(change, &self.pulled(change)),
+        }
+    }
+}
