@@ -191,25 +191,6 @@ impl Watch<'_> {
         Ok(())
     }
 
-<<<<<<< HEAD
-    /// Trains the stages that have points, and draws them.
-    fn train(&self, study: &Study, trusted: Trusted, all: bool) -> Result<Option<Vec<StageRecord>>, Failure> {
-        let dir = &self.args.dir;
-        let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
-        let observations = observations(study)?;
-        let leading = if all { Leading::default() } else { self.leading.clone() };
-        let Some(reduced) = so_far(study, &observations, &leading).map_err(wrong)? else { return Ok(None) };
-        let mut run = Run::new(reduced, &observations, trusted).map_err(wrong)?;
-        let (mut stages, mut answers) = (Vec::new(), Vec::new());
-        while let Some(stage) = run.next_stage().map_err(wrong)? {
-            answers.push(run.overview(&stage.id).map_err(wrong)?);
-            stages.push(stage);
-        }
-        let verdicts = verdicts(&study.claims, observations.kind, &stages, &answers);
-        let page = StudyPage::new(&StudyHead::of(study, &observations), &stages, &answers, &verdicts, None);
-        page.or_failed()?.write(&self.live.join("study")).or_failed()?;
-        Ok(Some(stages))
-=======
     /// What was processed, in words.
     fn tell(&mut self, Processed { observations, .. }: &Processed, last: Option<&(String, String)>) {
         let measured = |p: &&rijke_rig::PointObservations| p.ping.is_some() || p.click.is_some();
@@ -221,7 +202,6 @@ impl Watch<'_> {
         let said =
             rejected.map(|(_, why)| format!("rejected, {why}")).or_else(|| of_a_point(observations, point));
         self.status.last = said.map_or_else(|| name.clone(), |said| format!("{name}: {said}"));
->>>>>>> watch
     }
 
     /// Moves the leading models by what was observed since they were trained.

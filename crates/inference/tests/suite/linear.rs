@@ -140,7 +140,6 @@ fn exact_leave_one_out_and_prediction() {
     }
 }
 
-<<<<<<< HEAD
 #[test]
 fn exact_density_of_each_datum_given_all_others_and_the_parameters() {
     let (m, block, p) = (12, 4, 3);
@@ -170,7 +169,9 @@ fn exact_density_of_each_datum_given_all_others_and_the_parameters() {
             ln_gaussian(&r, &covariance.select(within))
         };
         assert_relative_eq!(found[i], of(&own) - of(&others), epsilon = 1e-10);
-=======
+    }
+}
+
 /// Other data move the parameters and the evidence of a linear model as a new fit does.
 #[test]
 fn exact_other_data_move_a_linear_model_as_a_new_fit() {
@@ -192,7 +193,6 @@ fn exact_other_data_move_a_linear_model_as_a_new_fit() {
     for k in 0..4 {
         let step: f64 = (0..m).map(|i| 0.25 * x[(i, k)] * pull[i]).sum();
         assert_relative_eq!(moved.step[k], step, epsilon = 1e-9);
->>>>>>> watch
     }
 }
 

@@ -171,7 +171,7 @@ impl Work {
             answers.push(run.overview(&stage.id).map_err(wrong)?);
             stages.push(stage);
         }
-        let judged = verdicts(&study.claims, &stages, &answers);
+        let judged = verdicts(&study.claims, observations.kind, &stages, &answers);
         let page = StudyPage::new(&StudyHead::of(&study, &observations), &stages, &answers, &judged, None);
         page.or_failed()?.write(&self.live.join("study")).or_failed()?;
         let next = stages.last().map_or_else(
