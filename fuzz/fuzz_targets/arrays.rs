@@ -1,4 +1,5 @@
-//! Any bytes as a record in a file of named arrays: MATLAB 5, MATLAB 7.3 and HDF5, told apart by their first bytes.
+//! Any bytes as a record in a file of named arrays: MATLAB 5, MATLAB 7.3 and HDF5, told apart by their first
+//! bytes.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,5 +1,5 @@
-//! Any five texts, separated by form feeds, as the tables of a folder of observations: points, pings, clicks, rejections, and what is
-//! left of the channels.
+//! Any five texts, separated by form feeds, as the tables of a folder of observations: points, pings, clicks,
+//! rejections, and what is left of the channels.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

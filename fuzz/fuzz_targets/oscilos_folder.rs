@@ -1,5 +1,5 @@
-//! Any six texts, separated by form feeds, as a folder of OSCILOS_lite inputs: read it, and find the modes of what is
-//! small enough to be quick.
+//! Any six texts, separated by form feeds, as a folder of OSCILOS_lite inputs: read it, and find the modes of
+//! what is small enough to be quick.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,5 @@
-//! Any two texts, separated by a form feed, as the declaration of responses and the file of numbers that it names `r.csv`.
+//! Any two texts, separated by a form feed, as the declaration of responses and the file of numbers that it
+//! names `r.csv`.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

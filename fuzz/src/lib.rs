@@ -1,4 +1,5 @@
-//! What the fuzz targets share: files that a reader is given, the layout of a record of two microphones, and a sound study.
+//! What the fuzz targets share: files that a reader is given, the layout of a record of two microphones, and
+//! a sound study.
 
 use rijke_rig::{Arrays, Layout, Reading};
 use rijke_study::Study;

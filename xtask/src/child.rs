@@ -29,9 +29,9 @@ pub(crate) fn run(command: &mut Command, mut look: impl FnMut(&Child)) -> io::Re
     }
 }
 
-/// From now on SIGINT and SIGTERM end the running program first, then this task, as each of them does by default. SIGKILL
-/// cannot be seen, and SIGHUP is left alone because of nohup: then the pipe to the program closes (`rijke
-/// --until-stdin-closes`).
+/// From now on SIGINT and SIGTERM end the running program first, then this task, as each of them does by
+/// default. SIGKILL cannot be seen, and SIGHUP is left alone because of nohup: then the pipe to the program
+/// closes (`rijke --until-stdin-closes`).
 #[cfg(unix)]
 pub(crate) fn end_with_signals() -> Result<(), String> {
     use signal_hook::{consts, iterator::Signals, low_level::emulate_default_handler};

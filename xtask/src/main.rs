@@ -1,4 +1,5 @@
-//! Tasks of the workspace, run as `cargo xtask TASK`. Knows no crate of the project: it starts programs and reads files.
+//! Tasks of the workspace, run as `cargo xtask TASK`. Knows no crate of the project: it starts programs and
+//! reads files.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
 mod child;
@@ -29,10 +30,11 @@ struct Program {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Regenerate the tables and figures of the paper from raw records of the virtual laboratory, into results/.
+    /// Regenerate the tables and figures of the paper from raw records of the virtual laboratory, into
+    /// results/.
     Reproduce(reproduce::Options),
-    /// Open the page of results in headless Chromium, wide, narrow and on paper, and that of a watch while a record arrives; fail if
-    /// anything is wrong with them.
+    /// Open the page of results in headless Chromium, wide, narrow and on paper, and that of a watch while a
+    /// record arrives; fail if anything is wrong with them.
     Page,
     /// Write docs/reference/commands.md from the help of the program.
     Reference,
@@ -40,13 +42,14 @@ enum Task {
     Package,
     /// Install the Python package in a fresh environment under target/, run its tests and check its types.
     Python,
-    /// Make each law of heat release of Table 4 the truth of the virtual laboratory in turn, and write which model wins into
-    /// docs/records/recovery.md: some ten minutes.
+    /// Make each law of heat release of Table 4 the truth of the virtual laboratory in turn, and write which
+    /// model wins into docs/records/recovery.md: some ten minutes.
     Recovery,
-    /// Measure what `rijke flow` and `rijke rank` cost against points, microphones and candidates, and write docs/records/scale.md: some
-    /// twenty minutes.
+    /// Measure what `rijke flow` and `rijke rank` cost against points, microphones and candidates, and write
+    /// docs/records/scale.md: some twenty minutes.
     Scale,
-    /// Measure how fast `rijke watch` is with 175 points and with 7000 records, into target/watch.md: some fifteen minutes.
+    /// Measure how fast `rijke watch` is with 175 points and with 7000 records, into target/watch.md: some
+    /// fifteen minutes.
     Watch,
     /// Run the tests.
     Test {
@@ -54,12 +57,14 @@ enum Task {
         #[arg(long)]
         all: bool,
     },
-    /// Change physics and statistics one place at a time, and list the changes that no test notices: half a minute for each.
+    /// Change physics and statistics one place at a time, and list the changes that no test notices: half a
+    /// minute for each.
     Mutants(mutants::Options),
-    /// Change the files that the program reads, at random, and list the cases that end with neither status 0 nor 2, or take more than 10 s or
-    /// 1 GiB: some twenty minutes for 20 000.
+    /// Change the files that the program reads, at random, and list the cases that end with neither status 0
+    /// nor 2, or take more than 10 s or 1 GiB: some twenty minutes for 20 000.
     Mangle(mangle::Options),
-    /// Check what the compiler does not: arrows between crates, files nobody uses, sizes, names of tests, links.
+    /// Check what the compiler does not: arrows between crates, files nobody uses, sizes, names of tests,
+    /// links.
     Tidy,
 }
 

@@ -1,5 +1,6 @@
-//! `cargo xtask mutants`: changes physics and statistics one place at a time (`.cargo/mutants.toml` says where), and lists the changes that no
-//! test of the crate notices. cargo-mutants does it; docs/records/mutants.md has what was found.
+//! `cargo xtask mutants`: changes physics and statistics one place at a time (`.cargo/mutants.toml` says
+//! where), and lists the changes that no test of the crate notices. cargo-mutants does it;
+//! docs/records/mutants.md has what was found.
 
 use crate::workspace::{Outcome, cargo, succeed};
 use std::process::Stdio;

@@ -1,5 +1,5 @@
-//! `cargo xtask package`: packs every public crate as for a registry, and checks that the packed trees, tests and benches included, compile
-//! against each other with nothing else of the repository at hand.
+//! `cargo xtask package`: packs every public crate as for a registry, and checks that the packed trees, tests
+//! and benches included, compile against each other with nothing else of the repository at hand.
 
 use crate::workspace::{Outcome, cargo, root, succeed};
 use std::{fmt::Write as _, fs, path::Path, process::Command};

@@ -1,4 +1,5 @@
-//! `cargo xtask page`: opens the page of results in headless Chromium as a reader would, wide, narrow and on paper.
+//! `cargo xtask page`: opens the page of results in headless Chromium as a reader would, wide, narrow and on
+//! paper.
 
 use crate::python::program;
 use crate::workspace::{Outcome, root, succeed};
@@ -39,11 +40,12 @@ const LOOKS: [Look; 5] = [
     Look { name: "paper", width: 718, smallest: 4.5, print: true, dark: false, timed: false },
 ];
 
-/// A frame while a slider is dragged, ms: sixty a second are 16.7. Six times that is refused, because others may use the machine; how long it took is
-/// printed.
+/// A frame while a slider is dragged, ms: sixty a second are 16.7. Six times that is refused, because others
+/// may use the machine; how long it took is printed.
 const SLOWEST: f64 = 100.0;
 
-/// Examples whose models their pages must solve too: gas at rest that is heated in a forced flow, one duct and three.
+/// Examples whose models their pages must solve too: gas at rest that is heated in a forced flow, one duct
+/// and three.
 const EXAMPLES: [&str; 2] = ["quarter-wave", "ducted-flame-stages"];
 
 /// Bytes of a page at most.
@@ -179,7 +181,8 @@ fn print(browser: &str, scratch: &Path, page: &Path) -> Result<usize, String> {
     if count == 0 { Err(format!("printed no sheet\n{}", said())) } else { Ok(count) }
 }
 
-/// Puts axe-core, which looks for barriers to readers with disabilities, beside the harness; false where npm cannot get it.
+/// Puts axe-core, which looks for barriers to readers with disabilities, beside the harness; false where npm
+/// cannot get it.
 fn axe(scratch: &Path) -> bool {
     let file = scratch.join("axe.min.js");
     if !file.is_file() {

@@ -9,8 +9,8 @@ use std::{
 /// The oldest Python for which the package is built.
 const OLDEST: (u32, u32) = (3, 9);
 
-/// Makes a fresh environment, installs the package from the checkout, and runs its tests and the checker of its types. Without
-/// Python says so and passes.
+/// Makes a fresh environment, installs the package from the checkout, and runs its tests and the checker of
+/// its types. Without Python says so and passes.
 pub(crate) fn run() -> Outcome {
     let Some(python) = interpreter() else {
         let (major, minor) = OLDEST;

@@ -1,4 +1,5 @@
-//! `cargo xtask recovery`: each law of heat release of Table 4 as the truth of an otherwise unchanged campaign, and which model wins.
+//! `cargo xtask recovery`: each law of heat release of Table 4 as the truth of an otherwise unchanged
+//! campaign, and which model wins.
 
 use crate::reproduce::{copy_study, program};
 use crate::workspace::{Outcome, cargo, root, succeed};

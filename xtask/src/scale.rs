@@ -1,4 +1,5 @@
-//! `cargo xtask scale`: what `rijke flow` and `rijke rank` cost against the number of points, microphones and candidates.
+//! `cargo xtask scale`: what `rijke flow` and `rijke rank` cost against the number of points, microphones and
+//! candidates.
 
 use crate::reproduce::program;
 use crate::workspace::{Outcome, cargo, root, succeed};
@@ -65,7 +66,8 @@ pub(crate) fn run() -> Outcome {
     series("`rank`, candidates", &[10, 100], &candidates, rank)
 }
 
-/// Seconds of processor of all programs that have ended, as Linux counts them: hundredths (proc(5), `cutime` and `cstime`).
+/// Seconds of processor of all programs that have ended, as Linux counts them: hundredths (proc(5), `cutime`
+/// and `cstime`).
 fn children() -> f64 {
     let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let numbers = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(13).take(2);
@@ -93,7 +95,8 @@ fn spread(low: f64, high: f64, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Observations of the virtual laboratory with the heater at `places`, at least 1 cm apart, because points are called by it.
+/// Observations of the virtual laboratory with the heater at `places`, at least 1 cm apart, because points
+/// are called by it.
 fn campaign(folder: &Path, places: usize, microphones: usize) -> Made {
     let text = read(&root().join("fixtures/campaigns/juniper-yoko-2022.toml"))?;
     let mut all = String::from("name = \"scale\"\nsource = \"cargo xtask scale\"\n");

@@ -1,4 +1,5 @@
-//! `cargo xtask watch`: how fast `rijke watch` is beside a campaign of the size of the paper's, and whether it keeps up.
+//! `cargo xtask watch`: how fast `rijke watch` is beside a campaign of the size of the paper's, and whether
+//! it keeps up.
 
 use crate::reproduce::{copy_study, peak_memory_mib, program};
 use crate::workspace::{Outcome, cargo, root, succeed};
@@ -18,7 +19,8 @@ const HEAD: &str = "<!-- The table is written by `cargo xtask watch`. -->
 const REPEATS: &str = "20";
 /// How many of them arrive while one measures the time.
 const REPLAYED: usize = 400;
-/// Files a second: the rig makes a ping of two seconds and waits for three, a file in five seconds; twenty times that is four a second.
+/// Files a second: the rig makes a ping of two seconds and waits for three, a file in five seconds; twenty
+/// times that is four a second.
 const RATE: f64 = 4.0;
 /// How long to wait for what never comes.
 const PATIENCE: Duration = Duration::from_secs(1800);
@@ -112,7 +114,8 @@ pub(crate) fn run() -> Outcome {
 /// What was measured, how many files there are, the seconds that each took, and the largest memory.
 type Row = (String, usize, Vec<f64>, u64);
 
-/// One repeat of every point, trained; then further files one by one, with nothing else to do and while models are trained.
+/// One repeat of every point, trained; then further files one by one, with nothing else to do and while
+/// models are trained.
 fn of_few(study: &Path, records: &Path) -> Result<Vec<Row>, String> {
     let away = study.join("away");
     // The flow of the hot points must be known before they count.

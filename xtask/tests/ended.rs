@@ -58,7 +58,8 @@ fn relative(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     made(folder).into_iter().map(|(p, b)| (p.strip_prefix(folder).unwrap().to_owned(), b)).collect()
 }
 
-/// Ends runs by each signal at `moments` moments spread over an undisturbed run. Then a run goes on to the end.
+/// Ends runs by each signal at `moments` moments spread over an undisturbed run. Then a run goes on to the
+/// end.
 fn end_at(name: &str, moments: u32) {
     let folder = |part: &str| {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{part}"));

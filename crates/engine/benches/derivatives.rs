@@ -1,4 +1,5 @@
-//! The modes of a network with all first derivatives: by the adjoint, and by differences through the text of its file.
+//! The modes of a network with all first derivatives: by the adjoint, and by differences through the text of
+//! its file.
 
 #![allow(clippy::unwrap_used, reason = "a bench may fail by panicking")]
 

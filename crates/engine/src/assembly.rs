@@ -16,7 +16,8 @@ pub struct Assembly {
     /// For each candidate and each of its parameters.
     sources: Vec<Vec<Source>>,
     free: Vec<Parameter>,
-    /// For each candidate the free parameters on which its laws depend: its own and those of the wall, ascending.
+    /// For each candidate the free parameters on which its laws depend: its own and those of the wall,
+    /// ascending.
     seeds: Vec<Vec<usize>>,
     seeds_of_wall: Vec<usize>,
     /// The candidates whose laws are in error by a factor of which the last two parameters say how far.
@@ -35,7 +36,8 @@ enum Source {
     Fixed(f64),
 }
 
-/// Whether an effect is a loss of the walls of ducts, which other laws may name as `wall_mu` and `wall_ep`; which of the two.
+/// Whether an effect is a loss of the walls of ducts, which other laws may name as `wall_mu` and `wall_ep`;
+/// which of the two.
 pub(crate) fn part_of_wall(effect: &Effect) -> Option<usize> {
     match effect.coefficient {
         Coefficient::Mu if effect.place.is_duct() => Some(0),
@@ -45,7 +47,8 @@ pub(crate) fn part_of_wall(effect: &Effect) -> Option<usize> {
 }
 
 impl Assembly {
-    /// What the file of the rig says, and one candidate per role; all parameters are free but those of `hold`.
+    /// What the file of the rig says, and one candidate per role; all parameters are free but those of
+    /// `hold`.
     ///
     /// # Errors
     /// [`EngineError::SameRole`], [`EngineError::SameName`], [`EngineError::UnknownParameter`].
@@ -118,8 +121,8 @@ impl Assembly {
         &self.candidates
     }
 
-    /// The assembly with the laws of a role times 1 + e, whose real and imaginary parts are two more parameters; none for a model
-    /// without that role.
+    /// The assembly with the laws of a role times 1 + e, whose real and imaginary parts are two more
+    /// parameters; none for a model without that role.
     ///
     /// # Errors
     /// Those of [`Assembly::new`].
@@ -138,7 +141,8 @@ impl Assembly {
         self.erring.contains(&k)
     }
 
-    /// Refuses propagation constants of waves where a model is none of pressures, or where the ducts of `layout` are not alike.
+    /// Refuses propagation constants of waves where a model is none of pressures, or where the ducts of
+    /// `layout` are not alike.
     ///
     /// # Errors
     /// [`EngineError::Waves`].
@@ -205,7 +209,8 @@ impl Assembly {
         self.sources.iter().map(|sources| sources.iter().map(number).collect()).collect()
     }
 
-    /// The parameters of candidate `k` as jets of `space`, whose seeds are the free parameters `seeds` (and s).
+    /// The parameters of candidate `k` as jets of `space`, whose seeds are the free parameters `seeds` (and
+    /// s).
     pub(crate) fn jets(&self, k: usize, seeds: &[usize], space: JetSpace, values: &[f64]) -> Vec<Jet> {
         let jet = |source: &Source| match *source {
             Source::Free(i) => {

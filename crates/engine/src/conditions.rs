@@ -26,7 +26,8 @@ impl Conditions {
         self.surroundings(gas, area, [gas.temperature, area])
     }
 
-    /// What a law sees at `x`: the gas on the upstream side, and temperature and area on the downstream side beside it.
+    /// What a law sees at `x`: the gas on the upstream side, and temperature and area on the downstream side
+    /// beside it.
     pub(crate) fn around(&self, x: f64) -> Vec<f64> {
         let [before, after] = self.layout.areas(x);
         let upstream_end = x <= 0.0;

@@ -52,7 +52,8 @@ impl Blocks<'_> {
     /// One block per observation; every point is an installation of its own.
     ///
     /// # Errors
-    /// [`EngineError::Inference`] for numbers that are not finite or covariances that are not positive definite.
+    /// [`EngineError::Inference`] for numbers that are not finite or covariances that are not positive
+    /// definite.
     pub(crate) fn apart(&self) -> Result<Ordered, EngineError> {
         let (groups, near) = self.groups();
         let groups = groups.varying(self.scatter);
@@ -80,11 +81,13 @@ impl Blocks<'_> {
         Ok((Data::new(blocks, groups.list)?, order))
     }
 
-    /// With the errors of the base states as a covariance that does not float, and what points of one installation share.
+    /// With the errors of the base states as a covariance that does not float, and what points of one
+    /// installation share.
     ///
-    /// Growth rates and frequencies of all points that share a cause of error are one block, so that what moves them together
-    /// is known to. The pressures of each point are a block of their own: what the errors do to pressures and eigenvalue together is left
-    /// out, because larger blocks would make the inference many times slower.
+    /// Growth rates and frequencies of all points that share a cause of error are one block, so that what
+    /// moves them together is known to. The pressures of each point are a block of their own: what the errors
+    /// do to pressures and eigenvalue together is left out, because larger blocks would make the inference
+    /// many times slower.
     ///
     /// # Errors
     /// As [`Blocks::apart`].
@@ -149,11 +152,12 @@ impl Blocks<'_> {
         Ok((Data::new(blocks, groups.list)?, order))
     }
 
-    /// Variance of the relative pressures where microphones stand in the near field of a part, closer to it than the radius of the
-    /// duct; nothing where none does.
+    /// Variance of the relative pressures where microphones stand in the near field of a part, closer to it
+    /// than the radius of the duct; nothing where none does.
     ///
-    /// There the pressure is that of the flow through and round the part, and no plane wave's. The reference microphone's share is one that
-    /// all others have. It is no part of the floor, from which the inference judges whether a floating noise is needed at all.
+    /// There the pressure is that of the flow through and round the part, and no plane wave's. The reference
+    /// microphone's share is one that all others have. It is no part of the floor, from which the inference
+    /// judges whether a floating noise is needed at all.
     fn near_field(&self, observed: &Observed, used: &Used) -> Option<Matrix> {
         let reference = self.rig.microphones.reference;
         let variance = |m: usize| near_field(self.rig, &observed.conditions, m).powi(2);
@@ -166,7 +170,8 @@ impl Blocks<'_> {
         let size = 2 * own.len();
         Some(Matrix::from_fn(size, size, |i, j| {
             let diagonal = f64::from(u8::from(i == j));
-            // `relative_noise` is the identity, each microphone's own noise, and the reference's, which they share.
+            // `relative_noise` is the identity, each microphone's own noise, and the reference's, which they
+            // share.
             common * (shared[(i, j)] - diagonal) + own[i / 2] * diagonal
         }))
     }

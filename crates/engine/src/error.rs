@@ -108,7 +108,8 @@ pub enum EngineError {
         /// Why, and the remedy.
         problem: &'static str,
     },
-    /// A choked end in a mean flow, where it turns entropy waves into sound, which no reflection coefficient says.
+    /// A choked end in a mean flow, where it turns entropy waves into sound, which no reflection coefficient
+    /// says.
     #[error(
         "at operating point {point}: the rig has a choked end, and a candidate asks for waves in the mean flow: write that end as \
          `constant`, with the reflection that you know, or take `mean_flow` out of the candidate"

@@ -14,8 +14,8 @@ pub(crate) struct Groups {
 }
 
 impl Groups {
-    /// Those of the measured numbers: of growth rates and frequencies only where there are any, because a noise that nothing tells of
-    /// cannot float; pressures likewise.
+    /// Those of the measured numbers: of growth rates and frequencies only where there are any, because a
+    /// noise that nothing tells of cannot float; pressures likewise.
     pub(crate) fn new(there: [bool; 2], pressures: bool, noise: &Noise) -> Self {
         let measured = if pressures { 3 } else { 2 };
         let told = |k: usize| k == 2 || there[k];

@@ -5,7 +5,8 @@ use rijke_inference::{AssessOptions, MapOptions};
 use rijke_numerics::Matrix;
 use rijke_rig::ChannelErrors;
 
-/// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of the next.
+/// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of
+/// the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Knowledge {
     /// Names of the parameters.
@@ -25,15 +26,16 @@ pub struct Training {
     pub noise: Noise,
     /// What earlier stages found; parameters that the assembly does not have are ignored.
     pub known: Vec<Knowledge>,
-    /// What the observations share of the channels' calibration, if that is known: delays and gains are then parameters beside the
-    /// model's.
+    /// What the observations share of the channels' calibration, if that is known: delays and gains are then
+    /// parameters beside the model's.
     pub channels: Option<ChannelErrors>,
     /// How the most probable parameters are searched; a start is of the parameters of the model.
     pub search: MapOptions,
-    /// Whether the errors of the base states enter: those that all installations share as parameters, the others as a systematic
-    /// covariance. Costs a second fit: their effect is taken at the result of a first one that ignores them.
+    /// Whether the errors of the base states enter: those that all installations share as parameters, the
+    /// others as a systematic covariance. Costs a second fit: their effect is taken at the result of a first
+    /// one that ignores them.
     pub base_errors: bool,
-    /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some hundred
-    /// calls of the model.
+    /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some
+    /// hundred calls of the model.
     pub checks: Option<AssessOptions>,
 }

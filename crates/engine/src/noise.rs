@@ -6,13 +6,16 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) const NONE: NoiseMode = NoiseMode::Fixed { sd: 0.0 };
 
-/// What is assumed of the difference between model and measurement: the plan's words with the numbers of earlier stages in place.
+/// What is assumed of the difference between model and measurement: the plan's words with the numbers of
+/// earlier stages in place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
-    /// Standard deviations of growth rate (1/s), angular frequency (rad/s) and each part of a relative pressure.
+    /// Standard deviations of growth rate (1/s), angular frequency (rad/s) and each part of a relative
+    /// pressure.
     pub of_a_point: [NoiseMode; 3],
-    /// Standard deviations of what all points of one installation share, in the growth rate and the angular frequency. Where every
-    /// point is an installation of its own, it cannot be told from the noise of the point.
+    /// Standard deviations of what all points of one installation share, in the growth rate and the angular
+    /// frequency. Where every point is an installation of its own, it cannot be told from the noise of the
+    /// point.
     pub of_an_installation: [NoiseMode; 2],
     /// Whether the measured covariance is added to these.
     pub measured: bool,
@@ -22,11 +25,12 @@ pub struct Noise {
     pub law: Option<LawError>,
 }
 
-/// A parameter whose value scatters from installation to installation about the one that is inferred: the ends, say, whose
-/// effective place moves with what stands near them.
+/// A parameter whose value scatters from installation to installation about the one that is inferred: the
+/// ends, say, whose effective place moves with what stands near them.
 ///
-/// Enters to first order, as noise along the slope of the prediction: it moves frequency and mode shape together, so that what the
-/// microphones say of it in one installation is not taken for knowledge of its mean.
+/// Enters to first order, as noise along the slope of the prediction: it moves frequency and mode shape
+/// together, so that what the microphones say of it in one installation is not taken for knowledge of its
+/// mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Varying {
     /// Name of the parameter; one that a model does not have is ignored.
@@ -72,11 +76,12 @@ impl Noise {
     }
 }
 
-/// What a new measurement in a new installation differs by from a model whose parameters and base state are known exactly.
+/// What a new measurement in a new installation differs by from a model whose parameters and base state are
+/// known exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Misfit {
-    /// Standard deviations of growth rate (1/s), angular frequency (rad/s) and each part of a relative pressure: noise of the
-    /// point and of its installation together.
+    /// Standard deviations of growth rate (1/s), angular frequency (rad/s) and each part of a relative
+    /// pressure: noise of the point and of its installation together.
     pub measured: [f64; 3],
     /// Relative error of a law ([`Noise::law`]).
     pub law: f64,
@@ -97,9 +102,9 @@ impl Misfit {
 }
 
 impl Misfit {
-    /// What an interval of a new measurement must be wide by: with the root mean square of the measured standard deviations of `points`, where
-    /// these are no part of the noise that was found, and what few data leave unknown of that noise (Satterthwaite 1946, as
-    /// [`rijke_inference::Few`]).
+    /// What an interval of a new measurement must be wide by: with the root mean square of the measured
+    /// standard deviations of `points`, where these are no part of the noise that was found, and what few
+    /// data leave unknown of that noise (Satterthwaite 1946, as [`rijke_inference::Few`]).
     #[must_use]
     pub fn of_a_new_measurement(noise: &[NoiseEstimate], points: &[Observed], added: bool) -> Self {
         let sd = |k: usize| {
@@ -118,7 +123,8 @@ impl Misfit {
     }
 }
 
-/// The noise of a point, and what its installation adds, of growth rate (1/s), angular frequency (rad/s) and each part of a pressure.
+/// The noise of a point, and what its installation adds, of growth rate (1/s), angular frequency (rad/s) and
+/// each part of a pressure.
 pub(crate) fn of_point_and_installation(noise: &[NoiseEstimate]) -> [[f64; 2]; 3] {
     let sd = |name: &str| noise.iter().find(|n| n.name == name).map_or(0.0, |n| n.sd);
     MEASURED.map(|name| [sd(name), sd(&format!("{name}{BETWEEN}"))])

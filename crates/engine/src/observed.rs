@@ -16,8 +16,8 @@ pub struct Observed {
     pub near: C64,
 }
 
-/// The numbers of one observation that a training uses, and where they stand in its prediction: s, then the pressures of the
-/// microphones that were heard, real and imaginary parts in turn.
+/// The numbers of one observation that a training uses, and where they stand in its prediction: s, then the
+/// pressures of the microphones that were heard, real and imaginary parts in turn.
 #[derive(Clone, Debug)]
 pub(crate) struct Used {
     /// Microphones that are predicted: those used, the reference among them if any.
@@ -35,7 +35,8 @@ pub(crate) struct Used {
 }
 
 impl Observed {
-    /// What the microphones `chosen` measured of this mode; `reference` is the one to which pressures are relative.
+    /// What the microphones `chosen` measured of this mode; `reference` is the one to which pressures are
+    /// relative.
     pub(crate) fn used(&self, chosen: &[usize], reference: usize) -> Used {
         let mode = &self.mode;
         let mut rows = Vec::new();

@@ -13,7 +13,8 @@ use rijke_numerics::{C64, Matrix, Order};
 pub struct PointPrediction {
     /// Growth rate, angular frequency, then the relative pressures, real and imaginary parts in turn.
     pub values: Vec<f64>,
-    /// Covariance that the parameters cause, to first order; with it that of the errors of the base state of which the training knows.
+    /// Covariance that the parameters cause, to first order; with it that of the errors of the base state of
+    /// which the training knows.
     pub parameters: Matrix,
     /// Covariance that the other errors of the base state cause.
     pub base: Matrix,
@@ -22,8 +23,8 @@ pub struct PointPrediction {
 }
 
 impl PointPrediction {
-    /// Standard deviation of number `k` for a new measurement in a new installation. The default misfit is none: what is left is
-    /// the uncertainty of the model.
+    /// Standard deviation of number `k` for a new measurement in a new installation. The default misfit is
+    /// none: what is left is the uncertainty of the model.
     #[must_use]
     pub fn sd(&self, k: usize, misfit: &Misfit) -> f64 {
         let known = self.parameters[(k, k)] + self.base[(k, k)] + self.law[(k, k)];
@@ -35,7 +36,8 @@ impl PointPrediction {
 pub(crate) struct Linear {
     /// Growth rate, angular frequency, then the relative pressures, real and imaginary parts in turn.
     pub(crate) values: Vec<f64>,
-    /// Places in what is known, of parameters and of errors that the training found, and the derivative in each.
+    /// Places in what is known, of parameters and of errors that the training found, and the derivative in
+    /// each.
     pub(crate) along: Vec<(usize, Vec<f64>)>,
     /// The change per standard deviation of every other error of the base state.
     pub(crate) base: Changes,
@@ -67,9 +69,10 @@ impl Trained {
 }
 
 impl TrainedPosterior {
-    /// Predicts the numbers of `microphones` at `conditions`, in a new installation of the rig. Where the base state comes of the same
-    /// inference as those that were trained on, what the training found of the errors of that inference is made use of. `near` is where
-    /// the root is searched, if not near the first mode.
+    /// Predicts the numbers of `microphones` at `conditions`, in a new installation of the rig. Where the
+    /// base state comes of the same inference as those that were trained on, what the training found of the
+    /// errors of that inference is made use of. `near` is where the root is searched, if not near the first
+    /// mode.
     ///
     /// # Errors
     /// Those of the model.

@@ -8,7 +8,8 @@ use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_network::{Response, Workspace};
 use rijke_numerics::{Jet, Matrix, Order};
 
-/// The predictions of several [`PointModel`]s, one after the other: s, then relative pressures, real and imaginary parts in turn.
+/// The predictions of several [`PointModel`]s, one after the other: s, then relative pressures, real and
+/// imaginary parts in turn.
 #[derive(Clone, Debug)]
 pub struct Predictor<'a> {
     points: Vec<PointModel<'a>>,
@@ -74,7 +75,8 @@ pub(crate) struct Reordered<'a> {
     pub(crate) inner: &'a dyn Forward,
     /// For each number, its place in the inner model's prediction.
     pub(crate) order: Vec<usize>,
-    /// The highest derivative that it admits to have: [`Order::First`] makes a Newton search a Gauss-Newton one.
+    /// The highest derivative that it admits to have: [`Order::First`] makes a Newton search a Gauss-Newton
+    /// one.
     pub(crate) highest: Order,
 }
 

@@ -1,4 +1,5 @@
-//! A trained model on disk: everything that a prediction needs. One posterior for figures, `predict` and `modes`.
+//! A trained model on disk: everything that a prediction needs. One posterior for figures, `predict` and
+//! `modes`.
 
 use crate::errors::Common;
 use crate::{EngineError, Trained};
@@ -29,7 +30,8 @@ pub struct SavedModel {
     /// For each noise what few data leave unknown of it ([`NoiseEstimate::few`]).
     #[serde(default)]
     few: Vec<[f64; 2]>,
-    /// Causes of errors that all installations share, and for each its shares in the directions that are parameters.
+    /// Causes of errors that all installations share, and for each its shares in the directions that are
+    /// parameters.
     causes: Vec<(Cause, Vec<f64>)>,
     /// The relative error of a law that enters predictions.
     pub law: Option<crate::LawError>,

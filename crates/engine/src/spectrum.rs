@@ -1,4 +1,5 @@
-//! Every mode of a model at an operating point, with where its energy goes and what small changes would do to it.
+//! Every mode of a model at an operating point, with where its energy goes and what small changes would do to
+//! it.
 
 use crate::{EngineError, PointModel};
 use rijke_network::{Balance, Mode, Modes, Region, Root, Station, Workspace};
@@ -53,7 +54,8 @@ impl PointModel<'_> {
         Ok(modes.map_err(|source| self.no_answer(source))?.modes.iter().map(|m| m.s).collect())
     }
 
-    /// The modes in the rig's search region, with frequencies (Hz) between other limits where `limits_hz` gives them.
+    /// The modes in the rig's search region, with frequencies (Hz) between other limits where `limits_hz`
+    /// gives them.
     ///
     /// # Errors
     /// [`EngineError::Count`], or [`EngineError::Network`] if the search fails.

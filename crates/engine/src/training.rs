@@ -16,8 +16,8 @@ use std::sync::Arc;
 /// A trained model.
 #[derive(Clone, Debug)]
 pub struct Trained {
-    /// The free parameters: those of the model, then errors of the base states that all installations share and delays and gains of
-    /// channels, if the training had any.
+    /// The free parameters: those of the model, then errors of the base states that all installations share
+    /// and delays and gains of channels, if the training had any.
     pub parameters: Vec<Parameter>,
     /// How many of them are the model's.
     pub own: usize,
@@ -37,14 +37,15 @@ pub struct Trained {
     pub calls: Calls,
     /// Reasons not to trust the evidence; empty if it passed its checks or was not checked.
     pub warnings: Vec<String>,
-    /// The model and its data to first order about these values, and the place of each datum in the prediction.
+    /// The model and its data to first order about these values, and the place of each datum in the
+    /// prediction.
     pub(crate) linear: Arc<(Linearised, Vec<usize>)>,
     /// What a referee said of the evidence, if one was asked.
     pub referee: Option<Verdict>,
 }
 
-/// The fit without errors of the base states is searched again if the fit with them lies more standard deviations from it than this: it may have
-/// missed a maximum.
+/// The fit without errors of the base states is searched again if the fit with them lies more standard
+/// deviations from it than this: it may have missed a maximum.
 const ELSEWHERE: f64 = 10.0;
 /// It has missed one if that search ends more nats lower than this.
 const BETTER: f64 = 1.0;
@@ -116,7 +117,8 @@ pub fn train(
             .finish(&data, order, options, observed.len())
     };
     let trained = with_errors(&rough.parameters)?;
-    // Other starts may have found a maximum that the fit without errors missed: then their effect is taken there.
+    // Other starts may have found a maximum that the fit without errors missed: then their effect is taken
+    // there.
     if training.checks.is_none() || !trained.lies_elsewhere(&rough.parameters[..own]) {
         return Ok(trained);
     }
@@ -128,8 +130,8 @@ pub fn train(
     }
 }
 
-/// The parameters of the model, those of the base states that all installations share, and those of the channels, with what earlier
-/// stages know.
+/// The parameters of the model, those of the base states that all installations share, and those of the
+/// channels, with what earlier stages know.
 fn parameters(
     assembly: &Assembly,
     common: &[Parameter],
@@ -166,8 +168,8 @@ struct Fitting<'a> {
 }
 
 impl Fitting<'_> {
-    /// The most probable parameters. Second derivatives of the model cost several times the first and change the path of the
-    /// search, not its end: a Newton search is done without them.
+    /// The most probable parameters. Second derivatives of the model cost several times the first and change
+    /// the path of the search, not its end: a Newton search is done without them.
     fn search(&self, data: &Data, order: Vec<usize>, options: &MapOptions) -> Result<Fit, EngineError> {
         let quick = Reordered { inner: self.model, order, highest: Order::First };
         let fit = Posterior::new(&quick, data, self.parameters)?.map(options)?;
@@ -177,7 +179,8 @@ impl Fitting<'_> {
         Err(EngineError::NotConverged { model: self.assembly.ids().join(" + "), stop: fit.stop })
     }
 
-    /// The fit that counts, and what follows from it; the evidence is per observation, of which there are `points`.
+    /// The fit that counts, and what follows from it; the evidence is per observation, of which there are
+    /// `points`.
     fn finish(
         &self,
         data: &Data,

@@ -13,8 +13,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Keys of network files that rigs do not take, as docs/network-file.md says.
 const LEFT_OUT: [(&str, &str); 3] = [("duct", "sound_speed"), ("duct", "density"), ("duct", "scheme")];
 
-/// Elements between two ducts of other areas and temperatures, and how far the modes may be apart, relative to |s|. Where the gas or the
-/// area changes along a duct the two readers cut it in other ways; outlets of side holes are of second order in ka in rigs, here up to 0.1.
+/// Elements between two ducts of other areas and temperatures, and how far the modes may be apart, relative
+/// to |s|. Where the gas or the area changes along a duct the two readers cut it in other ways; outlets of
+/// side holes are of second order in ka in rigs, here up to 0.1.
 const ELEMENTS: [(&str, &str, f64); 34] = [
     ("duct", "length = 0.2\ndiameter = 0.035", 1e-9),
     ("duct", "length = 0.2\narea = 1e-3\ntemperature = 450\nwall = 'kirchhoff'\nwall_factor = 1.2", 1e-9),
@@ -219,7 +220,8 @@ fn exact_every_key_of_network_files_is_compared_or_left_out_in_words() {
 const UNKNOWNS: &str = "[unknown.gain_here]\nprior = { normal = { mean = 1, sd = 0.3 } }\n[unknown.delay_here]\nunit = 's'\n\
                         prior = { normal = { mean = 3e-4, sd = 2e-4 } }\n[microphones]\nat = [0.1, 0.3]\n";
 
-/// A table measured elsewhere whose gain and delay are unknown here; a reference elsewhere; an end of both kinds.
+/// A table measured elsewhere whose gain and delay are unknown here; a reference elsewhere; an end of both
+/// kinds.
 #[test]
 fn order_modes_have_their_derivatives_in_gain_and_delay_of_tables() {
     let keys = "table = TABLE\ntolerance = 1e-3\ngain = '$gain_here'\ndelay = '$delay_here'";

@@ -52,8 +52,8 @@ fn modes(rows: &[(&str, f64, f64)]) -> String {
     format!("point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n{rows}")
 }
 
-/// What is measured after a training, at a point that trained and at a new one, moves model and evidence as a new training does. Errors of 0.4 1/s
-/// know r to 1e-3, over which the closed form bends by as much.
+/// What is measured after a training, at a point that trained and at a new one, moves model and evidence as a
+/// new training does. Errors of 0.4 1/s know r to 1e-3, over which the closed form bends by as much.
 #[test]
 fn exact_what_is_measured_after_a_training_moves_the_model_as_a_new_one() {
     let folder = folder("sequence");
@@ -138,7 +138,8 @@ fn oracle_information_against_nested_monte_carlo() {
     assert!(found.further.unwrap().1 < found.plan[1].adds);
 }
 
-/// The sd before is that of a prediction; the sd after is that of the posterior with one more datum, which has a closed form.
+/// The sd before is that of a prediction; the sd after is that of the posterior with one more datum, which
+/// has a closed form.
 #[test]
 fn exact_a_quantity_is_known_as_well_as_its_prediction_and_then_better() {
     let folder = folder("quantity");

@@ -1,4 +1,5 @@
-//! What microphones tell, on a tube whose modes have a closed form, against trainings on the data that they would bring.
+//! What microphones tell, on a tube whose modes have a closed form, against trainings on the data that they
+//! would bring.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
 #[path = "common/folder.rs"]
@@ -140,8 +141,8 @@ fn judged(calibrated: bool, visits: &[usize]) -> (MicrophoneTable, f64) {
     (microphones(&study, &observations, &model, &[], &wish, &AT[3..]).unwrap(), sd)
 }
 
-/// No derivative of a prediction and no formula for information: sd of the parameter after a training on all data. With errors of channels
-/// these are parameters of the training, as many as there are microphones.
+/// No derivative of a prediction and no formula for information: sd of the parameter after a training on all
+/// data. With errors of channels these are parameters of the training, as many as there are microphones.
 #[test]
 fn oracle_what_microphones_tell_against_trainings_with_and_without_them() {
     for calibrated in [false, true] {
@@ -170,8 +171,8 @@ fn oracle_what_microphones_tell_against_trainings_with_and_without_them() {
     }
 }
 
-/// Growth rates tell more with every visit. So do pressures beside them if their errors are noise; at one point a delay and a gain move a
-/// pressure as anything else can, and do not average out.
+/// Growth rates tell more with every visit. So do pressures beside them if their errors are noise; at one
+/// point a delay and a gain move a pressure as anything else can, and do not average out.
 #[test]
 fn behaviour_more_visits_do_not_help_a_microphone_whose_gain_is_not_known() {
     let beside = |calibrated: bool, times: usize| {

@@ -1,4 +1,5 @@
-//! Modes of rigs: against network files that say the same, and, of rigs of unknown shape, against those with numbers in their place.
+//! Modes of rigs: against network files that say the same, and, of rigs of unknown shape, against those with
+//! numbers in their place.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use rijke_engine::run::{Run, Trusted};
@@ -10,7 +11,8 @@ use rijke_study::{BaseState, OneTable, Study};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A plenum, a burner with a flame in it, and a hot chamber whose `LENGTH` and `WIDTH` may be unknown; two microphones.
+/// A plenum, a burner with a flame in it, and a hot chamber whose `LENGTH` and `WIDTH` may be unknown; two
+/// microphones.
 const RIG: &str = r#"
 name = "burner"
 [search]
@@ -244,7 +246,8 @@ fn modes_in_both(name: &str, device: &str) -> [Vec<C64>; 2] {
 #[test]
 fn oracle_rigs_have_the_side_holes_and_screens_of_network_files() {
     let [plain, _] = modes_in_both("plain", "");
-    // A screen's numbers are the same; outlets of side holes are taken to second order in ka, here up to 0.1, and walls to first order.
+    // A screen's numbers are the same; outlets of side holes are taken to second order in ka, here up to 0.1,
+    // and walls to first order.
     for (name, device, part) in [
         (
             "screen",

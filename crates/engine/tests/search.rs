@@ -1,5 +1,5 @@
-//! The search over all combinations: the same evidence as single runs, the same winner when it gives models up, and the same text whoever
-//! did which task.
+//! The search over all combinations: the same evidence as single runs, the same winner when it gives models
+//! up, and the same text whoever did which task.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
 #[path = "common/folder.rs"]
@@ -103,7 +103,8 @@ parameters.t = { unit = "s", prior = { normal = { mean = 1e-3, sd = 1e-3 } } }
 acts_at = "screen"
 eu = "-n*Q*exp(-s*t)"
 "#;
-/// `screen.hot` is possible on `screen.drag` only; the row of `ends.sloped` is a combination that is there anyhow.
+/// `screen.hot` is possible on `screen.drag` only; the row of `ends.sloped` is a combination that is there
+/// anyhow.
 const PLAN: &str = r#"
 name = "t"
 [[stage]]
@@ -367,7 +368,8 @@ fn message_parts_that_do_not_make_a_whole_are_refused() {
     assert!(said.contains("shard 3 of 3 is of another search"), "{said}");
 }
 
-/// One stage after the other, and both at once, where the noise is known: the sum of ln evidences is that of all data.
+/// One stage after the other, and both at once, where the noise is known: the sum of ln evidences is that of
+/// all data.
 #[test]
 fn oracle_the_sum_over_stages_is_the_evidence_of_all_data() {
     let folder = study("joint");

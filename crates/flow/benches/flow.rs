@@ -1,5 +1,5 @@
-//! Speed of the steady state (Newton against integrating to it), of a step with and without derivatives, and of the paper's
-//! filter with its members side by side against the same steps one after the other.
+//! Speed of the steady state (Newton against integrating to it), of a step with and without derivatives, and
+//! of the paper's filter with its members side by side against the same steps one after the other.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rijke_flow::assimilate::{FilterOptions, Twin, TwinOptions, filter, staircase};
@@ -67,8 +67,8 @@ fn flow(c: &mut Criterion) {
     group.finish();
 }
 
-/// The paper's filter on 15 min at 7, 30 and 180 W: 60 clicks of 100 members side by side with their analyses, against the
-/// same 100 members stepped one after the other, without any analysis.
+/// The paper's filter on 15 min at 7, 30 and 180 W: 60 clicks of 100 members side by side with their
+/// analyses, against the same 100 members stepped one after the other, without any analysis.
 fn filter_of_the_paper(c: &mut Criterion) {
     let Ok(pipe) = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1) else { return };
     let options = TwinOptions { powers: staircase(&[7.0, 30.0, 180.0], 20), ..TwinOptions::default() };

@@ -1,4 +1,5 @@
-//! A law as text, checked and differentiated: `cargo run --release -p rijke-formula --example law -- "gain*exp(-s*d/U)"`.
+//! A law as text, checked and differentiated: `cargo run --release -p rijke-formula --example law --
+//! "gain*exp(-s*d/U)"`.
 #![allow(clippy::print_stdout, reason = "an example shows its results")]
 
 use rijke_formula::{Context, Formula, Here, Kind, Name, Scope};

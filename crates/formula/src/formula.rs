@@ -106,8 +106,9 @@ impl Formula {
         self.program.iter().any(|o| matches!(o, Operation::Analytic(_)))
     }
 
-    /// Everything that it divides by and that depends on s, inner divisors before those that contain them: where one of them is zero
-    /// the formula may have a pole. Bases of negative powers and the cosh of a tanh are among them.
+    /// Everything that it divides by and that depends on s, inner divisors before those that contain them:
+    /// where one of them is zero the formula may have a pole. Bases of negative powers and the cosh of a tanh
+    /// are among them.
     #[must_use]
     pub fn divisors(&self) -> Vec<Self> {
         let mut all = Vec::new();
@@ -139,8 +140,9 @@ impl Formula {
         all
     }
 
-    /// The program as words, operands before their operation, for an interpreter elsewhere: numbers (`1.5e0`, or `re,im`), names of the
-    /// scope as `n` and their index, parameters as `parameter` writes them, `neg`, `+ - * / ^`, and functions by name.
+    /// The program as words, operands before their operation, for an interpreter elsewhere: numbers (`1.5e0`,
+    /// or `re,im`), names of the scope as `n` and their index, parameters as `parameter` writes them, `neg`,
+    /// `+ - * / ^`, and functions by name.
     #[must_use]
     pub fn postfix(&self, parameter: impl Fn(usize) -> String) -> String {
         let word = |operation: &Operation| match *operation {

@@ -1,4 +1,5 @@
-//! Two models of the same data, compared by evidence: `cargo run --release -p rijke-inference --example line_or_parabola`.
+//! Two models of the same data, compared by evidence: `cargo run --release -p rijke-inference --example
+//! line_or_parabola`.
 #![allow(clippy::print_stdout, reason = "an example shows its results")]
 
 use rijke_inference::*;

@@ -14,7 +14,8 @@ pub enum InferenceError {
         /// What is wrong with it.
         problem: String,
     },
-    /// A width of a prior that double precision cannot work with: its square or inverse overflows, or it is lost beside the mean.
+    /// A width of a prior that double precision cannot work with: its square or inverse overflows, or it is
+    /// lost beside the mean.
     #[error(
         "the prior of parameter '{parameter}' has {what} = {value:e}, but it must lie between {low:e} and {high:e}; choose a unit or a width in which it does"
     )]
@@ -133,7 +134,8 @@ pub enum InferenceError {
         /// Why.
         source: Box<InferenceError>,
     },
-    /// The second derivative A of the cost is not positive definite: the point is no isolated maximum of the posterior.
+    /// The second derivative A of the cost is not positive definite: the point is no isolated maximum of the
+    /// posterior.
     #[error(
         "the Hessian of the cost is not positive definite (lowest eigenvalue {lowest:.3e} in units of the prior, along {direction})"
     )]
@@ -149,8 +151,8 @@ pub enum InferenceError {
         /// Name of the parameter.
         parameter: String,
     },
-    /// A block of data too large for what needs its covariance as a dense matrix: residuals with leave-one-out scores, standard deviations of
-    /// a regression.
+    /// A block of data too large for what needs its covariance as a dense matrix: residuals with
+    /// leave-one-out scores, standard deviations of a regression.
     #[error(
         "observation '{observation}' has {size} data; at most {limit} can be treated with a dense covariance"
     )]
@@ -184,7 +186,8 @@ pub enum InferenceError {
 }
 
 impl InferenceError {
-    /// True if the failure is one of the point, not of the problem: a minimiser shortens its step and goes on.
+    /// True if the failure is one of the point, not of the problem: a minimiser shortens its step and goes
+    /// on.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
         match self {

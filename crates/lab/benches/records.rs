@@ -1,5 +1,6 @@
-//! What a record costs, and what the laboratory's acoustics cost: a march through a hot tube against one through a cold
-//! tube (where the integrator is exact in one step per stretch), and setting up the whole campaign.
+//! What a record costs, and what the laboratory's acoustics cost: a march through a hot tube against one
+//! through a cold tube (where the integrator is exact in one step per stretch), and setting up the whole
+//! campaign.
 #![allow(missing_docs, reason = "the macro of the bench harness makes a function without them")]
 
 use criterion::{Criterion, criterion_group, criterion_main};

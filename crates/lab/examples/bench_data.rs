@@ -1,4 +1,5 @@
-//! Makes the observations of the example folders again, or many sets of one truth. From the root of the repository:
+//! Makes the observations of the example folders again, or many sets of one truth. From the root of the
+//! repository:
 //!
 //! ```sh
 //! cargo run --release -p rijke-lab --example bench_data                       # the three folders, seed 1

@@ -1,5 +1,6 @@
-//! What is true in the virtual laboratory: growth rate and frequency of every operating point, one line per row of the
-//! campaign, one column per position. Run with `cargo run --release -p rijke-lab --example true_modes`.
+//! What is true in the virtual laboratory: growth rate and frequency of every operating point, one line per
+//! row of the campaign, one column per position. Run with `cargo run --release -p rijke-lab --example
+//! true_modes`.
 #![allow(clippy::print_stdout, reason = "an example shows something")]
 
 use rijke_lab::{LabError, Truth, VirtualRig};

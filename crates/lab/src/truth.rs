@@ -1,5 +1,5 @@
-//! The truth of the virtual laboratory: every value that its physics and its instruments use, each with a source in
-//! `fixtures/lab/truth.toml`. None of them is written into records.
+//! The truth of the virtual laboratory: every value that its physics and its instruments use, each with a
+//! source in `fixtures/lab/truth.toml`. None of them is written into records.
 
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -83,7 +83,8 @@ pub struct HeaterTruth {
     pub lag_factor: f64,
     /// Share of the steady loss C_d G u that an oscillation sees.
     pub steady_drag_share: f64,
-    /// A law of the paper's Table 4 in the place of the wire's own heat release: to see which model wins where it is true.
+    /// A law of the paper's Table 4 in the place of the wire's own heat release: to see which model wins
+    /// where it is true.
     pub law: Option<LawOfTable4>,
 }
 

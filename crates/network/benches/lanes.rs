@@ -1,5 +1,5 @@
-//! Do SIMD lanes over operating points pay? One sweep of four values of s side by side against four sweeps, on the same tube
-//! (50 segments, wall losses). The answer is on the performance page.
+//! Do SIMD lanes over operating points pay? One sweep of four values of s side by side against four sweeps,
+//! on the same tube (50 segments, wall losses). The answer is on the performance page.
 #![allow(clippy::unwrap_used, reason = "a bench stops at the first surprise")]
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

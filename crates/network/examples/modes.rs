@@ -1,4 +1,5 @@
-//! Every mode of a network file, and what moves the least damped one: `cargo run --release -p rijke-network --example modes -- FILE`.
+//! Every mode of a network file, and what moves the least damped one: `cargo run --release -p rijke-network
+//! --example modes -- FILE`.
 #![allow(clippy::print_stdout, reason = "an example shows its results")]
 
 use rijke_network::{Workspace, file::NamedNumbers};

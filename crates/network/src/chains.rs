@@ -16,8 +16,9 @@ use rijke_numerics::{C64, Order};
 /// A chain of ducts whose numbers laws of a caller can change: [`Network`], the gas at rest, or
 /// [`crate::flow_chain::FlowChain`], with mean flow. Object-safe.
 ///
-/// Places are numbered from the upstream end, 0, to the downstream end; place j lies before duct j. A mode is a [`Root`],
-/// from [`Chain::solve`] or [`crate::Mode::root`]; every question about it takes this root and the laws at which it was found.
+/// Places are numbered from the upstream end, 0, to the downstream end; place j lies before duct j. A mode is
+/// a [`Root`], from [`Chain::solve`] or [`crate::Mode::root`]; every question about it takes this root and
+/// the laws at which it was found.
 ///
 /// ```
 /// use rijke_network::{Chain, Constant, Network, Newton, Places, Segment, Slot, flow_chain::FlowChain};
@@ -44,7 +45,8 @@ pub trait Chain: std::fmt::Debug + Send + Sync {
     /// Position of a place, m from the upstream end, without laws of lengths.
     fn position(&self, place: usize) -> f64;
 
-    /// Time that sound needs to the end and back, over two, s. Modes lie about pi over this apart in angular frequency.
+    /// Time that sound needs to the end and back, over two, s. Modes lie about pi over this apart in angular
+    /// frequency.
     fn travel_time(&self) -> f64;
 
     /// Adds `weight` times law number `law` to a slot.
@@ -96,7 +98,8 @@ pub trait Chain: std::fmt::Debug + Send + Sync {
         work: &mut Workspace,
     ) -> Result<Response, NetworkError>;
 
-    /// The mode and what a small change anywhere does to s, at `samples` points of every duct, ends included (at least 2).
+    /// The mode and what a small change anywhere does to s, at `samples` points of every duct, ends included
+    /// (at least 2).
     ///
     /// # Errors
     /// As [`Network::along`] and [`Chain::solve`].
@@ -131,8 +134,8 @@ pub trait Chain: std::fmt::Debug + Send + Sync {
     ) -> Result<f64, NetworkError>;
 }
 
-/// Mean power by mechanism over the energy of a mode, 1/s; positive feeds the mode. Half of each is its share of the growth
-/// rate.
+/// Mean power by mechanism over the energy of a mode, 1/s; positive feeds the mode. Half of each is its share
+/// of the growth rate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Balance {
     /// 2 sigma, what the others add up to.
@@ -158,13 +161,14 @@ pub struct Power {
     pub place: usize,
     /// All of it.
     pub power: f64,
-    /// The parts that laws of the caller have in it; the rest is constant feedback, actions and mean heat of the chain
-    /// itself. Products of two laws are halved between them.
+    /// The parts that laws of the caller have in it; the rest is constant feedback, actions and mean heat of
+    /// the chain itself. Products of two laws are halved between them.
     pub laws: Vec<(usize, f64)>,
 }
 
 impl Balance {
-    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding at an eigenvalue.
+    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding at an
+    /// eigenvalue.
     #[must_use]
     pub fn mismatch(&self) -> f64 {
         let parts = [self.upstream, self.downstream, self.viscous, self.thermal, self.mean_flow];

@@ -48,7 +48,8 @@ pub enum NetworkError {
         /// The other one.
         other: usize,
     },
-    /// A sound speed or density of a chain with flow, where both follow from the inlet and the temperature ratios.
+    /// A sound speed or density of a chain with flow, where both follow from the inlet and the temperature
+    /// ratios.
     #[error(
         "{slot:?} follows from the inlet and the temperature ratios of a chain with flow: let the law act on those"
     )]
@@ -152,7 +153,8 @@ pub enum NetworkError {
         /// Relative difference of d/d sigma and d/d(i omega).
         mismatch: f64,
     },
-    /// A law with a pole acts on the properties or losses of a segment, where it becomes an essential singularity.
+    /// A law with a pole acts on the properties or losses of a segment, where it becomes an essential
+    /// singularity.
     #[error("{law} has a pole at {at} but acts inside a segment: let it act at a place or an end")]
     PoleInSegment {
         /// Name of the law.

@@ -3,9 +3,10 @@
 /// A number of the network that laws can change: its value is the constant in the network plus the sum of
 /// weight times law over everything attached to it.
 ///
-/// Segments are numbered 0 .. N-1 from the upstream end; places 0 .. N, place j lying upstream of segment j, so that
-/// place 0 is the upstream end and place N the downstream end. Feedback coefficients follow equations (1) and (2):
-/// p2 - p1 = -k_mu u1 - k_mp p1, u2 - u1 = -k_eu u1 - k_ep p1, with upstream-side values on the right.
+/// Segments are numbered 0 .. N-1 from the upstream end; places 0 .. N, place j lying upstream of segment j,
+/// so that place 0 is the upstream end and place N the downstream end. Feedback coefficients follow equations
+/// (1) and (2): p2 - p1 = -k_mu u1 - k_mp p1, u2 - u1 = -k_eu u1 - k_ep p1, with upstream-side values on the
+/// right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
     /// Length of a segment, m.

@@ -1,10 +1,12 @@
-//! Value, slope and curvature of any function in one pass: `cargo run --release -p rijke-numerics --example derivatives`.
+//! Value, slope and curvature of any function in one pass: `cargo run --release -p rijke-numerics --example
+//! derivatives`.
 #![allow(clippy::print_stdout, reason = "an example shows its results")]
 
 use rijke_numerics::{C64, JetSpace, Order};
 
 fn main() {
-    // Resonances of a bottle, omega = c sqrt(S/(V l)), in the area S of its neck, its volume V and the length l of its neck.
+    // Resonances of a bottle, omega = c sqrt(S/(V l)), in the area S of its neck, its volume V and the length
+    // l of its neck.
     let space = JetSpace::new(3, Order::Second);
     let [area, volume, length] =
         [(0, 3e-4), (1, 7.5e-4), (2, 0.06)].map(|(k, x)| space.seed(k, C64::new(x, 0.0)));

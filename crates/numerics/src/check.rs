@@ -31,8 +31,9 @@ const HOSTILE: [&[u8]; 10] = [
     b"\xff\xff\xff\xff",
 ];
 
-/// A file with one to four damages drawn from `stream`: cut off, a bit turned, a stretch left out, copied to another place or
-/// filled with one byte, a hostile number put in. For tests that no input makes a reader panic.
+/// A file with one to four damages drawn from `stream`: cut off, a bit turned, a stretch left out, copied to
+/// another place or filled with one byte, a hostile number put in. For tests that no input makes a reader
+/// panic.
 pub fn damaged(whole: &[u8], stream: &mut Stream) -> Vec<u8> {
     let mut bytes = whole.to_vec();
     for _ in 0..stream.random_range(1..5) {

@@ -1,4 +1,5 @@
-//! Small dense algebra. With `cholesky` and `product`, the only files of the workspace that name the linear-algebra library.
+//! Small dense algebra. With `cholesky` and `product`, the only files of the workspace that name the
+//! linear-algebra library.
 
 use crate::C64;
 use faer::linalg::solvers::Solve;
@@ -182,7 +183,8 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Standard deviations of a least-squares fit: the square roots of the diagonal of (A'A)^-1, for a tall `a`.
 ///
-/// By Householder QR, so the loss of digits is that of `a`, not of its square as with a Cholesky factor of A'A.
+/// By Householder QR, so the loss of digits is that of `a`, not of its square as with a Cholesky factor of
+/// A'A.
 ///
 /// # Errors
 /// [`DenseError::Singular`] if the columns of `a` are dependent to rounding, or hold a NaN.
@@ -214,7 +216,8 @@ pub fn least_squares_sd(a: &Matrix) -> Result<Vec<f64>, DenseError> {
 /// The unit vector x for which |A x| is least: the right singular vector of the smallest singular value.
 ///
 /// # Errors
-/// [`DenseError::NoEigenvalues`] as for a NaN; [`DenseError::Singular`] if x is not unique, having too few rows.
+/// [`DenseError::NoEigenvalues`] as for a NaN; [`DenseError::Singular`] if x is not unique, having too few
+/// rows.
 pub fn least_direction(a: &Matrix) -> Result<Vec<f64>, DenseError> {
     let n = a.columns;
     if a.rows < n || n == 0 {
@@ -320,7 +323,8 @@ mod tests {
 
     #[test]
     fn exact_least_direction_keeps_digits_that_the_normal_matrix_loses() {
-        // Columns (1, 1, e), (1, 1, -e), (0, 1, 0): the smallest singular value, about e, belongs to (1, -1, 0).
+        // Columns (1, 1, e), (1, 1, -e), (0, 1, 0): the smallest singular value, about e, belongs to (1, -1,
+        // 0).
         let e = 1e-10;
         let a =
             Matrix::from_fn(4, 3, |i, j| [[1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [e, -e, 0.0], [0.0; 3]][i][j]);

@@ -6,8 +6,8 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 /// A complex value with its gradient and Hessian with respect to the seeds of a [`JetSpace`].
 ///
 /// A seed is either a real variable or a complex variable in which everything is analytic (the Laplace
-/// variable s). Every function here except [`Jet::conj`], [`Jet::re`], [`Jet::im`] and [`Jet::abs`] is analytic;
-/// those four hold only where the jet depends on real seeds alone, which is for the caller to know.
+/// variable s). Every function here except [`Jet::conj`], [`Jet::re`], [`Jet::im`] and [`Jet::abs`] is
+/// analytic; those four hold only where the jet depends on real seeds alone, which is for the caller to know.
 ///
 /// Cost of a product in n seeds: O(n) to first order, O(n^2) to second. Jets of different spaces must not be
 /// mixed; doing so is a programming error.

@@ -29,9 +29,9 @@ pub fn bessel_ratio(z: C64) -> C64 {
 
 /// [`bessel_ratio`] of numbers side by side.
 ///
-/// Where Re z > 18, e^(-2z) is below rounding and r is its asymptotic series in 1/z. Elsewhere I_k = (z/2)^k t_k up to a common
-/// factor, where the t_k follow the recurrence of the I_k downward from an order whose I_k is below rounding (Miller's algorithm,
-/// DLMF 3.6(iii)).
+/// Where Re z > 18, e^(-2z) is below rounding and r is its asymptotic series in 1/z. Elsewhere I_k = (z/2)^k
+/// t_k up to a common factor, where the t_k follow the recurrence of the I_k downward from an order whose I_k
+/// is below rounding (Miller's algorithm, DLMF 3.6(iii)).
 #[must_use]
 #[inline(always)]
 pub fn bessel_ratios<S: Simd>(z: Wide<S>) -> Wide<S> {
@@ -59,7 +59,8 @@ pub fn bessel_ratios<S: Simd>(z: Wide<S>) -> Wide<S> {
 
 /// The asymptotic series begins at this Re z.
 const FAR_FROM: f64 = 18.0;
-/// The recurrence is used up to this |z|: beyond, where s decays much faster than it turns, the t_k become too large.
+/// The recurrence is used up to this |z|: beyond, where s decays much faster than it turns, the t_k become
+/// too large.
 const NEAR_TO: f64 = 30.0;
 
 /// Terms of the asymptotic series, which fall like n!/(2|z|)^n: so many reach 1e-16.
@@ -97,7 +98,8 @@ fn beyond<S: Simd>(z: Wide<S>, found: &mut Wide<S>) {
     }
 }
 
-/// The asymptotic series I1/I0 = sum a_n z^-n. With r' = 1 - r/z - r^2: a_0 = 1 and 2 a_n = (n - 2) a_(n-1) - sum_(0<i<n) a_i a_(n-i).
+/// The asymptotic series I1/I0 = sum a_n z^-n. With r' = 1 - r/z - r^2: a_0 = 1 and 2 a_n = (n - 2) a_(n-1) -
+/// sum_(0<i<n) a_i a_(n-i).
 const FAR: [f64; 34] = {
     let mut a = [1.0; 34];
     let mut n = 1;
@@ -126,8 +128,8 @@ mod tests {
 
     #[test]
     fn oracle_the_ratio_agrees_with_its_continued_fraction() {
-        // On both sides of every change of the series; the angle of z = R sqrt(s rho/mu) is near 45 degrees, more where a mode
-        // decays.
+        // On both sides of every change of the series; the angle of z = R sqrt(s rho/mu) is near 45 degrees,
+        // more where a mode decays.
         let moduli =
             [1e-9, 1e-3, 0.3, 2.0, 11.0, 17.9, 18.1, 24.9, 25.6, 29.9, 30.1, 39.9, 40.1, 75.0, 81.0, 150.0];
         let angles = [-0.8, 0.0, 0.4, 0.8, 1.2, 1.5];

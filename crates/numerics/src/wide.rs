@@ -6,7 +6,8 @@ use std::ops::{Add, Mul, Sub};
 
 /// As many complex numbers as the machine takes at once; with `pulp::Scalar` a single one.
 ///
-/// Functions of it must be inlined where `pulp` dispatches, and hold no closures, so that they become its instructions.
+/// Functions of it must be inlined where `pulp` dispatches, and hold no closures, so that they become its
+/// instructions.
 #[derive(Clone, Copy, Debug)]
 pub struct Wide<S: Simd> {
     pub(crate) simd: S,
@@ -52,7 +53,8 @@ impl<S: Simd> Wide<S> {
     }
 
     /// The polynomial with real ascending coefficients: the remainder after division by the quadratic factor
-    /// x^2 - 2 x Re z + |z|^2 is its value at z, for two real products a term (Knuth, Seminumerical Algorithms, 4.6.4, (3)).
+    /// x^2 - 2 x Re z + |z|^2 is its value at z, for two real products a term (Knuth, Seminumerical
+    /// Algorithms, 4.6.4, (3)).
     #[inline(always)]
     #[must_use]
     pub fn polynomial(self, coefficients: &[f64]) -> Self {

@@ -15,7 +15,8 @@ thread_local! {
     pub(crate) static WORK: RefCell<Workspace> = RefCell::default();
 }
 
-/// A dictionary of dictionaries, lists, numbers, words and truth values as the TOML of a file. `None` is left out.
+/// A dictionary of dictionaries, lists, numbers, words and truth values as the TOML of a file. `None` is left
+/// out.
 pub(crate) fn toml_of(dict: &Bound<'_, PyDict>, at: &str) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in dict.iter() {

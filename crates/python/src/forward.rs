@@ -146,8 +146,8 @@ impl Forward for Callable<'_> {
     }
 }
 
-/// Fits every model to the data and ranks them by evidence. Returns JSON: the ranking, then a record of each model that could be
-/// fitted and draws from Laplace's Gaussian.
+/// Fits every model to the data and ranks them by evidence. Returns JSON: the ranking, then a record of each
+/// model that could be fitted and draws from Laplace's Gaussian.
 #[pyfunction]
 #[pyo3(signature = (models, data, starts, importance, draws, seed, progress))]
 #[expect(clippy::too_many_arguments, reason = "those of the function of Python")]
@@ -201,7 +201,8 @@ pub(crate) fn rank(
     Ok(json!({ "ranking": rijke_inference::rank(entries), "models": found }).to_string())
 }
 
-/// One fit, in a thread of its own, while this one listens for Ctrl-C. The inner error is a model that cannot be fitted.
+/// One fit, in a thread of its own, while this one listens for Ctrl-C. The inner error is a model that cannot
+/// be fitted.
 fn fit(
     py: Python<'_>,
     own: &Own,

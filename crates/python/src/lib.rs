@@ -1,12 +1,14 @@
-//! The compiled part of the Python package `rijke`: thin classes about what the crates offer. Must not do science of its own.
+//! The compiled part of the Python package `rijke`: thin classes about what the crates offer. Must not do
+//! science of its own.
 //!
-//! What needs pandas, ArviZ or matplotlib is Python, in `python/rijke`, on top of these classes; `rijke/_native.pyi` says what they
-//! take and return.
+//! What needs pandas, ArviZ or matplotlib is Python, in `python/rijke`, on top of these classes;
+//! `rijke/_native.pyi` says what they take and return.
 //!
 //! # Conventions
 //!
-//! SI units; s = growth rate + i angular frequency, as Python's `complex`. Arrays are NumPy's, made once and handed over. The
-//! interpreter lock is released while a solver works. Every error is an instance of `rijke.RijkeError`.
+//! SI units; s = growth rate + i angular frequency, as Python's `complex`. Arrays are NumPy's, made once and
+//! handed over. The interpreter lock is released while a solver works. Every error is an instance of
+//! `rijke.RijkeError`.
 
 mod convert;
 mod fault;

@@ -1,4 +1,5 @@
-//! The model of a study's observations as a function of its parameters, with exact first and second derivatives.
+//! The model of a study's observations as a function of its parameters, with exact first and second
+//! derivatives.
 
 use crate::convert::{WORK, array, complex};
 use crate::fault::{Answer, Fault};
@@ -37,7 +38,8 @@ const FEW: usize = 8;
 impl Model {
     pub(crate) fn of(assembly: Arc<Assembly>, observed: Arc<Vec<Observed>>) -> Answer<Self> {
         let laid = Laid::try_new(assembly, |assembly| -> Result<Points<'_>, EngineError> {
-            // As the records of stages are made: cuts of the network at microphones enter where the gas varies along x.
+            // As the records of stages are made: cuts of the network at microphones enter where the gas
+            // varies along x.
             let microphones = &assembly.rig.microphones;
             let heard: Vec<usize> =
                 if microphones.at.is_empty() { Vec::new() } else { vec![microphones.reference] };

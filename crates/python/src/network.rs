@@ -185,7 +185,8 @@ impl Network {
     /// guess : complex or array of complex
     ///     Growth rate + i angular frequency, 1/s and rad/s.
     /// numbers : mapping of str to float or array, optional
-    ///     Other values of some :meth:`numbers`. They are broadcast with ``guess``; all cases are solved in parallel.
+    ///     Other values of some :meth:`numbers`. They are broadcast with ``guess``; all cases are solved in
+    ///     parallel.
     ///
     /// Returns
     /// -------

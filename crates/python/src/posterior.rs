@@ -62,8 +62,8 @@ impl Posterior {
         noise.map(|n| (n.name.clone(), n.unit.clone(), n.sd, n.floats)).collect()
     }
 
-    /// Physical parameters (draws x parameters) that belong to rows of standard normal numbers: Laplace's Gaussian in the working
-    /// coordinates of the parameters.
+    /// Physical parameters (draws x parameters) that belong to rows of standard normal numbers: Laplace's
+    /// Gaussian in the working coordinates of the parameters.
     fn points<'py>(&self, py: Python<'py>, xi: PyReadonlyArray2<'py, f64>) -> Answer<Bound<'py, PyAny>> {
         let trained = &self.chosen.trained;
         let working: Vec<f64> =
@@ -86,14 +86,15 @@ impl Posterior {
         Ok(array(py, &[rows, n], physical.collect())?.into_any())
     }
 
-    /// Of every number of the data the place of its observation, and its row: 0 growth rate, 1 angular frequency, then relative pressures.
+    /// Of every number of the data the place of its observation, and its row: 0 growth rate, 1 angular
+    /// frequency, then relative pressures.
     #[getter]
     fn data(&self) -> Vec<(usize, usize)> {
         self.data.iter().map(|d| (d.observation, d.row)).collect()
     }
 
-    /// ln of the density of each number of the data given all others, for every draw of physical parameters: (draws x parameters) in,
-    /// (draws x numbers) out.
+    /// ln of the density of each number of the data given all others, for every draw of physical parameters:
+    /// (draws x parameters) in, (draws x numbers) out.
     fn ln_densities<'py>(
         &self,
         py: Python<'py>,
@@ -115,8 +116,8 @@ impl Posterior {
         Model::of(self.chosen.assembly.clone(), self.chosen.observed.clone())
     }
 
-    /// Growth rate (1/s) and angular frequency (rad/s) of a new measurement at every operating point that was observed: columns
-    /// `point`, `mode`, and mean and standard deviation of both.
+    /// Growth rate (1/s) and angular frequency (rad/s) of a new measurement at every operating point that was
+    /// observed: columns `point`, `mode`, and mean and standard deviation of both.
     fn predictions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let Chosen { assembly, trained, observed, .. } = &self.chosen;
         let microphones = &assembly.rig.microphones;

@@ -8,8 +8,8 @@ use std::time::Duration;
 /// How often Ctrl-C is looked for.
 const POLL: Duration = Duration::from_millis(2);
 
-/// Does `work` in a thread of its own, while this one listens for Ctrl-C and calls `news`. On Ctrl-C, or if `news` raises, it sets `stopped`,
-/// upon which `work` has to end.
+/// Does `work` in a thread of its own, while this one listens for Ctrl-C and calls `news`. On Ctrl-C, or if
+/// `news` raises, it sets `stopped`, upon which `work` has to end.
 pub(crate) fn listening<T: Send>(
     py: Python<'_>,
     stopped: &AtomicBool,

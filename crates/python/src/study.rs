@@ -45,7 +45,8 @@ impl Study {
         .to_string()
     }
 
-    /// What the campaign can tell of the parameters of every model, as JSON: see `rijke check`. `observed`: what was measured is read too.
+    /// What the campaign can tell of the parameters of every model, as JSON: see `rijke check`. `observed`:
+    /// what was measured is read too.
     fn check(&self, py: Python<'_>, observed: bool, sd: [f64; 3], ambient: f64) -> Answer<String> {
         py.detach(|| {
             let observations = observed.then(|| self.study.observations()).transpose()?;
@@ -55,7 +56,8 @@ impl Study {
         })
     }
 
-    /// Reads the observations and gets ready for the first stage. `trusted`: `laplace`, `checked` or `nested`. No stage runs after `until`.
+    /// Reads the observations and gets ready for the first stage. `trusted`: `laplace`, `checked` or
+    /// `nested`. No stage runs after `until`.
     #[pyo3(signature = (trusted, error, until))]
     fn start(&self, py: Python<'_>, trusted: &str, error: f64, until: Option<&str>) -> Answer<Run> {
         let trusted = trust(trusted, error)?;
@@ -70,8 +72,8 @@ impl Study {
         Ok(Run { stopped: run.stopped.clone(), run: Mutex::new(run) })
     }
 
-    /// Trains shard `[k, n]` of all combinations; the part as JSON, as `rijke search --shard` writes it. Ctrl-C stops. `progress` is called
-    /// with the number of tasks done and of all.
+    /// Trains shard `[k, n]` of all combinations; the part as JSON, as `rijke search --shard` writes it.
+    /// Ctrl-C stops. `progress` is called with the number of tasks done and of all.
     #[pyo3(signature = (stage, within, trusted, shard, threads, tasks, progress))]
     #[expect(clippy::too_many_arguments, reason = "those of the function of Python")]
     fn search(
@@ -181,7 +183,8 @@ impl Run {
 
 #[pymethods]
 impl Run {
-    /// The record of the next stage as JSON, as `rijke run` writes it; none after the last. Ctrl-C counts before each model.
+    /// The record of the next stage as JSON, as `rijke run` writes it; none after the last. Ctrl-C counts
+    /// before each model.
     fn next_stage(&self, py: Python<'_>) -> PyResult<Option<String>> {
         self.stopped.store(false, Ordering::Relaxed);
         let record = listening(
@@ -197,7 +200,8 @@ impl Run {
         Ok(record)
     }
 
-    /// What the model that goes on from a stage says of points, given by their factors, or of those of the stage: JSON, see `rijke predict`.
+    /// What the model that goes on from a stage says of points, given by their factors, or of those of the
+    /// stage: JSON, see `rijke predict`.
     fn forecast(&self, py: Python<'_>, id: &str, asked: Vec<BTreeMap<String, f64>>) -> Answer<String> {
         self.with(py, |run| {
             let (study, places) = places(run, id, &asked)?;
@@ -211,8 +215,8 @@ impl Run {
         })
     }
 
-    /// What to measure next, of points given by their factors or of those of the stage: JSON, see `rijke next`. `aim` is `models`, or nothing
-    /// for the parameters, or for the growth rate at the point `about`.
+    /// What to measure next, of points given by their factors or of those of the stage: JSON, see `rijke
+    /// next`. `aim` is `models`, or nothing for the parameters, or for the growth rate at the point `about`.
     #[expect(clippy::too_many_arguments, reason = "those of the function of Python")]
     fn suggest(
         &self,

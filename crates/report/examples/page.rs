@@ -1,4 +1,5 @@
-//! Ranks the models of a study and writes its page: `cargo run --release -p rijke-report --example page -- DIR`.
+//! Ranks the models of a study and writes its page: `cargo run --release -p rijke-report --example page --
+//! DIR`.
 #![allow(clippy::print_stdout, reason = "an example shows its results")]
 
 use rijke_engine::run::{Run, Trusted};

@@ -1,4 +1,5 @@
-//! Acoustic modes of a network: where they lie in the s-plane, their shapes, and what small changes along the tube do.
+//! Acoustic modes of a network: where they lie in the s-plane, their shapes, and what small changes along the
+//! tube do.
 
 use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, Stroke, fixed, model_stroke};
 
@@ -32,7 +33,8 @@ pub struct ModeCurves {
     pub pressure: Vec<f64>,
     /// |rho c u| over the largest |p|.
     pub velocity: Vec<f64>,
-    /// What small changes at x do to the growth rate: title with unit and curve, the same titles for all modes.
+    /// What small changes at x do to the growth rate: title with unit and curve, the same titles for all
+    /// modes.
     pub changes: Vec<(String, Vec<f64>)>,
 }
 

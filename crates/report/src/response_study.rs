@@ -10,7 +10,8 @@ const SIZE: [f64; 2] = [COLUMN, 230.0];
 /// More responses than this make figures that nobody reads.
 const MOST: usize = 6;
 
-/// The files of the page: path within the folder of results, and content; the page comes last. `doubts` are remarks on the data.
+/// The files of the page: path within the folder of results, and content; the page comes last. `doubts` are
+/// remarks on the data.
 ///
 /// # Errors
 /// [`ReportError::Nothing`] if no stage was run.

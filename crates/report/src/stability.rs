@@ -1,11 +1,12 @@
-//! Where a trained model says that the rig is stable: growth rate and probability of instability over two factors.
+//! Where a trained model says that the rig is stable: growth rate and probability of instability over two
+//! factors.
 
 use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, fixed, scale_stroke};
 use rijke_rig::DataKind;
 use std::collections::BTreeMap;
 
-/// Numbers of the map, on a grid of two factors. Between the nodes the map is bilinear; where a node is missing it is
-/// blank.
+/// Numbers of the map, on a grid of two factors. Between the nodes the map is bilinear; where a node is
+/// missing it is blank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StabilityMap {
     /// Which model, in one line.
@@ -18,7 +19,8 @@ pub struct StabilityMap {
     pub x: Vec<f64>,
     /// Values of the vertical factor, ascending.
     pub y: Vec<f64>,
-    /// Growth rate, 1/s, of vertical value k at horizontal value j: `growth_rate[k][j]`; NaN where there is none.
+    /// Growth rate, 1/s, of vertical value k at horizontal value j: `growth_rate[k][j]`; NaN where there is
+    /// none.
     pub growth_rate: Vec<Vec<f64>>,
     /// Probability that the growth rate is positive, in the same order.
     pub probability: Vec<Vec<f64>>,

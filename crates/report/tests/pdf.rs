@@ -1,4 +1,5 @@
-//! Figures as PDF: what a reader of the format finds in the file, and that its font has the letters of labels.
+//! Figures as PDF: what a reader of the format finds in the file, and that its font has the letters of
+//! labels.
 
 use flate2::read::ZlibDecoder;
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, pdf};
@@ -96,7 +97,8 @@ fn message_what_this_crate_did_not_draw_is_refused() {
     );
 }
 
-/// Labels come from the examples' files and from the sources that write labels: their every character has a glyph, upright and italic.
+/// Labels come from the examples' files and from the sources that write labels: their every character has a
+/// glyph, upright and italic.
 #[test]
 fn behaviour_the_font_has_the_letters_of_all_examples() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

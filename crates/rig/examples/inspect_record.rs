@@ -1,4 +1,5 @@
-//! What a file of records holds, whatever its format: `cargo run --release -p rijke-rig --example inspect_record -- FILE`.
+//! What a file of records holds, whatever its format: `cargo run --release -p rijke-rig --example
+//! inspect_record -- FILE`.
 #![allow(clippy::print_stdout, reason = "an example shows its results")]
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -13,9 +13,11 @@ pub struct Driven {
     pub spectra: SpectraKind,
     /// Number of polynomials of frequency that make the gain of a channel.
     pub polynomials: usize,
-    /// A record with every channel at its own place, and its repeats; none if gains are stated, or taken to be equal.
+    /// A record with every channel at its own place, and its repeats; none if gains are stated, or taken to
+    /// be equal.
     pub straight: Vec<String>,
-    /// Records in which channel 0 and another have changed places, while the sound field was that of `straight`.
+    /// Records in which channel 0 and another have changed places, while the sound field was that of
+    /// `straight`.
     pub switched: Vec<SwitchedRecord>,
     /// Operating point, and its records.
     pub points: BTreeMap<String, Vec<String>>,
@@ -104,7 +106,8 @@ pub struct Specimen {
     pub sound_speed_sd: f64,
 }
 
-/// Least coherence of the frequencies that are used, if the manifest states none: noise of an eighth of the signal's power.
+/// Least coherence of the frequencies that are used, if the manifest states none: noise of an eighth of the
+/// signal's power.
 const COHERENCE: f64 = 0.8;
 
 impl Driven {

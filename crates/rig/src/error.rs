@@ -5,8 +5,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A file that cannot be read, understood, believed or written. None of these can be survived: the input has to
-/// be corrected. (A record that is merely poor is a [`crate::Rejection`], not an error.)
+/// A file that cannot be read, understood, believed or written. None of these can be survived: the input has
+/// to be corrected. (A record that is merely poor is a [`crate::Rejection`], not an error.)
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RigError {

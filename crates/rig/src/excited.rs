@@ -1,4 +1,5 @@
-//! Records of a rig that random noise drives, a sweep, a periodic sound, or a blow: a folder with a `manifest.toml` that has `[random]`, `[sweep]` or `[blow]`.
+//! Records of a rig that random noise drives, a sweep, a periodic sound, or a blow: a folder with a
+//! `manifest.toml` that has `[random]`, `[sweep]` or `[blow]`.
 
 use crate::driven::{Driven, DrivenKeys, driven};
 use crate::files::{parse_toml, read_text};

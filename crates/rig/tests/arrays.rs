@@ -104,7 +104,8 @@ fn exact_what_is_missing_is_named_with_what_is_there() {
     refused("int16.mat", arrays(&["p"], "fs"), &["no numeric array `fs`"]);
 }
 
-/// Damaged files end in an error or in other numbers; never in a panic, and a truncated one never passes for whole.
+/// Damaged files end in an error or in other numbers; never in a panic, and a truncated one never passes for
+/// whole.
 #[test]
 fn exact_damage_is_survived() {
     let folder = std::env::temp_dir().join(format!("rijke-damage-{}", std::process::id()));

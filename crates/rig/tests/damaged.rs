@@ -1,5 +1,5 @@
-//! No damage makes a reader panic: each file that the project can read, cut, turned, spliced and filled with hostile numbers, a thousand
-//! times each. The fuzz targets of the repository search further, with coverage.
+//! No damage makes a reader panic: each file that the project can read, cut, turned, spliced and filled with
+//! hostile numbers, a thousand times each. The fuzz targets of the repository search further, with coverage.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use rijke_numerics::{Streams, check::damaged};
@@ -27,7 +27,8 @@ fn each(folder: &Path, name: &str, whole: &[u8], times: u64, mut read: impl FnMu
     let path = folder.join(name);
     let streams = Streams::new(0);
     for k in 0..times {
-        // A file that is cut and written again goes to the disk at once, which takes longer than all the rest.
+        // A file that is cut and written again goes to the disk at once, which takes longer than all the
+        // rest.
         let _ = fs::remove_file(&path);
         fs::write(&path, damaged(whole, &mut streams.stream(&format!("{name}/{k}")))).unwrap();
         read(&path);

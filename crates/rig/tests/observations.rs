@@ -1,4 +1,5 @@
-//! Observations that were prepared by hand: the examples of `docs/records-format.md` are read as they stand there.
+//! Observations that were prepared by hand: the examples of `docs/records-format.md` are read as they stand
+//! there.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
 use rijke_numerics::C64;

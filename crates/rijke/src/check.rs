@@ -1,4 +1,5 @@
-//! `rijke check`: reads everything that the other steps will read, before any work, and says what the measurements can tell.
+//! `rijke check`: reads everything that the other steps will read, before any work, and says what the
+//! measurements can tell.
 
 mod records;
 
@@ -16,7 +17,8 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Check a study: its files, every record, and whether the campaign can identify the parameters of each model.
+/// Check a study: its files, every record, and whether the campaign can identify the parameters of each
+/// model.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke check examples/quarter-wave\n  rijke check my-rig --names\n\n\
     Says, for every model of every stage, which parameters the measurements would leave as uncertain as the priors: to first order at\n\
@@ -29,12 +31,14 @@ pub(crate) struct Args {
     /// List what the formulas of this study may name, with units, instead.
     #[arg(long)]
     names: bool,
-    /// Noise of one operating point, model error included: growth rate (1/s), angular frequency (rad/s), relative pressure.
+    /// Noise of one operating point, model error included: growth rate (1/s), angular frequency (rad/s),
+    /// relative pressure.
     #[arg(long, value_name = "SD", num_args = 3, default_values_t = NOISE_SD, value_parser = number::positive)]
     sd: Vec<f64>,
 }
 
-/// Growth rate and angular frequency as in section 6.1 of Juniper & Yoko 2022, relative pressure as its cold points have it.
+/// Growth rate and angular frequency as in section 6.1 of Juniper & Yoko 2022, relative pressure as its cold
+/// points have it.
 const NOISE_SD: [f64; 3] = [0.1, 1.0, 1e-3];
 
 /// Ambient temperature of a campaign that states none, K.

@@ -98,8 +98,8 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Turns an error of a library into a failure of a command, and says who must act, the user or the maintainers:
-/// `read(path).or_bad_input()?`.
+/// Turns an error of a library into a failure of a command, and says who must act, the user or the
+/// maintainers: `read(path).or_bad_input()?`.
 pub(crate) trait Classify<T> {
     /// The user's files or options: exit status 2.
     fn or_bad_input(self) -> Result<T, Failure>;

@@ -46,15 +46,15 @@ pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// How to assimilate samples over time. Batch is the one with the best error bars; paper is the filter of Juniper & Yoko (2022),
-    /// whose error bars are twenty times too small and more.
+    /// How to assimilate samples over time. Batch is the one with the best error bars; paper is the filter of
+    /// Juniper & Yoko (2022), whose error bars are twenty times too small and more.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
     /// Fit each place of the heater by itself, as the paper does, instead of all together as one rig.
     #[arg(long)]
     separate: bool,
-    /// Draw Fig. 2, and for a filter its parameters, spread and innovations against time beside the batch fit:
-    /// plots/index.html in OUT.
+    /// Draw Fig. 2, and for a filter its parameters, spread and innovations against time beside the batch
+    /// fit: plots/index.html in OUT.
     #[arg(long)]
     plot: bool,
     /// TOML file of closures [default: those of the model].
@@ -319,7 +319,8 @@ fn velocity_table(runs: &[RunReport]) -> String {
     text
 }
 
-/// A virtual record: the model itself at the centre of its priors, with noise, for the paper's staircase of powers.
+/// A virtual record: the model itself at the centre of its priors, with noise, for the paper's staircase of
+/// powers.
 fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
     let rig = Rig::juniper_yoko_2022();
     let powers = staircase(&[0.0, 7.0, 15.0, 30.0, 50.0, 80.0, 130.0, 180.0], 250);

@@ -1,5 +1,5 @@
-//! `rijke infer`: unknown numbers of network files from one table of measured modes, and which file explains them best. A short way to
-//! say a study of one stage.
+//! `rijke infer`: unknown numbers of network files from one table of measured modes, and which file explains
+//! them best. A short way to say a study of one stage.
 
 use crate::{
     failure::{Classify, Failure},
@@ -16,8 +16,8 @@ use serde_json::json;
 use std::{f64::consts::TAU, path::PathBuf};
 use toml::{Table, Value};
 
-/// Infer unknown numbers of acoustic networks (a flame's gain and delay, an end's loss, a length) from measured growth rates,
-/// frequencies and mode shapes, and rank the networks by evidence.
+/// Infer unknown numbers of acoustic networks (a flame's gain and delay, an end's loss, a length) from
+/// measured growth rates, frequencies and mode shapes, and rank the networks by evidence.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  rijke infer examples/ducted-flame/n-tau.toml examples/ducted-flame/second-order.toml \
@@ -30,17 +30,19 @@ pub(crate) struct Args {
     /// Network files that compete.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Measured modes, one per row: growth_rate, frequency and pressures as in observations/modes.csv, each with its standard deviation,
-    /// and a column for every factor that the files name.
+    /// Measured modes, one per row: growth_rate, frequency and pressures as in observations/modes.csv, each
+    /// with its standard deviation, and a column for every factor that the files name.
     #[arg(long, value_name = "CSV")]
     data: PathBuf,
-    /// Write the file with the most evidence, its unknowns at their most probable values (factors as in the row with the highest growth rate).
+    /// Write the file with the most evidence, its unknowns at their most probable values (factors as in the
+    /// row with the highest growth rate).
     #[arg(long, value_name = "FILE")]
     fitted: Option<PathBuf>,
     /// Write the file with the most evidence and the data as the folder of a study.
     #[arg(long, value_name = "DIR")]
     study: Option<PathBuf>,
-    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are several.
+    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are
+    /// several.
     #[arg(long)]
     one_start: bool,
     /// Replace DIR if it exists.

@@ -1,7 +1,7 @@
 //! The program `rijke`: each step from records to report, alone or in order, on a folder of records.
 //!
-//! A subcommand is one file with an `Args` (its options, help and example) and a `run`. To add one: a `mod` line
-//! and a line in [`Command`] and in its `run`.
+//! A subcommand is one file with an `Args` (its options, help and example) and a `run`. To add one: a `mod`
+//! line and a line in [`Command`] and in its `run`.
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::{io, process::ExitCode, thread};
@@ -33,7 +33,8 @@ mod study_responses;
 mod ui;
 mod watch;
 
-/// From microphone records of a thermoacoustic rig to a physics-based model with known uncertainty, chosen by evidence.
+/// From microphone records of a thermoacoustic rig to a physics-based model with known uncertainty, chosen by
+/// evidence.
 #[derive(Parser)]
 #[command(name = "rijke", version, arg_required_else_help = true, max_term_width = 100)]
 #[command(
@@ -102,8 +103,8 @@ impl Command {
 /// The exit status of a program that was ended from outside.
 const ENDED: i32 = 130;
 
-/// Ends the program as soon as standard input is closed, as it is by the system when the program at the other end ends in
-/// whatever way. What was being written is left unfinished beside its place, as by any signal.
+/// Ends the program as soon as standard input is closed, as it is by the system when the program at the other
+/// end ends in whatever way. What was being written is left unfinished beside its place, as by any signal.
 fn end_with_stdin() {
     thread::spawn(|| {
         let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());

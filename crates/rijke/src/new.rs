@@ -12,7 +12,8 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use templates::{HEATED_TUBE_MANIFEST, RECORDED, Template};
 
-/// Write a commented study to fill in: rig.toml, campaign.csv, candidates, study.toml, and drafts of records and observations.
+/// Write a commented study to fill in: rig.toml, campaign.csv, candidates, study.toml, and drafts of records
+/// and observations.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke new my-rig --template quarter-wave\n  rijke check my-rig\n\n\
     The study passes `rijke check` as it is: no data, and what the planned points would tell. Then move draft/records or\n\

@@ -48,16 +48,20 @@ pub(crate) struct Args {
     /// A point that may be measured, values in SI units; may be repeated.
     #[arg(long, value_name = "FACTOR=VALUE,...")]
     at: Vec<String>,
-    /// Points that may be measured: a grid of two factors between the lowest and the highest value of each in the campaign.
+    /// Points that may be measured: a grid of two factors between the lowest and the highest value of each in
+    /// the campaign.
     #[arg(long, value_name = "X,Y", conflicts_with = "at")]
     map: Option<String>,
-    /// Growth rates and frequencies alone are measured, and no relative pressures, though these trained the model.
+    /// Growth rates and frequencies alone are measured, and no relative pressures, though these trained the
+    /// model.
     #[arg(long)]
     without_pressures: bool,
-    /// Judge microphones instead of points: what is lost without each, and what another would add, if every point is visited once more.
+    /// Judge microphones instead of points: what is lost without each, and what another would add, if every
+    /// point is visited once more.
     #[arg(long, conflicts_with_all = ["plot", "without_pressures", "points"])]
     microphones: bool,
-    /// Where a microphone may be added, m from the upstream end; may be repeated [default: every twentieth of each duct].
+    /// Where a microphone may be added, m from the upstream end; may be repeated [default: every twentieth of
+    /// each duct].
     #[arg(long, value_name = "M", requires = "microphones", value_parser = number::finite)]
     place: Vec<f64>,
     /// Draw the information over the factors into this file, which ends in .svg or .pdf.
@@ -196,7 +200,8 @@ fn print_microphones(ui: &Ui, found: &MicrophoneTable) {
     }
 }
 
-/// Information over every factor that has more than one value; the points of the plan again in another colour.
+/// Information over every factor that has more than one value; the points of the plan again in another
+/// colour.
 pub(crate) fn drawn(found: &Next, study: &Study, data: DataKind) -> RecordFigure {
     let planned = |s: &&Suggestion| found.plan.iter().any(|step| step.point == s.point);
     let panel = |k: usize| {

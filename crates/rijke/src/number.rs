@@ -20,8 +20,8 @@ pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
     if number >= 0.0 { Ok(number) } else { Err("it must not be negative".to_owned()) }
 }
 
-/// Lets every option take what looks like a negative number, so that `--mains -50` is judged as a number and not taken
-/// for an option of that name.
+/// Lets every option take what looks like a negative number, so that `--mains -50` is judged as a number and
+/// not taken for an option of that name.
 pub(crate) fn negative_is_no_option(command: Command) -> Command {
     let command = command.mut_args(|arg| {
         let numbers = arg.get_action().takes_values() && !arg.is_positional();

@@ -18,7 +18,8 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Predict growth rate and frequency with their uncertainty, and the probability of instability, at any values of the factors.
+/// Predict growth rate and frequency with their uncertainty, and the probability of instability, at any
+/// values of the factors.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke predict examples/quarter-wave\n  \
     rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \

@@ -24,8 +24,9 @@ use serde_json::json;
 pub(crate) use stated::said_of_twins;
 use std::path::{Path, PathBuf};
 
-/// Turn raw records into observations. Of pings and clicks: growth rate, frequency and mode shape of every ping, arrival times of every
-/// click, with uncertainties, corrected for the delays of the channels. Bad records are rejected with a reason.
+/// Turn raw records into observations. Of pings and clicks: growth rate, frequency and mode shape of every
+/// ping, arrival times of every click, with uncertainties, corrected for the delays of the channels. Bad
+/// records are rejected with a reason.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke process records --out observations\n  \
     rijke process --virtual-rig --rows C3,H7 --repeats 10 --out observations")]
@@ -39,23 +40,24 @@ pub(crate) struct Args {
     /// Folder to write [default: DIR/observations].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Frequencies between which the mode of interest is sought, Hz [default: `band_hz` of the manifest, else `frequency_hz` of
-    /// `[search]` in the study's rig.toml, else 80 300].
+    /// Frequencies between which the mode of interest is sought, Hz [default: `band_hz` of the manifest, else
+    /// `frequency_hz` of `[search]` in the study's rig.toml, else 80 300].
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = number::positive)]
     band: Option<Vec<f64>>,
     /// Nominal frequency of the mains, Hz [default: `mains_hz` of the manifest, else 50].
     #[arg(long, value_name = "HZ", value_parser = number::positive)]
     mains: Option<f64>,
-    /// Without calibration clicks at the pings' rate: how equal the channels are, as relative standard deviation of the gains
-    /// and standard deviation of the delays in s. Mode shapes then stand on that [default: `[microphones]` of the manifest].
+    /// Without calibration clicks at the pings' rate: how equal the channels are, as relative standard
+    /// deviation of the gains and standard deviation of the delays in s. Mode shapes then stand on that
+    /// [default: `[microphones]` of the manifest].
     #[arg(long, num_args = 2, value_names = ["GAIN_SD", "DELAY_SD"], value_parser = positive)]
     channels: Option<Vec<f64>>,
-    /// How far the gains that the calibration clicks give may lie from their median, relative to it; farther ones are
-    /// refused.
+    /// How far the gains that the calibration clicks give may lie from their median, relative to it; farther
+    /// ones are refused.
     #[arg(long, value_name = "SHARE", default_value_t = 0.3, value_parser = positive)]
     gain_spread: f64,
-    /// Draw the first accepted ping and click of every operating point, every rejected record and the delays of the
-    /// channels: plots/index.html in the output folder.
+    /// Draw the first accepted ping and click of every operating point, every rejected record and the delays
+    /// of the channels: plots/index.html in the output folder.
     #[arg(long)]
     plot: bool,
     /// Replace the output folder if it exists.
@@ -70,7 +72,8 @@ pub(crate) fn records(records: &Path, out: &Path, force: bool, ui: &Ui) -> Resul
     run(&usual(records, out, force)?, ui)
 }
 
-/// Processes the records of a study that are there so far, of which some fits are kept; with a figure of the record called `shown`.
+/// Processes the records of a study that are there so far, of which some fits are kept; with a figure of the
+/// record called `shown`.
 pub(crate) fn so_far(
     records: RecordFolder,
     study: Study,

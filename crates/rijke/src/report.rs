@@ -51,8 +51,8 @@ pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
     Ok(results.join("index.html"))
 }
 
-/// The model that went on from the last stage at which models competed, or from the last, as the page solves it; a sentence that says why it
-/// cannot. None where no such model was kept.
+/// The model that went on from the last stage at which models competed, or from the last, as the page solves
+/// it; a sentence that says why it cannot. None where no such model was kept.
 fn sliders(
     study: &Study,
     observations: &Observations,

@@ -13,11 +13,13 @@ use rijke_numerics::C64;
 use rijke_report::{ResponseCurve, ResponseFigure};
 use std::path::PathBuf;
 
-/// Drive a network at given frequencies: impedance and reflection at a port, transfer between places, scattering.
+/// Drive a network at given frequencies: impedance and reflection at a port, transfer between places,
+/// scattering.
 ///
-/// Without further options: the impedance p/(rho c u) and the reflection g/f that the chain has at its upstream end. A place is the name of an
-/// element that stands between ducts, a position in m where one stands or where ducts meet, or `upstream` or `downstream`. A `feedback`
-/// element without coefficients marks a place for a microphone.
+/// Without further options: the impedance p/(rho c u) and the reflection g/f that the chain has at its
+/// upstream end. A place is the name of an element that stands between ducts, a position in m where one
+/// stands or where ducts meet, or `upstream` or `downstream`. A `feedback` element without coefficients marks
+/// a place for a microphone.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke response fixtures/networks/rig-tube.toml --max-hz 700 --plot response.svg\n  \
@@ -42,7 +44,8 @@ pub(crate) struct Args {
     /// Impedance and reflection of what lies downstream of this place, seen from just before it.
     #[arg(long, value_name = "PLACE")]
     port: Option<String>,
-    /// Ratio of the pressure at the second place to that at the first, the chain being driven by a wave at its upstream end.
+    /// Ratio of the pressure at the second place to that at the first, the chain being driven by a wave at
+    /// its upstream end.
     #[arg(long, value_names = ["FROM", "TO"], num_args = 2)]
     transfer: Vec<String>,
     /// Reflection and transmission of pressure waves by what lies between two places, from either side.

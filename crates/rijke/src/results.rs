@@ -1,4 +1,5 @@
-//! What the rankings of studies of modes and of responses share: options, stages by name, files of results, warnings.
+//! What the rankings of studies of modes and of responses share: options, stages by name, files of results,
+//! warnings.
 
 use crate::{
     failure::{Classify, Failure},
@@ -17,7 +18,8 @@ use std::path::Path;
 /// How far evidences are checked.
 #[derive(Clone, Copy, clap::Args)]
 pub(crate) struct Trust {
-    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are several.
+    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are
+    /// several.
     #[arg(long, conflicts_with = "referee")]
     one_start: bool,
     /// Compare every evidence with a slow method that needs no Gaussian approximation.

@@ -11,7 +11,8 @@ use crate::{
 use rijke_study::Study;
 use std::path::{Path, PathBuf};
 
-/// Take a study from its files to ranked models and a page: process records, infer the base flow, rank, report.
+/// Take a study from its files to ranked models and a page: process records, infer the base flow, rank,
+/// report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke run examples/quarter-wave\n\n\
     DIR holds rig.toml, campaign.csv, candidates/*.toml and study.toml, and observations/ or records/. Writes\n\

@@ -9,8 +9,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A folder that appears under its name only when it is complete. Until then it is written beside its place under a name of
-/// this process, which is removed when the command fails, and by the next run if the command was killed.
+/// A folder that appears under its name only when it is complete. Until then it is written beside its place
+/// under a name of this process, which is removed when the command fails, and by the next run if the command
+/// was killed.
 pub(crate) struct StagedFolder {
     target: PathBuf,
     partial: PathBuf,
@@ -24,15 +25,15 @@ pub(crate) struct StagedFolder {
 const REPLACED: &str = "replaced";
 
 impl StagedFolder {
-    /// Starts writing `target`. A non-empty `target` is refused, unless `force` is given and it holds `mark`, a file
-    /// that every finished folder of this kind has: a folder of anything else is never removed. It is refused too while
-    /// another run writes it.
+    /// Starts writing `target`. A non-empty `target` is refused, unless `force` is given and it holds `mark`,
+    /// a file that every finished folder of this kind has: a folder of anything else is never removed. It is
+    /// refused too while another run writes it.
     pub(crate) fn new(target: &Path, mark: &str, force: bool) -> Result<Self, Failure> {
         Self::start(target, mark, None, force)
     }
 
-    /// As [`Self::new`], for a folder in which the user may keep files: all but those with the names `own` stay, and a folder
-    /// that holds none of `own` counts as empty.
+    /// As [`Self::new`], for a folder in which the user may keep files: all but those with the names `own`
+    /// stay, and a folder that holds none of `own` counts as empty.
     pub(crate) fn beside_others(
         target: &Path,
         mark: &str,
@@ -137,8 +138,8 @@ impl Drop for StagedFolder {
     }
 }
 
-/// Writes a file that appears under its name only when it is complete. Of several runs that write it at once, the last
-/// wins. What is no regular file (a pipe, a device) is written to as it is.
+/// Writes a file that appears under its name only when it is complete. Of several runs that write it at once,
+/// the last wins. What is no regular file (a pipe, a device) is written to as it is.
 pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
     if path.file_name().is_none() || path.is_dir() {
         return Err(Failure::bad_input(format!("{}: not the name of a file", path.display()))
@@ -163,8 +164,8 @@ pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
     staged.or_bad_input().map_err(place)
 }
 
-/// The name under which this process writes `target` until it is whole. Removes what earlier runs left under such names: only
-/// the holder of the lock of `target` writes there, so they have ended.
+/// The name under which this process writes `target` until it is whole. Removes what earlier runs left under
+/// such names: only the holder of the lock of `target` writes there, so they have ended.
 fn start_afresh(target: &Path) -> io::Result<PathBuf> {
     let prefix = beside(target, "partial-");
     let prefix = prefix.file_name().unwrap_or_default().to_string_lossy().into_owned();

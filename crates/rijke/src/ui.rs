@@ -1,4 +1,5 @@
-//! What the user sees while a command works. Results go to standard output, everything else to standard error.
+//! What the user sees while a command works. Results go to standard output, everything else to standard
+//! error.
 
 use crate::failure::{Classify, Failure};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -35,8 +36,8 @@ impl Ui {
         Self { quiet: true, json: false }
     }
 
-    /// For one step of a larger command. With `--json` the step prints nothing, because the command prints one result for
-    /// all steps.
+    /// For one step of a larger command. With `--json` the step prints nothing, because the command prints
+    /// one result for all steps.
     pub(crate) fn of_a_step(&self) -> Self {
         Self { quiet: self.quiet || self.json, json: false }
     }
@@ -46,7 +47,8 @@ impl Ui {
         self.json
     }
 
-    /// The result of a command, which is printed with `--json` only; without it the command says the same in words.
+    /// The result of a command, which is printed with `--json` only; without it the command says the same in
+    /// words.
     pub(crate) fn result(&self, result: &impl Serialize) -> Result<(), Failure> {
         if self.json {
             self.document(serde_json::to_string_pretty(result).or_failed()?);
@@ -76,8 +78,8 @@ impl Ui {
         }
     }
 
-    /// A bar for work of `total` steps that may take over two seconds. Can be advanced from several threads; vanishes
-    /// when dropped.
+    /// A bar for work of `total` steps that may take over two seconds. Can be advanced from several threads;
+    /// vanishes when dropped.
     pub(crate) fn progress(&self, what: &'static str, total: u64) -> Progress {
         let target =
             if self.quiet || self.json { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };

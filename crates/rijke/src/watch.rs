@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 use std::{fs, thread};
 use training::{Job, Trainer};
 
-/// Follow a study while its records are made: process each as it appears, keep the leading models trained, show a page that updates
-/// itself.
+/// Follow a study while its records are made: process each as it appears, keep the leading models trained,
+/// show a page that updates itself.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke watch rig-2026 --serve 8080\n\n\
     DIR is a study whose records/manifest.toml lists the files that are made, before or after they are there. A file counts once\n\
@@ -157,7 +157,8 @@ impl Watch<'_> {
         let awaited = std::mem::replace(&mut self.status.awaited, look.awaited);
         let same = self.status.unusable == look.unusable;
         self.status.unusable.clone_from(&look.unusable);
-        // What came is written with what it says; a page that cannot be written now can be with the next record.
+        // What came is written with what it says; a page that cannot be written now can be with the next
+        // record.
         if look.changed.is_empty() && (!same || awaited < look.awaited) {
             let _ = self.status.write(&self.live);
         }

@@ -1,4 +1,5 @@
-//! The bench of the laboratory against networks of the same physics: two programs that share no acoustic code.
+//! The bench of the laboratory against networks of the same physics: two programs that share no acoustic
+//! code.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use rijke_lab::bench::Bench;
@@ -52,8 +53,9 @@ const SEARCH: &str = "[search]\ngrowth_rate = [-250, -0.5]\nfrequency_hz = [40, 
 
 #[test]
 fn oracle_chain_at_rest_against_the_network() {
-    // Ducts with Bessel layers, changes of area, a flame with gain and delay, a screen with mass, a closed side branch. The
-    // bench's flame needs a flow: 1e-8 m^3/s carries 1.2e-11 W, which warms the gas by 1e-6 K.
+    // Ducts with Bessel layers, changes of area, a flame with gain and delay, a screen with mass, a closed
+    // side branch. The bench's flame needs a flow: 1e-8 m^3/s carries 1.2e-11 W, which warms the gas by 1e-6
+    // K.
     let gain = 0.3 * 1.0e-8 / (0.4 / 1.4 / 101_325.0) / 1.2e-11;
     let bench = truth(
         &format!(
@@ -90,7 +92,8 @@ delay = [{{ weight = 1.0, mean = 1.2e-3 }}]"
 
 #[test]
 fn order_mean_flow_against_the_chain_of_full_balances() {
-    // The bench keeps terms of first order in the Mach number, the network's chain all: their difference must fall as its square.
+    // The bench keeps terms of first order in the Mach number, the network's chain all: their difference must
+    // fall as its square.
     let rise = 600.0;
     let heat_per_flow = 101_325.0 / 287.05 / 293.15 * 3.5 * 287.05 * rise;
     let differences: Vec<Vec<f64>> = [4e-4, 8e-4, 16e-4]

@@ -1,4 +1,5 @@
-//! Cost of one ping and one click at the sizes of the paper's rig, beside the cost of one pass over the same samples.
+//! Cost of one ping and one click at the sizes of the paper's rig, beside the cost of one pass over the same
+//! samples.
 #![allow(missing_docs, reason = "criterion's macros make public functions")]
 #![allow(clippy::unwrap_used, reason = "a bench may stop")]
 

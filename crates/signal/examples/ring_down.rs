@@ -1,5 +1,6 @@
-//! Growth rate and frequency of a decay, with standard deviations: `cargo run --release -p rijke-signal --example ring_down -- RATE_HZ < FILE`.
-//! Standard input has a pressure in each line: silence, then the decay. Without a rate a decay is made up.
+//! Growth rate and frequency of a decay, with standard deviations: `cargo run --release -p rijke-signal
+//! --example ring_down -- RATE_HZ < FILE`. Standard input has a pressure in each line: silence, then the
+//! decay. Without a rate a decay is made up.
 #![allow(clippy::print_stdout, reason = "an example shows its results")]
 
 use rijke_signal::{PingOptions, Trace, fit_ping};

@@ -42,17 +42,20 @@ const RISE: f64 = 3.0;
 /// Length of a block of the envelope, s.
 const BLOCK: f64 = 1e-3;
 const BLOCKS_BEFORE: usize = 20;
-/// The fit is made from several starts, so far apart, s: what the modes owe to the choice is part of their error.
+/// The fit is made from several starts, so far apart, s: what the modes owe to the choice is part of their
+/// error.
 const LATER: f64 = 0.01;
 const STARTS: usize = 3;
 /// A mode is one that was wanted if it is so near, relatively.
 const NEAR: f64 = 0.04;
 
-/// Finds the onset of the blow, and fits damped exponentials to the stretch behind it: the poles of ESPRIT, then the maximum of the likelihood of all of
-/// them together, from several starts. Channels that are copies of another count once.
+/// Finds the onset of the blow, and fits damped exponentials to the stretch behind it: the poles of ESPRIT,
+/// then the maximum of the likelihood of all of them together, from several starts. Channels that are copies
+/// of another count once.
 ///
 /// # Errors
-/// [`Fault::TooShort`] where the record or the stretch before another blow is too short; faults of the fits, if none of them succeeds.
+/// [`Fault::TooShort`] where the record or the stretch before another blow is too short; faults of the fits,
+/// if none of them succeeds.
 pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> Result<BlowFit, Fault> {
     let mut own: Vec<&Vec<f64>> = Vec::new();
     for channel in channels {
@@ -112,8 +115,8 @@ pub fn combine_blows(fits: &[BlowFit]) -> Vec<Option<BlowMode>> {
     (0..count).map(of).collect()
 }
 
-/// The mean of at least two estimates, weighted by the errors of their frequencies; its covariance is the mean of theirs and their scatter, over
-/// `independent`.
+/// The mean of at least two estimates, weighted by the errors of their frequencies; its covariance is the
+/// mean of theirs and their scatter, over `independent`.
 fn together(all: &[BlowMode], independent: f64) -> Option<BlowMode> {
     if all.len() < 2 {
         return None;

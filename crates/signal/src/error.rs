@@ -1,7 +1,7 @@
 //! Why a record cannot be used.
 
-/// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on with
-/// the next. Times are seconds from the first sample of the record; channels count from 0.
+/// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
+/// with the next. Times are seconds from the first sample of the record; channels count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// The channels do not have the same length, or there is none.

@@ -15,7 +15,8 @@ pub struct Trace<'a> {
     pub rate_hz: f64,
     /// The first `quiet` samples hold noise only.
     pub quiet: usize,
-    /// Samples of this size or more are clipped; infinity if the limit is not known (flat tops are then looked for).
+    /// Samples of this size or more are clipped; infinity if the limit is not known (flat tops are then
+    /// looked for).
     pub full_scale: f64,
 }
 
@@ -29,13 +30,15 @@ const TREND: usize = 5;
 const STRETCHES: usize = 100;
 /// This many equal samples in a row are a dropout, but for a converter whose steps are larger than the noise.
 const DROPOUT: usize = 24;
-/// A converter is that coarse if this share of successive samples of silence, or of the end of the record, are equal: noise of half a step.
+/// A converter is that coarse if this share of successive samples of silence, or of the end of the record,
+/// are equal: noise of half a step.
 const EQUAL: f64 = 0.45;
 /// And if a channel spans at most so many steps.
 const LEVELS: f64 = 4096.0;
 /// A clipped level has so many times the samples of the one beside it: a sine has 2.4 times.
 const PILED: usize = 4;
-/// A channel of steps of the converter, whose samples span less than this share of the median channel, is missing.
+/// A channel of steps of the converter, whose samples span less than this share of the median channel, is
+/// missing.
 const SILENCE: f64 = 1e-3;
 /// This many equal samples in a row at the extreme value of a channel are a flat top.
 const FLAT_TOP: usize = 4;
@@ -64,10 +67,11 @@ impl Trace<'_> {
         self.len() == 0
     }
 
-    /// The channels less their offsets, such as an amplifier's; none if no offset is worth it. An offset whose mean at the end of the record differs from
-    /// that of the quiet part by more than a share of the noise drifts: a polynomial takes its place. A constant one is the mean of the quiet part, or,
-    /// if that has fewer than `least` samples, of the last tenth of the record. Slow noise is no offset: the quarters of that stretch, and the last
-    /// tenth, must agree.
+    /// The channels less their offsets, such as an amplifier's; none if no offset is worth it. An offset
+    /// whose mean at the end of the record differs from that of the quiet part by more than a share of the
+    /// noise drifts: a polynomial takes its place. A constant one is the mean of the quiet part, or, if that
+    /// has fewer than `least` samples, of the last tenth of the record. Slow noise is no offset: the quarters
+    /// of that stretch, and the last tenth, must agree.
     pub(crate) fn levelled(&self, least: usize) -> Option<Vec<Vec<f64>>> {
         let (all, quiet) = (self.len(), self.quiet.min(self.len()));
         let tail = all - all / 10..all;
@@ -134,7 +138,8 @@ impl Trace<'_> {
         Ok(())
     }
 
-    /// The step of the converter in each channel, where it is so coarse that equal samples follow in rows; 0 in the others.
+    /// The step of the converter in each channel, where it is so coarse that equal samples follow in rows; 0
+    /// in the others.
     pub(crate) fn coarse_steps(&self) -> Vec<f64> {
         let of = |y: &Vec<f64>| if run(Look(y)).repeats && self.is_coarse(y) { step(y) } else { 0.0 };
         self.channels.iter().map(of).collect()
@@ -204,8 +209,8 @@ impl Trace<'_> {
     }
 }
 
-/// The polynomial of least squares through a channel, of the degree that a drifting offset has. Sound has hundreds of periods in a record and hardly
-/// enters it; loud stretches count less.
+/// The polynomial of least squares through a channel, of the degree that a drifting offset has. Sound has
+/// hundreds of periods in a record and hardly enters it; loud stretches count less.
 fn trend(y: &[f64]) -> Option<Vec<f64>> {
     let half = 0.5 * (y.len() as f64 - 1.0);
     let powers = |n: usize| {

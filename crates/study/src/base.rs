@@ -15,11 +15,13 @@ pub struct BaseState {
     pub mass_flow: f64,
     /// Numbers that the base state brings for laws: place in the scope of the rig, and value.
     pub numbers: Vec<(usize, f64)>,
-    /// Places of the profile, m, ascending; two equal ones are a step. The first and last are the ends of the rig.
+    /// Places of the profile, m, ascending; two equal ones are a step. The first and last are the ends of the
+    /// rig.
     pub places: Vec<f64>,
     /// Temperature at the places, K.
     pub temperature: Vec<f64>,
-    /// Zones in which the temperature changes fast, m: elements end at their borders, and more closely beside them.
+    /// Zones in which the temperature changes fast, m: elements end at their borders, and more closely beside
+    /// them.
     pub kinks: Vec<[f64; 2]>,
     /// Independent contributions to the error.
     pub errors: Vec<BaseError>,
@@ -55,7 +57,8 @@ pub enum Cause {
     Flow(Sharing),
     /// A cause that an inference of the base states itself names.
     Inferred(String),
-    /// The real (0) or imaginary (1) part of the error of the laws of a role, at one value of the factor over which it varies.
+    /// The real (0) or imaginary (1) part of the error of the laws of a role, at one value of the factor over
+    /// which it varies.
     Law {
         /// The role.
         role: String,
@@ -67,7 +70,8 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// The ambient temperature as read at `point`: one number for all points of its day, if the campaign says which day that was.
+    /// The ambient temperature as read at `point`: one number for all points of its day, if the campaign says
+    /// which day that was.
     #[must_use]
     pub fn ambient(point: &Point) -> Self {
         Self::Ambient(if point.day.is_empty() {
@@ -92,7 +96,8 @@ pub enum Sharing {
     All,
 }
 
-/// The gas in one stretch, averaged so that a short acoustic element keeps the inertance and the compliance of the real one.
+/// The gas in one stretch, averaged so that a short acoustic element keeps the inertance and the compliance
+/// of the real one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
     /// Upstream edge, m.
@@ -244,8 +249,8 @@ impl BaseState {
         state
     }
 
-    /// Mean over [from, to] of properties, by three-point Gauss quadrature on each linear piece: errors below 1e-9 for
-    /// pieces over which the temperature changes by less than a fifth.
+    /// Mean over [from, to] of properties, by three-point Gauss quadrature on each linear piece: errors below
+    /// 1e-9 for pieces over which the temperature changes by less than a fifth.
     fn means<const N: usize>(
         &self,
         from: f64,

@@ -23,7 +23,8 @@ pub struct Factor {
 }
 
 impl Factor {
-    /// The unit of its numbers as a reader knows it: the file's, where one of it is one in SI, as in W; else that of formulas.
+    /// The unit of its numbers as a reader knows it: the file's, where one of it is one in SI, as in W; else
+    /// that of formulas.
     #[must_use]
     pub fn unit_in_print(&self) -> String {
         let one = (self.shown.to_si(1.0) - 1.0).abs() < 1e-12 && self.shown.to_si(0.0).abs() < 1e-12;
@@ -62,7 +63,8 @@ pub struct Campaign {
 /// Columns with a meaning of their own.
 const RESERVED: [&str; 7] = ["point", "row", "installation", "day", "repeats", "T_amb", "T_amb_sd"];
 
-/// The lowest and the highest temperature of surroundings, K: what lies beyond is taken for one in another unit.
+/// The lowest and the highest temperature of surroundings, K: what lies beyond is taken for one in another
+/// unit.
 pub const SURROUNDINGS: [f64; 2] = [COLDEST, 2000.0];
 pub(crate) const COLDEST: f64 = 100.0;
 

@@ -1,7 +1,7 @@
 //! The folder of a study, read as a whole.
 
+use crate::ambient::read_ambient;
 use crate::base::BaseState;
-use crate::modes::read_ambient;
 use crate::plan::{Base, Plan};
 use crate::source::Source;
 use crate::{Campaign, Candidate, Catalogue, Claims, Observations, Problem, Rig, StudyError, read_modes};
@@ -38,8 +38,9 @@ struct Origin {
 }
 
 impl Study {
-    /// Reads `rig.toml`, `campaign.csv`, `candidates/*.toml`, `study.toml` and, if there, `paper.toml`; the observations are read by
-    /// [`Study::observations`], because a study is checked before anything is measured.
+    /// Reads `rig.toml`, `campaign.csv`, `candidates/*.toml`, `study.toml` and, if there, `paper.toml`; the
+    /// observations are read by [`Study::observations`], because a study is checked before anything is
+    /// measured.
     ///
     /// # Errors
     /// File, line and remedy.
@@ -60,8 +61,9 @@ impl Study {
         })
     }
 
-    /// What is declared and has no effect, each in a sentence with its file: candidates that are part of no model because no stage and no
-    /// question names their role, which may be misspelt, and noise of installations where no errors are shared.
+    /// What is declared and has no effect, each in a sentence with its file: candidates that are part of no
+    /// model because no stage and no question names their role, which may be misspelt, and noise of
+    /// installations where no errors are shared.
     #[must_use]
     pub fn unused(&self) -> Vec<String> {
         let (named, unused) = self.plan.unused(&self.catalogue);
@@ -88,7 +90,8 @@ impl Study {
     /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it.
     ///
     /// # Errors
-    /// File, line and remedy. Points of `ramps.csv` are refused where their states would be taken for settled.
+    /// File, line and remedy. Points of `ramps.csv` are refused where their states would be taken for
+    /// settled.
     pub fn observations(&self) -> Result<Observations, StudyError> {
         let folder = self.folder.join("observations");
         self.knows_states_of(&folder.join(Ramp::FILE))?;
@@ -124,7 +127,8 @@ impl Study {
         Ok(())
     }
 
-    /// Where the readings of thermometers stand: `readings.csv` in the folder, or in `observations/`. None if they may be missing and are.
+    /// Where the readings of thermometers stand: `readings.csv` in the folder, or in `observations/`. None if
+    /// they may be missing and are.
     ///
     /// # Errors
     /// Both are there and differ, or there is none and they are `needed`.

@@ -2,8 +2,9 @@
 
 use crate::plan::SdSpec;
 
-/// An error term of a measuring head: R_measured = R + sum of b(f) R^power, where b is a smooth complex function of frequency,
-/// a sum of Legendre polynomials over the band that trains, with independent complex coefficients.
+/// An error term of a measuring head: R_measured = R + sum of b(f) R^power, where b is a smooth complex
+/// function of frequency, a sum of Legendre polynomials over the band that trains, with independent complex
+/// coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorTerm {
     /// The power of R.

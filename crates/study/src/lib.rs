@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod ambient;
 mod base;
 mod campaign;
 mod catalogue;

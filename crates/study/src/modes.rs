@@ -35,14 +35,14 @@ pub struct Observations {
     pub source: String,
     /// The modes, in the order of the file.
     pub modes: Vec<ObservedMode>,
-    /// Ambient temperatures that were read with the records, and their standard deviations, K, by operating point. They count before
-    /// those of the campaign.
+    /// Ambient temperatures that were read with the records, and their standard deviations, K, by operating
+    /// point. They count before those of the campaign.
     pub ambient: BTreeMap<usize, [f64; 2]>,
 }
 
 impl ObservedMode {
-    /// The numbers measured: growth rate and angular frequency as far as they are there, then real and imaginary part of every
-    /// pressure.
+    /// The numbers measured: growth rate and angular frequency as far as they are there, then real and
+    /// imaginary part of every pressure.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let pressures = self.pressures.iter().flat_map(|(_, p)| [p.re, p.im]);
@@ -78,40 +78,6 @@ enum Number {
 
 /// Columns that other tables have beside ours.
 const IGNORED: [&str; 3] = ["repeat", "comment", "note"];
-
-/// Reads the ambient temperatures of `points.csv`: columns `point`, `T_amb [unit]`, `T_amb_sd [unit]`.
-///
-/// # Errors
-/// File, line and remedy.
-pub(crate) fn read_ambient(
-    path: &Path,
-    campaign: &Campaign,
-) -> Result<BTreeMap<usize, [f64; 2]>, StudyError> {
-    let mut source = Source::read_table(path)?;
-    // What signal processing writes has the units in the names.
-    for (old, new) in [("ambient_temperature_K", "T_amb [K]"), ("ambient_temperature_sd_K", "T_amb_sd [K]")] {
-        let end = source.text.find('\n').unwrap_or(source.text.len());
-        let header = source.text[..end].replace(old, new);
-        source.text.replace_range(..end, &header);
-    }
-    let read = Campaign::parse(&source)?;
-    let mut ambient = BTreeMap::new();
-    for point in read.points {
-        let Some((place, _)) = campaign.point(&point.id) else {
-            let line = 1 + source
-                .text
-                .lines()
-                .position(|l| l.split(',').any(|cell| cell.trim() == point.id))
-                .unwrap_or(0);
-            let known = listed(campaign.points.iter().map(|p| p.id.as_str()));
-            return Err(
-                source.at_line(line, Problem::Unknown { what: "operating point", name: point.id, known })
-            );
-        };
-        ambient.extend(point.ambient.map(|t| (place, t)));
-    }
-    Ok(ambient)
-}
 
 /// Reads the modes of a table.
 ///

@@ -26,8 +26,8 @@ pub struct OneTable {
 }
 
 impl OneTable {
-    /// Reads a network file and a table whose rows are measured modes. Its columns are those of `modes.csv`; every other column is a
-    /// factor.
+    /// Reads a network file and a table whose rows are measured modes. Its columns are those of `modes.csv`;
+    /// every other column is a factor.
     ///
     /// # Errors
     /// Files that cannot be read; a table whose rows differ in length.

@@ -4,11 +4,13 @@ use crate::rig::GasModel;
 use crate::{Problem, Study, StudyError};
 use rijke_rig::{Campaign, Gas, Insert, Microphones, OperatingPoint, Plates, Recording, Rig, Tube};
 
-/// Temperature at which the geometry is laid out, K; positions that depend on it are of no use to a laboratory.
+/// Temperature at which the geometry is laid out, K; positions that depend on it are of no use to a
+/// laboratory.
 const LAID_OUT: f64 = 293.15;
 
 impl Study {
-    /// Rig and campaign as records are processed with them: one tube as wide as the widest duct, nothing in it.
+    /// Rig and campaign as records are processed with them: one tube as wide as the widest duct, nothing in
+    /// it.
     ///
     /// # Errors
     /// File and remedy: microphones must stay where they are, and the rig needs at least one.

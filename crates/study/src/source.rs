@@ -26,7 +26,8 @@ impl Source {
         }
     }
 
-    /// A table. Spreadsheets write tabs, or in countries with a decimal comma semicolons, between cells: these become commas, and that a point.
+    /// A table. Spreadsheets write tabs, or in countries with a decimal comma semicolons, between cells:
+    /// these become commas, and that a point.
     pub(crate) fn read_table(path: &Path) -> Result<Self, StudyError> {
         let mut source = Self::read(path)?;
         let header = source.text.lines().nth(source.header_line() - 1).unwrap_or_default();
@@ -91,7 +92,8 @@ impl Source {
     }
 }
 
-/// The text with commas for what stands `between` cells, and points for commas between digits. Every character keeps its place.
+/// The text with commas for what stands `between` cells, and points for commas between digits. Every
+/// character keeps its place.
 fn with_commas(text: &str, between: char) -> String {
     let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
     let before = std::iter::once(None).chain(text.chars().map(Some));

@@ -1,4 +1,5 @@
-//! What became of every case: a file that grows with them, from which an interrupted task goes on, and the table at the end.
+//! What became of every case: a file that grows with them, from which an interrupted task goes on, and the
+//! table at the end.
 
 use super::limits::{End, Run};
 use std::{

@@ -67,8 +67,8 @@ pub(super) struct Run {
     pub(super) error: String,
 }
 
-/// Runs a program in a folder. The shell sets the limits, that of processor time in case this task dies first. What it prints goes into
-/// files beside the folder: `FOLDER.out` and `FOLDER.err`.
+/// Runs a program in a folder. The shell sets the limits, that of processor time in case this task dies
+/// first. What it prints goes into files beside the folder: `FOLDER.out` and `FOLDER.err`.
 pub(super) fn run(program: &Path, words: &[&str], folder: &Path, limits: &Limits) -> Result<Run, String> {
     let beside = |ending: &str| folder.with_extension(ending);
     let file =
@@ -108,7 +108,8 @@ fn resident(process: u32) -> u64 {
     line.split_whitespace().next().and_then(|k| k.parse::<u64>().ok()).unwrap_or(0) / 1024
 }
 
-/// Seconds of processor that a process has used, as Linux counts them: hundredths (proc(5), `utime` and `stime`); 0 where they cannot be read.
+/// Seconds of processor that a process has used, as Linux counts them: hundredths (proc(5), `utime` and
+/// `stime`); 0 where they cannot be read.
 fn processor(process: u32) -> f64 {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
     let numbers = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);

@@ -1,5 +1,5 @@
-//! `cargo xtask mangle`: gives every reader of the program thousands of changed inputs. Each must end with status 0 or 2, within 10 s and
-//! 1 GiB. docs/records/mangle.md has what was found.
+//! `cargo xtask mangle`: gives every reader of the program thousands of changed inputs. Each must end with
+//! status 0 or 2, within 10 s and 1 GiB. docs/records/mangle.md has what was found.
 
 mod binary;
 mod case;
@@ -45,7 +45,8 @@ pub(crate) struct Options {
     /// Number of the first case of each kind.
     #[arg(long, value_name = "K", default_value_t = 0)]
     from: u64,
-    /// Folder for the list of all cases and for the failures, each with its input. What the list has is not run again.
+    /// Folder for the list of all cases and for the failures, each with its input. What the list has is not
+    /// run again.
     #[arg(long, value_name = "DIR", default_value = "target/mangle")]
     keep: PathBuf,
     /// Keep the input and the output of every case that is run, not of failures alone.

@@ -18,8 +18,8 @@ pub(super) fn between(dom: &str) -> Option<String> {
     Some(format!("{{{found}}}").replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
 }
 
-/// A browser that leaves the user's own alone. Only a page that was made here is opened, so no sandbox is needed, which
-/// a superuser could not have.
+/// A browser that leaves the user's own alone. Only a page that was made here is opened, so no sandbox is
+/// needed, which a superuser could not have.
 pub(super) fn command(browser: &str, scratch: &Path) -> Command {
     let mut command = Command::new(browser);
     command

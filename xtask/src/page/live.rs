@@ -1,4 +1,5 @@
-//! The page of `rijke watch --serve`, opened while a record arrives: it must show what came without being asked, and no script may fail.
+//! The page of `rijke watch --serve`, opened while a record arrives: it must show what came without being
+//! asked, and no script may fail.
 
 use super::browser::{between, command, told};
 use crate::python::program;
@@ -60,7 +61,8 @@ pub(super) fn faults(browser: &str, scratch: &Path) -> Result<Vec<String>, Strin
     fs::write(&harness, HARNESS.replace("@LATE@", LATE))
         .map_err(|e| format!("{}: {e}", harness.display()))?;
     let mut opened = command(browser, scratch);
-    // Time passes as the page asks for it, and stands still while it waits for the server: minutes of it are seconds here.
+    // Time passes as the page asks for it, and stands still while it waits for the server: minutes of it are
+    // seconds here.
     opened.args(["--virtual-time-budget=600000", "--dump-dom"]).arg(format!("{address}harness.html"));
     let opened = opened.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let opened = opened.map_err(|e| format!("cannot start {browser}: {e}"))?;

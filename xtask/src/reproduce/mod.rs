@@ -108,7 +108,8 @@ fn lock(folder: &Path) -> Result<File, String> {
     }
 }
 
-/// Runs a stage to its end. Its result is discarded; its progress bar still reaches the terminal. It ends with this task.
+/// Runs a stage to its end. Its result is discarded; its progress bar still reaches the terminal. It ends
+/// with this task.
 fn take(stage: &Stage, program: &Path, base: &Path) -> Result<Made, String> {
     let start = Instant::now();
     let mut command = Command::new(program);

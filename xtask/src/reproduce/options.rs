@@ -7,7 +7,8 @@ use std::path::PathBuf;
 /// What of the campaign is run, and where.
 #[derive(clap::Args)]
 pub(crate) struct Options {
-    /// Only this table or figure of the paper and what it rests on: table-1 to table-4, figure-2 to figure-12.
+    /// Only this table or figure of the paper and what it rests on: table-1 to table-4, figure-2 to
+    /// figure-12.
     #[arg(long, value_name = "ITEM", value_parser = items::parse)]
     pub(super) only: Option<&'static items::Item>,
     /// Four repeats of each operating point instead of the paper's forty.
@@ -19,7 +20,8 @@ pub(crate) struct Options {
     /// Run every stage, also those that were finished before with the same inputs.
     #[arg(long)]
     pub(super) fresh: bool,
-    /// Afterwards compare the numbers with those kept in reference/, and fail if one moved beyond its tolerance.
+    /// Afterwards compare the numbers with those kept in reference/, and fail if one moved beyond its
+    /// tolerance.
     #[arg(long)]
     pub(super) check: bool,
     /// Afterwards keep the numbers in reference/, to be compared with by --check.

@@ -14,9 +14,10 @@ const LEFT_OUT: [&str; 9] =
 /// Words that are answers, and must not change at all.
 const ANSWERS: [&str; 3] = ["winner", "chosen", "holds"];
 
-/// The tolerance of a number that nobody set by hand. A parameter may move by a twentieth of its standard deviation, a
-/// logarithm of a likelihood, of all points together, by one nat, both without any consequence; a standard deviation by 1 %. Any other number
-/// may move by what another processor's arithmetic is worth after a long computation.
+/// The tolerance of a number that nobody set by hand. A parameter may move by a twentieth of its standard
+/// deviation, a logarithm of a likelihood, of all points together, by one nat, both without any consequence;
+/// a standard deviation by 1 %. Any other number may move by what another processor's arithmetic is worth
+/// after a long computation.
 fn usual_tolerance(name: &str, value: f64, sd: Option<f64>) -> f64 {
     match (name, sd) {
         ("value" | "mean", Some(sd)) if sd > 0.0 => 0.05 * sd,
@@ -26,8 +27,8 @@ fn usual_tolerance(name: &str, value: f64, sd: Option<f64>) -> f64 {
     }
 }
 
-/// Compares every file of `reference` with the one of the same name in `numbers`. A study that was not run is not
-/// compared, so that a part of the campaign can be checked.
+/// Compares every file of `reference` with the one of the same name in `numbers`. A study that was not run is
+/// not compared, so that a part of the campaign can be checked.
 pub(super) fn check(numbers: &Path, reference: &Path) -> Outcome {
     if !reference.is_dir() {
         return Err(format!("{}: nothing to compare with; keep numbers with --accept", reference.display()));

@@ -59,7 +59,8 @@ pub(super) fn stages(options: &Options) -> Vec<Stage> {
         ranked.push(&base);
     }
     let until = until.map_or_else(String::new, |id| format!(" --until {id}"));
-    // One maximum is sought of each posterior, as in the paper; the notes of the laboratory's rows with all checks are in docs/records.
+    // One maximum is sought of each posterior, as in the paper; the notes of the laboratory's rows with all
+    // checks are in docs/records.
     let rank = format!("rank {work} --one-start --force{until}");
     stages.push(stage(rank, &ranked, &numbers, 0.3));
     stages.push(stage(format!("report {work}"), &[&numbers], &format!("{work}/results/figures"), 0.005));

@@ -1,4 +1,5 @@
-//! A crate is defined by what it must not know: the manifests hold the arrows of `docs/ARCHITECTURE.md` and no others.
+//! A crate is defined by what it must not know: the manifests hold the arrows of `docs/ARCHITECTURE.md` and
+//! no others.
 
 use super::file::{Complaint, File};
 use std::collections::{BTreeMap, BTreeSet};
@@ -70,7 +71,7 @@ fn check_manifest(folder: &str, File { path, text }: &File, listed: &Arrows) -> 
     complaints
 }
 
-/// Reads lines such as `rig -> numerics      flow -> rig, inference`; `everything above` stands for all crates.
+/// Reads lines such as `rig -> numerics flow -> rig, inference`; `everything above` stands for all crates.
 fn listed(page: &str, crates: &BTreeSet<String>) -> Arrows {
     let mut arrows = Arrows::new();
     for line in page.lines().filter(|l| l.contains(" -> ") && !l.contains('`')) {

@@ -4,7 +4,8 @@ use super::code;
 use super::file::{Complaint, File};
 use std::collections::BTreeSet;
 
-/// Helpers of other files that judge, though their names do not say so: orders of remainders, and the pages that a test follows.
+/// Helpers of other files that judge, though their names do not say so: orders of remainders, and the pages
+/// that a test follows.
 const JUDGES: [&str; 2] = ["slopes_near", "follow"];
 
 /// Tests that may do without: (file, test, why).
@@ -31,7 +32,8 @@ fn check_with(files: &[File], known: &[(&str, &str, &str)]) -> Vec<Complaint> {
     complaints
 }
 
-/// File, name and line of the tests of a file that assert nothing. A test called `..._panic` asserts that nothing panics.
+/// File, name and line of the tests of a file that assert nothing. A test called `..._panic` asserts that
+/// nothing panics.
 fn without_assertion(File { path, text }: &File) -> Vec<(String, String, usize)> {
     let blanked = code::blanked(text);
     let functions = code::functions(&blanked);
@@ -53,8 +55,8 @@ fn without_assertion(File { path, text }: &File) -> Vec<(String, String, usize)>
     tests.map(|f| (path.clone(), f.name.to_owned(), f.line)).collect()
 }
 
-/// Whether a function judges: by an assertion, a panic of its own, a helper that says so by its name or is known to judge, or
-/// an error that it hands on.
+/// Whether a function judges: by an assertion, a panic of its own, a helper that says so by its name or is
+/// known to judge, or an error that it hands on.
 fn asserts(text: &str, helpers: &BTreeSet<&str>) -> bool {
     let (head, body) = text.split_once('{').unwrap_or((text, ""));
     let hands_on = head.contains("Result<") && body.contains('?');

@@ -26,8 +26,8 @@ pub(super) fn check(files: &[File]) -> Vec<Complaint> {
     complaints
 }
 
-/// Which module names which, by `crate::`, `self::`, `super::` or the name of a child. Names that a module only hands on
-/// (`pub use`) are followed to the module that has them, and handing on needs nothing.
+/// Which module names which, by `crate::`, `self::`, `super::` or the name of a child. Names that a module
+/// only hands on (`pub use`) are followed to the module that has them, and handing on needs nothing.
 fn edges(modules: &Modules) -> BTreeMap<&str, BTreeSet<&str>> {
     let named: BTreeMap<&str, Vec<(bool, String)>> =
         modules.iter().map(|(name, code)| (&**name, paths(name, code, modules))).collect();

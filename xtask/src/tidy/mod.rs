@@ -1,5 +1,5 @@
-//! `cargo xtask tidy`: what the compiler does not check. Each rule is a function from text to complaints, so that its
-//! tests can show it failing.
+//! `cargo xtask tidy`: what the compiler does not check. Each rule is a function from text to complaints, so
+//! that its tests can show it failing.
 
 mod arrows;
 mod assertions;

@@ -18,6 +18,7 @@ pub(super) fn check(files: &[File]) -> Vec<Complaint> {
     complaints.extend(sources.iter().flat_map(|f| unused_files(f, &sources, &paths)));
     complaints.extend(sources.iter().filter_map(|f| check_front_page(f, files)));
     complaints.extend(sources.iter().flat_map(|f| unbounded_reads(f)));
+    complaints.extend(sources.iter().flat_map(|f| wide_comments(f)));
     complaints
 }
 
@@ -74,7 +75,8 @@ fn check_text(File { path, text }: &File) -> Vec<Complaint> {
     complaints
 }
 
-/// Who reads a file that somebody else gave does so by the one function that refuses pipes, devices and what has no end.
+/// Who reads a file that somebody else gave does so by the one function that refuses pipes, devices and what
+/// has no end.
 fn unbounded_reads(file: &File) -> Vec<Complaint> {
     let of_a_crate = file.path.starts_with("crates/") && file.path.contains("/src/");
     if !of_a_crate || file.path.ends_with("numerics/src/files.rs") {
@@ -93,6 +95,25 @@ fn unbounded_reads(file: &File) -> Vec<Complaint> {
             )
         })
         .collect()
+}
+
+/// Columns of a line that is a comment.
+const COMMENT: usize = 110;
+
+/// Comments that are too wide to be read beside code; what stands between fences is code.
+fn wide_comments(File { path, text }: &File) -> Vec<Complaint> {
+    let mut fenced = false;
+    let mut complaints = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let comment =
+            line.trim_start().strip_prefix("//").map(|c| c.trim_start_matches(['/', '!']).trim_start());
+        fenced ^= comment.is_some_and(|c| c.starts_with("```"));
+        let count = line.chars().count();
+        if comment.is_some() && !fenced && count > COMMENT {
+            complaints.push(format!("{path}:{number}: a comment of {count} columns, break it at {COMMENT}"));
+        }
+    }
+    complaints
 }
 
 /// A file under `src` that no `mod` line of its parent names is not compiled, however good it looks.
@@ -122,6 +143,13 @@ mod tests {
 
     fn complaints(text: &str) -> String {
         check(&[file("crates/a/src/main.rs", text)]).join("\n")
+    }
+
+    #[test]
+    fn behaviour_wide_comments_are_complained_of() {
+        let wide = "word ".repeat(23);
+        assert!(complaints(&format!("//! What.\n    /// {wide}\n")).contains("main.rs:2: a comment of"));
+        assert_eq!(complaints(&format!("//! What.\n//! ```\n//! {wide}\n//! ```\n")), "");
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Rules for pages: links between files of the repository lead somewhere, and every page of the book stands in its table of contents.
+//! Rules for pages: links between files of the repository lead somewhere, and every page of the book stands
+//! in its table of contents.
 
 use super::file::{Complaint, File};
 use std::collections::BTreeSet;
@@ -19,6 +20,26 @@ pub(super) fn check(files: &[File]) -> Vec<Complaint> {
         })
         .collect();
     complaints.extend(outside_the_book(files));
+    complaints.extend(files.iter().filter(|f| f.path.ends_with(".md")).flat_map(wide_lines));
+    complaints
+}
+
+/// Columns of a line of a page.
+const LINE: usize = 120;
+/// Pages that the program writes.
+const WRITTEN: [&str; 2] = ["docs/reference/", "docs/symbols.md"];
+
+/// Lines of pages that are too wide; tables and what stands between fences are not broken.
+fn wide_lines(File { path, text }: &File) -> Vec<Complaint> {
+    let mut fenced = false;
+    let mut complaints = Vec::new();
+    for (number, line) in (1..).zip(text.lines()).filter(|_| !WRITTEN.iter().any(|w| path.starts_with(w))) {
+        fenced ^= line.trim_start().starts_with("```");
+        let (count, words) = (line.chars().count(), line.split_whitespace().count());
+        if count > LINE && !fenced && words > 2 && !line.trim_start().starts_with('|') {
+            complaints.push(format!("{path}:{number}: a line of {count} columns, break it at {LINE}"));
+        }
+    }
     complaints
 }
 

@@ -22,9 +22,11 @@ pub(crate) struct BaseErrors {
 }
 
 impl BaseErrors {
-    /// The changes at the parameter values `values`: slopes along the principal errors of each base state, by a small step.
+    /// The changes at the parameter values `values`: slopes along the principal errors of each base state, by
+    /// a small step.
     ///
-    /// Cost: a value of the model per point and principal error, of which fifty causes have about seven; in parallel over points.
+    /// Cost: a value of the model per point and principal error, of which fifty causes have about seven; in
+    /// parallel over points.
     ///
     /// # Errors
     /// Those of the model at a displaced state.
@@ -45,8 +47,8 @@ impl BaseErrors {
         self
     }
 
-    /// The causes that points of different installations share (`same` tells whether two are of one), what each does to all numbers,
-    /// point after point, `sizes` of each; and the errors without them.
+    /// The causes that points of different installations share (`same` tells whether two are of one), what
+    /// each does to all numbers, point after point, `sizes` of each; and the errors without them.
     pub(crate) fn apart(
         self,
         sizes: &[usize],
@@ -76,7 +78,8 @@ impl BaseErrors {
         (causes, columns, rest)
     }
 
-    /// Points that share a cause, or are `linked`, directly or through others: each list ascends, and every point is in exactly one.
+    /// Points that share a cause, or are `linked`, directly or through others: each list ascends, and every
+    /// point is in exactly one.
     pub(crate) fn together(&self, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
         let shares = |a: usize, b: usize| {
             linked(a, b)
@@ -119,8 +122,8 @@ impl BaseErrors {
     }
 }
 
-/// The change of the prediction of one point per standard deviation of each cause of error of its base state, by way of the
-/// state's [`Principal`] errors.
+/// The change of the prediction of one point per standard deviation of each cause of error of its base state,
+/// by way of the state's [`Principal`] errors.
 pub(crate) fn changes(
     assembly: &Assembly,
     conditions: &Conditions,

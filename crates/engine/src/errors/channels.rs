@@ -7,9 +7,9 @@ use rijke_numerics::{C64, Matrix, Order};
 use rijke_rig::ChannelErrors;
 use rijke_study::Rig;
 
-/// The delays and gains of the chosen microphones but the reference, which a training finds together with the model: a relative
-/// pressure P is measured as P (1 + s d - g). Taken as noise of each point, their error would seem to vanish in the mean over
-/// points; as parameters it stays.
+/// The delays and gains of the chosen microphones but the reference, which a training finds together with the
+/// model: a relative pressure P is measured as P (1 + s d - g). Taken as noise of each point, their error
+/// would seem to vanish in the mean over points; as parameters it stays.
 pub(crate) struct Channels {
     /// First the delays d, then the gains g.
     pub(crate) parameters: Vec<Parameter>,
@@ -76,8 +76,9 @@ impl Channels {
 }
 
 impl Knowledge {
-    /// An observation with the delays and gains of channels undone that a training found; as it is where none were sought. Their
-    /// uncertainty, which many points have made small against the misfit of any model, is left out.
+    /// An observation with the delays and gains of channels undone that a training found; as it is where none
+    /// were sought. Their uncertainty, which many points have made small against the misfit of any model, is
+    /// left out.
     #[must_use]
     pub fn without_channels(&self, rig: &Rig, observed: &Observed) -> Observed {
         let found = |word: &str, m: usize| {
@@ -104,7 +105,8 @@ pub(crate) struct Heard<'a> {
     pub(crate) inner: &'a dyn Forward,
     /// Number of its parameters.
     pub(crate) own: usize,
-    /// s of every observation, as measured, and for each of its pressures the place of the microphone among the parameters.
+    /// s of every observation, as measured, and for each of its pressures the place of the microphone among
+    /// the parameters.
     pub(crate) heard: Vec<(C64, Vec<usize>)>,
     /// Number of microphones but the reference; zero where nothing is known of the channels.
     pub(crate) others: usize,
@@ -192,7 +194,8 @@ mod tests {
     use super::*;
     use rijke_numerics::check::{slopes_from, slopes_near};
 
-    /// Two points, a reference and one other microphone: s and P are (a + i b)^2 and (a - i b)^2 times the point's number.
+    /// Two points, a reference and one other microphone: s and P are (a + i b)^2 and (a - i b)^2 times the
+    /// point's number.
     struct Squares;
 
     impl Forward for Squares {

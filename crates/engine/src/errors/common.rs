@@ -7,11 +7,13 @@ use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
 use rijke_numerics::{Matrix, Order, symmetric_eigen};
 use rijke_study::Cause;
 
-/// The errors that all installations have in common: those of the flow's own parameters, say, which one calibration gave to all states.
+/// The errors that all installations have in common: those of the flow's own parameters, say, which one
+/// calibration gave to all states.
 ///
-/// They act on the pressures and the eigenvalues of all points at once. As a covariance they would join all numbers into one block; taken
-/// as noise of each point, they would seem to vanish in the mean over points. As parameters with a prior of 0 +- 1, in which the
-/// prediction is linear, they do neither, and what the sound says of the flow is not lost.
+/// They act on the pressures and the eigenvalues of all points at once. As a covariance they would join all
+/// numbers into one block; taken as noise of each point, they would seem to vanish in the mean over points.
+/// As parameters with a prior of 0 +- 1, in which the prediction is linear, they do neither, and what the
+/// sound says of the flow is not lost.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Common {
     /// The causes that more than one installation names.
@@ -25,14 +27,15 @@ pub(crate) struct Common {
 /// The place of a direction in what is known, and the change of a prediction along it.
 type Along = (usize, Vec<f64>);
 
-/// Directions that move all data together by less than the root of this, in measured standard deviations, are left out.
+/// Directions that move all data together by less than the root of this, in measured standard deviations, are
+/// left out.
 const NEGLIGIBLE: f64 = 0.01;
 
 impl Common {
     /// The directions of the `errors` that installations share, and what is left of the errors.
     ///
-    /// With D the changes by each cause in units of the measured standard deviations of `observed`, a column each, and D'D = U L U', direction
-    /// k is D times column k of U.
+    /// With D the changes by each cause in units of the measured standard deviations of `observed`, a column
+    /// each, and D'D = U L U', direction k is D times column k of U.
     ///
     /// # Errors
     /// [`EngineError::Dense`] if the eigenvalue iteration fails.
@@ -74,8 +77,9 @@ impl Common {
         (0..self.shares.columns()).map(parameter).collect()
     }
 
-    /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction in what is `known`, and the change
-    /// along it; and what the other causes do. The prediction has `size` numbers.
+    /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction
+    /// in what is `known`, and the change along it; and what the other causes do. The prediction has `size`
+    /// numbers.
     pub(crate) fn along(&self, known: &Knowledge, changes: &Changes, size: usize) -> (Vec<Along>, Changes) {
         let place = |k: usize| known.names.iter().position(|n| *n == name(k));
         let mut along: Vec<_> =
@@ -99,7 +103,8 @@ impl Common {
         self.causes.iter().enumerate().map(|(j, cause)| (cause.clone(), shares(j))).collect()
     }
 
-    /// What [`Common::causes_and_shares`] says, without the slopes of the points that trained: enough to predict.
+    /// What [`Common::causes_and_shares`] says, without the slopes of the points that trained: enough to
+    /// predict.
     pub(crate) fn of_shares(all: &[(Cause, Vec<f64>)]) -> Self {
         let columns = all.first().map_or(0, |(_, shares)| shares.len());
         let shares = Matrix::from_fn(all.len(), columns, |j, k| all[j].1[k]);
@@ -204,7 +209,8 @@ mod tests {
         (laplace.evidence.ln_marginal, fit.parameters, laplace.physical_covariance)
     }
 
-    /// The slow way: one covariance of all numbers. The prediction is linear in the errors, so that both are the same but for the bend.
+    /// The slow way: one covariance of all numbers. The prediction is linear in the errors, so that both are
+    /// the same but for the bend.
     #[test]
     fn oracle_errors_as_parameters_against_their_covariance() {
         let own: Vec<Parameter> =

@@ -30,8 +30,8 @@ impl LawErrors {
         Ok(Some(Self { erring, places: [re, im], error: error.clone() }))
     }
 
-    /// The changes of the prediction of every point per standard deviation of the real and the imaginary part of e, which all points of
-    /// one value of the factor share.
+    /// The changes of the prediction of every point per standard deviation of the real and the imaginary part
+    /// of e, which all points of one value of the factor share.
     ///
     /// # Errors
     /// Those of the model.

@@ -1,5 +1,6 @@
-//! Errors that are not of one number alone: of base states, of channels, of laws, and what differs between installations. What many
-//! data share is inferred with the model; the rest is covariance. Must not know which candidates compete.
+//! Errors that are not of one number alone: of base states, of channels, of laws, and what differs between
+//! installations. What many data share is inferred with the model; the rest is covariance. Must not know
+//! which candidates compete.
 
 mod base;
 mod channels;

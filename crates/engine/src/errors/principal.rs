@@ -1,13 +1,14 @@
 //! The errors of one base state along its principal directions.
 //!
-//! Fifty causes, many of them of other places or other hours, move the state of one point along few directions. The model is
-//! asked what these do, and the causes are sums of them.
+//! Fifty causes, many of them of other places or other hours, move the state of one point along few
+//! directions. The model is asked what these do, and the causes are sums of them.
 
 use crate::EngineError;
 use rijke_numerics::{Matrix, symmetric_eigen};
 use rijke_study::{BaseState, Cause};
 
-/// Share of a standard deviation by which states are displaced: a slope, to a tenth of a per cent of its change over the error.
+/// Share of a standard deviation by which states are displaced: a slope, to a tenth of a per cent of its
+/// change over the error.
 pub(crate) const STEP: f64 = 0.02;
 
 /// Share of the variance of the state, in units of its own errors, that may be left out.
@@ -22,8 +23,8 @@ pub(crate) struct Principal {
 }
 
 impl Principal {
-    /// With D the displacements by each cause, a row each, and D D' = U L U', principal error k is row k of U'D, and cause j
-    /// the sum over k of U_jk times it.
+    /// With D the displacements by each cause, a row each, and D D' = U L U', principal error k is row k of
+    /// U'D, and cause j the sum over k of U_jk times it.
     ///
     /// # Errors
     /// [`EngineError::Dense`] if the eigenvalue iteration fails.
@@ -32,7 +33,8 @@ impl Principal {
         causes.sort_unstable();
         causes.dedup();
         let rows: Vec<Vec<f64>> = causes.iter().map(|cause| displacement(base, cause)).collect();
-        // In units of the whole error of the mass flow, of the base state's own numbers and of the temperature: each counts as much.
+        // In units of the whole error of the mass flow, of the base state's own numbers and of the
+        // temperature: each counts as much.
         let size = rows.len();
         let mut gram = Matrix::zeros(size, size);
         let own = 1 + base.numbers.len();

@@ -46,7 +46,8 @@ impl Scatter {
         Ok(places.iter().enumerate().map(scatter).collect())
     }
 
-    /// The structure of this noise over numbers, each a point and its row; points of one installation (`same`) share one draw.
+    /// The structure of this noise over numbers, each a point and its row; points of one installation
+    /// (`same`) share one draw.
     pub(crate) fn structure(
         &self,
         numbers: &[(usize, usize)],
@@ -69,8 +70,8 @@ fn place(assembly: &Assembly, varying: &Varying) -> Option<usize> {
 }
 
 impl Knowledge {
-    /// What is known of the parameters at one new installation of the rig: as `self`, with the scatter between installations that a training
-    /// found or was given (`noise`).
+    /// What is known of the parameters at one new installation of the rig: as `self`, with the scatter
+    /// between installations that a training found or was given (`noise`).
     #[must_use]
     pub fn in_a_new_installation(&self, noise: &[NoiseEstimate]) -> Self {
         let mut new = self.clone();

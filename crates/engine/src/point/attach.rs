@@ -8,8 +8,8 @@ use rijke_network::{NetworkError, Slot};
 use rijke_study::names::{S, WALL_EP, WALL_MU};
 use rijke_study::{Coefficient, Effect, Place};
 
-/// The laws of one effect at many places. Where the law is a number of the local gas times something that is the same
-/// everywhere, all places share one law with a weight; elsewhere places of the same gas do.
+/// The laws of one effect at many places. Where the law is a number of the local gas times something that is
+/// the same everywhere, all places share one law with a weight; elsewhere places of the same gas do.
 #[derive(Default)]
 struct Shared {
     /// The law, and its number at the place where it is evaluated.
@@ -93,7 +93,8 @@ impl PointModel<'_> {
             match coefficient {
                 Coefficient::Mu => self.network.attach(Slot::Viscous(i), law, weight)?,
                 Coefficient::Ep => self.network.attach(Slot::Thermal(i), law, weight)?,
-                // Couplings that a line does not have, k_mp and k_eu per metre, act at both ends of each segment, half at each.
+                // Couplings that a line does not have, k_mp and k_eu per metre, act at both ends of each
+                // segment, half at each.
                 _ => {
                     for j in [i, i + 1] {
                         let half = 0.5 * weight * (piece.to - piece.from);

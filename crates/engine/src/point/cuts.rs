@@ -18,14 +18,16 @@ pub(super) struct Piece {
 /// Number of equal elements along the rig where the gas is not the same everywhere.
 const ELEMENTS: usize = 10;
 
-/// Distances from a zone of fast change at which elements end, m: the slope of the temperature jumps at its borders, and downstream of
-/// it the gas cools fastest.
+/// Distances from a zone of fast change at which elements end, m: the slope of the temperature jumps at its
+/// borders, and downstream of it the gas cools fastest.
 const BESIDE: [f64; 3] = [0.0, 0.02, 0.06];
 
-/// Length of the elements at the ends, m: a reflection coefficient refers to the wave impedance of the gas at the end.
+/// Length of the elements at the ends, m: a reflection coefficient refers to the wave impedance of the gas at
+/// the end.
 const AT_END: f64 = 1e-3;
 
-/// Every place where the chain is cut: instruments, devices, borders of ducts and of inserts, and, where the gas varies, the elements.
+/// Every place where the chain is cut: instruments, devices, borders of ducts and of inserts, and, where the
+/// gas varies, the elements.
 pub(super) fn all(
     assembly: &Assembly,
     conditions: &Conditions,
@@ -84,13 +86,14 @@ pub(super) fn segments(conditions: &Conditions, edges: &[f64]) -> Vec<Piece> {
     stretches.iter().map(piece).collect()
 }
 
-/// Two halves of an element, of the element's gas, whose densities have the first moment of the gas along the element as well as its
-/// mean.
+/// Two halves of an element, of the element's gas, whose densities have the first moment of the gas along the
+/// element as well as its mean.
 ///
-/// With one density an element is of second order in its length: what is left out is the commutator of its ends, that is the first
-/// moment of the density, as the compressibility hardly varies at uniform pressure. The density of two halves that differ by D has a
-/// moment of D h^2/8, a linear profile whose halves differ by D one of D h^2/6: hence 4/3 of the difference, and fourth order. It
-/// stays positive where the halves differ by less than a factor of seven.
+/// With one density an element is of second order in its length: what is left out is the commutator of its
+/// ends, that is the first moment of the density, as the compressibility hardly varies at uniform pressure.
+/// The density of two halves that differ by D has a moment of D h^2/8, a linear profile whose halves differ
+/// by D one of D h^2/6: hence 4/3 of the difference, and fourth order. It stays positive where the halves
+/// differ by less than a factor of seven.
 fn halves(base: &BaseState, from: f64, to: f64) -> [Stretch; 2] {
     let middle = 0.5 * (from + to);
     let [lower, upper] = [base.stretch(from, middle), base.stretch(middle, to)];

@@ -76,8 +76,8 @@ impl<'m> Filled<'m> {
         }
     }
 
-    /// Values with all derivatives. A law depends on the parameters of its own candidate and of the wall: its jet has
-    /// these seeds only, and is spread over all seeds at the end.
+    /// Values with all derivatives. A law depends on the parameters of its own candidate and of the wall: its
+    /// jet has these seeds only, and is spread over all seeds at the end.
     fn fill_jets(&self, at: &At, laws: &mut Laws) {
         let (model, order) = (self.model, at.order());
         let seeds = model.assembly.seeds();
@@ -178,7 +178,8 @@ impl<'m> Coefficients for Filled<'m> {
     }
 }
 
-/// The reflection coefficients that the law of an end may name, Levine and Schwinger's and a baffle's, with two derivatives in s.
+/// The reflection coefficients that the law of an end may name, Levine and Schwinger's and a baffle's, with
+/// two derivatives in s.
 fn radiation(effect: &Effect, around: &[f64], s: C64) -> [Option<[C64; 3]>; 2] {
     if !effect.place.is_end() {
         return [None; 2];

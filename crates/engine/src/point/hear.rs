@@ -12,7 +12,8 @@ use rijke_study::names::{AREA, TEMPERATURE};
 use std::f64::consts::PI;
 
 impl PointModel<'_> {
-    /// Attaches the flames that answer to a velocity elsewhere: their laws are T of -k_eu, and k_eu and k_ep follow.
+    /// Attaches the flames that answer to a velocity elsewhere: their laws are T of -k_eu, and k_eu and k_ep
+    /// follow.
     pub(super) fn listen(&mut self, conditions: &Conditions, pieces: &[Piece]) -> Result<(), EngineError> {
         let mut sources = Vec::new();
         for k in 0..self.laws.len() {

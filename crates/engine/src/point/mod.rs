@@ -27,12 +27,14 @@ use rijke_network::{
 use rijke_numerics::{C64, Jet, Order};
 use rijke_study::{Coefficient, MeanFlow};
 
-/// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of the last term
-/// taken, so the error itself is smaller by the distance of the guess over that of the modes: near rounding.
+/// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of
+/// the last term taken, so the error itself is smaller by the distance of the guess over that of the modes:
+/// near rounding.
 const EIGENVALUE_TOLERANCE: f64 = 1e-11;
 
 impl<'a> PointModel<'a> {
-    /// Lays out the network. `microphones` are those predicted, in order, the reference among them; none for the eigenvalue alone.
+    /// Lays out the network. `microphones` are those predicted, in order, the reference among them; none for
+    /// the eigenvalue alone.
     ///
     /// # Errors
     /// [`EngineError::Network`] for a geometry that is impossible.
@@ -59,7 +61,8 @@ impl<'a> PointModel<'a> {
         assembly.waves_for(0, layout)?;
         let reference = microphones.iter().position(|m| *m == assembly.rig.microphones.reference);
         let heard: Vec<f64> = microphones.iter().map(|&m| layout.microphones[m]).collect();
-        // Where nothing listens, the mode is scaled by the pressure at a place that is no simple fraction of the length.
+        // Where nothing listens, the mode is scaled by the pressure at a place that is no simple fraction of
+        // the length.
         let elsewhere = 0.3719 * layout.length;
         let at_reference = reference.map_or(elsewhere, |k| heard[k]);
         let instruments = || heard.iter().copied().chain([at_reference]).chain(further.iter().copied());
@@ -136,7 +139,8 @@ impl<'a> PointModel<'a> {
         }
     }
 
-    /// The network in the mean flow of the base state; none for a model of gas at rest, or where nothing flows.
+    /// The network in the mean flow of the base state; none for a model of gas at rest, or where nothing
+    /// flows.
     fn in_flow(
         &self,
         conditions: &Conditions,
@@ -199,8 +203,8 @@ impl<'a> PointModel<'a> {
         }
     }
 
-    /// |R| of the ends whose law is a reflection coefficient, at s = i omega, with the place as its candidate says it; none in rigs whose lengths are
-    /// unknown.
+    /// Of the ends whose law is a reflection coefficient its size at s = i omega, with the place as the
+    /// candidate says it; none in rigs whose lengths are unknown.
     pub(crate) fn end_reflections(&self, values: &[f64], omega: f64) -> Vec<(String, f64)> {
         let Some(filled) = self.filled(values).ok().filter(|_| self.shape.is_none()) else {
             return Vec::new();
@@ -232,7 +236,8 @@ impl<'a> PointModel<'a> {
         EngineError::Network { point: self.id.clone(), source }
     }
 
-    /// The complex numbers that a response of this model predicts: s, then the relative pressures but the reference's.
+    /// The complex numbers that a response of this model predicts: s, then the relative pressures but the
+    /// reference's.
     pub(crate) fn numbers<'r>(&self, response: &'r Response) -> impl Iterator<Item = &'r Jet> {
         let reference = self.reference;
         let others = response.pressures.iter().enumerate().filter(move |(m, _)| Some(*m) != reference);

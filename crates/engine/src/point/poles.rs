@@ -20,8 +20,8 @@ pub(crate) struct Acting<'a> {
     pub(crate) formula: &'a Formula,
 }
 
-/// The poles of the laws in a region. `evaluate` gives a part of a law and its derivative at s. Of a part whose zeros cannot be found there
-/// are none; the count of modes then says that a pole is missing.
+/// The poles of the laws in a region. `evaluate` gives a part of a law and its derivative at s. Of a part
+/// whose zeros cannot be found there are none; the count of modes then says that a pole is missing.
 pub(crate) fn poles(
     laws: &[Acting<'_>],
     region: &Region,

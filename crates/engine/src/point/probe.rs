@@ -1,4 +1,5 @@
-//! What weak effects that a model does not have would do to a mode, all at once: the derivatives at strength zero.
+//! What weak effects that a model does not have would do to a mode, all at once: the derivatives at strength
+//! zero.
 
 use super::PointModel;
 use super::model::LawAt;
@@ -73,7 +74,8 @@ impl PointModel<'_> {
         match &self.shape {
             None => {
                 let of = |l: &LawAt| [l.candidate, l.effect];
-                // Both coefficients of a source upstream of which the velocity is are in proportion to its law; those of a loop are not.
+                // Both coefficients of a source upstream of which the velocity is are in proportion to its
+                // law; those of a loop are not.
                 let heard = self.heard.iter().flat_map(|heard| {
                     let owner =
                         if heard.distance < 0.0 { of(&self.laws[heard.law]) } else { [usize::MAX; 2] };
@@ -93,8 +95,8 @@ impl PointModel<'_> {
         }
     }
 
-    /// The derivatives of the mode with respect to effects that the model lacks; the model must have been made with
-    /// [`PointModel::with_cuts`].
+    /// The derivatives of the mode with respect to effects that the model lacks; the model must have been
+    /// made with [`PointModel::with_cuts`].
     ///
     /// # Errors
     /// As [`PointModel::respond`].

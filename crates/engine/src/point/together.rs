@@ -8,12 +8,13 @@ use rijke_numerics::{C64, Order};
 /// Roots that are one, relative to |s|.
 const ONE: f64 = 1e-6;
 
-/// Growth rates around the measured ones among which modes are sought where searches from two measured modes end at one, 1/s.
+/// Growth rates around the measured ones among which modes are sought where searches from two measured modes
+/// end at one, 1/s.
 const BESIDE: f64 = 400.0;
 
-/// The responses of models that differ in nothing but the measured mode that each starts from. Where two searches end at one root, all modes
-/// around are sought, and the measured ones are assigned to them in the order of their frequencies, so that the sum of squared distances is
-/// least.
+/// The responses of models that differ in nothing but the measured mode that each starts from. Where two
+/// searches end at one root, all modes around are sought, and the measured ones are assigned to them in the
+/// order of their frequencies, so that the sum of squared distances is least.
 ///
 /// # Errors
 /// As [`PointModel::respond`].

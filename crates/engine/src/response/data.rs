@@ -1,4 +1,5 @@
-//! Observed responses as the data of an inference: noise, a misfit along frequency, and the errors of the measuring head.
+//! Observed responses as the data of an inference: noise, a misfit along frequency, and the errors of the
+//! measuring head.
 
 use super::head::{Heard, columns, group_of};
 use super::measured::{Measured, sessions};

@@ -1,4 +1,5 @@
-//! What responses can tell of the parameters, to first order at the centre of the priors and half a standard deviation beside it.
+//! What responses can tell of the parameters, to first order at the centre of the priors and half a standard
+//! deviation beside it.
 
 use super::data::Blocks;
 use super::head::Heard;
@@ -20,10 +21,12 @@ const NOISE: f64 = 0.01;
 const HEAD: f64 = 0.05;
 
 impl ResponseRun {
-    /// For every model of every stage which parameters the responses tell, with the priors of the candidates, not those of earlier stages.
+    /// For every model of every stage which parameters the responses tell, with the priors of the candidates,
+    /// not those of earlier stages.
     ///
     /// # Errors
-    /// [`EngineError`] for models that cannot be built. A model that has no answer at the centre of its priors is said.
+    /// [`EngineError`] for models that cannot be built. A model that has no answer at the centre of its
+    /// priors is said.
     pub fn foresight(&self) -> Result<Vec<ResponseForesight>, EngineError> {
         let mut chosen: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
         let mut all = Vec::new();

@@ -1,12 +1,15 @@
-//! Errors of a measuring head: y = R + sum of b(f) R^power, where R is what the rig does, not what was measured.
+//! Errors of a measuring head: y = R + sum of b(f) R^power, where R is what the rig does, not what was
+//! measured.
 //!
-//! The covariance that integrating over b leaves depends on R. It is taken at the R of the last fit, R0, about the most probable errors b0:
+//! The covariance that integrating over b leaves depends on R. It is taken at the R of the last fit, R0,
+//! about the most probable errors b0:
 //!
 //! y = R + sum of b0 (R^power - R0^power) + sum of b R0^power + noise.
 //!
-//! The sum with b0 belongs to the prediction, the one with b to the covariance. What is left out of y, (b - b0)(R^power - R0^power), is of second
-//! order, and nothing where R = R0. The volume that the errors leave to b, 1/2 ln det of the covariance, also depends on R: to first order it is a
-//! datum of its own, the tilt. The fit is repeated until R0 stays.
+//! The sum with b0 belongs to the prediction, the one with b to the covariance. What is left out of y, (b -
+//! b0)(R^power - R0^power), is of second order, and nothing where R = R0. The volume that the errors leave to
+//! b, 1/2 ln det of the covariance, also depends on R: to first order it is a datum of its own, the tilt. The
+//! fit is repeated until R0 stays.
 
 use super::measured::{Measured, sessions};
 use super::sources::{Field, fields};
@@ -28,12 +31,13 @@ pub(super) struct Heard {
     pub(super) terms: Vec<(i32, Vec<Vec<C64>>)>,
     /// What is known of unknown sources, by the first load of their excitation and by frequency.
     fields: BTreeMap<usize, Vec<Field>>,
-    /// Slopes of 1/2 ln det of the covariance in R at every frequency of every load: it changes by the sum of Re(slope* dR).
+    /// Slopes of 1/2 ln det of the covariance in R at every frequency of every load: it changes by the sum of
+    /// Re(slope* dR).
     tilt: Vec<Vec<C64>>,
 }
 
-/// The datum of the tilt: its cost, with a standard deviation of one, is this squared over two, plus the tilt, plus the tilt squared over twice
-/// this squared, which is nothing.
+/// The datum of the tilt: its cost, with a standard deviation of one, is this squared over two, plus the
+/// tilt, plus the tilt squared over twice this squared, which is nothing.
 const LEVER: f64 = 1e3;
 
 /// The covariance of what is not the head's, by groups of noise.
@@ -44,7 +48,8 @@ pub(super) struct Rest<'a> {
 }
 
 impl Heard {
-    /// Before any fit: about the numbers that were measured, with no error known, and about the `answers` of the rig where sources are unknown.
+    /// Before any fit: about the numbers that were measured, with no error known, and about the `answers` of
+    /// the rig where sources are unknown.
     pub(super) fn about_data(
         measured: &[Measured],
         errors: &[ErrorTerm],
@@ -130,7 +135,8 @@ impl Heard {
         self.fields.get(&range.start).into_iter().flatten().enumerate().map(at).collect()
     }
 
-    /// What the head adds to the answer of load `load` at its frequency `k`, as far as it is known: the sum of b0 (R^power - R0^power).
+    /// What the head adds to the answer of load `load` at its frequency `k`, as far as it is known: the sum
+    /// of b0 (R^power - R0^power).
     fn shifted(&self, load: usize, k: usize, answer: Jet) -> Jet {
         let about = self.about[load][k];
         let mut sum = answer.clone();
@@ -189,7 +195,8 @@ impl Heard {
     }
 }
 
-/// For every error term its columns at the answers `about` of the loads of a session, of unit root mean square over the band.
+/// For every error term its columns at the answers `about` of the loads of a session, of unit root mean
+/// square over the band.
 pub(super) fn columns(loads: &[Measured], about: &[Vec<C64>], errors: &[ErrorTerm]) -> Vec<Matrix> {
     let column = |term: &ErrorTerm| complex_columns(&complex(loads, about, term));
     errors.iter().map(column).collect()
@@ -218,10 +225,11 @@ fn polynomials(loads: &[Measured], count: usize) -> Vec<Vec<f64>> {
     frequencies().map(|f| special::legendre(place(f), count)).collect()
 }
 
-/// The coefficients of all error terms that are most probable if the rig answers `about`, and the slopes of the tilt.
+/// The coefficients of all error terms that are most probable if the rig answers `about`, and the slopes of
+/// the tilt.
 ///
-/// With the columns U of coefficients of unit variance and the covariance S of noise and misfit, the coefficients are M^-1 U* S^-1 r with
-/// M = U* S^-1 U + 1, and C^-1 U = S^-1 U M^-1.
+/// With the columns U of coefficients of unit variance and the covariance S of noise and misfit, the
+/// coefficients are M^-1 U* S^-1 r with M = U* S^-1 U + 1, and C^-1 U = S^-1 U M^-1.
 fn most_probable(
     loads: &[Measured],
     about: &[Vec<C64>],

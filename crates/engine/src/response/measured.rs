@@ -8,7 +8,8 @@ use std::ops::Range;
 pub(super) struct Measured {
     /// What they are called.
     pub(super) label: String,
-    /// Loads of one session share the errors of the head; those of one excitation, which is a session of its own, the sources.
+    /// Loads of one session share the errors of the head; those of one excitation, which is a session of its
+    /// own, the sources.
     pub(super) session: usize,
     /// Whether it is a pressure of sources of unknown strength.
     pub(super) unknown_sources: bool,

@@ -1,5 +1,6 @@
-//! Models trained on forced responses: the rig at rest in uniform gas, with unknown lengths, areas and places, seen through a measuring
-//! head whose errors are integrated over, or heard by microphones while sources of unknown strength drive it.
+//! Models trained on forced responses: the rig at rest in uniform gas, with unknown lengths, areas and
+//! places, seen through a measuring head whose errors are integrated over, or heard by microphones while
+//! sources of unknown strength drive it.
 
 mod data;
 mod foresight;

@@ -14,7 +14,8 @@ pub(super) struct Left {
     pub(super) of_the_data: f64,
     /// Correlation between neighbouring frequencies.
     pub(super) neighbours: f64,
-    /// How far that correlation is above the one of noise and misfit, over the standard deviation of independent residuals.
+    /// How far that correlation is above the one of noise and misfit, over the standard deviation of
+    /// independent residuals.
     pub(super) neighbours_sds: f64,
     /// The size over that which noise, misfit and measured standard deviations have.
     pub(super) ratio: f64,

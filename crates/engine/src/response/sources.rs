@@ -1,16 +1,19 @@
-//! Pressures of sources of unknown strength: at every frequency of an excitation y = H a + noise, where the columns of H are what the microphones
-//! hear of waves of unit pressure and a are unknown complex numbers, integrated over.
+//! Pressures of sources of unknown strength: at every frequency of an excitation y = H a + noise, where the
+//! columns of H are what the microphones hear of waves of unit pressure and a are unknown complex numbers,
+//! integrated over.
 //!
-//! The field H a is normal about zero with the same standard deviation, [`FIELD`] times that of all pressures, in every direction of the space that
-//! the columns of H span. So the volume that the sources leave does not depend on H, and the likelihood is that of the residuals in the directions
-//! that no source can reach, times a constant: the variable projection of Golub and Pereyra (SIAM J. Numer. Anal. 10 (1973) 413).
+//! The field H a is normal about zero with the same standard deviation, [`FIELD`] times that of all
+//! pressures, in every direction of the space that the columns of H span. So the volume that the sources
+//! leave does not depend on H, and the likelihood is that of the residuals in the directions that no source
+//! can reach, times a constant: the variable projection of Golub and Pereyra (SIAM J. Numer. Anal. 10 (1973)
+//! 413).
 //!
 //! The space is taken at the columns H0 of the last fit, with the amplitudes a0 that fit best there:
 //!
 //! y = P (H - H0) a0 + Q b + noise, where Q spans the columns of H0 and P takes what lies in them away.
 //!
-//! It has the value and the slope of the likelihood where H = H0, and its curvature but for terms as small as the residuals. The fit is repeated until
-//! H0 stays.
+//! It has the value and the slope of the likelihood where H = H0, and its curvature but for terms as small as
+//! the residuals. The fit is repeated until H0 stays.
 
 use super::measured::Measured;
 use crate::EngineError;
@@ -18,7 +21,8 @@ use rijke_inference::{Observation, Structured, complex_columns};
 use rijke_numerics::{C64, Jet};
 use std::ops::Range;
 
-/// Standard deviation of the field of the sources in each direction, over the root of the sum of squares of the pressures, which is known.
+/// Standard deviation of the field of the sources in each direction, over the root of the sum of squares of
+/// the pressures, which is known.
 const FIELD: f64 = 1.0;
 /// Columns that are closer to each other than this part of their length are one.
 const SAME: f64 = 1e-6;
@@ -34,7 +38,8 @@ pub(super) struct Field {
     amplitudes: Vec<C64>,
 }
 
-/// The fields of the excitation whose microphones are `loads`, by frequency. `answers` hold at each frequency what every source makes there.
+/// The fields of the excitation whose microphones are `loads`, by frequency. `answers` hold at each frequency
+/// what every source makes there.
 pub(super) fn fields(
     measured: &[Measured],
     loads: Range<usize>,
@@ -57,7 +62,8 @@ pub(super) fn fields(
 }
 
 impl Field {
-    /// About the columns `about`, by microphone and source, of what was `heard`; none if the columns are not independent.
+    /// About the columns `about`, by microphone and source, of what was `heard`; none if the columns are not
+    /// independent.
     fn new(about: Vec<Vec<C64>>, heard: &[C64]) -> Option<Self> {
         let count = about.first().map_or(0, Vec::len);
         let mut basis: Vec<Vec<C64>> = Vec::with_capacity(count);
@@ -89,7 +95,8 @@ impl Field {
         Some(Self { about, basis, amplitudes })
     }
 
-    /// What the microphones hear, up to what the sources can make: P (H - H0) a0. `answer` gives H by microphone and source.
+    /// What the microphones hear, up to what the sources can make: P (H - H0) a0. `answer` gives H by
+    /// microphone and source.
     pub(super) fn told(&self, answer: &dyn Fn(usize, usize) -> Jet) -> Vec<Jet> {
         let moved = |(m, row): (usize, &Vec<C64>)| {
             let one = |(j, h): (usize, &C64)| answer(m, j).shift(-h).scale(self.amplitudes[j]);
@@ -111,8 +118,8 @@ impl Field {
         self.about.iter().map(one).collect()
     }
 
-    /// The pressures as data, with the standard deviations that were measured, none or one for each. Where these differ, a0 and the volume that the sources leave are off
-    /// by terms as small as the residuals.
+    /// The pressures as data, with the standard deviations that were measured, none or one for each. Where
+    /// these differ, a0 and the volume that the sources leave are off by terms as small as the residuals.
     pub(super) fn observation(&self, label: String, heard: &[C64], sds: &[f64]) -> Observation {
         let values: Vec<f64> = heard.iter().flat_map(|z| [z.re, z.im]).collect();
         let columns = complex_columns(&self.basis);

@@ -45,7 +45,8 @@ impl ResponseRun {
     /// A study with its responses.
     ///
     /// # Errors
-    /// [`EngineError::NoPoint`], and [`EngineError::Refused`] for a stage that counts the data of one on which it stands again.
+    /// [`EngineError::NoPoint`], and [`EngineError::Refused`] for a stage that counts the data of one on
+    /// which it stands again.
     pub fn new(study: Study, observed: Observed) -> Result<Self, EngineError> {
         select::check(&study, &observed)?;
         Ok(Self { study, observed, known: BTreeMap::new(), next: 0 })
@@ -54,8 +55,8 @@ impl ResponseRun {
     /// Runs the next stage; none after the last.
     ///
     /// # Errors
-    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Response`]. A model that cannot be fitted is a row without
-    /// evidence.
+    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Response`]. A model that cannot be
+    /// fitted is a row without evidence.
     pub fn next_stage(&mut self) -> Result<Option<ResponseStageRecord>, EngineError> {
         let Some(stage) = self.study.plan.responses.get(self.next).cloned() else { return Ok(None) };
         self.next += 1;

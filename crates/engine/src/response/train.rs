@@ -1,4 +1,5 @@
-//! One model trained on responses: the most probable parameters, and the head's errors about what the rig then answers.
+//! One model trained on responses: the most probable parameters, and the head's errors about what the rig
+//! then answers.
 
 use super::data::Blocks;
 use super::head::{Heard, Rest};
@@ -10,7 +11,8 @@ use rijke_numerics::{C64, Cholesky, Jet, Matrix, Order, Streams};
 use rijke_study::ErrorTerm;
 use rijke_study::responses::ResponseStage;
 
-/// Movement of the parameters from fit to fit, in their standard deviations, at which the head's errors have settled.
+/// Movement of the parameters from fit to fit, in their standard deviations, at which the head's errors have
+/// settled.
 const SETTLED: f64 = 0.01;
 /// Most fits until they settle.
 const FITS: usize = 25;
@@ -41,10 +43,12 @@ pub(super) struct Found {
 }
 
 impl Training<'_> {
-    /// The maximum of the posterior, Laplace's method there and the evidence, of all maxima if they are looked for.
+    /// The maximum of the posterior, Laplace's method there and the evidence, of all maxima if they are
+    /// looked for.
     ///
     /// # Errors
-    /// [`EngineError::Unsettled`] if the head's errors do not settle or the search ended early, and errors of the inference.
+    /// [`EngineError::Unsettled`] if the head's errors do not settle or the search ended early, and errors of
+    /// the inference.
     pub(super) fn found(&self) -> Result<Found, EngineError> {
         let middle = self.parameters.from_standard_normal(&vec![0.0; self.parameters.len()]);
         let middle = self.answered(&self.parameters.physical(&middle))?;
@@ -149,8 +153,8 @@ impl Training<'_> {
         (0..p).map(|i| (fit.working[i] - working[i]).abs() / sds[i]).fold(0.0, f64::max)
     }
 
-    /// The maximum of a posterior, searched without second derivatives of the model, Laplace's method there, the evidence of all maxima
-    /// that were looked for, and warnings.
+    /// The maximum of a posterior, searched without second derivatives of the model, Laplace's method there,
+    /// the evidence of all maxima that were looked for, and warnings.
     fn fitted(
         &self,
         heard: &Heard,

@@ -1,8 +1,9 @@
 //! Models that a stage leaves open, carried on through the stages that stand on it.
 //!
-//! By the chain rule of probability the evidence of all data together is the sum of the ln evidences of the stages, each given what the
-//! earlier ones found. A cold stage may leave two inlets open between which the hot points decide; the one that is taken too early then
-//! moves what later stages infer by many of their standard deviations.
+//! By the chain rule of probability the evidence of all data together is the sum of the ln evidences of the
+//! stages, each given what the earlier ones found. A cold stage may leave two inlets open between which the
+//! hot points decide; the one that is taken too early then moves what later stages infer by many of their
+//! standard deviations.
 
 use super::compete::{best_of, goes_on, with_later};
 use super::course::{Beside, Choice, Chosen, Done, Found, Near, Run, Trusted};
@@ -14,7 +15,8 @@ use rijke_study::plan::{Plan, Stage};
 
 /// The most models of a stage that are carried on.
 const MOST: usize = 8;
-/// Nats by which a model of a later stage may trail after the best model here and yet be tried after the others.
+/// Nats by which a model of a later stage may trail after the best model here and yet be tried after the
+/// others.
 const REACH: f64 = 25.0;
 
 /// What later stages find if a model is right.
@@ -30,8 +32,9 @@ struct Later {
 }
 
 impl Run {
-    /// Carries on every model within `decides` nats of the best of its stage, of many the best [`MOST`]. No model is carried on where the stage
-    /// decides or nothing stands on it. The evidence of later stages is Laplace's, at the best of a few maxima.
+    /// Carries on every model within `decides` nats of the best of its stage, of many the best [`MOST`]. No
+    /// model is carried on where the stage decides or nothing stands on it. The evidence of later stages is
+    /// Laplace's, at the best of a few maxima.
     pub(super) fn carried_on(
         &self,
         stage: &Stage,
@@ -59,7 +62,8 @@ impl Run {
                 _ => (CarriedOn { id, ln_evidence: None, later: Vec::new() }, None, Vec::new()),
             }
         };
-        // A model of a later stage that trails far behind after the best model here is not tried after the others.
+        // A model of a later stage that trails far behind after the best model here is not tried after the
+        // others.
         let (first, near, beside) = with(open[0], None);
         let others = open[1..].par_iter().map(|&k| with(k, near.as_ref())).collect::<Vec<_>>();
         let (mut all, mut trained) = (vec![first], beside);
@@ -72,8 +76,8 @@ impl Run {
         (all, trained)
     }
 
-    /// What the stages called `later` find if this model, called `id`, is right. `near` is what they found after another model: with it, only
-    /// those models are tried, and their searches begin there.
+    /// What the stages called `later` find if this model, called `id`, is right. `near` is what they found
+    /// after another model: with it, only those models are tried, and their searches begin there.
     fn later(
         &self,
         later: &[String],
@@ -124,7 +128,8 @@ impl Run {
     }
 }
 
-/// Of the models that were carried on, those beside the one called `chosen`, each with its odds against that one.
+/// Of the models that were carried on, those beside the one called `chosen`, each with its odds against that
+/// one.
 pub(super) fn open_beside(chosen: &str, carried: &[CarriedOn]) -> Vec<(f64, CarriedOn)> {
     let Some(own) = with_later(carried, chosen) else { return Vec::new() };
     let odds = |c: &CarriedOn| Some(((c.ln_evidence? - own).exp(), c.clone()));

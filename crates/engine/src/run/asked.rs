@@ -33,8 +33,9 @@ pub struct Unpredicted {
 /// What the ambient temperature of a point is called beside its factors, K.
 const T_AMB: &str = "T_amb";
 
-/// The operating points of the campaign with others, each given by the factors in which it differs from the point of the campaign that is
-/// nearest in them: of those that `among` means, or of all if none of these has a value of every factor.
+/// The operating points of the campaign with others, each given by the factors in which it differs from the
+/// point of the campaign that is nearest in them: of those that `among` means, or of all if none of these has
+/// a value of every factor.
 ///
 /// # Errors
 /// [`EngineError::Factors`].
@@ -95,7 +96,8 @@ pub fn with_points(
         if let Some(kelvin) = ambient {
             point.ambient = Some([*kelvin, point.ambient.map_or(0.0, |[_, sd]| sd)]);
         }
-        // A point of the campaign is itself, unless its surroundings are asked for too: what is known of its gas is known.
+        // A point of the campaign is itself, unless its surroundings are asked for too: what is known of its
+        // gas is known.
         let same = |p: &Point| {
             let mut factors = p.factors.iter().zip(&point.factors);
             ambient.is_none()
@@ -114,8 +116,8 @@ pub fn with_points(
     Ok((wider, places))
 }
 
-/// Every mode of a model at a point of the campaign: of the saved one at its mean, else of the first row of the last stage at the centre of
-/// its priors. Also the places of devices, m.
+/// Every mode of a model at a point of the campaign: of the saved one at its mean, else of the first row of
+/// the last stage at the centre of its priors. Also the places of devices, m.
 ///
 /// # Errors
 /// [`EngineError::NoState`], and those of the model.
@@ -170,8 +172,8 @@ pub fn modes_at(
     Ok((region, spectrum, devices))
 }
 
-/// What the saved model says of points of the campaign, by their places: of every mode that it was trained on; averaged with the models
-/// `open` beside it, if there are any.
+/// What the saved model says of points of the campaign, by their places: of every mode that it was trained
+/// on; averaged with the models `open` beside it, if there are any.
 ///
 /// # Errors
 /// Those of the saved models and of the files; a point that cannot be predicted is one of the second list.
@@ -305,7 +307,8 @@ impl<'a> Asked<'a> {
         })
     }
 
-    /// The mode at a point that grows fastest of those that are not among `forecasts`: growth rate, 1/s, and frequency, Hz.
+    /// The mode at a point that grows fastest of those that are not among `forecasts`: growth rate, 1/s, and
+    /// frequency, Hz.
     fn other(&self, k: usize, forecasts: &[Forecast]) -> Option<[f64; 2]> {
         let id = &self.known.study.campaign.points[k].id;
         let here = forecasts.iter().filter(|f| f.point == *id);
@@ -313,7 +316,8 @@ impl<'a> Asked<'a> {
         let values = &self.posterior.knowledge.mean[..self.assembly.parameters().len()];
         let mut modes =
             PointModel::new(&self.assembly, &self.conditions(k).ok()?, &[]).ok()?.modes(values).ok()?;
-        // Predictions count the errors of base states that were inferred along, so that the same mode lies a little apart.
+        // Predictions count the errors of base states that were inferred along, so that the same mode lies a
+        // little apart.
         for predicted in predicted {
             let distance = |s: &C64| (s - predicted).norm();
             let nearest =

@@ -67,8 +67,8 @@ impl Run {
 }
 
 impl Run {
-    /// How far growth rate (1/s) and angular frequency (rad/s) differ between installations by the parameters that vary, as a root mean
-    /// square over the points that trained.
+    /// How far growth rate (1/s) and angular frequency (rad/s) differ between installations by the parameters
+    /// that vary, as a root mean square over the points that trained.
     fn between_installations(&self, like: &Chosen) -> Result<[f64; 2], EngineError> {
         let Chosen { trained, assembly, observed, .. } = like;
         let posterior = trained.posterior();

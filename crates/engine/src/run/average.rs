@@ -1,5 +1,5 @@
-//! The models that the evidence leaves open, each as probable as the evidence of all stages makes it, and parameters averaged over them
-//! (Hoeting et al. 1999, eqs. 1 to 3).
+//! The models that the evidence leaves open, each as probable as the evidence of all stages makes it, and
+//! parameters averaged over them (Hoeting et al. 1999, eqs. 1 to 3).
 
 use super::course::{Beside, Chosen, Run};
 use super::predicted::mixed;
@@ -21,8 +21,9 @@ pub struct OpenModel {
 }
 
 impl Run {
-    /// Sets, in the model that goes on from `stage`, the value and the deviation of every parameter averaged over the models that earlier
-    /// stages leave open, each as probable as the evidence of all stages makes it (Hoeting et al. 1999, eqs. 1 to 3).
+    /// Sets, in the model that goes on from `stage`, the value and the deviation of every parameter averaged
+    /// over the models that earlier stages leave open, each as probable as the evidence of all stages makes
+    /// it (Hoeting et al. 1999, eqs. 1 to 3).
     pub(super) fn average(&self, stage: &Stage, model: &mut ModelRecord) {
         let open = || self.done.iter().flat_map(|done| &done.open).filter(|(weight, _)| *weight > 0.0);
         for p in &mut model.parameters {
@@ -39,7 +40,8 @@ impl Run {
         }
     }
 
-    /// The models that one may want to tell from the one that goes on from a stage: those that are open beside it, else the best other one.
+    /// The models that one may want to tell from the one that goes on from a stage: those that are open
+    /// beside it, else the best other one.
     ///
     /// # Errors
     /// Those of training.
@@ -49,8 +51,9 @@ impl Run {
         Ok(if open.is_empty() { self.saved_rival(id)?.map(alone).into_iter().collect() } else { open })
     }
 
-    /// The models that are open beside the one that goes on from a stage, to be kept on disk: of its own table, and those that stand on what
-    /// earlier stages leave open. They are trained with what enters predictions.
+    /// The models that are open beside the one that goes on from a stage, to be kept on disk: of its own
+    /// table, and those that stand on what earlier stages leave open. They are trained with what enters
+    /// predictions.
     ///
     /// # Errors
     /// Those of training.
@@ -60,7 +63,8 @@ impl Run {
         };
         let evidences = done.rows.iter().map(|(m, _)| m.ln_evidence());
         let best = evidences.fold(f64::NEG_INFINITY, f64::max);
-        // Odds against the best of the table, or against the model that goes on where later stages were tried.
+        // Odds against the best of the table, or against the model that goes on where later stages were
+        // tried.
         let odds = |m: &ModelRecord| match &done.open[..] {
             [] => (m.ln_evidence() - best).exp(),
             _ if m.candidates == done.choice => 1.0,

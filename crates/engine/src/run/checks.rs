@@ -1,4 +1,5 @@
-//! A trained model point by point: how well it foresees each from all others, and whether the residuals are as large as its noise says.
+//! A trained model point by point: how well it foresees each from all others, and whether the residuals are
+//! as large as its noise says.
 
 use super::course::{Chosen, Run};
 use super::found::{Checks, PointCheck, SumCheck};
@@ -19,14 +20,16 @@ const DRAWS: usize = 1000;
 pub struct Datum {
     /// Which of the observations that trained.
     pub observation: usize,
-    /// Its row in the prediction of that observation: 0 growth rate, 1 angular frequency, then real and imaginary parts of relative pressures.
+    /// Its row in the prediction of that observation: 0 growth rate, 1 angular frequency, then real and
+    /// imaginary parts of relative pressures.
     pub row: usize,
 }
 
 impl Chosen {
-    /// ln of the density of each number of the data ([`Run::data_of`]) given all others and these physical parameters, errors of base states
-    /// and channels among them: for leave-one-out by draws. Errors that data share count; noise is as fitted, and the prediction linear about
-    /// the fit. None where a parameter lies at or beyond its bound.
+    /// ln of the density of each number of the data ([`Run::data_of`]) given all others and these physical
+    /// parameters, errors of base states and channels among them: for leave-one-out by draws. Errors that
+    /// data share count; noise is as fitted, and the prediction linear about the fit. None where a parameter
+    /// lies at or beyond its bound.
     #[must_use]
     pub fn ln_densities(&self, values: &[f64]) -> Option<Vec<f64>> {
         let trained = &self.trained;
@@ -41,8 +44,8 @@ impl Chosen {
 }
 
 impl Run {
-    /// What the numbers of the data are that trained `chosen` in the stage called `id`, in the order of [`Chosen::ln_densities`]; none without
-    /// such a stage.
+    /// What the numbers of the data are that trained `chosen` in the stage called `id`, in the order of
+    /// [`Chosen::ln_densities`]; none without such a stage.
     #[must_use]
     pub fn data_of(&self, id: &str, chosen: &Chosen) -> Option<Vec<Datum>> {
         let stage = self.study.plan.stages.iter().find(|s| s.id == id)?;

@@ -1,4 +1,5 @@
-//! Published statements, held against the tables of a study. Every threshold is in the statement, and is judged here.
+//! Published statements, held against the tables of a study. Every threshold is in the statement, and is
+//! judged here.
 
 use super::answers::Answer;
 use super::frame::{Frame, FrameColumn, FrameRow, finite};
@@ -23,7 +24,8 @@ pub struct Judgement {
     pub explanation: Option<String>,
 }
 
-/// Judges every statement whose numbers are all there; of what was not measured nothing is said. Reasons are known of virtual data alone.
+/// Judges every statement whose numbers are all there; of what was not measured nothing is said. Reasons are
+/// known of virtual data alone.
 #[must_use]
 pub fn verdicts(
     claims: &Claims,
@@ -42,8 +44,8 @@ pub fn verdicts(
     claims.statements.iter().filter_map(|s| verdict(s, &tables)).map(known).collect()
 }
 
-/// Kendall's tau between the order of a stage's models and the published one: 1 for the same order, -1 for the opposite; none where
-/// fewer than two models were published.
+/// Kendall's tau between the order of a stage's models and the published one: 1 for the same order, -1 for
+/// the opposite; none where fewer than two models were published.
 #[must_use]
 pub fn agreement(claims: &Claims, stage: &StageRecord) -> Option<f64> {
     let published = claims.published.get(&stage.id)?;
@@ -57,7 +59,8 @@ pub fn agreement(claims: &Claims, stage: &StageRecord) -> Option<f64> {
     (!signs.is_empty()).then(|| signs.iter().sum::<f64>() / signs.len() as f64)
 }
 
-/// The models of a stage as a table: evidences per observation, misfits, parameters with their standard deviations.
+/// The models of a stage as a table: evidences per observation, misfits, parameters with their standard
+/// deviations.
 #[must_use]
 pub fn models(stage: &StageRecord) -> Frame {
     let mut columns: Vec<FrameColumn> = [

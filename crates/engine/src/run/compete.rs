@@ -61,8 +61,8 @@ pub(super) fn best_of(results: &[Found]) -> f64 {
     results.iter().map(|(m, _)| m.ln_evidence()).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The rows of most evidence and that which goes on: by the evidence of this stage, or, of those that were carried on, by that of later stages
-/// too.
+/// The rows of most evidence and that which goes on: by the evidence of this stage, or, of those that were
+/// carried on, by that of later stages too.
 pub(super) fn goes_on(
     stage: &Stage,
     results: &[Found],

@@ -25,8 +25,8 @@ pub enum Trusted {
     Refereed(RefereeKind, f64),
 }
 
-/// Rows within so many nats of the best are checked. Of others a few more maxima are looked for first: a delay whose prior lies at an alias
-/// has been seen to cost 316 nats.
+/// Rows within so many nats of the best are checked. Of others a few more maxima are looked for first: a
+/// delay whose prior lies at an alias has been seen to cost 316 nats.
 pub(super) const CONTENDS: f64 = 150.0;
 
 /// A trained model and its training, kept for the stages that stand on it.
@@ -58,7 +58,8 @@ pub(super) struct Done {
     pub(super) chosen: Chosen,
     /// Every row of the table that could be fitted.
     pub(super) rows: Vec<(ModelRecord, Chosen)>,
-    /// What its model takes for certain, though the evidence of this stage or of those before it does not decide it.
+    /// What its model takes for certain, though the evidence of this stage or of those before it does not
+    /// decide it.
     pub(super) assumes: Vec<String>,
     /// The models that it leaves open beside the one that goes on, with their odds against it.
     pub(super) open: Vec<(f64, CarriedOn)>,
@@ -81,7 +82,8 @@ pub(super) struct Beside {
 /// Role and candidate: what a model consists of.
 pub(super) type Choice = BTreeMap<String, String>;
 
-/// What a row stands on: the knowledge of earlier stages, and the observations as heard through the channels that they found.
+/// What a row stands on: the knowledge of earlier stages, and the observations as heard through the channels
+/// that they found.
 #[derive(Clone)]
 pub(super) struct StandsOn {
     pub(super) known: Arc<Vec<Knowledge>>,
@@ -114,7 +116,8 @@ pub struct Run {
     pub heat: Option<HeatedFit>,
     /// Observed points that no stage uses because nothing is known of their gas.
     pub left_out: Vec<String>,
-    /// States of the gas that were inferred, by the place of their point, and what is known of the temperature at each.
+    /// States of the gas that were inferred, by the place of their point, and what is known of the
+    /// temperature at each.
     pub(super) states: BTreeMap<usize, BaseState>,
     pub(super) ambient: Vec<Option<[f64; 2]>>,
     /// What rows of later stages found after another model of an earlier stage: where their search begins.

@@ -5,7 +5,8 @@ use crate::noise::measured_sd;
 use rijke_study::hertz;
 use std::collections::BTreeMap;
 
-/// Part of the scatter of the measured numbers that a misfit may reach before the model is said to explain nothing.
+/// Part of the scatter of the measured numbers that a misfit may reach before the model is said to explain
+/// nothing.
 const NOTHING: f64 = 0.7;
 
 /// A misfit that is no error of measurement, in measured standard deviations.
@@ -14,14 +15,16 @@ const MANY: f64 = 10.0;
 /// A residual of one point, in those of all others together, that is said.
 const ALONE: f64 = 8.0;
 
-/// |R| beyond which an end is said to feed the modes: one part in a hundred is left for its standard deviation.
+/// An |R| beyond which an end is said to feed the modes: one part in a hundred is left for its standard
+/// deviation.
 const PASSIVE: f64 = 1.01;
 
 /// A misfit of relative pressures beyond which mode shapes do not fit.
 const SHAPES: f64 = 0.1;
 
-/// Reasons to doubt a model whose growth rates and angular frequencies at the points are `predicted`; `misfit` is what it leaves of growth
-/// rate, angular frequency and pressures, and `floats` whether the first two were found, not stated.
+/// Reasons to doubt a model whose growth rates and angular frequencies at the points are `predicted`;
+/// `misfit` is what it leaves of growth rate, angular frequency and pressures, and `floats` whether the first
+/// two were found, not stated.
 pub(super) fn doubts(
     observed: &[Observed],
     predicted: &[[f64; 2]],
@@ -86,7 +89,8 @@ pub(super) fn doubts(
     all
 }
 
-/// What is said of ends that feed the modes, of |R| at the places of ends and the angular frequencies at which they are.
+/// What is said of ends that feed the modes, of |R| at the places of ends and the angular frequencies at
+/// which they are.
 pub(super) fn feeding(reflections: impl Iterator<Item = (Vec<(String, f64)>, f64)>) -> Vec<String> {
     let mut largest: BTreeMap<String, [f64; 2]> = BTreeMap::new();
     for (ends, omega) in reflections {

@@ -1,4 +1,5 @@
-//! What earlier stages know of a model, trained again where one of its candidates is not the one that they chose.
+//! What earlier stages know of a model, trained again where one of its candidates is not the one that they
+//! chose.
 
 use super::course::{Choice, Chosen, Run, StandsOn};
 use super::rows::Row;

@@ -58,8 +58,9 @@ impl Followed {
         &self.labels
     }
 
-    /// Where a mode is sought under `conditions`: where it was measured there, else where it lies at the nearest point at which it was,
-    /// its frequency in proportion to that of sound along the rig. None of a mode that was never seen.
+    /// Where a mode is sought under `conditions`: where it was measured there, else where it lies at the
+    /// nearest point at which it was, its frequency in proportion to that of sound along the rig. None of a
+    /// mode that was never seen.
     pub(super) fn near(&self, label: &str, conditions: &Conditions) -> Option<C64> {
         let of_it = || self.seen.iter().filter(|m| m.label == label);
         if let Some(there) = of_it().find(|m| m.point == conditions.id) {

@@ -54,11 +54,12 @@ struct Information {
     matrix: Matrix,
 }
 
-/// What each stage would tell, at the noise `sd` of growth rate (1/s), angular frequency (rad/s) and each part of a relative pressure at
-/// every point. Stages stand on the first row of those before them. `ambient` (K) is where no temperature is known.
+/// What each stage would tell, at the noise `sd` of growth rate (1/s), angular frequency (rad/s) and each
+/// part of a relative pressure at every point. Stages stand on the first row of those before them. `ambient`
+/// (K) is where no temperature is known.
 ///
-/// The posterior width of a Gaussian with the prior's scale S, the Jacobian J at the centre and the noise C is that of
-/// (1 + S J' C^-1 J S)^-1, by whose eigenvectors the parameters are told apart.
+/// The posterior width of a Gaussian with the prior's scale S, the Jacobian J at the centre and the noise C
+/// is that of (1 + S J' C^-1 J S)^-1, by whose eigenvectors the parameters are told apart.
 ///
 /// # Errors
 /// Those of the files and of the models.
@@ -156,7 +157,8 @@ fn foreseen(
     Ok((found, Information { names: list.iter().map(|p| p.name.clone()).collect(), matrix: total }))
 }
 
-/// The information of the points about the free parameters at the centre of their priors, and the points without a mode there.
+/// The information of the points about the free parameters at the centre of their priors, and the points
+/// without a mode there.
 fn information(
     assembly: &Assembly,
     points: &[Conditions],

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 pub struct Missing {
     /// How many terms were tried.
     pub tried: usize,
-    /// The gain that the best of all terms reaches by chance in one of twenty data sets of the model itself, nats.
+    /// The gain that the best of all terms reaches by chance in one of twenty data sets of the model itself,
+    /// nats.
     pub by_chance: f64,
     /// Families of terms, in the order in which each gains most beyond those before it.
     pub families: Vec<Family>,
@@ -20,7 +21,8 @@ pub struct Missing {
 pub struct Family {
     /// The term of the largest gain.
     pub first: Asked,
-    /// Its gain beyond the families before it, nats, noise as fitted; and the probability that the best of all terms does as well by chance.
+    /// Its gain beyond the families before it, nats, noise as fitted; and the probability that the best of
+    /// all terms does as well by chance.
     pub beyond: (f64, f64),
     /// Others like it, in words, the most gain first.
     pub like: Vec<String>,
@@ -49,7 +51,8 @@ pub struct Asked {
     pub gain: f64,
     /// Probability that the best term of the library does as well by chance.
     pub probability: f64,
-    /// Root mean square change of growth rates (1/s) and of angular frequencies (rad/s) at that strength, before parameters follow.
+    /// Root mean square change of growth rates (1/s) and of angular frequencies (rad/s) at that strength,
+    /// before parameters follow.
     pub moves: [f64; 2],
 }
 
@@ -73,7 +76,8 @@ pub struct Checks {
     pub rival: Option<String>,
     /// Every operating point given all others.
     pub points: Vec<PointCheck>,
-    /// For every observation: growth rate and angular frequency less what the other points foresee, in standard deviations.
+    /// For every observation: growth rate and angular frequency less what the other points foresee, in
+    /// standard deviations.
     pub residuals: Vec<[Option<f64>; 2]>,
     /// Residuals of one kind together.
     pub sums: Vec<SumCheck>,
@@ -84,12 +88,13 @@ pub struct Checks {
 pub struct PointCheck {
     /// Its name.
     pub point: String,
-    /// ln of the density of its data given those of all other points, nats; none if it alone decides a parameter.
+    /// ln of the density of its data given those of all other points, nats; none if it alone decides a
+    /// parameter.
     pub ln_left_out: Option<f64>,
     /// How many nats of it the model has more than its rival.
     pub ahead: Option<f64>,
-    /// How far the parameters move without it, in posterior standard deviations; the density is linearised, and is not to be trusted to 0.05 nats
-    /// where this is large.
+    /// How far the parameters move without it, in posterior standard deviations; the density is linearised,
+    /// and is not to be trusted to 0.05 nats where this is large.
     pub shift: f64,
     /// Whether it is that large.
     pub doubtful: bool,
@@ -104,8 +109,8 @@ pub struct SumCheck {
     pub count: usize,
     /// Their sum of squares in standard deviations of the noise.
     pub chi_squared: f64,
-    /// Probability that data of the model itself have a larger one; none where the data chose more than half of the noise, which makes the
-    /// sum what it is.
+    /// Probability that data of the model itself have a larger one; none where the data chose more than half
+    /// of the noise, which makes the sum what it is.
     pub probability: Option<f64>,
 }
 

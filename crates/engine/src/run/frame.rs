@@ -1,4 +1,5 @@
-//! A table of numbers with names and units: what answers consist of, what figures draw, what claims are about.
+//! A table of numbers with names and units: what answers consist of, what figures draw, what claims are
+//! about.
 
 use serde::{Deserialize, Serialize};
 

@@ -19,10 +19,12 @@ pub(super) fn ambient_of_all(study: &Study, observations: &Observations) -> Vec<
     points.map(|(k, point)| observations.ambient.get(&k).copied().or(point.ambient).or(of_the_file)).collect()
 }
 
-/// States of the gas by the place of their point, and what readings of thermometers say of the heat where a part heats the gas.
+/// States of the gas by the place of their point, and what readings of thermometers say of the heat where a
+/// part heats the gas.
 type StatesAndHeat = (BTreeMap<usize, BaseState>, Option<HeatedFit>);
 
-/// The states that were inferred or read, by the place of their point; `measured` says whether readings must be there.
+/// The states that were inferred or read, by the place of their point; `measured` says whether readings must
+/// be there.
 pub(super) fn states(
     study: &Study,
     ambient: &[Option<[f64; 2]>],
@@ -144,7 +146,8 @@ pub(super) fn observed(
     for mode in &observations.modes {
         let point = &study.campaign.points[mode.point];
         let wanted = study.plan.stages.iter().any(|stage| stage.points.holds(&study.campaign, point));
-        // One point of many whose flow could not be inferred does not end a campaign; without any state there is nothing to stand on.
+        // One point of many whose flow could not be inferred does not end a campaign; without any state there
+        // is nothing to stand on.
         if lacks_state(study, point, states.get(&mode.point)) && (!wanted || !states.is_empty()) {
             continue;
         }
@@ -162,7 +165,8 @@ pub(super) fn observed(
     Ok(all)
 }
 
-/// The observed points that a stage means but that have no state of their gas, though others have: they are left out.
+/// The observed points that a stage means but that have no state of their gas, though others have: they are
+/// left out.
 pub(super) fn left_out(
     study: &Study,
     observations: &Observations,

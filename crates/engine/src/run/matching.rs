@@ -7,11 +7,12 @@ use rijke_network::Workspace;
 use rijke_numerics::Order;
 use rijke_study::hertz;
 
-/// Parts of the distance between modes by which a measured mode may differ from the one of the model that is found from it.
+/// Parts of the distance between modes by which a measured mode may differ from the one of the model that is
+/// found from it.
 const SAME_MODE: f64 = 0.35;
 
-/// Checks that the modes that were measured are modes of the model at the mean of what is known, or at the median of a prior, and that
-/// two of a point are two.
+/// Checks that the modes that were measured are modes of the model at the mean of what is known, or at the
+/// median of a prior, and that two of a point are two.
 pub(super) fn check_modes(
     assembly: &Assembly,
     points: &[Observed],

@@ -16,12 +16,14 @@ pub struct Forecast {
     pub growth_rate: [f64; 3],
     /// Angular frequency, rad/s, likewise.
     pub angular_frequency: [f64; 3],
-    /// Probability that the growth rate of this mode is above zero, taken as normal, without the noise of a measurement.
+    /// Probability that the growth rate of this mode is above zero, taken as normal, without the noise of a
+    /// measurement.
     pub unstable: f64,
     /// The same averaged over the models that the evidence leaves open, where it does.
     pub averaged: Option<Averaged>,
-    /// The mode that grows fastest of those in the rig's `[search]` on which the model was not trained, at its most probable parameters:
-    /// growth rate, 1/s, and frequency, Hz. None where there is no other, or where they cannot be counted.
+    /// The mode that grows fastest of those in the rig's `[search]` on which the model was not trained, at
+    /// its most probable parameters: growth rate, 1/s, and frequency, Hz. None where there is no other, or
+    /// where they cannot be counted.
     pub other: Option<[f64; 2]>,
 }
 
@@ -36,7 +38,8 @@ impl Forecast {
 /// A prediction averaged over open models.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Averaged {
-    /// Growth rate, 1/s; the standard deviation of a new measurement, and that of what is not known of the model.
+    /// Growth rate, 1/s; the standard deviation of a new measurement, and that of what is not known of the
+    /// model.
     pub growth_rate: [f64; 3],
     /// Angular frequency, rad/s, likewise.
     pub angular_frequency: [f64; 3],
@@ -44,8 +47,8 @@ pub struct Averaged {
     pub unstable: f64,
 }
 
-/// The average over what the model that goes on says of a point and what those `open` beside it say, each with its odds; none where one of
-/// these can say nothing.
+/// The average over what the model that goes on says of a point and what those `open` beside it say, each
+/// with its odds; none where one of these can say nothing.
 pub(super) fn averaged(own: &Forecast, open: &[(f64, Vec<Forecast>)]) -> Option<Averaged> {
     let same = |f: &&Forecast| f.point == own.point && f.mode == own.mode;
     let of = |(odds, all): &(f64, Vec<Forecast>)| Some((*odds, all.iter().find(same)?.clone()));
@@ -63,7 +66,8 @@ pub(super) fn averaged(own: &Forecast, open: &[(f64, Vec<Forecast>)]) -> Option<
     })
 }
 
-/// Mean and standard deviation of a mixture, from the weight, mean and standard deviation of each part; weights need not add up to one.
+/// Mean and standard deviation of a mixture, from the weight, mean and standard deviation of each part;
+/// weights need not add up to one.
 pub(super) fn mixed(parts: impl Iterator<Item = [f64; 3]> + Clone) -> [f64; 2] {
     let sum: f64 = parts.clone().map(|[w, ..]| w).sum();
     let mean = parts.clone().map(|[w, v, _]| w * v).sum::<f64>() / sum;

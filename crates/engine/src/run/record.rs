@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// Width of the posterior relative to the prior above which a parameter or a direction counts as not identified.
+/// Width of the posterior relative to the prior above which a parameter or a direction counts as not
+/// identified.
 pub(super) const UNIDENTIFIED: f64 = 0.9;
 
 /// Standard deviations of its prior beyond which a parameter contradicts what was known before.
@@ -26,15 +27,17 @@ pub struct StageRecord {
     pub models: Vec<ModelRecord>,
     /// The model with the most evidence.
     pub winner: String,
-    /// The model that goes on: the winner, or, if the study prefers so, the first that none beats by more than `decides` nats. Later stages
-    /// count where this one leaves models open.
+    /// The model that goes on: the winner, or, if the study prefers so, the first that none beats by more
+    /// than `decides` nats. Later stages count where this one leaves models open.
     pub chosen: String,
     /// Nats below which a lead does not decide.
     pub decides: f64,
-    /// What earlier stages took for certain, though their evidence does not decide it: all numbers here hold if it is right.
+    /// What earlier stages took for certain, though their evidence does not decide it: all numbers here hold
+    /// if it is right.
     #[serde(default)]
     pub assumes: Vec<String>,
-    /// The models that the evidence of this stage leaves open, with what the stages that stand on it make of them; none where it decides.
+    /// The models that the evidence of this stage leaves open, with what the stages that stand on it make of
+    /// them; none where it decides.
     #[serde(default)]
     pub carried: Vec<CarriedOn>,
     /// What the data still ask for after the model that goes on.
@@ -96,14 +99,14 @@ pub struct ParameterRecord {
     pub value: f64,
     /// Standard deviation.
     pub sd: f64,
-    /// How many standard deviations of its prior, as its candidate states it, the value lies from the prior's mean; none for a prior
-    /// that is not normal.
+    /// How many standard deviations of its prior, as its candidate states it, the value lies from the prior's
+    /// mean; none for a prior that is not normal.
     pub prior_sds: Option<f64>,
     /// Its standard deviation over that of its prior, as its candidate states it; none for a flat one.
     #[serde(default)]
     pub narrowed: Option<f64>,
-    /// Value and standard deviation averaged over the models that earlier stages leave open, in the model that goes on; none where they leave none
-    /// open that has this parameter.
+    /// Value and standard deviation averaged over the models that earlier stages leave open, in the model
+    /// that goes on; none where they leave none open that has this parameter.
     #[serde(default)]
     pub averaged: Option<[f64; 2]>,
 }
@@ -126,8 +129,8 @@ pub struct EvidenceRecord {
 pub struct CarriedOn {
     /// The model, as the table of its stage calls it.
     pub id: String,
-    /// ln evidence of its stage and of the best models of those that stand on it, nats; none where one of them has no model that could be
-    /// fitted.
+    /// ln evidence of its stage and of the best models of those that stand on it, nats; none where one of
+    /// them has no model that could be fitted.
     pub ln_evidence: Option<f64>,
     /// The best model of every later stage if this one is right.
     pub later: Vec<CarriedStage>,
@@ -152,7 +155,8 @@ impl ModelRecord {
     }
 }
 
-/// The model of most evidence beside the one called `chosen`, and by how many nats it lies behind that one; none where either could not be fitted.
+/// The model of most evidence beside the one called `chosen`, and by how many nats it lies behind that one;
+/// none where either could not be fitted.
 pub(super) fn nearest<'a>(models: &'a [ModelRecord], chosen: &str) -> Option<(&'a ModelRecord, f64)> {
     let own = models.iter().find(|m| m.id == chosen)?.evidence?.ln_marginal;
     let others = models.iter().filter(|m| m.id != chosen && m.evidence.is_some());
@@ -168,21 +172,23 @@ impl StageRecord {
         all
     }
 
-    /// The models that were carried on, each with its ln evidence less that of the best of them, later stages included; none where it has none.
+    /// The models that were carried on, each with its ln evidence less that of the best of them, later stages
+    /// included; none where it has none.
     #[must_use]
     pub fn carried_below_best(&self) -> Vec<(&CarriedOn, Option<f64>)> {
         let best = self.carried.iter().filter_map(|c| c.ln_evidence).fold(f64::NEG_INFINITY, f64::max);
         self.carried.iter().map(|c| (c, c.ln_evidence.map(|ln| ln - best))).collect()
     }
 
-    /// The best other model than the one that goes on, and by how many nats it lies behind that one; none where there is no other.
+    /// The best other model than the one that goes on, and by how many nats it lies behind that one; none
+    /// where there is no other.
     #[must_use]
     pub fn nearest(&self) -> Option<(&ModelRecord, f64)> {
         nearest(&self.models, &self.chosen)
     }
 
-    /// The probability of every model of the table, in its order, if all were as probable before and one of them is right; zero for one without
-    /// evidence.
+    /// The probability of every model of the table, in its order, if all were as probable before and one of
+    /// them is right; zero for one without evidence.
     #[must_use]
     pub fn probabilities(&self) -> Vec<f64> {
         probabilities(&self.models.iter().map(ModelRecord::ln_evidence).collect::<Vec<_>>())
@@ -207,7 +213,8 @@ impl ParameterRecord {
         Self { name, symbol, unit, value, sd, prior_sds, narrowed, averaged: None }
     }
 
-    /// How many standard deviations of its prior it lies from what was known before, where that is a contradiction.
+    /// How many standard deviations of its prior it lies from what was known before, where that is a
+    /// contradiction.
     #[must_use]
     pub fn conflict(&self) -> Option<f64> {
         self.prior_sds.map(f64::abs).filter(|z| *z > CONFLICT)

@@ -167,7 +167,8 @@ impl Run {
         }
         let trained = match train(&assembly, &points, &training) {
             Ok(trained) => trained,
-            // If the rig as described has other modes, that is the reason, and not where the search then stopped.
+            // If the rig as described has other modes, that is the reason, and not where the search then
+            // stopped.
             Err(error) => {
                 return Err(check_modes(&assembly, &points, &training.known).err().unwrap_or(error));
             }

@@ -36,7 +36,8 @@ impl Leading {
     }
 }
 
-/// The stages that have observed points and stand on such stages only, with the candidates that lead; without questions.
+/// The stages that have observed points and stand on such stages only, with the candidates that lead; without
+/// questions.
 ///
 /// # Errors
 /// Those of the files of the base state.

@@ -9,8 +9,8 @@ use super::rows::Row;
 use crate::EngineError;
 use rijke_study::plan::Stage;
 
-/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model of most evidence, where its lead does
-/// not decide, and every further candidate with which some model is open.
+/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model of
+/// most evidence, where its lead does not decide, and every further candidate with which some model is open.
 fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[CarriedOn]) -> Option<String> {
     let worth = |m: &ModelRecord| match carried.is_empty() {
         true => m.evidence.map(|e| e.ln_marginal),
@@ -53,8 +53,8 @@ impl Run {
     /// Runs the next stage; none after the last.
     ///
     /// # Errors
-    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Stopped`], and models that cannot be assembled. One that cannot
-    /// be fitted is a row without evidence.
+    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Stopped`], and models that cannot
+    /// be assembled. One that cannot be fitted is a row without evidence.
     pub fn next_stage(&mut self) -> Result<Option<StageRecord>, EngineError> {
         let Some(stage) = self.study.plan.stages.get(self.done.len()).cloned() else { return Ok(None) };
         let (rows, mut results) = self.competed(&stage, &|_| true)?;
@@ -98,8 +98,9 @@ impl Run {
         }))
     }
 
-    /// What the stages on which `stage` stands took for certain, though their evidence does not decide it, and with which of the models that they
-    /// leave open another model than `chosen` would be the best of `stage`.
+    /// What the stages on which `stage` stands took for certain, though their evidence does not decide it,
+    /// and with which of the models that they leave open another model than `chosen` would be the best of
+    /// `stage`.
     fn assumes(&self, stage: &Stage, chosen: &str) -> Vec<String> {
         let mut all: Vec<String> = Vec::new();
         for said in stage.on.iter().filter_map(|id| self.stage_done(id)).flat_map(|done| &done.assumes) {

@@ -87,7 +87,8 @@ impl<'m> Filled<'m> {
         &self.extents.areas[0]
     }
 
-    /// The value of an effect at s, in surroundings of number `around`; `walls` are what the walls of the ducts lose.
+    /// The value of an effect at s, in surroundings of number `around`; `walls` are what the walls of the
+    /// ducts lose.
     pub(crate) fn effect(&self, ids: [usize; 3], s: &Jet, walls: &[[Jet; 2]]) -> Jet {
         self.part(&self.model.effect(ids[0], ids[1]).law, ids, s, walls)
     }

@@ -1,5 +1,5 @@
-//! The rig at one operating point with lengths, areas, temperatures and places that may be unknown. Every duct holds gas of one temperature, at
-//! rest. Must not know what was measured.
+//! The rig at one operating point with lengths, areas, temperatures and places that may be unknown. Every
+//! duct holds gas of one temperature, at rest. Must not know what was measured.
 
 mod extents;
 mod fill;

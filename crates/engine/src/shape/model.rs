@@ -63,10 +63,12 @@ pub(crate) enum LawOf {
 const SAME: f64 = 1e-9;
 
 impl<'a> ShapeModel<'a> {
-    /// Lays out the network, at the medians of the unknowns; its laws move it. `instruments` are the places that are heard, m.
+    /// Lays out the network, at the medians of the unknowns; its laws move it. `instruments` are the places
+    /// that are heard, m.
     ///
     /// # Errors
-    /// [`EngineError::Shape`] for gas that varies along a duct, cones, a mean flow, laws along a part of a duct; [`EngineError::Network`].
+    /// [`EngineError::Shape`] for gas that varies along a duct, cones, a mean flow, laws along a part of a
+    /// duct; [`EngineError::Network`].
     pub fn new(
         assembly: &'a Assembly,
         conditions: &Conditions,

@@ -14,7 +14,8 @@ impl ShapeModel<'_> {
 }
 
 impl Filled<'_> {
-    /// The pressure by place of a wave that enters at an end, and has pressure 1 there: exp of the integral of its propagation constant.
+    /// The pressure by place of a wave that enters at an end, and has pressure 1 there: exp of the integral
+    /// of its propagation constant.
     pub(crate) fn carried(&self, s: C64, source: &Place) -> Vec<Jet> {
         let model = self.model();
         let space = self.space();

@@ -1,5 +1,5 @@
-//! The modes of a network file whose names are replaced by numbers in its text, with derivatives by differences: the slow way, which
-//! shares no law, no layout and no derivative with the engine.
+//! The modes of a network file whose names are replaced by numbers in its text, with derivatives by
+//! differences: the slow way, which shares no law, no layout and no derivative with the engine.
 
 use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_network::{Newton, Workspace, file::read};

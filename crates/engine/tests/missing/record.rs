@@ -1,4 +1,5 @@
-//! The long study behind docs/records/missing.md: run it with `cargo test --release --test missing -- --ignored --nocapture`.
+//! The long study behind docs/records/missing.md: run it with `cargo test --release --test missing --
+//! --ignored --nocapture`.
 #![allow(clippy::print_stdout, reason = "a study prints its tables")]
 
 use crate::is;
@@ -13,8 +14,8 @@ use rijke_study::{Observations, ObservedMode};
 
 const HEAT: &str = "with = { heat-release = \"heat.king-lighthill\" }\n";
 
-/// An effect that is taken out of the model: its name, the example, the last stage with and without it, what counts as found, and where that
-/// is, m; anywhere if that is no number.
+/// An effect that is taken out of the model: its name, the example, the last stage with and without it, what
+/// counts as found, and where that is, m; anywhere if that is no number.
 struct Taken {
     what: &'static str,
     example: &'static Example,

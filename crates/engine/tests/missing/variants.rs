@@ -5,7 +5,8 @@ use rijke_study::Study;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// An example, and the stages of the model that its ranking chose, without the last one's choice of candidates.
+/// An example, and the stages of the model that its ranking chose, without the last one's choice of
+/// candidates.
 pub(crate) struct Example {
     pub(crate) name: &'static str,
     pub(crate) stages: &'static str,
@@ -145,7 +146,8 @@ impl Variant {
         Ok(stages)
     }
 
-    /// What the evidence gains by every term, trained as a candidate whose strength has the prior that the library takes.
+    /// What the evidence gains by every term, trained as a candidate whose strength has the prior that the
+    /// library takes.
     pub(crate) fn refits(self, last: &str, terms: &[&Asked]) -> Vec<f64> {
         let mut candidates = String::new();
         let mut rig = std::fs::read_to_string(self.folder.join("rig.toml")).unwrap();
@@ -196,7 +198,8 @@ pub(crate) fn has_formula(term: &Asked) -> bool {
     formula(term).is_some()
 }
 
-/// A place if it is not a cut of its own, the law, the largest value of its factor, and one over the unit of that.
+/// A place if it is not a cut of its own, the law, the largest value of its factor, and one over the unit of
+/// that.
 fn formula(term: &Asked) -> Option<(Option<String>, String, f64, String)> {
     let (factor, largest, per) = match term.times.split_once("/(") {
         None => (String::new(), 1.0, String::new()),

@@ -1,4 +1,5 @@
-//! A stepped tube without losses, whose reflection coefficient is a closed form, and a head that hears it badly.
+//! A stepped tube without losses, whose reflection coefficient is a closed form, and a head that hears it
+//! badly.
 
 use rand_distr::{Distribution, StandardNormal};
 use rijke_engine::EngineError;

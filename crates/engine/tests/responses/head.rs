@@ -49,7 +49,8 @@ impl Full<'_> {
         0.5 * (square + factor.ln_det() + n as f64 * (2.0 * PI).ln() + prior)
     }
 
-    /// Values and standard deviations at the maximum next to `near`, and ln of the evidence by Laplace's method.
+    /// Values and standard deviations at the maximum next to `near`, and ln of the evidence by Laplace's
+    /// method.
     fn found(&self, near: [[f64; 2]; 3]) -> ([[f64; 2]; 3], f64) {
         let h = [0, 1, 2].map(|i| 0.1 * near[i][1] / PRIORS[i][1]);
         let mut x = [0, 1, 2].map(|i| (near[i][0] - PRIORS[i][0]) / PRIORS[i][1]);

@@ -141,7 +141,8 @@ fn run(
     ResponseRun::new(Study::open(folder).unwrap(), observed).unwrap()
 }
 
-/// The cost of the slow route, nats: the whole covariance of the pressures with the field of the sources at these very parameters.
+/// The cost of the slow route, nats: the whole covariance of the pressures with the field of the sources at
+/// these very parameters.
 fn cost(frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], noise: [f64; 8], x: [f64; 3]) -> f64 {
     let parameters = [0, 1, 2].map(|i| PRIORS[i][0] + PRIORS[i][1] * x[i]);
     let n = AT.len();
@@ -157,7 +158,8 @@ fn cost(frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], noise: [f64; 8], x: [f64;
             let all = [(0, 0), (0, 1), (1, 0), (1, 1)];
             all.iter().map(|(i, j)| h[p][*i] * inverse[*i][*j] * h[q][*j].conj()).sum::<C64>()
         };
-        // The field has the mean square of all pressures in every direction: that of a row over its root mean square is n.
+        // The field has the mean square of all pressures in every direction: that of a row over its root mean
+        // square is n.
         let covariance = Matrix::from_fn(2 * n, 2 * n, |i, j| {
             let z = n as f64 * projector(i % n, j % n);
             let own = if i == j { noise[i % n].powi(2) } else { 0.0 };
@@ -261,7 +263,8 @@ fn oracle_waves_by_laws_and_by_the_network_agree() {
 
 #[test]
 fn exact_one_source_is_heard_with_what_the_other_end_reflects() {
-    // An anechoic upstream end and an open one, R = -1, at 1.1 m: one unknown number for every excitation and frequency.
+    // An anechoic upstream end and an open one, R = -1, at 1.1 m: one unknown number for every excitation and
+    // frequency.
     let frequency_hz: Vec<f64> = (0..6).map(|k| 300.0 + 190.0 * f64::from(k)).collect();
     let (extra, c) = (0.004, (1.4 * 287.0 * 293.15_f64).sqrt());
     let row = |f: &f64, size: f64| -> Vec<C64> {

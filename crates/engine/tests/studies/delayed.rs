@@ -6,7 +6,8 @@ use rijke_engine::run::{Run, StageRecord, Trusted, forecast, modes_at};
 use rijke_study::Study;
 use std::path::Path;
 
-/// A law of a gauze with a delay that the flow sets. Of six points one delay is known; its prior may lie at an alias.
+/// A law of a gauze with a delay that the flow sets. Of six points one delay is known; its prior may lie at
+/// an alias.
 fn delayed(name: &str, priors: [&str; 2], modes: &str, plan: &str) -> Folder {
     let law = |id: &str, tau: &str, prior: &str| {
         format!(
@@ -109,7 +110,8 @@ fn behaviour_the_order_of_candidates_decides_nothing_unless_the_study_prefers_th
     assert_eq!(run.saved("later").unwrap().assumes, later.assumes);
 }
 
-/// A mixture by its moments, E x and (E x^2 - (E x)^2)^(1/2), of the stage that leaves two laws open and of one that stands on it.
+/// A mixture by its moments, E x and (E x^2 - (E x)^2)^(1/2), of the stage that leaves two laws open and of
+/// one that stands on it.
 #[test]
 fn exact_predictions_average_over_laws_that_are_open_here_and_earlier() {
     let modes = made_by_the_first("average-truth", "mean = 3e-3, sd = 1e-3", [40.0, 40.0]);

@@ -191,7 +191,8 @@ fn behaviour_points_that_are_asked_together_do_not_lend_each_other_factors() {
     assert_eq!(y(2), alone.campaign.points[place[0]].factors[1]);
 }
 
-/// `noise.installation` says what points of one installation share; without errors that are shared nothing counts it.
+/// `noise.installation` says what points of one installation share; without errors that are shared nothing
+/// counts it.
 #[test]
 fn message_noise_of_installations_without_effect_is_said() {
     let with = |more: &str| {
@@ -369,8 +370,9 @@ fn exact_claims_are_judged_by_their_numbers_and_refused_with_their_line() {
     assert!(refused("let.sd", "let.exp").contains("cannot be the name of a number"));
 }
 
-/// The data come from an integrator of its own, with a truth that no candidate equals (truth.toml of the example): Lighthill's delay
-/// with a spread over the wires, and King's law in the form of Collis and Williams.
+/// The data come from an integrator of its own, with a truth that no candidate equals (truth.toml of the
+/// example): Lighthill's delay with a spread over the wires, and King's law in the form of Collis and
+/// Williams.
 #[test]
 fn lab_quarter_wave_tube_finds_the_form_of_its_law() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/quarter-wave");

@@ -1,5 +1,5 @@
-//! Base states from profiles that were measured: temperatures or sound speeds along the tube, and the velocity at the heater,
-//! for those who have no clicks.
+//! Base states from profiles that were measured: temperatures or sound speeds along the tube, and the
+//! velocity at the heater, for those who have no clicks.
 
 use super::state::{BaseState, ErrorComponent};
 use super::states::BaseStates;
@@ -12,7 +12,8 @@ use std::path::Path;
 /// `sound_speed_m_per_s, sound_speed_sd_m_per_s` in their place. One row per place.
 pub const PROFILES: &str = "profiles.csv";
 
-/// The file of velocities, which may be missing: `point, heater_velocity_m_per_s, heater_velocity_sd_m_per_s`.
+/// The file of velocities, which may be missing: `point, heater_velocity_m_per_s,
+/// heater_velocity_sd_m_per_s`.
 pub const VELOCITIES: &str = "velocities.csv";
 
 /// A row of a table: the line, the name of the point and the numbers.
@@ -20,9 +21,9 @@ type Row = (usize, String, Vec<f64>);
 
 /// Base states of all points that the files of `folder` speak of.
 ///
-/// Between the places of a profile the temperature is linear, beyond them constant. The errors of the places are independent of
-/// each other. The mass flux is the velocity at the heater times the density of the place next below; without a velocity both
-/// are 0, and laws that need them have no value.
+/// Between the places of a profile the temperature is linear, beyond them constant. The errors of the places
+/// are independent of each other. The mass flux is the velocity at the heater times the density of the place
+/// next below; without a velocity both are 0, and laws that need them have no value.
 ///
 /// # Errors
 /// [`FlowError::File`] with file, line and remedy.
@@ -114,7 +115,8 @@ fn state(
     }
 }
 
-/// The temperature of a sound speed, and its standard deviation to first order; by bisection, because c grows with T.
+/// The temperature of a sound speed, and its standard deviation to first order; by bisection, because c grows
+/// with T.
 fn warmth(gas: &Gas, pressure: f64, sound_speed: f64, sd: f64) -> [f64; 2] {
     let speed = |kelvin: f64| gas.at(kelvin, pressure).sound_speed;
     let (mut low, mut high) = (100.0, 4000.0);

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 /// Gas temperature along the tube and velocity at the heater, with their uncertainty.
 ///
-/// The temperature is linear between the nodes of the profile; density and sound speed follow from the gas at the
-/// ambient pressure (the flow's own pressure differences are below 10 Pa). The uncertainty is a list of
-/// [`ErrorComponent`]s: the state is mean + sum over k of z_k times component k, with z_k independent and standard
-/// normal. An exactly known state has none.
+/// The temperature is linear between the nodes of the profile; density and sound speed follow from the gas at
+/// the ambient pressure (the flow's own pressure differences are below 10 Pa). The uncertainty is a list of
+/// [`ErrorComponent`]s: the state is mean + sum over k of z_k times component k, with z_k independent and
+/// standard normal. An exactly known state has none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseState {
@@ -61,8 +61,8 @@ pub struct Stretch {
 }
 
 impl BaseState {
-    /// Gas at rest at one temperature (K), as without power: exact, with the sd of the temperature as the only error
-    /// (0 for none).
+    /// Gas at rest at one temperature (K), as without power: exact, with the sd of the temperature as the
+    /// only error (0 for none).
     ///
     /// # Errors
     /// [`FlowError::Temperature`] or [`FlowError::Profile`] for a value that is not positive.
@@ -98,8 +98,8 @@ impl BaseState {
     /// The same state if it is sound.
     ///
     /// # Errors
-    /// [`FlowError::Temperature`] for a temperature that is not positive, [`FlowError::Profile`] for places that do not
-    /// ascend, lists of different length, or a pressure that is not positive.
+    /// [`FlowError::Temperature`] for a temperature that is not positive, [`FlowError::Profile`] for places
+    /// that do not ascend, lists of different length, or a pressure that is not positive.
     pub fn checked(self) -> Result<Self, FlowError> {
         if let Some((i, &t)) =
             self.temperature.iter().enumerate().find(|(_, t)| !(**t > 0.0 && t.is_finite()))
@@ -218,8 +218,8 @@ impl BaseState {
         covariance
     }
 
-    /// Mean over [from, to] of a property, by three-point Gauss quadrature on each linear piece: errors below 1e-9 for
-    /// pieces over which the temperature changes by less than a fifth.
+    /// Mean over [from, to] of a property, by three-point Gauss quadrature on each linear piece: errors below
+    /// 1e-9 for pieces over which the temperature changes by less than a fifth.
     fn mean(&self, from: f64, to: f64, property: impl Fn(&GasState) -> f64) -> f64 {
         self.means(from, to, |g| [property(g)])[0]
     }

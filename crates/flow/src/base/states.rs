@@ -9,10 +9,11 @@ use std::path::Path;
 
 /// A base state per operating point, by the point's name.
 ///
-/// **Errors are shared between points.** Two components with the same `cause` are one random number: the state of every
-/// point is its mean plus, over all causes, z(cause) times the point's component of that cause, with the z independent
-/// and standard normal. A systematic covariance of a prediction over several points is therefore the sum over causes of
-/// j j', with j the change of the whole prediction when all points are displaced along that cause.
+/// **Errors are shared between points.** Two components with the same `cause` are one random number: the
+/// state of every point is its mean plus, over all causes, z(cause) times the point's component of that
+/// cause, with the z independent and standard normal. A systematic covariance of a prediction over several
+/// points is therefore the sum over causes of j j', with j the change of the whole prediction when all points
+/// are displaced along that cause.
 ///
 /// The ambient temperature of a point is that of the gas at the inlet, `temperature[0]`, with its error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,7 +34,8 @@ impl BaseStates {
     /// Reads a file (or the file [`BaseStates::FILE`] of a folder) and checks every state.
     ///
     /// # Errors
-    /// [`FlowError::File`] with the file and the place in it, or the operating point and what is wrong with its state.
+    /// [`FlowError::File`] with the file and the place in it, or the operating point and what is wrong with
+    /// its state.
     pub fn read(path: &Path) -> Result<Self, FlowError> {
         let path = if path.is_dir() { path.join(Self::FILE) } else { path.to_path_buf() };
         let problem = |problem: String| FlowError::File { file: path.clone(), problem };
@@ -56,8 +58,8 @@ impl BaseStates {
         std::fs::write(path, text + "\n").map_err(|e| problem(&e))
     }
 
-    /// All causes of error of the points `ids`, each once, in alphabetical order: the random numbers that a prediction
-    /// over these points depends on.
+    /// All causes of error of the points `ids`, each once, in alphabetical order: the random numbers that a
+    /// prediction over these points depends on.
     #[must_use]
     pub fn causes<'a>(&'a self, ids: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
         let states = ids.into_iter().filter_map(|id| self.points.get(id));
@@ -67,8 +69,8 @@ impl BaseStates {
 }
 
 impl BaseState {
-    /// The state when everything that happens along `cause` happens at `sds` standard deviations; unchanged if the state
-    /// does not depend on it.
+    /// The state when everything that happens along `cause` happens at `sds` standard deviations; unchanged
+    /// if the state does not depend on it.
     #[must_use]
     pub fn displaced_along(&self, cause: &str, sds: f64) -> Self {
         let z: Vec<f64> = self.errors.iter().map(|e| if e.cause == cause { sds } else { 0.0 }).collect();

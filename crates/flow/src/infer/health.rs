@@ -62,8 +62,8 @@ pub enum Warning {
 }
 
 impl Health {
-    /// Reasons not to trust the estimate: a chi-squared or a correlation more than four sd from what is expected, a closure
-    /// more than three, a bound, a search that gave up.
+    /// Reasons not to trust the estimate: a chi-squared or a correlation more than four sd from what is
+    /// expected, a closure more than three, a bound, a search that gave up.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut list = Vec::new();

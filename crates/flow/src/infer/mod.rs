@@ -1,7 +1,7 @@
 //! From readings to base states: what both ways of inference share, and the two ways.
 //!
-//! [`assimilate`] takes the clicks of a run over time, [`settled`] the mean readings of states long after their step. Neither
-//! knows the other; they share sensors, normal scores, health and reports.
+//! [`assimilate`] takes the clicks of a run over time, [`settled`] the mean readings of states long after
+//! their step. Neither knows the other; they share sensors, normal scores, health and reports.
 
 pub mod assimilate;
 pub(crate) mod health;

@@ -29,7 +29,8 @@ pub struct RunReport {
     pub heater_m: f64,
     /// The method; none for the mean readings of settled states ([`crate::settled`]).
     pub method: Option<Method>,
-    /// What the method says of its own result; none for filters and smoother. For settled states without whiteness.
+    /// What the method says of its own result; none for filters and smoother. For settled states without
+    /// whiteness.
     pub health: Option<Health>,
     /// Reasons not to trust it.
     pub warnings: Vec<Warning>,
@@ -103,7 +104,8 @@ pub struct SettlingReport {
     pub power_w: f64,
     /// Time of the last row of the log, s.
     pub time_s: f64,
-    /// How long after that row the flow is within 1 % and 1 K of where it ends, s; none if that takes more than four hours.
+    /// How long after that row the flow is within 1 % and 1 K of where it ends, s; none if that takes more
+    /// than four hours.
     pub after_s: Option<f64>,
 }
 

@@ -42,11 +42,13 @@ pub struct Sensor {
     pub kind: SensorKind,
     /// Standard deviation of the noise of one reading, in the unit of the quantity.
     pub sd: f64,
-    /// Standard deviation of an error common to all readings: of a channel delay after calibration, of a thermometer.
+    /// Standard deviation of an error common to all readings: of a channel delay after calibration, of a
+    /// thermometer.
     pub bias_sd: f64,
 }
 
-/// Refuses a power that is negative, temperatures at which the properties of air do not hold, and times and speeds that no sound has.
+/// Refuses a power that is negative, temperatures at which the properties of air do not hold, and times and
+/// speeds that no sound has.
 pub(crate) fn plausible(
     power: f64,
     ambient: f64,

@@ -24,8 +24,8 @@ impl Tension {
         self.z.abs() > 3.0
     }
 
-    /// What several runs with the same closures say together: means weighted by 1/sd^2, closure by closure. An error too small to be
-    /// seen at one place of the heater is seen at fifteen.
+    /// What several runs with the same closures say together: means weighted by 1/sd^2, closure by closure.
+    /// An error too small to be seen at one place of the heater is seen at fifteen.
     #[must_use]
     pub fn together(runs: &[&[Tension]]) -> Vec<Tension> {
         let Some(first) = runs.first() else { return Vec::new() };

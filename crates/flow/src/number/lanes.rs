@@ -4,9 +4,9 @@ use super::Number;
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// L plain numbers side by side: the same place of L states of one tube. A march through the cells is a chain of dependent
-/// operations, and L chains at once keep the processor busy; every lane has the numbers that it would have alone, to the
-/// last bit.
+/// L plain numbers side by side: the same place of L states of one tube. A march through the cells is a chain
+/// of dependent operations, and L chains at once keep the processor busy; every lane has the numbers that it
+/// would have alone, to the last bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lanes<const L: usize>(pub [f64; L]);
 

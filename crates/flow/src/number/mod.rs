@@ -10,8 +10,8 @@ pub use lanes::Lanes;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number of the flow's equations: `f64`, a [`Dual`] that carries derivatives, or [`Lanes`] of several states that are
-/// computed side by side.
+/// A real number of the flow's equations: `f64`, a [`Dual`] that carries derivatives, or [`Lanes`] of several
+/// states that are computed side by side.
 pub trait Number:
     Copy
     + Send
@@ -90,8 +90,8 @@ pub trait Number:
 /// One number, alone or with its derivatives.
 ///
 /// An implicit equation (the mass flow) is solved in plain numbers; its root then enters once more as
-/// [`Single::unknown`], and [`Single::settle`] replaces the derivative with respect to it by what the implicit function
-/// theorem says.
+/// [`Single::unknown`], and [`Single::settle`] replaces the derivative with respect to it by what the
+/// implicit function theorem says.
 pub trait Single: Number {
     /// Derivative of the root of an implicit equation.
     type Slope: Copy;

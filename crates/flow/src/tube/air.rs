@@ -16,12 +16,13 @@ pub(crate) struct Air {
     table: Vec<[f64; 4]>,
 }
 
-/// Temperatures at which the properties of air hold, K: White's transport properties within 2 % from 210 to 1900 K, Cengel &
-/// Boles's heat capacity up to 1800 K. Below its 273 K the latter is 1 % small at 250 K and 1.2 % at 210 K.
+/// Temperatures at which the properties of air hold, K: White's transport properties within 2 % from 210 to
+/// 1900 K, Cengel & Boles's heat capacity up to 1800 K. Below its 273 K the latter is 1 % small at 250 K and
+/// 1.2 % at 210 K.
 const HOLDS: [f64; 2] = [210.0, 1800.0];
 
-/// Range and spacing of the table, K. Cubic Hermite interpolation at this spacing errs by 1e-10 relative, and saves the
-/// march a cube root, a square root and several divisions per cell: more than half of its time.
+/// Range and spacing of the table, K. Cubic Hermite interpolation at this spacing errs by 1e-10 relative, and
+/// saves the march a cube root, a square root and several divisions per cell: more than half of its time.
 const COLDEST: f64 = 150.0;
 const HOTTEST: f64 = 2000.0;
 const SPACING: f64 = 2.0;
@@ -63,8 +64,8 @@ impl Air {
         air
     }
 
-    /// k/c_p (kg/(m s)) and (c_p/k)^{2/3}; outside 150 to 2000 K, which only trial flows that almost stand still reach,
-    /// those at the end of the range.
+    /// k/c_p (kg/(m s)) and (c_p/k)^{2/3}; outside 150 to 2000 K, which only trial flows that almost stand
+    /// still reach, those at the end of the range.
     #[inline]
     pub(crate) fn diffusion<N: Number>(&self, t: N) -> (N, N) {
         t.map2(|t| {

@@ -8,8 +8,8 @@ impl Pipe {
     /// Time after the trigger at which a click from x = 0 arrives at each microphone, s: the integral of
     /// (1 + delta)/(c + u), and beyond the heater the delay L_or/(2c) of its orifices.
     ///
-    /// delta = sqrt(nu/(2 omega))/a (1 + (gamma - 1)/sqrt(Pr)) is Kirchhoff's retardation by the boundary layers of
-    /// the wall at the frequency of the pulse. Exact for uniform gas.
+    /// delta = sqrt(nu/(2 omega))/a (1 + (gamma - 1)/sqrt(Pr)) is Kirchhoff's retardation by the boundary
+    /// layers of the wall at the frequency of the pulse. Exact for uniform gas.
     pub fn arrival_times<N: Number>(&self, gas: &Draught<N>, orifice_length: N, times: &mut Vec<N>) {
         let mut orifice = N::constant(0.0);
         for (cell, &t) in self.cells.iter().zip(&gas.march.mean).filter(|(cell, _)| cell.heater > 0.0) {

@@ -1,7 +1,7 @@
 //! A matrix with two diagonals on either side, factorised without pivoting.
 
-/// Rows of five entries, columns i - 2 to i + 2. The wall rows are diagonally dominant and the gas rows triangular, so
-/// no pivoting is needed.
+/// Rows of five entries, columns i - 2 to i + 2. The wall rows are diagonally dominant and the gas rows
+/// triangular, so no pivoting is needed.
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
     rows: Vec<[f64; 5]>,

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 
 /// Everything that is neither geometry nor one of the six parameters.
 ///
-/// The paper does not give these. Each default says where it is from; `docs/theory/flow.md` says what each is worth.
-/// The last three are switched off by default: the virtual laboratory uses them to be richer than the model.
+/// The paper does not give these. Each default says where it is from; `docs/theory/flow.md` says what each is
+/// worth. The last three are switched off by default: the virtual laboratory uses them to be richer than the
+/// model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Closures {
@@ -13,19 +14,21 @@ pub struct Closures {
     pub entrance_loss: f64,
     /// Excess loss of the developing laminar profile on G^2 v/2 (Hagenbach; Shah & London 1978).
     pub development_loss: f64,
-    /// Share of the power that insert and leads give to the gas upstream of the heater (fin estimate from copper and
-    /// steel cross-sections).
+    /// Share of the power that insert and leads give to the gas upstream of the heater (fin estimate from
+    /// copper and steel cross-sections).
     pub wire_share: f64,
     /// Length over which that share decays upstream of the heater, m (fin length of a copper lead).
     pub wire_length: f64,
     /// First-order lag of the released power behind the supplied power, s (ceramic 21 J/K over 0.6 W/K).
     pub heater_lag: f64,
-    /// Length over which the orifice jet's extra heat transfer decays, m (reattachment at 10 to 15 step heights).
+    /// Length over which the orifice jet's extra heat transfer decays, m (reattachment at 10 to 15 step
+    /// heights).
     pub jet_length: f64,
-    /// Extra acoustic length of the heater's two orifices, m: (L_h + 2 delta) A/A_d - L_h; delays a pulse by L/(2c).
+    /// Extra acoustic length of the heater's two orifices, m: (L_h + 2 delta) A/A_d - L_h; delays a pulse by
+    /// L/(2c).
     pub orifice_length: f64,
-    /// Frequency at which the pulse of a click carries its energy, Hz: the wall's boundary layer slows a pulse by
-    /// sqrt(nu/(2 omega))/a (1 + (gamma - 1)/sqrt(Pr)), about 0.2 % at 1 kHz; infinite for none.
+    /// Frequency at which the pulse of a click carries its energy, Hz: the wall's boundary layer slows a
+    /// pulse by sqrt(nu/(2 omega))/a (1 + (gamma - 1)/sqrt(Pr)), about 0.2 % at 1 kHz; infinite for none.
     pub pulse_frequency: f64,
     /// Emissivity of the outer wall (weathered stainless steel).
     pub emissivity: f64,
@@ -41,8 +44,8 @@ pub struct Closures {
     pub radiated_share: f64,
     /// Length over which that share decays on both sides of the heater, m; about a diameter.
     pub radiated_length: f64,
-    /// Momentum-flux factor of the velocity profile on the acceleration and exit terms: 1 for a flat, 4/3 for a
-    /// parabolic profile.
+    /// Momentum-flux factor of the velocity profile on the acceleration and exit terms: 1 for a flat, 4/3 for
+    /// a parabolic profile.
     pub profile_factor: f64,
 }
 

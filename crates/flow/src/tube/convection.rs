@@ -7,7 +7,8 @@ use crate::number::Number;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Convection {
     height: f64,
-    /// B [32^{1/2} L/D_o]^C and C of the slender-cylinder factor 1 + B [32^{1/2} Gr^{-1/4} L/D_o]^C (Popiel et al. 2007).
+    /// B [32^{1/2} L/D_o]^C and C of the slender-cylinder factor 1 + B [32^{1/2} Gr^{-1/4} L/D_o]^C (Popiel
+    /// et al. 2007).
     slender: [f64; 2],
 }
 
@@ -24,9 +25,9 @@ impl Convection {
         Self { height, slender: [b * (32.0_f64.sqrt() * (height / diameter)).powf(c), c] }
     }
 
-    /// Coefficient of natural convection h_o, W/(m^2 K): Churchill & Chu (1975) on the tube's length times the
-    /// slender-cylinder factor of Popiel, Wojtkowiak & Bober (2007); film properties; shape functions at Pr = 0.71,
-    /// which moves them by less than 0.1 % up to 600 K.
+    /// Coefficient of natural convection h_o, W/(m^2 K): Churchill & Chu (1975) on the tube's length times
+    /// the slender-cylinder factor of Popiel, Wojtkowiak & Bober (2007); film properties; shape functions at
+    /// Pr = 0.71, which moves them by less than 0.1 % up to 600 K.
     pub(crate) fn coefficient<N: Number>(&self, air: &Air, wall: N, ambient: N) -> N {
         let film = (wall + ambient) * 0.5;
         let difference = wall - ambient;

@@ -53,8 +53,8 @@ fn exact_gas_relaxes_exponentially_to_an_isothermal_wall() {
     let k = rig().gas.at(293.65, rig().pressure).conductivity;
     assert_relative_eq!(approach(2e-4, 1.0, k), 0.81749, epsilon = 5e-6);
     assert_relative_eq!(approach(1e-3, 1.0, k), 0.37411, epsilon = 5e-6);
-    // The march on its coarse grid, up to the heater (above it the boundary layer restarts). A wall only 1 mK warmer
-    // keeps the properties constant; any grid is then exact.
+    // The march on its coarse grid, up to the heater (above it the boundary layer restarts). A wall only 1 mK
+    // warmer keeps the properties constant; any grid is then exact.
     let p = Parameters { inner_nusselt: 1.0, jet_enhancement: 0.0, ..Parameters::default() };
     for refinement in [1, 4] {
         let pipe = Pipe::new(&rig(), &Closures::default(), 0.98, refinement).unwrap();
@@ -161,7 +161,8 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn exact_wall_cools_to_the_room_at_the_lumped_rate() {
-    // d ln(theta)/dt = -pi D_o (h_o + 4 eps sigma T^3)/C_w at theta = 0.5 K; printed in the acceptance list: -5.39e-4 1/s.
+    // d ln(theta)/dt = -pi D_o (h_o + 4 eps sigma T^3)/C_w at theta = 0.5 K; printed in the acceptance list:
+    // -5.39e-4 1/s.
     let (closures, p) = insulated();
     let closures = Closures { emissivity: 0.30, ..closures };
     let p = Parameters { outer_nusselt: 1.0, ..p };
@@ -181,8 +182,8 @@ fn exact_wall_cools_to_the_room_at_the_lumped_rate() {
 
 #[test]
 fn exact_conduction_through_the_mounts() {
-    // 10 W at mid-height leave through two equal mounts: 5 W each, a straight profile between heater and mount, and a
-    // mean temperature of 5 W R_m at the mount.
+    // 10 W at mid-height leave through two equal mounts: 5 W each, a straight profile between heater and
+    // mount, and a mean temperature of 5 W R_m at the mount.
     let (closures, p) = insulated();
     let p = Parameters { wall_share: 1.0, mount_resistance: 3.0, ..p };
     let pipe = Pipe::new(&rig(), &closures, 0.5, 1).unwrap();

@@ -35,8 +35,8 @@ pub struct Drive<N> {
 
 /// (1 - e^{-z})/z and (z - 1 + e^{-z})/z^2 for z >= 0, without cancellation.
 ///
-/// With chi = (1/2 - z + ... )/z = sum (-z)^k/(k + 3)!, psi = 1/2 - z chi and phi = 1 - z psi; the derivatives are
-/// phi' = psi - phi and psi' = 2 chi - psi.
+/// With chi = (1/2 - z + ... )/z = sum (-z)^k/(k + 3)!, psi = 1/2 - z chi and phi = 1 - z psi; the
+/// derivatives are phi' = psi - phi and psi' = 2 chi - psi.
 pub(crate) fn relaxation<N: Number>(z: N) -> (N, N) {
     z.map2(|v| {
         let chi = if v < 0.6 {
@@ -64,8 +64,8 @@ pub(crate) fn relaxation<N: Number>(z: N) -> (N, N) {
     })
 }
 
-/// A temperature inside the range of the heat capacity. Only trial flows that almost stand still leave it, on the way to
-/// a mass flow that does not.
+/// A temperature inside the range of the heat capacity. Only trial flows that almost stand still leave it, on
+/// the way to a mass flow that does not.
 fn limited<N: Number>(t: N) -> N {
     t.map(|t| {
         let inside = t.clamp(150.0, 2000.0);
@@ -118,8 +118,9 @@ impl Pipe {
         released * (direct * cell.heater + c.wire_share * cell.wire)
     }
 
-    /// One cell in the direction of the flow: outflow temperature, mean temperature, heat to the wall. Exact for a
-    /// uniform wall, a uniform source and properties frozen at the mean temperature; second order in the cell.
+    /// One cell in the direction of the flow: outflow temperature, mean temperature, heat to the wall. Exact
+    /// for a uniform wall, a uniform source and properties frozen at the mean temperature; second order in
+    /// the cell.
     pub(crate) fn cell<N: Number>(
         &self,
         cell: &Cell,

@@ -1,8 +1,10 @@
-//! The tube: the equations of the slow flow in a heated tube with a conducting wall, and their solution, steady and in time.
+//! The tube: the equations of the slow flow in a heated tube with a conducting wall, and their solution,
+//! steady and in time.
 //!
-//! From the bottom: `air`, `closures` and `convection` are laws, `pipe` cuts the tube into cells, `march` takes the gas through
-//! them, `draught` finds the mass flow, `wall` closes the balance; `steady` and `transient` solve, `ramp` takes a run through its log, `arrival` says what a click sees.
-//! Knows nothing of measurements.
+//! From the bottom: `air`, `closures` and `convection` are laws, `pipe` cuts the tube into cells, `march`
+//! takes the gas through them, `draught` finds the mass flow, `wall` closes the balance; `steady` and
+//! `transient` solve, `ramp` takes a run through its log, `arrival` says what a click sees. Knows nothing of
+//! measurements.
 
 pub(crate) mod air;
 mod arrival;

@@ -133,8 +133,8 @@ impl<N: Single> Parameters<N> {
     }
 }
 
-/// What is unknown, with priors: the six parameters uniform over what physics allows, the nuisances normal with the sd
-/// of an ordinary calibration (power 1 %, thermometer 0.1 K, lag 5 s, orifice length 15 mm).
+/// What is unknown, with priors: the six parameters uniform over what physics allows, the nuisances normal
+/// with the sd of an ordinary calibration (power 1 %, thermometer 0.1 K, lag 5 s, orifice length 15 mm).
 #[must_use]
 pub fn unknowns() -> [Parameter; UNKNOWNS] {
     let uniform = |name: &str, symbol: &str, unit: &str, low, high| {

@@ -45,7 +45,8 @@ pub(crate) struct Cell {
     pub(crate) friction: f64,
 }
 
-/// Distance from where the boundary layer starts, at the two faces in the direction of the flow, to the power 2/3.
+/// Distance from where the boundary layer starts, at the two faces in the direction of the flow, to the power
+/// 2/3.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     pub(crate) low: f64,
@@ -53,14 +54,15 @@ pub(crate) struct Entry {
 }
 
 impl Pipe {
-    /// A tube with the heater's centre at `heater` (m). `refinement` multiplies the number of cells: 1 gives about 60
-    /// cells and 0.05 us in the arrival times (`docs/theory/flow.md` shows the convergence).
+    /// A tube with the heater's centre at `heater` (m). `refinement` multiplies the number of cells: 1 gives
+    /// about 60 cells and 0.05 us in the arrival times (`docs/theory/flow.md` shows the convergence).
     ///
-    /// Faces lie on the edges of heater and mounts and on the microphones, so that shares and observations are exact;
-    /// cells shrink quadratically towards the inlet and the heater, where boundary layers start.
+    /// Faces lie on the edges of heater and mounts and on the microphones, so that shares and observations
+    /// are exact; cells shrink quadratically towards the inlet and the heater, where boundary layers start.
     ///
     /// # Errors
-    /// [`FlowError::Heater`] if the heater does not fit into the tube, [`FlowError::Closure`] for a closure out of range.
+    /// [`FlowError::Heater`] if the heater does not fit into the tube, [`FlowError::Closure`] for a closure
+    /// out of range.
     pub fn new(rig: &Rig, closures: &Closures, heater: f64, refinement: u32) -> Result<Self, FlowError> {
         check(closures)?;
         let (length, half) = (rig.tube.length, 0.5 * rig.plates.length());
@@ -98,11 +100,13 @@ impl Pipe {
         })
     }
 
-    /// The same tube with other closures and the heater moved by `shift` (m): the grid is stretched along, so that
-    /// everything depends smoothly on the shift. Faces then lie beside the microphones by less than the shift.
+    /// The same tube with other closures and the heater moved by `shift` (m): the grid is stretched along, so
+    /// that everything depends smoothly on the shift. Faces then lie beside the microphones by less than the
+    /// shift.
     ///
     /// # Errors
-    /// [`FlowError::Closure`] for a closure out of range, [`FlowError::Heater`] for a heater outside the tube.
+    /// [`FlowError::Closure`] for a closure out of range, [`FlowError::Heater`] for a heater outside the
+    /// tube.
     pub(crate) fn altered(&self, shift: f64, closures: &Closures) -> Result<Self, FlowError> {
         check(closures)?;
         let [low, high] = self.edges.map(|e| self.faces[e]);
@@ -180,7 +184,8 @@ fn check(closures: &Closures) -> Result<(), FlowError> {
     bad.map_or(Ok(()), |&(name, value)| Err(FlowError::Closure { name, value }))
 }
 
-/// Cells of about 20 mm, in tubes beyond 10 m of a five-hundredth of the length, and quadratic grading away from the starts of boundary layers.
+/// Cells of about 20 mm, in tubes beyond 10 m of a five-hundredth of the length, and quadratic grading away
+/// from the starts of boundary layers.
 fn faces(mut marks: Vec<f64>, length: f64, heater: f64, refinement: u32) -> Vec<f64> {
     let coarse = 0.02_f64.max(length / 500.0);
     marks.retain(|&x| (0.0..=length).contains(&x));
@@ -213,7 +218,8 @@ fn cell(low: f64, high: f64, length: f64, heater: f64, half: f64, closures: &Clo
     let middle = 0.5 * (low + high);
     let above = middle > heater;
     let overlap = |a: f64, b: f64| (high.min(b) - low.max(a)).max(0.0);
-    // Integral over the cell of exp(-distance/scale)/scale, distance measured from `start` away from the source.
+    // Integral over the cell of exp(-distance/scale)/scale, distance measured from `start` away from the
+    // source.
     let decay = |near: f64, far: f64, scale: f64| (-near / scale).exp() - (-far / scale).exp();
     let entry = |start: f64, end: f64| Entry { low: start.cbrt().powi(2), high: end.cbrt().powi(2) };
     let jet =

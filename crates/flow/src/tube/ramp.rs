@@ -9,14 +9,15 @@ use rijke_rig::{Logged, Ramp};
 
 /// Time after a change of power in which the longest step doubles, s: some three lags of the heater.
 const CALM: f64 = 120.0;
-/// Longest step over the one after a change of power: the implicit matrix has typical slopes of the losses, not those of the state.
+/// Longest step over the one after a change of power: the implicit matrix has typical slopes of the losses,
+/// not those of the state.
 const LONGEST: f64 = 8.0;
 
 impl Pipe {
-    /// The gas at each of the `moments` (s, ascending) of the run `ramp`, which starts from the tube at rest at the indicated
-    /// `ambient` temperature (K). Every change of power and every moment ends a step. Steps are at most `step` (s) long after a change, and
-    /// grow as the flow calms: what is left to happen at a time t after a change has time constants of the order of t. The error is
-    /// second order in `step`.
+    /// The gas at each of the `moments` (s, ascending) of the run `ramp`, which starts from the tube at rest
+    /// at the indicated `ambient` temperature (K). Every change of power and every moment ends a step. Steps
+    /// are at most `step` (s) long after a change, and grow as the flow calms: what is left to happen at a
+    /// time t after a change has time constants of the order of t. The error is second order in `step`.
     ///
     /// # Errors
     /// As [`Transient::step`], and [`FlowError::Setting`] for a moment before the run or before the last one.

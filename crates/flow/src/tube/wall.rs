@@ -53,8 +53,8 @@ impl Pipe {
         Losses { convection, radiation }
     }
 
-    /// Heat into every cell of the wall, W, with the gas as marched; returns where the released power goes at this
-    /// instant, with what the wall gains as the sum of `heat`.
+    /// Heat into every cell of the wall, W, with the gas as marched; returns where the released power goes at
+    /// this instant, with what the wall gains as the sum of `heat`.
     pub(crate) fn wall_heat<N: Number>(
         &self,
         wall: &[N],

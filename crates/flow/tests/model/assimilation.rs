@@ -1,4 +1,5 @@
-//! Twins: the truth comes back within its stated uncertainty, whatever the instrument; and bad records are refused.
+//! Twins: the truth comes back within its stated uncertainty, whatever the instrument; and bad records are
+//! refused.
 
 use super::{AMBIENT, pipe};
 use rijke_flow::assimilate::{

@@ -1,4 +1,5 @@
-//! Calibration over many twins with the truth drawn from the prior. Long; the tables are in docs/records/flow.md.
+//! Calibration over many twins with the truth drawn from the prior. Long; the tables are in
+//! docs/records/flow.md.
 #![allow(clippy::print_stdout, reason = "the tables are what these studies are for")]
 
 use super::{AMBIENT, pipe};
@@ -14,7 +15,8 @@ use std::io::Write;
 
 const PLACES: [f64; 8] = [0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95];
 
-/// One row of the table: errors over sd of one quantity, over the seeds, ranks of the truth, and the rms error.
+/// One row of the table: errors over sd of one quantity, over the seeds, ranks of the truth, and the rms
+/// error.
 struct Row {
     name: String,
     scaled: Vec<f64>,
@@ -79,8 +81,8 @@ fn true_state(pipe: &Pipe, truth: &[f64]) -> BaseState {
 
 /// Runs `method` on `seeds` twins and prints the table.
 ///
-/// In the environment, SEEDS replaces the number of twins, FROM the first of them, and CSV names a file to which the table is
-/// appended as `src/infer/assimilate/calibration.csv` has it.
+/// In the environment, SEEDS replaces the number of twins, FROM the first of them, and CSV names a file to
+/// which the table is appended as `src/infer/assimilate/calibration.csv` has it.
 fn table(
     title: &str,
     heater: f64,

@@ -7,7 +7,8 @@ use rijke_flow::{Parameters, Transient};
 
 const POWERS: [f64; 7] = [7.0, 15.0, 30.0, 50.0, 80.0, 130.0, 180.0];
 
-/// U_h (m/s) and hottest gas (K) of an independent prototype at the defaults: rows of heater position, pairs by power.
+/// U_h (m/s) and hottest gas (K) of an independent prototype at the defaults: rows of heater position, pairs
+/// by power.
 const PROTOTYPE: [(f64, [(f64, f64); 7]); 5] = [
     (
         0.15,

@@ -31,7 +31,8 @@ fn exact_a_long_hold_ends_in_the_settled_state() {
 
 #[test]
 fn order_second_in_the_step_of_a_run() {
-    // Three minutes after the second of two steps of power, and thirteen: temperature above the heater and at the top, and velocity.
+    // Three minutes after the second of two steps of power, and thirteen: temperature above the heater and at
+    // the top, and velocity.
     let (pipe, known) = (pipe(0.25, 1), unknowns());
     let ramp = ramp(&[(0.0, 30.0), (400.0, 30.0), (610.0, 180.0)]);
     let at = |step: f64| {
@@ -52,7 +53,8 @@ fn order_second_in_the_step_of_a_run() {
 
 #[test]
 fn exact_moments_do_not_move_the_run() {
-    // Steps end at moments; what a step more changes is its error alone, and a row that repeats the power changes nothing.
+    // Steps end at moments; what a step more changes is its error alone, and a row that repeats the power
+    // changes nothing.
     let (pipe, known) = (pipe(0.25, 1), unknowns());
     let plain = ramp(&[(0.0, 30.0), (600.0, 80.0)]);
     let logged = ramp(&[(0.0, 30.0), (123.0, 30.0), (600.0, 80.0), (700.0, 80.0)]);
@@ -70,7 +72,8 @@ fn exact_moments_do_not_move_the_run() {
 
 #[test]
 fn behaviour_the_gas_hardly_moves_within_a_ping_minutes_after_a_step() {
-    // 0.4 s, after the paper's largest step of power: relative change of the time a pulse takes, which is that of a frequency.
+    // 0.4 s, after the paper's largest step of power: relative change of the time a pulse takes, which is
+    // that of a frequency.
     let (pipe, known) = (pipe(0.25, 1), unknowns());
     let ramp = ramp(&[(0.0, 130.0), (1000.0, 180.0)]);
     let drift = |after: f64| {

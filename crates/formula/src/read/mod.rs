@@ -1,5 +1,5 @@
-//! Text to a tree: names that a formula may use (`scope`), words (`lexer`), precedence (`parser`), named parts (`definitions`),
-//! and what can be wrong (`problem`).
+//! Text to a tree: names that a formula may use (`scope`), words (`lexer`), precedence (`parser`), named
+//! parts (`definitions`), and what can be wrong (`problem`).
 //!
 //! Knows no values: what a tree is worth is for `run`.
 

@@ -11,8 +11,8 @@ pub struct Here<'a, T> {
     /// Values of the real names by index, in the units of the scope; NaN for those that have none here or
     /// depend on s.
     pub numbers: &'a [f64],
-    /// Values of the names that carry derivatives by index, `s` itself first: those that depend on s, and real ones
-    /// that depend on parameters, which count before `numbers`; none for all others.
+    /// Values of the names that carry derivatives by index, `s` itself first: those that depend on s, and
+    /// real ones that depend on parameters, which count before `numbers`; none for all others.
     pub analytic: &'a [Option<&'a T>],
 }
 

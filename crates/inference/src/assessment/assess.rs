@@ -1,4 +1,5 @@
-//! All that can be said of a model with its data: every maximum, the evidence summed over them, and the checks of it.
+//! All that can be said of a model with its data: every maximum, the evidence summed over them, and the
+//! checks of it.
 
 use super::health::Health;
 use crate::density::{Gaussian, TrustRegion};
@@ -17,8 +18,8 @@ pub struct AssessOptions {
     pub search: TrustRegion,
     /// Physical parameters to start from, beside the centre of the prior.
     pub starts: Vec<Vec<f64>>,
-    /// Searches from the best of a sample of the prior, in one batch; there are further batches as long as one finds a new maximum.
-    /// Zero: from given starts and known aliases alone.
+    /// Searches from the best of a sample of the prior, in one batch; there are further batches as long as
+    /// one finds a new maximum. Zero: from given starts and known aliases alone.
     pub random_starts: usize,
     /// Size of that sample, an evaluation of the model each.
     pub screened: usize,
@@ -39,8 +40,9 @@ pub struct Assessment {
     pub fit: Fit,
     /// Laplace's method there, or why it does not apply.
     pub laplace: Result<Laplace, String>,
-    /// The evidence summed over all maxima: the number to rank by. Its best-fit likelihood is that of the best maximum; what the
-    /// others add is in the Occam factor, as prior volume that survives the data. Equal to that of `laplace` if there is one maximum.
+    /// The evidence summed over all maxima: the number to rank by. Its best-fit likelihood is that of the
+    /// best maximum; what the others add is in the Occam factor, as prior volume that survives the data.
+    /// Equal to that of `laplace` if there is one maximum.
     pub evidence: Result<Evidence, String>,
     /// All maxima, best first, the first of them that of `fit`.
     pub maxima: Vec<Maximum>,
@@ -51,7 +53,8 @@ pub struct Assessment {
 }
 
 impl Default for AssessOptions {
-    /// Newton, the centre of the prior, the best four of 32 draws from it, and 256 calls for the corrected evidence.
+    /// Newton, the centre of the prior, the best four of 32 draws from it, and 256 calls for the corrected
+    /// evidence.
     fn default() -> Self {
         Self {
             search: TrustRegion::default(),
@@ -74,8 +77,8 @@ impl AssessOptions {
     }
 }
 
-/// All that can be said of a model with its data: every maximum of the posterior, the evidence summed over them, the checks of it, and
-/// whether the data contradict the priors.
+/// All that can be said of a model with its data: every maximum of the posterior, the evidence summed over
+/// them, the checks of it, and whether the data contradict the priors.
 ///
 /// # Errors
 /// Those of [`Posterior::new`] and [`Posterior::assess`].
@@ -89,13 +92,15 @@ pub fn assess(
 }
 
 impl Posterior<'_> {
-    /// All maxima that several starts lead to, Laplace's method at each, the evidence summed over them, and every check of it.
+    /// All maxima that several starts lead to, Laplace's method at each, the evidence summed over them, and
+    /// every check of it.
     ///
-    /// Cost: a fit per start, `options.screened + options.draws` values of the model, in parallel; the doubled priors cost no call.
+    /// Cost: a fit per start, `options.screened + options.draws` values of the model, in parallel; the
+    /// doubled priors cost no call.
     ///
     /// # Errors
-    /// Errors that are not recoverable, and the failure of the first start if the model fails at all of them. A model
-    /// that was fitted but cannot be trusted is an [`Assessment`] with warnings.
+    /// Errors that are not recoverable, and the failure of the first start if the model fails at all of them.
+    /// A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
         let terrain = Terrain { posterior: self, search: options.search, streams: options.streams };
         let found = explore(&terrain, &options.starts, options.breadth())?;

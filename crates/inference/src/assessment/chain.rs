@@ -1,4 +1,5 @@
-//! Stages in a row: what each has learnt is the prior of the next, and the evidence of all of them is one number.
+//! Stages in a row: what each has learnt is the prior of the next, and the evidence of all of them is one
+//! number.
 
 use super::assess::Assessment;
 use crate::error::InferenceError;
@@ -6,11 +7,13 @@ use crate::evidence::{Conflict, Evidence, Offset, Tension, tension};
 use crate::problem::{Parameter, Parameters};
 use rijke_numerics::{Cholesky, Matrix};
 
-/// What the stages so far have learnt, the evidence of all their data, and the priors that were declared at first.
+/// What the stages so far have learnt, the evidence of all their data, and the priors that were declared at
+/// first.
 ///
-/// P(D1, D2) = P(D1) P(D2 | D1): the ln evidences of the stages add up to that of all data under the *declared* priors, however
-/// narrow the prior is that a stage has left to the next. So a penalty that an early stage paid stays in the number that ranks later ones,
-/// and [`Chain::conflict`] compares what is known now with what was declared, not with what the last stage left.
+/// P(D1, D2) = P(D1) P(D2 | D1): the ln evidences of the stages add up to that of all data under the
+/// *declared* priors, however narrow the prior is that a stage has left to the next. So a penalty that an
+/// early stage paid stays in the number that ranks later ones, and [`Chain::conflict`] compares what is known
+/// now with what was declared, not with what the last stage left.
 ///
 /// The posterior of a stage is carried on as the Gaussian at its best maximum, in working coordinates.
 ///
@@ -51,8 +54,8 @@ pub struct ChainStage {
 }
 
 impl Chain {
-    /// The parameters of the next stage: of those that earlier stages have met the declared prior is the one of then, and what was
-    /// learnt stands in its place; the others keep their own.
+    /// The parameters of the next stage: of those that earlier stages have met the declared prior is the one
+    /// of then, and what was learnt stands in its place; the others keep their own.
     ///
     /// # Errors
     /// Those of [`Parameters::new`] and [`Parameters::with_joint`].
@@ -68,8 +71,9 @@ impl Chain {
         parameters.with_joint(&names, &mean, &self.covariance.select(&known))
     }
 
-    /// The chain with one stage more, whose `parameters` came from [`Chain::parameters`]. What was learnt of parameters that this
-    /// stage does not have is brought up to date by their correlations with those that it has.
+    /// The chain with one stage more, whose `parameters` came from [`Chain::parameters`]. What was learnt of
+    /// parameters that this stage does not have is brought up to date by their correlations with those that
+    /// it has.
     ///
     /// # Errors
     /// [`InferenceError::NoStage`] if the stage has no evidence, [`InferenceError::Dense`].

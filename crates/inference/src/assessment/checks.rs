@@ -42,7 +42,8 @@ impl Posterior<'_> {
         }
     }
 
-    /// The evidence with one prior widened at a time, on the quadratic model of the likelihood at the maximum.
+    /// The evidence with one prior widened at a time, on the quadratic model of the likelihood at the
+    /// maximum.
     pub(crate) fn doubled_priors(
         &self,
         fit: &Fit,

@@ -23,10 +23,12 @@ pub struct Health {
     pub failed_starts: usize,
     /// All starts.
     pub starts: usize,
-    /// Change of ln ML when the prior sd (or width) of one parameter is doubled; about -ln 2 = -0.69 for a parameter
-    /// that the data fix, about zero for one that they do not see. Nothing if there is then no maximum.
+    /// Change of ln ML when the prior sd (or width) of one parameter is doubled; about -ln 2 = -0.69 for a
+    /// parameter that the data fix, about zero for one that they do not see. Nothing if there is then no
+    /// maximum.
     pub doubled_prior: Vec<(String, Option<f64>)>,
-    /// Combinations of parameters of which the data tell less than the prior, each with the share of prior variance left.
+    /// Combinations of parameters of which the data tell less than the prior, each with the share of prior
+    /// variance left.
     pub unidentified: Vec<(String, f64)>,
     /// Parameters that sit at a bound.
     pub at_bound: Vec<String>,

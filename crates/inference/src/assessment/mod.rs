@@ -1,5 +1,6 @@
-//! The whole answer for one model, and whether it can be trusted: all maxima, the summed evidence, every check (`assess`,
-//! `health`), refits of simulated data (`simulate`), stages in a row (`chain`), the record on file (`record`).
+//! The whole answer for one model, and whether it can be trusted: all maxima, the summed evidence, every
+//! check (`assess`, `health`), refits of simulated data (`simulate`), stages in a row (`chain`), the record
+//! on file (`record`).
 //!
 //! Knows everything below; nothing in this crate but its root knows it.
 

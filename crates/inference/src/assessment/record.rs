@@ -105,7 +105,8 @@ impl Record {
     }
 }
 
-/// Records as CSV text, one line per model: evidence in total and per datapoint, the corrected evidence, the verdict.
+/// Records as CSV text, one line per model: evidence in total and per datapoint, the corrected evidence, the
+/// verdict.
 #[must_use]
 pub fn evidence_csv(records: &[Record]) -> String {
     let mut text = "model,parameters,datapoints,ln_best_fit_nats,ln_occam_nats,ln_marginal_nats,\

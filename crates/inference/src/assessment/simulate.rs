@@ -49,9 +49,11 @@ pub struct ModelCheck {
 pub struct Calibration {
     /// Name of each parameter.
     pub names: Vec<String>,
-    /// For each parameter, how many truths fell into each of twenty equally probable slices of their posterior.
+    /// For each parameter, how many truths fell into each of twenty equally probable slices of their
+    /// posterior.
     pub histograms: Vec<Vec<usize>>,
-    /// For each parameter, the probability of a chi-squared at least as large if the truths are spread evenly.
+    /// For each parameter, the probability of a chi-squared at least as large if the truths are spread
+    /// evenly.
     pub p_values: Vec<f64>,
     /// Draws used.
     pub draws: usize,
@@ -83,8 +85,9 @@ impl Posterior<'_> {
         Data::new(observations, self.data().groups().to_vec())
     }
 
-    /// Simulates `sets` data sets with the parameters and noise of `fit`, refits each from the centre of the prior, and
-    /// compares: a test of method and model together. A prior pulls the estimates towards its mean, which shows as bias.
+    /// Simulates `sets` data sets with the parameters and noise of `fit`, refits each from the centre of the
+    /// prior, and compares: a test of method and model together. A prior pulls the estimates towards its
+    /// mean, which shows as bias.
     ///
     /// # Errors
     /// Errors that are not recoverable.
@@ -128,8 +131,9 @@ impl Posterior<'_> {
         Ok(ModelCheck { parameters, sets, failed: sets - good.len() })
     }
 
-    /// Simulation-based calibration (Talts et al. 2018): truths drawn from the prior must be spread evenly over the
-    /// quantiles of their posteriors. Laplace's Gaussian stands for the posterior, so ranks are its quantiles.
+    /// Simulation-based calibration (Talts et al. 2018): truths drawn from the prior must be spread evenly
+    /// over the quantiles of their posteriors. Laplace's Gaussian stands for the posterior, so ranks are its
+    /// quantiles.
     ///
     /// Noise: inferred groups are drawn from their priors; floated groups are simulated with the sd in `fit`.
     ///
@@ -183,7 +187,8 @@ impl Posterior<'_> {
         })
     }
 
-    /// Simulates and fits once; nothing if model, fit or Laplace's method failed in a way that another draw may not.
+    /// Simulates and fits once; nothing if model, fit or Laplace's method failed in a way that another draw
+    /// may not.
     fn refit(
         &self,
         truth: &[f64],
@@ -210,8 +215,8 @@ impl Posterior<'_> {
     }
 }
 
-/// Probability that evenly spread counts have a chi-squared at least as large as these have; Wilson & Hilferty's
-/// normal approximation, good to 0.001 for nineteen degrees of freedom.
+/// Probability that evenly spread counts have a chi-squared at least as large as these have; Wilson &
+/// Hilferty's normal approximation, good to 0.001 for nineteen degrees of freedom.
 fn even_probability(counts: &[usize]) -> f64 {
     let expected = counts.iter().sum::<usize>() as f64 / counts.len() as f64;
     let chi_squared: f64 = counts.iter().map(|&c| (c as f64 - expected).powi(2) / expected).sum();

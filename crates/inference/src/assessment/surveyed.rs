@@ -16,12 +16,14 @@ pub struct Surveyed {
     pub gaussian: Option<Gaussian>,
     /// ln of the integral of exp(-J), summed over all maxima, nats; nothing without that Gaussian.
     pub ln_integral: Option<f64>,
-    /// The checks: other maxima with their shares, importance sampling from all of them, failed starts, warnings.
+    /// The checks: other maxima with their shares, importance sampling from all of them, failed starts,
+    /// warnings.
     pub health: Health,
 }
 
-/// Finds the maxima of exp(-J) from `start`, from `options.starts`, from [`Objective::aliases`] and from the best points of
-/// [`Objective::region`], sums Laplace's integrals over them, and checks the sum by importance sampling.
+/// Finds the maxima of exp(-J) from `start`, from `options.starts`, from [`Objective::aliases`] and from the
+/// best points of [`Objective::region`], sums Laplace's integrals over them, and checks the sum by importance
+/// sampling.
 ///
 /// # Errors
 /// As [`crate::Posterior::assess`].

@@ -5,7 +5,8 @@ use rijke_numerics::dot;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
 
-/// A floating noise on this block: its coordinate, t = sd^2, S a, S C^-1, and, to second order, its transpose C^-1 S.
+/// A floating noise on this block: its coordinate, t = sd^2, S a, S C^-1, and, to second order, its transpose
+/// C^-1 S.
 struct Acting {
     coordinate: usize,
     variance: f64,
@@ -15,9 +16,9 @@ struct Acting {
 }
 
 impl Likelihood<'_> {
-    /// As [`Likelihood::block`], with r the residual, C the covariance, a = C^-1 r and t = sd^2:
-    /// J = r'a/2 + ln det(2 pi C)/2, dJ/dz = f_z' a, dJ/dt = (-a'Sa + tr C^-1 S)/2,
-    /// d2J/dz2 = f_z' C^-1 f_z + a f_zz, d2J/dz dt = -f_z' C^-1 S a, d2J/dt du = a'S C^-1 U a - tr(C^-1 S C^-1 U)/2.
+    /// As [`Likelihood::block`], with r the residual, C the covariance, a = C^-1 r and t = sd^2: J = r'a/2 +
+    /// ln det(2 pi C)/2, dJ/dz = f_z' a, dJ/dt = (-a'Sa + tr C^-1 S)/2, d2J/dz2 = f_z' C^-1 f_z + a f_zz,
+    /// d2J/dz dt = -f_z' C^-1 S a, d2J/dt du = a'S C^-1 U a - tr(C^-1 S C^-1 U)/2.
     pub(super) fn dense_block(&self, factor: &Cholesky, order: Order) -> Block {
         let (n, p) = (self.observation.values.len(), self.parameters);
         let residual: Vec<f64> =

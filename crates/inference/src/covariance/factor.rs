@@ -1,4 +1,5 @@
-//! The factor of one block's covariance, of whichever kind: it gives the block's likelihood, and draws of its noise.
+//! The factor of one block's covariance, of whichever kind: it gives the block's likelihood, and draws of its
+//! noise.
 
 use super::block::{Block, Likelihood};
 use super::kernelled::KernelFactor;

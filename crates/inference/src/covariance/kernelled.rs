@@ -1,4 +1,5 @@
-//! Likelihood of a block whose covariance is a diagonal, a misfit of an exact kernel in parts, and a few columns.
+//! Likelihood of a block whose covariance is a diagonal, a misfit of an exact kernel in parts, and a few
+//! columns.
 
 mod slopes;
 

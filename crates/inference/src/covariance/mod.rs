@@ -1,5 +1,5 @@
-//! The likelihood of one block of data, with derivatives, for each kind of covariance: dense (`dense`), a diagonal and columns
-//! (`woodbury`), an exact misfit (`kernelled`). `factor` chooses between them.
+//! The likelihood of one block of data, with derivatives, for each kind of covariance: dense (`dense`), a
+//! diagonal and columns (`woodbury`), an exact misfit (`kernelled`). `factor` chooses between them.
 //!
 //! Knows no prior and no search: predictions and standard deviations come in as numbers.
 

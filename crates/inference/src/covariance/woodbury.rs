@@ -21,7 +21,8 @@ pub(crate) struct Woodbury {
     ln_det: f64,
 }
 
-/// A group that floats in this block: dC = diag(d) + U diag(K a) U' for a change of one in ln of its standard deviation.
+/// A group that floats in this block: dC = diag(d) + U diag(K a) U' for a change of one in ln of its standard
+/// deviation.
 struct Acting {
     group: usize,
     coordinate: usize,
@@ -123,10 +124,10 @@ impl Likelihood<'_> {
         block
     }
 
-    /// Derivatives with respect to ln of floating sizes. With a = C^-1 r, C_g = dC/du_g, N = M^-1 and Q = I - N = K^1/2 U'C^-1 U K^1/2:
-    /// dJ/du_g = (tr C^-1 C_g - a'C_g a)/2,
-    /// d2J/du_g du_h = (tr C^-1 C_gh - tr C^-1 C_g C^-1 C_h - a'C_gh a)/2 + a'C_g C^-1 C_h a, d2J/dz du_g = -F'C^-1 C_g a,
-    /// and the traces from N, Q and T_g = K^1/2 U' diag(d_g/D^2) U K^1/2 alone.
+    /// Derivatives with respect to ln of floating sizes. With a = C^-1 r, C_g = dC/du_g, N = M^-1 and Q = I -
+    /// N = K^1/2 U'C^-1 U K^1/2: dJ/du_g = (tr C^-1 C_g - a'C_g a)/2, d2J/du_g du_h = (tr C^-1 C_gh - tr C^-1
+    /// C_g C^-1 C_h - a'C_gh a)/2 + a'C_g C^-1 C_h a, d2J/dz du_g = -F'C^-1 C_g a, and the traces from N, Q
+    /// and T_g = K^1/2 U' diag(d_g/D^2) U K^1/2 alone.
     fn add_structured_noise(
         &self,
         block: &mut Block,
@@ -263,7 +264,8 @@ fn trace_of_product(x: &Acting, y: &Acting, known: &Woodbury, inverse: &Matrix, 
     sum
 }
 
-/// The products K^1/2 U' diag(w) U K^1/2 for several weights; those that are multiples of others are made once.
+/// The products K^1/2 U' diag(w) U K^1/2 for several weights; those that are multiples of others are made
+/// once.
 struct Grams<'a> {
     columns: &'a Matrix,
     roots: &'a [f64],

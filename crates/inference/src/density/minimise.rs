@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 pub enum Method {
     /// The exact Hessian, which may be indefinite on the way.
     Newton,
-    /// First derivatives alone: [`Energy::gauss_newton`] in place of the Hessian. Cheap and quick where residuals are
-    /// small or the model is nearly linear; an objective that offers none is searched by BFGS.
+    /// First derivatives alone: [`Energy::gauss_newton`] in place of the Hessian. Cheap and quick where
+    /// residuals are small or the model is nearly linear; an objective that offers none is searched by BFGS.
     GaussNewton,
     /// The matrix of Broyden, Fletcher, Goldfarb and Shanno, built from gradients; the paper's choice.
     Bfgs,
@@ -26,11 +26,11 @@ pub enum Method {
 pub struct TrustRegion {
     /// Source of second derivatives.
     pub method: Method,
-    /// Evaluations of the objective after which the search ends, whatever it has reached. It has then converged if less than 1e-3 nats
-    /// are left to gain.
+    /// Evaluations of the objective after which the search ends, whatever it has reached. It has then
+    /// converged if less than 1e-3 nats are left to gain.
     pub max_evaluations: usize,
-    /// The search has converged when half of g' H^-1 g, the drop in J that is left, is below this, in nats. Half the
-    /// squared distance to the minimum in posterior standard deviations.
+    /// The search has converged when half of g' H^-1 g, the drop in J that is left, is below this, in nats.
+    /// Half the squared distance to the minimum in posterior standard deviations.
     pub tolerance: f64,
     /// First radius, in multiples of the typical change of the coordinates.
     pub first_radius: f64,
@@ -65,26 +65,28 @@ const ACCEPT: f64 = 1e-4;
 const PREFER: f64 = 0.67;
 /// J is summed from many terms; differences below this fraction of it are taken as rounding.
 const ROUNDING: f64 = 1e-14;
-/// A search that no step improves has converged if the drop that is left is below this fraction of J: the noise of a
-/// model that itself iterates.
+/// A search that no step improves has converged if the drop that is left is below this fraction of J: the
+/// noise of a model that itself iterates.
 const STALL: f64 = 1e-10;
-/// What is left to gain, nats, below which a search has converged if it can go no further: 0.014 posterior standard deviations. The tolerance is
-/// what is aimed at; rounding of many data, or of a model that iterates, may keep it out of reach.
+/// What is left to gain, nats, below which a search has converged if it can go no further: 0.014 posterior
+/// standard deviations. The tolerance is what is aimed at; rounding of many data, or of a model that
+/// iterates, may keep it out of reach.
 const ENOUGH: f64 = 1e-4;
 /// The same where the evaluations are used up: far below what any evidence is judged by.
 const AT_THE_CAP: f64 = 1e-3;
 /// Evaluations within which that gain must halve for the search to go on below it.
 const PATIENCE: usize = 40;
-/// Drop in J, in nats, below which the gradient alone judges steps: 1e-4 posterior standard deviations from the minimum.
+/// Drop in J, in nats, below which the gradient alone judges steps: 1e-4 posterior standard deviations from
+/// the minimum.
 const POLISH: f64 = 1e-8;
 
 /// Finds a local minimum from `start` by a trust region (More & Sorensen 1983; Nocedal & Wright, chapter 4).
 ///
-/// The subproblem is solved by eigenvalues, so indefinite Hessians and the hard case need no special care; cost O(n^3)
-/// per step beside the evaluation. The region is an ellipsoid in units of the largest Gauss-Newton curvature seen
-/// (More 1978), or of [`Objective::scales`] for BFGS. Once differences of J drown in rounding, steps are judged by
-/// the gradient instead, so parameters come out to more than half of the digits. Never runs past
-/// `settings.max_evaluations`.
+/// The subproblem is solved by eigenvalues, so indefinite Hessians and the hard case need no special care;
+/// cost O(n^3) per step beside the evaluation. The region is an ellipsoid in units of the largest
+/// Gauss-Newton curvature seen (More 1978), or of [`Objective::scales`] for BFGS. Once differences of J drown
+/// in rounding, steps are judged by the gradient instead, so parameters come out to more than half of the
+/// digits. Never runs past `settings.max_evaluations`.
 ///
 /// # Errors
 /// [`InferenceError::NoStart`] if the objective fails at `start`, and any error that is not recoverable.
@@ -113,8 +115,8 @@ pub fn minimise(
             return Ok(search.end(stop));
         }
         let rounding = ROUNDING * (1.0 + search.energy.value.abs());
-        // So near the minimum J may drown in rounding: take Newton's step whole, and let the gradient judge it. A BFGS
-        // matrix is not to be trusted that far before J does drown.
+        // So near the minimum J may drown in rounding: take Newton's step whole, and let the gradient judge
+        // it. A BFGS matrix is not to be trusted that far before J does drown.
         let polishing = decrement <= if search.method == Method::Newton { POLISH } else { rounding };
         let simpler = match &search.energy.gauss_newton {
             Some(matrix) if search.method == Method::Newton && search.far && !polishing => {
@@ -233,8 +235,8 @@ impl Search {
         Ok(search)
     }
 
-    /// True if what is left to gain has not halved for [`PATIENCE`] evaluations, in which J fell by less than that: along a flat valley the
-    /// gain stays small, but J goes on falling.
+    /// True if what is left to gain has not halved for [`PATIENCE`] evaluations, in which J fell by less than
+    /// that: along a flat valley the gain stays small, but J goes on falling.
     fn lingers(&mut self, decrement: f64) -> bool {
         let (now, value) = (self.calls.total(), self.energy.value);
         let (before, then, energy) = self.halved;
@@ -261,8 +263,9 @@ impl Search {
         self.steps += 1;
     }
 
-    /// Keeps or changes the source of the next step, by which of the two foretold the last drop better. Far from the
-    /// minimum the Gauss-Newton matrix often does, near it the Hessian (Dennis, Gay & Welsch 1981, NL2SOL).
+    /// Keeps or changes the source of the next step, by which of the two foretold the last drop better. Far
+    /// from the minimum the Gauss-Newton matrix often does, near it the Hessian (Dennis, Gay & Welsch 1981,
+    /// NL2SOL).
     fn choose_model(&mut self, step: &[f64], actual: f64) {
         let Some(simpler) = &self.energy.gauss_newton else { return };
         let step: Vec<f64> = step.iter().zip(&self.stretch).map(|(s, d)| s / d).collect();

@@ -3,7 +3,8 @@
 use crate::error::InferenceError;
 use rijke_numerics::{Matrix, Order};
 
-/// A negative log density J(z) in working coordinates: what the minimiser, Laplace's method and the referees need.
+/// A negative log density J(z) in working coordinates: what the minimiser, Laplace's method and the referees
+/// need.
 pub trait Objective: Sync {
     /// Number of coordinates.
     fn size(&self) -> usize;
@@ -19,14 +20,16 @@ pub trait Objective: Sync {
         vec![1.0; self.size()]
     }
 
-    /// The point that belongs to as many numbers in 0..1, if the density has a region that is known to hold its mass: the inverse of a
-    /// prior. None: a Gaussian about the first start, with [`Objective::scales`] as standard deviations.
+    /// The point that belongs to as many numbers in 0..1, if the density has a region that is known to hold
+    /// its mass: the inverse of a prior. None: a Gaussian about the first start, with [`Objective::scales`]
+    /// as standard deviations.
     fn region(&self, shares: &[f64]) -> Option<Vec<f64>> {
         let _ = shares;
         None
     }
 
-    /// Other points at which J is known to be nearly the same as at `z`, all of them within reach of the prior.
+    /// Other points at which J is known to be nearly the same as at `z`, all of them within reach of the
+    /// prior.
     fn aliases(&self, z: &[f64]) -> Vec<Vec<f64>> {
         let _ = z;
         Vec::new()
@@ -42,7 +45,7 @@ pub struct Energy {
     pub gradient: Vec<f64>,
     /// d2J/dz2; 0 x 0 below [`Order::Second`].
     pub hessian: Matrix,
-    /// A positive semidefinite approximation of the Hessian that needs first derivatives alone (Gauss-Newton), if
-    /// there is one; it also sets the shape of trust regions.
+    /// A positive semidefinite approximation of the Hessian that needs first derivatives alone
+    /// (Gauss-Newton), if there is one; it also sets the shape of trust regions.
     pub gauss_newton: Option<Matrix>,
 }

@@ -63,7 +63,8 @@ impl Quadratic {
             let lowest = self.values.first().copied().unwrap_or(0.0);
             let mut low = (-lowest).max(0.0);
             let mut high = low + norm(&self.slope) / radius;
-            // |s| falls with the shift; 1/|s| is nearly straight in it, so Newton on that, kept inside the bracket.
+            // The length of s falls with the shift; its inverse is nearly straight in it, so Newton on that,
+            // kept inside the bracket.
             let mut shift = high;
             for _ in 0..60 {
                 along = at(shift);
@@ -82,7 +83,8 @@ impl Quadratic {
             }
             let length = norm(&along);
             if length < 0.9 * radius && lowest <= 0.0 {
-                // The hard case: the gradient has no part along the lowest curvature; go along it to the boundary.
+                // The hard case: the gradient has no part along the lowest curvature; go along it to the
+                // boundary.
                 along[0] += (radius * radius - length * length).sqrt();
             }
         }
@@ -125,7 +127,8 @@ mod tests {
                 let (step, length, predicted) = model.step(radius);
                 assert!(length <= radius * 1.002);
                 assert!((predicted + value(&h, &g, &step)).abs() < 1e-9 * (1.0 + predicted.abs()));
-                // No point of a fine polar grid is lower by more than the 0.2 % that the radius is allowed to miss.
+                // No point of a fine polar grid is lower by more than the 0.2 % that the radius is allowed to
+                // miss.
                 let lowest = (0..=200)
                     .flat_map(|r| {
                         (0..720).map(move |t| (f64::from(r) / 200.0, f64::from(t).to_radians() / 2.0))

@@ -9,8 +9,8 @@ use std::fmt;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Stop {
-    /// The drop in J that is left is below the tolerance, or below what rounding lets the gradient resolve, or below 1e-3 nats when
-    /// the evaluations were used up.
+    /// The drop in J that is left is below the tolerance, or below what rounding lets the gradient resolve,
+    /// or below 1e-3 nats when the evaluations were used up.
     Converged {
         /// Half of g' H^-1 g at the end, nats.
         decrement: f64,
@@ -20,12 +20,14 @@ pub enum Stop {
         /// Half of g' H^-1 g at the end, nats; infinite if the Hessian is not positive definite.
         decrement: f64,
     },
-    /// J is flat to rounding along a direction in which the Hessian is not positive: there is no isolated minimum here.
+    /// J is flat to rounding along a direction in which the Hessian is not positive: there is no isolated
+    /// minimum here.
     Flat {
         /// Lowest eigenvalue of the Hessian as a fraction of the highest, in scaled coordinates.
         eigenvalue_ratio: f64,
     },
-    /// No shorter step helps although the gradient is not zero: a bound, or a model that fails beyond this point.
+    /// No shorter step helps although the gradient is not zero: a bound, or a model that fails beyond this
+    /// point.
     Blocked {
         /// What the last refused step met.
         reason: String,

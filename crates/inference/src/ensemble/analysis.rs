@@ -9,14 +9,14 @@ use rijke_numerics::{Matrix, Stream};
 /// How the members move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
-    /// Perturbed observations (Burgers, van Leeuwen & Evensen 1998): each member is pulled towards data with its own
-    /// noise. The noise has zero mean over the members, so the mean moves as Kalman's.
+    /// Perturbed observations (Burgers, van Leeuwen & Evensen 1998): each member is pulled towards data with
+    /// its own noise. The noise has zero mean over the members, so the mean moves as Kalman's.
     Stochastic,
-    /// The symmetric square root (ETKF; Bishop et al. 2001, Wang, Bishop & Julier 2004): mean and sample covariance
-    /// become exactly Kalman's.
+    /// The symmetric square root (ETKF; Bishop et al. 2001, Wang, Bishop & Julier 2004): mean and sample
+    /// covariance become exactly Kalman's.
     SquareRoot,
-    /// The symmetric square root followed by a random rotation of the anomalies that keeps mean and covariance
-    /// (Sakov & Oke 2008): it undoes clusters and outliers that the square root preserves.
+    /// The symmetric square root followed by a random rotation of the anomalies that keeps mean and
+    /// covariance (Sakov & Oke 2008): it undoes clusters and outliers that the square root preserves.
     RotatedSquareRoot,
 }
 
@@ -27,9 +27,11 @@ pub struct Options {
     pub scheme: Scheme,
     /// Factor on the anomalies after the analysis; 1 for none.
     pub inflation: f64,
-    /// Relaxation of the spread of every variable towards its prior spread, 0 (none) to 1 (Whitaker & Hamill 2012).
+    /// Relaxation of the spread of every variable towards its prior spread, 0 (none) to 1 (Whitaker & Hamill
+    /// 2012).
     pub relaxation: f64,
-    /// Factor in [0, 1] on the influence of every observation (column) on every variable (row); none for all ones.
+    /// Factor in [0, 1] on the influence of every observation (column) on every variable (row); none for all
+    /// ones.
     pub localisation: Option<Matrix>,
 }
 
@@ -55,14 +57,14 @@ pub struct Innovation {
 impl Ensemble {
     /// Moves the members towards the data.
     ///
-    /// Exact for a linear observation in the sense of [`Scheme`]; a change of units, of the order of the data, or the
-    /// split of independent data into batches changes mean and covariance of a square root only by rounding. Cost
-    /// O(N p min(N, p) + N p n) for N members, p data, n variables (without localisation).
+    /// Exact for a linear observation in the sense of [`Scheme`]; a change of units, of the order of the
+    /// data, or the split of independent data into batches changes mean and covariance of a square root only
+    /// by rounding. Cost O(N p min(N, p) + N p n) for N members, p data, n variables (without localisation).
     ///
     /// # Errors
-    /// [`EnsembleError::Shape`] if the lists do not fit, [`EnsembleError::Dense`] if the noise is not positive definite,
-    /// [`EnsembleError::NotFinite`] if a prediction is not finite, [`EnsembleError::CorrelatedNoise`] for a localised
-    /// square root with full noise.
+    /// [`EnsembleError::Shape`] if the lists do not fit, [`EnsembleError::Dense`] if the noise is not
+    /// positive definite, [`EnsembleError::NotFinite`] if a prediction is not finite,
+    /// [`EnsembleError::CorrelatedNoise`] for a localised square root with full noise.
     pub fn analyse(
         &mut self,
         observed: &Observed<'_>,

@@ -6,8 +6,9 @@ use rijke_numerics::{DenseError, Matrix, symmetric_eigen};
 
 /// Innovations of a whole run, collected one analysis at a time.
 ///
-/// Necessary, not sufficient: a collapsed filter that is confident of wrong parameters can have a perfect chi-squared.
-/// Compare the spread with the error in a twin experiment, and with a second method on the real data.
+/// Necessary, not sufficient: a collapsed filter that is confident of wrong parameters can have a perfect
+/// chi-squared. Compare the spread with the error in a twin experiment, and with a second method on the real
+/// data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Diagnostics {
     chi_squared: f64,
@@ -38,8 +39,8 @@ impl Diagnostics {
         self.chi_squared / self.data as f64
     }
 
-    /// Correlation of each observation's normalised innovation with its own previous one; 0 is expected, with sd
-    /// 1/sqrt(analyses).
+    /// Correlation of each observation's normalised innovation with its own previous one; 0 is expected, with
+    /// sd 1/sqrt(analyses).
     #[must_use]
     pub fn whiteness(&self) -> Vec<f64> {
         self.series.iter().map(|s| s[1] / s[0]).collect()
@@ -52,8 +53,8 @@ impl Diagnostics {
     }
 }
 
-/// Effective rank of a covariance, (sum lambda)^2 / sum lambda^2 of its correlation matrix: how many independent
-/// directions the members still span. Variables without spread are left out.
+/// Effective rank of a covariance, (sum lambda)^2 / sum lambda^2 of its correlation matrix: how many
+/// independent directions the members still span. Variables without spread are left out.
 ///
 /// # Errors
 /// [`DenseError::NoEigenvalues`] for a NaN.
@@ -67,7 +68,8 @@ pub fn effective_rank(covariance: &Matrix) -> Result<f64, DenseError> {
     Ok(if squares > 0.0 { sum * sum / squares } else { 0.0 })
 }
 
-/// Ranks of truths among members, in equal bins: flat if the ensemble is reliable, a U if it is overconfident.
+/// Ranks of truths among members, in equal bins: flat if the ensemble is reliable, a U if it is
+/// overconfident.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RankHistogram {
     /// Counts per bin.

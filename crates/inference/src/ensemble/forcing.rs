@@ -5,13 +5,13 @@ use super::moments::centred;
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{Matrix, Stream};
 
-/// Random forcing with exact sample moments: `against.rows()` draws of `variances.len()` independent variables, with
-/// zero mean, the given variances, no sample correlation with each other, and none with the columns of `against`
-/// (the anomalies of whatever the forcing must not pretend to know about).
+/// Random forcing with exact sample moments: `against.rows()` draws of `variances.len()` independent
+/// variables, with zero mean, the given variances, no sample correlation with each other, and none with the
+/// columns of `against` (the anomalies of whatever the forcing must not pretend to know about).
 ///
-/// Without this, chance correlations between fresh noise and static parameters are exploited at every analysis; in a
-/// linear-Gaussian test with 6 parameters and 2000 analyses the 2 sd coverage then falls from 95 % to about 40 %.
-/// Columns of `against` that depend on the others to `tolerance` (relative) are left out.
+/// Without this, chance correlations between fresh noise and static parameters are exploited at every
+/// analysis; in a linear-Gaussian test with 6 parameters and 2000 analyses the 2 sd coverage then falls from
+/// 95 % to about 40 %. Columns of `against` that depend on the others to `tolerance` (relative) are left out.
 ///
 /// # Errors
 /// [`EnsembleError::TooFewMembers`] unless the members outnumber 1 + the independent columns + the variances.
@@ -33,7 +33,8 @@ pub fn orthogonal_forcing(
     }
     let mut draws = Matrix::zeros(members, variances.len());
     for (k, variance) in variances.iter().enumerate() {
-        // A draw lies in the span of what is there already with probability zero, up to rounding: draw again then.
+        // A draw lies in the span of what is there already with probability zero, up to rounding: draw again
+        // then.
         let known = basis.len();
         while basis.len() == known {
             let draw = StandardNormal.sample_iter(&mut *stream).take(members).collect();
@@ -91,8 +92,9 @@ pub(super) fn draw_from(members: &Matrix, survivors: &[usize], stream: &mut Stre
     drawn
 }
 
-/// A random orthogonal matrix that maps the vector of ones to itself: a random rotation of the other N - 1 directions
-/// (Gram-Schmidt of normal draws, hence uniform over the orthogonal group) seen from two orthonormal bases.
+/// A random orthogonal matrix that maps the vector of ones to itself: a random rotation of the other N - 1
+/// directions (Gram-Schmidt of normal draws, hence uniform over the orthogonal group) seen from two
+/// orthonormal bases.
 pub(super) fn mean_preserving_rotation(members: usize, stream: &mut Stream) -> Matrix {
     let basis = |stream: &mut Stream| {
         let mut basis: Vec<Vec<f64>> = vec![vec![1.0 / (members as f64).sqrt(); members]];

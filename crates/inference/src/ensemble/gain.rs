@@ -8,7 +8,8 @@ use rijke_numerics::{Matrix, symmetric_eigen};
 /// Spectral form of S'S (members) or S S' (data), whichever is smaller; serves weights and square root alike.
 pub(super) struct Gain {
     pub(super) eigenvalues: Vec<f64>,
-    /// Rows: members. Columns: v_k sqrt(lambda_k), the images of the data's eigenvectors, or the v_k themselves.
+    /// Rows: members. Columns: v_k sqrt(lambda_k), the images of the data's eigenvectors, or the v_k
+    /// themselves.
     right: Matrix,
     /// Observations by k: the data's eigenvectors u_k, or the images S v_k.
     left: Matrix,
@@ -31,8 +32,9 @@ impl Gain {
         }
     }
 
-    /// For every row r of `pulls` (whitened) the combination r' S (I + S'S)^{-1} of the rows of `anomalies`. Both
-    /// spectral forms read the same: the weights over the members are left' r / (1 + lambda) seen through `right`.
+    /// For every row r of `pulls` (whitened) the combination r' S (I + S'S)^{-1} of the rows of `anomalies`.
+    /// Both spectral forms read the same: the weights over the members are left' r / (1 + lambda) seen
+    /// through `right`.
     pub(super) fn move_by(&self, pulls: &Matrix, anomalies: &Matrix) -> Matrix {
         let mut coordinates = pulls.product(&self.left);
         for row in coordinates.as_mut_slice().chunks_mut(self.eigenvalues.len().max(1)) {

@@ -5,8 +5,8 @@ use super::observed::White;
 use super::{Ensemble, EnsembleError, Noise, Observed, forcing};
 use rijke_numerics::{Cholesky, Matrix, Stream};
 
-/// The compactly supported correlation function of Gaspari & Cohn (1999, eq. 4.10): 1 at distance 0, 0 from distance 2
-/// on, in units of the half-width; shaped like a normal density with sd sqrt(0.3).
+/// The compactly supported correlation function of Gaspari & Cohn (1999, eq. 4.10): 1 at distance 0, 0 from
+/// distance 2 on, in units of the half-width; shaped like a normal density with sd sqrt(0.3).
 #[must_use]
 pub fn gaspari_cohn(distance: f64) -> f64 {
     let z = distance.abs();
@@ -50,8 +50,8 @@ pub(super) fn stochastic(
     Ok(())
 }
 
-/// A local square root per variable, with the inverse variance of every observation multiplied by the taper (the LETKF
-/// of Hunt, Kostelich & Szunyogh 2007).
+/// A local square root per variable, with the inverse variance of every observation multiplied by the taper
+/// (the LETKF of Hunt, Kostelich & Szunyogh 2007).
 pub(super) fn square_root(
     ensemble: &mut Ensemble,
     observed: &Observed<'_>,

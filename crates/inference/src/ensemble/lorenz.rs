@@ -134,8 +134,9 @@ fn twin96() -> Twin {
     }
 }
 
-/// Middle of the sorted seeds (the mean of the inner half), beside the reference. Not the mean: with 28 members for 40
-/// variables one twin in sixteen loses the truth altogether (error near 3), and so would a table of means.
+/// Middle of the sorted seeds (the mean of the inner half), beside the reference. Not the mean: with 28
+/// members for 40 variables one twin in sixteen loses the truth altogether (error near 3), and so would a
+/// table of means.
 fn compare(twin: &Twin, run: &Run, seeds: usize, tolerance: f64) {
     let mut errors: Vec<f64> = (0..seeds).map(|seed| twin.rmse(run, seed as u64)).collect();
     errors.sort_by(f64::total_cmp);

@@ -105,13 +105,13 @@ impl Ensemble {
         &self.failures
     }
 
-    /// Runs `model` on every member, in parallel; what it returns is collected in the order of the members, so the
-    /// result does not depend on the number of threads.
+    /// Runs `model` on every member, in parallel; what it returns is collected in the order of the members,
+    /// so the result does not depend on the number of threads.
     ///
-    /// A member whose run fails is put back to what it was before the run and then replaced by a draw from the
-    /// survivors: their mean plus a standard normal combination of their anomalies over sqrt(N - 1), which keeps
-    /// mean and covariance in expectation. Its output becomes that of `model` on the replacement. The failure is
-    /// recorded under `step`.
+    /// A member whose run fails is put back to what it was before the run and then replaced by a draw from
+    /// the survivors: their mean plus a standard normal combination of their anomalies over sqrt(N - 1),
+    /// which keeps mean and covariance in expectation. Its output becomes that of `model` on the replacement.
+    /// The failure is recorded under `step`.
     ///
     /// # Errors
     /// [`EnsembleError::Failed`] if more than half of the members fail, or a replacement fails as well.
@@ -124,11 +124,13 @@ impl Ensemble {
         self.forecast_in_groups(step, stream, 1, |i, row| vec![model(i, row)])
     }
 
-    /// As [`Ensemble::forecast`], with a model that runs up to `group` consecutive members at once: it gets the number of the
-    /// first and their rows, one after the other, and returns one result per row. Replacements run one by one.
+    /// As [`Ensemble::forecast`], with a model that runs up to `group` consecutive members at once: it gets
+    /// the number of the first and their rows, one after the other, and returns one result per row.
+    /// Replacements run one by one.
     ///
     /// # Errors
-    /// Those of [`Ensemble::forecast`], and [`EnsembleError::Shape`] if the results are not as many as the members.
+    /// Those of [`Ensemble::forecast`], and [`EnsembleError::Shape`] if the results are not as many as the
+    /// members.
     pub fn forecast_in_groups<T: Send, E: std::fmt::Display + Send>(
         &mut self,
         step: usize,

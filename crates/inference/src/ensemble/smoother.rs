@@ -39,14 +39,15 @@ impl Default for Smoother {
     }
 }
 
-/// ES-MDA (Emerick & Reynolds 2013, Computers & Geosciences 55, 3-15): every pass runs the model on the whole record
-/// and analyses all data with noise covariance alpha R. Exact for a linear model and a Gaussian prior; for a nonlinear
-/// one several small steps follow the curvature that one big step would miss.
+/// ES-MDA (Emerick & Reynolds 2013, Computers & Geosciences 55, 3-15): every pass runs the model on the whole
+/// record and analyses all data with noise covariance alpha R. Exact for a linear model and a Gaussian prior;
+/// for a nonlinear one several small steps follow the curvature that one big step would miss.
 ///
 /// A member whose run fails is replaced as in [`Ensemble::forecast`].
 ///
 /// # Errors
-/// [`EnsembleError::Coefficients`] unless the reciprocals sum to 1 within 1e-9; else as [`Ensemble::analyse`].
+/// [`EnsembleError::Coefficients`] unless the reciprocals sum to 1 within 1e-9; else as
+/// [`Ensemble::analyse`].
 pub fn smooth<E: std::fmt::Display + Send>(
     prior: Ensemble,
     measured: &[f64],

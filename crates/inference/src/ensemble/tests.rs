@@ -230,8 +230,9 @@ fn exact_orthogonal_forcing_has_the_stated_moments() {
 
 #[test]
 fn exact_static_parameters_with_a_forced_nuisance_stay_calibrated() {
-    // flow.md 6.3: 6 static parameters, one AR(1) nuisance state, 2000 analyses, 100 members. The exact answer is the
-    // Kalman filter's; with orthogonal forcing the square root matches its sd, with plain forcing it collapses.
+    // flow.md 6.3: 6 static parameters, one AR(1) nuisance state, 2000 analyses, 100 members. The exact
+    // answer is the Kalman filter's; with orthogonal forcing the square root matches its sd, with plain
+    // forcing it collapses.
     let (steps, members, parameters) = (1000, 100, 6);
     let (decay, variance) = (0.99_f64, 1.0_f64);
     let run = |seed: u64, orthogonal: bool| {
@@ -327,7 +328,8 @@ fn exact_rank_histograms() {
     (0..200).for_each(|i| flat.record((f64::from(i) + 0.5) / 200.0));
     assert_eq!(flat.statistic(), 0.0);
     assert!(flat.p_value() > 0.99);
-    // 21.666 is the upper 1 % point of chi-squared with 9 degrees of freedom (Abramowitz & Stegun, table 26.8).
+    // 21.666 is the upper 1 % point of chi-squared with 9 degrees of freedom (Abramowitz & Stegun, table
+    // 26.8).
     let skewed = RankHistogram { counts: vec![20, 20, 20, 20, 20, 20, 20, 20, 6, 34] };
     assert_abs_diff_eq!(skewed.statistic(), 19.6, epsilon = 1e-12);
     assert_abs_diff_eq!(skewed.p_value(), 0.0205, epsilon = 5e-4);

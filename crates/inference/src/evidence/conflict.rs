@@ -8,7 +8,8 @@ use crate::problem::{Coordinates, Parameter, Prior};
 use rijke_numerics::{Cholesky, Matrix, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 
-/// How far the posterior lies from the priors: those that were declared, and, where an earlier stage has replaced them, those too.
+/// How far the posterior lies from the priors: those that were declared, and, where an earlier stage has
+/// replaced them, those too.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Conflict {
     /// One row per parameter.
@@ -28,8 +29,8 @@ pub struct Offset {
     pub unit: String,
     /// Most probable physical value.
     pub value: f64,
-    /// Distance from the centre of the declared prior, in its standard deviations: that of a normal number at the same quantile,
-    /// for a prior that is not Gaussian. Zero for a flat prior.
+    /// Distance from the centre of the declared prior, in its standard deviations: that of a normal number at
+    /// the same quantile, for a prior that is not Gaussian. Zero for a flat prior.
     pub sds: f64,
     /// The same for the prior that an earlier stage has put in its place, if one has.
     pub carried_sds: Option<f64>,
@@ -38,7 +39,8 @@ pub struct Offset {
 /// How far the posterior mean of all parameters has come, against how far it could be expected to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tension {
-    /// Square of the distance in units of what the prior foretells for the posterior mean: prior less posterior covariance.
+    /// Square of the distance in units of what the prior foretells for the posterior mean: prior less
+    /// posterior covariance.
     pub chi_squared: f64,
     /// Directions of which the data tell more than [`LEARNT`] of the prior variance.
     pub freedom: usize,
@@ -177,8 +179,9 @@ fn inverse_of(factor: &Cholesky) -> Matrix {
     Matrix::from_fn(n, n, |i, j| columns[j][i])
 }
 
-/// The posterior mean `xi`, in coordinates in which the prior is standard normal. Before the data it has the covariance I - K, where K is
-/// the posterior's: T = sum of c_k^2/(1 - k), over the eigenvectors of K with eigenvalues k below 1 - [`LEARNT`].
+/// The posterior mean `xi`, in coordinates in which the prior is standard normal. Before the data it has the
+/// covariance I - K, where K is the posterior's: T = sum of c_k^2/(1 - k), over the eigenvectors of K with
+/// eigenvalues k below 1 - [`LEARNT`].
 pub(crate) fn tension(xi: &[f64], to_xi: &Matrix, covariance: &Matrix) -> Result<Tension, InferenceError> {
     let n = xi.len();
     if n == 0 {
@@ -198,9 +201,11 @@ pub(crate) fn tension(xi: &[f64], to_xi: &Matrix, covariance: &Matrix) -> Result
 }
 
 impl Parameter {
-    /// The standard normal number at the same quantile of the declared prior, and its derivative with respect to the working coordinate.
+    /// The standard normal number at the same quantile of the declared prior, and its derivative with respect
+    /// to the working coordinate.
     ///
-    /// Gaussian priors by their formula at any distance. A half-normal says that small is possible: its number is the distance from zero.
+    /// Gaussian priors by their formula at any distance. A half-normal says that small is possible: its
+    /// number is the distance from zero.
     pub(crate) fn score(&self, z: f64) -> [f64; 2] {
         let [a, slope, _] = self.physical(z);
         match self.prior {

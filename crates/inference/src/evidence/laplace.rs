@@ -13,7 +13,8 @@ use std::f64::consts::PI;
 pub struct Evidence {
     /// ln P(D | a) at the maximum of the posterior: how well the best parameters fit.
     pub ln_best_fit: f64,
-    /// ln of P(a) det(A / 2 pi)^-1/2, as in equation (9): the fraction of the prior volume that survives the data; negative as a rule.
+    /// ln of P(a) det(A / 2 pi)^-1/2, as in equation (9): the fraction of the prior volume that survives the
+    /// data; negative as a rule.
     pub ln_occam: f64,
     /// ln P(D), equation (9): the sum of both.
     pub ln_marginal: f64,
@@ -24,7 +25,8 @@ pub struct Evidence {
 /// The Gaussian approximation of a posterior at its maximum.
 #[derive(Clone, Debug)]
 pub struct Laplace {
-    /// Working coordinates of the maximum: parameters, then ln sd of inferred noise. Floated noise is held at its best.
+    /// Working coordinates of the maximum: parameters, then ln sd of inferred noise. Floated noise is held at
+    /// its best.
     pub mean: Vec<f64>,
     /// A = d2J/dz2 (equation 6, with J in nats): the sum of the next three.
     pub hessian: Matrix,
@@ -46,8 +48,8 @@ pub struct Laplace {
     pub physical_covariance: Matrix,
     /// Half of g' A^-1 g, nats: how far the fit was from the maximum.
     pub decrement: f64,
-    /// How far the BFGS matrix of the search is from A: the largest eigenvalue in modulus of A^-1/2 (B - A) A^-1/2.
-    /// The paper calls B excellent. Nothing if the search used exact Hessians.
+    /// How far the BFGS matrix of the search is from A: the largest eigenvalue in modulus of A^-1/2 (B - A)
+    /// A^-1/2. The paper calls B excellent. Nothing if the search used exact Hessians.
     pub bfgs_distance: Option<f64>,
 }
 
@@ -74,8 +76,9 @@ impl Laplace {
         c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt()
     }
 
-    /// Size of the second-derivative part of A against its first-derivative part: the largest eigenvalue in modulus of
-    /// G^-1/2 K G^-1/2, where K is the former and G the rest of A. The paper calls it an order of magnitude smaller.
+    /// Size of the second-derivative part of A against its first-derivative part: the largest eigenvalue in
+    /// modulus of G^-1/2 K G^-1/2, where K is the former and G the rest of A. The paper calls it an order of
+    /// magnitude smaller.
     #[must_use]
     pub fn curvature_ratio(&self) -> f64 {
         relative_size(&self.gauss_newton.plus(1.0, &self.prior), &self.curvature)
@@ -88,8 +91,8 @@ impl Posterior<'_> {
     /// Cost: one call of the model with second derivatives.
     ///
     /// # Errors
-    /// [`InferenceError::NoLaplace`] if A is not positive definite there, [`InferenceError::Improper`] if a prior is
-    /// [`crate::Prior::Flat`]; use [`Posterior::laplace_of_likelihood`] for that case.
+    /// [`InferenceError::NoLaplace`] if A is not positive definite there, [`InferenceError::Improper`] if a
+    /// prior is [`crate::Prior::Flat`]; use [`Posterior::laplace_of_likelihood`] for that case.
     pub fn laplace(&self, fit: &Fit) -> Result<Laplace, InferenceError> {
         if let Some(parameter) = self.parameters().improper() {
             return Err(InferenceError::Improper { parameter: parameter.name.clone() });
@@ -97,7 +100,8 @@ impl Posterior<'_> {
         self.laplace_of_likelihood(fit)
     }
 
-    /// As [`Posterior::laplace`], but for improper priors too: the covariance is meaningful, the evidence is not.
+    /// As [`Posterior::laplace`], but for improper priors too: the covariance is meaningful, the evidence is
+    /// not.
     ///
     /// # Errors
     /// [`InferenceError::NoLaplace`].
@@ -163,13 +167,14 @@ impl Posterior<'_> {
         Ok(least_squares_sd(&white)?)
     }
 
-    /// The density whose integral is the evidence: the posterior with floated noise held at its value in `fit`.
+    /// The density whose integral is the evidence: the posterior with floated noise held at its value in
+    /// `fit`.
     pub(crate) fn target(&self, fit: &Fit) -> Held<'_> {
         Held::new(self, fit.working.clone(), self.integrated())
     }
 
-    /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what referees integrate.
-    /// Its coordinates are those of [`Laplace::mean`].
+    /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what referees
+    /// integrate. Its coordinates are those of [`Laplace::mean`].
     #[must_use]
     pub fn evidence_target(&self, fit: &Fit) -> Box<dyn Objective + '_> {
         Box::new(self.target(fit))
@@ -210,7 +215,8 @@ impl Posterior<'_> {
     }
 }
 
-/// Largest modulus of the eigenvalues of `base`^-1/2 `part` `base`^-1/2; infinite if `base` is not positive definite.
+/// Largest modulus of the eigenvalues of `base`^-1/2 `part` `base`^-1/2; infinite if `base` is not positive
+/// definite.
 fn relative_size(base: &Matrix, part: &Matrix) -> f64 {
     let Ok(factor) = Cholesky::new(base) else { return f64::INFINITY };
     let n = base.rows();

@@ -29,15 +29,16 @@ struct NoiseEvidence<'a> {
     calls: Mutex<Calls>,
 }
 
-/// Step of the five-point difference of the Hessian; its error is h^4 times the fifth derivative, 1e-12 for exponentials.
+/// Step of the five-point difference of the Hessian; its error is h^4 times the fifth derivative, 1e-12 for
+/// exponentials.
 const STEP: f64 = 1e-3;
 
 impl Posterior<'_> {
     /// Maximises the Laplace evidence over floated noise, from `fit`.
     ///
-    /// The gradient is analytic but for d(ln det A)/du, which needs third derivatives of the model: A is differenced
-    /// along the path of the maximum (five points, relative error about 1e-11). Cost: per step and group four calls
-    /// with second derivatives, and a short fit.
+    /// The gradient is analytic but for d(ln det A)/du, which needs third derivatives of the model: A is
+    /// differenced along the path of the maximum (five points, relative error about 1e-11). Cost: per step
+    /// and group four calls with second derivatives, and a short fit.
     ///
     /// # Errors
     /// As [`Posterior::laplace`]; a posterior without floated noise is returned as it is.

@@ -1,5 +1,6 @@
-//! What one maximum is worth: Laplace's method and its evidence (`laplace`), the noise that makes it largest (`marginal`),
-//! the distance from the priors (`conflict`), predictions and residuals (`predictive`), models side by side (`rank`).
+//! What one maximum is worth: Laplace's method and its evidence (`laplace`), the noise that makes it largest
+//! (`marginal`), the distance from the priors (`conflict`), predictions and residuals (`predictive`), models
+//! side by side (`rank`).
 //!
 //! Knows one maximum, and does not ask whether Laplace's Gaussian is right.
 

@@ -11,7 +11,8 @@ use std::f64::consts::PI;
 pub struct Predicted {
     /// Prediction with the best parameters.
     pub mean: Vec<f64>,
-    /// Covariance that the parameters cause, to first order: F A^-1 F'. Noise of a measurement is not part of it.
+    /// Covariance that the parameters cause, to first order: F A^-1 F'. Noise of a measurement is not part of
+    /// it.
     pub covariance: Matrix,
 }
 
@@ -33,8 +34,8 @@ impl Laplace {
         Ok(Predicted { mean: prediction.values, covariance })
     }
 
-    /// Points of the ellipse that holds `sds` standard deviations of two physical parameters (joint contour: every
-    /// point lies at that Mahalanobis distance in the plane, all other parameters integrated out).
+    /// Points of the ellipse that holds `sds` standard deviations of two physical parameters (joint contour:
+    /// every point lies at that Mahalanobis distance in the plane, all other parameters integrated out).
     #[must_use]
     pub fn contour(&self, i: usize, j: usize, sds: f64, points: usize) -> Vec<[f64; 2]> {
         let c = &self.physical_covariance;

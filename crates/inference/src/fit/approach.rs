@@ -9,17 +9,21 @@ use rijke_numerics::Order;
 
 /// Most alternations between parameters and noise before both are freed.
 const STAGES: usize = 40;
-/// Drop in J, nats, at which a search with the noise held ends: a tenth of a standard deviation from its minimum.
+/// Drop in J, nats, at which a search with the noise held ends: a tenth of a standard deviation from its
+/// minimum.
 const ROUGH: f64 = 5e-3;
 /// The same in the first turn, whose noise is that of a start: one standard deviation.
 const FIRST_TURN: f64 = 0.5;
 
-/// Change of ln sd at which the alternation ends: a share of its own standard deviation, which is 1/sqrt(2 n) for n data.
+/// Change of ln sd at which the alternation ends: a share of its own standard deviation, which is 1/sqrt(2 n)
+/// for n data.
 const SETTLED: f64 = 0.02;
-/// Gauss-Newton evaluations per stage before exact Hessians take over, each of which costs as much as some p/3 of them.
+/// Gauss-Newton evaluations per stage before exact Hessians take over, each of which costs as much as some
+/// p/3 of them.
 const QUICK: usize = 60;
 
-/// Where a rough search has come: within about a tenth of a standard deviation of a maximum, if it has settled.
+/// Where a rough search has come: within about a tenth of a standard deviation of a maximum, if it has
+/// settled.
 pub(crate) struct Approach {
     pub(crate) z: Vec<f64>,
     /// The noises that the floor may explain.
@@ -33,7 +37,8 @@ pub(crate) struct Approach {
 }
 
 impl Posterior<'_> {
-    /// Where a search from `start` begins: the floating noise is set to the residuals there. Costs one value of the model.
+    /// Where a search from `start` begins: the floating noise is set to the residuals there. Costs one value
+    /// of the model.
     pub(crate) fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError> {
         let (mut z, prediction) = self.start(start)?;
         let small = self.settle_noise(&mut z, &prediction.values);
@@ -49,11 +54,11 @@ impl Posterior<'_> {
         Ok(Approach { z, small, calls, cost, ln_likelihood, settled: false })
     }
 
-    /// Brings the parameters near the maximum with the noise held, then the noise to its best there, and so on until
-    /// the noise settles.
+    /// Brings the parameters near the maximum with the noise held, then the noise to its best there, and so
+    /// on until the noise settles.
     ///
-    /// Freed at once, the noise shrinks the trust region as the fit improves: J is then the logarithm of a sum of
-    /// squares, concave far from the minimum. Held, it is the sum of squares itself.
+    /// Freed at once, the noise shrinks the trust region as the fit improves: J is then the logarithm of a
+    /// sum of squares, concave far from the minimum. Held, it is the sum of squares itself.
     ///
     /// Ends early at a maximum that one of `known` touches.
     pub(crate) fn approach(
@@ -101,8 +106,9 @@ impl Posterior<'_> {
         Ok(Approach { z, small, calls, cost, ln_likelihood, settled })
     }
 
-    /// A rough search over the parameters with the noise held. Newton's exact Hessians are dear: Gauss-Newton steps go
-    /// first, and mostly suffice. Also the order of derivatives to which the model was called at the end.
+    /// A rough search over the parameters with the noise held. Newton's exact Hessians are dear: Gauss-Newton
+    /// steps go first, and mostly suffice. Also the order of derivatives to which the model was called at the
+    /// end.
     fn stage(
         &self,
         z: &[f64],

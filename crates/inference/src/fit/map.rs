@@ -52,7 +52,8 @@ pub struct NoiseEstimate {
     pub sd: f64,
     /// True if the data chose it.
     pub floats: bool,
-    /// What few data leave unknown of it ([`crate::Few`]): the factor on its variance, and the variance of the logarithm of that.
+    /// What few data leave unknown of it ([`crate::Few`]): the factor on its variance, and the variance of
+    /// the logarithm of that.
     #[serde(default = "NoiseEstimate::known")]
     pub few: [f64; 2],
 }
@@ -96,8 +97,8 @@ impl Posterior<'_> {
     /// Finds a local maximum of the posterior over parameters and floating noise.
     ///
     /// # Errors
-    /// [`InferenceError::NoStart`] if the model fails at the start, and errors that are not recoverable. A search that
-    /// ends without converging is a [`Fit`] whose `stop` says so.
+    /// [`InferenceError::NoStart`] if the model fails at the start, and errors that are not recoverable. A
+    /// search that ends without converging is a [`Fit`] whose `stop` says so.
     pub fn map(&self, options: &MapOptions) -> Result<Fit, InferenceError> {
         let start = options.start.as_deref();
         if self.floating().is_empty() {
@@ -129,8 +130,8 @@ impl Posterior<'_> {
         Ok(fit)
     }
 
-    /// The fit without those of the `small` noises that the floor explains: J does not fall when any of them grows from nothing. None if
-    /// all of them are needed. `left` is what the calls so far leave of a search.
+    /// The fit without those of the `small` noises that the floor explains: J does not fall when any of them
+    /// grows from nothing. None if all of them are needed. `left` is what the calls so far leave of a search.
     ///
     /// J levels off towards ln sd = -infinity; a search that runs there would never end in finite steps.
     fn without(

@@ -1,7 +1,7 @@
 //! The last predictions of a model, which are asked for again.
 //!
-//! A search that alternates between parameters and noise starts each turn where the last one ended, and Laplace's method wants
-//! the derivatives where the search has just had them.
+//! A search that alternates between parameters and noise starts each turn where the last one ended, and
+//! Laplace's method wants the derivatives where the search has just had them.
 
 use crate::problem::Prediction;
 use rijke_numerics::Order;
@@ -13,8 +13,8 @@ const CAPACITY: usize = 1 << 21;
 
 /// The last predictions with derivatives.
 ///
-/// Only the very order that was computed is found again: a model may reach the same values by other operations at another
-/// order, and results must not depend on what other threads made it forget.
+/// Only the very order that was computed is found again: a model may reach the same values by other
+/// operations at another order, and results must not depend on what other threads made it forget.
 #[derive(Default)]
 pub(crate) struct Memory(Mutex<VecDeque<Known>>);
 

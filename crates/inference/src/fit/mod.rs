@@ -1,4 +1,5 @@
-//! One maximum of a posterior: the cost J of a model with its data (`posterior`), and the search for its minimum (`map`).
+//! One maximum of a posterior: the cost J of a model with its data (`posterior`), and the search for its
+//! minimum (`map`).
 //!
 //! Knows no evidence, and does not ask whether there are other maxima.
 

@@ -9,11 +9,12 @@ use rayon::prelude::*;
 use rijke_numerics::{Matrix, Order};
 use std::f64::consts::PI;
 
-/// A model, its data and its prior: the unnormalised posterior density. Minus its logarithm is the cost J of equation (4), with the halves and determinants.
+/// A model, its data and its prior: the unnormalised posterior density. Minus its logarithm is the cost J of
+/// equation (4), with the halves and determinants.
 ///
-/// Coordinates: the working coordinates of the parameters, then ln sd of every noise that floats or is inferred.
-/// Cost of [`Objective::evaluate`]: one call of the model and, for each block of n data, O(n^3) with floating noise
-/// and O(n^2 p) without.
+/// Coordinates: the working coordinates of the parameters, then ln sd of every noise that floats or is
+/// inferred. Cost of [`Objective::evaluate`]: one call of the model and, for each block of n data, O(n^3)
+/// with floating noise and O(n^2 p) without.
 pub struct Posterior<'a> {
     forward: &'a dyn Forward,
     data: &'a Data,
@@ -33,7 +34,8 @@ pub(crate) struct Parts {
     pub(crate) ln_likelihood: f64,
     pub(crate) ln_prior: f64,
     pub(crate) gradient: Vec<f64>,
-    /// Second derivatives of -ln likelihood: products of first derivatives of the prediction (and of the noise).
+    /// Second derivatives of -ln likelihood: products of first derivatives of the prediction (and of the
+    /// noise).
     pub(crate) gauss_newton: Matrix,
     /// Second derivatives of -ln likelihood: residual times second derivatives of the prediction.
     pub(crate) curvature: Matrix,
@@ -119,10 +121,12 @@ impl<'a> Posterior<'a> {
         self.data.observations()[k].covariance(sds)
     }
 
-    /// Calls the model, unless it was called for the same a moment ago, and checks the sizes of what it returns.
+    /// Calls the model, unless it was called for the same a moment ago, and checks the sizes of what it
+    /// returns.
     ///
     /// # Errors
-    /// Those of the model, [`InferenceError::Shape`], and [`InferenceError::NotFinite`] for a prediction that is not finite.
+    /// Those of the model, [`InferenceError::Shape`], and [`InferenceError::NotFinite`] for a prediction that
+    /// is not finite.
     pub fn predict(&self, values: &[f64], order: Order) -> Result<Prediction, InferenceError> {
         let highest = order.min(self.forward.highest_order());
         if let Some(known) = self.memory.recall(values, highest) {
@@ -154,7 +158,8 @@ impl<'a> Posterior<'a> {
         self.parts_with(z, order, None)
     }
 
-    /// As [`Posterior::parts`]; with `held`, the factors of every covariance, the noise is held and has no derivatives.
+    /// As [`Posterior::parts`]; with `held`, the factors of every covariance, the noise is held and has no
+    /// derivatives.
     pub(crate) fn parts_with(
         &self,
         z: &[f64],
@@ -198,7 +203,8 @@ impl<'a> Posterior<'a> {
         Ok(parts)
     }
 
-    /// What every block adds, with derivatives in the first `p` parameters (all or none) and the noise, unless it is held.
+    /// What every block adds, with derivatives in the first `p` parameters (all or none) and the noise,
+    /// unless it is held.
     fn blocks(
         &self,
         prediction: &Prediction,

@@ -6,7 +6,8 @@ use crate::error::InferenceError;
 use crate::problem::{NoiseMode, Prediction};
 use rijke_numerics::Order;
 
-/// How far, in ln sd, a noise may be from the root mean square of its residuals before all coordinates are free.
+/// How far, in ln sd, a noise may be from the root mean square of its residuals before all coordinates are
+/// free.
 const REACH: f64 = 1.5;
 
 /// A floated noise that may be none: the measured covariance alone may explain the residuals.
@@ -20,14 +21,16 @@ pub(crate) struct Settled {
 const NEGLIGIBLE: f64 = 1e-3;
 
 impl Settled {
-    /// So far below the lowest variance of the floor that C is the floor to rounding, yet d/dt can still be formed.
+    /// So far below the lowest variance of the floor that C is the floor to rounding, yet d/dt can still be
+    /// formed.
     fn at(coordinate: usize, lowest: f64) -> Self {
         Self { coordinate, ln_sd: 0.5 * (1e-16 * lowest).ln() }
     }
 }
 
 impl Posterior<'_> {
-    /// Starting point, the given or central parameters, and the prediction there. The floating noise is set to one, or to its median.
+    /// Starting point, the given or central parameters, and the prediction there. The floating noise is set
+    /// to one, or to its median.
     pub(crate) fn start(&self, physical: Option<&[f64]>) -> Result<(Vec<f64>, Prediction), InferenceError> {
         let mut z = self.start_alone(physical)?;
         let values = self.parameters().physical(&z);
@@ -77,8 +80,8 @@ impl Posterior<'_> {
         }
     }
 
-    /// Sets each floated (not inferred) noise to the root mean square of its residuals, less the floor, and says which
-    /// of them the floor explains. A noise without residuals is left alone.
+    /// Sets each floated (not inferred) noise to the root mean square of its residuals, less the floor, and
+    /// says which of them the floor explains. A noise without residuals is left alone.
     pub(crate) fn settle_noise(&self, z: &mut [f64], predicted: &[f64]) -> Vec<Settled> {
         let mut found = Vec::new();
         for (k, &g) in self.floating().iter().enumerate() {
@@ -131,19 +134,20 @@ impl Posterior<'_> {
         self.floating().iter().copied().enumerate().filter_map(settled).collect()
     }
 
-    /// Brings the floating noise from the root mean square of the residuals to the maximum of the posterior with this
-    /// prediction, which differs from it where data share noise; calls no model. A noise that has none (its residuals
-    /// vanish, or its floor explains them) stays where it is.
+    /// Brings the floating noise from the root mean square of the residuals to the maximum of the posterior
+    /// with this prediction, which differs from it where data share noise; calls no model. A noise that has
+    /// none (its residuals vanish, or its floor explains them) stays where it is.
     pub(crate) fn refine_noise(&self, z: &mut [f64], prediction: &Prediction) -> Result<(), InferenceError> {
         let p = self.parameters().len();
         let noise = NoiseAlone { posterior: self, prediction, z: z.to_vec() };
         let search = TrustRegion { tolerance: 1e-6, max_evaluations: 10, ..TrustRegion::default() };
         match minimise(&noise, &z[p..], &search) {
             Ok(minimum) if minimum.stop.converged() => {
-                // Far below its residuals a noise leaves C to the floor, which may be singular: the search over
-                // everything decides that, not this one.
+                // Far below its residuals a noise leaves C to the floor, which may be singular: the search
+                // over everything decides that, not this one.
                 let near = minimum.z.iter().zip(&z[p..]).all(|(new, old)| (new - old).abs() < REACH);
-                // A structured block has its variance on the diagonal, and what its columns explain is not known before.
+                // A structured block has its variance on the diagonal, and what its columns explain is not
+                // known before.
                 if near || self.data().observations().iter().all(|o| o.structured.is_some()) {
                     z[p..].copy_from_slice(&minimum.z);
                 }

@@ -1,15 +1,18 @@
 //! What few data leave unknown of the noises that they choose, and how much wider that makes what is stated.
 //!
-//! A noise that floats is at its most probable value together with the parameters. From few data that is too small on average, and whatever
-//! it is, the truth lies about it: intervals that take it for known are too narrow. With t_g the variance of noise g and S_g its part of the
-//! covariance of the data, P as in [`super`]:
+//! A noise that floats is at its most probable value together with the parameters. From few data that is too
+//! small on average, and whatever it is, the truth lies about it: intervals that take it for known are too
+//! narrow. With t_g the variance of noise g and S_g its part of the covariance of the data, P as in
+//! [`super`]:
 //!
-//! * The likelihood of the noise alone, the parameters integrated out (restricted likelihood: Patterson & Thompson, Biometrika 58 (1971) 545),
-//!   is largest a step I^-1 g away in ln t, with g_g = tr(C^-1 F Sigma F' C^-1 S_g)/2 and the information I_gh = tr(P S_g P S_h)/2. For n data of one
-//!   noise and q parameters that step, taken in t, is exact: t n/(n - q).
-//! * A variance v, of which noise g brings v_g, is as certain as one from 2 v^2/(v' I^-1 v) degrees of freedom (Satterthwaite, Biometrics Bull. 2
-//!   (1946) 110; for mixed models Giesbrecht & Burns, Biometrics 41 (1985) 477). Of that interval of Student's t which holds the
-//!   truth with the probability of two standard deviations, half of the half-width is stated: "two standard deviations" means what it says.
+//! * The likelihood of the noise alone, the parameters integrated out (restricted likelihood: Patterson &
+//!   Thompson, Biometrika 58 (1971) 545), is largest a step I^-1 g away in ln t, with g_g = tr(C^-1 F Sigma
+//!   F' C^-1 S_g)/2 and the information I_gh = tr(P S_g P S_h)/2. For n data of one noise and q parameters
+//!   that step, taken in t, is exact: t n/(n - q).
+//! * A variance v, of which noise g brings v_g, is as certain as one from 2 v^2/(v' I^-1 v) degrees of
+//!   freedom (Satterthwaite, Biometrics Bull. 2 (1946) 110; for mixed models Giesbrecht & Burns, Biometrics
+//!   41 (1985) 477). Of that interval of Student's t which holds the truth with the probability of two
+//!   standard deviations, half of the half-width is stated: "two standard deviations" means what it says.
 
 use super::{Floating, Linearised};
 use rijke_numerics::{Cholesky, Matrix, dot};
@@ -19,13 +22,13 @@ use rijke_numerics::{Cholesky, Matrix, dot};
 pub struct Few {
     /// For each parameter, the factor on its standard deviation.
     pub parameters: Vec<f64>,
-    /// For each noise that floats: its place among the groups, the factor on its variance, and the variance of the logarithm of its
-    /// variance.
+    /// For each noise that floats: its place among the groups, the factor on its variance, and the variance
+    /// of the logarithm of its variance.
     pub noises: Vec<(usize, [f64; 2])>,
 }
 
-/// Half of what holds Student's t with the probability of two standard deviations, by Wallace, Ann. Math. Stat. 30 (1959) 1124: 1 % too wide
-/// at 3 degrees of freedom, 4 % at 2; fewer than one count as one.
+/// Half of what holds Student's t with the probability of two standard deviations, by Wallace, Ann. Math.
+/// Stat. 30 (1959) 1124: 1 % too wide at 3 degrees of freedom, 4 % at 2; fewer than one count as one.
 #[must_use]
 pub fn student(freedom: f64) -> f64 {
     let freedom = freedom.clamp(1.0, 1e9);

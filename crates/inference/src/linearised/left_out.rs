@@ -22,9 +22,10 @@ pub struct LeftOut {
 const NEWTON: usize = 8;
 
 impl Linearised {
-    /// ln of the density of each datum given all others and the parameters, for parameters that lie `moved` from the fit in working coordinates
-    /// and a prediction that is linear in them; noise as fitted. With Q = C^-1 and r the residual there, datum i has the precision `Q_ii` and
-    /// the residual (Q r)_i / `Q_ii` (Buerkner, Gabry & Vehtari, Comput. Stat. 36 (2021) 1243).
+    /// ln of the density of each datum given all others and the parameters, for parameters that lie `moved`
+    /// from the fit in working coordinates and a prediction that is linear in them; noise as fitted. With Q =
+    /// C^-1 and r the residual there, datum i has the precision `Q_ii` and the residual (Q r)_i / `Q_ii`
+    /// (Buerkner, Gabry & Vehtari, Comput. Stat. 36 (2021) 1243).
     ///
     /// # Panics
     /// If `moved` has not one number for each parameter.
@@ -50,8 +51,9 @@ impl Linearised {
         found
     }
 
-    /// The variance of a noise, in that of the fit, where it is chosen from data of which it would explain `count` and explains `explained`:
-    /// the root of the derivative of J, with the prior's pull as it is at the fit and the floor left out.
+    /// The variance of a noise, in that of the fit, where it is chosen from data of which it would explain
+    /// `count` and explains `explained`: the root of the derivative of J, with the prior's pull as it is at
+    /// the fit and the floor left out.
     fn chosen_again(noise: &Floating, explained: f64, count: f64) -> f64 {
         let mut shift = 0.0;
         for _ in 0..NEWTON {
@@ -62,8 +64,9 @@ impl Linearised {
         f64::exp(2.0 * shift)
     }
 
-    /// The data at `places` given all others: the conditional density of a Gaussian. With P the inverse covariance of all and a = P r, the
-    /// covariance is `P_SS`^-1 and the residual `P_SS`^-1 `a_S`. Noise that floats is chosen again from the others, to first order in its change.
+    /// The data at `places` given all others: the conditional density of a Gaussian. With P the inverse
+    /// covariance of all and a = P r, the covariance is `P_SS`^-1 and the residual `P_SS`^-1 `a_S`. Noise
+    /// that floats is chosen again from the others, to first order in its change.
     ///
     /// # Errors
     /// [`InferenceError::Dense`] if these data alone decide a parameter.
@@ -85,7 +88,8 @@ impl Linearised {
         places.iter().zip(&residuals).for_each(|(&i, r)| moved[i] = *r);
         let shift = self.told_by(&moved).iter().map(|t| t * t).sum::<f64>().sqrt();
         let others: Vec<f64> = self.pulls.iter().zip(self.pulled(&moved)).map(|(a, b)| a - b).collect();
-        // What a datum given all others takes from each of them: the columns of P for these data times their covariance.
+        // What a datum given all others takes from each of them: the columns of P for these data times their
+        // covariance.
         let weights: Vec<Vec<f64>> = (0..n)
             .map(|j| {
                 let mut column = vec![0.0; self.residuals.len()];

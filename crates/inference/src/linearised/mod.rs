@@ -1,8 +1,10 @@
-//! A model with its data to first order about a fit: what further directions would gain, and what each datum is worth.
+//! A model with its data to first order about a fit: what further directions would gain, and what each datum
+//! is worth.
 //!
-//! With C the covariance of the data, F the derivatives of the prediction and Sigma0 the prior covariance of the parameters, the data
-//! scatter about the prediction of the prior mean with the covariance V = C + F Sigma0 F'. Its inverse, P = C^-1 - C^-1 F Sigma F' C^-1 with Sigma the
-//! posterior covariance, takes out of a direction what the parameters can do as well. At the fit P times the residual from the prior mean is
+//! With C the covariance of the data, F the derivatives of the prediction and Sigma0 the prior covariance of
+//! the parameters, the data scatter about the prediction of the prior mean with the covariance V = C + F
+//! Sigma0 F'. Its inverse, P = C^-1 - C^-1 F Sigma F' C^-1 with Sigma the posterior covariance, takes out of
+//! a direction what the parameters can do as well. At the fit P times the residual from the prior mean is
 //! C^-1 r, with r the residual of the fit.
 
 mod few;
@@ -68,7 +70,8 @@ pub struct Told {
     pub strength: f64,
     /// Its standard deviation, the parameters being free to follow.
     pub sd: f64,
-    /// Share of the information about it that the parameters leave: 1 for a direction that none of them can imitate.
+    /// Share of the information about it that the parameters leave: 1 for a direction that none of them can
+    /// imitate.
     pub left: f64,
     /// Drop of -ln likelihood at that strength, nats: noise as fitted, and noise chosen again.
     pub drop: [f64; 2],
@@ -77,9 +80,10 @@ pub struct Told {
 }
 
 impl Told {
-    /// ln Bayes factor for the model with this direction, for a drop of -ln likelihood: its strength has a normal prior about zero whose standard
-    /// deviation is what one of `observations` data sets alone would leave if everything else were known (unit information,
-    /// Kass & Wasserman, J. Am. Stat. Assoc. 90 (1995) 928).
+    /// ln Bayes factor for the model with this direction, for a drop of -ln likelihood: its strength has a
+    /// normal prior about zero whose standard deviation is what one of `observations` data sets alone would
+    /// leave if everything else were known (unit information, Kass & Wasserman, J. Am. Stat. Assoc. 90 (1995)
+    /// 928).
     #[must_use]
     pub fn gain(&self, drop: f64, observations: usize) -> f64 {
         gain(drop, self.left * observations as f64)
@@ -92,8 +96,8 @@ impl Told {
     }
 }
 
-/// ln Bayes factor for one more direction of a linear model: `drop` is that of -ln likelihood at its best strength, `ratio` the variance of
-/// the prior of that strength over the variance that the data leave.
+/// ln Bayes factor for one more direction of a linear model: `drop` is that of -ln likelihood at its best
+/// strength, `ratio` the variance of the prior of that strength over the variance that the data leave.
 #[must_use]
 pub fn gain(drop: f64, ratio: f64) -> f64 {
     drop * ratio / (1.0 + ratio) - 0.5 * ratio.ln_1p()
@@ -247,7 +251,8 @@ impl Linearised {
         &self.pulls
     }
 
-    /// What the data say of a direction, the change of every datum's prediction per strength; none where it moves nothing.
+    /// What the data say of a direction, the change of every datum's prediction per strength; none where it
+    /// moves nothing.
     #[must_use]
     pub fn told(&self, direction: &[f64]) -> Option<Told> {
         let pulled = self.pulled(direction);
@@ -261,8 +266,8 @@ impl Linearised {
         let after: Vec<f64> = self.pulls.iter().zip(&pulled).map(|(a, b)| a - strength * b).collect();
         let spread = dot(&pulled, &self.with_covariance(&pulled));
         let again = |noise: &Floating| {
-            // As if each noise had `count` data to itself: half count times (x - ln v - x/v), at its least over the variance v that the
-            // floor allows.
+            // As if each noise had `count` data to itself: half count times (x - ln v - x/v), at its least
+            // over the variance v that the floor allows.
             let x = self.within(noise, &after, &after) / noise.count;
             let v = x.max(noise.floor).max(f64::EPSILON);
             0.5 * noise.count * (x - v.ln() - x / v)
@@ -295,8 +300,8 @@ impl Linearised {
         Drawn { pulls, noise }
     }
 
-    /// The sum of squares of residuals in the standard deviations of the noise, of the data at `places`, for residuals that belong to these
-    /// `pulls`: [`Linearised::pulls`], or those of a draw.
+    /// The sum of squares of residuals in the standard deviations of the noise, of the data at `places`, for
+    /// residuals that belong to these `pulls`: [`Linearised::pulls`], or those of a draw.
     #[must_use]
     pub fn squares(&self, pulls: &[f64], places: &[usize]) -> f64 {
         let residuals = self.with_covariance(pulls);

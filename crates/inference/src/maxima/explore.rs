@@ -1,11 +1,13 @@
-//! The search for all maxima: from given starts, from the images of what was found, from the best of a sample of the prior.
+//! The search for all maxima: from given starts, from the images of what was found, from the best of a sample
+//! of the prior.
 
 use crate::density::{Calls, Gaussian, SAME_MODE};
 use crate::error::InferenceError;
 use crate::fit::Approach;
 use rayon::prelude::*;
 
-/// What a search over several starts stands on. A start is a list of numbers in coordinates of the ground's own; None for its centre.
+/// What a search over several starts stands on. A start is a list of numbers in coordinates of the ground's
+/// own; None for its centre.
 pub(crate) trait Ground: Sync {
     /// The end of a search.
     type Fit: Send;
@@ -13,7 +15,8 @@ pub(crate) trait Ground: Sync {
     /// Where a search from `start` begins, and J there.
     fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError>;
 
-    /// Brings a point within a tenth of a standard deviation of a maximum, or ends at one of the `known` ones.
+    /// Brings a point within a tenth of a standard deviation of a maximum, or ends at one of the `known`
+    /// ones.
     fn approach(&self, from: Approach, known: &[Gaussian]) -> Result<Approach, InferenceError>;
 
     /// Goes the rest of the way.
@@ -70,7 +73,8 @@ pub(crate) struct Breadth {
     pub(crate) most_starts: usize,
 }
 
-/// A second maximum counts if it holds more than this fraction of the evidence of the first, as a logarithm: 5 %.
+/// A second maximum counts if it holds more than this fraction of the evidence of the first, as a logarithm:
+/// 5 %.
 pub(crate) const MODE_LIMIT: f64 = -3.0;
 
 /// Rounds in which the images of a new best maximum are looked at.
@@ -81,8 +85,9 @@ const MANY: usize = 3;
 /// ... there must have been as many searches for each of them.
 const PER_PLACE: usize = 3;
 
-/// Finds the maxima of `ground`: from its centre and the `given` starts, from the images of the best one, and from the best of
-/// `breadth.screened` points of the prior in batches of `breadth.random_starts`, for as long as a batch finds a new one.
+/// Finds the maxima of `ground`: from its centre and the `given` starts, from the images of the best one, and
+/// from the best of `breadth.screened` points of the prior in batches of `breadth.random_starts`, for as long
+/// as a batch finds a new one.
 ///
 /// # Errors
 /// Those that are not recoverable, and that of the first start if no start leads anywhere.
@@ -188,8 +193,9 @@ impl<'a, G: Ground> Search<'a, G> {
         good
     }
 
-    /// A sample of the prior in the order in which it is worth a descent: points that no better one is close to, then the others, each
-    /// by J (the rule of single linkage: Rinnooy Kan & Timmer 1987, Math. Program. 39, 57).
+    /// A sample of the prior in the order in which it is worth a descent: points that no better one is close
+    /// to, then the others, each by J (the rule of single linkage: Rinnooy Kan & Timmer 1987, Math. Program.
+    /// 39, 57).
     fn sampled(&mut self, count: usize) -> Vec<Approach> {
         let starts = self.ground.spread(count);
         let all: Vec<_> = starts.par_iter().map(|s| self.ground.screen(Some(s))).collect();
@@ -250,7 +256,8 @@ impl<'a, G: Ground> Search<'a, G> {
             if end.settled && self.known_at(&end.z) {
                 self.found.calls = self.found.calls.plus(end.calls);
             } else if end.settled && end.ln_likelihood < limit {
-                // An evidence is a mean of the likelihood, and cannot exceed its maximum: this one cannot matter.
+                // An evidence is a mean of the likelihood, and cannot exceed its maximum: this one cannot
+                // matter.
                 self.found.calls = self.found.calls.plus(end.calls);
                 let seen = |u: &Approach| self.same(&self.ground.inner(&u.z), &inner);
                 if !self.found.unpursued.iter().any(seen) {
@@ -307,7 +314,8 @@ fn order<F>(a: &Peak<F>, b: &Peak<F>) -> std::cmp::Ordering {
     b.converged.cmp(&a.converged).then(ln(b).total_cmp(&ln(a))).then(a.cost.total_cmp(&b.cost))
 }
 
-/// The place of each point in the order of every coordinate, as numbers in 0..1: its place in the unit cube of the prior.
+/// The place of each point in the order of every coordinate, as numbers in 0..1: its place in the unit cube
+/// of the prior.
 fn ranks(points: &[&[f64]]) -> Vec<Vec<f64>> {
     let size = points.first().map_or(0, |p| p.len());
     let mut ranks = vec![vec![0.0; size]; points.len()];
@@ -325,8 +333,8 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The distance in a unit cube of `size` dimensions within which a sample of `count` points holds a better one, unless a maximum is near:
-/// that of Rinnooy Kan & Timmer with their constant 2.
+/// The distance in a unit cube of `size` dimensions within which a sample of `count` points holds a better
+/// one, unless a maximum is near: that of Rinnooy Kan & Timmer with their constant 2.
 fn reach(count: usize, size: usize) -> f64 {
     if count < 2 || size == 0 {
         return 0.0;

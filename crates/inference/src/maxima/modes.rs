@@ -13,16 +13,18 @@ use serde::{Deserialize, Serialize};
 pub struct Mode {
     /// Physical parameters; for an [`crate::Objective`], its coordinates.
     pub parameters: Vec<f64>,
-    /// Its Laplace evidence, nats; nothing if its Hessian is not positive definite, or if its likelihood is too low for
-    /// its evidence to matter.
+    /// Its Laplace evidence, nats; nothing if its Hessian is not positive definite, or if its likelihood is
+    /// too low for its evidence to matter.
     pub ln_marginal: Option<f64>,
-    /// How far below the best maximum it is, nats: by evidence, or by the height of the posterior where that is not known.
+    /// How far below the best maximum it is, nats: by evidence, or by the height of the posterior where that
+    /// is not known.
     #[serde(default)]
     pub below: f64,
     /// Its share of the summed evidence, 0..1.
     #[serde(default)]
     pub share: f64,
-    /// The parameters that tell it from the best one, those with the most posterior standard deviations between them first; at least one.
+    /// The parameters that tell it from the best one, those with the most posterior standard deviations
+    /// between them first; at least one.
     #[serde(default)]
     pub apart: Vec<Apart>,
 }
@@ -49,7 +51,8 @@ pub struct Maximum {
     pub fit: Fit,
     /// Laplace's method there, or why it does not apply.
     pub laplace: Result<Laplace, String>,
-    /// How far below the best maximum it is, nats of evidence, or of the height of the posterior where there is no evidence.
+    /// How far below the best maximum it is, nats of evidence, or of the height of the posterior where there
+    /// is no evidence.
     pub below: f64,
     /// Its share of the summed evidence, 0..1.
     pub share: f64,
@@ -68,7 +71,8 @@ impl std::fmt::Display for Mode {
     }
 }
 
-/// Parameters closer than this to those of the best, in posterior standard deviations, do not tell a maximum from it.
+/// Parameters closer than this to those of the best, in posterior standard deviations, do not tell a maximum
+/// from it.
 const APART: f64 = 3.0;
 
 /// The shares of the maxima with these ln evidences: of their sum, whose logarithm comes second.

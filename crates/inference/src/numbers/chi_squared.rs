@@ -2,8 +2,9 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-/// The number x of standard deviations that a normal number exceeds, on either side, with the probability that a chi-squared of
-/// `freedom` degrees exceeds `chi_squared`. The square root of `chi_squared` for one degree; finite for any finite argument.
+/// The number x of standard deviations that a normal number exceeds, on either side, with the probability
+/// that a chi-squared of `freedom` degrees exceeds `chi_squared`. The square root of `chi_squared` for one
+/// degree; finite for any finite argument.
 #[must_use]
 pub fn chi_squared_sds(chi_squared: f64, freedom: usize) -> f64 {
     if freedom == 0 || chi_squared.is_nan() || chi_squared <= 0.0 {
@@ -26,7 +27,8 @@ pub fn chi_squared_sds(chi_squared: f64, freedom: usize) -> f64 {
     x
 }
 
-/// ln of the probability that a normal number lies further out than `x` on either side, and minus its derivative.
+/// ln of the probability that a normal number lies further out than `x` on either side, and minus its
+/// derivative.
 fn ln_two_tails(x: f64) -> (f64, f64) {
     let ln_density = -0.5 * x * x + 0.5 * (2.0 / PI).ln();
     let ln_tail = if x < 20.0 {
@@ -39,7 +41,8 @@ fn ln_two_tails(x: f64) -> (f64, f64) {
     (ln_tail, (ln_density - ln_tail).exp())
 }
 
-/// ln of the regularised upper incomplete gamma function Q(a, x): series below a + 1, continued fraction above (Press et al., section 6.2).
+/// ln of the regularised upper incomplete gamma function Q(a, x): series below a + 1, continued fraction
+/// above (Press et al., section 6.2).
 fn ln_upper_gamma(a: f64, x: f64) -> f64 {
     let front = -x + a * x.ln() - libm::lgamma(a);
     if x < a + 1.0 {

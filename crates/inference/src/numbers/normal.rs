@@ -8,10 +8,11 @@ pub fn normal_cdf(x: f64) -> f64 {
     0.5 * libm::erfc(-x / SQRT_2)
 }
 
-/// The number below which a standard normal number lies with probability `p`; infinite at 0 and 1, NaN outside.
+/// The number below which a standard normal number lies with probability `p`; infinite at 0 and 1, NaN
+/// outside.
 ///
-/// Starts from the tail expansion or the centre and applies Halley's iteration to ln of the tail probability until
-/// the step is at rounding; at most 60 steps, in practice under ten.
+/// Starts from the tail expansion or the centre and applies Halley's iteration to ln of the tail probability
+/// until the step is at rounding; at most 60 steps, in practice under ten.
 #[must_use]
 pub fn normal_quantile(p: f64) -> f64 {
     if !(0.0..=1.0).contains(&p) {

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A change of parameters that leaves what a model predicts nearly as it was, so that one maximum of the posterior
-/// announces others. All moves are made at once, and may be repeated.
+/// A change of parameters that leaves what a model predicts nearly as it was, so that one maximum of the
+/// posterior announces others. All moves are made at once, and may be repeated.
 ///
 /// ```
 /// use rijke_inference::Alias;

@@ -7,10 +7,11 @@ use crate::error::InferenceError;
 use rijke_numerics::{C64, Cholesky, Matrix};
 use serde::{Deserialize, Serialize};
 
-/// All data of an inference: observations, each a block of real numbers with its covariance, and groups of noise.
+/// All data of an inference: observations, each a block of real numbers with its covariance, and groups of
+/// noise.
 ///
-/// The covariance of a block is C = floor + sum over groups g of `sd_g`^2 `S_g`, where `S_g` is the structure of group
-/// g in that block. Blocks are independent of each other.
+/// The covariance of a block is C = floor + sum over groups g of `sd_g`^2 `S_g`, where `S_g` is the structure
+/// of group g in that block. Blocks are independent of each other.
 #[derive(Clone, Debug, Default)]
 pub struct Data {
     observations: Vec<Observation>,
@@ -177,8 +178,9 @@ impl Data {
     /// Checks and keeps observations and groups of noise.
     ///
     /// # Errors
-    /// [`InferenceError::BadObservation`] for numbers that are not finite, matrices of the wrong size, a block whose
-    /// covariance cannot be positive definite; [`InferenceError::BadNoise`] for an impossible standard deviation.
+    /// [`InferenceError::BadObservation`] for numbers that are not finite, matrices of the wrong size, a
+    /// block whose covariance cannot be positive definite; [`InferenceError::BadNoise`] for an impossible
+    /// standard deviation.
     pub fn new(observations: Vec<Observation>, groups: Vec<NoiseGroup>) -> Result<Self, InferenceError> {
         for group in &groups {
             let problem = match group.mode {
@@ -227,10 +229,10 @@ impl Data {
 
 /// Structure of the noise of relative pressures P = p / `p_ref`, as real and imaginary part in turn.
 ///
-/// Every microphone has circular noise of one standard deviation relative to the reference pressure, so the relative
-/// pressures have the complex covariance I + P P^H: they share the noise of the reference. `others` are the relative
-/// pressures without the reference's own 1. Each of the real and imaginary parts of the raw pressures then has the
-/// standard deviation that the group carries, in units of |`p_ref`|.
+/// Every microphone has circular noise of one standard deviation relative to the reference pressure, so the
+/// relative pressures have the complex covariance I + P P^H: they share the noise of the reference. `others`
+/// are the relative pressures without the reference's own 1. Each of the real and imaginary parts of the raw
+/// pressures then has the standard deviation that the group carries, in units of |`p_ref`|.
 #[must_use]
 pub fn relative_noise(others: &[C64]) -> Matrix {
     let n = others.len();

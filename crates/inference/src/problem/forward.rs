@@ -13,17 +13,18 @@ pub trait Forward: Sync {
     /// A recoverable [`ForwardError`] shortens the step of a minimiser; a fatal one ends the fit.
     fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError>;
 
-    /// Other physical parameters at which the model predicts nearly the same as at these, as far as it knows: a delay one
-    /// period of its wave earlier and later, a gain of the other sign. One step of each kind is enough: images of images are
-    /// looked at, as far as the prior reaches. Searches start there, too. Aliases of one parameter alone can be said where it
-    /// is declared ([`crate::Parameter::repeating`]), those by names with [`crate::Parameters::with_alias`].
+    /// Other physical parameters at which the model predicts nearly the same as at these, as far as it knows:
+    /// a delay one period of its wave earlier and later, a gain of the other sign. One step of each kind is
+    /// enough: images of images are looked at, as far as the prior reaches. Searches start there, too.
+    /// Aliases of one parameter alone can be said where it is declared ([`crate::Parameter::repeating`]),
+    /// those by names with [`crate::Parameters::with_alias`].
     fn aliases(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
         let _ = parameters;
         Vec::new()
     }
 
-    /// The highest derivative on offer. Below [`Order::Second`] the Hessian of the cost is the Gauss-Newton one,
-    /// and results say so; [`Order::Value`] is not enough for a fit.
+    /// The highest derivative on offer. Below [`Order::Second`] the Hessian of the cost is the Gauss-Newton
+    /// one, and results say so; [`Order::Value`] is not enough for a fit.
     fn highest_order(&self) -> Order {
         Order::Second
     }

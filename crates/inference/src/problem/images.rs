@@ -5,7 +5,8 @@ use super::parameter::Repeat;
 use super::parameters::Parameters;
 use crate::error::InferenceError;
 
-/// Images further from the prior than this are left out: the drop in its ln density against that of the first point, nats (8 sd).
+/// Images further from the prior than this are left out: the drop in its ln density against that of the first
+/// point, nats (8 sd).
 const REACH: f64 = 32.0;
 /// Most images of a point.
 const MOST: usize = 64;
@@ -13,10 +14,12 @@ const MOST: usize = 64;
 const SAME: f64 = 1e-6;
 
 impl Parameters {
-    /// Says where the model repeats itself, so that the other maxima are looked for; [`crate::Parameter::repeating`] does so for one value alone.
+    /// Says where the model repeats itself, so that the other maxima are looked for;
+    /// [`crate::Parameter::repeating`] does so for one value alone.
     ///
     /// # Errors
-    /// [`InferenceError::BadName`] for an unknown name, [`InferenceError::BadAlias`] for a step of zero or no number.
+    /// [`InferenceError::BadName`] for an unknown name, [`InferenceError::BadAlias`] for a step of zero or no
+    /// number.
     pub fn with_alias(mut self, alias: Alias) -> Result<Self, InferenceError> {
         alias.validate(&self)?;
         self.aliases.push(alias);
@@ -34,7 +37,8 @@ impl Parameters {
         both.flatten().collect()
     }
 
-    /// The images of a point under all aliases and `more` of them, nearest first, as far as the prior reaches; without the point itself.
+    /// The images of a point under all aliases and `more` of them, nearest first, as far as the prior
+    /// reaches; without the point itself.
     pub(crate) fn images(&self, values: &[f64], more: impl Fn(&[f64]) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let density = |a: &[f64]| self.ln_density(&self.working(a)).ok().map(|d| d.value);
         let Some(first) = density(values) else { return Vec::new() };

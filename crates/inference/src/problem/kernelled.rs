@@ -4,7 +4,8 @@ use super::misfit::Kernel;
 use crate::error::InferenceError;
 use rijke_numerics::Matrix;
 
-/// A misfit by its kernel, exact at any length: parts of data that do not hear each other share its size and length.
+/// A misfit by its kernel, exact at any length: parts of data that do not hear each other share its size and
+/// length.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Kernelled {
     pub(crate) size: usize,

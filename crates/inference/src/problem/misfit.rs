@@ -58,8 +58,8 @@ impl Kernel {
         }
     }
 
-    /// ln of the spectral density at the angular frequency `w` (its integral over 2 pi is one), and its first two derivatives with respect to
-    /// ln of the length (Rasmussen & Williams 2006, equations 4.10 and 4.15).
+    /// ln of the spectral density at the angular frequency `w` (its integral over 2 pi is one), and its first
+    /// two derivatives with respect to ln of the length (Rasmussen & Williams 2006, equations 4.10 and 4.15).
     fn ln_spectrum(self, w: f64, length: f64) -> [f64; 3] {
         let nu2 = match self {
             Self::SquaredExponential => {
@@ -77,8 +77,8 @@ impl Kernel {
         [ln, (nu2 + 1.0) * share - nu2, -2.0 * (nu2 + 1.0) * share * (1.0 - share)]
     }
 
-    /// Functions that the shortest length needs, per half of the range in units of that length (Riutort-Mayol et al. 2023, Stat. Comput.
-    /// 33, 17, equations 13 to 15: 1.75, 2.65, 3.42), half as many again.
+    /// Functions that the shortest length needs, per half of the range in units of that length (Riutort-Mayol
+    /// et al. 2023, Stat. Comput. 33, 17, equations 13 to 15: 1.75, 2.65, 3.42), half as many again.
     fn density(self) -> f64 {
         1.5 * match self {
             Self::SquaredExponential => 1.75,
@@ -88,8 +88,9 @@ impl Kernel {
     }
 }
 
-/// Sines on an interval twice and a half as long as the range of the data, whose coefficients are independent (Solin & Sarkka 2020, Stat.
-/// Comput. 30, 419): a random function of any length between `shortest` and about 0.7 of half the range.
+/// Sines on an interval twice and a half as long as the range of the data, whose coefficients are independent
+/// (Solin & Sarkka 2020, Stat. Comput. 30, 419): a random function of any length between `shortest` and about
+/// 0.7 of half the range.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Basis {
     pub(crate) kernel: Kernel,
@@ -116,7 +117,8 @@ impl Basis {
         (1..=self.count).map(move |j| size * (j as f64 * angle).sin())
     }
 
-    /// ln of the variance of each coefficient for a standard deviation of one, with two derivatives with respect to ln of the length.
+    /// ln of the variance of each coefficient for a standard deviation of one, with two derivatives with
+    /// respect to ln of the length.
     pub(crate) fn ln_variances(&self, length: f64) -> Vec<[f64; 3]> {
         let w = |j: usize| j as f64 * PI / (2.0 * self.half);
         (1..=self.count).map(|j| self.kernel.ln_spectrum(w(j), length)).collect()

@@ -1,5 +1,5 @@
-//! The question: what is unknown and what was known of it before (`prior`, `parameter`, `parameters`), what was measured
-//! with which noise (`data`, `structured`), and what a model predicts (`forward`).
+//! The question: what is unknown and what was known of it before (`prior`, `parameter`, `parameters`), what
+//! was measured with which noise (`data`, `structured`), and what a model predicts (`forward`).
 //!
 //! Knows no likelihood, no search and no answer.
 

@@ -17,7 +17,8 @@ pub struct Parameter {
     pub prior: Prior,
     /// The coordinate in which the posterior is taken to be Gaussian.
     pub coordinates: Coordinates,
-    /// Where the model repeats itself if this value alone changes, so that a second maximum is looked for there.
+    /// Where the model repeats itself if this value alone changes, so that a second maximum is looked for
+    /// there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<Repeat>,
 }
@@ -45,7 +46,8 @@ pub enum Repeat {
 }
 
 impl Parameter {
-    /// A parameter in the coordinate natural to its prior: ln for log-normal and half-normal, logit for bounded ones, the value itself otherwise.
+    /// A parameter in the coordinate natural to its prior: ln for log-normal and half-normal, logit for
+    /// bounded ones, the value itself otherwise.
     pub fn new(
         name: impl Into<String>,
         symbol: impl Into<String>,
@@ -143,8 +145,8 @@ impl Parameter {
         Ok([p + j, p1 * t1 + j1, p2 * t1 * t1 + p1 * t2 + j2])
     }
 
-    /// The working coordinate at which a fit starts (the prior median) and the scale over which the prior changes,
-    /// infinite for [`Prior::Flat`].
+    /// The working coordinate at which a fit starts (the prior median) and the scale over which the prior
+    /// changes, infinite for [`Prior::Flat`].
     #[must_use]
     pub fn start(&self) -> (f64, f64) {
         let centre = self.working(self.prior.quantile(0.5));
@@ -163,8 +165,8 @@ impl Parameter {
     /// Fails if the numbers of the prior contradict each other or the coordinate.
     ///
     /// # Errors
-    /// [`InferenceError::BadPrior`], [`InferenceError::PriorScale`] for a number whose square or inverse leaves double precision,
-    /// [`InferenceError::BadAlias`] for a period that is no number or zero.
+    /// [`InferenceError::BadPrior`], [`InferenceError::PriorScale`] for a number whose square or inverse
+    /// leaves double precision, [`InferenceError::BadAlias`] for a period that is no number or zero.
     pub fn validate(&self) -> Result<(), InferenceError> {
         if let Some(Repeat::Period(value) | Repeat::Mirror(value)) = self.repeats
             && !(value.is_finite() && (value != 0.0 || matches!(self.repeats, Some(Repeat::Mirror(_)))))

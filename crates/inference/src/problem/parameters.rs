@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 
 /// The parameters of a model in a fixed order, with their joint prior density in working coordinates.
 ///
-/// Parameters are independent unless [`Parameters::with_joint`] ties some of them by a Gaussian: the way in which
-/// the posterior of an earlier stage becomes the prior of the next.
+/// Parameters are independent unless [`Parameters::with_joint`] ties some of them by a Gaussian: the way in
+/// which the posterior of an earlier stage becomes the prior of the next.
 #[derive(Clone, Debug)]
 pub struct Parameters {
     list: Vec<Parameter>,
@@ -58,8 +58,8 @@ impl Parameters {
     /// Replaces the priors of the named parameters by one Gaussian in their working coordinates.
     ///
     /// # Errors
-    /// [`InferenceError::BadName`] for an unknown name or one already tied, [`InferenceError::BadJoint`] for a covariance
-    /// that is not positive definite or not of the right size.
+    /// [`InferenceError::BadName`] for an unknown name or one already tied, [`InferenceError::BadJoint`] for
+    /// a covariance that is not positive definite or not of the right size.
     pub fn with_joint(
         mut self,
         names: &[&str],
@@ -117,7 +117,8 @@ impl Parameters {
     }
 
     /// As [`Parameters::with_joint`], of a Gaussian in physical values as [`crate::Laplace::parameters`] and
-    /// [`crate::Laplace::physical_covariance`] state it: the inverse of their step from working coordinates, so that nothing is lost.
+    /// [`crate::Laplace::physical_covariance`] state it: the inverse of their step from working coordinates,
+    /// so that nothing is lost.
     ///
     /// # Errors
     /// As [`Parameters::with_joint`]; a mean at which a transform has no slope.
@@ -192,7 +193,8 @@ impl Parameters {
         z
     }
 
-    /// The standard deviation of the prior in each working coordinate, or its like for a prior that is not Gaussian.
+    /// The standard deviation of the prior in each working coordinate, or its like for a prior that is not
+    /// Gaussian.
     #[must_use]
     pub fn scales(&self) -> Vec<f64> {
         let mut scales: Vec<f64> = self.list.iter().map(|p| p.start().1).collect();
@@ -241,8 +243,8 @@ impl Parameters {
         })
     }
 
-    /// Slopes with respect to the standard normal numbers `xi`, from slopes with respect to the working coordinates `z` that
-    /// belong to them.
+    /// Slopes with respect to the standard normal numbers `xi`, from slopes with respect to the working
+    /// coordinates `z` that belong to them.
     ///
     /// Both densities are one: dz/dxi = phi(xi)/p(z) for a parameter with a prior of its own.
     pub(crate) fn along_standard_normal(
@@ -271,8 +273,8 @@ impl Parameters {
         self.list.iter().zip(&self.tied).find(|(p, tied)| p.prior == Prior::Flat && !**tied).map(|(p, _)| p)
     }
 
-    /// The same parameters with the prior standard deviation (or width) of parameter `i` multiplied by `factor`; in a
-    /// joint prior its correlations stay.
+    /// The same parameters with the prior standard deviation (or width) of parameter `i` multiplied by
+    /// `factor`; in a joint prior its correlations stay.
     #[must_use]
     pub fn widened(&self, i: usize, factor: f64) -> Self {
         let mut wide = self.clone();

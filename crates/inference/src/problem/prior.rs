@@ -60,7 +60,8 @@ impl Prior {
         }
     }
 
-    /// ln of the density of the physical value, with its first two derivatives; the value must lie within the bounds.
+    /// ln of the density of the physical value, with its first two derivatives; the value must lie within the
+    /// bounds.
     #[must_use]
     pub fn ln_density(&self, a: f64) -> [f64; 3] {
         match *self {
@@ -82,8 +83,8 @@ impl Prior {
         }
     }
 
-    /// The physical value below which the prior holds the probability `p`; NaN for [`Prior::Flat`] except at the
-    /// median, which is taken as zero so that a fit has a start.
+    /// The physical value below which the prior holds the probability `p`; NaN for [`Prior::Flat`] except at
+    /// the median, which is taken as zero so that a fit has a start.
     #[must_use]
     pub fn quantile(&self, p: f64) -> f64 {
         match *self {
@@ -92,7 +93,8 @@ impl Prior {
             Self::Uniform { low, high } => low + p * (high - low),
             Self::HalfNormal { sd } => -sd * normal_quantile(0.5 * (1.0 - p)),
             Self::Truncated { mean, sd, low, high } => {
-                // Work in the tail that is further from one, where the distribution function keeps its digits.
+                // Work in the tail that is further from one, where the distribution function keeps its
+                // digits.
                 let (a, b) = ((low - mean) / sd, (high - mean) / sd);
                 let standard = if a > 0.0 {
                     -normal_quantile((1.0 - p) * normal_cdf(-a) + p * normal_cdf(-b))
@@ -111,8 +113,8 @@ impl Prior {
         }
     }
 
-    /// The same prior with its width multiplied by `factor` about the same centre: the standard deviation, that of the logarithm,
-    /// or the distance between the bounds.
+    /// The same prior with its width multiplied by `factor` about the same centre: the standard deviation,
+    /// that of the logarithm, or the distance between the bounds.
     #[must_use]
     pub fn widened(&self, factor: f64) -> Self {
         match *self {

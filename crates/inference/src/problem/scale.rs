@@ -3,16 +3,19 @@
 use super::prior::Prior;
 use crate::error::InferenceError;
 
-/// Smallest width: 1/sd^2 and its products with other such numbers stay finite. No quantity of physics in SI units is near.
+/// Smallest width: 1/sd^2 and its products with other such numbers stay finite. No quantity of physics in SI
+/// units is near.
 const SMALLEST: f64 = 1e-60;
 /// Largest width, and largest mean or bound.
 const LARGEST: f64 = 1e60;
-/// Smallest width as a share of the mean: below it the numbers within the prior differ by few units in the last place.
+/// Smallest width as a share of the mean: below it the numbers within the prior differ by few units in the
+/// last place.
 const RESOLVED: f64 = 1e-12;
 /// Largest sd of a logarithm: ten of them stay within double precision.
 const LARGEST_LN: f64 = 60.0;
 
-/// Fails unless `value`, called `what`, is a width that can be worked with beside a number of the size of `about`.
+/// Fails unless `value`, called `what`, is a width that can be worked with beside a number of the size of
+/// `about`.
 pub(crate) fn check(
     parameter: &str,
     what: &'static str,

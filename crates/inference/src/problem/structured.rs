@@ -6,13 +6,15 @@ use super::prior::Prior;
 use crate::error::InferenceError;
 use rijke_numerics::{C64, Matrix};
 
-/// The covariance of a block of many data: C = D + U K U', with a diagonal D of measured variances and independent noises, and the columns
-/// of U, each with a coefficient that is normal about zero, of variance K.
+/// The covariance of a block of many data: C = D + U K U', with a diagonal D of measured variances and
+/// independent noises, and the columns of U, each with a coefficient that is normal about zero, of variance
+/// K.
 ///
-/// Columns are *nuisances*: unknown amplitudes that are integrated over in closed form, be they real or complex, known in size or with a
-/// standard deviation that is one of the noise groups; or the sines of a *misfit*, an error of the model that is correlated along one
-/// coordinate, with a size and a length that are noise groups. Cost of a likelihood: O(n q^2) for q columns when noise or size
-/// change, O(n q) when they are held.
+/// Columns are *nuisances*: unknown amplitudes that are integrated over in closed form, be they real or
+/// complex, known in size or with a standard deviation that is one of the noise groups; or the sines of a
+/// *misfit*, an error of the model that is correlated along one coordinate, with a size and a length that are
+/// noise groups. Cost of a likelihood: O(n q^2) for q columns when noise or size change, O(n q) when they are
+/// held.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Structured {
     pub(crate) variance: Vec<f64>,
@@ -57,7 +59,8 @@ pub struct Correlated<'a> {
     pub kernel: Kernel,
     /// The coordinate of each datum.
     pub coordinate: &'a [f64],
-    /// Which of several independent misfits of that size and length acts on each datum: 0 and 1 for real and imaginary parts.
+    /// Which of several independent misfits of that size and length acts on each datum: 0 and 1 for real and
+    /// imaginary parts.
     pub part: &'a [usize],
     /// The shortest length that is resolved: what varies faster is noise.
     pub shortest: f64,
@@ -78,7 +81,8 @@ impl Structured {
         self
     }
 
-    /// Adds nuisances: the columns of `matrix` (a row for each datum) times coefficients that are normal about zero with these standard deviations.
+    /// Adds nuisances: the columns of `matrix` (a row for each datum) times coefficients that are normal
+    /// about zero with these standard deviations.
     #[must_use]
     pub fn with_nuisances(self, matrix: &Matrix, sds: &[f64]) -> Self {
         let (n, q) = (matrix.rows(), matrix.columns());
@@ -93,12 +97,13 @@ impl Structured {
         self.joined(matrix, vec![Source::Group(group); matrix.columns()])
     }
 
-    /// Adds a misfit correlated along a coordinate. Let its size and length be inferred ([`crate::NoiseGroup::inferred`]): a floated size that
-    /// the data do not need runs to nothing, and its length then has no meaning.
+    /// Adds a misfit correlated along a coordinate. Let its size and length be inferred
+    /// ([`crate::NoiseGroup::inferred`]): a floated size that the data do not need runs to nothing, and its
+    /// length then has no meaning.
     ///
     /// # Errors
-    /// [`InferenceError::BadObservation`] for lists of another length than the data, coordinates that are no numbers or all equal, a
-    /// shortest length that is not positive or needs more than 1000 functions.
+    /// [`InferenceError::BadObservation`] for lists of another length than the data, coordinates that are no
+    /// numbers or all equal, a shortest length that is not positive or needs more than 1000 functions.
     pub fn with_misfit(mut self, correlated: &Correlated) -> Result<Self, InferenceError> {
         let n = self.variance.len();
         let bad = |problem: String| {
@@ -135,13 +140,14 @@ impl Structured {
         Ok(self.joined(&matrix, sources))
     }
 
-    /// Adds a misfit correlated along a coordinate by its kernel itself, whatever its length: for parts of up to 2000 data. `shortest` is
-    /// not used. It must be the only misfit, and nuisances must have known standard deviations. Cost of a likelihood: O(m^3) for
-    /// every part of m data that differs from the others in coordinates or noise, and O(n m q) for n data and q columns.
+    /// Adds a misfit correlated along a coordinate by its kernel itself, whatever its length: for parts of up
+    /// to 2000 data. `shortest` is not used. It must be the only misfit, and nuisances must have known
+    /// standard deviations. Cost of a likelihood: O(m^3) for every part of m data that differs from the
+    /// others in coordinates or noise, and O(n m q) for n data and q columns.
     ///
     /// # Errors
-    /// [`InferenceError::BadObservation`] for lists of another length than the data, coordinates that are no numbers or all equal, a
-    /// part of too many data.
+    /// [`InferenceError::BadObservation`] for lists of another length than the data, coordinates that are no
+    /// numbers or all equal, a part of too many data.
     pub fn with_exact_misfit(mut self, correlated: &Correlated) -> Result<Self, InferenceError> {
         let n = self.variance.len();
         if correlated.coordinate.len() != n {
@@ -230,8 +236,8 @@ impl Structured {
         self.sources.iter().map(one).collect()
     }
 
-    /// Derivatives of these logarithms with respect to ln of the groups' standard deviations: first with respect to `g`, and second with
-    /// respect to `g` and `h`. None if the group acts on no coefficient.
+    /// Derivatives of these logarithms with respect to ln of the groups' standard deviations: first with
+    /// respect to `g`, and second with respect to `g` and `h`. None if the group acts on no coefficient.
     pub(crate) fn slopes(&self, sds: &[f64], g: usize) -> Option<Vec<f64>> {
         let acts = self.sources.contains(&Source::Group(g))
             || self.misfits.iter().any(|m| m.size == g || m.length == g);
@@ -280,7 +286,8 @@ impl Structured {
         noise.flat_map(|(_, s)| s.iter().zip(&self.variance).filter(|(s, _)| **s > 0.0).map(|(s, v)| v / s))
     }
 
-    /// A value to start from for each group that acts here: the root mean square of the `residuals`, or the middle of the lengths.
+    /// A value to start from for each group that acts here: the root mean square of the `residuals`, or the
+    /// middle of the lengths.
     pub(crate) fn guesses(&self, residuals: &[f64]) -> Vec<(usize, f64)> {
         let square = residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64;
         let size = square.sqrt().max(f64::MIN_POSITIVE.sqrt());
@@ -311,8 +318,8 @@ impl Structured {
 /// Most functions of one part of a misfit.
 const MOST_FUNCTIONS: usize = 1000;
 
-/// Complex columns for data that are real and imaginary parts in turn: each becomes two real ones, for the real and the imaginary part of
-/// its coefficient. `columns[j][k]` belongs to datum k.
+/// Complex columns for data that are real and imaginary parts in turn: each becomes two real ones, for the
+/// real and the imaginary part of its coefficient. `columns[j][k]` belongs to datum k.
 #[must_use]
 pub fn complex_columns(columns: &[Vec<C64>]) -> Matrix {
     let n = columns.first().map_or(0, Vec::len);

@@ -20,9 +20,9 @@ pub(crate) struct Bridge {
 
 /// The evidence of `target` from `draws` of its posterior, in the standard normal coordinates of the prior.
 ///
-/// The first half of the draws fits a Gaussian g; the second half and as many draws of g are bridged by the optimal
-/// function of Meng & Wong (1996, Statistica Sinica 6, 831), iterated to its fixed point. The error is that of
-/// Fruehwirth-Schnatter (2004, Econometrics Journal 7, 143), with the correlation of the draws.
+/// The first half of the draws fits a Gaussian g; the second half and as many draws of g are bridged by the
+/// optimal function of Meng & Wong (1996, Statistica Sinica 6, 831), iterated to its fixed point. The error
+/// is that of Fruehwirth-Schnatter (2004, Econometrics Journal 7, 143), with the correlation of the draws.
 pub(crate) fn bridge(
     target: &dyn Target,
     draws: &[Vec<f64>],
@@ -87,8 +87,8 @@ fn optimal(posterior: &[f64], proposed: &[f64]) -> (f64, f64) {
     (shift + r.ln(), error)
 }
 
-/// By how much correlation widens the error of the mean: 1 + 2 sum of autocorrelations, over Geyer's (1992) initial
-/// positive pairs.
+/// By how much correlation widens the error of the mean: 1 + 2 sum of autocorrelations, over Geyer's (1992)
+/// initial positive pairs.
 fn correlation_time(f: &[f64]) -> f64 {
     let n = f.len();
     let m = f.iter().sum::<f64>() / n as f64;

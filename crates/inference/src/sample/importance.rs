@@ -11,16 +11,18 @@ use serde::{Deserialize, Serialize};
 /// An evidence by importance sampling, with the diagnosis of its weights.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Importance {
-    /// ln of the mean weight, with the largest weights smoothed: ln P(D) without Laplace's approximation, in nats.
+    /// ln of the mean weight, with the largest weights smoothed: ln P(D) without Laplace's approximation, in
+    /// nats.
     pub ln_marginal: f64,
     /// Its standard error, nats; meaningful if `k_hat` is good.
     pub standard_error: f64,
-    /// Shape of the generalised Pareto tail of the weights: above [`Importance::k_limit`] neither Laplace's value nor
-    /// the corrected one is to be trusted.
+    /// Shape of the generalised Pareto tail of the weights: above [`Importance::k_limit`] neither Laplace's
+    /// value nor the corrected one is to be trusted.
     pub k_hat: f64,
     /// Number of draws.
     pub draws: usize,
-    /// Draws at which the objective had no value, which count as probability zero: beyond a bound, or a failed model.
+    /// Draws at which the objective had no value, which count as probability zero: beyond a bound, or a
+    /// failed model.
     pub refused: usize,
 }
 
@@ -28,14 +30,16 @@ pub struct Importance {
 const NEGLIGIBLE_SPREAD: f64 = 0.01;
 
 impl Importance {
-    /// The largest good `k_hat` for this number of draws: min(1 - 1/log10 S, 0.7) (Vehtari et al. 2024, section 3.2).
+    /// The largest good `k_hat` for this number of draws: min(1 - 1/log10 S, 0.7) (Vehtari et al. 2024,
+    /// section 3.2).
     #[must_use]
     pub fn k_limit(&self) -> f64 {
         (1.0 - 1.0 / (self.draws as f64).log10()).min(0.7)
     }
 
-    /// True if the weights have a tail light enough for `ln_marginal` and `standard_error` to mean something, or hardly
-    /// differ: a tail among weights that are all within 1 % of each other has a shape, but no effect.
+    /// True if the weights have a tail light enough for `ln_marginal` and `standard_error` to mean something,
+    /// or hardly differ: a tail among weights that are all within 1 % of each other has a shape, but no
+    /// effect.
     #[must_use]
     pub fn good(&self) -> bool {
         self.k_hat <= self.k_limit() || self.standard_error * (self.draws as f64).sqrt() < NEGLIGIBLE_SPREAD
@@ -47,10 +51,11 @@ const FIRST_LOOK: usize = 128;
 /// Standard error, nats, below which good weights are enough.
 const ENOUGH: f64 = 0.02;
 
-/// Weighs points of `proposal` by exp(-J) over the proposal density: 128 of them, and twice as many until the weights are good and
-/// the standard error is below 0.02 nats, or there are `draws`.
+/// Weighs points of `proposal` by exp(-J) over the proposal density: 128 of them, and twice as many until the
+/// weights are good and the standard error is below 0.02 nats, or there are `draws`.
 ///
-/// Cost: as many values of the objective, in parallel; each draw has its own stream, so threads do not matter.
+/// Cost: as many values of the objective, in parallel; each draw has its own stream, so threads do not
+/// matter.
 ///
 /// # Errors
 /// Errors that are not recoverable; recoverable ones are counted as weight zero.
@@ -137,7 +142,8 @@ fn verdict(ln_weights: &[f64]) -> Importance {
     }
 }
 
-/// Pareto-smoothed weights relative to the largest, its logarithm, and the shape of their tail (Vehtari et al. 2024).
+/// Pareto-smoothed weights relative to the largest, its logarithm, and the shape of their tail (Vehtari et
+/// al. 2024).
 fn smooth(ln_weights: Vec<f64>) -> (Vec<f64>, f64, f64) {
     let n = ln_weights.len();
     let largest = ln_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -165,8 +171,9 @@ fn smooth(ln_weights: Vec<f64>) -> (Vec<f64>, f64, f64) {
     (weights, largest, shape)
 }
 
-/// Shape and scale of a generalised Pareto distribution from excesses in ascending order: the quasi-Bayesian estimate
-/// of Zhang & Stephens (2009), with the shape drawn towards 1/2 by ten pseudo-observations as in Vehtari et al.
+/// Shape and scale of a generalised Pareto distribution from excesses in ascending order: the quasi-Bayesian
+/// estimate of Zhang & Stephens (2009), with the shape drawn towards 1/2 by ten pseudo-observations as in
+/// Vehtari et al.
 fn pareto(excess: &[f64]) -> (f64, f64) {
     let n = excess.len();
     let count = n as f64;
@@ -200,8 +207,8 @@ mod tests {
 
     #[test]
     fn oracle_shape_of_known_pareto_tails() {
-        // Excesses placed at the quantiles of a generalised Pareto distribution of known shape and scale 2. The
-        // estimate is pulled to 1/2 by ten pseudo-observations, undone here.
+        // Excesses placed at the quantiles of a generalised Pareto distribution of known shape and scale 2.
+        // The estimate is pulled to 1/2 by ten pseudo-observations, undone here.
         for shape in [-0.2, 0.1, 0.5, 0.9] {
             let n = 4000;
             let excess: Vec<f64> = (0..n)

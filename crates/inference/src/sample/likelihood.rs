@@ -7,8 +7,8 @@ use crate::fit::{Fit, Posterior};
 use crate::problem::NoiseMode;
 use rijke_numerics::Order;
 
-/// The likelihood of a posterior whose floated noise is held at its value in a fit: the same evidence that Laplace's
-/// method approximates. Priors must be proper.
+/// The likelihood of a posterior whose floated noise is held at its value in a fit: the same evidence that
+/// Laplace's method approximates. Priors must be proper.
 pub struct LikelihoodTarget<'a> {
     posterior: &'a Posterior<'a>,
     whole: Vec<f64>,

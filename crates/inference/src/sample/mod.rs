@@ -1,5 +1,5 @@
-//! The evidence by draws, without Laplace's approximation: importance sampling, and the referees (nested sampling; NUTS with
-//! bridge sampling).
+//! The evidence by draws, without Laplace's approximation: importance sampling, and the referees (nested
+//! sampling; NUTS with bridge sampling).
 //!
 //! Knows a fit to start from, and neither its Laplace evidence nor other maxima.
 

@@ -9,12 +9,13 @@ use rijke_numerics::{Stream, Streams};
 
 /// Static nested sampling with slice moves.
 ///
-/// `live` points hold the prior above a rising likelihood threshold; each step replaces the worst. A new point comes
-/// from a random other one by `moves` slice steps along random directions of the live points' covariance (Neal 2003;
-/// Handley, Hobson & Lasenby 2015). Ends when the live points can add less than `tolerance` nats.
+/// `live` points hold the prior above a rising likelihood threshold; each step replaces the worst. A new
+/// point comes from a random other one by `moves` slice steps along random directions of the live points'
+/// covariance (Neal 2003; Handley, Hobson & Lasenby 2015). Ends when the live points can add less than
+/// `tolerance` nats.
 ///
-/// Cost: about `live` (H + 3) times `moves` times 5 likelihoods, H the information in nats. The statistical error of
-/// the logarithm of the evidence is about sqrt(H / live).
+/// Cost: about `live` (H + 3) times `moves` times 5 likelihoods, H the information in nats. The statistical
+/// error of the logarithm of the evidence is about sqrt(H / live).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nested {
     /// Number of live points.
@@ -205,7 +206,8 @@ fn directions(live: &[Point]) -> Vec<Vec<f64>> {
     (0..n).map(|i| factor.row(i).to_vec()).collect()
 }
 
-/// Adds a weight to the evidence, and keeps the information H = integral of posterior times ln(likelihood / evidence).
+/// Adds a weight to the evidence, and keeps the information H = integral of posterior times ln(likelihood /
+/// evidence).
 fn accumulate(ln_evidence: &mut f64, information: &mut f64, ln_weight: f64, ln_likelihood: f64) {
     if ln_weight == f64::NEG_INFINITY {
         return;

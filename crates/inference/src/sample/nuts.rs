@@ -11,8 +11,9 @@ use rijke_numerics::Streams;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
-/// The No-U-Turn sampler (Hoffman & Gelman 2014, JMLR 15, 1593) in the crate `nuts-rs`, started from a draw of the prior;
-/// the evidence follows from its draws by bridge sampling. Draws are doubled until the error is small enough.
+/// The No-U-Turn sampler (Hoffman & Gelman 2014, JMLR 15, 1593) in the crate `nuts-rs`, started from a draw
+/// of the prior; the evidence follows from its draws by bridge sampling. Draws are doubled until the error is
+/// small enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nuts {
     /// Draws spent on step size and mass matrix, which are then thrown away.

@@ -4,7 +4,8 @@ use crate::problems::{normal, numbers};
 use rijke_inference::*;
 use rijke_numerics::{Matrix, Order};
 
-/// exp(x'a) with an error of its own that changes with every bit of `a`: the end of an iteration, say of an eigenvalue.
+/// exp(x'a) with an error of its own that changes with every bit of `a`: the end of an iteration, say of an
+/// eigenvalue.
 struct Iterated {
     x: Matrix,
     error: f64,
@@ -34,8 +35,9 @@ impl Forward for Iterated {
 
 #[test]
 fn behaviour_many_data_with_floated_noise_converge_by_nats() {
-    // As many numbers as 64 microphones give at some hundred points. The errors of the model leave about 1e-6 nats that no step can gain: of
-    // old the search ended with "too many evaluations" or "no shorter step helps".
+    // As many numbers as 64 microphones give at some hundred points. The errors of the model leave about 1e-6
+    // nats that no step can gain: of old the search ended with "too many evaluations" or "no shorter step
+    // helps".
     let (blocks, n, p) = (300, 40, 8);
     let x = numbers("iterated/x", blocks * n * p);
     let x = Matrix::from_fn(blocks * n, p, |k, i| x[k * p + i]);

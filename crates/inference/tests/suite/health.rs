@@ -73,8 +73,8 @@ fn exact_an_aliased_delay_is_flagged() {
 
 #[test]
 fn exact_a_spike_on_a_broad_posterior_is_flagged() {
-    // A narrow well at the centre of a broad one: -ln L = -ln(exp(-x^2/2) + 30 exp(-(x/0.01)^2/2)) has its maximum in a
-    // spike that holds 23 % of the mass; as residuals, f = sqrt(2 (C - ln(...))).
+    // A narrow well at the centre of a broad one: -ln L = -ln(exp(-x^2/2) + 30 exp(-(x/0.01)^2/2)) has its
+    // maximum in a spike that holds 23 % of the mass; as residuals, f = sqrt(2 (C - ln(...))).
     let spike = Function(|a: &[f64]| {
         let value = |x: f64| {
             let density = (-0.5 * x * x).exp() + 30.0 * (-0.5 * (x / 0.01).powi(2)).exp();
@@ -122,7 +122,8 @@ fn oracle_doubled_priors_against_a_new_fit() {
         let wide = parameters.widened(i, 2.0);
         let posterior = Posterior::new(&model, &data, &wide).unwrap();
         let again = posterior.laplace(&posterior.map(&MapOptions::default()).unwrap()).unwrap();
-        // The likelihood is not quadratic and the noise moves, so the short cut is good to a few hundredths of a nat.
+        // The likelihood is not quadratic and the noise moves, so the short cut is good to a few hundredths
+        // of a nat.
         assert_abs_diff_eq!(change.unwrap(), again.evidence.ln_marginal - base, epsilon = 0.03);
     }
 }

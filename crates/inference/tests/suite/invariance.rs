@@ -179,7 +179,8 @@ fn exact_two_batches_in_sequence() {
     );
 }
 
-/// What an earlier stage states in physical values is the prior that its working coordinates hold, whatever the coordinates are.
+/// What an earlier stage states in physical values is the prior that its working coordinates hold, whatever
+/// the coordinates are.
 #[test]
 fn exact_a_posterior_in_physical_values_is_the_same_prior() {
     let list = || {
@@ -206,7 +207,8 @@ fn exact_a_posterior_in_physical_values_is_the_same_prior() {
     assert_relative_eq!(stated.physical(&stated.centre())[0], 2.8e-4, max_relative = 1e-12);
 }
 
-/// Pressures at four places, two complex waves: p_m = a_0 e^{i m} + (a_1 + i a_2) e^{-0.4 i m}, relative to one place.
+/// Pressures at four places, two complex waves: p_m = a_0 e^{i m} + (a_1 + i a_2) e^{-0.4 i m}, relative to
+/// one place.
 struct Relative {
     reference: usize,
 }
@@ -231,7 +233,8 @@ impl Forward for Relative {
     fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
         let flat = |p: Vec<C64>| p.iter().flat_map(|p| [p.re, p.im]).collect::<Vec<f64>>();
         let values = flat(self.relative(a));
-        // First derivatives by complex quotient rule; the test is of the covariance, so Gauss-Newton is enough.
+        // First derivatives by complex quotient rule; the test is of the covariance, so Gauss-Newton is
+        // enough.
         let p = Self::pressures(a);
         let slopes: Vec<Vec<f64>> = (0..3)
             .map(|i| {
@@ -259,8 +262,9 @@ impl Forward for Relative {
 
 #[test]
 fn exact_choice_of_reference_microphone() {
-    // To first order in the noise relative pressures carry the same information whatever the reference: at one and the
-    // same parameters the Gauss-Newton matrix must not change when the noise of the reference is shared properly.
+    // To first order in the noise relative pressures carry the same information whatever the reference: at
+    // one and the same parameters the Gauss-Newton matrix must not change when the noise of the reference is
+    // shared properly.
     let a = [0.9, 0.4, -0.3];
     let matrix = |reference: usize| {
         let model = Relative { reference };
@@ -287,8 +291,8 @@ fn exact_choice_of_reference_microphone() {
 
 #[test]
 fn order_choice_of_reference_microphone_with_noise_in_the_data() {
-    // The covariance of relative pressures is that of the noise to first order: the posterior and the Bayes factor
-    // depend on the reference by terms of the noise squared, measured in posterior sd and in nats.
+    // The covariance of relative pressures is that of the noise to first order: the posterior and the Bayes
+    // factor depend on the reference by terms of the noise squared, measured in posterior sd and in nats.
     let a = [0.9, 0.4, -0.3];
     let change = |sd: f64| {
         let noise = numbers("reference", 8);

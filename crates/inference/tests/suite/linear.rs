@@ -31,7 +31,8 @@ fn exact_posterior_and_evidence_in_up_to_50_parameters() {
             Parameters::new((0..p).map(|i| normal(&format!("a{i}"), 0.0, prior_sd[i])).collect()).unwrap();
         let (model, data) = (Linear(x.clone()), fixed(y.clone(), sd));
         let posterior = Posterior::new(&model, &data, &parameters).unwrap();
-        // D ~ N(0, sd^2 I + X S X'), by the Cholesky factor of an m x m matrix that the fast path never forms.
+        // D ~ N(0, sd^2 I + X S X'), by the Cholesky factor of an m x m matrix that the fast path never
+        // forms.
         let marginal = Matrix::from_fn(m, m, |i, j| {
             let signal: f64 = (0..p).map(|k| x[(i, k)] * x[(j, k)] * prior_sd[k].powi(2)).sum();
             signal + if i == j { sd * sd } else { 0.0 }
@@ -41,7 +42,8 @@ fn exact_posterior_and_evidence_in_up_to_50_parameters() {
             let fit = posterior.map(&options).unwrap();
             assert!(fit.stop.converged(), "{p}: {:?}", fit.stop);
             let laplace = posterior.laplace(&fit).unwrap();
-            // BFGS ends at 1e-12 nats, so its evidence is off by that and its mean by 1e-6 sd; Newton's by rounding.
+            // BFGS ends at 1e-12 nats, so its evidence is off by that and its mean by 1e-6 sd; Newton's by
+            // rounding.
             let newton = options.search.method == Method::Newton;
             assert_relative_eq!(
                 laplace.evidence.ln_marginal,
@@ -97,7 +99,8 @@ fn exact_maximum_marginal_likelihood() {
     assert_relative_eq!(found.fit.noise[0].sd, low.exp(), max_relative = 1e-6);
     let again = posterior.laplace(&found.fit).unwrap().evidence.ln_marginal;
     assert_relative_eq!(again, found.ln_marginal, epsilon = 1e-10);
-    // The paper's remark: parameters by MAP and by MML are almost identical (its noise sd is not: p of 40 data are spent).
+    // The paper's remark: parameters by MAP and by MML are almost identical (its noise sd is not: p of 40
+    // data are spent).
     let sds = posterior.laplace(&fit).unwrap().sd();
     for i in 0..6 {
         assert!((found.fit.parameters[i] - fit.parameters[i]).abs() < 0.3 * sds[i]);
@@ -244,7 +247,8 @@ fn line(n: usize, floor: f64) -> (Linear, Data, Parameters) {
 
 #[test]
 fn exact_few_data_give_students_intervals() {
-    // Half of Student's 95.45 % points (tables) with n - 2 degrees of freedom; Wallace's formula is 4 % off at 2.
+    // Half of Student's 95.45 % points (tables) with n - 2 degrees of freedom; Wallace's formula is 4 % off
+    // at 2.
     for (n, half) in [(4, 4.527), (5, 3.307), (6, 2.869), (10, 2.366), (42, 2.064)] {
         let (model, data, parameters) = line(n, 1e-12);
         let posterior = Posterior::new(&model, &data, &parameters).unwrap();
@@ -262,7 +266,8 @@ fn exact_few_data_give_students_intervals() {
     }
 }
 
-/// The restricted likelihood of a line, written out with dense matrices, and its second difference in ln variance.
+/// The restricted likelihood of a line, written out with dense matrices, and its second difference in ln
+/// variance.
 #[test]
 fn oracle_what_few_data_leave_against_the_restricted_likelihood() {
     let (n, floor) = (7, 0.05);
@@ -272,7 +277,8 @@ fn oracle_what_few_data_leave_against_the_restricted_likelihood() {
     let variance = fit.noise[0].sd.powi(2);
     assert!(variance > 0.5 * floor, "{variance}");
     let few = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap().few();
-    // Minus the expected restricted ln likelihood where the truth has this variance, at another: the data enter by their mean square.
+    // Minus the expected restricted ln likelihood where the truth has this variance, at another: the data
+    // enter by their mean square.
     let projected = |t: f64| {
         let information = Matrix::from_fn(2, 2, |i, j| {
             (0..n).map(|k| model.0[(k, i)] * model.0[(k, j)]).sum::<f64>() / (t + floor)
@@ -288,7 +294,8 @@ fn oracle_what_few_data_leave_against_the_restricted_likelihood() {
     let (h, at) = (1e-3, variance.ln());
     let curvature = (cost(at + h) - 2.0 * cost(at) + cost(at - h)) / (h * h);
     assert_relative_eq!(few.noises[0].1[1], 1.0 / curvature, max_relative = 1e-4);
-    // And the standard deviation of a parameter at a variance some way off, by which Satterthwaite's degrees of freedom follow.
+    // And the standard deviation of a parameter at a variance some way off, by which Satterthwaite's degrees
+    // of freedom follow.
     let of = |ln: f64, k: usize| projected(ln.exp()).1.inverse()[(k, k)];
     for k in 0..2 {
         let slope = (of(at + h, k) - of(at - h, k)) / (2.0 * h);

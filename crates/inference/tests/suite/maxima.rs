@@ -10,7 +10,8 @@ use std::f64::consts::PI;
 const SD: f64 = 0.05;
 const WIDTH: f64 = 0.020;
 
-/// Data of a delay of 9 ms in a wave of four frequencies near 160 Hz, whose aliases are 6.25 ms apart and not equal.
+/// Data of a delay of 9 ms in a wave of four frequencies near 160 Hz, whose aliases are 6.25 ms apart and not
+/// equal.
 fn echo(seed: u64) -> (Echo, Data) {
     let model = Echo { frequencies: vec![157.0, 159.0, 161.0, 163.0], declared: false };
     let mut stream = Streams::new(seed).stream("echo");
@@ -40,7 +41,8 @@ fn quadrature(posterior: &Posterior) -> (f64, f64) {
 
 #[test]
 fn oracle_the_main_maximum_of_a_delay_is_found_in_twenty_of_twenty() {
-    // Four random starts of old missed it for about half of the seeds, with ln ML several nats low and no warning.
+    // Four random starts of old missed it for about half of the seeds, with ln ML several nats low and no
+    // warning.
     for declared in [true, false] {
         let mut found = 0;
         for seed in 0..20 {
@@ -147,7 +149,8 @@ impl Objective for EggBox {
 
 #[test]
 fn oracle_an_egg_box_is_surveyed_whole() {
-    // By quadrature in one dimension, squared: the density is a product. Nine wells, of which one start knows one.
+    // By quadrature in one dimension, squared: the density is a product. Nine wells, of which one start knows
+    // one.
     let n = 100_000;
     let h = 3.0 * PI / f64::from(n);
     let one: f64 = (0..n)
@@ -162,7 +165,8 @@ fn oracle_an_egg_box_is_surveyed_whole() {
         2.0 * one.ln(),
         epsilon = 4.0 * corrected.standard_error + 1e-3
     );
-    // Laplace's own error at wells of this depth, by the fourth derivative: 0.042 per dimension to first order.
+    // Laplace's own error at wells of this depth, by the fourth derivative: 0.042 per dimension to first
+    // order.
     assert_abs_diff_eq!(found.ln_integral.unwrap(), 2.0 * one.ln(), epsilon = 0.12);
     assert!(
         found.health.warnings.iter().any(|w| w.contains("8 further maxima")),

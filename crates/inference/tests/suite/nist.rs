@@ -1,7 +1,8 @@
-//! The 27 nonlinear regression problems of the NIST Statistical Reference Datasets, with their certified values.
+//! The 27 nonlinear regression problems of the NIST Statistical Reference Datasets, with their certified
+//! values.
 //!
-//! The file is not part of the repository: the variable `RIJKE_NIST` holds its path. Without it the test says so and
-//! passes, since it is run by `--include-ignored` too.
+//! The file is not part of the repository: the variable `RIJKE_NIST` holds its path. Without it the test says
+//! so and passes, since it is run by `--include-ignored` too.
 
 use rijke_inference::*;
 use rijke_numerics::{C64, Jet, JetSpace, Matrix, Order};
@@ -172,8 +173,9 @@ fn oracle_nist_certified_regressions() {
                 fit.calls.total(),
                 fit.stop
             );
-            // The residuals of Lanczos1 are 1e-13 of the data, so that double precision leaves three digits of their
-            // sum of squares and of the standard deviations, and J is too rough for the search to call it converged.
+            // The residuals of Lanczos1 are 1e-13 of the data, so that double precision leaves three digits
+            // of their sum of squares and of the standard deviations, and J is too rough for the search to
+            // call it converged.
             let rough = problem.name == "Lanczos1";
             if value >= 9.0 && (sd >= 8.0 && fit.stop.converged() || rough && sd >= 2.5) {
                 solved[which] += 1;

@@ -30,7 +30,8 @@ pub(crate) fn design(name: &str, m: usize, p: usize) -> Matrix {
     Matrix::from_fn(m, p, |i, j| x[i * p + j])
 }
 
-/// A damped oscillation sampled at m times: values in pairs (in phase, in quadrature), parameters amplitude, rate, frequency.
+/// A damped oscillation sampled at m times: values in pairs (in phase, in quadrature), parameters amplitude,
+/// rate, frequency.
 pub(crate) struct Ringing {
     pub(crate) times: Vec<f64>,
 }

@@ -66,8 +66,8 @@ fn linear(noise: f64) -> (Linear, Data, Parameters) {
 
 #[test]
 fn exact_nested_sampling_states_its_own_error() {
-    // 40 runs with few live points on a linear model: the mean misses by less than its standard error allows, and the
-    // scatter is the stated error.
+    // 40 runs with few live points on a linear model: the mean misses by less than its standard error allows,
+    // and the scatter is the stated error.
     let (model, data, parameters) = linear(0.1);
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let fit = posterior.map(&MapOptions::default()).unwrap();

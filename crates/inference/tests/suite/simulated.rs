@@ -4,7 +4,8 @@ use crate::problems::{Ringing, normal, ringing};
 use rijke_inference::*;
 use rijke_numerics::{Cholesky, Matrix, Order, Streams};
 
-/// The damped oscillation with noise low enough to be near-Gaussian, and proper priors that the truth is drawn from.
+/// The damped oscillation with noise low enough to be near-Gaussian, and proper priors that the truth is
+/// drawn from.
 fn clean() -> (Ringing, Data, Parameters) {
     let model = Ringing { times: (0..12).map(|k| 0.25 * f64::from(k)).collect() };
     let values = model.predict(&[1.3, 0.4, 2.1], Order::Value).unwrap().values;
@@ -55,7 +56,8 @@ fn oracle_model_check_finds_no_bias_and_honest_sds() {
     assert_eq!(found.failed, 0);
     for row in &found.parameters {
         assert!(row.bias.abs() < 4.0 * row.bias_error, "{row:?}");
-        // The scatter of estimates that a prior of sd 0.1 also informs is below the stated sd, by little here.
+        // The scatter of estimates that a prior of sd 0.1 also informs is below the stated sd, by little
+        // here.
         assert!((0.75..1.15).contains(&(row.scatter / row.stated_sd)), "{row:?}");
         assert!(row.within_2_sd >= 0.9 && (0.55..0.85).contains(&row.within_1_sd), "{row:?}");
     }

@@ -53,7 +53,8 @@ fn oracle_three_stages_against_one_fit_of_all_data() {
 
 #[test]
 fn behaviour_a_penalty_of_an_early_stage_stays_in_the_number() {
-    // eta is 1 +- 0.5 by its prior, and 3.76 by data: of old, the second stage started from 3.76 as if it had always been known.
+    // eta is 1 +- 0.5 by its prior, and 3.76 by data: of old, the second stage started from 3.76 as if it had
+    // always been known.
     let one = Linear(Matrix::from_fn(20, 1, |_, _| 1.0));
     let eta = normal("eta", 1.0, 0.5);
     let run = |truth: f64| {
@@ -88,7 +89,8 @@ fn behaviour_a_penalty_of_an_early_stage_stays_in_the_number() {
 
 #[test]
 fn exact_tension_of_a_linear_model_is_that_of_its_evidence() {
-    // For one parameter seen once: T = (d - m)^2/(s^2 + sd^2), whatever share of the prior the datum takes away.
+    // For one parameter seen once: T = (d - m)^2/(s^2 + sd^2), whatever share of the prior the datum takes
+    // away.
     for (sd, datum) in [(0.1, 3.0), (1.0, 3.0), (3.0, 9.0)] {
         let parameters = Parameters::new(vec![normal("a", 0.5, 1.0)]).unwrap();
         let one = Linear(Matrix::identity(1));

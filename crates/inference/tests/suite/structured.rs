@@ -1,4 +1,5 @@
-//! Blocks with a diagonal and columns against the same covariance as a dense matrix; nuisances and correlated misfits.
+//! Blocks with a diagonal and columns against the same covariance as a dense matrix; nuisances and correlated
+//! misfits.
 
 use crate::problems::{Linear, Ringing, normal, numbers};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
@@ -19,7 +20,8 @@ pub(crate) fn unknowns() -> Parameters {
     Parameters::new(vec![normal("a", 1.2, 0.5), normal("b", 0.5, 0.4), normal("c", 2.0, 0.3)]).unwrap()
 }
 
-/// Two complex nuisances of known size, one of a floated size, a misfit of both parts, two noises on a measured variance.
+/// Two complex nuisances of known size, one of a floated size, a misfit of both parts, two noises on a
+/// measured variance.
 pub(crate) fn structure(kernel: Kernel) -> (Structured, Vec<NoiseGroup>) {
     let n = 2 * TIMES;
     let complex = |name: &str| -> Vec<C64> {
@@ -122,7 +124,8 @@ fn order_sizes_and_lengths_have_their_derivatives() {
 
 #[test]
 fn exact_a_nuisance_is_a_parameter_integrated_out() {
-    // f = x a + u b: b as a parameter with a prior, or as a column; the evidence is the same, for any width of that prior.
+    // f = x a + u b: b as a parameter with a prior, or as a column; the evidence is the same, for any width
+    // of that prior.
     for width in [0.1, 1.0, 1e4] {
         let x = crate::problems::design("nuisance", 40, 3);
         let y: Vec<f64> = numbers("nuisance/y", 40);
@@ -152,8 +155,8 @@ fn exact_a_nuisance_is_a_parameter_integrated_out() {
     }
 }
 
-/// ln evidence of a straight line for data along 0..1 with noise of 0.01 and a model error of 0.05 sin, of `n` data, with the misfit or with
-/// noise alone; against that of the model without slope.
+/// ln evidence of a straight line for data along 0..1 with noise of 0.01 and a model error of 0.05 sin, of
+/// `n` data, with the misfit or with noise alone; against that of the model without slope.
 fn nats(n: usize, correlated: bool) -> f64 {
     let x: Vec<f64> = (0..n).map(|i| (i as f64 + 0.5) / n as f64).collect();
     let mut stream = Streams::new(4).stream("thinning");

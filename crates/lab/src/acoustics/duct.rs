@@ -1,5 +1,5 @@
-//! The laboratory's own acoustics: the line dp/dx = -Z U + M p, dU/dx = -Y p + M U is integrated over x from the top
-//! mouth down, with continuous c(x), and closed at the bottom mouth, where the loudspeaker acts.
+//! The laboratory's own acoustics: the line dp/dx = -Z U + M p, dU/dx = -Y p + M U is integrated over x from
+//! the top mouth down, with continuous c(x), and closed at the bottom mouth, where the loudspeaker acts.
 //!
 //! The integrator is the Magnus series to fourth order (Blanes, Casas, Oteo & Ros, Phys. Rep. 470, 2009):
 //! exact where the gas is uniform, error of order h^4 where it is not.
@@ -32,7 +32,8 @@ pub enum Piece {
         length: f64,
         /// Medium at the lower and at the upper Gauss point, (1/2 -+ 1/sqrt(12)) of the length.
         media: [usize; 2],
-        /// u/c^2, s/m: to first order in the Mach number a mean flow u multiplies both waves by e^{s u x/c^2}.
+        /// u/c^2, s/m: to first order in the Mach number a mean flow u multiplies both waves by e^{s u
+        /// x/c^2}.
         drift: f64,
     },
     /// The pressure here is what this microphone hears.
@@ -50,8 +51,8 @@ pub struct Mouth {
     pub open_area: f64,
     /// The gas there.
     pub gas: GasState,
-    /// Pressure lost by what flows in, per velocity, Pa s/m: where a mean flow G enters from rest with loss K, total
-    /// pressure is constant and the sound loses (1 + K) G u. Nothing is lost where a jet leaves.
+    /// Pressure lost by what flows in, per velocity, Pa s/m: where a mean flow G enters from rest with loss
+    /// K, total pressure is constant and the sound loses (1 + K) G u. Nothing is lost where a jet leaves.
     pub entry_loss: f64,
 }
 
@@ -88,7 +89,8 @@ impl Duct {
         let lines: Vec<Line> = self.media.iter().map(|(section, gas)| section.line(gas, s)).collect();
         let (mut p, mut u) = (self.top.impedance(s), C64::ONE);
         let mut pressures = Vec::new();
-        // The mean flow multiplies both waves by the same e^{-s delay}, which no piece changes: it is left to the end.
+        // The mean flow multiplies both waves by the same e^{-s delay}, which no piece changes: it is left to
+        // the end.
         let mut delay = 0.0;
         for piece in &self.pieces {
             match piece {
@@ -135,18 +137,20 @@ impl Duct {
     }
 }
 
-/// Derivative of an analytic function by four points on a circle: error of order h^4, no cancellation to speak of.
+/// Derivative of an analytic function by four points on a circle: error of order h^4, no cancellation to
+/// speak of.
 fn slope(f: impl Fn(C64) -> C64, s: C64) -> C64 {
     let h = 1e-3 * s.norm();
     let i = C64::I;
     (f(s + h) - f(s - h) - i * (f(s + i * h) - f(s - i * h))) / (4.0 * h)
 }
 
-/// A stretch is short if q^2 is below this: what the series of cosh q and sinh q / q leave out is below 1e-17.
+/// A stretch is short if q^2 is below this: what the series of cosh q and sinh q / q leave out is below
+/// 1e-17.
 const SHORT: f64 = 0.02;
 
-/// The exponential of the Magnus series h/2 (A1 + A2) - h^2 sqrt(3)/12 [A1, A2], A = [[0, -Z], [-Y, 0]], of a stretch:
-/// cosh q + sinh q / q [[a, b], [c, -a]].
+/// The exponential of the Magnus series h/2 (A1 + A2) - h^2 sqrt(3)/12 [A1, A2], A = [[0, -Z], [-Y, 0]], of a
+/// stretch: cosh q + sinh q / q [[a, b], [c, -a]].
 pub(crate) struct Stretch {
     cosh: C64,
     sinhc: C64,
@@ -161,7 +165,8 @@ impl Stretch {
         let (z1, z2, y1, y2) = (lower.impedance, upper.impedance, lower.admittance, upper.admittance);
         let (b, c) = (-0.5 * h * (z1 + z2), -0.5 * h * (y1 + y2));
         let a = -h * h * 3.0_f64.sqrt() / 12.0 * (z1 * y2 - z2 * y1);
-        // exp of the traceless matrix [[a, b], [c, -a]] with q^2 = a^2 + bc; even in q, so the branch does not matter.
+        // exp of the traceless matrix [[a, b], [c, -a]] with q^2 = a^2 + bc; even in q, so the branch does
+        // not matter.
         let square = a * a + b * c;
         let (cosh, sinhc) = if square.norm_sqr() < SHORT * SHORT {
             let series =

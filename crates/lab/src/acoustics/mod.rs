@@ -1,6 +1,7 @@
 //! Acoustics: the lossy line with continuous c(x), what radiates from its mouths, and what stands in it.
 //!
-//! Knows no truth file and no rig; [`crate::bench`](mod@crate::bench) and the apparatus are put together from it.
+//! Knows no truth file and no rig; [`crate::bench`](mod@crate::bench) and the apparatus are put together from
+//! it.
 
 pub mod duct;
 pub mod obstacle;

@@ -1,5 +1,6 @@
-//! What stands across the tube: the heater's wires, plates and gap, and thermocouples. Each is short against a
-//! wavelength, so pressure and volume velocity jump: p1 = p2 + Z U1, U1 (1 + h) = U2 + Y p2 (1 below, 2 above).
+//! What stands across the tube: the heater's wires, plates and gap, and thermocouples. Each is short against
+//! a wavelength, so pressure and volume velocity jump: p1 = p2 + Z U1, U1 (1 + h) = U2 + Y p2 (1 below, 2
+//! above).
 
 use super::walls::outside;
 use rijke_numerics::C64;
@@ -11,7 +12,8 @@ use std::f64::consts::PI;
 pub struct Obstacle {
     /// The gas at the obstacle.
     pub gas: GasState,
-    /// The gas in the boundary layers of hot surfaces (at film temperature); `gas` again where nothing is hot.
+    /// The gas in the boundary layers of hot surfaces (at film temperature); `gas` again where nothing is
+    /// hot.
     pub film: GasState,
     /// Cross-section of the tube, m^2.
     pub area: f64,
@@ -27,7 +29,8 @@ pub struct Obstacle {
     pub surface: f64,
     /// Heat release that follows velocity.
     pub heat: Option<HeatRelease>,
-    /// What else it takes: pressure drop per velocity in the tube, Pa s/m, and velocity per pressure, m/(Pa s).
+    /// What else it takes: pressure drop per velocity in the tube, Pa s/m, and velocity per pressure, m/(Pa
+    /// s).
     pub drift: [C64; 2],
 }
 
@@ -81,7 +84,8 @@ impl Obstacle {
     pub fn descend(&self, s: C64, (p2, u2): (C64, C64)) -> (C64, C64) {
         let heat = self.heat.map_or(C64::ZERO, |h| h.transfer(s));
         let u1 = (u2 + self.admittance(s) * p2) / (1.0 + heat);
-        // Momentum p + rho u^2 is conserved where heat accelerates the gas, to first order in the Mach number.
+        // Momentum p + rho u^2 is conserved where heat accelerates the gas, to first order in the Mach
+        // number.
         let acceleration = self.heat.map_or(C64::ZERO, |h| h.momentum * (u2 - u1));
         (p2 + self.impedance(s) * u1 + acceleration, u1)
     }
@@ -95,8 +99,8 @@ impl Obstacle {
         s * self.gas.density * self.inertance + (self.resistance + self.drift[0]) / self.area + cylinders
     }
 
-    /// Volume velocity taken up per pressure, m^3/(s Pa): the compliance of the volume, and the boundary layers in
-    /// which compression is isothermal.
+    /// Volume velocity taken up per pressure, m^3/(s Pa): the compliance of the volume, and the boundary
+    /// layers in which compression is isothermal.
     #[must_use]
     pub fn admittance(&self, s: C64) -> C64 {
         let (gas, stiffness) = (&self.gas, self.gas.density * self.gas.sound_speed.powi(2));
@@ -110,9 +114,9 @@ impl Obstacle {
 }
 
 impl Cylinders {
-    /// Force per length and velocity on a cylinder in an oscillating stream, Pa s: Stokes 1851,
-    /// rho s pi r^2 (1 + 4 K1(z)/(z K0(z)) + 1), z = r sqrt(s/nu): viscous part and added mass, and the pressure
-    /// gradient of the stream itself. Viscous part `crowding` times.
+    /// Force per length and velocity on a cylinder in an oscillating stream, Pa s: Stokes 1851, rho s pi r^2
+    /// (1 + 4 K1(z)/(z K0(z)) + 1), z = r sqrt(s/nu): viscous part and added mass, and the pressure gradient
+    /// of the stream itself. Viscous part `crowding` times.
     fn drag(&self, gas: &GasState, s: C64) -> C64 {
         let z = self.radius * (s * gas.density / gas.viscosity).sqrt();
         let viscous = 4.0 * outside(z) / z;
@@ -121,8 +125,8 @@ impl Cylinders {
 }
 
 impl HeatRelease {
-    /// Relative velocity change above the heater per relative change below, with the lag of a hot cylinder: a simple
-    /// relaxation, as Lighthill (Proc. R. Soc. A 224, 1954) finds at low frequency.
+    /// Relative velocity change above the heater per relative change below, with the lag of a hot cylinder: a
+    /// simple relaxation, as Lighthill (Proc. R. Soc. A 224, 1954) finds at low frequency.
     fn transfer(&self, s: C64) -> C64 {
         match self.lag {
             Lag::Relaxation(time) => self.gain / (1.0 + s * time),
@@ -132,8 +136,9 @@ impl HeatRelease {
     }
 }
 
-/// Added length of a hole of radius `r` on one side of a plate that fills a tube of radius `outer`, m: 8 r/(3 pi)
-/// less what the wall of the tube confines (Ingard, J. Acoust. Soc. Am. 25, 1953, 1037; Fok's function to third order).
+/// Added length of a hole of radius `r` on one side of a plate that fills a tube of radius `outer`, m: 8 r/(3
+/// pi) less what the wall of the tube confines (Ingard, J. Acoust. Soc. Am. 25, 1953, 1037; Fok's function to
+/// third order).
 pub(crate) fn end_correction(r: f64, outer: f64) -> f64 {
     let xi = r / outer;
     8.0 * r / (3.0 * PI) * (1.0 - 1.13 * xi - 0.09 * xi.powi(2) + 0.27 * xi.powi(3))
@@ -150,7 +155,8 @@ mod tests {
 
     #[test]
     fn exact_drag_of_a_thick_cylinder_is_added_mass_and_boundary_layer() {
-        // z large: rho s pi r^2 (2 + 4/z), that is 2 pi r (rho s r + 2 sqrt(rho mu s)): Stokes' high-frequency limit.
+        // z large: rho s pi r^2 (2 + 4/z), that is 2 pi r (rho s r + 2 sqrt(rho mu s)): Stokes'
+        // high-frequency limit.
         let cylinder = Cylinders { length: 1.0, radius: 0.1, speed_up: 1.0, crowding: 1.0 };
         let (gas, s) = (gas(), C64::new(0.0, 1000.0));
         let limit = 2.0 * PI * 0.1 * (gas.density * s * 0.1 + 2.0 * (gas.density * gas.viscosity * s).sqrt());

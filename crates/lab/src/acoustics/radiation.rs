@@ -12,17 +12,18 @@ pub struct OpenEnd {
     pub outer_radius: f64,
     /// Fraction of the reflected amplitude that is lost beyond radiation: edge vortices, the room, the stand.
     pub absorption: f64,
-    /// Further end correction, in inner radii: what stands near the mouth, or what a thermometer misses there.
+    /// Further end correction, in inner radii: what stands near the mouth, or what a thermometer misses
+    /// there.
     pub extension: f64,
 }
 
 impl OpenEnd {
     /// Reflection coefficient, reflected over incident pressure, at complex frequency `s`.
     ///
-    /// Modulus and end correction: rational fits of Silva, Guillemain, Kergomard, Mallaroni & Norris, J. Sound Vib.
-    /// 322 (2009) 255, unflanged, continued analytically from (ka)^2 to -(s a/c)^2. The wall's thickness
-    /// lengthens the end correction as Dalmont, Nederveen & Joly, J. Sound Vib. 244 (2001) 505, give.
-    /// Good to 0.3 % of the modulus and 1 % of the end correction up to ka = 1.5.
+    /// Modulus and end correction: rational fits of Silva, Guillemain, Kergomard, Mallaroni & Norris, J.
+    /// Sound Vib. 322 (2009) 255, unflanged, continued analytically from (ka)^2 to -(s a/c)^2. The wall's
+    /// thickness lengthens the end correction as Dalmont, Nederveen & Joly, J. Sound Vib. 244 (2001) 505,
+    /// give. Good to 0.3 % of the modulus and 1 % of the end correction up to ka = 1.5.
     #[must_use]
     pub fn reflection(&self, gas: &GasState, s: C64) -> C64 {
         let q = s * self.inner_radius / gas.sound_speed;
@@ -34,7 +35,8 @@ impl OpenEnd {
             * (-2.0 * q * (self.end_correction() * shape + self.extension)).exp()
     }
 
-    /// End correction at low frequency, in inner radii: 0.6133 for a thin wall, 0.8216 for an infinite flange.
+    /// End correction at low frequency, in inner radii: 0.6133 for a thin wall, 0.8216 for an infinite
+    /// flange.
     #[must_use]
     pub fn end_correction(&self) -> f64 {
         let (thin, flanged, ratio) = (0.6133, 0.8216, self.inner_radius / self.outer_radius);
@@ -42,8 +44,9 @@ impl OpenEnd {
     }
 
     /// Impedance p/U at the mouth, U out of the tube, when rods that reach out of it leave `open_area` of its
-    /// cross-section. The reactance is that of a narrower mouth; the resistance is that of a small source, which
-    /// depends on the volume velocity alone. On the imaginary axis the parts of Z even and odd in s are these two.
+    /// cross-section. The reactance is that of a narrower mouth; the resistance is that of a small source,
+    /// which depends on the volume velocity alone. On the imaginary axis the parts of Z even and odd in s are
+    /// these two.
     #[must_use]
     pub fn impedance(&self, gas: &GasState, open_area: f64, s: C64) -> C64 {
         let specific = |s: C64| {

@@ -1,9 +1,9 @@
 //! Viscous and thermal losses at walls: the boundary layers of a round tube and of rods inside it.
 //!
-//! A wall displaces flow (viscous) and compliance (thermal) by an area per length. For the inside of a tube this is
-//! Zwikker & Kosten's solution (Sound Absorbing Materials, 1949, ch. II; Tijdeman, J. Sound Vib. 39, 1975): the
-//! displaced fraction of the cross-section is 2 I1(z) / (z I0(z)), z = a sqrt(s/nu). For the outside of a rod the
-//! same equations give 2 pi r delta K1(z)/K0(z), delta = sqrt(nu/s).
+//! A wall displaces flow (viscous) and compliance (thermal) by an area per length. For the inside of a tube
+//! this is Zwikker & Kosten's solution (Sound Absorbing Materials, 1949, ch. II; Tijdeman, J. Sound Vib. 39,
+//! 1975): the displaced fraction of the cross-section is 2 I1(z) / (z I0(z)), z = a sqrt(s/nu). For the
+//! outside of a rod the same equations give 2 pi r delta K1(z)/K0(z), delta = sqrt(nu/s).
 
 use complex_bessel::{Scaling, besseli_scaled, besselk_seq};
 use rijke_numerics::C64;
@@ -63,8 +63,8 @@ impl Section {
         }
     }
 
-    /// Areas that the boundary layers of all walls displace, m^2; roots = sqrt(s/nu) and sqrt(s/alpha), 1/m. The layers of
-    /// different walls are taken not to meet: they are 0.2 mm thick, the walls 5 mm apart.
+    /// Areas that the boundary layers of all walls displace, m^2; roots = sqrt(s/nu) and sqrt(s/alpha), 1/m.
+    /// The layers of different walls are taken not to meet: they are 0.2 mm thick, the walls 5 mm apart.
     fn displaced_areas(&self, roots: [C64; 2]) -> [C64; 2] {
         let inverses = roots.map(|root| root.inv());
         let pair = |radius: f64| (roots.map(|root| radius * root), inverses.map(|inverse| inverse / radius));
@@ -81,7 +81,8 @@ impl Section {
     }
 }
 
-/// The square root in the right half plane, away from the negative real axis, without trigonometric functions.
+/// The square root in the right half plane, away from the negative real axis, without trigonometric
+/// functions.
 pub(crate) fn principal_root(q: C64) -> C64 {
     let re = (0.5 * (q.norm_sqr().sqrt() + q.re)).sqrt();
     C64::new(re, 0.5 * q.im / re)
@@ -121,8 +122,8 @@ fn large(z: C64) -> bool {
     z.norm_sqr() > 24.0 * 24.0
 }
 
-/// Hankel's expansion of I1/I0 in x = 1/z (Abramowitz & Stegun 9.7.1, quotient); with -x it is K1/K0. Two numbers side by side:
-/// each sum waits for its last term.
+/// Hankel's expansion of I1/I0 in x = 1/z (Abramowitz & Stegun 9.7.1, quotient); with -x it is K1/K0. Two
+/// numbers side by side: each sum waits for its last term.
 fn series(x: [C64; 2]) -> [C64; 2] {
     const C: [f64; 9] = [
         1.0,
@@ -162,7 +163,8 @@ mod tests {
 
     #[test]
     fn exact_attenuation_of_kirchhoff() {
-        // Kirchhoff 1868: alpha = sqrt(omega nu / 2)/(a c) (1 + (gamma-1)/sqrt(Pr)), to first order in delta/a.
+        // Kirchhoff 1868: alpha = sqrt(omega nu / 2)/(a c) (1 + (gamma-1)/sqrt(Pr)), to first order in
+        // delta/a.
         let gas = Gas::air().at(293.15, 101_325.0);
         let tube = |radius| Section { radius, roughness: 1.0, rods: vec![] };
         let (omega, nu) = (1078.0, gas.viscosity / gas.density);

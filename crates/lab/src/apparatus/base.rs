@@ -1,5 +1,5 @@
-//! The slow flow that is really there: the model of crate `flow` on a finer grid, with closures that a candidate does
-//! not have.
+//! The slow flow that is really there: the model of crate `flow` on a finer grid, with closures that a
+//! candidate does not have.
 
 use crate::truth::{LabError, Truth};
 use rijke_flow::{BaseState, Pipe, Unknowns};
@@ -7,10 +7,12 @@ use rijke_rig::{OperatingPoint, Ramp, Rig};
 
 /// How much finer than the candidate's grid: errors of the grid are then a tenth of what a candidate makes.
 const REFINEMENT: u32 = 4;
-/// Longest step of a run after a change of power, s: a third of a candidate's, so that the error of its steps is a ninth.
+/// Longest step of a run after a change of power, s: a third of a candidate's, so that the error of its steps
+/// is a ninth.
 const STEP: f64 = 5.0;
 
-/// Temperature and velocity along the tube at an operating point, ambient `temperature` (K), settled: what is really there.
+/// Temperature and velocity along the tube at an operating point, ambient `temperature` (K), settled: what is
+/// really there.
 ///
 /// # Errors
 /// [`LabError::Flow`] where the flow does not settle.

@@ -7,8 +7,8 @@ use rijke_numerics::C64;
 use rijke_rig::{OperatingPoint, Rig};
 use std::f64::consts::PI;
 
-/// The heater's three obstacles: its lower face, its middle (wires, gap, heat), its upper face. Between them the gas
-/// flows through the bore of the plates, which are lines of their own.
+/// The heater's three obstacles: its lower face, its middle (wires, gap, heat), its upper face. Between them
+/// the gas flows through the bore of the plates, which are lines of their own.
 pub(crate) struct Heater {
     pub(crate) lower_face: Obstacle,
     pub(crate) middle: Obstacle,
@@ -69,9 +69,9 @@ impl HotWire {
         if point.power <= 0.0 || speed <= 0.0 {
             return Self { film: cold, release: None, drift: [C64::ZERO; 2] };
         }
-        // Wire temperature: share of the power = h pi d l (T_wire - T_gas), h = Nu k/d; Nu = 0.24 + 0.56 Re^0.45 with
-        // properties at film temperature, Collis & Williams, J. Fluid Mech. 6 (1959) 357, for Re < 44 (here below 25).
-        // Five passes settle it.
+        // Wire temperature: share of the power = h pi d l (T_wire - T_gas), h = Nu k/d; Nu = 0.24 + 0.56
+        // Re^0.45 with properties at film temperature, Collis & Williams, J. Fluid Mech. 6 (1959) 357, for Re
+        // < 44 (here below 25). Five passes settle it.
         let (mut film, mut slope) = (cold, 0.0);
         for _ in 0..5 {
             let reynolds = speed * d * film.density / film.viscosity;
@@ -102,8 +102,8 @@ impl HotWire {
 }
 
 impl LawOfTable4 {
-    /// Gain, lag, and what the drag drifts by, at a power (W), a velocity below the heater (m/s), a diameter of the wire (m) and the gas
-    /// below: Table 4 of Juniper & Yoko 2022.
+    /// Gain, lag, and what the drag drifts by, at a power (W), a velocity below the heater (m/s), a diameter
+    /// of the wire (m) and the gas below: Table 4 of Juniper & Yoko 2022.
     fn at(&self, power: f64, velocity: f64, d: f64, gas: &rijke_rig::GasState) -> (f64, Lag, [C64; 2]) {
         let [k1, k2, k3, k4, k5, k6] = self.k;
         // King's law: Q (...)^-1/U, with the conductance of the wire's film.

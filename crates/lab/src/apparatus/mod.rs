@@ -1,5 +1,5 @@
-//! The tube as the truth has it at one operating point: the slow flow that is really there, the heater, the mouths, and all of
-//! it as one duct.
+//! The tube as the truth has it at one operating point: the slow flow that is really there, the heater, the
+//! mouths, and all of it as one duct.
 //!
 //! Knows nothing of how it is recorded.
 

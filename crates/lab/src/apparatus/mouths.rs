@@ -9,9 +9,9 @@ use rijke_rig::{OperatingPoint, Rig};
 
 /// The bottom and the top of the tube at `point` in the laboratory of `seed`.
 ///
-/// Every time the rig is set anew, that is at every cold point and at every position of the hot heater, the mouths
-/// come out a little different, both alike ([`crate::Ends::absorption_sd`], [`crate::Ends::extension_sd`]); all powers
-/// at one position share one setting.
+/// Every time the rig is set anew, that is at every cold point and at every position of the hot heater, the
+/// mouths come out a little different, both alike ([`crate::Ends::absorption_sd`],
+/// [`crate::Ends::extension_sd`]); all powers at one position share one setting.
 #[must_use]
 pub fn mouths(rig: &Rig, truth: &Truth, point: &OperatingPoint, seed: u64) -> [OpenEnd; 2] {
     let setting = match (point.thermometers, point.id.rsplit_once('-')) {

@@ -102,7 +102,8 @@ pub(crate) fn modes(
     let time = ends + (0..cells).map(slowness).sum::<f64>() * rig.tube.length / cells as f64;
     (1..=count)
         .map(|n| {
-            // The n-th half wave of the open tube, corrected for its ends, decaying as losses near 10 1/s make it.
+            // The n-th half wave of the open tube, corrected for its ends, decaying as losses near 10 1/s
+            // make it.
             let guess = C64::new(-10.0, n as f64 * std::f64::consts::PI / time);
             let found =
                 duct.mode(guess).filter(|mode| (mode.s - guess).norm() < 0.4 * guess.norm() / n as f64);
@@ -161,15 +162,17 @@ mod tests {
 
     #[test]
     fn paper_growth_rate_and_frequency_have_the_size_of_figure_4() {
-        // Section 6.1: eta = 1 with |R| = 0.9952 and 0.9953 fits the two empty tubes: (c/L) ln|R| less Kirchhoff's wall
-        // loss, -7.1 1/s at 20 C. The truth keeps two thirds of the absorption that this implies: up to 0.4 1/s less.
+        // Section 6.1: eta = 1 with |R| = 0.9952 and 0.9953 fits the two empty tubes: (c/L) ln|R| less
+        // Kirchhoff's wall loss, -7.1 1/s at 20 C. The truth keeps two thirds of the absorption that this
+        // implies: up to 0.4 1/s less.
         let (s, gas) =
             (first(&same_every_time(), "C3-E").s, Rig::juniper_yoko_2022().gas.at(294.0, 101_325.0));
         let wall = (s.im * gas.viscosity / gas.density / 2.0).sqrt() / 0.0237
             * (1.0 + (gas.gamma - 1.0) / gas.prandtl.sqrt());
         let printed = gas.sound_speed * 0.99525_f64.ln() - wall;
         assert!((0.0..0.5).contains(&(s.re - printed)), "{s}, from the printed values {printed}");
-        // The printed angles 3.0597 and 3.0641 give omega = (c/L) angle, 1051 to 1052 rad/s, less the wall's share.
+        // The printed angles 3.0597 and 3.0641 give omega = (c/L) angle, 1051 to 1052 rad/s, less the wall's
+        // share.
         assert!((s.im / (gas.sound_speed * 3.06) - 1.0).abs() < 0.01);
     }
 
@@ -220,7 +223,8 @@ mod tests {
         assert!(s("C1-15").re < s("C1-50").re && s("C1-15").im < s("C1-50").im);
         // Thermocouples change the growth rate.
         assert!(s("H0-50").re < s("C1-50").re - 0.1);
-        // Fig. 10: power drives at a quarter of the tube and damps at three quarters; frequency rises with power.
+        // Fig. 10: power drives at a quarter of the tube and damps at three quarters; frequency rises with
+        // power.
         assert!(s("H180-25").re > s("H0-25").re && s("H180-75").re < s("H0-75").re);
         assert!(s("H180-25").im > s("H80-25").im && s("H80-25").im > s("H0-25").im);
     }

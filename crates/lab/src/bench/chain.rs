@@ -38,8 +38,9 @@ enum Piece {
     Reference(usize),
     /// Here this source begins.
     Begin(usize),
-    /// A share of this source: the volume velocity that its heat adds per reference velocity; the momentum that takes per
-    /// volume velocity, Pa s/m^3; and what the mean acceleration takes per volume velocity at the source's beginning.
+    /// A share of this source: the volume velocity that its heat adds per reference velocity; the momentum
+    /// that takes per volume velocity, Pa s/m^3; and what the mean acceleration takes per volume velocity at
+    /// the source's beginning.
     Heat { source: usize, factor: f64, momentum: f64, acceleration: f64 },
     /// A microphone.
     Microphone(usize),
@@ -60,7 +61,8 @@ struct Medium {
 #[derive(Clone, Debug)]
 struct Source {
     response: Response,
-    /// The sum of its shares at low frequency: relative change of velocity behind it per relative change before it.
+    /// The sum of its shares at low frequency: relative change of velocity behind it per relative change
+    /// before it.
     gain: f64,
 }
 
@@ -69,7 +71,8 @@ struct Source {
 pub(crate) struct March {
     /// Pressure at the microphones, Pa.
     pub(crate) pressures: Vec<C64>,
-    /// What is missing at the downstream end, times a factor that is analytic and has no zero there; zero at an eigenvalue.
+    /// What is missing at the downstream end, times a factor that is analytic and has no zero there; zero at
+    /// an eigenvalue.
     pub(crate) drive: C64,
 }
 
@@ -136,7 +139,8 @@ impl Chain {
                 gain += factor;
                 let momentum = base.mass_flow / local.powi(2);
                 let half = 0.5 * thickness / SLICES as f64;
-                // The fluctuating mass flux through a source is that before it: spots of entropy are taken to be longer.
+                // The fluctuating mass flux through a source is that before it: spots of entropy are taken to
+                // be longer.
                 let acceleration =
                     base.gas(begin).density * (velocity(x + half) - velocity(x - half)) / local;
                 marks.push((x, Piece::Heat { source: number, factor, momentum, acceleration }));

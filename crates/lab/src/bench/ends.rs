@@ -9,8 +9,8 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum EndTruth {
-    /// A plate. What it takes in, in units of 1/(rho c): a share that is always there, one that grows with the mean
-    /// velocity (per m/s), and the thermal boundary layer on it.
+    /// A plate. What it takes in, in units of 1/(rho c): a share that is always there, one that grows with
+    /// the mean velocity (per m/s), and the thermal boundary layer on it.
     Rigid {
         #[serde(default)]
         admittance: f64,
@@ -88,7 +88,8 @@ mod tests {
         assert_eq!(end(false, 0.0).reflection(s), C64::ONE);
         // 0.002 per m/s at 0.5 m/s takes in 0.001.
         assert!((end(false, 0.002).reflection(s) - 0.999 / 1.001).norm() < 1e-15);
-        // Cremer 1948: the thermal layer takes in (gamma - 1) sqrt(omega alpha)/c of modulus, with equal parts.
+        // Cremer 1948: the thermal layer takes in (gamma - 1) sqrt(omega alpha)/c of modulus, with equal
+        // parts.
         let y = (1.0 - end(true, 0.0).reflection(s)) / (1.0 + end(true, 0.0).reflection(s));
         assert!((y.re / y.im - 1.0).abs() < 0.01 && (y.norm() - 1.4e-4).abs() < 0.1e-4, "{y}");
     }

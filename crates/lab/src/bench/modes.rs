@@ -5,8 +5,8 @@ use super::truth::Search;
 use rijke_numerics::C64;
 use std::f64::consts::{PI, TAU};
 
-/// Every zero of `drive` in the region, lowest frequency first: the winding number says how many there are, the secant method from
-/// finer and finer grids finds them.
+/// Every zero of `drive` in the region, lowest frequency first: the winding number says how many there are,
+/// the secant method from finer and finer grids finds them.
 pub(crate) fn modes(point: &str, drive: impl Fn(C64) -> C64, region: Search) -> Result<Vec<C64>, BenchError> {
     let ([low, high], [from, to]) = (region.growth_rate, region.frequency_hz.map(|f| TAU * f));
     let corners = [C64::new(low, from), C64::new(high, from), C64::new(high, to), C64::new(low, to)];
@@ -67,7 +67,8 @@ fn root(drive: &impl Fn(C64) -> C64, guess: C64) -> Option<C64> {
         (before, last) = (s, here);
         s -= step;
         if step.norm() < 1e-12 * s.norm() {
-            // After a wild jump the secant is so steep that its step is small anywhere: the slope here decides.
+            // After a wild jump the secant is so steep that its step is small anywhere: the slope here
+            // decides.
             let near = s * 1e-6;
             let newton = drive(s) * near / (drive(s + near) - drive(s));
             return (newton.norm() < 1e-9 * s.norm()).then_some(s);

@@ -38,7 +38,8 @@ pub struct Measured {
     pub growth_rate: f64,
     /// Frequency with noise, Hz.
     pub frequency_hz: f64,
-    /// Pressures relative to the reference with noise, in the order of the microphones; none for a dead one and for the reference.
+    /// Pressures relative to the reference with noise, in the order of the microphones; none for a dead one
+    /// and for the reference.
     pub pressures: Vec<Option<C64>>,
 }
 
@@ -69,8 +70,8 @@ pub struct Observations {
     reference: usize,
 }
 
-/// Reads a truth file and the campaign beside it, observes every point with the noise of `seed`, and writes `modes.csv`,
-/// `observations.toml` and, where there are thermometers, `readings.csv` into the folder `out`.
+/// Reads a truth file and the campaign beside it, observes every point with the noise of `seed`, and writes
+/// `modes.csv`, `observations.toml` and, where there are thermometers, `readings.csv` into the folder `out`.
 ///
 /// # Errors
 /// [`BenchError`], with the file and line or the operating point.
@@ -91,8 +92,8 @@ impl Bench {
         Ok(Self { path: path.to_owned(), truth, points })
     }
 
-    /// Observes every point with the noise of `seed`. The true temperature of the room differs from the stated one by the same draw
-    /// at all points of a day.
+    /// Observes every point with the noise of `seed`. The true temperature of the room differs from the
+    /// stated one by the same draw at all points of a day.
     ///
     /// # Errors
     /// A factor without a value, a value out of range, a mode that was not found or that grows.
@@ -116,9 +117,10 @@ impl Bench {
         Ok(all)
     }
 
-    /// A transfer function measured on its own: -k_eu at the frequencies `hz` over its value at rest, times the stated
-    /// sensitivity, of the first source at the first point called `id`; rows of frequency in Hz, gain, and phase in rad that
-    /// runs on. `sds` are relative, of the gain, and absolute, of the phase. None if there is no such source.
+    /// A transfer function measured on its own: -k_eu at the frequencies `hz` over its value at rest, times
+    /// the stated sensitivity, of the first source at the first point called `id`; rows of frequency in Hz,
+    /// gain, and phase in rad that runs on. `sds` are relative, of the gain, and absolute, of the phase. None
+    /// if there is no such source.
     ///
     /// # Errors
     /// As [`Bench::observe`].

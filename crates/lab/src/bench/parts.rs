@@ -66,7 +66,8 @@ impl ObstacleTruth {
     }
 }
 
-/// A closed cavity that hangs on the duct by necks: a Helmholtz resonator, or a quarter-wave tube if the neck is the cavity.
+/// A closed cavity that hangs on the duct by necks: a Helmholtz resonator, or a quarter-wave tube if the neck
+/// is the cavity.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BranchTruth {
@@ -104,7 +105,8 @@ pub(crate) struct Branch {
 }
 
 impl BranchTruth {
-    /// On a duct of `radius`, m, with a cavity of `depth`, m, filled with `gas`; with or without the added mass of its necks.
+    /// On a duct of `radius`, m, with a cavity of `depth`, m, filled with `gas`; with or without the added
+    /// mass of its necks.
     pub(crate) fn branch(&self, gas: GasState, radius: f64, depth: f64, added_mass: bool) -> Branch {
         let section =
             |diameter: f64| Section { radius: 0.5 * diameter, roughness: self.layers, rods: vec![] };
@@ -123,8 +125,9 @@ impl BranchTruth {
 }
 
 impl Branch {
-    /// Volume velocity that it takes in, and the pressure in the duct that drives it, for unit pressure at the closed end of its
-    /// cavity, m^3/(s Pa) and 1. Both are analytic in `s`; their quotient has a pole at each resonance.
+    /// Volume velocity that it takes in, and the pressure in the duct that drives it, for unit pressure at
+    /// the closed end of its cavity, m^3/(s Pa) and 1. Both are analytic in `s`; their quotient has a pole at
+    /// each resonance.
     pub(crate) fn mouth(&self, s: C64) -> (C64, C64) {
         let line = self.cavity.line(&self.gas, s);
         // From the closed end outwards, x towards the duct: U is what comes out.
@@ -165,8 +168,9 @@ mod tests {
 
     #[test]
     fn exact_a_short_cavity_is_a_helmholtz_resonator() {
-        // Without losses and for a cavity short against the wave: Y = (s V/(rho c^2))/(1 + s^2/omega_0^2), with omega_0^2 = c^2 A/(V l) and
-        // the added masses in l. The neck's own volume counts as well; what the lines add beyond that is of second order.
+        // Without losses and for a cavity short against the wave: Y = (s V/(rho c^2))/(1 + s^2/omega_0^2),
+        // with omega_0^2 = c^2 A/(V l) and the added masses in l. The neck's own volume counts as well; what
+        // the lines add beyond that is of second order.
         let gas = Gas::air().at(293.15, 101_325.0);
         let branch = truth().branch(gas, 0.05, 0.05, true);
         let (area, volume) = (PI * 0.005_f64.powi(2), PI * 0.03_f64.powi(2) * 0.05);

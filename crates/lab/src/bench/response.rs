@@ -31,8 +31,8 @@ pub(crate) struct SourceTruth {
     /// Gamma-distributed delays, side by side; their weights add up to 1 for a sensitivity as stated.
     #[serde(default)]
     pub(crate) delay: Vec<DelayTruth>,
-    /// Delay at low frequency of heat that is conducted through a film: z/sinh z, z^2 = 6 s times this (the heat
-    /// equation across the film, flux at one face for temperature at the other).
+    /// Delay at low frequency of heat that is conducted through a film: z/sinh z, z^2 = 6 s times this (the
+    /// heat equation across the film, flux at one face for temperature at the other).
     #[serde(default)]
     pub(crate) film: f64,
     /// Time constant of a capacity, 1/(1 + s times this).
@@ -119,8 +119,9 @@ fn film(square: C64) -> C64 {
     z / z.sinh()
 }
 
-/// d ln Q/d ln U of a wire that gives off `heat`, W, to a stream of `velocity`, m/s: Nu = 0.24 + 0.56 Re^0.45 with properties at
-/// film temperature (Collis & Williams, J. Fluid Mech. 6, 1959, 357; Re < 44). Ten passes settle the film.
+/// d ln Q/d ln U of a wire that gives off `heat`, W, to a stream of `velocity`, m/s: Nu = 0.24 + 0.56 Re^0.45
+/// with properties at film temperature (Collis & Williams, J. Fluid Mech. 6, 1959, 357; Re < 44). Ten passes
+/// settle the film.
 pub(crate) fn wire_sensitivity(wire: WireTruth, gas: &Gas, cold: &GasState, velocity: f64, heat: f64) -> f64 {
     let (mut film, mut slope) = (*cold, 0.0);
     for _ in 0..10 {
@@ -174,7 +175,8 @@ mod tests {
 
     #[test]
     fn oracle_film_against_finite_differences_of_the_heat_equation() {
-        // T'' = z^2 T on (0, 1), T(0) = 0, T(1) = 1: flux T'(0) = z/sinh z. Second-order differences, by elimination.
+        // T'' = z^2 T on (0, 1), T(0) = 0, T(1) = 1: flux T'(0) = z/sinh z. Second-order differences, by
+        // elimination.
         let square = 6.0 * S * 1e-3;
         let flux = |n: usize| {
             let h = 1.0 / n as f64;

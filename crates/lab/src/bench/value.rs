@@ -26,7 +26,8 @@ impl Value {
     }
 }
 
-/// Whether a part whose factor is `present` is there: always without a factor, else where it is not 0 and not empty.
+/// Whether a part whose factor is `present` is there: always without a factor, else where it is not 0 and not
+/// empty.
 pub(crate) fn is_present(present: Option<&String>, point: &Point) -> bool {
     present.is_none_or(|factor| point.factors.get(factor).is_some_and(|value| *value != 0.0))
 }

@@ -17,7 +17,8 @@ pub(crate) struct Click {
     warmer: Vec<Vec<f32>>,
 }
 
-/// The clicks heard last: one takes 0.4 MB, and the records of one operating point are asked for one after another.
+/// The clicks heard last: one takes 0.4 MB, and the records of one operating point are asked for one after
+/// another.
 #[derive(Default)]
 pub(crate) struct Clicks(Mutex<VecDeque<((bool, usize), Place)>>);
 
@@ -60,13 +61,14 @@ pub(crate) struct Pulse {
     pub(crate) length: usize,
 }
 
-/// The record is computed on a damped spectrum, s = DAMPING + i omega, and multiplied by e^{DAMPING t}: what wraps
-/// around the end of the window comes back smaller by e^{-DAMPING window}, here below 1e-7. Larger values would bring
-/// rounding up instead.
+/// The record is computed on a damped spectrum, s = DAMPING + i omega, and multiplied by e^{DAMPING t}: what
+/// wraps around the end of the window comes back smaller by e^{-DAMPING window}, here below 1e-7. Larger
+/// values would bring rounding up instead.
 const DAMPING: f64 = 120.0;
 
 impl Pulse {
-    /// Laplace transform of peak (1 - 2 q) e^{-q}, q = (pi f t)^2, about t = 0: the second derivative of a Gaussian.
+    /// Laplace transform of peak (1 - 2 q) e^{-q}, q = (pi f t)^2, about t = 0: the second derivative of a
+    /// Gaussian.
     fn spectrum(&self, s: C64) -> C64 {
         let a = PI * self.frequency;
         let q = s * s / (4.0 * a * a);
@@ -86,7 +88,8 @@ impl Click {
         for k in 0..bins {
             let s = C64::new(DAMPING, 2.0 * PI * k as f64 * df);
             let source = pulse.spectrum(s) * df;
-            // A gas warmer by a relative change e of the speed of sound answers at s as this one at s/(1 + e).
+            // A gas warmer by a relative change e of the speed of sound answers at s as this one at s/(1 +
+            // e).
             let small = 1e-4;
             let (cold, warm) = (duct.response(s), duct.response(s / (1.0 + small)));
             for (m, delay) in delays.iter().enumerate() {
@@ -99,7 +102,8 @@ impl Click {
         Self { nominal: back(nominal), warmer: back(warmer) }
     }
 
-    /// The record of microphone `m`, `amplitude` times, in gas whose speed of sound is 1 + `warmth` times the nominal.
+    /// The record of microphone `m`, `amplitude` times, in gas whose speed of sound is 1 + `warmth` times the
+    /// nominal.
     pub(crate) fn channel(&self, m: usize, amplitude: f64, warmth: f64) -> Vec<f64> {
         let pairs = self.nominal[m].iter().zip(&self.warmer[m]);
         pairs.map(|(p, d)| amplitude * (f64::from(*p) + warmth * f64::from(*d))).collect()

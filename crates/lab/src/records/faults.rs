@@ -13,7 +13,8 @@ pub enum Fault {
     Dead(usize),
     /// The loudspeaker started again this long after it stopped, s.
     DoubleTrigger(f64),
-    /// No samples arrived from the first moment for the second long, s after the end of forcing: zeros instead.
+    /// No samples arrived from the first moment for the second long, s after the end of forcing: zeros
+    /// instead.
     Dropout(f64, f64),
     /// Mains hum a hundred times the usual, from the first moment for the second long, s.
     HumBurst(f64, f64),
@@ -51,8 +52,8 @@ impl Fault {
         bad.then_some(fault)
     }
 
-    /// Does to finished channels (Pa, every `dt` s, event at `event` s, limit `full_scale` Pa) what the fault does.
-    /// A second trigger is made with the ping itself and changes nothing here.
+    /// Does to finished channels (Pa, every `dt` s, event at `event` s, limit `full_scale` Pa) what the fault
+    /// does. A second trigger is made with the ping itself and changes nothing here.
     pub(crate) fn apply(self, channels: &mut [Vec<f64>], dt: f64, event: f64, full_scale: f64, hum: &Hum) {
         let span = |from: f64, long: f64, length: usize| {
             let first = (((event + from) / dt) as usize).min(length);

@@ -1,5 +1,5 @@
-//! The laboratory as a source of records: pings, clicks and sweeps of the tube as microphones, channels and the recorder give them, with
-//! noise and faults.
+//! The laboratory as a source of records: pings, clicks and sweeps of the tube as microphones, channels and
+//! the recorder give them, with noise and faults.
 //!
 //! Knows the tube as its modes and times; takes them from the apparatus.
 

@@ -8,8 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 /// The filter that turns white noise into noise whose density rises as 1/f below a corner: a product of three
 /// lags (1 + f/z)/(1 + f/p), each a factor 6 below the last, zero and pole sqrt(6) apart, in parallel form
-/// H = direct + sum_k weight_k / (1 - pole_k/z). The density is flat again below the lowest pole, a hundredth of the
-/// corner.
+/// H = direct + sum_k weight_k / (1 - pole_k/z). The density is flat again below the lowest pole, a hundredth
+/// of the corner.
 #[derive(Clone, Debug)]
 pub(crate) struct Colour {
     direct: f64,

@@ -5,9 +5,10 @@ use rijke_numerics::C64;
 
 /// What a loudspeaker that pulls at one frequency and then stops makes the microphones hear.
 ///
-/// The response to Re(e^{i omega t}) for t < 0 and nothing after is, with poles s_n and residues r_n,
-/// Re(a e^{i omega t}) before and the sum of Re(b_n e^{s_n t}) after, b_n = r_n (e^{i theta}/(i omega - s_n) +
-/// e^{-i theta}/(-i omega - s_n)): exact for a response that is the sum of its poles, and continuous at t = 0.
+/// The response to Re(e^{i omega t}) for t < 0 and nothing after is, with poles s_n and residues r_n, Re(a
+/// e^{i omega t}) before and the sum of Re(b_n e^{s_n t}) after, b_n = r_n (e^{i theta}/(i omega - s_n) +
+/// e^{-i theta}/(-i omega - s_n)): exact for a response that is the sum of its poles, and continuous at t
+/// = 0.
 #[derive(Clone, Debug)]
 pub(crate) struct Ping {
     modes: Vec<Mode>,
@@ -31,7 +32,8 @@ pub(crate) struct Stop {
 }
 
 impl Ping {
-    /// From the modes of an operating point: forcing `detuning` off resonance, amplitude `wanted` Pa at `reference`.
+    /// From the modes of an operating point: forcing `detuning` off resonance, amplitude `wanted` Pa at
+    /// `reference`.
     #[must_use]
     pub(crate) fn new(modes: Vec<Mode>, detuning: f64, reference: usize, wanted: f64) -> Self {
         let omega = modes[0].s.im * (1.0 + detuning);
@@ -50,8 +52,8 @@ impl Ping {
         self.source * self.modes.iter().map(pole).sum::<C64>()
     }
 
-    /// Adds the ping to every channel: `channels[m]` sampled every `dt` s from sample `first` on, microphone m heard
-    /// `delays[m]` s late.
+    /// Adds the ping to every channel: `channels[m]` sampled every `dt` s from sample `first` on, microphone
+    /// m heard `delays[m]` s late.
     pub(crate) fn add(&self, channels: &mut [Vec<f64>], first: usize, dt: f64, delays: &[f64], stop: Stop) {
         let stretch = 1.0 + stop.warmth;
         let length = channels.first().map_or(0, Vec::len);
@@ -129,7 +131,8 @@ mod tests {
 
     #[test]
     fn oracle_ring_down_against_the_convolution_with_the_forcing() {
-        // p(t) = integral of h(t - t') Re(e^{i(omega t' + theta)}) dt' over t' < 0, h(t) = 2 sum Re(r e^{st}), by Simpson.
+        // p(t) = integral of h(t - t') Re(e^{i(omega t' + theta)}) dt' over t' < 0, h(t) = 2 sum Re(r
+        // e^{st}), by Simpson.
         let ping = ping();
         let stop = Stop { time: 0.0, angle: 0.7, amplitude: 1.0, warmth: 0.0 };
         let mut channels = vec![vec![0.0; 200], vec![0.0; 200]];

@@ -18,8 +18,8 @@ use rijke_rig::{
 };
 
 impl VirtualRig {
-    /// Sets the laboratory up for the rows `rows` of a campaign (all, if empty), `repeats` records of each kind per
-    /// point (the campaign's own number, if none).
+    /// Sets the laboratory up for the rows `rows` of a campaign (all, if empty), `repeats` records of each
+    /// kind per point (the campaign's own number, if none).
     ///
     /// # Errors
     /// A row does not exist, or a point's modes cannot be found.
@@ -127,8 +127,9 @@ fn day(truth: &Truth, id: &str, streams: Streams) -> (Day, f64) {
     (day, temperature)
 }
 
-/// The day on which a point is measured: cold rows take several points a day in the order of their positions; with
-/// thermocouples in place all powers at one position are run on one day (paper, section 3: an hour each).
+/// The day on which a point is measured: cold rows take several points a day in the order of their positions;
+/// with thermocouples in place all powers at one position are run on one day (paper, section 3: an hour
+/// each).
 fn day_name(truth: &Truth, point: &OperatingPoint, index: usize) -> String {
     match (point.thermometers, point.id.rsplit_once('-')) {
         (true, Some((_, position))) => format!("hot-day-{position}"),

@@ -7,7 +7,8 @@ pub(crate) fn source(campaign: &str, seed: u64) -> String {
 
 const SOURCE: &str = "virtual laboratory";
 
-/// The seed of the laboratory that made the records whose source is `source`; none if they come from elsewhere.
+/// The seed of the laboratory that made the records whose source is `source`; none if they come from
+/// elsewhere.
 #[must_use]
 pub fn seed_of(source: &str) -> Option<u64> {
     let (_, seed) = source.strip_prefix(SOURCE)?.rsplit_once(", seed ")?;

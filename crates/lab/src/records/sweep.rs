@@ -1,4 +1,5 @@
-//! Sweeps: a sine whose frequency rises as an exponential of time drives the bottom mouth, and the microphones hear what the duct's own response makes of it.
+//! Sweeps: a sine whose frequency rises as an exponential of time drives the bottom mouth, and the
+//! microphones hear what the duct's own response makes of it.
 
 use super::virtual_rig::{Kind, VirtualRig, interleave, normal};
 use crate::acoustics::duct::Duct;
@@ -12,12 +13,13 @@ use std::path::Path;
 
 /// The tube rings this long, s, before the next sweep begins.
 const TAIL_S: f64 = 1.0;
-/// Share of a sweep in which it swells, and in which it fades (Müller & Massarani, J. Audio Eng. Soc. 49 (2001) 443).
+/// Share of a sweep in which it swells, and in which it fades (Müller & Massarani, J. Audio Eng. Soc. 49
+/// (2001) 443).
 const FADE: f64 = 0.05;
 /// The sweep goes beyond the frequencies that are wanted by this factor, so that they are loud.
 const BEYOND: f64 = 1.25;
-/// What wraps around the end of the window, where the tube has rung for longer than [`TAIL_S`], is smaller by e to the power of this. More would bring up what lies
-/// beyond the frequencies that are computed.
+/// What wraps around the end of the window, where the tube has rung for longer than [`TAIL_S`], is smaller by
+/// e to the power of this. More would bring up what lies beyond the frequencies that are computed.
 const WRAPPED: f64 = 3.0;
 
 impl VirtualRig {
@@ -28,8 +30,9 @@ impl VirtualRig {
         points.sum::<usize>() + self.channels.len()
     }
 
-    /// Writes sweeps of every operating point, those of the empty tube with every microphone at its own place and with two of them switched, and, last, the
-    /// manifest. The sweeps excite frequencies from `low` to `high`, Hz. `written` is told how many more have been written.
+    /// Writes sweeps of every operating point, those of the empty tube with every microphone at its own place
+    /// and with two of them switched, and, last, the manifest. The sweeps excite frequencies from `low` to
+    /// `high`, Hz. `written` is told how many more have been written.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -112,7 +115,8 @@ impl VirtualRig {
     }
 }
 
-/// The source pressure: a sweep of so many seconds that swells and fades, and silence. A fifth of the sweep's octaves and fades lie outside of the band.
+/// The source pressure: a sweep of so many seconds that swells and fades, and silence. A fifth of the sweep's
+/// octaves and fades lie outside of the band.
 fn source(seconds: f64, rate_hz: f64, [low, high]: [f64; 2]) -> Vec<f64> {
     let [low, high] = [low / BEYOND, high * BEYOND];
     let growth = (high / low).ln() / seconds;
@@ -125,8 +129,8 @@ fn source(seconds: f64, rate_hz: f64, [low, high]: [f64; 2]) -> Vec<f64> {
     (0..((seconds + TAIL_S) * rate_hz).round() as usize).map(sample).collect()
 }
 
-/// What the channels hear of a source pressure, in gas whose speed of sound is 1 + `warmth` times that of the duct: by superposition on the line s = damping + i omega, as
-/// for clicks.
+/// What the channels hear of a source pressure, in gas whose speed of sound is 1 + `warmth` times that of the
+/// duct: by superposition on the line s = damping + i omega, as for clicks.
 fn heard(
     duct: &Duct,
     source: &[f64],
@@ -178,8 +182,8 @@ mod tests {
 
     #[test]
     fn oracle_a_sweep_is_the_convolution_of_the_modes_with_its_source() {
-        // The response is the sum of its poles: every mode obeys dy/dt = s y + r x, marched sample by sample with x linear between samples. The modes above the twelfth answer
-        // at once.
+        // The response is the sum of its poles: every mode obeys dy/dt = s y + r x, marched sample by sample
+        // with x linear between samples. The modes above the twelfth answer at once.
         let (rig, truth) = (Rig::juniper_yoko_2022(), Truth::standard());
         let point = Campaign::juniper_yoko_2022().row("C3").next().unwrap().clone();
         let base = base_state(&rig, &truth, &point, 294.0).unwrap();

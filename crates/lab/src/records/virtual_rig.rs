@@ -16,8 +16,8 @@ use std::sync::Arc;
 
 /// A rig that exists only as a computation, and the acquisition system that records it.
 ///
-/// A record depends on the seed, the truth and its own name alone: never on which records were made before, on the
-/// number of threads, or on which rows of the campaign are asked for.
+/// A record depends on the seed, the truth and its own name alone: never on which records were made before,
+/// on the number of threads, or on which rows of the campaign are asked for.
 pub struct VirtualRig {
     pub(crate) set: RecordSet,
     pub(crate) truth: Truth,
@@ -59,8 +59,9 @@ pub(crate) enum Kind {
 }
 
 impl VirtualRig {
-    /// The first mode that is really there at `point` (an index), at the day's temperature: growth rate and angular
-    /// frequency, and pressure at the microphones relative to the reference microphone. For tests and studies.
+    /// The first mode that is really there at `point` (an index), at the day's temperature: growth rate and
+    /// angular frequency, and pressure at the microphones relative to the reference microphone. For tests and
+    /// studies.
     #[must_use]
     pub fn true_mode(&self, point: usize) -> (C64, Vec<C64>) {
         let mode = &self.points[point].modes[0];
@@ -68,8 +69,8 @@ impl VirtualRig {
         (mode.s, mode.residue.iter().map(|p| p / reference).collect())
     }
 
-    /// The reflection coefficients R_u and R_d of the two mouths at the true s of `point` (an index): f/g at x = 0 and
-    /// g/f at x = L, with rho c of the gas and the open area there. The walls of the tube carry
+    /// The reflection coefficients R_u and R_d of the two mouths at the true s of `point` (an index): f/g at
+    /// x = 0 and g/f at x = L, with rho c of the gas and the open area there. The walls of the tube carry
     /// [`crate::Wall::roughness`] times the boundary layers of a smooth wall.
     #[must_use]
     pub fn true_reflections(&self, point: usize) -> [C64; 2] {
@@ -81,7 +82,8 @@ impl VirtualRig {
         })
     }
 
-    /// The temperature that is really there at `point` (an index), K; the manifest holds a thermometer's reading.
+    /// The temperature that is really there at `point` (an index), K; the manifest holds a thermometer's
+    /// reading.
     #[must_use]
     pub fn true_temperature(&self, point: usize) -> f64 {
         self.points[point].temperature
@@ -132,7 +134,8 @@ impl VirtualRig {
         let mut channels = vec![vec![0.0; length]; self.channels.len()];
         truth.ping.add(&mut channels, self.set.ping.quiet, dt, &delays, stop);
         if let Some(Fault::DoubleTrigger(after)) = fault {
-            // Forcing again is forcing without an end, less the ring-down that its missing past would have left.
+            // Forcing again is forcing without an end, less the ring-down that its missing past would have
+            // left.
             let again = ((stop.time + after) / dt) as usize;
             let endless = Stop { time: 1e3, ..stop };
             truth.ping.add(&mut channels, again.min(length), dt, &delays, endless);
@@ -166,7 +169,8 @@ impl VirtualRig {
         self.click_record(&click, truth.temperature, entry.stretch, kind, &entry.clicks[repeat], None)
     }
 
-    /// What is heard of the clicks in `duct`: those of a calibration (true) or of an operating point, by number.
+    /// What is heard of the clicks in `duct`: those of a calibration (true) or of an operating point, by
+    /// number.
     fn click_of(&self, which: (bool, usize), duct: &Duct, stretch: Stretch, kind: Kind) -> Arc<Click> {
         let speaker = &self.truth.loudspeaker;
         let delays: Vec<f64> = self.channels.iter().map(|c| c.delay(kind)).collect();

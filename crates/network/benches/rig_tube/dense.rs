@@ -53,8 +53,8 @@ pub(crate) fn newton(net: &Network, guess: C64) -> C64 {
         }
         a
     };
-    // The last row is moved to a bordering condition: with b the last unit vector and g = 1 fixed, the residual is a
-    // scalar function of s.
+    // The last row is moved to a bordering condition: with b the last unit vector and g = 1 fixed, the
+    // residual is a scalar function of s.
     let residual = |s: C64| {
         let mut a = matrix(s);
         let last: Vec<C64> = a[(size - 1) * size..].to_vec();

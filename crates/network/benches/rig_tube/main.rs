@@ -24,8 +24,8 @@ const WALL: Wall = Wall {
     diameter: 0.0474,
 };
 
-/// Laws 0, 1: wall; 2: gauze -K e^{-s tau}; 3, 4: drag of the gauze; 5: both ends. Eight parameters: eta, K, tau,
-/// two of drag, modulus and angle of R, blockage.
+/// Laws 0, 1: wall; 2: gauze -K e^{-s tau}; 3, 4: drag of the gauze; 5: both ends. Eight parameters: eta, K,
+/// tau, two of drag, modulus and angle of R, blockage.
 struct Rig;
 
 const A: [f64; 8] = [1.0, 0.05, 1.5e-3, 0.3, 0.2, 0.9975, 3.055, 0.02];
@@ -136,7 +136,8 @@ fn bench(c: &mut Criterion) {
             });
         });
     }
-    // What no program without lanes can undercut: a hundred ratios of Bessel functions and fifty exponentials.
+    // What no program without lanes can undercut: a hundred ratios of Bessel functions and fifty
+    // exponentials.
     let mut frequency = turns.cycle();
     group.bench_function("ratios_and_exponentials_of_fifty_bores", |b| {
         b.iter(|| {
@@ -193,7 +194,8 @@ fn fifty_bores(wall: &str) -> Built {
     read(&text).unwrap()
 }
 
-/// The least time of a run in many short bursts, s: what the machine takes when nothing else disturbs a burst.
+/// The least time of a run in many short bursts, s: what the machine takes when nothing else disturbs a
+/// burst.
 fn least(mut run: impl FnMut()) -> f64 {
     let mut burst = 1;
     loop {

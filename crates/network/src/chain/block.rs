@@ -1,5 +1,5 @@
-//! Segments computed side by side. What a segment does to a state does not depend on its neighbours: only the state
-//! itself has to pass one segment after the other.
+//! Segments computed side by side. What a segment does to a state does not depend on its neighbours: only the
+//! state itself has to pass one segment after the other.
 
 use super::line::{Line, SHORT, line, short_line};
 use crate::plane::dual::Dual;
@@ -144,7 +144,8 @@ impl Passages {
         size: [0.0; LANES],
     };
 
-    /// All segments of a block. Inside `pulp`'s dispatch the first loop, without branch or call, becomes vector instructions.
+    /// All segments of a block. Inside `pulp`'s dispatch the first loop, without branch or call, becomes
+    /// vector instructions.
     #[inline(always)]
     pub(crate) fn compute(&mut self, lines: &Lines, count: usize) {
         for i in 0..LANES {

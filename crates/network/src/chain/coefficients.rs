@@ -9,8 +9,8 @@ use rijke_numerics::{C64, Jet, JetSpace, Order};
 /// The network asks for all laws at one s; slots of the network take weighted sums of them
 /// ([`crate::Network::attach`]), so that fifty segments can share one wall law.
 ///
-/// Every law must be **analytic in s** (no Re s, |s| or conjugates): Newton, the derivatives and the contour count
-/// are exact only then. It may depend on the parameters in any smooth way, because they are real.
+/// Every law must be **analytic in s** (no Re s, |s| or conjugates): Newton, the derivatives and the contour
+/// count are exact only then. It may depend on the parameters in any smooth way, because they are real.
 ///
 /// ```
 /// use rijke_network::{At, Coefficients, Laws, Network, Newton, Places, Segment, Slot, Workspace};
@@ -48,8 +48,9 @@ pub trait Coefficients {
     fn name(&self, law: usize) -> String {
         format!("law {law}")
     }
-    /// For a k_eu or k_ep that stands for the velocity at another place, with nothing but ducts between: how far downstream
-    /// that lies, m, negative upstream. [`crate::Network::along`] needs to know; `None` unless overridden.
+    /// For a k_eu or k_ep that stands for the velocity at another place, with nothing but ducts between: how
+    /// far downstream that lies, m, negative upstream. [`crate::Network::along`] needs to know; `None` unless
+    /// overridden.
     fn hears_at(&self, _law: usize) -> Option<f64> {
         None
     }
@@ -57,8 +58,8 @@ pub trait Coefficients {
     fn poles(&self) -> Vec<Pole> {
         Vec::new()
     }
-    /// Every pole of every law in `region`, others may be among them; [`Coefficients::poles`] unless overridden, for laws
-    /// whose poles must be searched for.
+    /// Every pole of every law in `region`, others may be among them; [`Coefficients::poles`] unless
+    /// overridden, for laws whose poles must be searched for.
     ///
     /// # Errors
     /// As [`crate::Network::modes`], if the search fails.
@@ -94,7 +95,8 @@ impl At {
         Self { s, parameters: 0, order: Order::First, search: true }
     }
 
-    /// The request of a forced response without derivatives: values alone. Derivatives may be written, but nobody reads them.
+    /// The request of a forced response without derivatives: values alone. Derivatives may be written, but
+    /// nobody reads them.
     #[must_use]
     pub fn values(s: C64) -> Self {
         Self { s, parameters: 0, order: Order::Value, search: true }
@@ -112,8 +114,8 @@ impl At {
         self.s
     }
 
-    /// The space of the jets: seeds a_1 .. a_p, then s. During a root search, and where values alone are wanted, it has the
-    /// single seed s.
+    /// The space of the jets: seeds a_1 .. a_p, then s. During a root search, and where values alone are
+    /// wanted, it has the single seed s.
     #[must_use]
     pub fn space(&self) -> JetSpace {
         JetSpace::new(self.parameters + 1, self.order.max(Order::First))
@@ -188,7 +190,8 @@ impl Laws {
         }
     }
 
-    /// Writes law number `law` that depends on s alone, from value, first and second derivative; allocates nothing.
+    /// Writes law number `law` that depends on s alone, from value, first and second derivative; allocates
+    /// nothing.
     #[inline]
     pub fn set_analytic(&mut self, law: usize, [value, slope, curvature]: [C64; 3]) {
         let (n, m) = (self.seeds, self.packed);

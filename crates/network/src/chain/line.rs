@@ -1,8 +1,9 @@
 //! The two entire functions of which every segment is made, and their derivatives.
 //!
-//! Over a segment with P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep), the state (p, u) is multiplied by
-//! [[C, -P S], [-Q S, C]] with C = cosh w, S = sinh(w)/w, w^2 = P Q. Both are entire functions of q = P Q: there is no
-//! square root, hence no branch to choose, and a short segment needs a few terms of a series only.
+//! Over a segment with P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep), the state (p, u) is
+//! multiplied by [[C, -P S], [-Q S, C]] with C = cosh w, S = sinh(w)/w, w^2 = P Q. Both are entire functions
+//! of q = P Q: there is no square root, hence no branch to choose, and a short segment needs a few terms of a
+//! series only.
 
 use rijke_numerics::C64;
 
@@ -14,7 +15,8 @@ pub(crate) struct Line {
     pub(crate) s1: C64,
 }
 
-/// Below this |q| five terms suffice: the sixth is under 1e-16 of the first. Segments of a tube cut in fifty are here.
+/// Below this |q| five terms suffice: the sixth is under 1e-16 of the first. Segments of a tube cut in fifty
+/// are here.
 pub(crate) const SHORT: f64 = 0.01;
 /// Below this |q| the long series is used, because S' and S'' lose digits in the closed form.
 pub(crate) const MEDIUM: f64 = 2.0;

@@ -19,7 +19,8 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// A piece of `length` (m) and cross-section `area` (m^2) with the given speed of sound (m/s) and density (kg/m^3).
+    /// A piece of `length` (m) and cross-section `area` (m^2) with the given speed of sound (m/s) and density
+    /// (kg/m^3).
     #[must_use]
     pub fn new(length: f64, area: f64, sound_speed: f64, density: f64) -> Self {
         Self { length, area, sound_speed, density }
@@ -37,7 +38,8 @@ pub(crate) type Feedback = [C64; 4];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Attachment {
-    /// Order in which a downstream sweep meets it: 0 the upstream end, then 1 + 2j place j, 2 + 2j segment j, ...
+    /// Order in which a downstream sweep meets it: 0 the upstream end, then 1 + 2j place j, 2 + 2j segment j,
+    /// ...
     pub(crate) key: usize,
     /// Which of the quantities at this key.
     pub(crate) kind: usize,
@@ -99,8 +101,8 @@ impl Network {
         })
     }
 
-    /// A uniform tube of the properties of `whole`, cut at every position of `cuts` (m from the upstream end, any
-    /// order, repeated or end positions ignored). [`Network::place_at`] finds the places again.
+    /// A uniform tube of the properties of `whole`, cut at every position of `cuts` (m from the upstream end,
+    /// any order, repeated or end positions ignored). [`Network::place_at`] finds the places again.
     ///
     /// # Errors
     /// As [`Network::new`], or [`NetworkError::Outside`] for a cut beyond the tube.
@@ -160,8 +162,8 @@ impl Network {
     /// Gives a slot its constant value; what is attached adds to it.
     ///
     /// # Errors
-    /// [`NetworkError::Slot`] if there is no such segment or place; [`NetworkError::Segment`] if a property of a
-    /// segment is not a positive real number.
+    /// [`NetworkError::Slot`] if there is no such segment or place; [`NetworkError::Segment`] if a property
+    /// of a segment is not a positive real number.
     pub fn set(&mut self, slot: Slot, value: C64) -> Result<(), NetworkError> {
         let (key, kind) = self.locate(slot)?;
         let index = key.saturating_sub(1) / 2;

@@ -11,7 +11,8 @@ use rijke_numerics::C64;
 pub(crate) enum Step<'a> {
     /// Feedback k_mu, k_mp, k_eu, k_ep and the ratio of areas at place `j`; also visited where nothing jumps.
     Joint { j: usize, p: Dual, u: Dual, jump: Option<&'a ([Dual; 4], Dual)> },
-    /// The next segment: P, Q, the line functions at PQ, and its length, density and compressibility 1/(rho c^2).
+    /// The next segment: P, Q, the line functions at PQ, and its length, density and compressibility 1/(rho
+    /// c^2).
     Segment { line: &'a Line, coefficients: [Dual; 2], bare: [C64; 3] },
     /// The end, with impedances and reflections of both ends.
     End { p: Dual, u: Dual, impedances: [Dual; 2], reflections: [Dual; 2] },
@@ -126,8 +127,8 @@ impl Network {
 
     /// F(s) and F'(s), where F = g - R_d f at the downstream end for a wave g = 1 at the upstream end.
     ///
-    /// F is an entire function of s if all laws are; its zeros are the eigenvalues. Cost: one pass over the chain,
-    /// about fifty complex products per segment. Allocates nothing once `laws` has grown.
+    /// F is an entire function of s if all laws are; its zeros are the eigenvalues. Cost: one pass over the
+    /// chain, about fifty complex products per segment. Allocates nothing once `laws` has grown.
     pub(crate) fn characteristic<K: Coefficients + ?Sized>(&self, k: &K, s: C64, laws: &mut Laws) -> Dual {
         self.sweep(k, s, laws, |_| ())
     }

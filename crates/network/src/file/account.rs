@@ -1,5 +1,5 @@
-//! What is asked of a network that was read from a file, whether its gas is at rest or flows: modes, poles, where the growth rate of a
-//! mode comes from, and what small changes along it would do.
+//! What is asked of a network that was read from a file, whether its gas is at rest or flows: modes, poles,
+//! where the growth rate of a mode comes from, and what small changes along it would do.
 
 use super::build::Built;
 use crate::chain::workspace::Workspace;
@@ -12,7 +12,8 @@ use crate::plane::region::Region;
 use crate::sense::along::Station;
 use rijke_numerics::C64;
 
-/// Points to ask of each of `ducts` ducts for a smooth curve: about 1200 along the whole tube, at most a twentieth of them in one.
+/// Points to ask of each of `ducts` ducts for a smooth curve: about 1200 along the whole tube, at most a
+/// twentieth of them in one.
 #[must_use]
 pub fn samples_of_each(ducts: usize) -> usize {
     const POINTS: usize = 1200;
@@ -22,7 +23,8 @@ pub fn samples_of_each(ducts: usize) -> usize {
 /// Where the growth rate of a mode comes from. The shares add up to it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Account {
-    /// How much relative errors of the network's numbers are magnified in s: see [`crate::Sensitivities::condition`].
+    /// How much relative errors of the network's numbers are magnified in s: see
+    /// [`crate::Sensitivities::condition`].
     pub condition: f64,
     /// Share of the upstream end, 1/s.
     pub upstream: f64,

@@ -56,7 +56,8 @@ impl Assembly<'_> {
         Ok(table)
     }
 
-    /// Warns of a flame or an end that answers before it is asked, by its table, or whose phases seem to be in degrees.
+    /// Warns of a flame or an end that answers before it is asked, by its table, or whose phases seem to be
+    /// in degrees.
     pub(super) fn doubtful(&mut self, item: &Item, rows: &[[f64; 3]]) {
         let rows: Vec<Entry> = rows.iter().copied().map(Entry::from).collect();
         let Item { line, place } = item.clone();
@@ -102,8 +103,9 @@ impl Assembly<'_> {
                     Some(part) if *part > 0.0 && *part <= 1.0 => *part,
                     Some(value) => return Err(item.fail(Problem::Part { key: "porosity", value: *value })),
                 };
-                // On either side 8/(3 pi) radii (Rienstra & Hirschberg, section 4.4.3, as in the paper), less by Fok's
-                // function in a tube of finite width: the duct, or for one of many holes its share of the duct (Melling 1973).
+                // On either side 8/(3 pi) radii (Rienstra & Hirschberg, section 4.4.3, as in the paper), less
+                // by Fok's function in a tube of finite width: the duct, or for one of many holes its share
+                // of the duct (Melling 1973).
                 let sides = [before, after].map(|i| {
                     let share = open * here.area / self.segments[i].area;
                     self.relative_width(item, *diameter, i, porosity.map(|_| share.sqrt())).map(fok)
@@ -197,7 +199,8 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    /// Diameter of a hole over that of the duct of segment `i`, or over that of its share of the duct, which is `among` others.
+    /// Diameter of a hole over that of the duct of segment `i`, or over that of its share of the duct, which
+    /// is `among` others.
     fn relative_width(
         &self,
         item: &Item,

@@ -25,8 +25,8 @@ impl Assembly<'_> {
         }
     }
 
-    /// A duct, cut into pieces and at every position of `cuts` (m from the upstream end of the tube) that lies in it,
-    /// farther than `slack` from an end of a piece.
+    /// A duct, cut into pieces and at every position of `cuts` (m from the upstream end of the tube) that
+    /// lies in it, farther than `slack` from an end of a piece.
     pub(super) fn duct(
         &mut self,
         owner: usize,
@@ -113,8 +113,9 @@ impl Assembly<'_> {
             }
         }
         if varies {
-            // Slivers of the local gas and area at both ends and beside devices, so that ends and devices refer to what is
-            // there and not to the middle of a piece, which would be of first order in its length.
+            // Slivers of the local gas and area at both ends and beside devices, so that ends and devices
+            // refer to what is there and not to the middle of a piece, which would be of first order in its
+            // length.
             let sliver = (SLIVER * length).max(100.0 * slack);
             let within = |x: f64| x > slack && x < length - slack;
             let devices = cuts.iter().map(|x| x - placed.x).filter(|x| within(*x));

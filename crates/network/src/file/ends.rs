@@ -12,7 +12,8 @@ use rijke_numerics::C64;
 use std::f64::consts::PI;
 
 impl Assembly<'_> {
-    /// The law of the upstream (0) or downstream (1) end, and whether it is choked. `mach` is that of a mean flow.
+    /// The law of the upstream (0) or downstream (1) end, and whether it is choked. `mach` is that of a mean
+    /// flow.
     pub(super) fn end(
         &mut self,
         item: Item,

@@ -6,7 +6,8 @@ use super::problem::Problem;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {
-    /// It is not TOML, or a key is unknown or has the wrong type. The message carries line, column and known keys.
+    /// It is not TOML, or a key is unknown or has the wrong type. The message carries line, column and known
+    /// keys.
     #[error("{message}")]
     Syntax {
         /// What the reader says.

@@ -74,7 +74,8 @@ impl Assembly<'_> {
         };
         let mut chain = of(ducts)?;
         if self.screens.iter().any(|screen| screen.1 > 0.0) {
-            // d(K rho U^2/2)/dU in the flow before the screen, whose own pressure drop the mean flow leaves out.
+            // d(K rho U^2/2)/dU in the flow before the screen, whose own pressure drop the mean flow leaves
+            // out.
             let mut ducts = chain.ducts().to_vec();
             for &(place, loss) in &self.screens {
                 let before = chain.states()[place - 1];

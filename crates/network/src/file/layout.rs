@@ -27,7 +27,8 @@ impl Placed {
 /// Positions closer than this part of the length are the same.
 pub(super) const SAME: f64 = 1e-9;
 
-/// Reads the tables of all elements and places them; the devices come behind the ducts, in order of place, then of file.
+/// Reads the tables of all elements and places them; the devices come behind the ducts, in order of place,
+/// then of file.
 pub(super) fn place(text: &str, tables: &[Spanned<toml::Table>]) -> Result<(Vec<Placed>, f64), FileError> {
     let (mut all, mut end) = (Vec::new(), 0.0);
     let mut last = String::new();

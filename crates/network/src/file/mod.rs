@@ -1,7 +1,8 @@
 //! Networks in a TOML file.
 //!
-//! `schema` is what a file may hold; `item` and `layout` find its elements and their lines; `assembly` gathers segments and laws,
-//! which `duct`, `compact`, `ends` and `flow` add; `build` makes the network. Knows every room of the crate; none knows it.
+//! `schema` is what a file may hold; `item` and `layout` find its elements and their lines; `assembly`
+//! gathers segments and laws, which `duct`, `compact`, `ends` and `flow` add; `build` makes the network.
+//! Knows every room of the crate; none knows it.
 
 mod account;
 mod assembly;

@@ -1,8 +1,9 @@
 //! The numbers of a network file by name: other values of them, and derivatives of eigenvalues in them.
 //!
-//! An eigenvalue is F(s, theta) = 0, so that ds/dtheta = -F_theta/F_s. F_s is exact. F_theta is the central difference of
-//! fourth order of F at s held, with steps of 1e-3 theta: its remainder is about 1e-12 of F'''''/F', rounding 1e-13 of F/(theta F').
-//! Reading the file again at other values is the only way on which every element, end and table is seen as it is.
+//! An eigenvalue is F(s, theta) = 0, so that ds/dtheta = -F_theta/F_s. F_s is exact. F_theta is the central
+//! difference of fourth order of F at s held, with steps of 1e-3 theta: its remainder is about 1e-12 of
+//! F'''''/F', rounding 1e-13 of F/(theta F'). Reading the file again at other values is the only way on which
+//! every element, end and table is seen as it is.
 
 use super::build::Built;
 use super::error::FileError;
@@ -13,8 +14,8 @@ use crate::error::NetworkError;
 use rijke_numerics::C64;
 use toml::{Table, Value};
 
-/// A network file whose numbers are asked for by name: the path of keys, with the element's name or its place from 1:
-/// `gas.temperature`, `gauze.gain`, `element.3.length`, `upstream.modulus`, `gauze.mu.0`.
+/// A network file whose numbers are asked for by name: the path of keys, with the element's name or its place
+/// from 1: `gas.temperature`, `gauze.gain`, `element.3.length`, `upstream.modulus`, `gauze.mu.0`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedNumbers {
     table: Table,
@@ -170,11 +171,12 @@ impl NamedNumbers {
         read(&self.text())
     }
 
-    /// ds/dtheta of the eigenvalue `s` of this network, theta being the number called `name`: 1/s and rad/s per its unit.
+    /// ds/dtheta of the eigenvalue `s` of this network, theta being the number called `name`: 1/s and rad/s
+    /// per its unit.
     ///
     /// # Errors
-    /// [`NumberError::Unknown`], [`NumberError::Rigid`] for a number that cannot change by a part in a thousand,
-    /// [`NetworkError::NotFinite`].
+    /// [`NumberError::Unknown`], [`NumberError::Rigid`] for a number that cannot change by a part in a
+    /// thousand, [`NetworkError::NotFinite`].
     pub fn derivative(&self, s: C64, name: &str) -> Result<C64, NumberError> {
         let work = &mut Workspace::default();
         let value = self.value(name)?;

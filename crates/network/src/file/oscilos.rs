@@ -1,8 +1,8 @@
 //! The text inputs of OSCILOS_lite, as they are: Geometry, Mean_flow, Flame, Inlet, Outlet, Scan_range.
 //!
-//! Sections, interfaces, mean flow and closures are those of [`crate::flow_chain`]. Where OSCILOS uses fits, the exact law is
-//! used: boundary 11 is Levine and Schwinger's integral, 12 Rayleigh's piston in a baffle. Entropy waves are left out,
-//! as in that program's own remarks (no indirect noise).
+//! Sections, interfaces, mean flow and closures are those of [`crate::flow_chain`]. Where OSCILOS uses fits,
+//! the exact law is used: boundary 11 is Levine and Schwinger's integral, 12 Rayleigh's piston in a baffle.
+//! Entropy waves are left out, as in that program's own remarks (no indirect noise).
 
 use crate::flow_chain::{Effect, FlowChain, FlowDuct, FlowEnd, FlowState};
 use crate::laws::Law;

@@ -1,8 +1,9 @@
 //! The mode with flow and what a small change anywhere does to its eigenvalue.
 //!
-//! A piece of length dx whose area or temperature is larger by a fraction a turns the state x into x + K x a dx, with one
-//! matrix K for a whole duct: the mixed second derivative, at dx = a = 0, of what two places with the piece between them do,
-//! mean flow included. The two closures of steps of area agree to first order in a, so that K is that of a smooth change.
+//! A piece of length dx whose area or temperature is larger by a fraction a turns the state x into x + K x a
+//! dx, with one matrix K for a whole duct: the mixed second derivative, at dx = a = 0, of what two places
+//! with the piece between them do, mean flow included. The two closures of steps of area agree to first order
+//! in a, so that K is that of a smooth change.
 
 use super::assembly::FlowChain;
 use super::ducts::{FlowDuct, FlowEnd};
@@ -30,8 +31,9 @@ struct Effects {
 }
 
 impl FlowChain {
-    /// The mode at `root` and its sensitivities at `samples` points of every duct, ends included (at least 2), as
-    /// [`crate::Network::along`]. The mean flow goes along with area and temperature; weak devices leave it as it is.
+    /// The mode at `root` and its sensitivities at `samples` points of every duct, ends included (at least
+    /// 2), as [`crate::Network::along`]. The mean flow goes along with area and temperature; weak devices
+    /// leave it as it is.
     ///
     /// # Errors
     /// [`NetworkError::NotFinite`] where dF/ds vanishes or a law has no value.

@@ -38,13 +38,14 @@ pub struct FlowChain {
 }
 
 impl FlowChain {
-    /// The chain behind an inlet state; the mean states of the other ducts follow from the balances. `ends` are the
-    /// upstream and the downstream one.
+    /// The chain behind an inlet state; the mean states of the other ducts follow from the balances. `ends`
+    /// are the upstream and the downstream one.
     ///
     /// # Errors
-    /// [`NetworkError::Empty`]; [`NetworkError::Segment`] for a length, area, temperature ratio or inlet quantity that is
-    /// not positive; [`NetworkError::TooFast`] for M >= 0.3, 1 or more where the flow would choke; [`NetworkError::ActionAtInlet`];
-    /// [`NetworkError::Outside`] for a reference beyond the chain; [`NetworkError::ReferenceCrossed`].
+    /// [`NetworkError::Empty`]; [`NetworkError::Segment`] for a length, area, temperature ratio or inlet
+    /// quantity that is not positive; [`NetworkError::TooFast`] for M >= 0.3, 1 or more where the flow would
+    /// choke; [`NetworkError::ActionAtInlet`]; [`NetworkError::Outside`] for a reference beyond the chain;
+    /// [`NetworkError::ReferenceCrossed`].
     pub fn new(
         gamma: f64,
         inlet: FlowState,
@@ -80,9 +81,9 @@ impl FlowChain {
         Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, ears, attached, losses, basis })
     }
 
-    /// The same chain with entropy waves that are lost in every duct, as shear and turbulence do to them in slow flows.
-    /// Carried without loss they grow like e^{-sigma l/u} backwards in time, which for decaying modes in slow flows
-    /// drowns the acoustics in rounding.
+    /// The same chain with entropy waves that are lost in every duct, as shear and turbulence do to them in
+    /// slow flows. Carried without loss they grow like e^{-sigma l/u} backwards in time, which for decaying
+    /// modes in slow flows drowns the acoustics in rounding.
     #[must_use]
     pub fn without_entropy_waves(mut self) -> Self {
         self.entropy_waves = false;

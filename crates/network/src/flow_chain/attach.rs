@@ -13,8 +13,9 @@ use crate::plane::dual::Dual;
 use rijke_numerics::C64;
 
 impl FlowChain {
-    /// Adds `weight` times law number `law` to a slot. The laws themselves come with each question, as [`Coefficients`]:
-    /// see [`crate::Chain`]. Laws of the mean flow (areas, temperature ratios, the inlet) must not depend on s.
+    /// Adds `weight` times law number `law` to a slot. The laws themselves come with each question, as
+    /// [`Coefficients`]: see [`crate::Chain`]. Laws of the mean flow (areas, temperature ratios, the inlet)
+    /// must not depend on s.
     ///
     /// # Errors
     /// [`NetworkError::NoDuct`], [`NetworkError::ActionAtInlet`], [`NetworkError::ChokedEnd`].
@@ -52,19 +53,20 @@ impl FlowChain {
         Ok(())
     }
 
-    /// The chain `rest` with a mean flow that enters it at `velocity` (m/s): same ducts, losses, feedback, ends and attached
-    /// laws. The inlet has the density of the first segment and the pressure rho c^2/gamma there; temperatures behind follow
-    /// from the speeds of sound.
+    /// The chain `rest` with a mean flow that enters it at `velocity` (m/s): same ducts, losses, feedback,
+    /// ends and attached laws. The inlet has the density of the first segment and the pressure rho c^2/gamma
+    /// there; temperatures behind follow from the speeds of sound.
     ///
-    /// Gas whose gamma follows its temperature has rho c^2 = gamma p that differs from segment to segment, which this chain, with
-    /// one gamma, cannot have. With g = rho c^2 over that of the first segment, a duct of area A/g with density rho/g carries the same
-    /// waves: c, A/(rho c) and so p and the volume flow A u are those of `rest`, and the velocity is g u. Losses and feedback
-    /// count u, so they are scaled by g; without flow both chains are the same. What convection adds is right to g^2, a per cent in
-    /// air that is heated by 400 K.
+    /// Gas whose gamma follows its temperature has rho c^2 = gamma p that differs from segment to segment,
+    /// which this chain, with one gamma, cannot have. With g = rho c^2 over that of the first segment, a duct
+    /// of area A/g with density rho/g carries the same waves: c, A/(rho c) and so p and the volume flow A u
+    /// are those of `rest`, and the velocity is g u. Losses and feedback count u, so they are scaled by g;
+    /// without flow both chains are the same. What convection adds is right to g^2, a per cent in air that is
+    /// heated by 400 K.
     ///
     /// # Errors
-    /// As [`FlowChain::new`] and [`FlowChain::attach`]; [`NetworkError::ActionAtInlet`] for feedback at an end,
-    /// [`NetworkError::SlotOfRest`] for laws of densities and sound speeds.
+    /// As [`FlowChain::new`] and [`FlowChain::attach`]; [`NetworkError::ActionAtInlet`] for feedback at an
+    /// end, [`NetworkError::SlotOfRest`] for laws of densities and sound speeds.
     pub fn of(rest: &Network, gamma: f64, velocity: f64) -> Result<Self, NetworkError> {
         let first = rest.segments[0];
         let pressure = first.density * first.sound_speed * first.sound_speed / gamma;

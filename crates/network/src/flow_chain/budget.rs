@@ -1,8 +1,8 @@
 //! Where the energy of a mode with flow comes from and where it goes.
 //!
-//! The acoustic energy of a uniform flow (Cantrell & Hart 1964) is
-//! w = rho |u|^2/4 + |p|^2/(4 rho c^2) + U Re(u* p)/(2 c^2) and its flux I = Re(J m*)/2 with J = p + rho U u, m = u + U p/(rho c^2). The equations of a duct
-//! give exactly d(A I)/dx = -A [2 sigma w + Re(kappa_mu u m*)/2 + Re(kappa_ep p J*)/2].
+//! The acoustic energy of a uniform flow (Cantrell & Hart 1964) is w = rho |u|^2/4 + |p|^2/(4 rho c^2) + U
+//! Re(u* p)/(2 c^2) and its flux I = Re(J m*)/2 with J = p + rho U u, m = u + U p/(rho c^2). The equations of
+//! a duct give exactly d(A I)/dx = -A [2 sigma w + Re(kappa_mu u m*)/2 + Re(kappa_ep p J*)/2].
 
 use super::assembly::FlowChain;
 use super::ducts::FlowState;
@@ -15,7 +15,8 @@ use gauss_quad::GaussLegendre;
 use rijke_numerics::C64;
 use std::num::NonZeroUsize;
 
-/// Mean power over the energy of the mode, 1/s; positive feeds the mode. Half of each is its share of the growth rate.
+/// Mean power over the energy of the mode, 1/s; positive feeds the mode. Half of each is its share of the
+/// growth rate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FlowBudget {
     /// 2 sigma, what the others must add up to.
@@ -63,7 +64,8 @@ impl FlowChain {
         self.budget_with(&self.basis, root).0
     }
 
-    /// The same with the chain as `basis` has it, and what attached laws have in the power of their places: place, law, power.
+    /// The same with the chain as `basis` has it, and what attached laws have in the power of their places:
+    /// place, law, power.
     pub(super) fn budget_with(
         &self,
         basis: &Basis<Dual>,
@@ -120,8 +122,9 @@ impl FlowChain {
         (budget, shares)
     }
 
-    /// What laws that are attached at place `j` have in the power per area that the state behind it carries away: with d_k
-    /// what law k adds to the state x behind the place, D their sum and B the symmetric form of the flux, B(d_k, 2x - D).
+    /// What laws that are attached at place `j` have in the power per area that the state behind it carries
+    /// away: with d_k what law k adds to the state x behind the place, D their sum and B the symmetric form
+    /// of the flux, B(d_k, 2x - D).
     fn shares(
         &self,
         basis: &Basis<Dual>,
@@ -145,8 +148,8 @@ impl FlowChain {
             .zip(added.into_iter().map(move |d| 0.25 * (d.0 * sum.1.conj() + sum.0 * d.1.conj()).re))
     }
 
-    /// Energy in duct `i` and what viscosity and conduction at its wall take, from the state at its upstream end, by
-    /// Gauss's rule on pieces over which the phase turns by less than one radian.
+    /// Energy in duct `i` and what viscosity and conduction at its wall take, from the state at its upstream
+    /// end, by Gauss's rule on pieces over which the phase turns by less than one radian.
     fn integrals(&self, basis: &Basis<Dual>, i: usize, [p, u, _]: &State<Dual>, s: &Dual) -> [f64; 3] {
         const POINTS: NonZeroUsize = NonZeroUsize::new(8).unwrap();
         let (duct, mean) = (&self.ducts[i], state_of(&basis.after[i]));

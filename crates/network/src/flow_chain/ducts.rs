@@ -41,8 +41,8 @@ pub enum Effect {
     Ep,
     /// k_ep of a side branch: mass taken by pressure.
     Branch,
-    /// Mean heat that answers to velocity: Q'/Q = law u'/U, where the reference lies. The heat is that of the temperature
-    /// ratio there.
+    /// Mean heat that answers to velocity: Q'/Q = law u'/U, where the reference lies. The heat is that of the
+    /// temperature ratio there.
     Flame,
 }
 
@@ -58,7 +58,8 @@ impl Effect {
 pub enum Reference {
     /// So many metres upstream of the place; at 0 just in front of it.
     Upstream(f64),
-    /// So many metres downstream; at 0 just behind the place. What acts in between must answer to where it stands.
+    /// So many metres downstream; at 0 just behind the place. What acts in between must answer to where it
+    /// stands.
     Downstream(f64),
 }
 
@@ -93,7 +94,8 @@ pub struct FlowDuct {
     pub area: f64,
     /// Temperature behind its upstream end over that before; 1 where nothing heats.
     pub ratio: f64,
-    /// Whether its area and that of the duct before belong to one smooth wall, so that a wider duct behind costs no pressure.
+    /// Whether its area and that of the duct before belong to one smooth wall, so that a wider duct behind
+    /// costs no pressure.
     pub smooth: bool,
     /// What acts at its upstream end. The first duct has nothing before it: there nothing may act.
     pub actions: Vec<Action>,
@@ -134,8 +136,8 @@ impl FlowDuct {
 pub enum FlowEnd {
     /// A reflection coefficient (f/g upstream, g/f downstream).
     Reflection(Law),
-    /// A compact choked nozzle. Downstream it keeps the Mach number in front of it, so that entropy waves sound there
-    /// (Marble & Candel 1977); upstream it keeps mass flow and stagnation enthalpy and sheds entropy waves (Stow, Dowling
-    /// & Hynes 2002).
+    /// A compact choked nozzle. Downstream it keeps the Mach number in front of it, so that entropy waves
+    /// sound there (Marble & Candel 1977); upstream it keeps mass flow and stagnation enthalpy and sheds
+    /// entropy waves (Stow, Dowling & Hynes 2002).
     Choked,
 }

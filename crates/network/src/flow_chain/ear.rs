@@ -1,8 +1,9 @@
 //! Actions that answer to the velocity elsewhere, upstream or downstream, through any ducts and places.
 //!
-//! Upstream, the velocity is known when the state reaches the place. Downstream it is not: with the state behind the place
-//! x_0 + k v x_1 (x_1 what a unit amount of the effect adds) and the velocities v_0 and v_1 that x_0 and x_1 make at the
-//! reference, v = v_0/(1 - k v_1). F is multiplied by 1 - k v_1, so that a loop brings it no poles.
+//! Upstream, the velocity is known when the state reaches the place. Downstream it is not: with the state
+//! behind the place x_0 + k v x_1 (x_1 what a unit amount of the effect adds) and the velocities v_0 and v_1
+//! that x_0 and x_1 make at the reference, v = v_0/(1 - k v_1). F is multiplied by 1 - k v_1, so that a loop
+//! brings it no poles.
 
 use super::ducts::{Action, FlowDuct, Reference};
 use super::gate::Basis;

@@ -1,7 +1,9 @@
-//! Forced response with mean flow: pressures and velocities of a wave that enters at an end, transfer matrix, impedance.
+//! Forced response with mean flow: pressures and velocities of a wave that enters at an end, transfer matrix,
+//! impedance.
 //!
-//! As [`crate::Network::forced`], with the sweep of the modes started from other states: everything is linear in the state at
-//! the upstream end, and nothing that enters there carries entropy but what the end itself sheds.
+//! As [`crate::Network::forced`], with the sweep of the modes started from other states: everything is linear
+//! in the state at the upstream end, and nothing that enters there carries entropy but what the end itself
+//! sheds.
 
 use super::assembly::FlowChain;
 use super::gate::Basis;
@@ -13,12 +15,12 @@ use crate::respond::forced::{Forced, Source, Transfer};
 use rijke_numerics::{C64, Jet, Order};
 
 impl FlowChain {
-    /// The response to a wave of unit pressure that enters at an end, at s = i omega, with derivatives up to `order` in
-    /// `parameters`; the last seed of every jet is s.
+    /// The response to a wave of unit pressure that enters at an end, at s = i omega, with derivatives up to
+    /// `order` in `parameters`; the last seed of every jet is s.
     ///
     /// # Errors
-    /// [`NetworkError::NoDuct`] for a parameter of a duct that does not exist; [`NetworkError::SourceInFlow`] for a source that is not
-    /// at an end; [`NetworkError::NotFinite`] at a mode.
+    /// [`NetworkError::NoDuct`] for a parameter of a duct that does not exist; [`NetworkError::SourceInFlow`]
+    /// for a source that is not at an end; [`NetworkError::NotFinite`] at a mode.
     pub fn forced(
         &self,
         s: C64,
@@ -59,7 +61,8 @@ impl FlowChain {
         }
     }
 
-    /// The matrix from (p, u) at the upstream end to (p, u) at the downstream end, of sound without entropy upstream.
+    /// The matrix from (p, u) at the upstream end to (p, u) at the downstream end, of sound without entropy
+    /// upstream.
     ///
     /// # Errors
     /// As [`FlowChain::forced`].
@@ -191,7 +194,8 @@ mod tests {
         let modes = chain.modes(&built.region).unwrap();
         assert!(!modes.modes.is_empty());
         for mode in &modes.modes {
-            // At a mode a wave that enters has an unbounded answer: close to it the answer goes like 1/distance.
+            // At a mode a wave that enters has an unbounded answer: close to it the answer goes like
+            // 1/distance.
             let answer = |d: f64| {
                 let at = mode.s + C64::new(d, 0.0);
                 chain.forced(at, Source::Upstream, &[], Order::Value).unwrap().before[0][0].value().norm()

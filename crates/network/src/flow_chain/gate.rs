@@ -1,4 +1,5 @@
-//! The places between ducts: mean states on both sides, and the matrices with which disturbances (p, u, e) pass them.
+//! The places between ducts: mean states on both sides, and the matrices with which disturbances (p, u, e)
+//! pass them.
 
 use super::ducts::{Effect, FlowDuct, FlowState};
 use super::mean::{Mean, area_step, heat_step, state_of};
@@ -22,8 +23,8 @@ pub(super) struct Basis<T> {
     /// Temperature ratio at the upstream end.
     pub(super) ratios: Vec<T>,
     pub(super) inlet: Mean<T>,
-    /// What laws of the caller add: viscous and thermal loss per metre, coefficients of actions (duct, action), reflection
-    /// coefficients.
+    /// What laws of the caller add: viscous and thermal loss per metre, coefficients of actions (duct,
+    /// action), reflection coefficients.
     pub(super) loss: Vec<Option<[T; 2]>>,
     pub(super) extra: Vec<(usize, usize, T)>,
     pub(super) reflections: [Option<T>; 2],
@@ -94,7 +95,8 @@ impl<T: Number> Basis<T> {
         }
     }
 
-    /// Mean states from the inlet state, the areas and the temperature ratios; `attached` laws act as feedback, too.
+    /// Mean states from the inlet state, the areas and the temperature ratios; `attached` laws act as
+    /// feedback, too.
     pub(super) fn settle(&mut self, gamma: f64, ducts: &[FlowDuct], attached: &[Attached]) {
         self.between = vec![self.inlet.clone()];
         self.after = vec![self.inlet.clone()];
@@ -164,7 +166,8 @@ impl Basis<Dual> {
         for (index, mean) in self.after.iter().enumerate() {
             let mut mach = state_of(mean).mach(gamma);
             if mach.is_nan() || mean.pressure.v.im != 0.0 {
-                // The flow would choke. What it would be at constant density says how far it is from possible.
+                // The flow would choke. What it would be at constant density says how far it is from
+                // possible.
                 let [first, here] = [0, index].map(|i| self.area[i].v.re);
                 mach = state_of(&self.inlet).mach(gamma) * first / here * self.ratios[index].v.re.max(1.0);
                 mach = mach.max(1.0);

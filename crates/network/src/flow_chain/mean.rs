@@ -37,8 +37,8 @@ impl<T: Number> Mean<T> {
 }
 
 /// The state behind a step from area `a1` to `a2`: mass and stagnation enthalpy are kept; an expansion keeps
-/// p A_2 + rho u^2 A, a contraction or a step of a smooth wall p/rho^gamma. By Newton in the density; two more steps than the value needs carry
-/// first and second derivatives over.
+/// p A_2 + rho u^2 A, a contraction or a step of a smooth wall p/rho^gamma. By Newton in the density; two
+/// more steps than the value needs carry first and second derivatives over.
 pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, [a1, a2]: [&T; 2], smooth: bool) -> Mean<T> {
     if a1 == a2 {
         return before.clone();
@@ -71,7 +71,8 @@ pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, [a1, a2]: [&T; 
         if expands { pressure - square } else { pressure.over(&s.pressure) - density.recip().times(gamma) }
     };
     let mut density = before.density.clone();
-    // Two steps after convergence; a flow that the contraction would choke has no state, and the steps never settle.
+    // Two steps after convergence; a flow that the contraction would choke has no state, and the steps never
+    // settle.
     let mut extra = 0;
     for _ in 0..50 {
         let step = defect(&density).over(&slope(&density));
@@ -87,8 +88,8 @@ pub(super) fn area_step<T: Number>(gamma: f64, before: &Mean<T>, [a1, a2]: [&T; 
     state(&density.real(f64::NAN))
 }
 
-/// The state behind heat that raises the temperature by `ratio`: mass and p + rho u^2 are kept. Complex if the heat would
-/// choke the flow.
+/// The state behind heat that raises the temperature by `ratio`: mass and p + rho u^2 are kept. Complex if
+/// the heat would choke the flow.
 pub(super) fn heat_step<T: Number>(before: &Mean<T>, ratio: &T) -> Mean<T> {
     if *ratio == ratio.real(1.0) {
         return before.clone();

@@ -66,7 +66,8 @@ impl Number for Dual {
     }
 }
 
-/// A jet, or a constant: most numbers of a chain depend on no parameter, and what they multiply need only be scaled.
+/// A jet, or a constant: most numbers of a chain depend on no parameter, and what they multiply need only be
+/// scaled.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Seeded {
     Fixed(C64),

@@ -21,7 +21,8 @@ impl<T: Number> Basis<T> {
 }
 
 impl FlowChain {
-    /// F at the downstream end; `visit` is told the state upstream of every place and behind it (the same at the ends).
+    /// F at the downstream end; `visit` is told the state upstream of every place and behind it (the same at
+    /// the ends).
     pub(super) fn sweep<T: Number>(
         &self,
         basis: &Basis<T>,
@@ -157,7 +158,8 @@ impl FlowChain {
         [p, u, e]
     }
 
-    /// The state behind the place before duct `i`, with what its ears have heard; `loops` gathers the factors of F.
+    /// The state behind the place before duct `i`, with what its ears have heard; `loops` gathers the factors
+    /// of F.
     fn cross<T: Number>(
         &self,
         basis: &Basis<T>,
@@ -215,8 +217,8 @@ impl FlowChain {
         total * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp()
     }
 
-    /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `heard` is the duct of its
-    /// velocity.
+    /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `heard` is
+    /// the duct of its velocity.
     fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: Effect, heard: usize) -> [T; 3] {
         let gamma = self.gamma;
         let (between, after) = (&basis.between[i], &basis.after[i]);
@@ -293,8 +295,8 @@ mod tests {
 
     const GAMMA: f64 = 1.4;
 
-    /// The state behind a step of area and heat `power` per area before, from p, u, rho before it: the nonlinear
-    /// balances, not linearised.
+    /// The state behind a step of area and heat `power` per area before, from p, u, rho before it: the
+    /// nonlinear balances, not linearised.
     fn behind([p, u, rho]: [f64; 3], areas: [f64; 2], power: f64) -> [f64; 3] {
         let one = Dual::constant(C64::ONE);
         let mean = |v: f64| one.real(v);

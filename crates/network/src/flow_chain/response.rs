@@ -1,5 +1,5 @@
-//! Derivatives of an eigenvalue and mode with flow with respect to what the chain is made of, by jets through the whole
-//! chain, mean states included.
+//! Derivatives of an eigenvalue and mode with flow with respect to what the chain is made of, by jets through
+//! the whole chain, mean states included.
 
 use super::assembly::FlowChain;
 use super::ducts::Effect;
@@ -12,7 +12,8 @@ use crate::plane::newton::Root;
 use crate::respond::answer::{Places, Response, implicit};
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 
-/// A real quantity of a flow chain to differentiate by. Ducts are numbered from 0; "at" a duct means at its upstream end.
+/// A real quantity of a flow chain to differentiate by. Ducts are numbered from 0; "at" a duct means at its
+/// upstream end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlowParameter {
     /// Velocity of the inlet state, m/s; pressure and density stay.
@@ -21,8 +22,8 @@ pub enum FlowParameter {
     Density,
     /// Length of a duct, m.
     Length(usize),
-    /// Area of a duct, m^2; both places beside it follow. Where there is no step its second derivative is that of an
-    /// expansion: the closures of expansions and contractions agree to first order only.
+    /// Area of a duct, m^2; both places beside it follow. Where there is no step its second derivative is
+    /// that of an expansion: the closures of expansions and contractions agree to first order only.
     Area(usize),
     /// Temperature ratio at a duct.
     Ratio(usize),
@@ -65,8 +66,8 @@ impl FlowChain {
         Response::relative(s, &pressures, places, order)
     }
 
-    /// s as a function of the parameters, and the pressure at every place as one of parameters and s; laws of s alone with
-    /// their slopes, if there are any.
+    /// s as a function of the parameters, and the pressure at every place as one of parameters and s; laws of
+    /// s alone with their slopes, if there are any.
     fn eigenvalue(
         &self,
         root: &Root,
@@ -136,7 +137,8 @@ impl FlowChain {
         Ok((basis, s))
     }
 
-    /// s as a function of the seeds of `basis`, and the pressure at every place as one of seeds and s, the last seed.
+    /// s as a function of the seeds of `basis`, and the pressure at every place as one of seeds and s, the
+    /// last seed.
     pub(super) fn of_seeds(
         &self,
         basis: &Basis<Seeded>,
@@ -155,9 +157,9 @@ impl FlowChain {
         }
     }
 
-    /// Condition of the eigenvalue: sum of |theta ds/dtheta|/|s| over lengths, areas, the inlet's density and velocity,
-    /// everything that acts, walls and the moduli of the ends, as [`crate::Sensitivities::condition`]; an end of a small |R|
-    /// counts as one of |R| near 1.
+    /// Condition of the eigenvalue: sum of |theta ds/dtheta|/|s| over lengths, areas, the inlet's density and
+    /// velocity, everything that acts, walls and the moduli of the ends, as
+    /// [`crate::Sensitivities::condition`]; an end of a small |R| counts as one of |R| near 1.
     ///
     /// # Errors
     /// [`NetworkError::NotFinite`].

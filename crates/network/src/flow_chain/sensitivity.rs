@@ -1,8 +1,10 @@
-//! Adjoint derivatives with flow, with respect to feedback at every place, lengths, wall losses and ends at once.
+//! Adjoint derivatives with flow, with respect to feedback at every place, lengths, wall losses and ends at
+//! once.
 //!
-//! As in [`crate::Network::sensitivities`] a row Lambda on (p, u, e) goes back through the chain, one for each output. A
-//! velocity that is heard elsewhere takes its own weight along: mu = Lambda x_1 k, what it adds at its place, enters Lambda
-//! where it is heard. For a loop mu is needed before it is known; Lambda is affine in it, and mu = a + b mu follows.
+//! As in [`crate::Network::sensitivities`] a row Lambda on (p, u, e) goes back through the chain, one for
+//! each output. A velocity that is heard elsewhere takes its own weight along: mu = Lambda x_1 k, what it
+//! adds at its place, enters Lambda where it is heard. For a loop mu is needed before it is known; Lambda is
+//! affine in it, and mu = a + b mu follows.
 
 use super::assembly::FlowChain;
 use super::ducts::{Effect, FlowEnd};
@@ -18,8 +20,8 @@ use rijke_numerics::C64;
 /// Derivatives of one output of a chain with flow.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FlowDerivatives {
-    /// By duct, at its upstream end: with respect to k_mu, k_mp, k_eu, k_ep and the k_ep of a side branch there, whether
-    /// something acts there already or not; zero for the first duct, where nothing may act.
+    /// By duct, at its upstream end: with respect to k_mu, k_mp, k_eu, k_ep and the k_ep of a side branch
+    /// there, whether something acts there already or not; zero for the first duct, where nothing may act.
     pub feedback: Vec<[C64; 5]>,
     /// By duct: with respect to its length, references keeping their distances.
     pub lengths: Vec<C64>,
@@ -156,7 +158,8 @@ impl<'a> Passed<'a> {
         through(row, |x| self.chain.cross_alone(&self.basis, j, x, &self.s))
     }
 
-    /// Weight of what the ear of a loop hears, from the row at the downstream end of the duct in which it hears.
+    /// Weight of what the ear of a loop hears, from the row at the downstream end of the duct in which it
+    /// hears.
     fn loop_weight(&self, index: usize, row: Row, heard: &[C64], sources: &[(usize, C64)]) -> C64 {
         let ear = &self.chain.ears[index];
         let unit = self.chain.amplified(&self.basis, ear, &self.s);
@@ -220,9 +223,9 @@ impl<'a> Passed<'a> {
 }
 
 impl FlowChain {
-    /// First derivatives of s and of relative pressures with respect to every local coefficient, by the adjoint. What also
-    /// changes the mean flow (areas, temperature ratios, the inlet), and second derivatives with their cross terms, in any set
-    /// of parameters: [`FlowChain::respond`].
+    /// First derivatives of s and of relative pressures with respect to every local coefficient, by the
+    /// adjoint. What also changes the mean flow (areas, temperature ratios, the inlet), and second
+    /// derivatives with their cross terms, in any set of parameters: [`FlowChain::respond`].
     ///
     /// `root` must be an eigenvalue. Cost: a sweep, and some 300 products per duct and output.
     ///

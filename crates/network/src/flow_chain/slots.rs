@@ -4,8 +4,8 @@ use super::ducts::Effect;
 use crate::error::NetworkError;
 use crate::slot::Slot;
 
-/// A number of a chain with flow that laws can change: what it is in the chain plus the sum of weight times law over
-/// everything attached to it. Ducts and places are numbered from 0; place j lies before duct j.
+/// A number of a chain with flow that laws can change: what it is in the chain plus the sum of weight times
+/// law over everything attached to it. Ducts and places are numbered from 0; place j lies before duct j.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlowSlot {
     /// Length of a duct, m. References of actions keep their distances.
@@ -26,7 +26,8 @@ pub enum FlowSlot {
     Thermal(usize),
     /// Feedback at a place from the velocity or pressure in front of it.
     At(usize, Effect),
-    /// The coefficient of an action that the duct has: duct, number of the action. It hears where the action does.
+    /// The coefficient of an action that the duct has: duct, number of the action. It hears where the action
+    /// does.
     Action(usize, usize),
     /// R_u; not of a choked end.
     Upstream,

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 
 /// End correction of an unflanged end of finite wall thickness beyond that of a thin wall, over the radius:
 /// Dalmont, Nederveen & Joly 2001, J. Sound Vib. 244, eq. (39), for outer radius b: delta = delta_inf
-/// + (a/b)(delta_0 - delta_inf) + 0.057 (a/b)(1 - (a/b)^5), delta_0 = 0.6133, delta_inf = 0.8216 (about 0.5 %).
+/// + (a/b)(delta_0 - delta_inf) + 0.057 (a/b)(1 - (a/b)^5), delta_0 = 0.6133, delta_inf = 0.8216 (about 0.5
+///   %).
 #[must_use]
 pub fn thick_wall_correction(radius: f64, thickness: f64) -> f64 {
     let q = radius / (radius + thickness);
@@ -28,8 +29,8 @@ pub fn choked_inlet(gamma: f64, mach: f64) -> f64 {
     (1.0 - m) / (1.0 + m)
 }
 
-/// Normalised radiation impedance of a piston in a baffle (Rayleigh, Theory of Sound, art. 302; Pierce 1981, 5-4.4):
-/// 1 - J1(x)/(x/2) + i H1(x)/(x/2) with x = 2 ka, as power series. Good to 1e-12 for |ka| < 8.
+/// Normalised radiation impedance of a piston in a baffle (Rayleigh, Theory of Sound, art. 302; Pierce 1981,
+/// 5-4.4): 1 - J1(x)/(x/2) + i H1(x)/(x/2) with x = 2 ka, as power series. Good to 1e-12 for |ka| < 8.
 pub(super) fn piston(ka: &Jet, space: JetSpace) -> Jet {
     let x = ka.scale(C64::new(2.0, 0.0));
     let square = &x * &x;

@@ -6,7 +6,8 @@ use crate::chain::network::{Network, Segment};
 use crate::slot::Slot;
 use rijke_numerics::{C64, Jet};
 
-/// A source u2 - r u1 = T u_ref, where T is a law times a factor and only ducts lie between the source and u_ref: its k_eu and k_ep.
+/// A source u2 - r u1 = T u_ref, where T is a law times a factor and only ducts lie between the source and
+/// u_ref: its k_eu and k_ep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heard {
     /// Number of the law that is T.
@@ -123,7 +124,8 @@ impl Heard {
         [Part::Velocity, Part::Pressure].map(|of| self.side.coefficient(of, &t, &alpha, &beta))
     }
 
-    /// 1 - T alpha, whose zeros are poles of the coefficients if the reference lies downstream; none upstream.
+    /// 1 - T alpha, whose zeros are poles of the coefficients if the reference lies downstream; none
+    /// upstream.
     #[must_use]
     pub fn open_loop(&self, at: &At, laws: &Laws) -> Option<Jet> {
         let [t, _, alpha] = self.parts(at, laws);

@@ -5,41 +5,42 @@ use super::{Law, WallLaw};
 use crate::chain::line::{curvature, line};
 use rijke_numerics::{C64, Jet, JetSpace};
 
-/// How much of the end correction of a hole is left in a tube `xi` = (radius of hole)/(radius of tube) as wide: Fok's
-/// function, 1 - 1.4092 xi + 0.33818 xi^3 + 0.06793 xi^5 - 0.02287 xi^6 + 0.03015 xi^7 - 0.01641 xi^8 (Fok 1941, Doklady
-/// Akademii Nauk SSSR 31; as in Melling 1973, J. Sound Vib. 29, eq. (26)). 1 in the open, 0 at xi = 1, where the fit ends
-/// at -0.012.
+/// How much of the end correction of a hole is left in a tube `xi` = (radius of hole)/(radius of tube) as
+/// wide: Fok's function, 1 - 1.4092 xi + 0.33818 xi^3 + 0.06793 xi^5 - 0.02287 xi^6 + 0.03015 xi^7 - 0.01641
+/// xi^8 (Fok 1941, Doklady Akademii Nauk SSSR 31; as in Melling 1973, J. Sound Vib. 29, eq. (26)). 1 in the
+/// open, 0 at xi = 1, where the fit ends at -0.012.
 #[must_use]
 pub fn fok(xi: f64) -> f64 {
     const K: [f64; 9] = [1.0, -1.4092, 0.0, 0.33818, 0.0, 0.06793, -0.02287, 0.03015, -0.01641];
     K.iter().rev().fold(0.0, |sum, k| sum * xi + k).max(0.0)
 }
 
-/// Length of the air that a side hole moves on its inner side, over the radius of the hole, `delta` being that over the
-/// radius of the tube: 0.82 - 0.193 delta - 1.09 delta^2 + 1.27 delta^3 - 0.71 delta^4 (Nederveen, Jansen & van Hassel 1998,
-/// Acta Acustica 84, eq. (40)).
+/// Length of the air that a side hole moves on its inner side, over the radius of the hole, `delta` being
+/// that over the radius of the tube: 0.82 - 0.193 delta - 1.09 delta^2 + 1.27 delta^3 - 0.71 delta^4
+/// (Nederveen, Jansen & van Hassel 1998, Acta Acustica 84, eq. (40)).
 #[must_use]
 pub fn inner_correction(delta: f64) -> f64 {
     [0.82, -0.193, -1.09, 1.27, -0.71].iter().rev().fold(0.0, |sum, k| sum * delta + k)
 }
 
-/// Length by which an open side hole shortens the tube, over the radius of the hole (negative), with `height` the length of
-/// the hole over its radius: -delta^2/(1.78 tanh(1.84 height) + 0.940 + 0.540 delta + 0.285 delta^2) (Dubos et al. 1999, Acta
-/// Acustica 85, eq. (73)).
+/// Length by which an open side hole shortens the tube, over the radius of the hole (negative), with `height`
+/// the length of the hole over its radius: -delta^2/(1.78 tanh(1.84 height) + 0.940 + 0.540 delta + 0.285
+/// delta^2) (Dubos et al. 1999, Acta Acustica 85, eq. (73)).
 #[must_use]
 pub fn series_correction(delta: f64, height: f64) -> f64 {
     -delta * delta / (1.78 * (1.84 * height).tanh() + 0.940 + 0.540 * delta + 0.285 * delta * delta)
 }
 
-/// The length of a hole that the curved wall adds to it, over the radius of the hole: delta (1 + 0.207 delta^3)/8
-/// (Nederveen, Jansen & van Hassel 1998, eq. (37)).
+/// The length of a hole that the curved wall adds to it, over the radius of the hole: delta (1 + 0.207
+/// delta^3)/8 (Nederveen, Jansen & van Hassel 1998, eq. (37)).
 #[must_use]
 pub fn matching_length(delta: f64) -> f64 {
     delta * (1.0 + 0.207 * delta.powi(3)) / 8.0
 }
 
-/// An open side hole: a line from the tube to the outside, with inertia at its inner end, and the series inertia that it
-/// takes from the tube. Both together are a symmetric T: half the series inertia, the branch, the other half.
+/// An open side hole: a line from the tube to the outside, with inertia at its inner end, and the series
+/// inertia that it takes from the tube. Both together are a symmetric T: half the series inertia, the branch,
+/// the other half.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SideHole {
     /// Area of the hole over that of the duct.
@@ -138,9 +139,10 @@ mod tests {
 
     #[test]
     fn oracle_fok_against_the_field_of_an_aperture_in_a_tube() {
-        // Inertia of a thin aperture in a tube from the evanescent modes of a velocity like that of a hole in the open,
-        // (1 - (r/a)^2)^(-1/2)/2: xi sum of sinc^2(l xi)/(l J0^2(l)) over J1(l) = 0, over pi/4, that of a hole in the open. By
-        // Kelvin's principle it is no less than the true one; it shares no constant with the fit.
+        // Inertia of a thin aperture in a tube from the evanescent modes of a velocity like that of a hole in
+        // the open, (1 - (r/a)^2)^(-1/2)/2: xi sum of sinc^2(l xi)/(l J0^2(l)) over J1(l) = 0, over pi/4,
+        // that of a hole in the open. By Kelvin's principle it is no less than the true one; it shares no
+        // constant with the fit.
         const MODES: usize = 400;
         for xi in [0.05_f64, 0.1, 0.2, 0.3, 0.4, 0.5] {
             let mut sum = 0.0;
@@ -170,7 +172,8 @@ mod tests {
             // Nederveen, Jansen & van Hassel 1998, a long hole.
             let series = (-0.37 + 0.087 * d) * d * d;
             assert!((series_correction(d, 10.0) / series - 1.0).abs() < 0.03, "{d}");
-            // The volume between a hole's plane face and the curved wall of the tube, by quadrature over the hole.
+            // The volume between a hole's plane face and the curved wall of the tube, by quadrature over the
+            // hole.
             let (mut volume, n) = (0.0, 400);
             for i in 0..n {
                 let r = (f64::from(i) + 0.5) / f64::from(n);

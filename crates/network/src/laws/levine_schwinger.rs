@@ -1,13 +1,14 @@
 //! Reflection from an unflanged open end (Levine & Schwinger 1948), continued analytically to complex ka.
 //!
-//! On the real axis the two printed integrals are |R| = exp(-(2/pi) ∫ arctan(-J1/N1) ...) and l/a; together they are
-//! one analytic function,
+//! On the real axis the two printed integrals are |R| = exp(-(2/pi) ∫ arctan(-J1/N1) ...) and l/a; together
+//! they are one analytic function,
 //!
-//! ln(-R) = -(2i/pi) [ ∫_0^{pi/2} f(ka sin t)/sin t dt + ka ∫_0^inf ln(1/(2 I1(x) K1(x)))/(x sqrt(x^2 + (ka)^2)) dx ],
-//! f(z) = ln(-i pi J1(z) H1^(2)(z)),
+//! ln(-R) = -(2i/pi) [ ∫_0^{pi/2} f(ka sin t)/sin t dt + ka ∫_0^inf ln(1/(2 I1(x) K1(x)))/(x sqrt(x^2 +
+//! (ka)^2)) dx ], f(z) = ln(-i pi J1(z) H1^(2)(z)),
 //!
-//! whose real part on the real axis is the first integral and whose imaginary part is -2 ka l/a. [`integrals`]
-//! evaluates it; [`reflection`] uses Taylor patches in w = ln ka, where the logarithm at ka = 0 is harmless.
+//! whose real part on the real axis is the first integral and whose imaginary part is -2 ka l/a.
+//! [`integrals`] evaluates it; [`reflection`] uses Taylor patches in w = ln ka, where the logarithm at ka = 0
+//! is harmless.
 
 use rijke_numerics::C64;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -15,12 +16,12 @@ use std::sync::OnceLock;
 
 /// R(ka) with its first and second derivative in ka, ka = s a/(i c).
 ///
-/// Valid for 1e-5 <= |ka| <= 2, and below by the leading terms; NaN beyond, where a tube carries more than plane waves
-/// anyway (ka = 1.84). Re ka < 0 (negative frequencies) by R(-ka*) = R(ka)*. Agrees with [`integrals`] to 1e-11 for
-/// |arg ka| < 1.3, that is, unless a mode grows or decays several times faster than it oscillates, and to 1e-8 up to
-/// pi/2.
-/// Cost: one complex logarithm and 40 products; the first call in a patch computes it (some milliseconds, kept for the
-/// life of the process, the same whatever the thread).
+/// Valid for 1e-5 <= |ka| <= 2, and below by the leading terms; NaN beyond, where a tube carries more than
+/// plane waves anyway (ka = 1.84). Re ka < 0 (negative frequencies) by R(-ka*) = R(ka)*. Agrees with
+/// [`integrals`] to 1e-11 for arguments of ka below 1.3 in size, that is, unless a mode grows or decays
+/// several times faster than it oscillates, and to 1e-8 up to pi/2. Cost: one complex logarithm and 40
+/// products; the first call in a patch computes it (some milliseconds, kept for the life of the process, the
+/// same whatever the thread).
 #[must_use]
 pub fn reflection(ka: C64) -> [C64; 3] {
     if ka.re < 0.0 {
@@ -73,8 +74,8 @@ const COLUMNS: usize = 10;
 const HEIGHT: f64 = PI / COLUMNS as f64;
 const TERMS: usize = 22;
 
-/// Taylor coefficients about `centre` by Cauchy's integral over a circle. The nearest singularities are the zero of
-/// J1 at ka = 3.83 (w = 1.34) and the zeros of H1^(2) behind the imaginary axis (w = -0.34 +- 2.2i).
+/// Taylor coefficients about `centre` by Cauchy's integral over a circle. The nearest singularities are the
+/// zero of J1 at ka = 3.83 (w = 1.34) and the zeros of H1^(2) behind the imaginary axis (w = -0.34 +- 2.2i).
 fn taylor(centre: C64) -> [C64; TERMS] {
     const POINTS: usize = 48;
     const RADIUS: f64 = 0.5;
@@ -102,8 +103,8 @@ fn logarithm(ka: C64) -> C64 {
     C64::new(0.0, -2.0 / PI) * (near(ka) + ka * far(ka))
 }
 
-/// ∫_0^{pi/2} f(ka sin t)/sin t dt, with t = (pi/2)/(1 + e^{-2y}), y = sinh-like double exponential: the integrand
-/// vanishes as t ln t at t = 0 and is even about pi/2, so both ends decay fast.
+/// ∫_0^{pi/2} f(ka sin t)/sin t dt, with t = (pi/2)/(1 + e^{-2y}), y = sinh-like double exponential: the
+/// integrand vanishes as t ln t at t = 0 and is even about pi/2, so both ends decay fast.
 fn near(ka: C64) -> C64 {
     const STEP: f64 = 0.11;
     let mut total = C64::ZERO;
@@ -128,9 +129,10 @@ fn kernel(z: C64) -> C64 {
     }
 }
 
-/// ∫_0^inf ln(1/(2 I1 K1))/(x sqrt(x^2 + ka^2)) dx along x = e^{y + i turn}, by the trapezoidal rule in y. The ray is
-/// turned with ka so that the branch points x = +- i ka and the zeros of I1 on the imaginary axis stay away from it.
-/// The root is taken of 1 +- i ka/x, whose argument never reaches pi; sqrt(x^2 + ka^2) would cross its cut.
+/// ∫_0^inf ln(1/(2 I1 K1))/(x sqrt(x^2 + ka^2)) dx along x = e^{y + i turn}, by the trapezoidal rule in y.
+/// The ray is turned with ka so that the branch points x = +- i ka and the zeros of I1 on the imaginary axis
+/// stay away from it. The root is taken of 1 +- i ka/x, whose argument never reaches pi; sqrt(x^2 + ka^2)
+/// would cross its cut.
 fn far(ka: C64) -> C64 {
     const TURNS: [f64; 3] = [-1.0, 0.0, 1.0];
     let table = if ka.arg() > 0.5 { 2 } else { usize::from(ka.arg() >= -0.5) };

@@ -34,7 +34,8 @@ use std::f64::consts::PI;
 pub enum Law {
     /// The same for every s.
     Constant(C64),
-    /// constant + per_s s: drag and inertia of a compact obstacle, with per_s = rho l_eff A/A_d for an orifice.
+    /// constant + per_s s: drag and inertia of a compact obstacle, with per_s = rho l_eff A/A_d for an
+    /// orifice.
     Linear {
         /// Value at s = 0.
         constant: C64,
@@ -45,8 +46,8 @@ pub enum Law {
     Viscous(WallLaw, Wall),
     /// Thermal loss per metre at a wall.
     Thermal(WallLaw, Wall),
-    /// gain N(s)/D(s) e^{-s delay}, polynomials with ascending coefficients; the n-tau law has N = D = 1 and the
-    /// filtered one D = 1 + s/omega_c.
+    /// gain N(s)/D(s) e^{-s delay}, polynomials with ascending coefficients; the n-tau law has N = D = 1 and
+    /// the filtered one D = 1 + s/omega_c.
     Transfer {
         /// Factor.
         gain: f64,
@@ -85,8 +86,9 @@ pub enum Law {
         /// rho c in it, Pa s/m.
         impedance: f64,
     },
-    /// R of an unflanged open end of radius a: Levine & Schwinger 1948, times e^{-2 i ka delta} for a wall of finite
-    /// thickness, delta being the end correction beyond the thin-walled one over a (see [`thick_wall_correction`]).
+    /// R of an unflanged open end of radius a: Levine & Schwinger 1948, times e^{-2 i ka delta} for a wall of
+    /// finite thickness, delta being the end correction beyond the thin-walled one over a (see
+    /// [`thick_wall_correction`]).
     Unflanged {
         /// Radius, m.
         radius: f64,
@@ -161,8 +163,8 @@ impl Law {
         [jet.value(), jet.gradient()[0], jet.hessian(0, 0)]
     }
 
-    /// All poles in `region`, with their orders; others may be among them. Poles without a formula are searched for and
-    /// counted like modes.
+    /// All poles in `region`, with their orders; others may be among them. Poles without a formula are
+    /// searched for and counted like modes.
     ///
     /// # Errors
     /// As [`crate::Network::modes`], if that search fails.
@@ -172,8 +174,8 @@ impl Law {
             Self::Table(table) => table.terms.iter().map(|t| (t.0, 1)).collect(),
             Self::Scaled(law, _) => law.poles_in(region)?,
             Self::Probe(probe) if probe.side == Side::Upstream => probe.transfer.poles_in(region)?,
-            // Both coefficients of a closed loop have its poles, but the network only once: k_eu declares them. At a pole of
-            // the transfer function the coefficients are finite.
+            // Both coefficients of a closed loop have its poles, but the network only once: k_eu declares
+            // them. At a pole of the transfer function the coefficients are finite.
             Self::Probe(probe) if probe.of == Part::Pressure => Vec::new(),
             Self::Probe(probe) => {
                 let poles = probe.transfer.poles_in(&region.widened(1.0))?;
@@ -189,8 +191,8 @@ impl Law {
                 let all = low.floor() as i64..=high.ceil() as i64;
                 all.map(|k| (C64::new(0.0, spacing * (k as f64 + 0.5)), 1)).collect()
             }
-            // All four coefficients have the poles of the branch, of which the determinant of the T has none: the network has
-            // them once, and k_ep declares them. Laws of open ends have a cut at omega = 0.
+            // All four coefficients have the poles of the branch, of which the determinant of the T has none:
+            // the network has them once, and k_ep declares them. Laws of open ends have a cut at omega = 0.
             Self::SideHole(hole) if hole.of == Leg::Ep && region.omega[1] > LOWEST => {
                 let omega = [region.omega[0].max(LOWEST), region.omega[1]];
                 let upper = Region { omega, ..*region };

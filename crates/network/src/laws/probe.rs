@@ -5,12 +5,13 @@ use crate::chain::line::{curvature, line};
 use crate::chain::network::Segment;
 use rijke_numerics::{C64, Jet, JetSpace};
 
-/// One of the two coefficients k_eu and k_ep of a source u2 - r u1 = T(s) u_ref whose reference velocity u_ref lies
-/// upstream or downstream of it, with nothing but ducts between.
+/// One of the two coefficients k_eu and k_ep of a source u2 - r u1 = T(s) u_ref whose reference velocity
+/// u_ref lies upstream or downstream of it, with nothing but ducts between.
 ///
 /// Upstream of the source u_ref = alpha u1 + beta p1 follows from the state before it, so k_eu = -T alpha and
-/// k_ep = -T beta. Downstream it follows from the state behind it, u_ref = alpha u2 + beta p2 with p2 = p1, so that
-/// k_eu = -r T alpha/(1 - T alpha) and k_ep = -T beta/(1 - T alpha): a loop, with poles where T alpha = 1.
+/// k_ep = -T beta. Downstream it follows from the state behind it, u_ref = alpha u2 + beta p2 with p2 = p1,
+/// so that k_eu = -r T alpha/(1 - T alpha) and k_ep = -T beta/(1 - T alpha): a loop, with poles where T
+/// alpha = 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
     /// T.
@@ -49,7 +50,8 @@ pub enum Side {
 pub struct Stretch {
     /// The duct, of the length that is passed.
     pub segment: Segment,
-    /// Velocity on entering over velocity on leaving the stretch before: the inverse ratio of areas. 1 for the first.
+    /// Velocity on entering over velocity on leaving the stretch before: the inverse ratio of areas. 1 for
+    /// the first.
     pub ratio: f64,
     /// Viscous and thermal loss per metre.
     pub losses: Option<[Law; 2]>,
@@ -103,8 +105,8 @@ impl Probe {
     }
 }
 
-/// beta and alpha: the velocity at the reference as a row on (p, u) at the source. The path has segments, ratios and losses as
-/// [`Stretch`].
+/// beta and alpha: the velocity at the reference as a row on (p, u) at the source. The path has segments,
+/// ratios and losses as [`Stretch`].
 pub(super) fn row(
     path: &[(Segment, f64, Option<[Jet; 2]>)],
     side: Side,

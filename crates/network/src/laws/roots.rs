@@ -2,8 +2,8 @@
 
 use rijke_numerics::{C64, complex_eigenvalues};
 
-/// Roots of a polynomial with ascending coefficients, by the eigenvalues of its companion matrix; equal roots are
-/// joined if they agree to 1e-6. Leading zeros are dropped; none if the polynomial is constant.
+/// Roots of a polynomial with ascending coefficients, by the eigenvalues of its companion matrix; equal roots
+/// are joined if they agree to 1e-6. Leading zeros are dropped; none if the polynomial is constant.
 pub(super) fn polynomial_roots(coefficients: &[f64]) -> Vec<(C64, usize)> {
     let degree = coefficients.iter().rposition(|k| *k != 0.0).unwrap_or(0);
     if degree == 0 {

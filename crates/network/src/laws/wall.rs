@@ -51,8 +51,8 @@ pub struct Loss {
 }
 
 impl Wall {
-    /// The paper's law (section 6.1): viscous (4/D) sqrt(s rho mu), thermal (gamma-1)/(rho c)^2 (4/D) sqrt(s rho mu)
-    /// Pr^{-2/3}. The paper writes sqrt(i omega ...); this is its analytic continuation to complex s.
+    /// The paper's law (section 6.1): viscous (4/D) sqrt(s rho mu), thermal (gamma-1)/(rho c)^2 (4/D) sqrt(s
+    /// rho mu) Pr^{-2/3}. The paper writes sqrt(i omega ...); this is its analytic continuation to complex s.
     #[must_use]
     pub fn paper(&self, s: C64) -> Loss {
         self.boundary_layer(s, self.paper_factor())
@@ -65,7 +65,8 @@ impl Wall {
         self.boundary_layer(s, self.kirchhoff_factor())
     }
 
-    /// Thin boundary layers: k_mu/dx = (4/D) sqrt(s rho mu) and k_ep/dx = `thermal_factor` (gamma-1)/(rho c)^2 times it.
+    /// Thin boundary layers: k_mu/dx = (4/D) sqrt(s rho mu) and k_ep/dx = `thermal_factor` (gamma-1)/(rho
+    /// c)^2 times it.
     fn boundary_layer(&self, s: C64, thermal_factor: f64) -> Loss {
         let root = s.sqrt() * self.layer();
         let viscous = [root, 0.5 * root / s, -0.25 * root / (s * s)];
@@ -102,9 +103,10 @@ impl Wall {
         self.prandtl.sqrt().recip()
     }
 
-    /// The line of Zwikker and Kosten (1949, chapter II): with K(z) = 2 I1(z)/(z I0(z)) and z = (D/2) sqrt(s rho/mu),
-    /// Z = s rho/(1 - K(z)) and Y = s/(rho c^2) (1 + (gamma-1) K(z sqrt Pr)). Exact to the order (radius/wavelength)^2
-    /// for any ratio of boundary layer to radius; tends to Kirchhoff's law for thin layers.
+    /// The line of Zwikker and Kosten (1949, chapter II): with K(z) = 2 I1(z)/(z I0(z)) and z = (D/2) sqrt(s
+    /// rho/mu), Z = s rho/(1 - K(z)) and Y = s/(rho c^2) (1 + (gamma-1) K(z sqrt Pr)). Exact to the order
+    /// (radius/wavelength)^2 for any ratio of boundary layer to radius; tends to Kirchhoff's law for thin
+    /// layers.
     #[must_use]
     pub fn zwikker_kosten(&self, s: C64) -> Loss {
         let scale = 0.5 * self.diameter * (self.density / self.viscosity).sqrt();

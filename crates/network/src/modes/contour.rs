@@ -1,9 +1,10 @@
 //! Every mode in a rectangle of the s-plane, counted by the argument principle.
 //!
-//! The winding number of G(s) = F(s) prod (s - pole)^order round a cell is its number of zeros. Cells are halved until
-//! each holds one zero or none; the first moment of G'/G gives the zero to some digits and Newton the rest. Every edge
-//! is sampled once and shared by its neighbours. A winding number is accepted from samples whose change of ln G agrees
-//! with the derivative at both ends and at the middle: strong evidence, not a proof in interval arithmetic.
+//! The winding number of G(s) = F(s) prod (s - pole)^order round a cell is its number of zeros. Cells are
+//! halved until each holds one zero or none; the first moment of G'/G gives the zero to some digits and
+//! Newton the rest. Every edge is sampled once and shared by its neighbours. A winding number is accepted
+//! from samples whose change of ln G agrees with the derivative at both ends and at the middle: strong
+//! evidence, not a proof in interval arithmetic.
 
 use crate::chain::coefficients::{At, Coefficients, Pole};
 use crate::chain::network::Network;
@@ -70,8 +71,8 @@ impl Network {
         Ok((root, nearer))
     }
 
-    /// Poles of F with their orders: those of every law that acts at a place or an end. All that lie in `region`; others may
-    /// be among them.
+    /// Poles of F with their orders: those of every law that acts at a place or an end. All that lie in
+    /// `region`; others may be among them.
     ///
     /// # Errors
     /// [`NetworkError::PoleInSegment`]; as [`Coefficients::poles_in`].

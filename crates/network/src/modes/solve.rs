@@ -11,8 +11,8 @@ impl Network {
     /// The eigenvalue to which Newton's iteration from `guess` leads.
     ///
     /// # Errors
-    /// [`NetworkError::NotConverged`] after too many steps, [`NetworkError::NotFinite`] where a law has no value,
-    /// [`NetworkError::LostBranch`] if the root is farther from the guess than [`Newton::radius`].
+    /// [`NetworkError::NotConverged`] after too many steps, [`NetworkError::NotFinite`] where a law has no
+    /// value, [`NetworkError::LostBranch`] if the root is farther from the guess than [`Newton::radius`].
     pub fn solve<K: Coefficients + ?Sized>(
         &self,
         coefficients: &K,
@@ -24,7 +24,8 @@ impl Network {
         iterate(guess, spacing, settings, |s| self.characteristic(coefficients, s, &mut work.laws))
     }
 
-    /// F(s) and dF/ds of the characteristic function whose zeros are the eigenvalues; entire in s if all laws are.
+    /// F(s) and dF/ds of the characteristic function whose zeros are the eigenvalues; entire in s if all laws
+    /// are.
     #[must_use]
     pub fn characteristic_function<K: Coefficients + ?Sized>(
         &self,

@@ -1,5 +1,5 @@
-//! The s-plane: a rectangle of it, values with their slope in s, Newton's iteration, all zeros by the argument principle, and
-//! one zero followed along a path.
+//! The s-plane: a rectangle of it, values with their slope in s, Newton's iteration, all zeros by the
+//! argument principle, and one zero followed along a path.
 //!
 //! Knows analytic functions of s, and no chain.
 

@@ -10,8 +10,8 @@ pub struct Mode {
     pub s: C64,
     /// |F/F'|/|s| at s: the relative error that Newton still sees.
     pub residual: f64,
-    /// 1, or more for roots too close for rounding to tell apart; s is then their mean, to about the square root of
-    /// rounding.
+    /// 1, or more for roots too close for rounding to tell apart; s is then their mean, to about the square
+    /// root of rounding.
     pub multiplicity: usize,
 }
 
@@ -23,7 +23,8 @@ impl Mode {
     }
 }
 
-/// All modes of a region, with the count that certifies them: `found == counted` always, or there is an error.
+/// All modes of a region, with the count that certifies them: `found == counted` always, or there is an
+/// error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
     /// The modes in order of frequency.

@@ -13,7 +13,8 @@ pub struct Newton {
     pub tolerance: f64,
     /// No step is longer than this, 1/s. Half the spacing of modes, pi/(2 travel time), unless set.
     pub max_step: Option<f64>,
-    /// A root farther than this from the guess is [`NetworkError::LostBranch`], 1/s. The spacing of modes unless set.
+    /// A root farther than this from the guess is [`NetworkError::LostBranch`], 1/s. The spacing of modes
+    /// unless set.
     pub radius: Option<f64>,
 }
 
@@ -37,8 +38,9 @@ pub struct Root {
 /// A Newton step shorter than this part of the last one is in the region of quadratic convergence.
 const QUADRATIC: f64 = 0.1;
 
-/// The step from `s1` to the zero of the inverse function's cubic through two points with slopes, and its last term,
-/// which estimates the error (the true one is smaller by about the ratio of the step before to the mode spacing).
+/// The step from `s1` to the zero of the inverse function's cubic through two points with slopes, and its
+/// last term, which estimates the error (the true one is smaller by about the ratio of the step before to the
+/// mode spacing).
 ///
 /// With d = (s1 - s0)/(F1 - F0) and m = 1/F': s = s1 - m1 F1 + (m1 - d)/(F1 - F0) F1^2
 /// - (m0 - 2d + m1)/(F1 - F0)^2 F1^2 F0. It saves the third sweep of Newton's iteration from a warm start.

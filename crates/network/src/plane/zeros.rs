@@ -6,10 +6,11 @@ use crate::error::NetworkError;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
-/// All zeros of an analytic function given with its derivative, or an error: the engine of [`Network::modes`].
+/// All zeros of an analytic function given with its derivative, or an error: the engine of
+/// [`Network::modes`].
 ///
-/// `poles` are poles of the function near the region, with orders; `step` is the longest interval between samples, a
-/// quarter of the spacing of zeros or less.
+/// `poles` are poles of the function near the region, with orders; `step` is the longest interval between
+/// samples, a quarter of the spacing of zeros or less.
 pub(crate) fn zeros(
     f: impl FnMut(C64) -> [C64; 2],
     region: &Region,
@@ -51,8 +52,8 @@ pub(crate) fn zeros(
     Ok(Modes { modes, counted: found as usize, poles: pole_count, evaluations: search.evaluations })
 }
 
-/// All zeros of an analytic function in a region, with their orders: `f` gives it with its derivative, `step` is the longest interval between
-/// samples, and `poles` are those of the function near the region.
+/// All zeros of an analytic function in a region, with their orders: `f` gives it with its derivative, `step`
+/// is the longest interval between samples, and `poles` are those of the function near the region.
 ///
 /// # Errors
 /// As [`crate::Network::modes`].
@@ -206,7 +207,8 @@ impl<F: FnMut(C64) -> [C64; 2]> Search<F> {
         }
         let [one, two] = match self.halve(&cell) {
             Ok(halves) => halves,
-            // Roots closer than rounding lets the edges between them be counted: one multiple root, at their mean.
+            // Roots closer than rounding lets the edges between them be counted: one multiple root, at their
+            // mean.
             Err(NetworkError::Border { .. }) if count > 1 && diagonal < 1e-2 * self.step => {
                 let residual =
                     self.sample(guess).map_or(0.0, |g| (count as f64 / g.slope).norm() / guess.norm());

@@ -1,9 +1,11 @@
-//! Where pressures are wanted, and the answer: s and relative pressures, from which s as a seed is eliminated.
+//! Where pressures are wanted, and the answer: s and relative pressures, from which s as a seed is
+//! eliminated.
 
 use crate::error::NetworkError;
 use rijke_numerics::{C64, Jet, Order};
 
-/// Where pressures are wanted: places of the network (see [`crate::Network::place_at`]), and the place they are relative to.
+/// Where pressures are wanted: places of the network (see [`crate::Network::place_at`]), and the place they
+/// are relative to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Places {
     /// Places whose pressure is returned, upstream side, in any order.
@@ -22,8 +24,8 @@ pub struct Response {
 }
 
 impl Response {
-    /// The response of `s`, the eigenvalue as a function of the parameters, from the pressures by place, whose last seed
-    /// is still s.
+    /// The response of `s`, the eigenvalue as a function of the parameters, from the pressures by place,
+    /// whose last seed is still s.
     pub(crate) fn relative(
         s: Jet,
         pressures: &[Option<Jet>],

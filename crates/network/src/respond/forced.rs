@@ -1,9 +1,10 @@
 //! Forced response of the chain at rest: pressures and velocities of a source, impedances, transfer matrices.
 //!
-//! The state (p, u) goes from the upstream end with the row of the downstream end kept for later: with a unit vector at either
-//! end the boundary conditions and the jump of one source make two linear equations. Everything is a jet in the parameters of
-//! the laws and in s, which is i omega here, so that first and second derivatives come along. Poles of what is returned are the
-//! modes: all of it is divided by the same F.
+//! The state (p, u) goes from the upstream end with the row of the downstream end kept for later: with a unit
+//! vector at either end the boundary conditions and the jump of one source make two linear equations.
+//! Everything is a jet in the parameters of the laws and in s, which is i omega here, so that first and
+//! second derivatives come along. Poles of what is returned are the modes: all of it is divided by the same
+//! F.
 
 use super::response::Context;
 use super::values::Values;
@@ -16,7 +17,8 @@ use rijke_numerics::{C64, Jet, JetSpace, Order};
 /// What drives the gas, of unit strength, at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// A velocity that is added to the one behind the place (volume flow per area there), m/s: a loudspeaker in the wall.
+    /// A velocity that is added to the one behind the place (volume flow per area there), m/s: a loudspeaker
+    /// in the wall.
     Velocity(usize),
     /// A pressure that is added to the one behind the place, Pa.
     Pressure(usize),
@@ -47,7 +49,8 @@ pub struct Forced {
     pub behind: Vec<[Jet; 2]>,
 }
 
-/// The matrix from (p, u) in front of one place to (p, u) behind another, by rows, and the wave impedances rho c there.
+/// The matrix from (p, u) in front of one place to (p, u) behind another, by rows, and the wave impedances
+/// rho c there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transfer {
     /// [[p by p, p by u], [u by p, u by u]].
@@ -57,8 +60,8 @@ pub struct Transfer {
 }
 
 impl Transfer {
-    /// Scattering matrix: waves that leave, (reflected upstream, transmitted downstream), per waves that arrive, (from
-    /// upstream, from downstream), all as pressures: [[r, t'], [t, r']].
+    /// Scattering matrix: waves that leave, (reflected upstream, transmitted downstream), per waves that
+    /// arrive, (from upstream, from downstream), all as pressures: [[r, t'], [t, r']].
     #[must_use]
     pub fn scattering(&self) -> [[Jet; 2]; 2] {
         // p = f + g, z u = f - g on both sides, so that (f2, g2) = M (f1, g1).
@@ -78,8 +81,8 @@ impl Transfer {
 }
 
 impl Network {
-    /// The response to one source at s = i omega, with derivatives up to `order` in the parameters of the laws; the last
-    /// seed of every jet is s.
+    /// The response to one source at s = i omega, with derivatives up to `order` in the parameters of the
+    /// laws; the last seed of every jet is s.
     ///
     /// # Errors
     /// [`NetworkError::Slot`] if there is no such place; [`NetworkError::NotFinite`] at a mode.
@@ -110,7 +113,8 @@ impl Network {
         let [up, down] = context.reflections();
         let (z_up, z_down) = (context.impedance(0), context.impedance(n - 1));
         let one = at.space().real(1.0);
-        // The state of g = 1 at the upstream end, and that of the source alone: the answer is the second plus x times the first.
+        // The state of g = 1 at the upstream end, and that of the source alone: the answer is the second plus
+        // x times the first.
         let free = [&up + &one, &(&up - &one) / &z_up];
         let wave = one.scale(C64::new(waves[0], 0.0));
         let own = [wave.clone(), &wave / &z_up];
@@ -165,7 +169,8 @@ impl Network {
         Ok(&p / &u)
     }
 
-    /// Reflection g/f of the chain downstream of a place, seen from just before it, with respect to rho c there.
+    /// Reflection g/f of the chain downstream of a place, seen from just before it, with respect to rho c
+    /// there.
     ///
     /// # Errors
     /// As [`Network::forced`].
@@ -243,7 +248,8 @@ impl Network {
             self.transfer(laws, s, [place, n], order, work)?;
         let at = At::full(s, laws.parameters(), order);
         let [_, down] = Context::new(self, &work.laws, &at).reflections();
-        // The row (1 - R, -(1 + R) z) annuls the state at the end: on the state before the place it is (v, w), and p/u = -w/v.
+        // The row (1 - R, -(1 + R) z) annuls the state at the end: on the state before the place it is (v,
+        // w), and p/u = -w/v.
         let (row_p, row_u) = ((-&down).shift(C64::ONE), &(-&down.shift(C64::ONE)) * &z);
         let v = &(&row_p * &a) + &(&row_u * &c);
         let w = &(&row_p * &b) + &(&row_u * &d);

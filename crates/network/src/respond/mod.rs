@@ -1,4 +1,5 @@
-//! What the chain at rest answers: a mode with its derivatives in the parameters of a caller, and the forced response.
+//! What the chain at rest answers: a mode with its derivatives in the parameters of a caller, and the forced
+//! response.
 //!
 //! Knows how the state passes the chain, not how modes are found.
 

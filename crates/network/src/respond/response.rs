@@ -1,9 +1,10 @@
 //! Derivatives of an eigenvalue and of its mode with respect to the parameters of the caller.
 //!
-//! The eigenvalue is the implicit function F(a, s(a)) = 0. Tangents of the state in all seeds (a_1 .. a_p, s), to
-//! first and second order, are carried downstream through the chain; F and the pressures are then functions of the
-//! seeds, and s is eliminated exactly. Because the state has two components only, carrying second-order tangents
-//! costs less than one second-order adjoint sweep per microphone as soon as there are two of them.
+//! The eigenvalue is the implicit function F(a, s(a)) = 0. Tangents of the state in all seeds (a_1 .. a_p,
+//! s), to first and second order, are carried downstream through the chain; F and the pressures are then
+//! functions of the seeds, and s is eliminated exactly. Because the state has two components only, carrying
+//! second-order tangents costs less than one second-order adjoint sweep per microphone as soon as there are
+//! two of them.
 
 use super::answer::{Places, Response, implicit};
 use crate::chain::coefficients::{At, Coefficients, Laws};
@@ -19,8 +20,8 @@ use rijke_numerics::{C64, Jet, JetSpace, Order};
 impl Network {
     /// The eigenvalue at `root` and the mode, with derivatives up to `order` with respect to the parameters.
     ///
-    /// `root` must be an eigenvalue of this network with these coefficients, as [`Network::solve`] returns it.
-    /// Cost: one pass over the chain; per segment about 4 p products to first order and 2 p^2 to second.
+    /// `root` must be an eigenvalue of this network with these coefficients, as [`Network::solve`] returns
+    /// it. Cost: one pass over the chain; per segment about 4 p products to first order and 2 p^2 to second.
     ///
     /// # Errors
     /// [`NetworkError::Slot`] if a place does not exist;

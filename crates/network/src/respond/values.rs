@@ -1,5 +1,5 @@
-//! Values of forced responses without derivatives: what `forced` computes with jets, of plain numbers, and the segments of a
-//! block side by side.
+//! Values of forced responses without derivatives: what `forced` computes with jets, of plain numbers, and
+//! the segments of a block side by side.
 
 use super::response::area_laws;
 use crate::chain::block::{LANES, Row, add};
@@ -57,8 +57,8 @@ impl<'a> Values<'a> {
         [-(row_p * b + row_u * d), row_p * a + row_u * c]
     }
 
-    /// (p, u) before and behind every place where `jump` is added to (p, u) behind `place`, and waves of the given
-    /// pressures enter upstream and downstream.
+    /// (p, u) before and behind every place where `jump` is added to (p, u) behind `place`, and waves of the
+    /// given pressures enter upstream and downstream.
     pub(super) fn forced(&self, place: usize, jump: [f64; 2], waves: [f64; 2]) -> [Vec<[C64; 2]>; 2] {
         let n = self.network.segments.len();
         let [up, down] = [0, 1].map(|end| self.reflection(end));
@@ -90,8 +90,8 @@ impl<'a> Values<'a> {
         here.iter().fold(base, |sum, a| sum + a.weight * self.laws.value(a.law))
     }
 
-    /// Carries (p, u) of two solutions from just before place `from` to just behind place `to`; `visit` sees them before
-    /// and behind every place.
+    /// Carries (p, u) of two solutions from just before place `from` to just behind place `to`; `visit` sees
+    /// them before and behind every place.
     fn pass(
         &self,
         range: [usize; 2],

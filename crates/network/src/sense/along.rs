@@ -1,12 +1,14 @@
-//! What a small change anywhere along the chain does to an eigenvalue, and the mode itself, as functions of x.
+//! What a small change anywhere along the chain does to an eigenvalue, and the mode itself, as functions of
+//! x.
 //!
 //! With Lambda(x) the row that turns a disturbance of the state (p, u) at x into a change of s (see
-//! [`crate::Sensitivities`]), a weak feedback at x changes s by -Lambda_p u per k_mu, -Lambda_p p per k_mp, -Lambda_u u per
-//! k_eu and -Lambda_u p per k_ep. A relative change a(x) of the area adds -(da/dx) u to du/dx, so that by parts ds is the
-//! integral of (Lambda_u u)' a, with (Lambda_u u)' = Lambda_p Z u - Lambda_u Y p.
+//! [`crate::Sensitivities`]), a weak feedback at x changes s by -Lambda_p u per k_mu, -Lambda_p p per k_mp,
+//! -Lambda_u u per k_eu and -Lambda_u p per k_ep. A relative change a(x) of the area adds -(da/dx) u to
+//! du/dx, so that by parts ds is the integral of (Lambda_u u)' a, with (Lambda_u u)' = Lambda_p Z u -
+//! Lambda_u Y p.
 //!
-//! Between a source and a velocity that it hears at a distance ([`Coefficients::hears_at`]) its coefficients k_eu, k_ep, which
-//! stand for that velocity, change too: see `Hearing`.
+//! Between a source and a velocity that it hears at a distance ([`Coefficients::hears_at`]) its coefficients
+//! k_eu, k_ep, which stand for that velocity, change too: see `Hearing`.
 
 use super::hearing::Change;
 use super::piece::Piece;
@@ -26,8 +28,8 @@ pub struct Station {
     pub x: f64,
     /// The segment it lies in.
     pub segment: usize,
-    /// Pressure and velocity of the mode, of the largest pressure among the stations, which is 1; the velocity times
-    /// rho c of the segment.
+    /// Pressure and velocity of the mode, of the largest pressure among the stations, which is 1; the
+    /// velocity times rho c of the segment.
     pub pressure: C64,
     /// See `pressure`.
     pub velocity: C64,
@@ -39,8 +41,8 @@ pub struct Station {
     pub impedance: f64,
     /// ds per metre over which the area is larger by a fraction, per that fraction, 1/(s m).
     pub area: C64,
-    /// ds per metre over which the temperature is higher by a fraction at the same pressure, per that fraction, 1/(s m).
-    /// Laws of wall losses stay as they are.
+    /// ds per metre over which the temperature is higher by a fraction at the same pressure, per that
+    /// fraction, 1/(s m). Laws of wall losses stay as they are.
     pub temperature: C64,
 }
 
@@ -69,7 +71,8 @@ impl Station {
 }
 
 impl Network {
-    /// The mode at `root` and its sensitivities at `samples` points of every segment, ends included (at least 2).
+    /// The mode at `root` and its sensitivities at `samples` points of every segment, ends included (at least
+    /// 2).
     ///
     /// Cost: two passes over the chain and some thirty products per station.
     ///

@@ -1,8 +1,8 @@
 //! Where the energy of a mode comes from and where it goes.
 //!
-//! With p, u the amplitudes of a mode and I = Re(p u*)/2 its intensity, the equations of a segment give exactly
-//! d(A I)/dx = -A [sigma (rho |u|^2 + |p|^2/(rho c^2))/2 + Re(kappa_mu) |u|^2/2 + Re(kappa_ep) |p|^2/2], so that
-//! 2 sigma E is what crosses the ends and the places minus what the losses take.
+//! With p, u the amplitudes of a mode and I = Re(p u*)/2 its intensity, the equations of a segment give
+//! exactly d(A I)/dx = -A [sigma (rho |u|^2 + |p|^2/(rho c^2))/2 + Re(kappa_mu) |u|^2/2 + Re(kappa_ep)
+//! |p|^2/2], so that 2 sigma E is what crosses the ends and the places minus what the losses take.
 
 use crate::chain::coefficients::Coefficients;
 use crate::chain::network::Network;
@@ -12,8 +12,8 @@ use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use rijke_numerics::C64;
 
-/// Mean power by mechanism over the energy of the mode, 1/s; positive feeds the mode. Half of each is its share of
-/// the growth rate.
+/// Mean power by mechanism over the energy of the mode, 1/s; positive feeds the mode. Half of each is its
+/// share of the growth rate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Budget {
     /// 2 sigma, what the others must add up to.
@@ -37,14 +37,14 @@ pub struct Exchange {
     pub place: usize,
     /// By k_mu, k_mp, k_eu (an area change, which carries no power, excluded) and k_ep.
     pub power: [f64; 4],
-    /// The same by law that acts there: number of the law, power. Constant feedback of the network itself is not among
-    /// them.
+    /// The same by law that acts there: number of the law, power. Constant feedback of the network itself is
+    /// not among them.
     pub laws: Vec<(usize, f64)>,
 }
 
 impl Budget {
-    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding, if s is an
-    /// eigenvalue.
+    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding, if s is
+    /// an eigenvalue.
     #[must_use]
     pub fn mismatch(&self) -> f64 {
         let places = self.places.iter().flat_map(|e| e.power);

@@ -1,13 +1,13 @@
 //! Sources that hear a velocity at a distance, in sensitivities along x.
 //!
-//! The coefficients k_eu and k_ep of such a source say what the velocity v at its reference is in terms of the state beside
-//! the source, for ducts as they are in between. A change in between makes that untrue. With v = beta p + alpha u from the
-//! state at any x in between:
+//! The coefficients k_eu and k_ep of such a source say what the velocity v at its reference is in terms of
+//! the state beside the source, for ducts as they are in between. A change in between makes that untrue. With
+//! v = beta p + alpha u from the state at any x in between:
 //!
-//! * upstream, the source adds -k_eu u - k_ep p, which a change in between does not reach: the row that these coefficients put
-//!   upstream of the source is taken away again up to the reference;
-//! * downstream, u2 = r u1 + T v, so that k_eu = -r T alpha/(1 - T alpha) and k_ep = -T beta/(1 - T alpha): a change in
-//!   between is also heard, which adds Lambda_u T/(1 - T alpha) times (beta, alpha) to the row.
+//! * upstream, the source adds -k_eu u - k_ep p, which a change in between does not reach: the row that these
+//!   coefficients put upstream of the source is taken away again up to the reference;
+//! * downstream, u2 = r u1 + T v, so that k_eu = -r T alpha/(1 - T alpha) and k_ep = -T beta/(1 - T alpha): a
+//!   change in between is also heard, which adds Lambda_u T/(1 - T alpha) times (beta, alpha) to the row.
 
 use super::piece::Piece;
 use crate::chain::coefficients::{Coefficients, Laws};
@@ -22,7 +22,8 @@ pub(crate) struct Hearing {
     distance: f64,
 }
 
-/// What is added to the row Lambda, given at the upstream end of a segment, for changes within a stretch of it.
+/// What is added to the row Lambda, given at the upstream end of a segment, for changes within a stretch of
+/// it.
 pub(crate) struct Change {
     pub(crate) segment: usize,
     pub(crate) within: RangeInclusive<f64>,

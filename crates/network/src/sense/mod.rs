@@ -1,5 +1,5 @@
-//! What a mode of the chain at rest is sensitive to: every local coefficient by the adjoint, a small change anywhere along it, and
-//! where its energy comes from.
+//! What a mode of the chain at rest is sensitive to: every local coefficient by the adjoint, a small change
+//! anywhere along it, and where its energy comes from.
 //!
 //! Knows a mode as its root; it finds none.
 

@@ -14,7 +14,8 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    /// [[C, P S], [Q S, C]] over `x`: the inverse of its matrix; the matrix itself with the signs of P S and Q S turned.
+    /// [[C, P S], [Q S, C]] over `x`: the inverse of its matrix; the matrix itself with the signs of P S and
+    /// Q S turned.
     pub(super) fn matrix(&self, x: f64) -> [C64; 3] {
         let (p, q) = (self.impedance * x, self.admittance * x);
         let at = line(p * q);

@@ -1,8 +1,8 @@
 //! Adjoint derivatives with respect to every local coefficient of the network at once.
 //!
-//! One backward sweep per output carries the row vector Lambda with which a disturbance of the state at any point
-//! changes the output, the change of s included. The derivative with respect to a local coefficient is then
-//! Lambda (dM/dtheta) v at its element: a few products each, whatever the number of coefficients.
+//! One backward sweep per output carries the row vector Lambda with which a disturbance of the state at any
+//! point changes the output, the change of s included. The derivative with respect to a local coefficient is
+//! then Lambda (dM/dtheta) v at its element: a few products each, whatever the number of coefficients.
 
 use crate::chain::coefficients::Coefficients;
 use crate::chain::line::Line;
@@ -21,9 +21,9 @@ use rijke_numerics::C64;
 pub struct Derivatives {
     /// By place 0 .. N: with respect to k_mu, k_mp, k_eu, k_ep there.
     pub feedback: Vec<[C64; 4]>,
-    /// By segment: with respect to the impedance P = l (s rho + kappa_mu) and the admittance
-    /// Q = l (s/(rho c^2) + kappa_ep) of the whole segment. [`Sensitivities::with_respect_to`] turns them into
-    /// derivatives with respect to length, speed, density and loss.
+    /// By segment: with respect to the impedance P = l (s rho + kappa_mu) and the admittance Q = l (s/(rho
+    /// c^2) + kappa_ep) of the whole segment. [`Sensitivities::with_respect_to`] turns them into derivatives
+    /// with respect to length, speed, density and loss.
     pub lines: Vec<[C64; 2]>,
     /// With respect to R_u and R_d.
     pub ends: [C64; 2],
@@ -31,8 +31,8 @@ pub struct Derivatives {
     pub end_impedances: [C64; 2],
 }
 
-/// First derivatives of an eigenvalue and of relative pressures with respect to every local coefficient; reused from
-/// call to call.
+/// First derivatives of an eigenvalue and of relative pressures with respect to every local coefficient;
+/// reused from call to call.
 #[derive(Clone, Debug, Default)]
 pub struct Sensitivities {
     /// Of s.
@@ -71,8 +71,8 @@ struct Passage {
 }
 
 impl Sensitivities {
-    /// The derivative of one output, [`Sensitivities::s`] or one of [`Sensitivities::pressures`], with respect to one
-    /// slot of the network, everything else fixed.
+    /// The derivative of one output, [`Sensitivities::s`] or one of [`Sensitivities::pressures`], with
+    /// respect to one slot of the network, everything else fixed.
     #[must_use]
     pub fn with_respect_to(&self, output: &Derivatives, slot: Slot) -> C64 {
         let (record, n) = (&self.record, self.record.lines.len());
@@ -107,7 +107,8 @@ impl Sensitivities {
                 (by_impedance(i) - 2.0 * segment(i).5) * (rho * compressibility).sqrt()
             }
             Slot::Area(i) => {
-                // The ratio A_{j-1}/A_j acts on u as 1 - k_eu does; the area itself is counted from the first one.
+                // The ratio A_{j-1}/A_j acts on u as 1 - k_eu does; the area itself is counted from the first
+                // one.
                 let ratio = |j: usize| record.jumps[j].as_ref().map_or(C64::ONE, |jump| jump.1);
                 let by_log = |j: usize| -output.feedback[j][2] * ratio(j);
                 let before = if i > 0 { -by_log(i) } else { C64::ZERO };
@@ -120,8 +121,8 @@ impl Sensitivities {
         }
     }
 
-    /// Condition of the eigenvalue: sum over all coefficients theta of |theta ds/dtheta| / |s|, that is, how much
-    /// relative errors of the coefficients are magnified. Lengths and sound speeds alone give about 2.
+    /// Condition of the eigenvalue: sum over all coefficients theta of |theta ds/dtheta| / |s|, that is, how
+    /// much relative errors of the coefficients are magnified. Lengths and sound speeds alone give about 2.
     #[must_use]
     pub fn condition(&self, network: &Network, s: C64) -> f64 {
         let mut total = 0.0;
@@ -148,8 +149,8 @@ impl Sensitivities {
 impl Network {
     /// First derivatives of s and of the pressures with respect to every local coefficient, by the adjoint.
     ///
-    /// `root` must be an eigenvalue. Cost: one forward sweep, one backward sweep per output. Results go to `out`, whose
-    /// memory is reused.
+    /// `root` must be an eigenvalue. Cost: one forward sweep, one backward sweep per output. Results go to
+    /// `out`, whose memory is reused.
     ///
     /// # Errors
     /// As [`Network::respond`].
@@ -224,7 +225,8 @@ impl Network {
     }
 }
 
-/// An output as a function of the state: `factor` times F at the end, plus sources times the pressure at places.
+/// An output as a function of the state: `factor` times F at the end, plus sources times the pressure at
+/// places.
 struct Output {
     factor: C64,
     sources: Option<[(usize, C64); 2]>,

@@ -1,5 +1,5 @@
-//! Both chains behind one trait: laws of a caller with mean flow, against jets in the chain's own numbers, Taylor
-//! remainders, and the chain at rest.
+//! Both chains behind one trait: laws of a caller with mean flow, against jets in the chain's own numbers,
+//! Taylor remainders, and the chain at rest.
 
 use crate::common_laws::{Given, c, given};
 use crate::mean_flow::{GAMMA, delayed, end, everything, inlet};
@@ -16,7 +16,8 @@ pub(crate) const NEWTON: Newton =
     Newton { max_steps: 60, tolerance: 1e-14, max_step: Some(20.0), radius: Some(400.0) };
 const REGION: Region = Region { sigma: [-150.0, 150.0], omega: [300.0, 3000.0] };
 
-/// A tube of three pieces: wall with a factor, a heater that lags, a screen, a leak, a step of area, ends of a factor.
+/// A tube of three pieces: wall with a factor, a heater that lags, a screen, a leak, a step of area, ends of
+/// a factor.
 pub(crate) fn tube() -> Network {
     heated(1.0)
 }
@@ -155,7 +156,8 @@ fn order_taylor_remainders_of_laws_with_flow() {
     }
 }
 
-/// The chain of all elements, a flame that hears upstream and a loop; what it is made of, and what laws move by parameters.
+/// The chain of all elements, a flame that hears upstream and a loop; what it is made of, and what laws move
+/// by parameters.
 fn talkative() -> (FlowChain, Vec<(FlowSlot, FlowParameter)>) {
     use FlowParameter as P;
     let (state, mut ducts, ends) = everything(8.0);
@@ -214,7 +216,8 @@ fn oracle_laws_agree_with_jets_in_the_numbers_of_the_chain() {
 
 #[test]
 fn oracle_laws_and_the_same_built_in_answer_alike() {
-    // The same chain with its devices as laws of the caller, or built in: modes, stations, balance, condition.
+    // The same chain with its devices as laws of the caller, or built in: modes, stations, balance,
+    // condition.
     let (screen, heater) =
         (Law::Linear { constant: c(8.0, 0.0), per_s: c(0.02, 0.0) }, delayed(-0.1, 1.5e-3));
     let wide =
@@ -247,7 +250,8 @@ fn oracle_laws_and_the_same_built_in_answer_alike() {
             assert!((power.power - total).abs() < 1e-9 * total.abs());
             assert_eq!(power.laws.len(), 1);
         }
-        // A screen alone takes all the power of its place but that of the step of area, which is convected: of order M.
+        // A screen alone takes all the power of its place but that of the step of area, which is convected:
+        // of order M.
         let screen = &got.places[1];
         assert!((screen.laws[0].1 / screen.power - 1.0).abs() < 0.1 && screen.power < 0.0, "{screen:?}");
         let (here, there) = (free.along(&set, &root, 4, &mut work).unwrap(), built.along(&root, 4).unwrap());

@@ -1,4 +1,5 @@
-//! Constants of physics against oracles that do not share them: each line that could be changed unnoticed, once.
+//! Constants of physics against oracles that do not share them: each line that could be changed unnoticed,
+//! once.
 
 use crate::common_laws::{c, given};
 use crate::mean_flow::{GAMMA, end, inlet};

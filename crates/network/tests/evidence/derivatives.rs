@@ -1,4 +1,5 @@
-//! First and second derivatives: closed-form values, an independent chain of jets in wave amplitudes, Taylor slopes.
+//! First and second derivatives: closed-form values, an independent chain of jets in wave amplitudes, Taylor
+//! slopes.
 
 use crate::common_laws::{RIG, c, close_with_paper_ends, given, paper_wall, rig_segment, root};
 use crate::eigenvalues::{eigenvalues, reference};
@@ -81,7 +82,8 @@ fn exact_interaction_index_and_delay() {
     }
 }
 
-/// Everything at once: nine parameters in every kind of slot, delays, wall loss, three gases, two area changes.
+/// Everything at once: nine parameters in every kind of slot, delays, wall loss, three gases, two area
+/// changes.
 pub(crate) const EVERYTHING: [f64; 9] = [1.1, 0.06, 1.2e-3, 0.98, 0.31, 1.0, 0.02, 1.0, 0.4];
 
 pub(crate) fn everything(a: [f64; 9]) -> (Network, impl Coefficients) {

@@ -144,8 +144,8 @@ fn order_lumped_scheme_is_first_order() {
 #[test]
 fn exact_wall_laws_tend_to_each_other() {
     let s = c(-6.0, 1043.0);
-    // Zwikker-Kosten against Kirchhoff: the difference is of the next order in boundary layer over radius, so it
-    // falls by ten when the diameter grows tenfold.
+    // Zwikker-Kosten against Kirchhoff: the difference is of the next order in boundary layer over radius, so
+    // it falls by ten when the diameter grows tenfold.
     let gap = |diameter: f64| {
         let wall = Wall { diameter, ..RIG };
         let (thick, thin) = (wall.zwikker_kosten(s), wall.kirchhoff(s));

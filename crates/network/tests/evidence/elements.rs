@@ -1,4 +1,5 @@
-//! Elements of network files against their own equations: references on either side, tables, functions, places, flow.
+//! Elements of network files against their own equations: references on either side, tables, functions,
+//! places, flow.
 
 use crate::common_laws::c;
 use rijke_network::file::{Built, FileError, Problem, Warning, read};
@@ -38,7 +39,8 @@ fn with(flame: &str) -> String {
 
 #[test]
 fn oracle_a_reference_downstream_closes_a_loop() {
-    // p = cosh, u = -sinh/(rho c) before the flame; two waves behind it; the velocity at 0.25 m behind it feeds the flame.
+    // p = cosh, u = -sinh/(rho c) before the flame; two waves behind it; the velocity at 0.25 m behind it
+    // feeds the flame.
     let text = with(
         "[[element]]\ntype = 'flame'\ngain = 2.6\ndelay = 2.5e-3\nreference = 0.25\nreference_side = 'downstream'",
     );
@@ -93,7 +95,8 @@ fn oracle_a_reference_downstream_closes_a_loop() {
 
 #[test]
 fn exact_references_cross_ducts_and_need_them_free() {
-    // A reference 0.3 m upstream through pieces, a change of area and wall losses: the same tube described in other cuts.
+    // A reference 0.3 m upstream through pieces, a change of area and wall losses: the same tube described in
+    // other cuts.
     let flame = "[[element]]\ntype = 'flame'\ngain = 0.8\ndelay = 2e-3\nreference = 0.3";
     let whole = with(flame).replace("name = 'cold'", "wall = 'kirchhoff'\nname = 'cold'");
     let cut = whole.replace("name = 'cold'", "pieces = 7\nname = 'cold'");
@@ -288,7 +291,8 @@ fn order_files_with_flow_tend_to_files_without() {
 
 #[test]
 fn behaviour_noisy_tables_are_fitted_without_ghosts() {
-    // A filtered flame that lags, 59 rows with noise of 1 to 5 % of the largest gain, tolerance three times the noise.
+    // A filtered flame that lags, 59 rows with noise of 1 to 5 % of the largest gain, tolerance three times
+    // the noise.
     use rand::RngExt;
     let exact = |s: C64| 1.2 * (-3e-3 * s).exp() / (1.0 + s / 1500.0);
     let text = |shape: &str| {

@@ -183,8 +183,9 @@ fn exact_ends() {
         value(Law::Impedance(Box::new(z)), c(0.0, 1000.0))
     };
     assert!(impedance(1.0).norm() < 1e-15 && (impedance(1e12) - 1.0).norm() < 1e-11);
-    // The baffled piston tends to the end correction 8/(3 pi) and to the radiation of a baffled source, |R| = 1 - (ka)^2
-    // (twice that of a free end); the baffled value of J1 and the Struve function at 2ka = 2 from tables.
+    // The baffled piston tends to the end correction 8/(3 pi) and to the radiation of a baffled source, |R| =
+    // 1 - (ka)^2 (twice that of a free end); the baffled value of J1 and the Struve function at 2ka = 2 from
+    // tables.
     let (radius, speed) = (0.02, 340.0);
     let at_ka = |ka: f64| value(Law::Flanged { radius, sound_speed: speed }, c(0.0, ka * speed / radius));
     let small = at_ka(1e-3);

@@ -143,7 +143,8 @@ fn oracle_small_changes_anywhere_with_flow_do_what_stations_say() {
         let plain = if entropy { plain } else { plain.without_entropy_waves() };
         let region = Region { sigma: [-150.0, 50.0], omega: [1000.0, 3000.0] };
         let root = solve(&plain, modes(&plain, &region)[1]);
-        // On both sides of the point (0.25 m into the first duct = 0.45 m before the flame) that the flame hears.
+        // On both sides of the point (0.25 m into the first duct = 0.45 m before the flame) that the flame
+        // hears.
         for (at, station) in [(0.12, 13 + 4), (0.21, 13 + 7), (0.27, 13 + 9)] {
             let here = plain.along(&root, 11).unwrap()[station - 2];
             assert!((here.x - 0.4 - at).abs() < 1e-12 && here.segment == 1, "{}", here.x);

@@ -1,4 +1,5 @@
-//! Forced response at s = i omega: closed forms, reciprocity, energy, derivatives, and poles that are the modes.
+//! Forced response at s = i omega: closed forms, reciprocity, energy, derivatives, and poles that are the
+//! modes.
 
 use crate::chains::{NEWTON, VALUES, laws, tube};
 use crate::common_laws::c;
@@ -49,7 +50,8 @@ fn exact_impedances_of_tubes_and_a_resonator() {
 
 #[test]
 fn exact_a_source_between_closed_ends() {
-    // A velocity 1 at 0.3 m: p = -rho c cosh(k (1 - a)) cosh(k x)/sinh k upstream, symmetric beyond, up to the sign of u.
+    // A velocity 1 at 0.3 m: p = -rho c cosh(k (1 - a)) cosh(k x)/sinh k upstream, symmetric beyond, up to
+    // the sign of u.
     let mut net = Network::cut_tube(AIR, &[0.3, 0.8]).unwrap();
     net.set(Slot::Upstream, C64::ONE).unwrap();
     net.set(Slot::Downstream, C64::ONE).unwrap();
@@ -70,7 +72,8 @@ fn exact_a_source_between_closed_ends() {
 #[test]
 fn exact_reciprocity_and_energy() {
     let mut work = Workspace::default();
-    // Pressure at j per volume flow at i is that at i per volume flow at j: areas, losses, a side hole, a resonator.
+    // Pressure at j per volume flow at i is that at i per volume flow at j: areas, losses, a side hole, a
+    // resonator.
     let text = "[upstream]\ntype = 'constant'\nmodulus = 0.7\nangle = 1\n[downstream]\ntype = 'unflanged'\n\
                 [[element]]\ntype = 'duct'\nlength = 0.3\ndiameter = 0.05\nwall = 'kirchhoff'\n\
                 [[element]]\ntype = 'side-hole'\ndiameter = 0.012\nlength = 0.004\nwall = 'kirchhoff'\n\
@@ -154,8 +157,8 @@ fn order_taylor_remainders_of_forced_response() {
 
 #[test]
 fn oracle_fifty_bores_by_the_product_of_their_matrices() {
-    // Short and long segments, thick and thin boundary layers, whole blocks and a rest: one after the other, with I1/I0 by its
-    // continued fraction (DLMF 10.33.1).
+    // Short and long segments, thick and thin boundary layers, whole blocks and a rest: one after the other,
+    // with I1/I0 by its continued fraction (DLMF 10.33.1).
     let bessel = |z: C64| (1..=600).rev().fold(C64::ZERO, |below, k| z * z / (f64::from(2 * k) + below)) / z;
     for count in [1, 7, 16, 50] {
         let mut text = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'closed'\n".to_owned();
@@ -193,7 +196,8 @@ fn oracle_fifty_bores_by_the_product_of_their_matrices() {
 
 #[test]
 fn exact_values_alone_are_those_of_the_jets() {
-    // Areas, every law of losses, a side hole, a resonator, an open end: what the values pass without derivatives.
+    // Areas, every law of losses, a side hole, a resonator, an open end: what the values pass without
+    // derivatives.
     let text = "[upstream]\ntype = 'closed'\n[downstream]\ntype = 'unflanged'\n\
                 [[element]]\ntype = 'duct'\nlength = 0.3\ndiameter = 0.05\nwall = 'zwikker-kosten'\n\
                 [[element]]\ntype = 'side-hole'\ndiameter = 0.012\nlength = 0.004\nwall = 'kirchhoff'\n\
@@ -268,8 +272,9 @@ fn exact_waves_sent_into_a_duct_with_flow() {
     }
 }
 
-/// The eighth mode of a duct of constant reflections, whose phase turns by a little more than 24 on the way upstream: what leaves at the ends and
-/// what a little friction takes is what the energy loses. Friction kappa per metre slows the decay of a wave by kappa/(2 rho).
+/// The eighth mode of a duct of constant reflections, whose phase turns by a little more than 24 on the way
+/// upstream: what leaves at the ends and what a little friction takes is what the energy loses. Friction
+/// kappa per metre slows the decay of a wave by kappa/(2 rho).
 #[test]
 fn exact_energy_of_many_waves_with_flow() {
     let (speed, density, length, ends, friction) = (340.0, 1.2, 1.0, [0.9, -0.9], 1e-3);

@@ -1,5 +1,5 @@
-//! No input makes a reader panic, and every complaint about an element says which: random text, files broken at random,
-//! and files whose numbers are replaced by hostile ones and which are then solved.
+//! No input makes a reader panic, and every complaint about an element says which: random text, files broken
+//! at random, and files whose numbers are replaced by hostile ones and which are then solved.
 
 use proptest::prelude::*;
 use rijke_network::Workspace;

@@ -47,8 +47,8 @@ fn distance(f: &dyn Fn(C64) -> C64, s: C64) -> f64 {
 
 #[test]
 fn oracle_orifices_have_two_corrections_less_in_narrow_tubes() {
-    // Half as wide as the tube. 0.340045 is what the evanescent modes of the tube give (see the tests of `fok`); one side
-    // of a hole in the open moves 8/(3 pi) radii.
+    // Half as wide as the tube. 0.340045 is what the evanescent modes of the tube give (see the tests of
+    // `fok`); one side of a hole in the open moves 8/(3 pi) radii.
     let found = modes(&cut("[[element]]\ntype = 'orifice'\ndiameter = 0.025\nthickness = 2e-3\ndrag = 5\n"));
     let effective = 2e-3 + 2.0 * 0.340_045 * 8.0 / (3.0 * PI) * 0.0125;
     assert!(found.len() >= 3);
@@ -153,7 +153,8 @@ fn exact_all_four_pairs_of_ideal_ends() {
                 let speed = if flow.is_empty() { C } else { (1.4 * 101_325.0f64 / RHO).sqrt() };
                 assert!((mode.s - c(0.0, PI * n * speed)).norm() < 1e-3, "{}", mode.s);
                 let root = mode.root();
-                // Nothing is asked of the reference when no pressure is asked for, though it is a node at an open end.
+                // Nothing is asked of the reference when no pressure is asked for, though it is a node at an
+                // open end.
                 let condition = chain.condition(laws, &root, &mut work).unwrap();
                 assert!((1.5..6.0).contains(&condition), "{condition}");
                 let none = Places { at: Vec::new(), reference: 0 };
@@ -191,8 +192,8 @@ fn order_temperature_slopes_are_of_second_order_at_ends_and_flames() {
                 assert!(k > 0 || steps[1] + steps[2] < 0.02, "{flow} {k}: {steps:?}");
                 for pair in steps.windows(2) {
                     let order = (pair[0] / pair[1]).log2();
-                    // Entropy waves that are lost in every piece are lost sooner in short ones: of first order in the Mach
-                    // number times the length of the pieces.
+                    // Entropy waves that are lost in every piece are lost sooner in short ones: of first
+                    // order in the Mach number times the length of the pieces.
                     let least = if flow.is_empty() { 1.8 } else { 1.6 };
                     assert!((least..2.3).contains(&order), "{flow} {k}: order {order} of {steps:?}");
                 }

@@ -1,4 +1,5 @@
-//! Evidence for the network: closed forms, an independent reference file, an independent chain in jets, invariances.
+//! Evidence for the network: closed forms, an independent reference file, an independent chain in jets,
+//! invariances.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 #![allow(clippy::print_stdout, reason = "long studies print what the records keep")]
 

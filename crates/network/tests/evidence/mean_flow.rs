@@ -60,7 +60,8 @@ fn exact_uniform_tube_with_flow() {
 
 #[test]
 fn exact_choked_ends_with_entropy_waves() {
-    // Between choked nozzles: F by hand, with f = R, g = 1 and e = (gamma/(1+(gamma-1)M^2) - 1) p/c^2 at the inlet.
+    // Between choked nozzles: F by hand, with f = R, g = 1 and e = (gamma/(1+(gamma-1)M^2) - 1) p/c^2 at the
+    // inlet.
     let (speed, velocity, length) = (340.0, 60.0, 1.3);
     let chain = FlowChain::new(
         GAMMA,
@@ -103,7 +104,8 @@ const AIR: Wall = Wall {
 const RESONATOR: Law =
     Law::Helmholtz { duct_area: 1.6e-3, inertance: 120.0, resistance: 2e4, stiffness: 4e8 };
 
-/// Walls, steps of area both ways, a flame that refers 0.1 m upstream, a screen, a resonator; velocity at the inlet.
+/// Walls, steps of area both ways, a flame that refers 0.1 m upstream, a screen, a resonator; velocity at the
+/// inlet.
 pub(crate) fn everything(velocity: f64) -> (FlowState, Vec<FlowDuct>, [FlowEnd; 2]) {
     let wall = |factor| Some(FlowWall { law: WallLaw::Kirchhoff, wall: AIR, factor });
     let ducts = vec![
@@ -138,7 +140,8 @@ fn chain(velocity: f64) -> FlowChain {
 
 #[test]
 fn order_slow_flow_tends_to_no_flow() {
-    // As the velocity falls, the chain tends to the network without flow, first order in M: every element, every slot.
+    // As the velocity falls, the chain tends to the network without flow, first order in M: every element,
+    // every slot.
     let hot = 340.0 * f64::sqrt(2.5);
     let speeds = [340.0, 340.0, hot, hot, hot, hot];
     let (_, ducts, _) = everything(1.0);

@@ -1,4 +1,5 @@
-//! Rational functions of s near tables of gain and phase over frequency. Must not know of what they are measured.
+//! Rational functions of s near tables of gain and phase over frequency. Must not know of what they are
+//! measured.
 //!
 //! `rows` holds a table; `relocate` finds residues and poles by least squares; `table` fits with both.
 

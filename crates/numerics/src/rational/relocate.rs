@@ -1,5 +1,5 @@
-//! Rational functions by least squares: residues for given poles, and better poles (Gustavsen & Semlyen 1999, vector
-//! fitting; relaxed as in Gustavsen 2006).
+//! Rational functions by least squares: residues for given poles, and better poles (Gustavsen & Semlyen 1999,
+//! vector fitting; relaxed as in Gustavsen 2006).
 //!
 //! Poles are given by those with Im >= 0; a complex one stands for itself and its conjugate.
 

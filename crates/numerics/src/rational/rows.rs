@@ -53,8 +53,8 @@ pub fn doubt(rows: &[Entry]) -> Option<Doubt> {
     (rise > RISES).then_some(Doubt::Rises { rise })
 }
 
-/// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s: minus the mean delay; 0 where the
-/// rows have none.
+/// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s:
+/// minus the mean delay; 0 where the rows have none.
 #[must_use]
 pub fn phase_slope(rows: &[Entry]) -> f64 {
     let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();

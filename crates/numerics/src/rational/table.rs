@@ -1,12 +1,14 @@
-//! Measured functions of frequency: a rational function of lowest order near a table of gain and phase, kept as partial fractions.
-//! The AAA algorithm (Nakatsukasa, Sete & Trefethen 2018) finds poles, least squares better ones and the residues.
+//! Measured functions of frequency: a rational function of lowest order near a table of gain and phase, kept
+//! as partial fractions. The AAA algorithm (Nakatsukasa, Sete & Trefethen 2018) finds poles, least squares
+//! better ones and the residues.
 
 use super::relocate::{Samples, relocate, residues, spread, upper};
 use super::rows::{COARSE, Entry, phase_slope};
 use crate::{C64, DenseError, Jet, JetSpace, Matrix, complex_eigenvalues, least_direction};
 use std::f64::consts::PI;
 
-/// e^{-s delay} (constant + sum of residue/(s - pole)), fitted to values on the imaginary axis; real for real s.
+/// e^{-s delay} (constant + sum of residue/(s - pole)), fitted to values on the imaginary axis; real for real
+/// s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// Delay taken out before the fit, s.
@@ -74,8 +76,9 @@ pub enum TableError {
 }
 
 impl Table {
-    /// The rational function of lowest order that meets every row to `tolerance` of the largest gain, with the mean delay
-    /// (the slope of the phase, by least squares) taken out before or not, whichever takes fewer poles.
+    /// The rational function of lowest order that meets every row to `tolerance` of the largest gain, with
+    /// the mean delay (the slope of the phase, by least squares) taken out before or not, whichever takes
+    /// fewer poles.
     ///
     /// # Errors
     /// [`TableError`].
@@ -177,8 +180,8 @@ impl Table {
         best
     }
 
-    /// Without the poles that the data do not ask for, and with none that grows: a growing pole that the noise made is mirrored,
-    /// if the table stays met.
+    /// Without the poles that the data do not ask for, and with none that grows: a growing pole that the
+    /// noise made is mirrored, if the table stays met.
     fn settled(self, samples: &Samples<'_>, scale: f64, tolerance: f64) -> Result<Self, TableError> {
         let mut fit = self;
         let again = |fit: &Self, poles: &[C64]| {

@@ -1,5 +1,5 @@
-//! A small writer of scientific figures in SVG: axes, curves, bars, contours, legends, and labels with sub- and
-//! superscripts. Why our own: `docs/decisions/figures.md`.
+//! A small writer of scientific figures in SVG: axes, curves, bars, contours, legends, and labels with sub-
+//! and superscripts. Why our own: `docs/decisions/figures.md`.
 
 mod axis;
 mod figure;

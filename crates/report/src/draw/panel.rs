@@ -58,7 +58,8 @@ impl Panel {
         self.body += &tail;
     }
 
-    /// The line of one standard deviation of a Gaussian about a mean, with variances and covariance, as two arcs.
+    /// The line of one standard deviation of a Gaussian about a mean, with variances and covariance, as two
+    /// arcs.
     pub(crate) fn ellipse(&mut self, mean: [f64; 2], [xx, yy, xy]: [f64; 3], stroke: &Stroke) {
         let [x, y] = self.at(mean);
         let [right, down] = self.at([mean[0] + 1.0, mean[1] + 1.0]);
@@ -83,8 +84,8 @@ impl Panel {
         );
     }
 
-    /// A filled circle with a remark that browsers show under the pointer. Of a measured point it begins with the name and a colon, by which
-    /// the page finds it in all figures.
+    /// A filled circle with a remark that browsers show under the pointer. Of a measured point it begins with
+    /// the name and a colon, by which the page finds it in all figures.
     pub(crate) fn dot(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str, remark: &str) {
         let ([x, y], radius, remark) = (self.at([x, y]).map(px), px(radius), text::escape(remark));
         match self.body.strip_suffix("</g>").filter(|_| self.dots == colour) {
@@ -96,7 +97,8 @@ impl Panel {
             &format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"><title>{remark}</title></circle></g>");
     }
 
-    /// A patch between a lower and an upper line over the same places, `[x, low, high]`. A gap is a point not finite.
+    /// A patch between a lower and an upper line over the same places, `[x, low, high]`. A gap is a point not
+    /// finite.
     pub(crate) fn band(&mut self, points: &[[f64; 3]], colour: &str, opacity: f64) {
         let finite = |p: &[f64; 3]| p.iter().all(|v| v.is_finite());
         for piece in points.split(|p| !finite(p)).filter(|p| p.len() > 1) {
@@ -139,7 +141,8 @@ impl Panel {
         self.curve(&[[low, y], [high, y]], stroke);
     }
 
-    /// The panel as SVG elements with its origin at the upper left corner; `note` stands above the right corner.
+    /// The panel as SVG elements with its origin at the upper left corner; `note` stands above the right
+    /// corner.
     pub(super) fn elements(&self, note: &str) -> String {
         let [width, height] = self.frame();
         let (bottom, right) = (TOP + height, LEFT + width);
@@ -257,7 +260,8 @@ mod tests {
     #[test]
     fn exact_an_ellipse_touches_its_standard_deviations() {
         let mut panel = panel();
-        // 10 and 5 pixels along the axes; then turned by 45 degrees, where the variances are 62.5 and the covariance up is 37.5.
+        // 10 and 5 pixels along the axes; then turned by 45 degrees, where the variances are 62.5 and the
+        // covariance up is 37.5.
         panel.ellipse([0.5, 0.0], [0.01, 0.04, 0.0], &Stroke::solid("red", 1.0));
         assert!(panel.body.contains("M60 25A10 5 0 1 0 40 25A10 5 0 1 0 60 25"), "{}", panel.body);
         panel.ellipse([0.5, 0.0], [62.5e-4, 0.1, 37.5 / 2500.0], &Stroke::solid("blue", 1.0));

@@ -30,8 +30,9 @@ impl Stroke {
     }
 }
 
-/// Colours that people with any common colour vision tell apart (Okabe and Ito 2008, "Color Universal Design"), yellow
-/// left out because it vanishes on white. Each has dashes of its own, for a grey print and where lines coincide.
+/// Colours that people with any common colour vision tell apart (Okabe and Ito 2008, "Color Universal
+/// Design"), yellow left out because it vanishes on white. Each has dashes of its own, for a grey print and
+/// where lines coincide.
 const MODELS: [Stroke; 7] = [
     Stroke::solid("#0072b2", 1.6),
     Stroke::dashed("#e69f00", 1.6, "6 3"),
@@ -47,8 +48,8 @@ pub(crate) fn model_stroke(index: usize) -> Stroke {
     MODELS[index % MODELS.len()]
 }
 
-/// Colours of an ordered quantity, such as the power of the gauze: from dark blue over red to light orange. On a grey print they have
-/// equal steps from dark to light, 20 of 255.
+/// Colours of an ordered quantity, such as the power of the gauze: from dark blue over red to light orange.
+/// On a grey print they have equal steps from dark to light, 20 of 255.
 const SCALE: [&str; 7] = ["#22306e", "#54329a", "#8a3a98", "#b54a86", "#d3645f", "#e28640", "#e3ab32"];
 
 /// The colour of step `index` of `count` on an ordered scale.
@@ -57,7 +58,8 @@ pub(crate) fn scale_colour(index: usize, count: usize) -> &'static str {
     SCALE[(index * last).checked_div(count.saturating_sub(1)).unwrap_or(last).min(last)]
 }
 
-/// The line of step `index` of `count`: every other one is dashed, so that neighbours differ without colour too.
+/// The line of step `index` of `count`: every other one is dashed, so that neighbours differ without colour
+/// too.
 pub(crate) fn scale_stroke(index: usize, count: usize, width: f64) -> Stroke {
     Stroke { colour: scale_colour(index, count), width, dash: if index % 2 == 1 { "5 2.5" } else { "" } }
 }

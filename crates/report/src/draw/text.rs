@@ -44,8 +44,8 @@ pub(super) fn plain(label: &str) -> String {
     runs(label).iter().map(element).collect()
 }
 
-/// The label as the content of an SVG `text` element of the given font size. Shifts are absolute, because not every
-/// viewer knows `baseline-shift`.
+/// The label as the content of an SVG `text` element of the given font size. Shifts are absolute, because not
+/// every viewer knows `baseline-shift`.
 pub(super) fn svg(label: &str, size: f64) -> String {
     let (mut out, mut height) = (String::new(), 0.0);
     for run in &runs(label) {
@@ -78,7 +78,8 @@ pub(super) fn svg(label: &str, size: f64) -> String {
     out
 }
 
-/// Width of a label in pixels, from the mean width of a letter in common sans-serif fonts; good to about a tenth.
+/// Width of a label in pixels, from the mean width of a letter in common sans-serif fonts; good to about a
+/// tenth.
 pub(super) fn width(label: &str, size: f64) -> f64 {
     let widths = runs(label)
         .iter()
@@ -129,7 +130,8 @@ pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Cuts a label into stretches. A mark that is not closed is ordinary text, but a `^` before a whole number, as units have it.
+/// Cuts a label into stretches. A mark that is not closed is ordinary text, but a `^` before a whole number,
+/// as units have it.
 fn runs(label: &str) -> Vec<Run<'_>> {
     let (mut runs, mut rest, mut italic) = (Vec::new(), label, false);
     while !rest.is_empty() {

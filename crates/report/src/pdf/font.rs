@@ -41,8 +41,8 @@ impl Font {
         self.glyphs.num_gids() > 1
     }
 
-    /// A text as the file holds it, two bytes a glyph, and its width at size 1. The first glyph of the font, an empty box, stands for
-    /// what it lacks.
+    /// A text as the file holds it, two bytes a glyph, and its width at size 1. The first glyph of the font,
+    /// an empty box, stands for what it lacks.
     pub(super) fn set(&mut self, text: &str) -> (Vec<u8>, f64) {
         let (mut set, mut width) = (Vec::new(), 0.0);
         for letter in text.chars() {
@@ -57,7 +57,8 @@ impl Font {
         (set, width)
     }
 
-    /// The glyphs that were used, with their widths and characters, as objects from `next` on. Returns the object of the font.
+    /// The glyphs that were used, with their widths and characters, as objects from `next` on. Returns the
+    /// object of the font.
     pub(super) fn embed(&self, file: &mut Pdf, next: &mut i32) -> Result<Ref, ReportError> {
         let [font, cid, descriptor, data, unicode] = [0, 1, 2, 3, 4].map(|k| Ref::new(*next + k));
         *next += 5;

@@ -1,5 +1,6 @@
-//! The figures of this crate as PDF: read from their SVG, so that one drawing serves both. Knows no figure. What the SVG may hold is
-//! the little that [`crate::draw`] writes; anything else is refused. Why not a general converter: `docs/decisions/figures.md`.
+//! The figures of this crate as PDF: read from their SVG, so that one drawing serves both. Knows no figure.
+//! What the SVG may hold is the little that [`crate::draw`] writes; anything else is refused. Why not a
+//! general converter: `docs/decisions/figures.md`.
 
 mod font;
 mod page;
@@ -22,8 +23,9 @@ const INFO: Ref = Ref::new(5);
 /// Fonts and opacities come from here on.
 const FIRST_FREE: i32 = 6;
 
-/// A figure of this crate, given as the text of its SVG file, as a PDF file of one page: 90 mm wide if it has one column of panels, 180 mm
-/// with two. Letters are those of Arimo, embedded; a character that Arimo lacks becomes an empty box. The same figure gives the same bytes.
+/// A figure of this crate, given as the text of its SVG file, as a PDF file of one page: 90 mm wide if it has
+/// one column of panels, 180 mm with two. Letters are those of Arimo, embedded; a character that Arimo lacks
+/// becomes an empty box. The same figure gives the same bytes.
 ///
 /// # Errors
 /// [`ReportError::Drawing`] if the SVG was not written by this crate.

@@ -63,8 +63,8 @@ pub(super) fn circle([x, y]: [f64; 2], radius: f64, content: &mut Content) {
     content.close_path();
 }
 
-/// Half an ellipse between the ends of one of its axes, which is turned by an angle; `other` is half the other axis. Runs against the hand of
-/// the clock, as an SVG arc whose last flag is 0.
+/// Half an ellipse between the ends of one of its axes, which is turned by an angle; `other` is half the
+/// other axis. Runs against the hand of the clock, as an SVG arc whose last flag is 0.
 fn half(from: [f64; 2], to: [f64; 2], other: f64, turn: f64, content: &mut Content) {
     let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
     let u = [from[0] - middle[0], from[1] - middle[1]];
@@ -111,7 +111,8 @@ mod tests {
         assert!(arc.contains("50 20 c") && arc.ends_with("40 25 c"), "{arc}");
         let back = lines("M40 25A10 5 0 1 0 60 25");
         assert!(back.contains("50 30 c") && back.ends_with("60 25 c"), "{back}");
-        // Turned by 90 degrees with the clock: its first axis points down, and against the clock from its lower end lies its right end.
+        // Turned by 90 degrees with the clock: its first axis points down, and against the clock from its
+        // lower end lies its right end.
         let turned = lines("M50 35A10 5 90 1 0 50 15");
         assert!(turned.contains("55 25 c"), "{turned}");
     }

@@ -52,7 +52,8 @@ pub(super) fn section(stage: &StageRecord) -> String {
     )
 }
 
-/// What the page says of every measured point under the pointer, as JSON by its name: pairs of a stage and a line.
+/// What the page says of every measured point under the pointer, as JSON by its name: pairs of a stage and a
+/// line.
 pub(super) fn said(stages: &[StageRecord]) -> String {
     let mut all: BTreeMap<&str, Vec<[String; 2]>> = BTreeMap::new();
     for stage in stages {

@@ -149,7 +149,8 @@ fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours, siz
     drawn
 }
 
-/// The ends of every value with its error; an error larger than all values are apart does not stretch the axis.
+/// The ends of every value with its error; an error larger than all values are apart does not stretch the
+/// axis.
 fn spans(values: &[(f64, f64)]) -> Vec<f64> {
     let low = values.iter().map(|v| v.0).fold(f64::INFINITY, f64::min);
     let high = values.iter().map(|v| v.0).fold(f64::NEG_INFINITY, f64::max);

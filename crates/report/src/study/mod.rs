@@ -1,4 +1,5 @@
-//! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes no physics of its own.
+//! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes no
+//! physics of its own.
 
 mod asked;
 mod checks;
@@ -37,9 +38,10 @@ pub fn answer_svg(kind: Option<DataKind>, answer: &Answer) -> Option<String> {
 }
 
 impl StudyPage {
-    /// The page, `index.html`; a figure and a table for every stage and every question that has one. `overviews` are the figures of stages,
-    /// by the stage's name; `sliders` is a stage whose model the page solves itself, or why it cannot. The settings at which its solver can be
-    /// checked become `tables/sliders.csv`.
+    /// The page, `index.html`; a figure and a table for every stage and every question that has one.
+    /// `overviews` are the figures of stages, by the stage's name; `sliders` is a stage whose model the page
+    /// solves itself, or why it cannot. The settings at which its solver can be checked become
+    /// `tables/sliders.csv`.
     ///
     /// # Errors
     /// [`ReportError::Nothing`] if no stage was run.

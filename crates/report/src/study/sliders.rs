@@ -1,4 +1,5 @@
-//! The section of the page in which a reader moves parameters and factors, and the scripts that solve the model there.
+//! The section of the page in which a reader moves parameters and factors, and the scripts that solve the
+//! model there.
 
 use crate::draw::html;
 use rijke_engine::run::{Sliders, StageRecord};

@@ -50,7 +50,8 @@ struct Row {
 }
 
 impl Campaign {
-    /// Reads and validates a campaign file (TOML, one `[[row]]` per row of the paper's Table 1), and the file of ramps that it may name.
+    /// Reads and validates a campaign file (TOML, one `[[row]]` per row of the paper's Table 1), and the file
+    /// of ramps that it may name.
     ///
     /// # Errors
     /// The file, the line or key, and the remedy.
@@ -123,8 +124,9 @@ impl Campaign {
         Ok(())
     }
 
-    /// The campaign as a file: [`Campaign::parse`] gives the same points back, provided that the points of a row
-    /// differ only in position and their names follow from it. Its ramps are those of the file [`Ramp::FILE`] beside it.
+    /// The campaign as a file: [`Campaign::parse`] gives the same points back, provided that the points of a
+    /// row differ only in position and their names follow from it. Its ramps are those of the file
+    /// [`Ramp::FILE`] beside it.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = format!("name = {}\n", toml::Value::from(self.name.as_str()));

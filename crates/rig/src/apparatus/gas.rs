@@ -87,8 +87,8 @@ impl Gas {
         UNIVERSAL / self.molar_mass
     }
 
-    /// All properties at `temperature` (K, positive) and `pressure` (Pa, positive). gamma follows the temperature:
-    /// freezing it would move the speed of sound by 0.4 % at 500 K.
+    /// All properties at `temperature` (K, positive) and `pressure` (Pa, positive). gamma follows the
+    /// temperature: freezing it would move the speed of sound by 0.4 % at 500 K.
     #[must_use]
     pub fn at(&self, temperature: f64, pressure: f64) -> GasState {
         let (t, r) = (temperature, self.constant());

@@ -7,7 +7,8 @@ use crate::problem::Problem;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// One run of the rig, from the settled state without power: the log of its power, and which operating points were measured when.
+/// One run of the rig, from the settled state without power: the log of its power, and which operating points
+/// were measured when.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ramp {
     /// Its name.
@@ -63,8 +64,8 @@ impl Ramp {
         if path.is_file() { Self::read(&path, &points.collect::<Vec<_>>()) } else { Ok(Vec::new()) }
     }
 
-    /// Reads the runs of a file (CSV: `ramp`, `time_s`, `power_W`, `point`), whose points are among `points`. The rows of one run
-    /// are in the order of time.
+    /// Reads the runs of a file (CSV: `ramp`, `time_s`, `power_W`, `point`), whose points are among `points`.
+    /// The rows of one run are in the order of time.
     ///
     /// # Errors
     /// The file, the line and the remedy.

@@ -6,8 +6,9 @@ use hdf5_pure::{AttrValue, DType, Dataset, File, Group};
 /// Groups inside groups are followed this far.
 const DEPTH: usize = 8;
 
-/// Deflate packs no more than 1032 bytes into one ("Maximum Compression Factor", zlib): a file cannot hold more values than this per
-/// byte. The library makes room for as many as a file announces, and a damaged one may announce 10^13.
+/// Deflate packs no more than 1032 bytes into one ("Maximum Compression Factor", zlib): a file cannot hold
+/// more values than this per byte. The library makes room for as many as a file announces, and a damaged one
+/// may announce 10^13.
 const DENSEST: usize = 1032;
 
 /// Reads the arrays of a file; one in a group is called `group/array`.

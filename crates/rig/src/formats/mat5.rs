@@ -1,6 +1,6 @@
-//! MATLAB's file format of versions 5 to 7: a header of 128 bytes, then elements of a tag and data, each perhaps compressed
-//! by zlib ("MAT-File Format", The MathWorks, R2019b). Numeric arrays and fields of single structures are read; all else is
-//! listed.
+//! MATLAB's file format of versions 5 to 7: a header of 128 bytes, then elements of a tag and data, each
+//! perhaps compressed by zlib ("MAT-File Format", The MathWorks, R2019b). Numeric arrays and fields of single
+//! structures are read; all else is listed.
 
 use super::array::{Array, Contents, LARGEST};
 use std::io::Read;

@@ -25,8 +25,8 @@ pub(crate) struct WavHeader {
 /// Reads chunks up to the samples. Other chunks than `fmt ` and `data` are passed over, whatever they are.
 ///
 /// # Errors
-/// The file is absent, not a WAV file, of a kind that is not supported, has a chunk that cannot be, or was not finished by the
-/// recorder.
+/// The file is absent, not a WAV file, of a kind that is not supported, has a chunk that cannot be, or was
+/// not finished by the recorder.
 pub(crate) fn header(path: &Path) -> Result<WavHeader, RigError> {
     let wrong = |problem| RigError::invalid(path, "header", problem);
     let unreadable = |reason: String| wrong(Problem::BadWav { reason });

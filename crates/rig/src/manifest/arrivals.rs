@@ -53,7 +53,8 @@ impl Arrivals {
         Self { folder: folder.to_owned(), described, manifest: None, fault: None, files: BTreeMap::new() }
     }
 
-    /// Looks again. A file counts once two looks in turn found it the same and it could be read as what the manifest says.
+    /// Looks again. A file counts once two looks in turn found it the same and it could be read as what the
+    /// manifest says.
     pub fn look(&mut self) -> Arrived {
         let path = self.folder.join("manifest.toml");
         let mut changed = Vec::new();
@@ -139,7 +140,8 @@ impl Arrivals {
         Ok(hasher.finish())
     }
 
-    /// A file that counts and holds the same bytes: of those looked at before this one, `before`, and after it.
+    /// A file that counts and holds the same bytes: of those looked at before this one, `before`, and after
+    /// it.
     fn twin(&self, before: &BTreeMap<String, State>, file: &str, hash: u64) -> Option<String> {
         let same = |(name, state): (&String, &State)| {
             let alike = matches!(state, State::Whole(_, other) if *other == hash);

@@ -25,8 +25,8 @@ pub struct RecordFolder {
 }
 
 impl RecordFolder {
-    /// Opens a folder: reads its manifest, rig and campaign, and checks that every file exists. Samples are read
-    /// later, record by record.
+    /// Opens a folder: reads its manifest, rig and campaign, and checks that every file exists. Samples are
+    /// read later, record by record.
     ///
     /// # Errors
     /// The file, the place in it and the remedy.
@@ -34,8 +34,8 @@ impl RecordFolder {
         Self::open_of(folder, None)
     }
 
-    /// As [`RecordFolder::open`], for records of a rig and a campaign that are described elsewhere; a manifest that names files of its
-    /// own for them counts first.
+    /// As [`RecordFolder::open`], for records of a rig and a campaign that are described elsewhere; a
+    /// manifest that names files of its own for them counts first.
     ///
     /// # Errors
     /// As [`RecordFolder::open`].
@@ -55,8 +55,8 @@ impl RecordFolder {
         Ok(opened)
     }
 
-    /// As [`RecordFolder::open_of`], of records that are still being made: files may be absent. Only those are read that
-    /// [`RecordFolder::restricted`] leaves.
+    /// As [`RecordFolder::open_of`], of records that are still being made: files may be absent. Only those
+    /// are read that [`RecordFolder::restricted`] leaves.
     ///
     /// # Errors
     /// Those of the manifest.
@@ -122,7 +122,8 @@ impl RecordFolder {
         points.chain(self.set.calibrations.iter().flat_map(|c| &c.clicks))
     }
 
-    /// Pairs of records that hold the same bytes, the earlier first: one that was copied under another name counts twice.
+    /// Pairs of records that hold the same bytes, the earlier first: one that was copied under another name
+    /// counts twice.
     ///
     /// # Errors
     /// A file cannot be read.
@@ -205,8 +206,8 @@ impl RecordSet {
         Layout { channels, full_scale: *full_scale, rate_hz, quiet, arrays, reading }
     }
 
-    /// Writes `rig.toml`, `campaign.toml` and, last, `manifest.toml`: a folder whose records are incomplete has no
-    /// manifest and is not taken for a record set.
+    /// Writes `rig.toml`, `campaign.toml` and, last, `manifest.toml`: a folder whose records are incomplete
+    /// has no manifest and is not taken for a record set.
     ///
     /// # Errors
     /// A file cannot be written.

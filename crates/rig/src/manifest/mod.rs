@@ -1,4 +1,5 @@
-//! A folder of records: `manifest.toml` with the words of its keys, and the files that it lists, read one at a time.
+//! A folder of records: `manifest.toml` with the words of its keys, and the files that it lists, read one at
+//! a time.
 //!
 //! Knows nothing of what is made of the records.
 

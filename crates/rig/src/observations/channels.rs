@@ -1,4 +1,5 @@
-//! What is left of delays and gains after the channels were calibrated: errors that all pings of a campaign share.
+//! What is left of delays and gains after the channels were calibrated: errors that all pings of a campaign
+//! share.
 
 use crate::error::RigError;
 use crate::files::{parse_toml, read_text, write_toml};
@@ -7,11 +8,11 @@ use rijke_numerics::{Cholesky, Matrix};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Errors of the channels' calibration that all pings share. They are part of the covariance of every [`crate::Ping`], too,
-/// which cannot say that they are the same from point to point.
+/// Errors of the channels' calibration that all pings share. They are part of the covariance of every
+/// [`crate::Ping`], too, which cannot say that they are the same from point to point.
 ///
-/// With delays off by d and relative gains off by g against the reference microphone's, a relative pressure P is measured as
-/// P (1 + s d - g).
+/// With delays off by d and relative gains off by g against the reference microphone's, a relative pressure P
+/// is measured as P (1 + s d - g).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelErrors {
     /// Covariance of d over all microphones but the reference, in their order, s^2.

@@ -5,7 +5,8 @@ use super::observation::{Click, Observations, Ping};
 use rijke_numerics::{C64, Matrix};
 
 impl Ping {
-    /// The same ping among `count` microphones, of which it knows those of the ascending numbers `known`; the others have no number.
+    /// The same ping among `count` microphones, of which it knows those of the ascending numbers `known`; the
+    /// others have no number.
     #[must_use]
     pub fn among(&self, known: &[usize], count: usize) -> Self {
         let mut pressures = vec![C64::new(f64::NAN, f64::NAN); count];
@@ -21,7 +22,8 @@ impl Ping {
         Self { s: self.s, pressures, reference, covariance }
     }
 
-    /// The same ping without all microphones but those of the ascending numbers `kept`, of which the reference is one.
+    /// The same ping without all microphones but those of the ascending numbers `kept`, of which the
+    /// reference is one.
     #[must_use]
     pub fn only(&self, kept: &[usize]) -> Self {
         let place = |m: &usize| 2 + 2 * (m - usize::from(*m > self.reference));
@@ -50,7 +52,8 @@ impl Click {
 }
 
 impl ChannelErrors {
-    /// As [`Ping::among`]: channels of which no record tells have the largest variance of the others, and share nothing with them.
+    /// As [`Ping::among`]: channels of which no record tells have the largest variance of the others, and
+    /// share nothing with them.
     #[must_use]
     pub fn among(&self, known: &[usize], count: usize, reference: usize) -> Self {
         let place = |m: &usize| m - usize::from(*m > reference);
@@ -68,8 +71,8 @@ impl ChannelErrors {
 }
 
 impl Observations {
-    /// The same with microphones that were dead in all records put back into the rig: `removed` has their numbers, ascending, and
-    /// places. So the numbers of microphones are those of the rig everywhere.
+    /// The same with microphones that were dead in all records put back into the rig: `removed` has their
+    /// numbers, ascending, and places. So the numbers of microphones are those of the rig everywhere.
     #[must_use]
     pub fn with_the_dead(mut self, removed: &[(usize, f64)]) -> Self {
         let count = self.rig.microphones.positions.len() + removed.len();

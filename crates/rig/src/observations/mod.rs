@@ -5,4 +5,5 @@
 pub(crate) mod channels;
 mod dead;
 pub(crate) mod observation;
+mod row;
 mod table;

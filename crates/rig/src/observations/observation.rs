@@ -21,7 +21,8 @@ pub struct Ping {
 }
 
 impl Ping {
-    /// The real numbers measured: sigma, omega, then real and imaginary part of every pressure but the reference's.
+    /// The real numbers measured: sigma, omega, then real and imaginary part of every pressure but the
+    /// reference's.
     #[must_use]
     pub fn vector(&self) -> Vec<f64> {
         let others = self.pressures.iter().enumerate().filter(|(m, _)| *m != self.reference);
@@ -42,8 +43,8 @@ impl Ping {
 pub struct Click {
     /// Arrival time at each microphone after the loudspeaker's trigger, s, channel delays removed.
     pub arrival_times: Vec<f64>,
-    /// Covariance of the arrival times, s^2. The error of the channel delays is part of it, and is common to all
-    /// clicks that were corrected with the same calibration.
+    /// Covariance of the arrival times, s^2. The error of the channel delays is part of it, and is common to
+    /// all clicks that were corrected with the same calibration.
     pub covariance: Matrix,
 }
 

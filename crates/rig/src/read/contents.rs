@@ -42,7 +42,8 @@ pub struct ChannelContents {
     pub at_full_scale: usize,
     /// Number of samples that are no number; the other figures leave them out.
     pub not_finite: usize,
-    /// Whether its name says that it is the column of time, which the list `channels` of a manifest may leave out.
+    /// Whether its name says that it is the column of time, which the list `channels` of a manifest may leave
+    /// out.
     pub is_time: bool,
 }
 

@@ -1,5 +1,5 @@
-//! Reading records: what the manifest says of a file is held against what the file has, and its numbers become pressures, a block
-//! at a time.
+//! Reading records: what the manifest says of a file is held against what the file has, and its numbers
+//! become pressures, a block at a time.
 //!
 //! Knows one file at a time; folders of records are the manifest's.
 

@@ -1,5 +1,5 @@
-//! The part of a long record that a measurement needs, so that a record may be larger than memory: found in a first
-//! pass over the file, taken in a second.
+//! The part of a long record that a measurement needs, so that a record may be larger than memory: found in a
+//! first pass over the file, taken in a second.
 
 use super::blocks::{Blocks, is_text};
 use super::gather::gather;
@@ -13,8 +13,8 @@ use std::path::Path;
 /// What a record is a record of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// Forcing that ends and a decay: needed are the quiet part, the last 0.4 s of forcing and the decay until it is lost in
-    /// noise.
+    /// Forcing that ends and a decay: needed are the quiet part, the last 0.4 s of forcing and the decay
+    /// until it is lost in noise.
     Ping,
     /// One impulse: needed is what comes from the quiet part until 0.1 s after the loudest moment.
     Click,
@@ -27,10 +27,10 @@ const QUIET: usize = 1 << 14;
 /// Frames whose energy is one number of the survey.
 const STRETCH: usize = 256;
 
-/// Reads one record as [`read_record`] does; of a WAV or text file of more than 262 144 frames only what the event needs.
-/// Then the end of the quiet part is kept, and a ping has a seam behind it as if the recorder had skipped to the last
-/// part of the forcing. Memory: that part, 0.03 bytes per frame of the file, and one block of 4096 frames. Other formats
-/// are read as a whole.
+/// Reads one record as [`read_record`] does; of a WAV or text file of more than 262 144 frames only what the
+/// event needs. Then the end of the quiet part is kept, and a ping has a seam behind it as if the recorder
+/// had skipped to the last part of the forcing. Memory: that part, 0.03 bytes per frame of the file, and one
+/// block of 4096 frames. Other formats are read as a whole.
 ///
 /// # Errors
 /// Those of [`read_record`].
@@ -82,7 +82,8 @@ impl Survey {
         }
     }
 
-    /// From the last forcing to the end of the decay: where the energy has come down to the noise, or to 1e-8.
+    /// From the last forcing to the end of the decay: where the energy has come down to the noise, or to
+    /// 1e-8.
     fn decay(&self, layout: Layout<'_>) -> Range<usize> {
         let seconds = |s: f64| (s * layout.rate_hz) as usize;
         let first = layout.quiet.div_ceil(STRETCH).min(self.energy.len());

@@ -13,8 +13,8 @@ pub struct Acquisition {
     pub exceptions: Vec<Exception>,
     /// Gains and delays of the channels as stated; none if only clicks can tell.
     pub stated: Option<StatedChannels>,
-    /// Microphones that were dead in all records and are not in the rig of the set: their numbers in the rig as it stands, ascending,
-    /// and their places, m.
+    /// Microphones that were dead in all records and are not in the rig of the set: their numbers in the rig
+    /// as it stands, ascending, and their places, m.
     pub removed: Vec<(usize, f64)>,
     /// Frequencies between which the wanted mode lies, Hz, if stated.
     pub band_hz: Option<[f64; 2]>,

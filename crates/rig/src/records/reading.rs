@@ -1,4 +1,5 @@
-//! How files are written, as the manifest says: which column or array is which microphone, in which unit, and which is time.
+//! How files are written, as the manifest says: which column or array is which microphone, in which unit, and
+//! which is time.
 
 use crate::formats::text::TextForm;
 use crate::units::Unit;

@@ -8,12 +8,13 @@ use rijke_rig::{Day, Observations, OperatingPoint, PointObservations};
 use rijke_study::{BaseState, Campaign, Cause, Point, Study, plan::Base, read_states};
 use std::collections::BTreeMap;
 
-/// Standard deviations of the mass flow up to which two fits of the same flow are the same: each ends a seventieth of one from the most
-/// probable flow at the latest.
+/// Standard deviations of the mass flow up to which two fits of the same flow are the same: each ends a
+/// seventieth of one from the most probable flow at the latest.
 const SAME: f64 = 0.05;
 
-/// Adds to the study the states of the points `places` that `base/states.json` lacks, by the fit of which that file was made. Where the flow is not
-/// inferred from clicks or readings nothing is added, and the points are refused later.
+/// Adds to the study the states of the points `places` that `base/states.json` lacks, by the fit of which
+/// that file was made. Where the flow is not inferred from clicks or readings nothing is added, and the
+/// points are refused later.
 pub(crate) fn foresee(study: &mut Study, places: &[usize], ui: &Ui) -> Result<(), Failure> {
     let folder = study.folder.join("observations");
     let path = study.folder.join("base").join("states.json");

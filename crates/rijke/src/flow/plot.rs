@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Writes `plots/index.html`, Fig. 2, and a figure for every run of a filter. `beside` has the batch fits of the same runs.
+/// Writes `plots/index.html`, Fig. 2, and a figure for every run of a filter. `beside` has the batch fits of
+/// the same runs.
 pub(super) fn write(document: &Document, beside: &[RunReport], folder: &Path) -> Result<(), Failure> {
     let folder = folder.join("plots");
     std::fs::create_dir_all(&folder).or_failed().map_err(|f| f.at(&folder))?;
@@ -38,7 +39,8 @@ pub(super) fn write(document: &Document, beside: &[RunReport], folder: &Path) ->
     std::fs::write(&path, gallery("Base flow", &page)).or_failed().map_err(|f| f.at(&path))
 }
 
-/// Fig. 2: velocity at the heater over its position, a curve per power, and the speed of sound along the tube at the highest power.
+/// Fig. 2: velocity at the heater over its position, a curve per power, and the speed of sound along the tube
+/// at the highest power.
 fn base_flow(document: &Document) -> RecordFigure {
     let mut powers: Vec<f64> = document.runs.iter().flat_map(|r| &r.powers).map(|p| p.power_w).collect();
     powers.sort_by(f64::total_cmp);

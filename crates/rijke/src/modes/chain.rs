@@ -39,7 +39,8 @@ enum Chain {
     Point(Box<Spectrum>),
 }
 
-/// One mode as printed. Shares of the growth rate are half the power over the energy of the mode; they add up to it.
+/// One mode as printed. Shares of the growth rate are half the power over the energy of the mode; they add up
+/// to it.
 #[derive(Serialize)]
 pub(super) struct Line {
     pub(super) frequency_hz: f64,
@@ -73,7 +74,8 @@ impl Case {
         Ok(Self { path: path.to_owned(), title, region, passive, warnings, devices, chain, remedy })
     }
 
-    /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain network file.
+    /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain
+    /// network file.
     fn rig(path: &Path, text: &str, limits: [Option<f64>; 2], error: &str) -> Result<Self, Failure> {
         const REMEDY: &str =
             "A rig of a study whose numbers depend on an operating point needs one: --point ID.";

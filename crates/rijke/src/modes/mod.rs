@@ -11,8 +11,8 @@ use rijke_report::{ModeCurves, ModesFigure};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-/// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour integral, with
-/// its residual, its condition number and where its energy goes.
+/// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour
+/// integral, with its residual, its condition number and where its energy goes.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700\n  rijke modes examples/quarter-wave --point e1-0\n  \
@@ -25,7 +25,8 @@ pub(crate) struct Args {
     /// Folder of OSCILOS_lite text inputs (Geometry.txt and so on), or one that holds them in Inputs.
     #[arg(long, value_name = "DIR")]
     oscilos: Option<PathBuf>,
-    /// An operating point of a study: its modes by the model that was ranked, else by the first candidates at the centre of their priors.
+    /// An operating point of a study: its modes by the model that was ranked, else by the first candidates at
+    /// the centre of their priors.
     #[arg(long, value_name = "ID", conflicts_with = "oscilos")]
     point: Option<String>,
     /// The stage whose model is taken [default: the last].
@@ -43,7 +44,8 @@ pub(crate) struct Args {
     /// Say where a small device or change would stabilise each mode most, and by how much.
     #[arg(long)]
     sensitivity: bool,
-    /// Draw the s-plane, the mode shapes and the sensitivities along x into this file, which ends in .svg or .pdf.
+    /// Draw the s-plane, the mode shapes and the sensitivities along x into this file, which ends in .svg or
+    /// .pdf.
     #[arg(long, value_name = "FILE", value_parser = figure::file)]
     plot: Option<PathBuf>,
     /// Write the mode shapes and the sensitivities along x into this CSV file.

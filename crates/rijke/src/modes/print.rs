@@ -127,7 +127,8 @@ pub(super) fn csv(lines: &[Line], ui: &Ui) {
     }
 }
 
-/// Shapes and sensitivities along x as CSV. The rows of a mode begin with its keys, whose columns `keys` names.
+/// Shapes and sensitivities along x as CSV. The rows of a mode begin with its keys, whose columns `keys`
+/// names.
 pub(crate) fn along<'a>(keys: &str, modes: impl Iterator<Item = (String, &'a ModeCurves)>) -> String {
     let (mut rows, mut columns) = (String::new(), CHANGES.map(|change| change.column()).to_vec());
     for (key, mode) in modes {

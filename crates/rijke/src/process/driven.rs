@@ -1,4 +1,5 @@
-//! `rijke process` of records of a rig that random noise, a sweep or a periodic sound drives: gains of the channels, pressures, transmission.
+//! `rijke process` of records of a rig that random noise, a sweep or a periodic sound drives: gains of the
+//! channels, pressures, transmission.
 
 use super::made::{Made, head, point_of};
 use crate::{
@@ -30,7 +31,8 @@ struct Heard {
     left_out: usize,
 }
 
-/// Gains of the channels, pressures at the operating points over that at the first microphone, and what specimens let through.
+/// Gains of the channels, pressures at the operating points over that at the first microphone, and what
+/// specimens let through.
 pub(super) fn driven(
     records: &ExcitedRecords,
     driven: &Driven,
@@ -115,7 +117,8 @@ pub(super) fn driven(
         kept.push(json!({ "point": point, "bands": bands }));
     }
     toml += "[response.columns]\n\"f [Hz]\" = \"f\"\n";
-    // The errors of Welch's spectra are those of ratios, which share that of the first microphone: the noise of a stage stands for them.
+    // The errors of Welch's spectra are those of ratios, which share that of the first microphone: the noise
+    // of a stage stands for them.
     let ends: &[&str] = if is_whole { &["re", "im", "sd"] } else { &["re", "im"] };
     for name in names {
         ends.iter().for_each(|end| toml += &format!("{name}_{end} = \"{name}_{end}\"\n"));
@@ -231,7 +234,8 @@ impl Records<'_> {
 }
 
 impl Gains {
-    /// The gain of channel `c` at frequency `f`, the `k`-th, and the standard deviation of each part of its logarithm.
+    /// The gain of channel `c` at frequency `f`, the `k`-th, and the standard deviation of each part of its
+    /// logarithm.
     fn at(&self, c: usize, k: usize, f: f64) -> (C64, f64) {
         match self {
             Self::Switched(gains) => (gains.gains[c][k], gains.relative_sd[c][k]),

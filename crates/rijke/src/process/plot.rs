@@ -11,8 +11,8 @@ use rijke_signal::{
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Writes `plots/index.html` and one figure, as SVG and PDF, for the first accepted ping and click of every operating point and for every
-/// rejected one.
+/// Writes `plots/index.html` and one figure, as SVG and PDF, for the first accepted ping and click of every
+/// operating point and for every rejected one.
 pub(super) fn write(
     source: &dyn RecordSource,
     processed: &Processed,

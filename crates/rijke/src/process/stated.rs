@@ -24,7 +24,8 @@ pub(super) fn band(
     (band, Some(format!("the mode is sought from {} to {} Hz, {why}", band.0, band.1)))
 }
 
-/// Gives every point the ambient temperature that the campaign of the study states for it, in place of that of its day; says so.
+/// Gives every point the ambient temperature that the campaign of the study states for it, in place of that
+/// of its day; says so.
 pub(super) fn temperatures(observations: &mut Observations, study: &Study) -> Option<String> {
     let (mut taken, mut apart) = (Vec::new(), 0.0_f64);
     for point in &mut observations.points {

@@ -1,4 +1,5 @@
-//! One writer for each output: an advisory lock of the operating system, which ends with the process that holds it.
+//! One writer for each output: an advisory lock of the operating system, which ends with the process that
+//! holds it.
 
 use crate::failure::Failure;
 use std::{
@@ -55,7 +56,8 @@ impl Lock {
                     sign(&mut file).map_err(wrong)?;
                     return Ok(Self { path, file });
                 }
-                // The one before removed the file between the two calls: what was locked has no name any more.
+                // The one before removed the file between the two calls: what was locked has no name any
+                // more.
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Err(refusal(target, &mut file)),
                 Err(TryLockError::Error(error)) => return Err(wrong(error)),
@@ -66,8 +68,8 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Removed while it is still locked, so that nobody can lock it in between. Where the system cannot tell whether a file
-        // still has its name, it stays; a file that nobody locks is in nobody's way.
+        // Removed while it is still locked, so that nobody can lock it in between. Where the system cannot
+        // tell whether a file still has its name, it stays; a file that nobody locks is in nobody's way.
         if cfg!(unix) {
             let _ = fs::remove_file(&self.path);
         }

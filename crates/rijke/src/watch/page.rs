@@ -1,5 +1,5 @@
-//! What a watch shows: counts, the last record with its fit, the leading models with their posteriors, what to measure next, files that do
-//! not count, and the page of the study below.
+//! What a watch shows: counts, the last record with its fit, the leading models with their posteriors, what
+//! to measure next, files that do not count, and the page of the study below.
 
 use crate::failure::Failure;
 use crate::staging::write_whole;
@@ -29,7 +29,8 @@ pub(super) struct Status {
     pub(super) settling: Vec<String>,
     /// What to measure next.
     pub(super) next: Vec<String>,
-    /// How often the figures of the last record and of what to measure next, and the page of the study, were written.
+    /// How often the figures of the last record and of what to measure next, and the page of the study, were
+    /// written.
     figures: [u64; 3],
     /// The page of the finished study.
     results: Option<String>,
@@ -225,7 +226,8 @@ const STYLE: &str = ":root{color-scheme:light dark}body{font:16px/1.5 system-ui,
 margin:auto;padding:0 1rem}iframe{border:0;border-top:1px solid;width:100%;height:80vh}img{max-width:100%;background:#fff}\
 table{border-collapse:collapse;display:block;overflow-x:auto}td,th{text-align:left;padding:0 .7rem 0 0;vertical-align:top}";
 
-/// Shows what changed when the version is another. A file that was opened without a server loads itself again.
+/// Shows what changed when the version is another. A file that was opened without a server loads itself
+/// again.
 const SCRIPT: &str = "const get=async(f,as)=>(await fetch(f,{cache:'no-store'}))[as]();\
 const look=async()=>{const v=String((await get('status.json','json')).version);if(v===document.body.dataset.version)return;\
 const now=new DOMParser().parseFromString(await get('index.html','text'),'text/html');\

@@ -42,7 +42,8 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Ends of runs that were started together: how many won, and that each other one was refused for a good reason.
+/// Ends of runs that were started together: how many won, and that each other one was refused for a good
+/// reason.
 fn winners(ends: Vec<Output>) -> Vec<usize> {
     let mut won = Vec::new();
     for (k, Output { status, stderr, .. }) in ends.into_iter().enumerate() {

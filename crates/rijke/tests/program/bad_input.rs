@@ -76,8 +76,8 @@ fn exact_good_records_pass_and_clipping_is_told() {
     assert!(text.contains("clipped: C3-E/ping-1.wav (1 samples)"), "{text}");
 }
 
-/// What is wrong with how a command refuses its input: it must end with 2, say all that it must in one message, and
-/// leave the folder as it was.
+/// What is wrong with how a command refuses its input: it must end with 2, say all that it must in one
+/// message, and leave the folder as it was.
 fn faults(folder: &Path, arguments: &[&str], says: &[&str]) -> Option<String> {
     let before = listing(folder);
     let output = rijke(folder, arguments);

@@ -1,5 +1,5 @@
-//! From the laboratory's clicks to base states: the laboratory's truth, which has closures that the model has not, is found
-//! within the stated errors, and what the program writes can be read back.
+//! From the laboratory's clicks to base states: the laboratory's truth, which has closures that the model has
+//! not, is found within the stated errors, and what the program writes can be read back.
 
 use crate::{rijke, scratch};
 use rijke_flow::BaseStates;

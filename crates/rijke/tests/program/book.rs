@@ -11,8 +11,8 @@ pub(crate) fn blocks<'a>(page: &'a str, kind: &str) -> Vec<&'a str> {
     parts.filter_map(|part| part.split_once("\n```").map(|(block, _)| block)).collect()
 }
 
-/// Runs every command after a `$` in the console blocks of a page, and compares what is printed (standard output, then standard
-/// error) with the lines below it.
+/// Runs every command after a `$` in the console blocks of a page, and compares what is printed (standard
+/// output, then standard error) with the lines below it.
 pub(crate) fn follow(page: &str, folder: &Path) {
     for block in blocks(page, "console") {
         for step in block.split("$ ").filter(|step| !step.trim().is_empty()) {
@@ -34,8 +34,8 @@ pub(crate) fn follow(page: &str, folder: &Path) {
     }
 }
 
-/// Whether lines are as expected; a line `...` stands for any lines, `...` within a line for any text. Leftmost matches are
-/// enough, as for any pattern of this kind.
+/// Whether lines are as expected; a line `...` stands for any lines, `...` within a line for any text.
+/// Leftmost matches are enough, as for any pattern of this kind.
 fn matches(said: &[&str], expected: &[&str]) -> bool {
     let pieces: Vec<&[&str]> = expected.split(|line| *line == "...").collect();
     let here = |at: usize, piece: &[&str]| {

@@ -1,5 +1,6 @@
-//! The long study behind docs/records/coverage.md: every standard deviation that the program states, held against the truth, from records to
-//! predictions. `cargo test --release --test program coverage_study -- --ignored --nocapture` prints its table.
+//! The long study behind docs/records/coverage.md: every standard deviation that the program states, held
+//! against the truth, from records to predictions. `cargo test --release --test program coverage_study --
+//! --ignored --nocapture` prints its table.
 
 use crate::scratch;
 use rand_distr::{Distribution, StandardNormal};
@@ -26,7 +27,8 @@ struct Noise {
     points: usize,
     /// Noise of sample n: this times that of sample n - 1, and a white part.
     colour: f64,
-    /// Deviations of growth rate and angular frequency from ping to ping (draughts), and from point to point (what the model lacks).
+    /// Deviations of growth rate and angular frequency from ping to ping (draughts), and from point to point
+    /// (what the model lacks).
     repeats: [f64; 2],
     settings: [f64; 2],
     /// Whether clicks are recorded too, and the error of the thermometer, K.
@@ -52,7 +54,8 @@ const NOISES: [Noise; 6] = [
     Noise { name: "point to point, 8 points", settings: [0.3, 1.0], points: 8, ..QUIET },
 ];
 
-/// Microphones, m; the second is the reference. Standard deviation of their gains and delays (s), which are stated.
+/// Microphones, m; the second is the reference. Standard deviation of their gains and delays (s), which are
+/// stated.
 const PLACES: [f64; 3] = [0.15, 0.4, 0.7];
 const STATED: StatedChannels = StatedChannels { gain_sd: 0.01, delay_sd: 2e-6 };
 /// Peak of a ping, and of a click, over the white noise.
@@ -127,7 +130,8 @@ struct Tube {
     set: RecordSet,
     noise: Noise,
     seed: u64,
-    /// What the modes and shapes of the settings really are, gain and delay of each channel, and the true sound speeds.
+    /// What the modes and shapes of the settings really are, gain and delay of each channel, and the true
+    /// sound speeds.
     modes: Vec<C64>,
     shapes: Vec<Vec<C64>>,
     channels: Vec<[f64; 2]>,

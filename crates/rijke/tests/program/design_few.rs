@@ -7,7 +7,8 @@ use rijke_engine::run::Aim;
 /// Where `next` starts: lowest and highest power at the middle of the tube.
 const PILOT: [&str; 2] = ["H7-50", "H180-50"];
 
-/// Of one layout: hours, root mean square error of the growth rates of the other points, 1/s, and what is stated.
+/// Of one layout: hours, root mean square error of the growth rates of the other points, 1/s, and what is
+/// stated.
 fn judged(bench: &Bench, ids: &[String]) -> [f64; 3] {
     let found = bench.measured(ids, &[1]);
     let others = bench.hot.iter().zip(&found.off).filter(|((id, _), _)| !ids.contains(id));

@@ -41,7 +41,8 @@ pressure = { like = "thermocouples", ln_sd = 1.0 }
 varying = [{ parameter = "k_r", sd = { like = "thermocouples" } }, { parameter = "k_i", sd = { like = "thermocouples" } }]
 "#;
 
-/// Stages of two models. Of the laws neither is true, nor has the mean flow that all other points ask for; of the drags the laboratory has both.
+/// Stages of two models. Of the laws neither is true, nor has the mean flow that all other points ask for; of
+/// the drags the laboratory has both.
 const PAIRS: [(&str, &str); 2] = [
     ("laws", r#"[["heat-release.6"], ["heat-release.8"]]"#),
     (
@@ -65,7 +66,8 @@ pub(crate) struct Found {
     stages: Vec<StageRecord>,
     /// The model that goes on from the last stage, and its rival.
     saved: (SavedModel, Vec<OpenModel>),
-    /// Of every hot point: how far the prediction of that model is off, the standard deviation stated for a measurement, and that of the model alone.
+    /// Of every hot point: how far the prediction of that model is off, the standard deviation stated for a
+    /// measurement, and that of the model alone.
     pub(crate) off: Vec<[f64; 3]>,
 }
 
@@ -84,7 +86,8 @@ struct Line {
 /// What was foreseen of a visit, and what it brought.
 struct Foreseen {
     aim: &'static str,
-    /// ln of the Bayes factor if the model is right that the whole grid decides for: mean and standard deviation, and what was found.
+    /// ln of the Bayes factor if the model is right that the whole grid decides for: mean and standard
+    /// deviation, and what was found.
     factor: [f64; 3],
     /// The same from growth rates and frequencies alone.
     bare: [f64; 2],

@@ -1,5 +1,5 @@
-//! The worked example of a ducted flame: virtual data, two networks, the better one found and its transfer function true within
-//! its errors where the data are.
+//! The worked example of a ducted flame: virtual data, two networks, the better one found and its transfer
+//! function true within its errors where the data are.
 
 use crate::{book::follow, rijke, scratch};
 use rand::RngExt;

@@ -1,4 +1,5 @@
-//! Records of random noise and of blows, from files to answers: those of other people where `RIJKE_MEASURED` names them, and made ones.
+//! Records of random noise and of blows, from files to answers: those of other people where `RIJKE_MEASURED`
+//! names them, and made ones.
 
 use crate::measured::{example, found, model, parameter, stage};
 use crate::rijke;
@@ -93,8 +94,8 @@ fn here(folder: &Path, rate: &str, changes: &[(&str, &str)]) {
     fs::write(path, text).unwrap();
 }
 
-/// The empty tube with an end that reflects a half, driven by tones of random phase; channels 0 and `switched` have changed places. Gain of
-/// channel c: 1 + 0.03 c.
+/// The empty tube with an end that reflects a half, driven by tones of random phase; channels 0 and
+/// `switched` have changed places. Gain of channel c: 1 + 0.03 c.
 fn noise_record(switched: usize, seed: u32) -> String {
     let places = [0.2, 0.615, 0.7, 1.8, 1.885, 2.3];
     let mut state = seed.wrapping_mul(2_654_435_761).wrapping_add(12_345);

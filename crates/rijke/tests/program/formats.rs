@@ -1,5 +1,6 @@
-//! The same records in WAV, CSV, MATLAB 5, MATLAB 7.3 and HDF5 give the same observations, byte by byte. What h5py and SciPy
-//! write is in `fixtures/records`; here the files are made by hand, as short as the formats allow.
+//! The same records in WAV, CSV, MATLAB 5, MATLAB 7.3 and HDF5 give the same observations, byte by byte. What
+//! h5py and SciPy write is in `fixtures/records`; here the files are made by hand, as short as the formats
+//! allow.
 
 use crate::{rijke, scratch};
 use rijke_rig::{RecordFolder, RecordSource};

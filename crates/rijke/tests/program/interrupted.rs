@@ -78,7 +78,8 @@ const STEPS: [Step; 5] = [
     },
 ];
 
-/// Commands whose undisturbed run is quick enough to be made for the comparison: OUT is what they write, a name that a figure may have.
+/// Commands whose undisturbed run is quick enough to be made for the comparison: OUT is what they write, a
+/// name that a figure may have.
 const QUICK: [&str; 8] = [
     "new OUT --template quarter-wave",
     "lab --row C3 --repeats 1 --out OUT",
@@ -90,8 +91,8 @@ const QUICK: [&str; 8] = [
     "man --out OUT",
 ];
 
-/// Every command ended by Ctrl-C, later and later: it dies of the signal (130 in a shell), what it left is what the undisturbed run
-/// wrote or nothing, and the run that is left alone writes all of it.
+/// Every command ended by Ctrl-C, later and later: it dies of the signal (130 in a shell), what it left is
+/// what the undisturbed run wrote or nothing, and the run that is left alone writes all of it.
 #[test]
 fn behaviour_every_interrupted_command_leaves_all_or_nothing() {
     let folder = scratch("interrupted-commands");
@@ -124,8 +125,8 @@ fn start(folder: &Path, words: &str) -> Child {
     command.spawn().unwrap()
 }
 
-/// The program as a terminal would start it: a shell that runs tests in the background has them, and all that they start, ignore
-/// Ctrl-C.
+/// The program as a terminal would start it: a shell that runs tests in the background has them, and all that
+/// they start, ignore Ctrl-C.
 fn program() -> Command {
     let path = env!("CARGO_BIN_EXE_rijke");
     if !cfg!(target_os = "linux") {
@@ -136,8 +137,8 @@ fn program() -> Command {
     command
 }
 
-/// How often a command could be interrupted before it was quicker than the signal. On a busy machine it may be quicker at once:
-/// then what it `made` is removed, and it is tried again.
+/// How often a command could be interrupted before it was quicker than the signal. On a busy machine it may
+/// be quicker at once: then what it `made` is removed, and it is tried again.
 fn interrupt(folder: &Path, words: &str, [torn, made]: [&Path; 2], whole: &BTreeMap<String, Vec<u8>>) -> u32 {
     let (mut interrupted, mut wait, mut missed) = (0, 0, 0);
     loop {
@@ -153,7 +154,8 @@ fn interrupt(folder: &Path, words: &str, [torn, made]: [&Path; 2], whole: &BTree
             let _ = fs::remove_dir_all(made).or_else(|_| fs::remove_file(made));
             continue;
         }
-        // Ended by the signal after all was in place: what needs --force to replace that says that it is there.
+        // Ended by the signal after all was in place: what needs --force to replace that says that it is
+        // there.
         let was_whole = interrupted > 0 && ended.code() == Some(2) && files(torn) == *whole;
         if ended.success() || was_whole {
             break;

@@ -1,5 +1,6 @@
-//! Studies of other people's measurements: run where `RIJKE_MEASURED` names the folder that holds them, said to be left out elsewhere. What they
-//! do without the data, and what is said of bad data, is tested everywhere.
+//! Studies of other people's measurements: run where `RIJKE_MEASURED` names the folder that holds them, said
+//! to be left out elsewhere. What they do without the data, and what is said of bad data, is tested
+//! everywhere.
 
 use crate::{copy, rijke, scratch};
 use serde_json::Value;
@@ -71,7 +72,8 @@ fn oracle_measured_plain_tube_does_not_decide() {
     let mut all: Vec<f64> = models.iter().map(|m| m["evidence"]["ln_marginal"].as_f64().unwrap()).collect();
     all.sort_by(f64::total_cmp);
     assert!(all[2] - all[0] < 3.0, "{all:?}");
-    // A perfect head would have decided, against the law that the tube with holes favours, and is found out by its residuals.
+    // A perfect head would have decided, against the law that the tube with holes favours, and is found out
+    // by its residuals.
     let perfect = stage(&answer, "perfect-head");
     assert!(lead(perfect, "wall.paper", "wall.bessel") > 5.0);
     let remark = model(perfect, "wall.paper")["remark"].as_str().unwrap();
@@ -92,7 +94,8 @@ fn oracle_measured_side_hole_tube_prefers_bessel_functions() {
             assert_eq!(wall["winner"], "wall.bessel", "session {session}, every {step} Hz");
             assert!(lead(wall, "wall.bessel", "wall.kirchhoff") > 5.0, "{wall}");
         }
-        // With the errors of the head on the model's R, three times the frequencies no longer treble the lead.
+        // With the errors of the head on the model's R, three times the frequencies no longer treble the
+        // lead.
         let [coarse, fine] = [60, 20]
             .map(|step| lead(stage(&answer, &format!("wall-{session}-{step}")), "wall.bessel", "wall.paper"));
         assert!(fine < 2.2 * coarse, "session {session}: {coarse} {fine}");
@@ -123,7 +126,8 @@ fn message_without_the_data_says_where_to_get_them() {
     }
 }
 
-/// The plain tube with data of the network file that it is: a radius of 1.9 mm at frequencies from 100 Hz in steps of 50.
+/// The plain tube with data of the network file that it is: a radius of 1.9 mm at frequencies from 100 Hz in
+/// steps of 50.
 pub(crate) fn own_data(scratch_name: &str) -> (PathBuf, Vec<[f64; 3]>) {
     let folder = example("plain-tube", scratch_name);
     let network = "[gas]\n[upstream]\ntype = \"anechoic\"\n[downstream]\ntype = \"unflanged\"\n[[element]]\ntype = \"duct\"\n\
@@ -243,8 +247,9 @@ fn message_bad_responses_are_named_with_place_and_remedy() {
 
 #[test]
 fn behaviour_a_model_error_counts_once_however_fine_the_frequencies() {
-    // A smooth error of the model along frequency, far above the noise: with four times as many frequencies the lead of one law over
-    // another grows by as much if the errors are taken for noise, and stays if they are taken for correlated.
+    // A smooth error of the model along frequency, far above the noise: with four times as many frequencies
+    // the lead of one law over another grows by as much if the errors are taken for noise, and stays if they
+    // are taken for correlated.
     let (folder, coarse) = own_data("responses-thinned");
     let network =
         ["response", "network.toml", "--csv", "--min-hz", "100", "--max-hz", "3000", "--step-hz", "12.5"];

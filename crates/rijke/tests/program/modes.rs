@@ -1,4 +1,5 @@
-//! `rijke modes`: its formats agree, its figures and curves are written, its advice is true, bad files are refused.
+//! `rijke modes`: its formats agree, its figures and curves are written, its advice is true, bad files are
+//! refused.
 
 use crate::{rijke, scratch};
 use serde_json::Value;
@@ -91,7 +92,8 @@ fn exact_curves_and_figure_are_written() {
     }
 }
 
-/// The advice on a screen, tried: the file with such a screen where it says changes the growth rate as it says.
+/// The advice on a screen, tried: the file with such a screen where it says changes the growth rate as it
+/// says.
 #[test]
 fn oracle_advice_is_true_with_and_without_flow() {
     let folder = scratch("modes-advice");
@@ -112,7 +114,8 @@ fn oracle_advice_is_true_with_and_without_flow() {
         let modes = before["modes"].as_array().unwrap();
         assert!(modes.len() >= 2 && advice.len() == modes.len());
         for (k, a) in advice.iter().enumerate() {
-            // Nothing may act at the very ends with flow: a millimetre inside the change is the same to first order.
+            // Nothing may act at the very ends with flow: a millimetre inside the change is the same to first
+            // order.
             let at = number(a, "at").clamp(1e-3, 0.999);
             let screen = format!(
                 "{text}[[element]]\ntype = 'feedback'\nmu = [{}, 0]\nat = {at}\n",

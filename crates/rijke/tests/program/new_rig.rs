@@ -31,7 +31,8 @@ fn lab_the_tutorial_leads_from_an_empty_folder_to_ranked_models() {
     assert!(rows.contains("\nH130-85,0.85,") && rows.lines().count() > 14, "{rows}");
     assert!(rows.lines().skip(1).all(|line| (0.0..0.5).contains(&probability(line))), "{rows}");
 
-    // Between places of the heater the flow is foreseen: the mode is near those of the neighbours, and its frequency is known less well.
+    // Between places of the heater the flow is foreseen: the mode is near those of the neighbours, and its
+    // frequency is known less well.
     let asked =
         done(&folder, "predict my-rig --at X_h=0.30,Q_h=130 --at X_h=0.25,Q_h=130 --at X_h=0.35,Q_h=130");
     let numbers =

@@ -1,4 +1,5 @@
-//! Records of somebody's own in a study: where the mode is sought, how warm it was, which files count, and what is kept.
+//! Records of somebody's own in a study: where the mode is sought, how warm it was, which files count, and
+//! what is kept.
 
 use crate::{rijke, scratch};
 use std::{

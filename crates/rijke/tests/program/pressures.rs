@@ -1,4 +1,5 @@
-//! Studies of pressures at microphones while sources of unknown strength drive the rig: with data of a closed form, and with bad ones.
+//! Studies of pressures at microphones while sources of unknown strength drive the rig: with data of a closed
+//! form, and with bad ones.
 
 use crate::measured::{example, found, model, noise, parameter, stage};
 use crate::rijke;
@@ -16,7 +17,8 @@ const TRUTH: [f64; 3] = [0.0815, 0.998, 0.012];
 /// Frequency, excitation and complex pressures of one row.
 type Row = (f64, usize, Vec<C64>);
 
-/// Rows of waves that lose what Kirchhoff's law takes of the frequency that the gas hears, with noise of 0.5 % of their level.
+/// Rows of waves that lose what Kirchhoff's law takes of the frequency that the gas hears, with noise of 0.5
+/// % of their level.
 fn rows() -> Vec<Row> {
     let [mach, warm, extra] = TRUTH;
     let (temperature, gas): (f64, f64) = (296.0, 287.05);

@@ -1,5 +1,6 @@
-//! The long study behind docs/records/ramps.md: seven powers from settled points and from ramps, whose states are those of the moments or
-//! are taken for settled. `cargo test --release --test program ramp_study -- --ignored --nocapture` prints its table.
+//! The long study behind docs/records/ramps.md: seven powers from settled points and from ramps, whose states
+//! are those of the moments or are taken for settled. `cargo test --release --test program ramp_study --
+//! --ignored --nocapture` prints its table.
 
 use crate::{copy, example, rijke, scratch};
 use rand_distr::{Distribution, StandardNormal};
@@ -75,7 +76,8 @@ fn coverage_of_ramps_beside_settled_points() {
             arm.push(found);
         }
     }
-    // What settled points find of the law, in the median over the rigs, stands for the truth of its parameters.
+    // What settled points find of the law, in the median over the rigs, stands for the truth of its
+    // parameters.
     let names: Vec<String> = arms[0][0].keys().cloned().collect();
     for name in names.iter().filter(|n| n.starts_with("law")) {
         let truth = median(arms[0].iter().map(|f| f[name][0]));
@@ -124,7 +126,8 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     if all.len() % 2 == 1 { all[middle] } else { 0.5 * (all[middle - 1] + all[middle]) }
 }
 
-/// What each way to measure finds in the laboratory of `seed`, in whose flow everything that a fit infers is a little different.
+/// What each way to measure finds in the laboratory of `seed`, in whose flow everything that a fit infers is
+/// a little different.
 fn one_rig(seed: u64) -> Vec<Found> {
     let campaign = campaign();
     let mut stream = Streams::new(seed).stream("ramp study");
@@ -161,7 +164,8 @@ fn one_rig(seed: u64) -> Vec<Found> {
     ARMS.iter().enumerate().map(arm).collect()
 }
 
-/// The cold rows of the paper, and three rows of each power with the heater at 0.25 m: settled, and from ramps of two hours and of one.
+/// The cold rows of the paper, and three rows of each power with the heater at 0.25 m: settled, and from
+/// ramps of two hours and of one.
 fn campaign() -> Campaign {
     let paper = Campaign::juniper_yoko_2022();
     let (cold, hot): (Vec<_>, Vec<_>) = paper.points.into_iter().partition(|p| p.power == 0.0);

@@ -5,8 +5,8 @@ use std::path::Path;
 
 pub(crate) const PING: &str = "C3-E/ping-0.wav";
 
-/// Writes two operating points with two pings and two clicks each, and one calibration click per rate: readable, and
-/// without meaning.
+/// Writes two operating points with two pings and two clicks each, and one calibration click per rate:
+/// readable, and without meaning.
 pub(crate) fn write(folder: &Path) {
     let points = Campaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(2);
     let stretch = |rate_hz| Stretch { rate_hz, quiet: 20 };

@@ -1,4 +1,5 @@
-//! `rijke response`: its formats agree with each other and with closed forms; places that are none are refused.
+//! `rijke response`: its formats agree with each other and with closed forms; places that are none are
+//! refused.
 
 use crate::{rijke, scratch};
 use serde_json::Value;

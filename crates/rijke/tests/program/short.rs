@@ -1,4 +1,5 @@
-//! A short campaign on the rig of Juniper & Yoko 2022 as a study of five stages, some seconds from records to page.
+//! A short campaign on the rig of Juniper & Yoko 2022 as a study of five stages, some seconds from records to
+//! page.
 
 use crate::{copy, example, rijke};
 use std::{fs, path::Path};

@@ -113,8 +113,9 @@ fn study(name: &str, seed: u64) -> std::path::PathBuf {
     folder
 }
 
-/// Temperature of the gas, K, and the length by which the top mouth is longer than a thin one, m, in the laboratory: at ka = 0.2, where a thin one is longer by
-/// 0.606379597 radii (the exact integrals of Levine & Schwinger; crates/lab/fixtures/reference/levine_schwinger.csv).
+/// Temperature of the gas, K, and the length by which the top mouth is longer than a thin one, m, in the
+/// laboratory: at ka = 0.2, where a thin one is longer by 0.606379597 radii (the exact integrals of Levine &
+/// Schwinger; crates/lab/fixtures/reference/levine_schwinger.csv).
 fn truth(folder: &Path, seed: u64) -> [f64; 2] {
     let (rig, truth) = (Rig::juniper_yoko_2022(), Truth::standard());
     let campaign = Campaign::read(&folder.join("lab.toml")).unwrap();
@@ -126,7 +127,8 @@ fn truth(folder: &Path, seed: u64) -> [f64; 2] {
     [lab.true_temperature(0), top.inner_radius * (-(-reflection).arg() / 0.4 - 0.606_379_597)]
 }
 
-/// Errors over stated standard deviations of temperature, length of the mouth and roughness of the wall, which is 1 in the laboratory.
+/// Errors over stated standard deviations of temperature, length of the mouth and roughness of the wall,
+/// which is 1 in the laboratory.
 fn errors(name: &str, seed: u64) -> [f64; 3] {
     let folder = study(name, seed);
     let output = rijke(&folder, &["run", ".", "--json"]);
@@ -136,7 +138,8 @@ fn errors(name: &str, seed: u64) -> [f64; 3] {
     let tube = stage(&answer, "tube");
     assert_eq!(tube["winner"], "wall.layers", "{tube}");
     let best = model(tube, "wall.layers");
-    // The noise of the stage is none: the standard deviations that come from the records explain the residuals.
+    // The noise of the stage is none: the standard deviations that come from the records explain the
+    // residuals.
     assert!(best["remark"].is_null(), "{best}");
     let [temperature, extra] = truth(&folder, seed);
     [("air", temperature, 0.1), ("extra", extra, 5e-5), ("rough", 1.0, 0.02)].map(|(name, truth, most)| {

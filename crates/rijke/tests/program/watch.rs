@@ -1,4 +1,5 @@
-//! `rijke watch`: what it ends with is what one run makes, whatever came late, twice, half written or not at all.
+//! `rijke watch`: what it ends with is what one run makes, whatever came late, twice, half written or not at
+//! all.
 
 use crate::{own_records, rijke, scratch};
 use std::io::{Read, Write};
@@ -118,7 +119,8 @@ impl Draws {
     }
 }
 
-/// Ended thirty times at random, by three signals, while files are late, half written, unreadable, of another rig, and there twice.
+/// Ended thirty times at random, by three signals, while files are late, half written, unreadable, of another
+/// rig, and there twice.
 #[test]
 #[ignore = "two minutes"]
 fn behaviour_a_watch_that_was_killed_thirty_times_ends_as_one_run() {

@@ -2,10 +2,12 @@
 
 use crate::repeats::Repeats;
 
-/// Repeats that scatter by more than so many times the median of the other points are no chance: of four repeats, once in 1e4.
+/// Repeats that scatter by more than so many times the median of the other points are no chance: of four
+/// repeats, once in 1e4.
 const ODD: f64 = 30.0;
 
-/// Says which points these are, from the pings of every point: growth rate, then angular frequency. Of less than three points nothing is known.
+/// Says which points these are, from the pings of every point: growth rate, then angular frequency. Of less
+/// than three points nothing is known.
 pub(super) fn contradictions(points: &[(&str, &Repeats)]) -> Vec<String> {
     let mut said = Vec::new();
     for (k, (what, unit)) in [("growth rate", "1/s"), ("angular frequency", "rad/s")].into_iter().enumerate()

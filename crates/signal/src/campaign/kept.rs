@@ -7,8 +7,8 @@ use rijke_rig::RecordSet;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Fits of the records of a set that grows, so that processing it again costs what is new. All calls must have the same options, and a
-/// record whose file changed must be forgotten.
+/// Fits of the records of a set that grows, so that processing it again costs what is new. All calls must
+/// have the same options, and a record whose file changed must be forgotten.
 #[derive(Debug, Default)]
 pub struct Kept {
     fits: Mutex<BTreeMap<String, Fitted>>,
@@ -37,8 +37,8 @@ impl Kept {
         lock(&self.fits).insert(file.to_owned(), fitted.clone());
     }
 
-    /// What is known of the channels: as before if it stands on the same clicks. Else all fits are forgotten, since those of clicks stand
-    /// on it.
+    /// What is known of the channels: as before if it stands on the same clicks. Else all fits are forgotten,
+    /// since those of clicks stand on it.
     pub(super) fn calibrated(
         &self,
         set: &RecordSet,

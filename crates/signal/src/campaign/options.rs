@@ -6,15 +6,17 @@ use crate::ping::PingOptions;
 use crate::repeats::Repeats;
 use rijke_rig::{Observations, Rejection, RigError};
 
-/// How a campaign is processed. Microphone positions, reference, gas and geometry come from the rig of the record set.
+/// How a campaign is processed. Microphone positions, reference, gas and geometry come from the rig of the
+/// record set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProcessOptions {
     /// Fit of the pings; the reference microphone is replaced by the rig's.
     pub ping: PingOptions,
-    /// Fit of the clicks; dispersion and reflection are replaced by the rig's, window and band by those that the calibration
-    /// clicks need, if these do not hold them.
+    /// Fit of the clicks; dispersion and reflection are replaced by the rig's, window and band by those that
+    /// the calibration clicks need, if these do not hold them.
     pub click: ClickOptions,
-    /// What is known of the channels at the pings' sampling rate without calibration clicks at that rate: used if there are none.
+    /// What is known of the channels at the pings' sampling rate without calibration clicks at that rate:
+    /// used if there are none.
     pub stated: Option<StatedChannels>,
     /// How far the gains of the channels may lie from their median, relative to it; none for 30 %.
     pub gain_spread: Option<f64>,

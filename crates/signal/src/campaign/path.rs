@@ -4,8 +4,8 @@ use crate::click::{ClickOptions, Reflection};
 use rijke_numerics::Matrix;
 use rijke_rig::{OperatingPoint, RecordSet, Rig};
 
-/// Relative standard deviation of the boundary layers of the insert: threads and fabric have a larger surface than smooth
-/// cylinders, by how much is not known.
+/// Relative standard deviation of the boundary layers of the insert: threads and fabric have a larger surface
+/// than smooth cylinders, by how much is not known.
 const INSERT_SURFACE_SD: f64 = 0.5;
 
 /// Wetted perimeter over twice the open area, 1/m, of the tube and of the tube with insert.
@@ -21,17 +21,17 @@ fn insert_length(rig: &Rig, point: &OperatingPoint) -> f64 {
     point.position.map_or(0.0, |position| (position - half).max(0.0))
 }
 
-/// Kirchhoff's dispersion of a path of which 1 m has a wetted perimeter over twice the open area of 1/m, s^{1/2} per m of
-/// path and per (1/m): see [`ClickOptions::dispersion`].
+/// Kirchhoff's dispersion of a path of which 1 m has a wetted perimeter over twice the open area of 1/m,
+/// s^{1/2} per m of path and per (1/m): see [`ClickOptions::dispersion`].
 fn kirchhoff(set: &RecordSet, day: usize) -> f64 {
     let air = set.rig.gas.at(set.days[day].ambient_temperature, set.rig.pressure);
     (0.5 * air.viscosity / air.density).sqrt() * (1.0 + (air.gamma - 1.0) / air.prandtl.sqrt())
         / air.sound_speed
 }
 
-/// `options` with what is known of the propagation in the tube of `set` on one day (an index): Kirchhoff's boundary layers on
-/// the tube and on the insert below the plates, and the reflection at the open end, which comes earlier by an unknown factor
-/// if the gas is hot. No point: the empty tube.
+/// `options` with what is known of the propagation in the tube of `set` on one day (an index): Kirchhoff's
+/// boundary layers on the tube and on the insert below the plates, and the reflection at the open end, which
+/// comes earlier by an unknown factor if the gas is hot. No point: the empty tube.
 #[must_use]
 pub fn click_options(
     set: &RecordSet,
@@ -59,9 +59,9 @@ pub fn click_options(
     }
 }
 
-/// Covariance of what shifts all clicks of `point` alike against those of the calibration, s^2: the rig is set anew
-/// ([`rijke_rig::Recording::arrival_setting_sd_s`]), and the surface of the insert is not well known. A dispersion kappa
-/// delays the impulse by kappa times `delay`, s^{-1/2}.
+/// Covariance of what shifts all clicks of `point` alike against those of the calibration, s^2: the rig is
+/// set anew ([`rijke_rig::Recording::arrival_setting_sd_s`]), and the surface of the insert is not well
+/// known. A dispersion kappa delays the impulse by kappa times `delay`, s^{-1/2}.
 pub(super) fn setting_covariance(set: &RecordSet, day: usize, point: &OperatingPoint, delay: f64) -> Matrix {
     let (rig, insert) = (&set.rig, insert_length(&set.rig, point));
     let ([bare, with], loss) = (wetted(rig), kirchhoff(set, day));

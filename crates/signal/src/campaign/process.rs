@@ -1,5 +1,5 @@
-//! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a time and
-//! in parallel; results keep the order of the set, whatever the number of threads.
+//! All records of a campaign: calibration, pings and clicks, means over repeats. Records are read one at a
+//! time and in parallel; results keep the order of the set, whatever the number of threads.
 
 use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
@@ -20,16 +20,17 @@ use std::collections::BTreeSet;
 
 /// Processes a record set. `advance` is called once per record, from any thread.
 ///
-/// A bad record is listed among the rejections with its reason. Means are made before channel delays are removed, so
-/// that the calibration's error, which all repeats share, enters the covariance of a mean once and undiminished. So do, for
-/// arrival times, the shift of the setting that the rig declares ([`rijke_rig::Recording`]) and what is not known of the its
-/// surface: both are common to all records of one setting, and differences within it are better than the covariance says.
-/// How much repeats scatter is learnt from all points together ([`pool`]).
+/// A bad record is listed among the rejections with its reason. Means are made before channel delays are
+/// removed, so that the calibration's error, which all repeats share, enters the covariance of a mean once
+/// and undiminished. So do, for arrival times, the shift of the setting that the rig declares
+/// ([`rijke_rig::Recording`]) and what is not known of the its surface: both are common to all records of one
+/// setting, and differences within it are better than the covariance says. How much repeats scatter is learnt
+/// from all points together ([`pool`]).
 ///
-/// Growth rate and frequency need no calibration. Without calibration clicks at the pings' sampling rate mode shapes stand on
-/// [`ProcessOptions::stated`], else on the gains found at the clicks' rate with delays known to a sample; if there is
-/// neither, the observations hold one microphone, the reference, and no shapes. Clicks without a calibration at their own
-/// rate are left out. [`Processed::notes`] says so.
+/// Growth rate and frequency need no calibration. Without calibration clicks at the pings' sampling rate mode
+/// shapes stand on [`ProcessOptions::stated`], else on the gains found at the clicks' rate with delays known
+/// to a sample; if there is neither, the observations hold one microphone, the reference, and no shapes.
+/// Clicks without a calibration at their own rate are left out. [`Processed::notes`] says so.
 ///
 /// # Errors
 /// See [`ProcessError`].
@@ -187,7 +188,8 @@ pub fn process_again(
         };
         let reference = live.iter().position(|m| *m == options.ping.reference).unwrap_or(0);
         let mean_ping = ping_repeats.as_ref().map(|repeats| corrected(&ping_of(repeats, reference)));
-        // Errors that all clicks of the point share: of the calibration, of the setting, of what is known of the path.
+        // Errors that all clicks of the point share: of the calibration, of the setting, of what is known of
+        // the path.
         let shared = click_delays.as_ref().map(|delays| {
             let setting = setting_covariance(set, records.day, &records.point, delays.delay_per_dispersion());
             delays.covariance.plus(1.0, &setting)
@@ -260,8 +262,8 @@ fn alone(ping: &Ping) -> Ping {
     Ping { s: ping.s, pressures: vec![1.0.into()], reference: 0, covariance: ping.covariance.select(&[0, 1]) }
 }
 
-/// The pings of one point, and the drift of their frequency that was taken out of all of them. Single pings may hold a
-/// drift that none of them shows beyond its noise.
+/// The pings of one point, and the drift of their frequency that was taken out of all of them. Single pings
+/// may hold a drift that none of them shows beyond its noise.
 fn common_drift(pings: Vec<(usize, Ping, Drift)>) -> (Vec<(usize, Ping)>, Option<Drift>) {
     let drifts: Vec<Drift> = pings.iter().map(|p| p.2).collect();
     let common = Some(Drift::common(&drifts)).filter(Drift::is_significant);

@@ -6,7 +6,8 @@ use crate::repeats::{Repeats, combine};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{Click, Ping, Rejection};
 
-/// Turns a channel that has the opposite sign of the other repeats', and says which, by its number in the rig.
+/// Turns a channel that has the opposite sign of the other repeats', and says which, by its number in the
+/// rig.
 pub(super) fn turn_inverted(
     pings: &mut [(usize, Ping)],
     names: &[String],

@@ -2,8 +2,9 @@
 
 use rijke_numerics::C64;
 
-/// Reflection coefficient, referred to a plane 0.61 radii beyond the end, of an unflanged pipe at k a = `ka`: closed
-/// approximations to Levine & Schwinger 1948 by Silva et al., J. Sound Vib. 322 (2009) 255, good to 1 % below k a = 3.8.
+/// Reflection coefficient, referred to a plane 0.61 radii beyond the end, of an unflanged pipe at k a = `ka`:
+/// closed approximations to Levine & Schwinger 1948 by Silva et al., J. Sound Vib. 322 (2009) 255, good to 1
+/// % below k a = 3.8.
 pub(crate) fn unflanged(ka: f64) -> C64 {
     let k = ka.min(3.8).powi(2);
     let size = (1.0 + 0.8 * k) / (1.0 + 1.3 * k + 0.266 * k * k + 0.0263 * k * k * k);

@@ -17,7 +17,8 @@ pub struct Extent {
     pub band_hz: (f64, f64),
 }
 
-/// Share of the peak at which an impulse counts as begun or over, and the multiple of the noise that it must exceed.
+/// Share of the peak at which an impulse counts as begun or over, and the multiple of the noise that it must
+/// exceed.
 const LEVEL: f64 = 0.05;
 const NOISE: f64 = 4.5;
 /// The window of a fit over the extent: a Ricker wavelet has then fallen to 3e-4.
@@ -35,13 +36,15 @@ const BELOW: f64 = 5e-3;
 const ABOVE: f64 = 5e-4;
 /// Power of a bin over that of noise, above which it counts.
 const ABOVE_NOISE: f64 = 8.0;
-/// Window and band of the options are kept if the impulse needs no more than so much of them, and no less of the band.
+/// Window and band of the options are kept if the impulse needs no more than so much of them, and no less of
+/// the band.
 const ENOUGH: f64 = 1.1;
 const HIGH_ENOUGH: f64 = 1.3;
 const LEAST: f64 = 0.55;
 
 impl Extent {
-    /// The extent of the direct impulse at the microphone farthest from the reflecting end: there it is alone for longest.
+    /// The extent of the direct impulse at the microphone farthest from the reflecting end: there it is alone
+    /// for longest.
     ///
     /// # Errors
     /// [`Fault::NoImpulse`], or [`Fault::LongImpulse`] if it has not ended when its reflection comes.
@@ -65,7 +68,8 @@ impl Extent {
             left
         };
         let root = |y: &[f64]| (y.iter().map(|v| v * v).sum::<f64>() / y.len().max(1) as f64).sqrt();
-        // Over less than 15 ms hum and drift are a parabola. The level counts from the mean before the impulse: hum is noise there.
+        // Over less than 15 ms hum and drift are a parabola. The level counts from the mean before the
+        // impulse: hum is noise there.
         let still: Vec<f64> = y[..quiet].chunks_exact(length).flat_map(parabola).collect();
         let noise = root(&still);
         let hum = root(&y[..quiet].iter().map(|v| v - mean).collect::<Vec<f64>>());
@@ -116,8 +120,8 @@ impl Extent {
 }
 
 impl ClickOptions {
-    /// These options with a window and a band that hold an impulse of such an extent. Where those given hold it already, they
-    /// are kept.
+    /// These options with a window and a band that hold an impulse of such an extent. Where those given hold
+    /// it already, they are kept.
     #[must_use]
     pub fn holding(&self, extent: &Extent) -> Self {
         let (before, after) = (MARGIN * extent.before, MARGIN * extent.after);

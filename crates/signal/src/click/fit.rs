@@ -4,11 +4,11 @@
 //!
 //! y_m(t) = a_m [w(t - t_m) + sum_j rho_j w(t - t_m - gap_m - j h)] + slow background + noise,
 //!
-//! with real gains a_m (negative: inverted) and a reflection of a few real taps rho_j where it overlaps the direct
-//! impulse; elsewhere the window ends before the reflection begins. The background is a parabola: over a millisecond
-//! that is all hum and drift can be. The known dispersion of the path is undone beforehand. Maximum likelihood over
-//! times, gains, taps, waveform and backgrounds together is the weighted sum of all pairwise cross-correlations at its
-//! maximum, interpolated without error between samples.
+//! with real gains a_m (negative: inverted) and a reflection of a few real taps rho_j where it overlaps the
+//! direct impulse; elsewhere the window ends before the reflection begins. The background is a parabola: over
+//! a millisecond that is all hum and drift can be. The known dispersion of the path is undone beforehand.
+//! Maximum likelihood over times, gains, taps, waveform and backgrounds together is the weighted sum of all
+//! pairwise cross-correlations at its maximum, interpolated without error between samples.
 
 use super::hum::loud_hum;
 use super::model::{Model, Rows};
@@ -29,9 +29,11 @@ const SMALL_STEP: f64 = 1e-2;
 const NEAR: f64 = 0.5;
 /// The step that must do after all of them.
 const SETTLED: f64 = 0.1;
-/// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is smooth.
+/// Windows follow the impulse during the first steps and stay from then on, so that the sum of squares is
+/// smooth.
 const MOVING_STEPS: usize = 2;
-/// Times at most that windows are placed anew, and the relative change of a lag that needs none: 20 us of 1 ms.
+/// Times at most that windows are placed anew, and the relative change of a lag that needs none: 20 us of 1
+/// ms.
 const PACES: usize = 2;
 const SAME_PACE: f64 = 0.02;
 /// Lags to try when those stated lead nowhere: gas at 450 K instead of 293 K.
@@ -41,8 +43,9 @@ const MISFIT: f64 = 0.05;
 
 /// Fits one impulse by maximum likelihood. Cost: see `benches/records.rs`.
 ///
-/// The covariance is the inverse Fisher information for white noise as measured in the quiet part; if residuals exceed
-/// it significantly (a waveform that changes along the path, say), it is scaled up with them.
+/// The covariance is the inverse Fisher information for white noise as measured in the quiet part; if
+/// residuals exceed it significantly (a waveform that changes along the path, say), it is scaled up with
+/// them.
 ///
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
@@ -99,8 +102,8 @@ impl Fitting {
         Self { model, segment, rows, normal, squares: 0.0, freedom: 1.0 }.settled(trace)
     }
 
-    /// Takes Gauss-Newton steps to the maximum of the likelihood. Windows move during the first of them, and once more if the
-    /// reflection then does not come when they expect it.
+    /// Takes Gauss-Newton steps to the maximum of the likelihood. Windows move during the first of them, and
+    /// once more if the reflection then does not come when they expect it.
     fn settled(mut self, trace: &Trace<'_>) -> Result<Self, Fault> {
         let Self { model, segment, .. } = &mut self;
         let mut rows = segment.windows(&model.times, &model.options);
@@ -126,7 +129,8 @@ impl Fitting {
                 rows = segment.windows(&model.times, &model.options);
                 steps.restart();
             } else if length < SMALL_STEP || (step_number + 1 == MAX_STEPS && length < SETTLED) {
-                // After so small a step the same normal equations hold, and the sum of squares is less by what the step gained.
+                // After so small a step the same normal equations hold, and the sum of squares is less by
+                // what the step gained.
                 settled = Some((normal, squares - gain));
                 break;
             }

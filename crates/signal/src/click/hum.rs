@@ -4,8 +4,8 @@ use crate::dsp::kernels::{LANES, Powers, dot};
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 
-/// Refuses a click in which hum at the first two harmonics of the mains is as loud as a fifth of its largest sample: no
-/// impulse below the noise of the mains has that much there.
+/// Refuses a click in which hum at the first two harmonics of the mains is as loud as a fifth of its largest
+/// sample: no impulse below the noise of the mains has that much there.
 pub(super) fn loud_hum(trace: &Trace<'_>, mains_hz: f64) -> Result<(), Fault> {
     let (quiet, step) = (trace.quiet.min(trace.len()), 1.0 / trace.rate_hz);
     // Means over a fortieth of a period keep 99.6 % of the second harmonic.

@@ -10,8 +10,9 @@ use std::f64::consts::TAU;
 const TONES: usize = 32;
 
 impl Model {
-    /// Error of each time (s) and relative error of each gain if the far end is that of an unflanged pipe: the answer of the fit, linear, to the difference
-    /// between what such an end reflects of the impulse and what the expected taps do.
+    /// Error of each time (s) and relative error of each gain if the far end is that of an unflanged pipe:
+    /// the answer of the fit, linear, to the difference between what such an end reflects of the impulse and
+    /// what the expected taps do.
     pub(super) fn leaning(&self, segment: &Segment, rows: &Rows, inverse: &Matrix) -> Vec<[f64; 2]> {
         let channels = self.times.len();
         let mut errors = vec![[0.0; 2]; channels];

@@ -11,8 +11,8 @@ use crate::dsp::parabola::Parabola;
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
-/// Taps of the reflection and their spacing, s: an open end reflects high frequencies less and a little later (|R|
-/// falls from 1 to 0.5 at 3 kHz in a tube of 5 cm).
+/// Taps of the reflection and their spacing, s: an open end reflects high frequencies less and a little later
+/// (|R| falls from 1 to 0.5 at 3 kHz in a tube of 5 cm).
 pub(super) const TAPS: usize = 5;
 pub(super) const TAP_SPACING: f64 = 0.06e-3;
 /// Relative weight of a prior that the waveform is zero: bounds what the samples leave open at its ends.
@@ -109,7 +109,8 @@ impl Model {
         sum
     }
 
-    /// Normal matrix, gradient and sum of squares of the residuals in units of the noise, backgrounds eliminated.
+    /// Normal matrix, gradient and sum of squares of the residuals in units of the noise, backgrounds
+    /// eliminated.
     pub(super) fn linearise(&self, segment: &Segment, rows: &Rows) -> (Matrix, Vec<f64>, f64) {
         let (others, taps, size) = (self.times.len() - 1, self.reflected(), self.waveform.coefficients.len());
         let total = 2 * others + taps + size;
@@ -140,8 +141,9 @@ impl Model {
         (normal, gradient, squares)
     }
 
-    /// Adds to the normal equations what is known about taps and waveform without the record. The unknown parabola of
-    /// each background would leave that of the waveform open, were it not that the impulse begins and ends with zero.
+    /// Adds to the normal equations what is known about taps and waveform without the record. The unknown
+    /// parabola of each background would leave that of the waveform open, were it not that the impulse begins
+    /// and ends with zero.
     fn add_prior(&self, first: usize, normal: &mut Matrix, gradient: &mut [f64]) {
         let taps = self.reflected();
         if let Some(sd) = self.pace_sd {
@@ -291,8 +293,9 @@ impl Model {
     }
 }
 
-/// What the window of one channel says: derivatives of its record with respect to its time and gain (not the pivot's), to
-/// the reflection where there is one, and to the waveform; then the residual. Backgrounds are eliminated.
+/// What the window of one channel says: derivatives of its record with respect to its time and gain (not the
+/// pivot's), to the reflection where there is one, and to the waveform; then the residual. Backgrounds are
+/// eliminated.
 struct Columns<'a> {
     model: &'a Model,
     segment: &'a Segment,

@@ -5,13 +5,13 @@ use rijke_numerics::{C64, Matrix};
 /// What the fit may assume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClickOptions {
-    /// Frequencies that the impulse holds, Hz. For a tube the upper one stays below the cut-on of its first transverse
-    /// mode.
+    /// Frequencies that the impulse holds, Hz. For a tube the upper one stays below the cut-on of its first
+    /// transverse mode.
     pub band_hz: (f64, f64),
     /// Nominal frequency of the mains, Hz: a record in which its hum is as loud as the impulse is refused.
     pub mains_hz: f64,
-    /// How long before and after its peak the record is used, s. The impulse itself is zero in the last eighth at each
-    /// end.
+    /// How long before and after its peak the record is used, s. The impulse itself is zero in the last
+    /// eighth at each end.
     pub window: (f64, f64),
     /// Dispersion kappa of the path to each channel, s^{1/2}: the path multiplies the spectrum with
     /// e^{-(1+i) kappa sqrt(omega)}. Empty for none. In a tube of radius a, with kinematic viscosity nu,
@@ -28,13 +28,13 @@ pub struct Reflection {
     pub lags: Vec<f64>,
     /// Reflection coefficient at low frequency, -1 for an open end.
     pub strength: f64,
-    /// Standard deviation of the Gaussian that smooths the impulse in the reflection, s. An open end of radius a
-    /// reflects as 1 - (k a)^2 / 2 (Levine & Schwinger 1948): a / c.
+    /// Standard deviation of the Gaussian that smooths the impulse in the reflection, s. An open end of
+    /// radius a reflects as 1 - (k a)^2 / 2 (Levine & Schwinger 1948): a / c.
     pub smoothing: f64,
     /// Standard deviation of each tap about that expectation, relative to `strength`.
     pub tolerance: f64,
-    /// Relative standard deviation of the lags, which have one factor in common: 0 if the speed of sound between
-    /// channels and end is known, some 0.2 if the gas there is hot.
+    /// Relative standard deviation of the lags, which have one factor in common: 0 if the speed of sound
+    /// between channels and end is known, some 0.2 if the gas there is hot.
     pub pace_sd: f64,
 }
 
@@ -64,8 +64,8 @@ impl ClickOptions {
         self.reflection.as_ref().is_some_and(|r| r.pace_sd > 0.0)
     }
 
-    /// Whether the reflection at channel `m` overlaps the centre of the direct impulse, so that the window cannot end
-    /// before it.
+    /// Whether the reflection at channel `m` overlaps the centre of the direct impulse, so that the window
+    /// cannot end before it.
     pub(super) fn overlaps(&self, m: usize) -> bool {
         self.lag(m).is_some_and(|lag| lag - self.window.0 < 0.4 * self.window.1)
     }
@@ -84,8 +84,9 @@ impl ClickOptions {
     }
 }
 
-/// One impulse, fitted. Times count from the end of the quiet part (the trigger) and contain channel delays and an
-/// origin of the waveform that is arbitrary until a calibration fixes it: see [`crate::ChannelDelays`].
+/// One impulse, fitted. Times count from the end of the quiet part (the trigger) and contain channel delays
+/// and an origin of the waveform that is arbitrary until a calibration fixes it: see
+/// [`crate::ChannelDelays`].
 #[derive(Clone, Debug)]
 pub struct ClickFit {
     /// Arrival times, s; that of channel `pivot` is exact by definition, its error sits in the waveform.
@@ -98,13 +99,15 @@ pub struct ClickFit {
     pub pivot: usize,
     /// Angular frequencies of the waveform, rad/s.
     pub frequencies: Vec<f64>,
-    /// Spectrum of the waveform at these, in the gain of the pivot channel and an arbitrary unit per frequency.
+    /// Spectrum of the waveform at these, in the gain of the pivot channel and an arbitrary unit per
+    /// frequency.
     pub waveform: Vec<C64>,
     /// Taps of the reflection; empty if none was fitted.
     pub reflection: Vec<f64>,
-    /// Error of the time (s) and relative error of the gain of each channel, if the far end reflects as an unflanged pipe does
-    /// (Levine & Schwinger 1948) instead of as the taps expect: where the reflection overlaps the impulse, both lean on the
-    /// model of the reflection. Zero where it does not, and where the lag of the reflection is not known.
+    /// Error of the time (s) and relative error of the gain of each channel, if the far end reflects as an
+    /// unflanged pipe does (Levine & Schwinger 1948) instead of as the taps expect: where the reflection
+    /// overlaps the impulse, both lean on the model of the reflection. Zero where it does not, and where the
+    /// lag of the reflection is not known.
     pub leaning: Vec<[f64; 2]>,
     /// Root of (energy over noise energy) per channel: the amplitude that a matched filter sees.
     pub signal_to_noise: Vec<f64>,

@@ -8,8 +8,8 @@ use pulp::NullaryFnOnce;
 
 /// Window of the fit for which the lengths that follow are meant, s: for longer ones they grow in proportion.
 const WINDOW: f64 = 0.8e-3;
-/// Half length of the smoothing kernel of the high-pass filter, s: hum at 50 Hz falls to 3e-4, and what the filter
-/// smears from later reflections into the window is below their mean over 3 ms.
+/// Half length of the smoothing kernel of the high-pass filter, s: hum at 50 Hz falls to 3e-4, and what the
+/// filter smears from later reflections into the window is below their mean over 3 ms.
 const SMOOTHING: f64 = 1.5e-3;
 /// Largest shift between a channel and the strongest one that the first alignment corrects, s.
 const REACH: f64 = 0.35e-3;
@@ -28,8 +28,8 @@ pub(crate) struct Located {
 }
 
 impl Located {
-    /// How fast sound travels near the end of the path, as a factor of the lags that `options` state for the reflection: the
-    /// direct impulse has crossed the same gas between the channels nearest the end.
+    /// How fast sound travels near the end of the path, as a factor of the lags that `options` state for the
+    /// reflection: the direct impulse has crossed the same gas between the channels nearest the end.
     pub(crate) fn pace(&self, options: &ClickOptions) -> f64 {
         let Some(reflection) = &options.reflection else { return 1.0 };
         let mut near: Vec<(f64, f64)> =
@@ -93,7 +93,8 @@ impl Bursts {
     /// Brings the channels in phase.
     pub(crate) fn locate(&self, options: &ClickOptions) -> Located {
         let Self { channels, found, .. } = self;
-        // A reflection that overlaps the direct impulse hides its shape: such a channel cannot lead the others.
+        // A reflection that overlaps the direct impulse hides its shape: such a channel cannot lead the
+        // others.
         let pivot = (0..found.len())
             .filter(|&m| !options.overlaps(m))
             .max_by(|&a, &b| found[a].1.total_cmp(&found[b].1))
@@ -123,9 +124,10 @@ struct Filtered {
     energy: Vec<f64>,
 }
 
-/// Twice over, y less its mean under a triangle of half length `half`: a linear-phase high-pass filter of finite
-/// length, 2 `half` on each side, so that what comes later in the record reaches back by no more than that; y are means
-/// over `factor` samples. Up to [`LANES`] channels side by side; energies over `spread` samples.
+/// Twice over, y less its mean under a triangle of half length `half`: a linear-phase high-pass filter of
+/// finite length, 2 `half` on each side, so that what comes later in the record reaches back by no more than
+/// that; y are means over `factor` samples. Up to [`LANES`] channels side by side; energies over `spread`
+/// samples.
 fn high_pass(group: &[Vec<f64>], factor: usize, half: usize, spread: usize) -> Vec<Filtered> {
     let mut rows = vec![[0.0; LANES]; group[0].len() / factor];
     for (lane, y) in group.iter().enumerate() {
@@ -175,7 +177,8 @@ impl NullaryFnOnce for HighPass<'_> {
     }
 }
 
-/// Means of `length` successive rows, in place of the first of them; the last `length` - 1 rows are left over.
+/// Means of `length` successive rows, in place of the first of them; the last `length` - 1 rows are left
+/// over.
 #[inline(always)]
 fn running_mean(rows: &mut [[f64; LANES]], length: usize) {
     let (mut sum, scale) = ([0.0; LANES], 1.0 / length as f64);
@@ -192,8 +195,8 @@ fn running_mean(rows: &mut [[f64; LANES]], length: usize) {
     }
 }
 
-/// Sample of the first burst that holds a good part of the largest energy of any burst, and its energy. None if no
-/// burst stands out of the noise before `silence`.
+/// Sample of the first burst that holds a good part of the largest energy of any burst, and its energy. None
+/// if no burst stands out of the noise before `silence`.
 fn first_burst(energy: &[f64], silence: usize, spread: usize) -> Option<(usize, f64)> {
     let noise = energy[..silence.min(energy.len())].iter().fold(0.0_f64, |a, &b| a.max(b));
     let later = energy.get(silence..)?;
@@ -220,9 +223,9 @@ fn centroid(z: &[f64], n: usize, spread: usize) -> usize {
     (moment / mass).round() as usize
 }
 
-/// Place in `other`, in samples, that matches sample `centre` of `pivot`, by the largest correlation of either sign near
-/// `near`, and the gain there; between samples by a parabola. Of two similar maxima the earlier is taken: a reflection
-/// comes later.
+/// Place in `other`, in samples, that matches sample `centre` of `pivot`, by the largest correlation of
+/// either sign near `near`, and the gain there; between samples by a parabola. Of two similar maxima the
+/// earlier is taken: a reflection comes later.
 fn align(pivot: &[f64], centre: usize, other: &[f64], near: usize, rate_hz: f64) -> (f64, f64) {
     let half = (0.4e-3 * rate_hz) as usize;
     let reach = (REACH * rate_hz).ceil() as usize;

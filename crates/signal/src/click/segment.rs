@@ -1,5 +1,5 @@
-//! The part of a click record around the impulse, at the rate that its band needs, its dispersion undone, and the noise
-//! there.
+//! The part of a click record around the impulse, at the rate that its band needs, its dispersion undone, and
+//! the noise there.
 
 use super::options::ClickOptions;
 use crate::dsp::kernels::dot;
@@ -28,9 +28,10 @@ const FADE: f64 = 3e-3;
 /// Samples at each end of the decimated noise that are left out: they have seen the other end.
 const ENDS: usize = 8;
 
-/// How many times less often than the record a band up to `highest_hz` needs to be sampled: at least 7 times as often as
-/// its highest frequency. White noise stays white, and what of it is in the band stays the same. Half of that would do for the
-/// impulse, but windows end at samples: at 64 us, what they hold of a reflection would jump from click to click.
+/// How many times less often than the record a band up to `highest_hz` needs to be sampled: at least 7 times
+/// as often as its highest frequency. White noise stays white, and what of it is in the band stays the same.
+/// Half of that would do for the impulse, but windows end at samples: at 64 us, what they hold of a
+/// reflection would jump from click to click.
 pub(crate) fn decimation(rate_hz: f64, highest_hz: f64) -> usize {
     1 << ((rate_hz / (7.0 * highest_hz)) as usize).max(1).ilog2()
 }
@@ -99,7 +100,8 @@ impl Segment {
     }
 }
 
-/// Standard deviation of what parabolas over stretches of `length` samples leave; none if there are fewer than four.
+/// Standard deviation of what parabolas over stretches of `length` samples leave; none if there are fewer
+/// than four.
 fn noise(quiet: &[f64], length: usize) -> Option<f64> {
     let (mut squares, mut freedom) = (0.0, 0);
     let parabola = Parabola::new(length);
@@ -124,8 +126,8 @@ fn faded(y: &[f64], [rise, fall]: [usize; 2]) -> Vec<f64> {
     left
 }
 
-/// Every `factor`th sample of what is left below half the new rate, with the spectrum multiplied by
-/// e^{(1+i) kappa sqrt(omega)}, held constant above `highest_hz`. The number of samples is a multiple of `factor`.
+/// Every `factor`th sample of what is left below half the new rate, with the spectrum multiplied by e^{(1+i)
+/// kappa sqrt(omega)}, held constant above `highest_hz`. The number of samples is a multiple of `factor`.
 fn resampled(y: &[f64], factor: usize, kappa: f64, step: f64, highest_hz: f64) -> Result<Vec<f64>, Fault> {
     let (length, short) = (y.len(), y.len() / factor);
     let failed = |_| Fault::TooShort { what: "record around the impulse", have: length, need: 2 };

@@ -9,13 +9,15 @@ struct Last {
     taken: Vec<f64>,
 }
 
-/// Gauss-Newton steps, accelerated by what the last one has shown (Anderson 1965, of depth one). Where channels do not show quite
-/// the same impulse, the curvature that Gauss and Newton neglect makes their steps too long or too short in one direction, up to a
-/// factor of two: by themselves they then settle slowly, to and fro.
+/// Gauss-Newton steps, accelerated by what the last one has shown (Anderson 1965, of depth one). Where
+/// channels do not show quite the same impulse, the curvature that Gauss and Newton neglect makes their steps
+/// too long or too short in one direction, up to a factor of two: by themselves they then settle slowly, to
+/// and fro.
 #[derive(Default)]
 pub(super) struct Steps(Option<Last>);
 
-/// Length in standard deviations below which steps are accelerated: far away, the last step says nothing about the next.
+/// Length in standard deviations below which steps are accelerated: far away, the last step says nothing
+/// about the next.
 const NEAR: f64 = 3.0;
 /// Bounds of the share of the last step that is taken back.
 const SHARES: (f64, f64) = (-4.0, 0.9);
@@ -50,7 +52,8 @@ impl Steps {
 mod tests {
     use super::*;
 
-    /// Steps until a minimum is reached along whose axes Gauss and Newton believe `factors` times its true curvature.
+    /// Steps until a minimum is reached along whose axes Gauss and Newton believe `factors` times its true
+    /// curvature.
     fn count(factors: [f64; 3], accelerated: bool) -> usize {
         let (mut place, mut steps) = ([2.0, -1.0, 0.5], Steps::default());
         for number in 0..200 {

@@ -4,8 +4,9 @@ use rijke_numerics::{C64, Matrix};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Sum of c_k phi((t - t_k)/h), with phi a windowed sinc. Away from the first and last centres a tone at 0.3/h is
-/// represented to 0.5 % of its amplitude, lower ones better; h is chosen as 0.4 over the highest frequency.
+/// Sum of c_k phi((t - t_k)/h), with phi a windowed sinc. Away from the first and last centres a tone at
+/// 0.3/h is represented to 0.5 % of its amplitude, lower ones better; h is chosen as 0.4 over the highest
+/// frequency.
 #[derive(Clone, Debug)]
 pub(crate) struct Waveform {
     first: f64,
@@ -13,14 +14,15 @@ pub(crate) struct Waveform {
     pub(crate) coefficients: Vec<f64>,
 }
 
-/// Half length of phi in spacings, and points of its table per spacing (linear interpolation then errs by 1e-6).
+/// Half length of phi in spacings, and points of its table per spacing (linear interpolation then errs by
+/// 1e-6).
 const REACH: usize = 6;
 const FINE: usize = 400;
 /// Number of phi_k that are not zero at a time between two centres.
 const WIDTH: usize = 2 * REACH;
 
-/// phi_k and its derivative in u at the times u = n / FINE after a centre: k counts from `REACH` - 1 centres before that
-/// one.
+/// phi_k and its derivative in u at the times u = n / FINE after a centre: k counts from `REACH` - 1 centres
+/// before that one.
 static TABLE: LazyLock<Vec<[[f64; WIDTH]; 2]>> = LazyLock::new(|| {
     let phi = |u: f64| {
         let window = (0.5 * PI * u / REACH as f64).cos().powi(2);
@@ -127,8 +129,8 @@ impl Waveform {
         self.coefficients.iter().enumerate().map(term).sum()
     }
 
-    /// The linear map from coefficients to real and imaginary parts of the spectrum at the given frequencies, up to a
-    /// real factor of each frequency that is the same for all waveforms.
+    /// The linear map from coefficients to real and imaginary parts of the spectrum at the given frequencies,
+    /// up to a real factor of each frequency that is the same for all waveforms.
     pub(crate) fn spectrum_map(&self, frequencies: &[f64]) -> Matrix {
         Matrix::from_fn(2 * frequencies.len(), self.coefficients.len(), |i, k| {
             let t = self.first + self.spacing * k as f64;
@@ -138,7 +140,8 @@ impl Waveform {
     }
 }
 
-/// Frequencies at which waveforms are compared, rad/s: inside the band, few enough that their spectrum is determined.
+/// Frequencies at which waveforms are compared, rad/s: inside the band, few enough that their spectrum is
+/// determined.
 pub(crate) fn comparison_frequencies((low, high): (f64, f64)) -> Vec<f64> {
     let count = 6;
     let (from, to) = (1.5 * low, 0.85 * high);

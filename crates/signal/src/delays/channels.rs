@@ -13,7 +13,8 @@ use rijke_rig::{ChannelErrors, Click, Ping};
 
 /// What the acquisition system does to each channel at one sampling rate, with its uncertainty.
 ///
-/// The error of a calibration is common to everything that is corrected with it: average first, correct afterwards.
+/// The error of a calibration is common to everything that is corrected with it: average first, correct
+/// afterwards.
 #[derive(Clone, Debug)]
 pub struct ChannelDelays {
     /// Sampling rate at which the delays hold, Hz.
@@ -22,24 +23,26 @@ pub struct ChannelDelays {
     pub delays: Vec<f64>,
     /// Gain of each channel; their mean square is 1.
     pub gains: Vec<f64>,
-    /// Covariance of the delays, s^2: noise of the clicks, and the error of the known sound speed, which is common to
-    /// all channels in proportion to their distance.
+    /// Covariance of the delays, s^2: noise of the clicks, and the error of the known sound speed, which is
+    /// common to all channels in proportion to their distance.
     pub covariance: Matrix,
     /// Covariance of the gains.
     pub gain_covariance: Matrix,
     /// Number of clicks used.
     pub clicks: usize,
-    /// Sum of squared deviations of the clicks from their mean over the noise stated for them, per degree of freedom.
+    /// Sum of squared deviations of the clicks from their mean over the noise stated for them, per degree of
+    /// freedom.
     pub scatter: f64,
     template: Vec<C64>,
     frequencies: Vec<f64>,
 }
 
-/// How far gains may lie from their median, relative to it: probe microphones of one kind differ by a few per cent.
+/// How far gains may lie from their median, relative to it: probe microphones of one kind differ by a few per
+/// cent.
 pub(crate) const GAIN_SPREAD: f64 = 0.3;
 
-/// Energy that calibration clicks may leave, over their own: a twentieth of the amplitude. Clicks in warm gas may leave more, but
-/// gains of the channels come from these.
+/// Energy that calibration clicks may leave, over their own: a twentieth of the amplitude. Clicks in warm gas
+/// may leave more, but gains of the channels come from these.
 const MISFIT: f64 = 2.5e-3;
 
 /// One calibration click and when it should have arrived.
@@ -56,18 +59,19 @@ pub struct KnownClick {
 }
 
 impl ChannelDelays {
-    /// Learns delays and gains from clicks at known sound speed. The mean waveform becomes the template from which
-    /// absolute arrival times count.
+    /// Learns delays and gains from clicks at known sound speed. The mean waveform becomes the template from
+    /// which absolute arrival times count.
     ///
     /// # Errors
-    /// Fewer than two clicks, clicks that do not belong together, or delays and gains that cannot be those of channels: a
-    /// negative gain, one that lies more than 30 % from the median of all, a delay (less the median) longer than sound
-    /// takes between neighbouring microphones.
+    /// Fewer than two clicks, clicks that do not belong together, or delays and gains that cannot be those of
+    /// channels: a negative gain, one that lies more than 30 % from the median of all, a delay (less the
+    /// median) longer than sound takes between neighbouring microphones.
     pub fn calibrate(clicks: &[KnownClick], rate_hz: f64) -> Result<Self, CalibrationError> {
         Self::calibrate_within(clicks, rate_hz, GAIN_SPREAD)
     }
 
-    /// As [`Self::calibrate`], for channels whose gains may lie by `spread` from their median, relative to it.
+    /// As [`Self::calibrate`], for channels whose gains may lie by `spread` from their median, relative to
+    /// it.
     ///
     /// # Errors
     /// Those of [`Self::calibrate`].
@@ -97,7 +101,8 @@ impl ChannelDelays {
             }
         }
         let mut template = first.fit.waveform.clone();
-        // The mean waveform settles after one round: each click is placed on it with an error of second order.
+        // The mean waveform settles after one round: each click is placed on it with an error of second
+        // order.
         for _ in 0..3 {
             let mut mean = vec![C64::ZERO; template.len()];
             for click in clicks {
@@ -151,8 +156,9 @@ impl ChannelDelays {
         if misfit > MISFIT {
             return Err(CalibrationError::Misfit { share: misfit, limit: MISFIT });
         }
-        // Noise is independent between channels. Their sample covariance would be, too, but from a dozen clicks it has
-        // directions that look far too certain. From a few, what one channel's gain scatters says little: all do together.
+        // Noise is independent between channels. Their sample covariance would be, too, but from a dozen
+        // clicks it has directions that look far too certain. From a few, what one channel's gain scatters
+        // says little: all do together.
         let groups: Vec<Group> = (0..channels)
             .map(|m| {
                 let noise = |n: usize, m: usize| (gain(n, m) / clicks[n].fit.signal_to_noise[m]).powi(2);
@@ -226,15 +232,17 @@ impl ChannelDelays {
         }
     }
 
-    /// The same channels at another sampling rate: their gains are the same, their delays only equal to `delay_sd`.
+    /// The same channels at another sampling rate: their gains are the same, their delays only equal to
+    /// `delay_sd`.
     pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
         let channels = self.gains.len();
         let stated = Self::stated(channels, rate_hz, StatedChannels { gain_sd: 0.0, delay_sd });
         Self { gains: self.gains.clone(), gain_covariance: self.gain_covariance.clone(), ..stated }
     }
 
-    /// By how much a small dispersion kappa of the path ([`crate::ClickOptions::dispersion`]) delays the impulse, s per s^{1/2}: the
-    /// shift that matches a phase of kappa sqrt(omega) best, weighted as arrival times are, with omega^2 |w|^2.
+    /// By how much a small dispersion kappa of the path ([`crate::ClickOptions::dispersion`]) delays the
+    /// impulse, s per s^{1/2}: the shift that matches a phase of kappa sqrt(omega) best, weighted as arrival
+    /// times are, with omega^2 |w|^2.
     pub(crate) fn delay_per_dispersion(&self) -> f64 {
         let moment = |power: f64| -> f64 {
             let terms = self.frequencies.iter().zip(&self.template);
@@ -243,9 +251,9 @@ impl ChannelDelays {
         moment(1.5) / moment(2.0)
     }
 
-    /// Arrival times of one click with the delays removed. Its covariance is that of the noise alone if `alone`, and
-    /// includes the common error of this calibration otherwise. A channel of opposite polarity does not matter here: see
-    /// [`Self::inverted`].
+    /// Arrival times of one click with the delays removed. Its covariance is that of the noise alone if
+    /// `alone`, and includes the common error of this calibration otherwise. A channel of opposite polarity
+    /// does not matter here: see [`Self::inverted`].
     ///
     /// # Errors
     /// A waveform that cannot be compared with the template.
@@ -271,8 +279,8 @@ impl ChannelDelays {
         Ok(gains.iter().zip(&self.gains).position(|(g, own)| g * own < 0.0))
     }
 
-    /// Removes delays and gains from a ping. Its covariance then includes the common error of this calibration,
-    /// unless `alone`.
+    /// Removes delays and gains from a ping. Its covariance then includes the common error of this
+    /// calibration, unless `alone`.
     #[must_use]
     pub fn correct(&self, ping: &Ping, alone: bool) -> Ping {
         let reference = ping.reference;

@@ -1,4 +1,5 @@
-//! Delays and gains of the channels: from clicks at a known speed of sound, or stated. Must not know campaigns.
+//! Delays and gains of the channels: from clicks at a known speed of sound, or stated. Must not know
+//! campaigns.
 
 mod channels;
 mod error;

@@ -12,8 +12,8 @@ pub(super) struct Placed {
     pub(super) covariance: Matrix,
 }
 
-/// Shift and scale that bring a waveform on the template, by weighted least squares; and the row that maps an error
-/// of the waveform to one of the shift.
+/// Shift and scale that bring a waveform on the template, by weighted least squares; and the row that maps an
+/// error of the waveform to one of the shift.
 pub(super) fn place(fit: &ClickFit, template: &[C64]) -> Result<((f64, f64), Vec<f64>), Fault> {
     let (channels, bins) = (fit.times.len(), template.len());
     let rows: Vec<usize> = (channels..channels + 2 * bins).collect();

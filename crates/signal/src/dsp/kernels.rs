@@ -1,8 +1,9 @@
-//! Inner loops, compiled for the widest vectors that the processor has (chosen at run time by the crate `pulp`). The order
-//! of every sum is written out and no product is fused with a sum, so all processors give the same bits.
+//! Inner loops, compiled for the widest vectors that the processor has (chosen at run time by the crate
+//! `pulp`). The order of every sum is written out and no product is fused with a sum, so all processors give
+//! the same bits.
 //!
-//! A kernel is a type whose `call` is `#[inline(always)]`: a closure cannot be marked so, is compiled for the least processor
-//! unless it happens to be inlined, and then takes twice as long.
+//! A kernel is a type whose `call` is `#[inline(always)]`: a closure cannot be marked so, is compiled for the
+//! least processor unless it happens to be inlined, and then takes twice as long.
 
 use pulp::{Arch, NullaryFnOnce};
 use rijke_numerics::C64;

@@ -1,4 +1,5 @@
-//! Numbers of any sampled signal: fast kernels, transforms, noise and its whitening. Must not know pings or clicks.
+//! Numbers of any sampled signal: fast kernels, transforms, noise and its whitening. Must not know pings or
+//! clicks.
 
 pub(crate) mod kernels;
 pub(crate) mod noise;

@@ -1,7 +1,7 @@
 //! The noise of a record: colour of each channel, correlation between channels, mains hum.
 //!
-//! A prediction-error filter turns a damped exponential into the same exponential with another amplitude, so a
-//! record can be whitened before the fit and the amplitudes corrected after it, both exactly.
+//! A prediction-error filter turns a damped exponential into the same exponential with another amplitude, so
+//! a record can be whitened before the fit and the amplitudes corrected after it, both exactly.
 
 use super::kernels::{Powers, add_scaled, add_scaled_inline, dot, run};
 use crate::Fault;
@@ -79,7 +79,8 @@ impl Whitener {
         white
     }
 
-    /// The matrix U and its derivative in s with: amplitudes in the record = U(s) amplitudes in the white samples.
+    /// The matrix U and its derivative in s with: amplitudes in the record = U(s) amplitudes in the white
+    /// samples.
     pub(crate) fn unwhiten(&self, s: C64, step: f64) -> (Vec<Vec<C64>>, Vec<C64>) {
         let count = self.filters.len();
         let mut matrix = vec![vec![C64::ZERO; count]; count];
@@ -100,7 +101,8 @@ impl Whitener {
         (matrix, log_slopes)
     }
 
-    /// Standard deviation of white noise that would have the density of each channel's noise at frequency `omega`.
+    /// Standard deviation of white noise that would have the density of each channel's noise at frequency
+    /// `omega`.
     pub(crate) fn deviations(&self, omega: f64, step: f64) -> Vec<f64> {
         self.filters
             .iter()
@@ -154,8 +156,8 @@ impl NullaryFnOnce for Whiten<'_> {
     }
 }
 
-/// The prediction-error filter of a stationary series by the Levinson recursion on its autocovariance, its order
-/// chosen by Schwarz's criterion: a filter longer than needed costs samples at the start of the decay.
+/// The prediction-error filter of a stationary series by the Levinson recursion on its autocovariance, its
+/// order chosen by Schwarz's criterion: a filter longer than needed costs samples at the start of the decay.
 fn prediction_error_filter(y: &[f64]) -> Vec<f64> {
     let n = y.len();
     let order = MAX_ORDER.min(n / 20);
@@ -195,8 +197,8 @@ pub(crate) fn invert_lower(lower: &Matrix) -> Matrix {
 
 /// Harmonics of the mains that stand out of a stretch of noise, found and subtracted in place.
 ///
-/// `mains_hz` is the nominal frequency: over the half second used, its drift by 0.1 Hz costs 1 % of the subtraction.
-/// Returns the numbers of the harmonics.
+/// `mains_hz` is the nominal frequency: over the half second used, its drift by 0.1 Hz costs 1 % of the
+/// subtraction. Returns the numbers of the harmonics.
 pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64) -> Vec<u32> {
     let mut present = Vec::new();
     for y in noise.iter_mut() {

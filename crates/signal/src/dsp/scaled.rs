@@ -1,4 +1,5 @@
-//! Positive definite matrices whose rows differ in scale: seconds, gains and pressures; growth rates of strong and weak modes.
+//! Positive definite matrices whose rows differ in scale: seconds, gains and pressures; growth rates of
+//! strong and weak modes.
 
 use crate::Fault;
 use rijke_numerics::{Cholesky, Matrix};

@@ -1,9 +1,11 @@
-//! The last free decay of a record, found from its end. It needs neither silence nor a plateau before it: the loudspeaker may be
-//! switched on within the record, its tone may beat with the modes that this excites, hum may ripple the envelope.
+//! The last free decay of a record, found from its end. It needs neither silence nor a plateau before it: the
+//! loudspeaker may be switched on within the record, its tone may beat with the modes that this excites, hum
+//! may ripple the envelope.
 //!
-//! From the end of the record a window moves towards its beginning as long as decaying modes (and the mains) explain it to the
-//! noise. Where they do so no more, the forcing has ended inside the window. The forcing before must be one: a steady
-//! tone together with the same modes, from soon after it begins. Otherwise the record holds more than one excitation.
+//! From the end of the record a window moves towards its beginning as long as decaying modes (and the mains)
+//! explain it to the noise. Where they do so no more, the forcing has ended inside the window. The forcing
+//! before must be one: a steady tone together with the same modes, from soon after it begins. Otherwise the
+//! record holds more than one excitation.
 
 use super::forcing::{Envelope, FORCED, change, forced, strongest};
 use super::search::{Search, has_close_neighbour};
@@ -15,14 +17,17 @@ const STRIDE: f64 = 0.06;
 const LENGTH: f64 = 0.25;
 /// Deviations by which a mode must decay rather than last.
 const DECAYS: f64 = 3.0;
-/// Relative difference of amplitude from what the decay after it says, beyond which a stride holds forcing: that is half of it
-/// for a mode that decays with 8 1/s. So many deviations of what noise makes of it come on top.
+/// Relative difference of amplitude from what the decay after it says, beyond which a stride holds forcing:
+/// that is half of it for a mode that decays with 8 1/s. So many deviations of what noise makes of it come on
+/// top.
 const UNLIKE: f64 = 0.05;
 const DOUBT: f64 = 3.0;
-/// So many windows in a row must show no decay before the decay has begun after them: near the noise one may fail by chance.
+/// So many windows in a row must show no decay before the decay has begun after them: near the noise one may
+/// fail by chance.
 const MISSES: usize = 3;
-/// Length of the stretches in which the forcing is compared with its model, s, and share of the largest energy of any stretch
-/// that may be left: an interruption that changes the amplitude by a seventh leaves more.
+/// Length of the stretches in which the forcing is compared with its model, s, and share of the largest
+/// energy of any stretch that may be left: an interruption that changes the amplitude by a seventh leaves
+/// more.
 const STRETCH: f64 = 0.02;
 const LEFT: f64 = 0.02;
 /// The beginning of the forcing may be anything: so long, s, or this share of it.
@@ -45,8 +50,8 @@ enum Seen {
     Nothing,
 }
 
-/// The last free decay of `white`, whose first `order` rows after any sample depend on samples before it. None if there is no
-/// decay at the end, or more than one excitation before.
+/// The last free decay of `white`, whose first `order` rows after any sample depend on samples before it.
+/// None if there is no decay at the end, or more than one excitation before.
 pub(crate) fn last_decay(
     search: &Search<'_>,
     white: White<'_>,
@@ -123,8 +128,9 @@ fn look(search: &Search<'_>, window: White<'_>) -> Seen {
     if -solution.components[0].s.re > DECAYS * sd { Seen::Decay(solution) } else { Seen::Steady }
 }
 
-/// Whether a stretch is as loud as the decay after it, which begins `rows` rows later, says: forcing is less loud. A window that begins
-/// within the forcing may be explained to the noise by enough modes. The decay was fitted to a window of `length` rows.
+/// Whether a stretch is as loud as the decay after it, which begins `rows` rows later, says: forcing is less
+/// loud. A window that begins within the forcing may be explained to the noise by enough modes. The decay was
+/// fitted to a window of `length` rows.
 fn continues(stretch: White<'_>, known: &Solution, rows: usize, length: usize) -> bool {
     let left = known.residuals(stretch, -(rows as f64));
     let (mut product, mut square) = (0.0, 0.0);

@@ -1,10 +1,11 @@
 //! Whether the frequency of a ring-down drifts while it decays, as it does when the gas warms or cools.
 //!
-//! With a drift chi (rad/s^2) the amplitude of every channel is b_m e^{s t + i chi t^2 / 2}. The fit without chi is the maximum
-//! of the likelihood in s and b, so one Gauss-Newton step in chi alone tells it: what is left of the derivative i b_m t^2 / 2
-//! after the derivatives in b (1) and s (t) are projected out is i b_m q / 2, q = t^2 - a t - c, with a and c of the weighted least squares
-//! under e^{2 sigma t}. Terms at twice the frequency are left out, an error of about |sigma|/omega, and so are the neighbours.
-//! For an endless record a/2 is one decay time: the fit without chi has found the frequency of that moment.
+//! With a drift chi (rad/s^2) the amplitude of every channel is b_m e^{s t + i chi t^2 / 2}. The fit without
+//! chi is the maximum of the likelihood in s and b, so one Gauss-Newton step in chi alone tells it: what is
+//! left of the derivative i b_m t^2 / 2 after the derivatives in b (1) and s (t) are projected out is i b_m q
+//! / 2, q = t^2 - a t - c, with a and c of the weighted least squares under e^{2 sigma t}. Terms at twice the
+//! frequency are left out, an error of about |sigma|/omega, and so are the neighbours. For an endless record
+//! a/2 is one decay time: the fit without chi has found the frequency of that moment.
 
 use crate::dsp::kernels::Powers;
 use rijke_numerics::C64;
@@ -13,8 +14,8 @@ use rijke_rig::Ping;
 /// Drift of the angular frequency of a mode during its decay.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drift {
-    /// Change of the angular frequency with time, rad/s^2. Over the angular frequency: the relative change of the speed of
-    /// sound, 1/s.
+    /// Change of the angular frequency with time, rad/s^2. Over the angular frequency: the relative change of
+    /// the speed of sound, 1/s.
     pub rate: f64,
     /// Its standard deviation.
     pub sd: f64,

@@ -1,4 +1,5 @@
-//! Why a record could not be fitted: what a fit calls a second excitation or a burst of hum may have another cause.
+//! Why a record could not be fitted: what a fit calls a second excitation or a burst of hum may have another
+//! cause.
 
 use super::forcing::{Envelope, FORCED, strongest};
 use super::options::PingOptions;
@@ -9,18 +10,20 @@ use crate::{Fault, Trace};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
-/// Least share of the forcing that a tone after it must have to be called a leak. Neighbours and drift leave less.
+/// Least share of the forcing that a tone after it must have to be called a leak. Neighbours and drift leave
+/// less.
 const LEAK: f64 = 2e-3;
 /// Share of the forcing below which no decay begins that follows it.
 const FAINT: f64 = 0.15;
-/// Share of the forcing from which steady hum is called strong, and how alike it must be at both ends of the record.
+/// Share of the forcing from which steady hum is called strong, and how alike it must be at both ends of the
+/// record.
 const STRONG: f64 = 0.3;
 const ALIKE: f64 = 0.3;
 /// Share of the median channel below which one has no signal, and how much more hum than signal it must have.
 const SILENT: f64 = 0.02;
 const HUMS: f64 = 3.0;
-/// Share of the third harmonic in the forcing that may come of saturation, and the part of that share which it keeps where the amplitude
-/// has fallen to a half: a quarter for a cubic law.
+/// Share of the third harmonic in the forcing that may come of saturation, and the part of that share which
+/// it keeps where the amplitude has fallen to a half: a quarter for a cubic law.
 const BENT: f64 = 3e-3;
 const FALLS: f64 = 0.45;
 /// How steady a tone that lasts must be over two stretches, and how much larger than before the forcing.
@@ -29,7 +32,8 @@ const CLEAR: f64 = 5.0;
 /// Length of the stretches that are looked at, s.
 const SPAN: f64 = 0.08;
 
-/// A tone of the forcing's frequency that lasts through the decay, which lasts from one row to another and has the `modes` with amplitudes.
+/// A tone of the forcing's frequency that lasts through the decay, which lasts from one row to another and
+/// has the `modes` with amplitudes.
 pub(crate) fn still_driven(
     white: White<'_>,
     search: &Search<'_>,

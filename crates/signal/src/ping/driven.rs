@@ -3,11 +3,12 @@
 use crate::dsp::transform;
 use crate::{Fault, Trace};
 
-/// Periods that the forcing must have to be seen as a tone, and share of all energy before the decay that it must have.
+/// Periods that the forcing must have to be seen as a tone, and share of all energy before the decay that it
+/// must have.
 const PERIODS: f64 = 10.0;
 const SHARE: f64 = 0.5;
-/// Distance from the driven frequency, relative to that of the mode, from which another mode was driven. A loudspeaker may be some per
-/// cent off.
+/// Distance from the driven frequency, relative to that of the mode, from which another mode was driven. A
+/// loudspeaker may be some per cent off.
 const FAR: f64 = 0.25;
 /// The same for the edges of the band.
 const BESIDE: f64 = 0.05;

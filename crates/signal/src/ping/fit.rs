@@ -21,7 +21,8 @@ use rijke_rig::Ping;
 /// One ring-down, fitted.
 #[derive(Clone, Debug)]
 pub struct PingFit {
-    /// The measurement. Channel delays and gains are those of the record: see [`crate::ChannelDelays::correct`].
+    /// The measurement. Channel delays and gains are those of the record: see
+    /// [`crate::ChannelDelays::correct`].
     pub ping: Ping,
     /// All modes fitted, the one of interest first, 1/s.
     pub modes: Vec<C64>,
@@ -29,8 +30,8 @@ pub struct PingFit {
     pub subspace_guess: C64,
     /// Complex amplitude of the mode of interest in each channel at `start`, units of the record.
     pub amplitudes: Vec<C64>,
-    /// Every tone fitted, the mains after the modes: growth rate and frequency, 1/s, and amplitude in each channel at the
-    /// start of the window, units of the record.
+    /// Every tone fitted, the mains after the modes: growth rate and frequency, 1/s, and amplitude in each
+    /// channel at the start of the window, units of the record.
     pub tones: Vec<(C64, Vec<C64>)>,
     /// First and last time used, s from the first sample of the record.
     pub window: (f64, f64),
@@ -40,37 +41,41 @@ pub struct PingFit {
     pub mains: (Vec<u32>, f64),
     /// Variance of the residuals over that of the quiet part: 1 if the model holds.
     pub residual_variance: f64,
-    /// How the frequency of the mode drifts during the decay. If that is significant, `ping` and `modes` hold the frequency at the
-    /// start of the window, with the error that the drift leaves; otherwise the frequency is that of about one decay time later.
+    /// How the frequency of the mode drifts during the decay. If that is significant, `ping` and `modes` hold
+    /// the frequency at the start of the window, with the error that the drift leaves; otherwise the
+    /// frequency is that of about one decay time later.
     pub drift: Drift,
-    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal deviate; the
-    /// colour of the noise is known only as well as the quiet part shows it, which is allowed for.
+    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal
+    /// deviate; the colour of the noise is known only as well as the quiet part shows it, which is allowed
+    /// for.
     pub whiteness: f64,
 }
 
 /// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
 pub(super) const MIN_QUIET: usize = 256;
-/// With fewer samples of the quiet part than these the colour of the noise is learnt from the residuals of a first fit, too:
-/// from a few hundred it is known so badly that intervals cover 88 % instead of 95 %.
+/// With fewer samples of the quiet part than these the colour of the noise is learnt from the residuals of a
+/// first fit, too: from a few hundred it is known so badly that intervals cover 88 % instead of 95 %.
 const SHORT_QUIET: usize = 1500;
 /// Variance of the residuals, over that of the noise as measured, up to which they count as noise.
 const NOISE_ALONE: f64 = 1.3;
-/// The first part of the decay in which neighbours are sought, s: they die away sooner than the mode of interest, and
-/// a longer stretch would bury them in noise.
+/// The first part of the decay in which neighbours are sought, s: they die away sooner than the mode of
+/// interest, and a longer stretch would bury them in noise.
 const EARLY: f64 = 0.25;
 /// Decay times kept: beyond them lies 0.03 % of the information on the growth rate.
 const DECAY_TIMES: f64 = 7.0;
-/// Fewest decay times, unless there is so much time, s: a stretch of forcing with a little decay at its end looks like a slow decay.
+/// Fewest decay times, unless there is so much time, s: a stretch of forcing with a little decay at its end
+/// looks like a slow decay.
 const LEAST_DECAY: f64 = 0.7;
 const LEAST_TIME: f64 = 0.5;
 
 /// Fits one ring-down by maximum likelihood.
 ///
-/// The record holds an optional quiet part (noise alone), optional steady forcing near the mode, and the free decay;
-/// the end of forcing is found from the record. A constant offset of a channel is taken away first. All channels share every complex frequency; each channel has its own
-/// complex amplitudes. Noise is whitened with its colour and correlation between channels as learnt from the quiet
-/// part (Gaussian, stationary: hum is fitted apart). The covariance is the inverse Fisher information, scaled with the
-/// residual variance. Cost: see `benches/records.rs`.
+/// The record holds an optional quiet part (noise alone), optional steady forcing near the mode, and the free
+/// decay; the end of forcing is found from the record. A constant offset of a channel is taken away first.
+/// All channels share every complex frequency; each channel has its own complex amplitudes. Noise is whitened
+/// with its colour and correlation between channels as learnt from the quiet part (Gaussian, stationary: hum
+/// is fitted apart). The covariance is the inverse Fisher information, scaled with the residual variance.
+/// Cost: see `benches/records.rs`.
 ///
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
@@ -139,7 +144,8 @@ fn may_be_build_up(fault: &Fault) -> bool {
     )
 }
 
-/// With little or no quiet part: fit with noise taken as white, learn its colour from what is left, for another fit.
+/// With little or no quiet part: fit with noise taken as white, learn its colour from what is left, for
+/// another fit.
 fn learn_from_residuals(
     trace: &Trace<'_>,
     options: &PingOptions,
@@ -147,7 +153,8 @@ fn learn_from_residuals(
     harmonics: &[u32],
 ) -> Result<Whitener, Fault> {
     let fit = |start| fit_whitened(trace, options, &Whitener::scaling(deviations), harmonics, 0.0, start);
-    // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would take the mode for noise.
+    // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would take the
+    // mode for noise.
     let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
     let found = match fit(Start::Plateau) {
         Ok(found) if sound(&found) => found,

@@ -1,26 +1,29 @@
-//! Where the forcing ends and the free decay begins, found from the record itself: for a record that holds a plateau. For
-//! others see [`super::backwards`].
+//! Where the forcing ends and the free decay begins, found from the record itself: for a record that holds a
+//! plateau. For others see [`super::backwards`].
 
 use crate::Fault;
 use crate::dsp::transform;
 use crate::ringdown::{Component, Kind, SETTLING, Solution, White, solve};
 use rijke_numerics::C64;
 
-/// Energy of a block, relative to the largest, above which it belongs to the forced plateau. Free decay leaves it
-/// after 0.08 decay times, early enough to keep most of the record for the first fit.
+/// Energy of a block, relative to the largest, above which it belongs to the forced plateau. Free decay
+/// leaves it after 0.08 decay times, early enough to keep most of the record for the first fit.
 const PLATEAU: f64 = 0.85;
-/// Deviations by which noise may raise the largest block and lower another, and the least threshold that this leaves.
+/// Deviations by which noise may raise the largest block and lower another, and the least threshold that this
+/// leaves.
 const NOISE: f64 = 2.5;
 const LEAST: f64 = 0.3;
-/// Energy of a block, relative to the largest, from which the forcing counts as risen: a second excitation may be four
-/// times as loud as the first.
+/// Energy of a block, relative to the largest, from which the forcing counts as risen: a second excitation
+/// may be four times as loud as the first.
 const RISEN: f64 = 0.05;
 
-/// Fewest samples of a block. Where a block is not a whole number of periods, the energy of a steady tone ripples.
+/// Fewest samples of a block. Where a block is not a whole number of periods, the energy of a steady tone
+/// ripples.
 const BLOCK: f64 = 20.0;
 
-/// Time over which the fall of the energy is compared, s; energy over that of the noise that is asked for; and the share of a
-/// later fall below which the first one is too slow. Neighbours make a fall uneven by a tenth or two.
+/// Time over which the fall of the energy is compared, s; energy over that of the noise that is asked for;
+/// and the share of a later fall below which the first one is too slow. Neighbours make a fall uneven by a
+/// tenth or two.
 const FALL: f64 = 0.05;
 const FAR: f64 = 1e4;
 const SLOW: f64 = 0.5;
@@ -30,8 +33,8 @@ const SLOW: f64 = 0.5;
 pub(crate) struct Envelope {
     /// Angular frequency of the strongest tone, 1/s.
     pub(crate) omega: f64,
-    /// Samples per block: one period, or a few of a tone so high that a period has few samples. Steady harmonics of the
-    /// tone then cancel.
+    /// Samples per block: one period, or a few of a tone so high that a period has few samples. Steady
+    /// harmonics of the tone then cancel.
     pub(crate) block: usize,
     /// Energy of the tone in each block, all white channels together.
     energy: Vec<f64>,
@@ -93,8 +96,8 @@ impl Envelope {
         Ok(Self { omega, block, energy })
     }
 
-    /// First and last block of the forced plateau, whose energy stays above [`PLATEAU`] of the largest, but for noise. The energy E of
-    /// a block of n samples has the standard deviation sqrt(2 n E).
+    /// First and last block of the forced plateau, whose energy stays above [`PLATEAU`] of the largest, but
+    /// for noise. The energy E of a block of n samples has the standard deviation sqrt(2 n E).
     pub(super) fn plateau(&self) -> (usize, usize) {
         let top = self.top();
         let noise = NOISE * (2.0 * self.block as f64 * top).sqrt();
@@ -113,10 +116,10 @@ impl Envelope {
         (self.plateau().1 + 2) * self.block
     }
 
-    /// Whether the amplitude grows again after it has begun to fall: the block of least energy, one in which it has
-    /// grown by then, and the factor of the amplitude. What beats with neighbouring modes and noise can do stays
-    /// below a fifth of the energy plus a fiftieth of the largest so far. A second excitation may be the louder one: the
-    /// largest so far counts, not the largest of all.
+    /// Whether the amplitude grows again after it has begun to fall: the block of least energy, one in which
+    /// it has grown by then, and the factor of the amplitude. What beats with neighbouring modes and noise
+    /// can do stays below a fifth of the energy plus a fiftieth of the largest so far. A second excitation
+    /// may be the louder one: the largest so far counts, not the largest of all.
     pub(crate) fn regrowth(&self) -> Option<Regrowth> {
         let risen = self.energy.iter().position(|&e| e >= RISEN * self.top())?;
         let (mut highest, mut least, mut found): (f64, usize, Option<usize>) = (0.0, risen, None);
@@ -135,8 +138,9 @@ impl Envelope {
         Some(Regrowth { least, grown, factor: (self.energy[grown] / self.energy[least]).sqrt() })
     }
 
-    /// Whether the amplitude falls faster later on than just after the plateau: then the plateau was an overshoot, and the forcing
-    /// goes on after it. A free decay falls as fast from its beginning. Only what is far above the noise is asked.
+    /// Whether the amplitude falls faster later on than just after the plateau: then the plateau was an
+    /// overshoot, and the forcing goes on after it. A free decay falls as fast from its beginning. Only what
+    /// is far above the noise is asked.
     pub(crate) fn falls_late(&self, channels: usize, step: f64) -> bool {
         let span = ((FALL / step) as usize / self.block).max(2);
         let first = self.plateau().1 + 1;
@@ -149,7 +153,8 @@ impl Envelope {
         (first + span..).map_while(fall).any(|late| early < SLOW * late)
     }
 
-    /// First block that is loud, and the last one before the record sinks into noise of unit variance, if any.
+    /// First block that is loud, and the last one before the record sinks into noise of unit variance, if
+    /// any.
     pub(crate) fn loud(&self, channels: usize) -> Option<(usize, usize)> {
         let (floor, top) = (LOUD * (channels * self.block) as f64, self.top());
         let first = self.energy.iter().position(|&e| e >= RISEN * top)?;
@@ -157,9 +162,9 @@ impl Envelope {
         (first <= last).then_some((first, last))
     }
 
-    /// First sample of the free decay: the change point of highest likelihood between a steady tone and the decay
-    /// `free` (fitted from sample `fitted_from` on), plus the shortest lag at which noise could still hide the tone.
-    /// None if the record holds too little steady forcing to say.
+    /// First sample of the free decay: the change point of highest likelihood between a steady tone and the
+    /// decay `free` (fitted from sample `fitted_from` on), plus the shortest lag at which noise could still
+    /// hide the tone. None if the record holds too little steady forcing to say.
     pub(crate) fn decay_start(
         &self,
         white: White<'_>,
@@ -183,11 +188,13 @@ impl Envelope {
 
 /// Longest stretch of forcing that is looked at, s.
 pub(crate) const FORCED: f64 = 0.3;
-/// Energy of a block over that of the noise above which a decay can be told from noise: amplitude ten times the noise of the block.
+/// Energy of a block over that of the noise above which a decay can be told from noise: amplitude ten times
+/// the noise of the block.
 const LOUD: f64 = 100.0;
 
-/// A stretch of forcing: a steady tone near `omega` and the mains; and the modes of `free` that the switching-on has excited, if they
-/// explain more than chance would. The tone is steady ([`Kind::Tone`]) or may grow and fade ([`Kind::Mode`]).
+/// A stretch of forcing: a steady tone near `omega` and the mains; and the modes of `free` that the
+/// switching-on has excited, if they explain more than chance would. The tone is steady ([`Kind::Tone`]) or
+/// may grow and fade ([`Kind::Mode`]).
 pub(crate) fn forced(stretch: White<'_>, omega: f64, kind: Kind, free: &Solution) -> Option<Solution> {
     let mut tones = vec![Component { s: C64::new(0.0, omega), kind }];
     tones.extend(free.components.iter().filter(|c| matches!(c.kind, Kind::Mains(_))));
@@ -202,8 +209,8 @@ pub(crate) fn forced(stretch: White<'_>, omega: f64, kind: Kind, free: &Solution
     }
 }
 
-/// The change point of highest likelihood, from row `scan_from` on, between `forced` and `free`, each with the first row of its
-/// fit, plus the shortest lag at which noise could still hide the difference.
+/// The change point of highest likelihood, from row `scan_from` on, between `forced` and `free`, each with
+/// the first row of its fit, plus the shortest lag at which noise could still hide the difference.
 pub(crate) fn change(
     white: White<'_>,
     (forced, begin): (&Solution, usize),
@@ -231,7 +238,8 @@ pub(crate) fn change(
     scan_from + change + lag
 }
 
-/// Angular frequency of the strongest tone of a stretch between two frequencies (Hz), 1/s, to a small part of its resolution.
+/// Angular frequency of the strongest tone of a stretch between two frequencies (Hz), 1/s, to a small part of
+/// its resolution.
 pub(crate) fn strongest(stretch: White<'_>, band_hz: (f64, f64)) -> Option<f64> {
     let channel = strongest_channel(stretch);
     let length = (4 * stretch.rows().max(16)).next_power_of_two();

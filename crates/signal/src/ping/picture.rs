@@ -4,7 +4,8 @@ use super::fit::{MIN_QUIET, PingFit};
 use crate::Trace;
 use rijke_numerics::C64;
 
-/// One channel of a ring-down and its fit. Points are `[x, y]`, times in s from the first sample of the record.
+/// One channel of a ring-down and its fit. Points are `[x, y]`, times in s from the first sample of the
+/// record.
 #[derive(Clone, Debug)]
 pub struct PingPicture {
     /// The channel.
@@ -50,8 +51,8 @@ impl PingFit {
     }
 }
 
-/// Amplitude density up to 1.5 kHz, the mean over some 4 Hz. The window is the falling half of Hann's: what a ring-down
-/// holds, it holds at its beginning.
+/// Amplitude density up to 1.5 kHz, the mean over some 4 Hz. The window is the falling half of Hann's: what a
+/// ring-down holds, it holds at its beginning.
 fn density(y: &[f64], rate_hz: f64) -> Vec<[f64; 2]> {
     let n = y.len();
     let window = |k: usize| 1.0 + (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).cos();

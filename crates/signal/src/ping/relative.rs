@@ -3,8 +3,9 @@
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::Ping;
 
-/// Pressures relative to the reference channel and their covariance, by the chain rule from the white amplitudes:
-/// a = U(s) b, p_m = a_m / a_ref. Every map is analytic, so each complex derivative is a 2 x 2 rotation and scaling.
+/// Pressures relative to the reference channel and their covariance, by the chain rule from the white
+/// amplitudes: a = U(s) b, p_m = a_m / a_ref. Every map is analytic, so each complex derivative is a 2 x 2
+/// rotation and scaling.
 pub(super) fn relative(
     s: C64,
     amplitudes: &[C64],

@@ -1,18 +1,20 @@
-//! Records of a converter whose steps are larger than the noise. A signal of many steps, rounded, has an error of step/sqrt(12) that is
-//! white; silence does not show it.
+//! Records of a converter whose steps are larger than the noise. A signal of many steps, rounded, has an
+//! error of step/sqrt(12) that is white; silence does not show it.
 
 use crate::{Fault, Trace};
 
 /// Noise of less than this share of a step hides in silence what quantisation does.
 const HALF: f64 = 0.5;
-/// Steps of a coarse converter down to which a decay is used, in the loudest channel: below them the samples are no longer proportional to it.
+/// Steps of a coarse converter down to which a decay is used, in the loudest channel: below them the samples
+/// are no longer proportional to it.
 const STEPS: f64 = 2.0;
 /// The same as an amplitude over the noise of quantisation.
 pub(crate) const LEAST: f64 = STEPS * 3.464_101_615;
 /// Steps that the loudest channel must have: of eight steps without noise errors are twice what is stated.
 const STEPS_NEEDED: f64 = 12.0;
 
-/// The noise of each channel, of a converter with the given steps (0 where they are fine), where silence does not show it, else none.
+/// The noise of each channel, of a converter with the given steps (0 where they are fine), where silence does
+/// not show it, else none.
 ///
 /// # Errors
 /// [`Fault::Coarse`] if no channel spans the steps that are needed.

@@ -3,18 +3,20 @@
 use super::search::Search;
 use crate::ringdown::{SETTLING, Solution, White};
 
-/// How much later the fits begin with which the first one is compared, s: a loudspeaker comes to rest within some milliseconds.
+/// How much later the fits begin with which the first one is compared, s: a loudspeaker comes to rest within
+/// some milliseconds.
 const LATER: [f64; 2] = [0.006, 0.02];
 /// Share of the decay that a later fit must keep.
 const KEPT: f64 = 0.5;
 /// Distance by which the start is moved on at a time, s, and how often.
 const MOVE: f64 = 0.002;
 const MOVES: usize = 12;
-/// Deviations of the difference beyond which fits disagree (chance does this to one pair in forty), and those at which a start that cannot be
-/// moved on any more refuses the record.
+/// Deviations of the difference beyond which fits disagree (chance does this to one pair in forty), and those
+/// at which a start that cannot be moved on any more refuses the record.
 const DISAGREE: f64 = 2.24;
 const REFUSED: f64 = 4.5;
-/// Share of the first fit's covariance that is added to that of a difference: neighbours may be fitted in one fit alone.
+/// Share of the first fit's covariance that is added to that of a difference: neighbours may be fitted in one
+/// fit alone.
 const SLACK: f64 = 0.05;
 
 /// Two fits of one decay that disagree.
@@ -26,8 +28,8 @@ pub(crate) struct Disagreement {
     pub(crate) distance: f64,
 }
 
-/// The fit and its first row, moved on until fits that begin later agree with it. Of two fits, one of which has all rows of the other,
-/// the covariance of the difference is the difference of the covariances.
+/// The fit and its first row, moved on until fits that begin later agree with it. Of two fits, one of which
+/// has all rows of the other, the covariance of the difference is the difference of the covariances.
 pub(crate) fn at_rest(
     search: &Search<'_>,
     white: White<'_>,

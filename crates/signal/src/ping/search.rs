@@ -1,5 +1,5 @@
-//! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part, then whatever
-//! tone still stands out of what is left over, one at a time.
+//! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part,
+//! then whatever tone still stands out of what is left over, one at a time.
 
 use super::options::PingOptions;
 use crate::Fault;
@@ -19,12 +19,13 @@ pub(crate) struct Search<'a> {
 
 /// Most modes added after the first guess.
 const MOST_ADDED: usize = 6;
-/// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first guess
-/// is for.
+/// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
+/// guess is for.
 const APART_HZ: f64 = 12.0;
 
 impl Search<'_> {
-    /// The modes that ESPRIT sees, the strongest in the band first, then the mains; and the first of them as ESPRIT has it.
+    /// The modes that ESPRIT sees, the strongest in the band first, then the mains; and the first of them as
+    /// ESPRIT has it.
     pub(crate) fn first_guess(&self, early: White<'_>) -> Result<(Vec<Component>, C64), Fault> {
         let decimated = self.decimated(early);
         let mains = TAU * self.options.mains_hz;
@@ -57,8 +58,8 @@ impl Search<'_> {
         Ok(solution.components)
     }
 
-    /// Fits `white` by the given components, without the weakest neighbours of the first one if the record cannot tell
-    /// them apart, and without those that are no decaying modes; `close` as in [`solve`].
+    /// Fits `white` by the given components, without the weakest neighbours of the first one if the record
+    /// cannot tell them apart, and without those that are no decaying modes; `close` as in [`solve`].
     pub(crate) fn solve(
         &self,
         white: White<'_>,
@@ -96,8 +97,8 @@ impl Search<'_> {
         !self.harmonics.iter().any(hum) && !high && s.re < 2.0 && s.re > -0.5 * s.im
     }
 
-    /// The maximum of the likelihood without what turns out to be no mode, or to be no more than noise could feign. A
-    /// spurious pole near a strong mode looks significant until both have settled.
+    /// The maximum of the likelihood without what turns out to be no mode, or to be no more than noise could
+    /// feign. A spurious pole near a strong mode looks significant until both have settled.
     fn settled(&self, decimated: &Decimated, mut components: Vec<Component>) -> Result<Solution, Fault> {
         loop {
             let count = modes(&components);
@@ -122,8 +123,8 @@ impl Search<'_> {
         }
     }
 
-    /// Drops the modes that noise alone could feign, and puts the strongest in the band first. `strength` is the energy of
-    /// each.
+    /// Drops the modes that noise alone could feign, and puts the strongest in the band first. `strength` is
+    /// the energy of each.
     fn drop_weak(
         &self,
         decimated: &Decimated,
@@ -151,8 +152,9 @@ impl Search<'_> {
         }
     }
 
-    /// The strongest damped tone in residuals of the given variance, away from the known components; none if it could
-    /// be noise. A matched filter: the transform under e^{-alpha t} with the decay of the modes found.
+    /// The strongest damped tone in residuals of the given variance, away from the known components; none if
+    /// it could be noise. A matched filter: the transform under e^{-alpha t} with the decay of the modes
+    /// found.
     fn strongest(&self, left: White<'_>, variance: f64, known: &[Component]) -> Option<Component> {
         let decays: Vec<f64> = known.iter().filter(|c| c.kind == Kind::Mode).map(|c| -c.s.re).collect();
         let alpha = 1.5 * decays.iter().sum::<f64>() / decays.len().max(1) as f64;
@@ -190,8 +192,8 @@ impl Search<'_> {
     }
 }
 
-/// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch that begins within
-/// the forcing.
+/// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch
+/// that begins within the forcing.
 pub(crate) fn has_close_neighbour(components: &[Component]) -> bool {
     let close = |c: &&Component| c.kind == Kind::Mode && (c.s.im - components[0].s.im).abs() < TAU * APART_HZ;
     components.iter().skip(1).any(|c| close(&c))
@@ -202,14 +204,16 @@ fn modes(components: &[Component]) -> usize {
     components.iter().take_while(|c| c.kind == Kind::Mode).count()
 }
 
-/// The neighbour of least energy; the last found if poles are so close that not even energies can be told apart.
+/// The neighbour of least energy; the last found if poles are so close that not even energies can be told
+/// apart.
 fn weakest(white: White<'_>, components: &[Component]) -> usize {
     let count = modes(components);
     energies(white, components)
         .map_or(count - 1, |e| (1..count).min_by(|&a, &b| e[a].total_cmp(&e[b])).unwrap_or(count - 1))
 }
 
-/// A spurious pole adapts to noise: its energy is chi-squared with two degrees of freedom per channel and two more.
+/// A spurious pole adapts to noise: its energy is chi-squared with two degrees of freedom per channel and two
+/// more.
 pub(super) fn floor(channels: usize) -> f64 {
     let freedom = 2.0 * channels as f64;
     freedom + 8.0 * (2.0 * freedom).sqrt()

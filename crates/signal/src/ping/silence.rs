@@ -3,16 +3,18 @@
 use crate::trace::about_a_line;
 use crate::{Fault, Trace};
 
-/// Stretches of the silence that are compared, and the share of them from which the level of silence is learnt: the quietest.
+/// Stretches of the silence that are compared, and the share of them from which the level of silence is
+/// learnt: the quietest.
 const STRETCHES: usize = 16;
 const QUIETEST: usize = 4;
 /// Fewest samples of a stretch.
 const LEAST: usize = 32;
-/// Amplitude over that of silence beyond which a stretch is no silence. Noise with much of 1/f stays below a half of it.
+/// Amplitude over that of silence beyond which a stretch is no silence. Noise with much of 1/f stays below a
+/// half of it.
 const LOUD: f64 = 4.0;
 
-/// Refuses a silence that holds a part of the forcing, and one that is louder than the end of the record: then the forcing begins
-/// with the record. `quiet` samples are said to be silent.
+/// Refuses a silence that holds a part of the forcing, and one that is louder than the end of the record:
+/// then the forcing begins with the record. `quiet` samples are said to be silent.
 pub(crate) fn check(trace: &Trace<'_>, quiet: usize) -> Result<(), Fault> {
     let length = (quiet / STRETCHES).max(LEAST);
     let stretches = quiet / length;

@@ -11,8 +11,9 @@ const STRETCH: f64 = 0.02;
 const CHANNEL_LIMIT: f64 = 2.3;
 /// ... and 10 sd of 8 channels together. Gaussian noise does not reach either in the lifetime of a rig.
 const TOTAL_LIMIT: f64 = 1.35;
-/// Excess of the power of all residuals over that of noise that rejects, and the same in standard deviations: the larger one counts. Noise
-/// of a rig may be louder after the forcing than before it, which the covariance allows for.
+/// Excess of the power of all residuals over that of noise that rejects, and the same in standard deviations:
+/// the larger one counts. Noise of a rig may be louder after the forcing than before it, which the covariance
+/// allows for.
 const WHOLE_LIMIT: f64 = 0.15;
 const WHOLE_DEVIATIONS: f64 = 5.0;
 /// Lags of the whiteness statistic.
@@ -32,7 +33,8 @@ pub(crate) struct Residue<'a> {
 }
 
 impl Residue<'_> {
-    /// Refuses residuals that are more than noise in some stretch, and says when, where and at which frequency.
+    /// Refuses residuals that are more than noise in some stretch, and says when, where and at which
+    /// frequency.
     pub(crate) fn check(&self, mains_hz: f64) -> Result<(), Fault> {
         let rows = ((STRETCH / self.step).round() as usize).max(16);
         let scatter = (2.0 / rows as f64).sqrt();
@@ -73,7 +75,8 @@ impl Residue<'_> {
         Err(Fault::Residual { at, channel, ratio, frequency_hz })
     }
 
-    /// Refuses residuals that are more than noise on the whole. The noise is known as well as `learnt_from` samples of a channel show it.
+    /// Refuses residuals that are more than noise on the whole. The noise is known as well as `learnt_from`
+    /// samples of a channel show it.
     pub(crate) fn check_whole(&self, learnt_from: usize) -> Result<(), Fault> {
         let count = self.samples.len() as f64;
         let power = dot(self.samples, self.samples) / count;
@@ -88,8 +91,8 @@ impl Residue<'_> {
         Err(Fault::Residual { at: self.begin, channel, ratio: power, frequency_hz })
     }
 
-    /// Ljung & Box 1978, summed over channels, as a standard normal deviate, for noise whose colour was learnt from
-    /// `learnt_from` other samples: an autocorrelation then has the variance 1/n + 1/learnt_from.
+    /// Ljung & Box 1978, summed over channels, as a standard normal deviate, for noise whose colour was
+    /// learnt from `learnt_from` other samples: an autocorrelation then has the variance 1/n + 1/learnt_from.
     pub(crate) fn whiteness(&self, learnt_from: usize) -> f64 {
         let rows = (self.samples.len() / self.channels).min(WHITENESS_ROWS);
         let samples = &self.samples[..rows * self.channels];
@@ -122,7 +125,8 @@ pub(crate) fn signal(ratios: &[f64], silent_channels: bool) -> Result<(), Fault>
     }
     let quietest = ratios.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
     match quietest {
-        // A microphone at 0.95 of an open tube sees 0.16 of the largest amplitude; an unplugged one sees none.
+        // A microphone at 0.95 of an open tube sees 0.16 of the largest amplitude; an unplugged one sees
+        // none.
         Some((channel, &ratio)) if !silent_channels && ratio < 0.01 * median => {
             Err(Fault::NoSignal { channel, ratio, median })
         }
@@ -130,8 +134,9 @@ pub(crate) fn signal(ratios: &[f64], silent_channels: bool) -> Result<(), Fault>
     }
 }
 
-/// Names what made the envelope of the tone at `mode_hz` grow again by `row`: mains hum if it is stronger there than at the
-/// start of the record and not just what leaks from the mode, a second excitation otherwise.
+/// Names what made the envelope of the tone at `mode_hz` grow again by `row`: mains hum if it is stronger
+/// there than at the start of the record and not just what leaks from the mode, a second excitation
+/// otherwise.
 pub(crate) fn regrowth(
     white: White<'_>,
     mode_hz: f64,
@@ -176,7 +181,8 @@ pub(super) fn tone(white: White<'_>, from: usize, span: usize, channel: usize, f
     2.0 * sum.norm() / span.max(1) as f64
 }
 
-/// Frequency (Hz) and amplitude of the strongest tone of one channel in the 60 ms from row `from`, on a grid of 2 Hz.
+/// Frequency (Hz) and amplitude of the strongest tone of one channel in the 60 ms from row `from`, on a grid
+/// of 2 Hz.
 fn strongest_tone(white: White<'_>, from: usize, channel: usize) -> (f64, f64) {
     let span = ((0.06 / white.step) as usize).min(white.rows());
     let from = from.min(white.rows() - span);

@@ -1,4 +1,5 @@
-//! Random noise, sweeps and periodic excitations: transfer functions between channels, and what follows from them. Must not know pings or clicks.
+//! Random noise, sweeps and periodic excitations: transfer functions between channels, and what follows from
+//! them. Must not know pings or clicks.
 
 mod spectra;
 mod swept;

@@ -28,8 +28,9 @@ pub struct TransferEstimate {
 }
 
 impl TransferEstimate {
-    /// The geometric mean of H1 and H2: the root of the ratio of the spectra, with the phase of the cross spectrum. Noise, and what echoes carry from segment to segment,
-    /// make H1 too small by the coherence; of like size in both channels, they leave this one right.
+    /// The geometric mean of H1 and H2: the root of the ratio of the spectra, with the phase of the cross
+    /// spectrum. Noise, and what echoes carry from segment to segment, make H1 too small by the coherence; of
+    /// like size in both channels, they leave this one right.
     #[must_use]
     pub fn even(&self) -> C64 {
         self.value / self.coherence.max(f64::MIN_POSITIVE).sqrt()
@@ -37,12 +38,12 @@ impl TransferEstimate {
 }
 
 impl Spectra {
-    /// Of channels of equal length in segments of so many samples with Hann's window, each half over the one before (Welch, IEEE Trans. Audio
-    /// Electroacoust. 15 (1967) 70).
+    /// Of channels of equal length in segments of so many samples with Hann's window, each half over the one
+    /// before (Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70).
     ///
     /// # Errors
-    /// [`Fault::UnequalChannels`]; [`Fault::TooShort`] for less than two segments; [`Fault::NotFinite`]; [`Fault::DeadChannel`] for one of a
-    /// single value.
+    /// [`Fault::UnequalChannels`]; [`Fault::TooShort`] for less than two segments; [`Fault::NotFinite`];
+    /// [`Fault::DeadChannel`] for one of a single value.
     pub fn welch(
         channels: &[Vec<f64>],
         rate_hz: f64,
@@ -82,13 +83,15 @@ impl Spectra {
                 }
             }
         }
-        // Segments that overlap by half share 1/36 of the variance of their neighbours: Welch's equation for Hann's window.
+        // Segments that overlap by half share 1/36 of the variance of their neighbours: Welch's equation for
+        // Hann's window.
         let count = starts.len() as f64;
         let averages = count / (1.0 + 2.0 * (count - 1.0) / count / 36.0);
         Ok(Self { frequency_hz: bins.iter().map(|k| *k as f64 * spacing).collect(), averages, cross })
     }
 
-    /// The transfer function from one channel to another. Its error is that of Bendat & Piersol, Random Data (4th ed. 2010), chapter 9.
+    /// The transfer function from one channel to another. Its error is that of Bendat & Piersol, Random Data
+    /// (4th ed. 2010), chapter 9.
     #[must_use]
     pub fn transfer(&self, from: usize, to: usize) -> Vec<TransferEstimate> {
         let one = |s: &Vec<Vec<C64>>| {
@@ -102,7 +105,8 @@ impl Spectra {
     }
 }
 
-/// Root mean squares of a channel beyond which a sample is no sound: Gaussian noise does not reach seven in a day, sines not two.
+/// Root mean squares of a channel beyond which a sample is no sound: Gaussian noise does not reach seven in a
+/// day, sines not two.
 const SPIKE: f64 = 40.0;
 
 /// The length of channels that are alike in it, finite, without a spike, and none of them of a single value.

@@ -1,11 +1,16 @@
-//! Sweeps and periodic excitations: what several microphones hear of one source, from spectra of whole records.
+//! Sweeps and periodic excitations: what several microphones hear of one source, from spectra of whole
+//! records.
 //!
-//! A record that begins and ends in silence, and a whole period of a steady response, are transformed as they are: a window would weight the frequencies of a sweep by the
-//! moment at which they sound (Müller & Massarani, J. Audio Eng. Soc. 49 (2001) 443). At one frequency of one record the spectra of the microphones are X = p a + noise
-//! with the pressures p and a source of unknown strength a. Divided by its length, X counts alike in every record and at every frequency of a band, and the sum of the
-//! products X_i* X_j over them has p as its leading eigenvector. Of two microphones that is H_v, which noise of like power in both leaves right, while H1 and H2 are
-//! off by it (Rocklin, Crowley & Vold, Proc. 3rd Int. Modal Analysis Conf. (1985) 272). Its errors are those of principal components (Brillinger, Time Series
-//! (1981), section 9.4); of two microphones they are those of Bendat & Piersol, Random Data (4th ed. 2010), section 9.1.
+//! A record that begins and ends in silence, and a whole period of a steady response, are transformed as they
+//! are: a window would weight the frequencies of a sweep by the moment at which they sound (Müller &
+//! Massarani, J. Audio Eng. Soc. 49 (2001) 443). At one frequency of one record the spectra of the
+//! microphones are X = p a + noise with the pressures p and a source of unknown strength a. Divided by its
+//! length, X counts alike in every record and at every frequency of a band, and the sum of the products X_i*
+//! X_j over them has p as its leading eigenvector. Of two microphones that is H_v, which noise of like power
+//! in both leaves right, while H1 and H2 are off by it (Rocklin, Crowley & Vold, Proc. 3rd Int. Modal
+//! Analysis Conf. (1985) 272). Its errors are those of principal components (Brillinger, Time Series (1981),
+//! section 9.4); of two microphones they are those of Bendat & Piersol, Random Data (4th ed. 2010), section
+//! 9.1.
 
 use super::spectra::{Spectra, checked};
 use crate::Fault;
@@ -37,21 +42,24 @@ pub struct Swept {
 pub struct Field {
     /// By microphone; the sum of their squares is one, and their common phase has no meaning.
     pub pressures: Vec<C64>,
-    /// Standard deviation of the real and of the imaginary part of each. Errors of different microphones are independent, but for a common factor,
-    /// which is nothing because the strength of the source is not known.
+    /// Standard deviation of the real and of the imaginary part of each. Errors of different microphones are
+    /// independent, but for a common factor, which is nothing because the strength of the source is not
+    /// known.
     pub sd: f64,
     /// Coherence of two microphones of middle level, 0 to 1.
     pub coherence: f64,
 }
 
 impl Swept {
-    /// From records of the same length. The noise is what differs between records, or between periods. Of a single one, and where that is far more, it is what differs
-    /// between the frequencies of a band beyond a linear change: a hum that is louder than the sweep is the same in all records. The first period, in which the rig
-    /// settles, is left out.
+    /// From records of the same length. The noise is what differs between records, or between periods. Of a
+    /// single one, and where that is far more, it is what differs between the frequencies of a band beyond a
+    /// linear change: a hum that is louder than the sweep is the same in all records. The first period, in
+    /// which the rig settles, is left out.
     ///
     /// # Errors
-    /// As [`Spectra::welch`]; [`Fault::TooShort`] for records of different lengths, less than two microphones or two periods, a single record with less than
-    /// three frequencies in a band, or a band without a frequency.
+    /// As [`Spectra::welch`]; [`Fault::TooShort`] for records of different lengths, less than two microphones
+    /// or two periods, a single record with less than three frequencies in a band, or a band without a
+    /// frequency.
     pub fn new(records: &[Vec<Vec<f64>>], rate_hz: f64, options: &SweptOptions) -> Result<Self, Fault> {
         let whole = records.iter().filter_map(|r| r.first()).map(Vec::len).max().unwrap_or(0);
         let length = options.period.unwrap_or(whole);
@@ -95,7 +103,8 @@ impl Swept {
             let pressures = principal(&sums).1;
             let of_bin = |k: usize| principal(&products(n, heard.iter().map(|record| &record[k])));
             let own: Vec<(f64, Vec<C64>)> = (first..first + together).map(of_bin).collect();
-            // The share of the power in each direction that differs between records, and what between frequencies.
+            // The share of the power in each direction that differs between records, and what between
+            // frequencies.
             let freedom = (n - 1) as f64;
             let within = own.iter().map(|(largest, _)| repeats as f64 - largest).sum::<f64>().max(0.0)
                 / (freedom * (together * (repeats - 1)) as f64);
@@ -117,7 +126,8 @@ impl Swept {
     }
 }
 
-/// The sum of squares of what the directions of single frequencies have beside `middle`, less what rises in proportion to frequency: over a band that is nothing.
+/// The sum of squares of what the directions of single frequencies have beside `middle`, less what rises in
+/// proportion to frequency: over a band that is nothing.
 fn bent(own: &[(f64, Vec<C64>)], middle: &[C64]) -> f64 {
     let apart = |(_, p): &(f64, Vec<C64>)| -> Vec<C64> {
         let along: C64 = middle.iter().zip(p).map(|(a, b)| a.conj() * b).sum();
@@ -164,8 +174,8 @@ fn products<'a>(n: usize, all: impl Iterator<Item = &'a Vec<C64>>) -> Vec<Vec<C6
     sums
 }
 
-/// The largest eigenvalue of such sums, and the p of unit length of which they are the products, by the power method: as exact as rounding allows where there is a signal, and
-/// not needed where there is none.
+/// The largest eigenvalue of such sums, and the p of unit length of which they are the products, by the power
+/// method: as exact as rounding allows where there is a signal, and not needed where there is none.
 fn principal(sums: &[Vec<C64>]) -> (f64, Vec<C64>) {
     let loudest = (0..sums.len()).max_by(|a, b| sums[*a][*a].re.total_cmp(&sums[*b][*b].re)).unwrap_or(0);
     // Row i is conj(p_i) p.

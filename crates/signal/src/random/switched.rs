@@ -1,9 +1,10 @@
 //! Gains of channels from records in which two of them have changed places in the same sound field.
 //!
-//! With p_m the pressure at place m and g_c the gain of channel c, channel m over channel 0 is g_m p_m/(g_0 p_0) with every channel at its own place. Where channels
-//! 0 and c have changed places, channel c over channel 0 is g_c p_0/(g_0 p_c), and channel m over channel c is g_m p_m/(g_c p_0). So the gain of
-//! channel c over that of channel 0 follows from every other channel m once, as the ratio of two transfer functions, and from its own as the root of their product. They agree
-//! as far as the sound field was the same.
+//! With p_m the pressure at place m and g_c the gain of channel c, channel m over channel 0 is g_m p_m/(g_0
+//! p_0) with every channel at its own place. Where channels 0 and c have changed places, channel c over
+//! channel 0 is g_c p_0/(g_0 p_c), and channel m over channel c is g_m p_m/(g_c p_0). So the gain of channel
+//! c over that of channel 0 follows from every other channel m once, as the ratio of two transfer functions,
+//! and from its own as the root of their product. They agree as far as the sound field was the same.
 
 use super::spectra::{Spectra, TransferEstimate};
 use crate::Fault;
@@ -17,7 +18,8 @@ pub struct SwitchedGains {
     pub frequency_hz: Vec<f64>,
     /// By channel and frequency.
     pub gains: Vec<Vec<C64>>,
-    /// Standard deviation of the real and of the imaginary part of their logarithms, by channel and frequency.
+    /// Standard deviation of the real and of the imaginary part of their logarithms, by channel and
+    /// frequency.
     pub relative_sd: Vec<Vec<f64>>,
     /// How far every estimate is from the gain that all of them make.
     pub pairs: Vec<GainPair>,
@@ -40,8 +42,9 @@ pub struct GainPair {
 const SHARED: f64 = 1.5;
 
 impl SwitchedGains {
-    /// From a record with every channel at its own place, and one for every channel but 0 that changed places with channel 0. The logarithm of a
-    /// gain is a sum of so many Legendre polynomials of frequency, fitted with the weights that coherence gives.
+    /// From a record with every channel at its own place, and one for every channel but 0 that changed places
+    /// with channel 0. The logarithm of a gain is a sum of so many Legendre polynomials of frequency, fitted
+    /// with the weights that coherence gives.
     ///
     /// # Errors
     /// [`Fault::TooShort`] for less frequencies than two for each polynomial, or a channel without a record.
@@ -121,7 +124,8 @@ struct Curve {
 }
 
 impl Curve {
-    /// Fits polynomials to numbers with standard deviations; what scatters more than these makes the error larger.
+    /// Fits polynomials to numbers with standard deviations; what scatters more than these makes the error
+    /// larger.
     fn fitted(basis: &[Vec<f64>], data: Vec<(C64, f64)>) -> Result<Self, Fault> {
         let p = basis.first().map_or(0, Vec::len);
         let mut normal = Matrix::zeros(p, p);
@@ -154,7 +158,8 @@ impl Curve {
     }
 }
 
-/// The mean of several estimates, weighted by their errors. They share records, and so errors: the mean is taken to be no better than they are.
+/// The mean of several estimates, weighted by their errors. They share records, and so errors: the mean is
+/// taken to be no better than they are.
 fn mean(curves: &[(usize, Curve)]) -> Option<Curve> {
     let weights: Vec<f64> = curves.iter().map(|(_, c)| c.size().powi(-2)).collect();
     let (all, n) = (weights.iter().sum::<f64>(), curves.first()?.1.values.len());

@@ -17,18 +17,20 @@ pub struct TransmissionTube {
 /// What a specimen does at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transmitted {
-    /// Transmission coefficient of waves of pressure with an end that reflects nothing, of a specimen that is symmetric and reciprocal.
+    /// Transmission coefficient of waves of pressure with an end that reflects nothing, of a specimen that is
+    /// symmetric and reciprocal.
     pub coefficient: C64,
     /// Energy that leaves it downstream over energy that enters it upstream: 1 if it takes none.
     pub energy: f64,
-    /// Waves that run downstream, behind it over before it, and waves that run upstream, before it over behind it, each with the phase of
-    /// empty tube taken away: both 1 if there is nothing.
+    /// Waves that run downstream, behind it over before it, and waves that run upstream, before it over
+    /// behind it, each with the phase of empty tube taken away: both 1 if there is nothing.
     pub through: [C64; 2],
 }
 
 impl TransmissionTube {
-    /// From the pressures at the microphones; none if a side has less than two microphones, or those cannot tell the waves apart. The two waves of each side
-    /// are fitted by least squares; Song & Bolton, J. Acoust. Soc. Am. 107 (2000) 1131.
+    /// From the pressures at the microphones; none if a side has less than two microphones, or those cannot
+    /// tell the waves apart. The two waves of each side are fitted by least squares; Song & Bolton, J.
+    /// Acoust. Soc. Am. 107 (2000) 1131.
     #[must_use]
     pub fn transmitted(&self, frequency_hz: f64, pressures: &[C64]) -> Option<Transmitted> {
         let k = TAU * frequency_hz / self.sound_speed;
@@ -63,7 +65,8 @@ impl TransmissionTube {
         })
     }
 
-    /// Transmission loss in dB, and its standard deviation from errors of the pressures (relative, of real and imaginary part), of the places (m) and of the speed of sound (relative).
+    /// Transmission loss in dB, and its standard deviation from errors of the pressures (relative, of real
+    /// and imaginary part), of the places (m) and of the speed of sound (relative).
     #[must_use]
     pub fn loss(
         &self,

@@ -10,13 +10,14 @@ use rijke_numerics::Matrix;
 pub struct Repeats {
     /// Mean over the accepted repeats.
     pub mean: Vec<f64>,
-    /// Covariance of the mean: within / count, and on the diagonal what else the repeats' scatter calls for, such that two
-    /// standard deviations hold the truth in 95 % of all cases whatever the number of repeats ([`pool`] learns the
-    /// scatter from several points). Errors common to all repeats are not in it.
+    /// Covariance of the mean: within / count, and on the diagonal what else the repeats' scatter calls for,
+    /// such that two standard deviations hold the truth in 95 % of all cases whatever the number of repeats
+    /// ([`pool`] learns the scatter from several points). Errors common to all repeats are not in it.
     pub covariance: Matrix,
     /// Mean over the repeats of the covariance stated for one of them.
     pub within: Matrix,
-    /// Variance between repeats beyond what their noise explains, per number; zero where it is not significant (5 %).
+    /// Variance between repeats beyond what their noise explains, per number; zero where it is not
+    /// significant (5 %).
     pub between: Vec<f64>,
     /// Drift per repeat, and its standard deviation, per number.
     pub drift: Vec<(f64, f64)>,
@@ -33,12 +34,13 @@ const OUTLIER: f64 = 6.0;
 /// Normal deviate whose probability is that of a false outlier by the scatter of the repeats: 1e-5.
 const RARE: f64 = 4.417;
 
-/// Combines repeats with equal weights. `values` holds, per repeat, its place in time (an index will do), the numbers
-/// measured and their covariance; `names` says what the numbers are.
+/// Combines repeats with equal weights. `values` holds, per repeat, its place in time (an index will do), the
+/// numbers measured and their covariance; `names` says what the numbers are.
 ///
-/// A repeat is an outlier if one of its numbers lies more than 6 stated standard deviations from the median, and so far
-/// in terms of the median absolute deviation that few repeats would show it once in 1e5. From three repeats almost
-/// nothing is an outlier, from 40 what lies beyond 6.6. None if there is no repeat at all.
+/// A repeat is an outlier if one of its numbers lies more than 6 stated standard deviations from the median,
+/// and so far in terms of the median absolute deviation that few repeats would show it once in 1e5. From
+/// three repeats almost nothing is an outlier, from 40 what lies beyond 6.6. None if there is no repeat at
+/// all.
 #[must_use]
 pub fn combine(values: &[(f64, Vec<f64>, Matrix)], names: &dyn Fn(usize) -> String) -> Option<Repeats> {
     let size = values.first()?.1.len();
@@ -111,9 +113,10 @@ pub fn combine(values: &[(f64, Vec<f64>, Matrix)], names: &dyn Fn(usize) -> Stri
     Some(repeats)
 }
 
-/// Learns the scatter between repeats from several points together, and states the covariance of each mean accordingly.
-/// All points hold the same numbers; how much repeats scatter may differ from point to point, but is no surprise at any:
-/// the logarithm of the variance is taken as normal over the points. For one point as [`combine`] has it already.
+/// Learns the scatter between repeats from several points together, and states the covariance of each mean
+/// accordingly. All points hold the same numbers; how much repeats scatter may differ from point to point,
+/// but is no surprise at any: the logarithm of the variance is taken as normal over the points. For one point
+/// as [`combine`] has it already.
 pub fn pool(points: &mut [&mut Repeats]) {
     let size = points.iter().map(|p| p.mean.len()).min().unwrap_or(0);
     for point in points.iter_mut() {
@@ -135,9 +138,9 @@ pub fn pool(points: &mut [&mut Repeats]) {
     }
 }
 
-/// Distance from the median, in standard deviations estimated by the median absolute deviation of `count` normal
-/// numbers, that is exceeded once in 1e5: Student's t by Wallace 1959. That estimate is as certain as a
-/// standard deviation with 0.37 times the degrees of freedom.
+/// Distance from the median, in standard deviations estimated by the median absolute deviation of `count`
+/// normal numbers, that is exceeded once in 1e5: Student's t by Wallace 1959. That estimate is as certain as
+/// a standard deviation with 0.37 times the degrees of freedom.
 fn rare_deviate(count: usize) -> f64 {
     let freedom = 0.37 * (count as f64 - 1.0);
     let z = RARE * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
@@ -165,7 +168,8 @@ mod tests {
 
     #[test]
     fn exact_scatter_within_and_between_add_up() {
-        // Sample variance 2.5: with 1.0 explained by noise, 1.5 is left over (limit for 4 degrees of freedom: 2.37).
+        // Sample variance 2.5: with 1.0 explained by noise, 1.5 is left over (limit for 4 degrees of freedom:
+        // 2.37).
         let r = repeats(&[1.0, 2.0, 3.0, 4.0, 5.0], 1.0);
         assert!((r.mean[0] - 3.0).abs() < 1e-15 && (r.between[0] - 1.5).abs() < 1e-12);
         assert!((r.drift[0].0 - 1.0).abs() < 1e-12 && (r.squares[0] - 10.0).abs() < 1e-12);

@@ -1,12 +1,14 @@
-//! The error of a mean of few repeats: the scatter of the same quantity at all points, and what each fit says of its noise.
+//! The error of a mean of few repeats: the scatter of the same quantity at all points, and what each fit says
+//! of its noise.
 //!
-//! Repeats of one quantity at point k scatter with the variance w_k + b_k: w_k is the noise that the fits state, b_k what
-//! comes on top (draughts, say). Two or three repeats hardly say how large b_k is; those of all points do. The hierarchical
-//! model: ln b_k is normal about mu with deviation tau, both learnt from all points (flat prior of mu and of the three tau
-//! tried), the sum of squares of n repeats is chi-squared with n - 1 degrees of freedom times w_k + b_k. The mean of a
-//! point, b_k integrated out, then has heavier tails than a normal one. The variance that is returned is that of the
-//! normal distribution with the same 95.45 % interval: "two standard deviations" means what it says. With many repeats it
-//! is (w + b)/n; a single point of two repeats has nearly the interval of Student's t with one degree of freedom.
+//! Repeats of one quantity at point k scatter with the variance w_k + b_k: w_k is the noise that the fits
+//! state, b_k what comes on top (draughts, say). Two or three repeats hardly say how large b_k is; those of
+//! all points do. The hierarchical model: ln b_k is normal about mu with deviation tau, both learnt from all
+//! points (flat prior of mu and of the three tau tried), the sum of squares of n repeats is chi-squared with
+//! n - 1 degrees of freedom times w_k + b_k. The mean of a point, b_k integrated out, then has heavier tails
+//! than a normal one. The variance that is returned is that of the normal distribution with the same 95.45 %
+//! interval: "two standard deviations" means what it says. With many repeats it is (w + b)/n; a single point
+//! of two repeats has nearly the interval of Student's t with one degree of freedom.
 
 use rijke_numerics::dot;
 
@@ -29,9 +31,9 @@ impl Group {
 
 /// Steps of ln b: the likelihood of 40 repeats is 0.23 wide.
 const STEP: f64 = 0.2;
-/// Least b, relative to the least noise: less cannot be told from none. With one point and two or three repeats it decides
-/// how much they are believed when they happen to agree; at this value intervals of two deviations cover 93 % or more,
-/// whatever the ratio of scatter and noise.
+/// Least b, relative to the least noise: less cannot be told from none. With one point and two or three
+/// repeats it decides how much they are believed when they happen to agree; at this value intervals of two
+/// deviations cover 93 % or more, whatever the ratio of scatter and noise.
 const LEAST: f64 = 0.01;
 /// Largest b, relative to the largest variance seen.
 const LARGEST: f64 = 1e5;
@@ -131,8 +133,9 @@ fn half_width(group: &Group, scatter: &[f64], weights: &[f64]) -> f64 {
     crossing(over, low, high).exp()
 }
 
-/// Where a falling function crosses zero between `low` and `high`, to rounding: false position that halves the value of an end which stays
-/// (Illinois; Dowell & Jarratt, BIT 11 (1971) 168). Where it does not cross, the end at which it is nearest.
+/// Where a falling function crosses zero between `low` and `high`, to rounding: false position that halves
+/// the value of an end which stays (Illinois; Dowell & Jarratt, BIT 11 (1971) 168). Where it does not cross,
+/// the end at which it is nearest.
 fn crossing(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let (mut at_low, mut at_high) = (f(low), f(high));
     if at_low <= 0.0 || at_high >= 0.0 {
@@ -196,8 +199,8 @@ mod tests {
         assert_eq!(variances_of_means(&[group(0.0, 0.0, 2)]), [0.0]);
     }
 
-    /// Share of truths inside two stated deviations: `points` points of `count` repeats, scatter over noise `ratio` (as
-    /// variances) that differs from point to point by a deviation `spread` of its logarithm.
+    /// Share of truths inside two stated deviations: `points` points of `count` repeats, scatter over noise
+    /// `ratio` (as variances) that differs from point to point by a deviation `spread` of its logarithm.
     fn coverage(points: usize, count: usize, ratio: f64, spread: f64, seeds: u64) -> f64 {
         let freedom = count as f64 - 1.0;
         let (mut inside, mut all) = (0.0, 0.0);
@@ -238,7 +241,8 @@ mod tests {
         for count in [2, 3, 5, 40] {
             for ratio in [0.0, 1.0, 10.0, 100.0, 1e4] {
                 let share = coverage(1, count, ratio, 0.0, 1000);
-                // Twice the error of a share of 1000 below 93 %. Where noise is all there is, few repeats cannot tell.
+                // Twice the error of a share of 1000 below 93 %. Where noise is all there is, few repeats
+                // cannot tell.
                 assert!(share > 0.916, "{count} repeats, scatter {ratio}: {share}");
             }
         }

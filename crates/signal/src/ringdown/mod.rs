@@ -1,4 +1,5 @@
-//! Sums of damped exponentials in white noise: a first guess by subspaces, then maximum likelihood. Must not know what rang.
+//! Sums of damped exponentials in white noise: a first guess by subspaces, then maximum likelihood. Must not
+//! know what rang.
 
 mod component;
 pub(crate) mod pencil;

@@ -1,10 +1,12 @@
-//! A first guess of the frequencies: ESPRIT (Roy & Kailath 1989) on the record, decimated, all channels together.
+//! A first guess of the frequencies: ESPRIT (Roy & Kailath 1989) on the record, decimated, all channels
+//! together.
 
 use super::white::White;
 use crate::Fault;
 use rijke_numerics::{C64, Matrix, complex_eigenvalues, symmetric_eigen};
 
-/// Length of the shifted windows, in decimated samples; their subspace of at most [`MAX_POLES`] carries the signal.
+/// Length of the shifted windows, in decimated samples; their subspace of at most [`MAX_POLES`] carries the
+/// signal.
 const WINDOW: usize = 36;
 /// Largest number of poles taken: two for every real tone.
 const MAX_POLES: usize = 16;
@@ -20,7 +22,8 @@ pub(crate) struct Decimated {
 }
 
 impl Decimated {
-    /// Keeps frequencies up to 0.4 times the new sampling rate, which is `factor` times lower than the old one.
+    /// Keeps frequencies up to 0.4 times the new sampling rate, which is `factor` times lower than the old
+    /// one.
     pub(crate) fn new(white: White<'_>, factor: usize) -> Self {
         let half = if factor == 1 { 0 } else { 4 * factor };
         let taps = low_pass(half, 0.4 / factor as f64);
@@ -62,8 +65,8 @@ fn low_pass(half: usize, cut: f64) -> Vec<f64> {
     taps
 }
 
-/// Poles s (1/s, positive frequency only) of the exponentials that all channels share, in no particular order. More
-/// may be returned than are real: the caller keeps those that explain the record.
+/// Poles s (1/s, positive frequency only) of the exponentials that all channels share, in no particular
+/// order. More may be returned than are real: the caller keeps those that explain the record.
 pub(crate) fn poles(data: &Decimated) -> Result<Vec<C64>, Fault> {
     let white = data.white();
     let (channels, samples) = (white.channels, white.samples);

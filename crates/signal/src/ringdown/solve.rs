@@ -1,10 +1,10 @@
 //! Several damped exponentials shared by all channels: maximum likelihood by variable projection.
 //!
-//! The model of a white multichannel record is y_m(t) = sum_k Re(b_km e^{s_k t}) + white noise. The amplitudes b are
-//! linear and are eliminated (Golub & Pereyra 1973); the frequencies follow from Gauss-Newton steps with Kaufman's
-//! Jacobian. Every quantity needed is a sum over samples of products of exponentials, powers of time and data: those
-//! without data have a closed form, so one pass over the record per step is all the cost, 8 flops per sample, channel
-//! and component that still sounds.
+//! The model of a white multichannel record is y_m(t) = sum_k Re(b_km e^{s_k t}) + white noise. The
+//! amplitudes b are linear and are eliminated (Golub & Pereyra 1973); the frequencies follow from
+//! Gauss-Newton steps with Kaufman's Jacobian. Every quantity needed is a sum over samples of products of
+//! exponentials, powers of time and data: those without data have a closed form, so one pass over the record
+//! per step is all the cost, 8 flops per sample, channel and component that still sounds.
 
 use super::component::{Component, Kind};
 use super::sums::{grams, lengths, project};
@@ -33,8 +33,8 @@ pub(crate) struct Solution {
     sensitivity: Vec<Matrix>,
 }
 
-/// The free frequencies: `(component, direction)` pairs, direction 0 growth rate, 1 frequency. The mains fundamental,
-/// if any, comes last and is listed once.
+/// The free frequencies: `(component, direction)` pairs, direction 0 growth rate, 1 frequency. The mains
+/// fundamental, if any, comes last and is listed once.
 fn parameters(components: &[Component]) -> Vec<(usize, usize)> {
     let mut list = Vec::new();
     for (k, component) in components.iter().enumerate() {
@@ -54,18 +54,20 @@ fn parameters(components: &[Component]) -> Vec<(usize, usize)> {
 const MAX_STEPS: usize = 25;
 /// The iteration ends when a step is this small in standard deviations: its error is then second order.
 const SMALL_STEP: f64 = 1e-3;
-/// A neighbour near the noise may keep wandering: then it is enough that the first component has settled to this.
+/// A neighbour near the noise may keep wandering: then it is enough that the first component has settled to
+/// this.
 const SETTLED: f64 = 0.05;
 /// After so many steps only half of each is taken: a weak neighbour may overshoot to and fro.
 const HALF_STEPS: usize = 8;
 
-/// Length of a full step, in standard deviations, after which no other is needed. Gauss-Newton contracts by the ratio of
-/// residual to signal: what is left is far below a hundredth of a standard deviation.
+/// Length of a full step, in standard deviations, after which no other is needed. Gauss-Newton contracts by
+/// the ratio of residual to signal: what is left is far below a hundredth of a standard deviation.
 pub(crate) const SETTLING: f64 = 0.03;
 /// The same where a better fit follows.
 pub(crate) const SEARCHING: f64 = 0.3;
 
-/// Maximises the likelihood from the given first guess, until a step is shorter than `close` standard deviations.
+/// Maximises the likelihood from the given first guess, until a step is shorter than `close` standard
+/// deviations.
 pub(crate) fn solve(white: White<'_>, start: &[Component], close: f64) -> Result<Solution, Fault> {
     let energy = white.energy();
     let mut state = State::new(white, start.to_vec(), energy)?;
@@ -100,8 +102,8 @@ pub(crate) fn solve(white: White<'_>, start: &[Component], close: f64) -> Result
     if last < SETTLED { state.finish() } else { Err(Fault::NotConverged { steps: MAX_STEPS, step: last }) }
 }
 
-/// Energy that each component alone explains when all are fitted with their frequencies as given: the squares of its
-/// amplitudes over their variances, summed over channels.
+/// Energy that each component alone explains when all are fitted with their frequencies as given: the squares
+/// of its amplitudes over their variances, summed over channels.
 pub(crate) fn energies(white: White<'_>, components: &[Component]) -> Result<Vec<f64>, Fault> {
     let state = State::new(white, components.to_vec(), 0.0)?;
     energies_of(
@@ -179,8 +181,8 @@ impl State {
         Ok(Self { components, free, coefficients, slopes, linear, mixed, projected, residual, freedom })
     }
 
-    /// Derivative of the model of channel `m` in the derivative columns: `(free frequency, column, value)` where it is
-    /// not zero.
+    /// Derivative of the model of channel `m` in the derivative columns: `(free frequency, column, value)`
+    /// where it is not zero.
     fn directions(&self, m: usize) -> Vec<(usize, usize, f64)> {
         let c = self.coefficients.row(m);
         let mut entries = Vec::with_capacity(2 * c.len());
@@ -292,8 +294,8 @@ impl Solution {
         energies_of(&self.linear, |k, m| self.amplitudes[k][m], self.sensitivity.len())
     }
 
-    /// Covariance, for unit noise, of (growth rate, frequency) of mode `k` and of the real and imaginary parts of its
-    /// white amplitudes, channel by channel.
+    /// Covariance, for unit noise, of (growth rate, frequency) of mode `k` and of the real and imaginary
+    /// parts of its white amplitudes, channel by channel.
     pub(crate) fn mode_covariance(&self, k: usize) -> Matrix {
         let channels = self.sensitivity.len();
         let free = parameters(&self.components);

@@ -18,7 +18,8 @@ pub(super) fn lengths(components: &[Component], rows: usize, step: f64) -> Vec<u
     components.iter().map(length).collect()
 }
 
-/// Sums of y e^{st} and of t y e^{st} over the first `length` samples, written to the two columns of component `k`.
+/// Sums of y e^{st} and of t y e^{st} over the first `length` samples, written to the two columns of
+/// component `k`.
 pub(super) fn project(
     white: White<'_>,
     s: C64,
@@ -47,9 +48,9 @@ pub(super) fn project(
     }
 }
 
-/// Sums of y Re z^n, -y Im z^n, n y Re z^n and -n y Im z^n for `N` channels from number `from` on. The sums with n
-/// follow from the sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which spares their
-/// multiplications.
+/// Sums of y Re z^n, -y Im z^n, n y Re z^n and -n y Im z^n for `N` channels from number `from` on. The sums
+/// with n follow from the sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which
+/// spares their multiplications.
 struct Sums<'a, const N: usize> {
     white: White<'a>,
     from: usize,
@@ -82,8 +83,8 @@ impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
     }
 }
 
-/// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound, weighted
-/// with 1, t and t^2.
+/// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound,
+/// weighted with 1, t and t^2.
 pub(super) fn grams(components: &[Component], lengths: &[usize], step: f64) -> [Matrix; 3] {
     let size = 2 * components.len();
     let mut grams: [Matrix; 3] = std::array::from_fn(|_| Matrix::zeros(size, size));
@@ -112,8 +113,8 @@ pub(super) fn grams(components: &[Component], lengths: &[usize], step: f64) -> [
     grams
 }
 
-/// Sums of n^p z^n for n from 0 to `count` - 1 and p = 0, 1, 2, where z is the exponential of `exponent`: in closed
-/// form, or by doubling where z^n hardly turns or decays, and the closed form would lose digits.
+/// Sums of n^p z^n for n from 0 to `count` - 1 and p = 0, 1, 2, where z is the exponential of `exponent`: in
+/// closed form, or by doubling where z^n hardly turns or decays, and the closed form would lose digits.
 fn power_sums(exponent: C64, count: usize) -> [C64; 3] {
     let half = (0.5 * exponent.im).sin();
     let growth = exponent.re.exp();

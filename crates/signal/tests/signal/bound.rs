@@ -1,5 +1,5 @@
-//! The Cramer-Rao bound of a damped sinusoid: the Fisher matrix written out in [`crate::ringing`], against reference
-//! values computed elsewhere, and against the closed form for long windows.
+//! The Cramer-Rao bound of a damped sinusoid: the Fisher matrix written out in [`crate::ringing`], against
+//! reference values computed elsewhere, and against the closed form for long windows.
 
 use crate::ringing::Ringing;
 use rijke_numerics::C64;

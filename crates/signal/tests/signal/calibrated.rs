@@ -1,4 +1,5 @@
-//! Everything returned covers the truth after the delays of the channels were learnt from a few clicks and removed.
+//! Everything returned covers the truth after the delays of the channels were learnt from a few clicks and
+//! removed.
 
 use crate::clicking::Clicking;
 use crate::ringing::Ringing;
@@ -102,7 +103,8 @@ fn oracle_intervals_cover_after_calibration() {
 fn oracle_intervals_cover_after_2000_calibrations() {
     let rows = study(2000);
     for (k, row) in rows.iter().enumerate() {
-        // The gain of the last channel carries a stated systematic error (0.4 %), which these reflections do not have.
+        // The gain of the last channel carries a stated systematic error (0.4 %), which these reflections do
+        // not have.
         let highest = if k == 22 { 1.0 } else { 0.98 };
         assert!((0.92..=highest).contains(&row[2]), "{k}: {row:?}");
     }

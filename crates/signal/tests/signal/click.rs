@@ -28,8 +28,8 @@ fn fit_paced(
     fit_click(&trace, &ClickOptions { reflection: Some(reflection), ..ClickOptions::default() })
 }
 
-/// Per channel: mean error over its sd, mean square of the same, coverage of 2 sd, variance over the bound of the direct
-/// impulse alone, and over that with the unknown reflection; mean error in samples.
+/// Per channel: mean error over its sd, mean square of the same, coverage of 2 sd, variance over the bound of
+/// the direct impulse alone, and over that with the unknown reflection; mean error in samples.
 fn study(clicking: &Clicking, count: u64) -> Vec<[f64; 6]> {
     let truth = clicking.arrivals();
     let clean = clicking.clean();

@@ -1,5 +1,5 @@
-//! Synthetic clicks: one band-limited impulse that travels along a tube, is reflected at its far end and again at its
-//! near end, recorded by channels with delays and gains.
+//! Synthetic clicks: one band-limited impulse that travels along a tube, is reflected at its far end and
+//! again at its near end, recorded by channels with delays and gains.
 
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{Cholesky, Matrix, Streams};
@@ -42,7 +42,8 @@ impl Clicking {
         }
     }
 
-    /// Lag of the reflection behind the direct impulse: the tube is 1 m long, with an end correction of 14.5 mm.
+    /// Lag of the reflection behind the direct impulse: the tube is 1 m long, with an end correction of 14.5
+    /// mm.
     pub(crate) fn gaps(&self) -> Vec<f64> {
         self.positions.iter().map(|x| 2.0 * (1.0145 - x) / self.sound_speed).collect()
     }
@@ -74,7 +75,8 @@ impl Clicking {
         (0..8).map(|m| (0..self.length).map(|n| heard(m, arrivals[m], n)).collect()).collect()
     }
 
-    /// The reflection of an impulse `shape` at the far end, which reflects high frequencies less: it comes back smoothed.
+    /// The reflection of an impulse `shape` at the far end, which reflects high frequencies less: it comes
+    /// back smoothed.
     fn reflected(&self, late: f64, shape: &dyn Fn(f64) -> f64) -> f64 {
         let weight = -self.reflection / 9.0;
         (-4..=4).map(|j| weight * shape(late - 1.2e-5 * f64::from(j))).sum()
@@ -98,10 +100,11 @@ impl Clicking {
         clean.iter().enumerate().map(noisy).collect()
     }
 
-    /// As [`Self::bound`], with the reflection of unknown shape in the window from 0.8 ms before to 0.8 ms after the impulse,
-    /// where it overlaps (channels 6 and 7), or the window that ends before it; a parabola in every channel. The unknowns
-    /// are times, gains, 13 samples of a waveform of less than 5 kHz, and five taps of the reflection that are known
-    /// beforehand to `tolerance`: the Fisher matrix with every column written out at the truth.
+    /// As [`Self::bound`], with the reflection of unknown shape in the window from 0.8 ms before to 0.8 ms
+    /// after the impulse, where it overlaps (channels 6 and 7), or the window that ends before it; a parabola
+    /// in every channel. The unknowns are times, gains, 13 samples of a waveform of less than 5 kHz, and five
+    /// taps of the reflection that are known beforehand to `tolerance`: the Fisher matrix with every column
+    /// written out at the truth.
     pub(crate) fn bound_with_reflection(&self, pivot: usize, tolerance: f64) -> Matrix {
         let (half, gaps) = (0.8e-3, self.gaps());
         let (taps, coefficients) = (5, 13);
@@ -158,8 +161,9 @@ impl Clicking {
         })
     }
 
-    /// Covariance bound of the arrival times for an unknown common waveform of bandwidth below half the sampling
-    /// rate, gains unknown, noise of unit variance, direct impulse alone; relative to channel `pivot`.
+    /// Covariance bound of the arrival times for an unknown common waveform of bandwidth below half the
+    /// sampling rate, gains unknown, noise of unit variance, direct impulse alone; relative to channel
+    /// `pivot`.
     pub(crate) fn bound(&self, pivot: usize) -> Matrix {
         // Fisher information of a shift for known waveform: sum of squared slopes, per channel.
         let slope: f64 = (-2000..2000)

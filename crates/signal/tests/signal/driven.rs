@@ -1,5 +1,5 @@
-//! Pings of a loudspeaker that drives modes as oscillators, switched on and off within the record: nothing is a plateau by
-//! construction. Not the pulse or the forcing of the laboratory.
+//! Pings of a loudspeaker that drives modes as oscillators, switched on and off within the record: nothing is
+//! a plateau by construction. Not the pulse or the forcing of the laboratory.
 
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -129,8 +129,8 @@ impl Driven {
         fit_ping(&trace, &PingOptions { reference, band_hz, highest_hz, ..PingOptions::default() })
     }
 
-    /// Shares of growth rate and frequency inside two stated deviations, root mean square of error over deviation, and the
-    /// number refused.
+    /// Shares of growth rate and frequency inside two stated deviations, root mean square of error over
+    /// deviation, and the number refused.
     pub(crate) fn study(&self, name: &str, count: u64) -> ([f64; 2], [f64; 2], usize) {
         let fits: Vec<_> = (0..count).into_par_iter().map(|seed| self.fit(seed)).collect();
         let (mut inside, mut squares, mut n, mut refused) = ([0.0; 2], [0.0; 2], 0.0, 0);

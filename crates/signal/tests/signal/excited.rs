@@ -46,7 +46,8 @@ fn oracle_cross_spectra_are_plain_sums() {
     assert!((1.0 / found.averages - (0.2 + double)).abs() < 1e-12, "{}", found.averages);
 }
 
-/// A record of a sound field of two waves and their echoes, channel c at place `order[c]`, with gains of the channels a_c + b_c z^-1, and noise.
+/// A record of a sound field of two waves and their echoes, channel c at place `order[c]`, with gains of the
+/// channels a_c + b_c z^-1, and noise.
 fn record(order: &[usize], stream: &mut Stream) -> Vec<Vec<f64>> {
     const LENGTH: usize = 40_000;
     const GAINS: [[f64; 2]; 3] = [[1.0, 0.0], [1.1, 0.05], [0.8, -0.08]];
@@ -111,7 +112,8 @@ fn coverage_gains_of_switched_channels_lie_within_their_errors() {
     assert!((0.88..=1.0).contains(&share), "{within} of {all}");
 }
 
-/// Microphones 0.5, 0.3 and 0.2 m before and behind a thin mass at 1 m, and the pressures there with an end that reflects.
+/// Microphones 0.5, 0.3 and 0.2 m before and behind a thin mass at 1 m, and the pressures there with an end
+/// that reflects.
 fn tube_with_mass(f: f64, sound_speed: f64) -> (TransmissionTube, Vec<C64>, C64) {
     let places = vec![0.5, 0.7, 0.8, 1.2, 1.3, 1.5];
     let tube = TransmissionTube { places: places.clone(), between: [1.0, 1.0], sound_speed };
@@ -176,7 +178,8 @@ fn oracle_errors_of_the_loss_are_those_of_random_trials() {
 const MODES: [[f64; 3]; 5] =
     [[-14.0, 150.0, 1.0], [-17.0, 222.0, 0.5], [-19.0, 293.0, 0.9], [-22.0, 368.0, 0.5], [-25.0, 446.0, 0.4]];
 
-/// 10 ms of silence, a blow, and the decay; in two channels that are the same, as recorders of one microphone write them.
+/// 10 ms of silence, a blow, and the decay; in two channels that are the same, as recorders of one microphone
+/// write them.
 fn struck(noise: f64, stream: &mut Stream) -> Vec<Vec<f64>> {
     let rate = 8000.0;
     let phases: Vec<f64> = MODES.iter().map(|_| TAU * normal(stream)).collect();
@@ -219,7 +222,8 @@ fn coverage_modes_of_a_blow_lie_within_their_errors() {
             }
         }
     }
-    // Starts share most of the record, so that their scatter adds to an error that is there already: more than 95 %.
+    // Starts share most of the record, so that their scatter adds to an error that is there already: more
+    // than 95 %.
     let share = f64::from(within) / f64::from(all);
     assert!((0.93..=1.0).contains(&share), "{within} of {all}");
 }

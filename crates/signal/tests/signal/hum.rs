@@ -5,8 +5,8 @@ use rijke_numerics::C64;
 use rijke_signal::{Fault, PingOptions, Trace, fit_ping};
 use std::f64::consts::TAU;
 
-/// A quarter-wave tube at 67.5 Hz with its next mode at 234 Hz, driven for 0.6 s: the build-up is not over. Four pascals in noise of
-/// 0.2 Pa, and hum of a given amplitude in Pa at 50, 100 and 150 Hz.
+/// A quarter-wave tube at 67.5 Hz with its next mode at 234 Hz, driven for 0.6 s: the build-up is not over.
+/// Four pascals in noise of 0.2 Pa, and hum of a given amplitude in Pa at 50, 100 and 150 Hz.
 fn quarter_wave(growth_rate: f64, hum: f64, detuned: f64) -> Driven {
     Driven {
         rate_hz: 25_600.0,

@@ -9,8 +9,9 @@ fn root_mean_square(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
 }
 
-/// Growth rate from a straight line through the logarithm of the envelope of the strongest channel, as far as the
-/// envelope is above three times the noise: demodulation at the known frequency and a mean over four periods.
+/// Growth rate from a straight line through the logarithm of the envelope of the strongest channel, as far as
+/// the envelope is above three times the noise: demodulation at the known frequency and a mean over four
+/// periods.
 fn log_decrement(y: &[f64], rate_hz: f64, omega: f64, noise: f64) -> f64 {
     let period = (std::f64::consts::TAU / omega * rate_hz * 4.0) as usize;
     let turned: Vec<C64> =
@@ -34,8 +35,8 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     top / points.iter().map(|p| (p.0 - mt).powi(2)).sum::<f64>()
 }
 
-/// Growth rate from a straight line through the logarithm of the Hilbert envelope of one channel, as far as it is above
-/// three times the noise.
+/// Growth rate from a straight line through the logarithm of the Hilbert envelope of one channel, as far as
+/// it is above three times the noise.
 fn hilbert_decrement(y: &[f64], rate_hz: f64, noise: f64) -> f64 {
     let mut planner = rustfft::FftPlanner::new();
     let mut z: Vec<C64> = y.iter().map(|v| C64::from(*v)).collect();
@@ -93,13 +94,13 @@ fn raw_correlation(a: &[f64], b: &[f64], rate_hz: f64) -> f64 {
 enum Weighting {
     /// None: Hannan & Thomson's of maximum likelihood where noise is white and the impulse is alone.
     Plain,
-    /// The phase transform: every frequency alike. Without an average over records the smoothed coherence transform
-    /// (SCOT) is the same.
+    /// The phase transform: every frequency alike. Without an average over records the smoothed coherence
+    /// transform (SCOT) is the same.
     Phase,
 }
 
-/// Delay of `b` behind `a`, both windowed to 0.8 ms about `at` samples and limited to 0.3 to 4 kHz: the peak of their
-/// weighted cross-correlation, interpolated 16 times and refined by a parabola.
+/// Delay of `b` behind `a`, both windowed to 0.8 ms about `at` samples and limited to 0.3 to 4 kHz: the peak
+/// of their weighted cross-correlation, interpolated 16 times and refined by a parabola.
 fn weighted_correlation(a: &[f64], b: &[f64], at: [usize; 2], rate_hz: f64, weighting: Weighting) -> f64 {
     let (half, length, fine) = ((0.8e-3 * rate_hz) as usize, 512, 16);
     let mut planner = rustfft::FftPlanner::new();

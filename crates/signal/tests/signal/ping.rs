@@ -10,8 +10,8 @@ fn fit(ringing: &Ringing, channels: &[Vec<f64>]) -> Result<PingFit, Fault> {
     fit_ping(&trace, &PingOptions { reference: 5, ..PingOptions::default() })
 }
 
-/// Over `count` records, for growth rate and frequency: bias over sd, variance over the bound, coverage of 2 sd; then
-/// the mean coverage of the relative pressures, and the number of records refused.
+/// Over `count` records, for growth rate and frequency: bias over sd, variance over the bound, coverage of 2
+/// sd; then the mean coverage of the relative pressures, and the number of records refused.
 struct Study {
     bias: [f64; 2],
     variance: [f64; 2],

@@ -1,5 +1,5 @@
-//! Calibration clicks of any shape, length and sampling rate in a tube whose end reflects as the exact integrals of Levine and
-//! Schwinger say. Not the pulse of the laboratory.
+//! Calibration clicks of any shape, length and sampling rate in a tube whose end reflects as the exact
+//! integrals of Levine and Schwinger say. Not the pulse of the laboratory.
 
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -66,7 +66,8 @@ impl Tube {
         (0..8).map(|m| 0.25 + 0.1 * f64::from(m)).collect()
     }
 
-    /// The end's reflection, referred to the plane of the mouth: interpolated between exact values, and on from the last two.
+    /// The end's reflection, referred to the plane of the mouth: interpolated between exact values, and on
+    /// from the last two.
     fn end(ka: f64) -> C64 {
         const EXACT: [(f64, f64, f64); 8] = [
             (0.0, 1.0, 0.612_701),
@@ -154,8 +155,9 @@ impl Tube {
         ChannelDelays::calibrate(&clicks, self.rate_hz).map_err(|cause| cause.to_string())
     }
 
-    /// Errors of gains over stated deviation and of delays (less the first channel's) over theirs, over calibrations; the
-    /// largest error of a gain and of a delay (s); the number of calibrations refused, with the first reason.
+    /// Errors of gains over stated deviation and of delays (less the first channel's) over theirs, over
+    /// calibrations; the largest error of a gain and of a delay (s); the number of calibrations refused, with
+    /// the first reason.
     fn study(&self, own: bool, seeds: u64) -> Study {
         let (clean, quiet) = self.clean();
         let all: Vec<_> =
@@ -223,8 +225,8 @@ fn shapes() -> Vec<(Shape, f64)> {
         .into_iter()
         .map(|f| (Shape::Ricker(f), 62_500.0))
         .collect();
-    // At 1500 Hz the lobes of a slope are as far apart as the impulse and its inverted reflection at the last microphone:
-    // docs/records/signal.md, what is not reached.
+    // At 1500 Hz the lobes of a slope are as far apart as the impulse and its inverted reflection at the last
+    // microphone: docs/records/signal.md, what is not reached.
     all.push((Shape::Slope(600.0), 62_500.0));
     all.extend([4000.0, 9000.0].map(|r| (Shape::Sudden(r), 62_500.0)));
     all.extend([900.0, 2000.0].map(|f| (Shape::Burst(f), 62_500.0)));
@@ -242,7 +244,8 @@ fn coverage_of_calibrations_with_clicks_of_any_shape() {
         let name = format!("{shape:?} at {rate_hz} Hz");
         let study = Tube::new(shape, rate_hz).study(true, 12);
         study.say(&name);
-        // 84 numbers, whose systematic errors are the same in all 12 calibrations. Impulses that are not Ricker's may be refused.
+        // 84 numbers, whose systematic errors are the same in all 12 calibrations. Impulses that are not
+        // Ricker's may be refused.
         let simple = matches!(shape, Shape::Ricker(_));
         let short = |i: usize| !study.pulls.is_empty() && study.inside(i) < 0.83;
         if simple && study.refused > 0 || short(0) || short(1) {

@@ -131,8 +131,8 @@ fn behaviour_every_fault_is_named() {
                 "| {name} | {size} | {named} of {used} | {right_all_the_same} | {} |",
                 others.join("; ")
             );
-            // A leak of a tenth may be so strong that no decay is found, and one of a hundredth so faint that it shifts the fit by four
-            // deviations unseen.
+            // A leak of a tenth may be so strong that no decay is found, and one of a hundredth so faint that
+            // it shifts the fit by four deviations unseen.
             let allowed = if name.contains("leaks") { 2 } else { 0 };
             if named + right_all_the_same + allowed < used {
                 wrong.push(format!("{name} {size}"));

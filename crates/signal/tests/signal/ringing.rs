@@ -24,7 +24,8 @@ pub(crate) struct Ringing {
 }
 
 impl Ringing {
-    /// A tube's fundamental and octave at eight microphones; amplitude over noise `ratio` at the strongest one.
+    /// A tube's fundamental and octave at eight microphones; amplitude over noise `ratio` at the strongest
+    /// one.
     pub(crate) fn tube(growth_rate: f64, ratio: f64) -> Self {
         let shape = |k: f64, x: f64| C64::new((std::f64::consts::PI * k * x).sin(), 0.03 * x);
         let positions: Vec<f64> = (0..8).map(|m| 0.25 + 0.1 * f64::from(m)).collect();
@@ -88,8 +89,8 @@ impl Ringing {
             .collect()
     }
 
-    /// Covariance bound (Cramer-Rao) of growth rate and frequency of the first mode for white noise and the decay
-    /// alone, all modes unknown, amplitudes unknown: the Fisher matrix with every column written out.
+    /// Covariance bound (Cramer-Rao) of growth rate and frequency of the first mode for white noise and the
+    /// decay alone, all modes unknown, amplitudes unknown: the Fisher matrix with every column written out.
     pub(crate) fn bound(&self, harmonics: u32) -> Matrix {
         let channels = self.modes[0].1.len();
         let frequencies = 2 * self.modes.len() + usize::from(harmonics > 0);

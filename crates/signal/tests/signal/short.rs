@@ -7,7 +7,8 @@ use rijke_numerics::{C64, Streams};
 use rijke_signal::{Fault, PingFit};
 use std::f64::consts::TAU;
 
-/// Any rig: rate, mode, decay, number of channels and level of noise by lot, with a tail of so many decay times.
+/// Any rig: rate, mode, decay, number of channels and level of noise by lot, with a tail of so many decay
+/// times.
 pub(crate) fn any(seed: u64, tail: f64) -> Driven {
     let mut stream = Streams::new(seed).stream("any rig");
     let mut lot = |low: f64, high: f64| low * (high / low).powf(stream.random::<f64>());
@@ -30,8 +31,8 @@ pub(crate) fn any(seed: u64, tail: f64) -> Driven {
     }
 }
 
-/// Of growth rate and frequency: shares inside two stated deviations, root mean square of error over deviation; the largest of both;
-/// records used and refused.
+/// Of growth rate and frequency: shares inside two stated deviations, root mean square of error over
+/// deviation; the largest of both; records used and refused.
 pub(crate) struct Tally {
     pub(crate) inside: [f64; 2],
     pub(crate) rms: [f64; 2],

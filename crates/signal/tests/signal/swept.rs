@@ -29,7 +29,8 @@ fn sweep() -> Vec<f64> {
     (0..4096).map(sample).collect()
 }
 
-/// What the first `count` microphones hear of a source, with white noise. Before its beginning the source is what it is before its end.
+/// What the first `count` microphones hear of a source, with white noise. Before its beginning the source is
+/// what it is before its end.
 fn record(source: &[f64], count: usize, noise: f64, stream: &mut Stream) -> Vec<Vec<f64>> {
     let n = source.len();
     let channel = |paths: &[(usize, f64)]| -> Vec<f64> {
@@ -77,7 +78,8 @@ fn oracle_spectra_are_plain_sums_and_fields_their_eigenvectors() {
         let t = transfers[band];
         assert!((t.value - all[0][2] / all[0][0]).norm() < 1e-9);
         assert!((t.coherence - all[0][2].norm_sqr() / (all[0][0] * all[2][2]).re).abs() < 1e-9);
-        // The eigenvector turns into itself, and nothing is larger than its eigenvalue: the sum of squares of the others is what the matrix has more.
+        // The eigenvector turns into itself, and nothing is larger than its eigenvalue: the sum of squares of
+        // the others is what the matrix has more.
         let field = &found.fields[band];
         let times = |sums: &[[C64; 3]; 3], p: &[C64]| -> Vec<C64> {
             (0..3).map(|j| (0..3).map(|i| sums[i][j] * p[i]).sum()).collect()
@@ -156,7 +158,8 @@ fn exact_two_microphones_give_the_errors_of_bendat_and_piersol() {
     }
 }
 
-/// Shares of errors of transfer functions over the first microphone that lie within 1.96 stated standard deviations, over 200 seeds.
+/// Shares of errors of transfer functions over the first microphone that lie within 1.96 stated standard
+/// deviations, over 200 seeds.
 fn inside(of: impl Fn(&mut Stream) -> Swept) -> f64 {
     let (mut within, mut all) = (0_u32, 0_u32);
     for seed in 0..200 {

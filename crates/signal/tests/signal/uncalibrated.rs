@@ -1,4 +1,5 @@
-//! A set of records without calibration clicks: growth rate and frequency are had, shapes stand on what is stated.
+//! A set of records without calibration clicks: growth rate and frequency are had, shapes stand on what is
+//! stated.
 
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{C64, Streams};

@@ -10,15 +10,16 @@ pub struct HeatedFit {
     pub share: [f64; 2],
     /// Heat transfer to the wall, W/(m^2 K), likewise.
     pub cooling: [f64; 2],
-    /// Error of the rise of the gas at every point by itself, relative, as a standard deviation: what readings scatter by beyond their own
-    /// errors. The root mean square of what it may be, which counts in the errors of the gas.
+    /// Error of the rise of the gas at every point by itself, relative, as a standard deviation: what
+    /// readings scatter by beyond their own errors. The root mean square of what it may be, which counts in
+    /// the errors of the gas.
     pub scatter: f64,
     /// Quantiles of what it may be: 2.5 and 97.5 %.
     pub scatter_within: [f64; 2],
     /// Mean and standard deviation of both before the readings.
     prior: [[f64; 2]; 2],
-    /// Every place of readings: m, how much they read more than the model on average, K, and the standard deviation of that by what is stated of
-    /// readings and ambient temperature.
+    /// Every place of readings: m, how much they read more than the model on average, K, and the standard
+    /// deviation of that by what is stated of readings and ambient temperature.
     pub thermometers: Vec<[f64; 3]>,
 }
 
@@ -26,8 +27,9 @@ pub struct HeatedFit {
 const CONFLICT: f64 = 4.0;
 
 impl HeatedFit {
-    /// `against` is how much a reading lies above the model, K, and the standard deviation of its ambient temperature; none where there is no
-    /// model. Readings of one place are weighted by their stated errors; those of the ambient temperature are shared.
+    /// `against` is how much a reading lies above the model, K, and the standard deviation of its ambient
+    /// temperature; none where there is no model. Readings of one place are weighted by their stated errors;
+    /// those of the ambient temperature are shared.
     pub(super) fn new(
         found: &Found,
         prior: [[f64; 2]; 2],

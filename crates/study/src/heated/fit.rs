@@ -1,12 +1,14 @@
 //! Share of the power, heat transfer to the wall, and scatter of the rise by readings.
 //!
-//! A reading at x of point p is T_amb + a + r(x) (1 + tau z) + e: r is the rise that share and heat transfer give, a the error of the ambient
-//! temperature of the day, z a unit normal number of the point by itself, and e the stated error of the reading. a and z are integrated over
-//! in closed form, share and heat transfer by Laplace's method at every tau, tau by a sum. What is handed on are the moments of that mixture.
+//! A reading at x of point p is T_amb + a + r(x) (1 + tau z) + e: r is the rise that share and heat transfer
+//! give, a the error of the ambient temperature of the day, z a unit normal number of the point by itself,
+//! and e the stated error of the reading. a and z are integrated over in closed form, share and heat transfer
+//! by Laplace's method at every tau, tau by a sum. What is handed on are the moments of that mixture.
 //!
-//! Before the readings, tau has half of a Student's t distribution with 4 degrees of freedom and scale [`SCALE`], a weakly informative
-//! prior for a standard deviation of which few groups tell (Gelman, Bayesian Analysis 1, 515 (2006), section 2.2); a half-Cauchy
-//! has no variance to hand on. It is centred at zero, which it does not exclude.
+//! Before the readings, tau has half of a Student's t distribution with 4 degrees of freedom and scale
+//! [`SCALE`], a weakly informative prior for a standard deviation of which few groups tell (Gelman, Bayesian
+//! Analysis 1, 515 (2006), section 2.2); a half-Cauchy has no variance to hand on. It is centred at zero,
+//! which it does not exclude.
 
 use super::gas::{Heated, Reading};
 use crate::Problem;
@@ -27,8 +29,9 @@ pub(super) struct Found {
     pub(super) within: [f64; 2],
 }
 
-/// Scale of the prior of tau. Meters of power are good to 1 % of the value, controllers of flow to 1 or 2 %, and gas that is not mixed over the
-/// cross-section adds some 2 %. Half of the prior is below 2.2 %, one part in twenty above 8 %.
+/// Scale of the prior of tau. Meters of power are good to 1 % of the value, controllers of flow to 1 or 2 %,
+/// and gas that is not mixed over the cross-section adds some 2 %. Half of the prior is below 2.2 %, one part
+/// in twenty above 8 %.
 const SCALE: f64 = 0.03;
 
 /// Values of tau: enough for the posterior of thousands of points, whose relative width is (2 points)^(-1/2).
@@ -119,7 +122,8 @@ fn given(groups: &Groups, tau: f64, prior: [[f64; 2]; 2], mut values: [f64; 2]) 
     None
 }
 
-/// Columns of a Gram matrix: slopes by share and heat transfer, then what readings miss, the error of the ambient temperature, the rise.
+/// Columns of a Gram matrix: slopes by share and heat transfer, then what readings miss, the error of the
+/// ambient temperature, the rise.
 type Gram = [[f64; 5]; 5];
 const OFF: usize = 2;
 const AMBIENT: usize = 3;
@@ -152,7 +156,8 @@ fn add(to: &mut Gram, what: impl Fn(usize, usize) -> f64) {
     }
 }
 
-/// Adds `variance` times column `k` times itself to C, by the formula of Sherman and Morrison. Returns the change of ln det C.
+/// Adds `variance` times column `k` times itself to C, by the formula of Sherman and Morrison. Returns the
+/// change of ln det C.
 fn spread(gram: &mut Gram, k: usize, variance: f64) -> f64 {
     let (old, grown) = (*gram, 1.0 + variance * gram[k][k]);
     add(gram, |i, j| -variance * old[i][k] * old[k][j] / grown);

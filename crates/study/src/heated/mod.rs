@@ -1,11 +1,12 @@
-//! Gas that a part heats and the wall cools, in a forced flow that is a factor: the base states of all points from readings of
-//! thermometers.
+//! Gas that a part heats and the wall cools, in a forced flow that is a factor: the base states of all points
+//! from readings of thermometers.
 //!
-//! Upstream of the part the gas has the ambient temperature. There it rises by eta Q/(m c_p), and behind it falls as
-//! exp(-h P x/(m c_p)): a plug of gas in a duct of perimeter P whose wall stays at the ambient temperature (Incropera & DeWitt,
-//! Fundamentals of Heat and Mass Transfer, section 8.3). eta and h are one number each for all points, with the priors of
-//! `study.toml`; their error is shared by all. What the readings of a point differ by from that, beyond their own errors, is an
-//! error of its rise: that of meters of power and flow, and of gas that is not mixed. Its size is inferred too.
+//! Upstream of the part the gas has the ambient temperature. There it rises by eta Q/(m c_p), and behind it
+//! falls as exp(-h P x/(m c_p)): a plug of gas in a duct of perimeter P whose wall stays at the ambient
+//! temperature (Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, section 8.3). eta and h are one
+//! number each for all points, with the priors of `study.toml`; their error is shared by all. What the
+//! readings of a point differ by from that, beyond their own errors, is an error of its rise: that of meters
+//! of power and flow, and of gas that is not mixed. Its size is inferred too.
 
 mod compared;
 mod fit;

@@ -20,7 +20,8 @@ fn heated(power: f64, flow: f64, day: &str) -> Heated {
     }
 }
 
-/// Points of two days, two powers and two flows, their errors of the ambient temperature and of the rise, and their readings.
+/// Points of two days, two powers and two flows, their errors of the ambient temperature and of the rise, and
+/// their readings.
 struct Drawn {
     points: Vec<Option<Heated>>,
     errors: Vec<[f64; 2]>,
@@ -81,7 +82,8 @@ fn oracle_readings_give_back_what_made_them() {
     assert!(found.within[0] < 1e-3 && found.within[1] > found.scatter, "{:?}", found.within);
 }
 
-/// Moments by brute force: the density of readings with its dense covariance, on a grid of share, heat transfer and ln tau.
+/// Moments by brute force: the density of readings with its dense covariance, on a grid of share, heat
+/// transfer and ln tau.
 #[test]
 fn oracle_moments_by_sums_over_a_grid() {
     for (count, scatter) in [(3, 0.0), (3, 0.03), (8, 0.01)] {
@@ -179,7 +181,8 @@ fn coverage(count: usize, scatter: Option<f64>) -> [f64; 2] {
 #[test]
 fn coverage_of_the_gas_at_old_and_new_points() {
     for count in [3, 20] {
-        // Scatter as its prior has it, then the same in all draws: what is not excluded counts, so that none is covered too often.
+        // Scatter as its prior has it, then the same in all draws: what is not excluded counts, so that none
+        // is covered too often.
         for (scatter, least, most) in
             [(None, 0.92, 0.98), (Some(0.0), 0.95, 1.0), (Some(0.01), 0.92, 1.0), (Some(0.03), 0.92, 0.98)]
         {

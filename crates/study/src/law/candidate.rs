@@ -18,7 +18,8 @@ pub struct Candidate {
     pub cite: Vec<String>,
     /// Anything else that a reader should know.
     pub note: String,
-    /// The candidate, of another role, whose place it takes in a model; it can be part of no model without that one.
+    /// The candidate, of another role, whose place it takes in a model; it can be part of no model without
+    /// that one.
     pub extends: Option<String>,
     /// Its parameters, in the order of the file.
     pub parameters: Vec<Parameter>,
@@ -30,7 +31,8 @@ pub struct Candidate {
     pub mean_flow: Option<MeanFlow>,
 }
 
-/// Waves in a gas that flows: convection, and the balances of mass, momentum and energy across every jump of area and temperature.
+/// Waves in a gas that flows: convection, and the balances of mass, momentum and energy across every jump of
+/// area and temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MeanFlow {
@@ -62,13 +64,13 @@ pub struct Hears {
     pub distance: usize,
     /// On which side.
     pub downstream: bool,
-    /// Whether the law is per heat of the mean flow through the place itself, (T_2 - T)/T A/A_2: elsewhere the temperature and the area are
-    /// those that are there.
+    /// Whether the law is per heat of the mean flow through the place itself, (T_2 - T)/T A/A_2: elsewhere
+    /// the temperature and the area are those that are there.
     pub of_mean: bool,
 }
 
-/// The coefficient that an effect adds to: equations (1) and (2) of Juniper & Yoko 2022, p2 - p1 = -k_mu u1 - k_mp p1,
-/// u2 - u1 = -k_eu u1 - k_ep p1; per metre where the law acts along a stretch.
+/// The coefficient that an effect adds to: equations (1) and (2) of Juniper & Yoko 2022, p2 - p1 = -k_mu u1 -
+/// k_mp p1, u2 - u1 = -k_eu u1 - k_ep p1; per metre where the law acts along a stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Coefficient {
     /// k_mu: velocity into momentum, kg/(m^2 s); per metre kg/(m^3 s).

@@ -27,8 +27,8 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// Reads a list of rows of frequency, gain and phase, or the name of a table in `folder`, and fits it; `of` is the formula that stands in the
-    /// place of s.
+    /// Reads a list of rows of frequency, gain and phase, or the name of a table in `folder`, and fits it;
+    /// `of` is the formula that stands in the place of s.
     ///
     /// # Errors
     /// [`Problem::Value`], [`Problem::Csv`], [`Problem::Table`].
@@ -118,7 +118,8 @@ fn said(doubt: Doubt) -> String {
     }
 }
 
-/// The fit as a formula. A pole and its conjugate make r/(s - p) + r*/(s - p*) = (2 Re r s - 2 Re(r p*))/(s^2 - 2 Re p s + |p|^2).
+/// The fit as a formula. A pole and its conjugate make r/(s - p) + r*/(s - p*) = (2 Re r s - 2 Re(r
+/// p*))/(s^2 - 2 Re p s + |p|^2).
 fn text(table: &Table, of: &str) -> String {
     let s = if of == "s" { "s".to_owned() } else { format!("({of})") };
     let mut sum = format!("({:e})", table.constant);

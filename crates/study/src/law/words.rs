@@ -8,7 +8,8 @@ use rijke_formula::{Context, Formula, Scope};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// What a law's text may name besides the scope: parameters, named subexpressions, and the numbers of its part by their bare names.
+/// What a law's text may name besides the scope: parameters, named subexpressions, and the numbers of its
+/// part by their bare names.
 pub(crate) struct Words<'a> {
     pub(crate) scope: &'a Scope,
     pub(crate) parameters: &'a [String],
@@ -16,12 +17,14 @@ pub(crate) struct Words<'a> {
     pub(crate) definitions: &'a [(String, String)],
     /// Bare name, and name in the scope.
     pub(crate) own: &'a [(String, String)],
-    /// Whether a number of the part comes before a parameter of the same name: in the laws that an element brings.
+    /// Whether a number of the part comes before a parameter of the same name: in the laws that an element
+    /// brings.
     pub(crate) own_first: bool,
 }
 
 impl Words<'_> {
-    /// Reads the law of `coefficient` at `place`; `at` is where its text stands. Adds the definitions that it needs to `used`.
+    /// Reads the law of `coefficient` at `place`; `at` is where its text stands. Adds the definitions that it
+    /// needs to `used`.
     pub(crate) fn law(
         &self,
         text: &str,

@@ -48,7 +48,8 @@ pub enum Base {
     Ambient,
     /// The temperatures of the rig's ducts, and the ambient one where they have none.
     Rig,
-    /// States that were inferred before, of these points; the others have the ambient temperature and no flow.
+    /// States that were inferred before, of these points; the others have the ambient temperature and no
+    /// flow.
     States(Selection),
     /// Gas that a part heats in a forced flow, from readings of thermometers in `observations/readings.csv`.
     HeatedFlow(HeatedFlow),
@@ -67,7 +68,8 @@ pub struct HeatedFlow {
     /// Share of the power that goes into the gas, before the readings: mean and standard deviation.
     #[serde(default = "share")]
     pub share: [f64; 2],
-    /// Coefficient of heat transfer to the wall behind the part, W/(m^2 K), before the readings: mean and standard deviation.
+    /// Coefficient of heat transfer to the wall behind the part, W/(m^2 K), before the readings: mean and
+    /// standard deviation.
     #[serde(default = "cooling")]
     pub cooling: [f64; 2],
 }
@@ -143,7 +145,8 @@ impl Stage {
 }
 
 impl Plan {
-    /// The roles that stages and questions name, and the candidates that are part of no model because nothing names theirs.
+    /// The roles that stages and questions name, and the candidates that are part of no model because nothing
+    /// names theirs.
     pub(crate) fn unused<'a>(&self, catalogue: &'a Catalogue) -> (BTreeSet<&str>, Vec<&'a Candidate>) {
         let mut roles: BTreeSet<&str> = BTreeSet::new();
         let mut ids: BTreeSet<&str> = BTreeSet::new();

@@ -47,7 +47,8 @@ pub enum Ask {
 /// A coefficient that is free at every point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointByPoint {
-    /// Role and candidate; the coefficient is the first law of the one whose role the stage's model does not have.
+    /// Role and candidate; the coefficient is the first law of the one whose role the stage's model does not
+    /// have.
     pub with: BTreeMap<String, String>,
     /// Roles of the stage's model that are taken away.
     pub without: Vec<String>,

@@ -1,4 +1,5 @@
-//! Complex numbers over frequency from columns: of a text without headings, or by name from a table or from arrays.
+//! Complex numbers over frequency from columns: of a text without headings, or by name from a table or from
+//! arrays.
 
 use super::doubts::{self, Angle, Rows};
 use crate::{Problem, StudyError};
@@ -37,7 +38,8 @@ const ROLES: [(&str, Role); 7] = [
     ("-", Role::Ignored),
 ];
 
-/// Reads the key `columns`: a list of headings of a text without any, or a table of heading and name in the file.
+/// Reads the key `columns`: a list of headings of a text without any, or a table of heading and name in the
+/// file.
 pub(super) fn declared(value: &Toml) -> Result<Vec<Column>, Problem> {
     let need =
         "a list as [\"f [Hz]\", \"re [1]\", \"im [1]\"], or a table as { \"f [Hz]\" = \"name in the file\" }";

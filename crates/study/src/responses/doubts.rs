@@ -11,7 +11,8 @@ pub(super) struct Rows {
     pub(super) values: Vec<C64>,
     pub(super) sd: Vec<f64>,
     pub(super) lines: Vec<usize>,
-    /// The unit in which phases were given; none where there are none, or where these values are quotients of them.
+    /// The unit in which phases were given; none where there are none, or where these values are quotients of
+    /// them.
     pub(super) phases: Option<Angle>,
 }
 
@@ -29,7 +30,8 @@ impl Angle {
     }
 }
 
-/// Neighbours that are the same number to the last bit are one number written several times from this count on.
+/// Neighbours that are the same number to the last bit are one number written several times from this count
+/// on.
 const REPEATED: usize = 3;
 /// A passive load is taken for one up to this |R|: noise makes it 1 and a little.
 const PASSIVE: f64 = 1.02;
@@ -119,8 +121,8 @@ pub(super) fn twice(before: &ObservedResponse, now: &ObservedResponse) -> Option
     known.into_iter().find(here).map(|(f, _)| *f)
 }
 
-/// Whether phases in radians may be degrees, for neighbours then lie turns apart, or phases in degrees radians: none is then beyond pi, and
-/// some are near it.
+/// Whether phases in radians may be degrees, for neighbours then lie turns apart, or phases in degrees
+/// radians: none is then beyond pi, and some are near it.
 pub(super) fn phase(rows: &Rows) -> Option<String> {
     let unit = rows.phases?;
     if rows.values.len() < 4 {

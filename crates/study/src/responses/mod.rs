@@ -1,8 +1,9 @@
-//! Observed responses: impedances, reflection coefficients, pressures of unknown sources, transfer functions, flame transfer functions
-//! over frequency.
+//! Observed responses: impedances, reflection coefficients, pressures of unknown sources, transfer functions,
+//! flame transfer functions over frequency.
 //!
-//! `observations/observations.toml` declares them in `[[response]]`. The numbers are in files of their own, in the folder of the
-//! observations or, where they are other people's, in one that an environment variable names.
+//! `observations/observations.toml` declares them in `[[response]]`. The numbers are in files of their own,
+//! in the folder of the observations or, where they are other people's, in one that an environment variable
+//! names.
 
 mod columns;
 mod doubts;
@@ -44,26 +45,30 @@ pub struct ObservedResponse {
     pub frequency_hz: Vec<f64>,
     /// The numbers.
     pub values: Vec<C64>,
-    /// Standard deviation of the real and of the imaginary part of each, as it was measured; empty if none was. The noise of a stage comes on
-    /// top, in quadrature.
+    /// Standard deviation of the real and of the imaginary part of each, as it was measured; empty if none
+    /// was. The noise of a stage comes on top, in quadrature.
     pub sd: Vec<f64>,
 }
 
 /// What a response is.
 #[derive(Clone, Debug)]
 pub enum ResponseKind {
-    /// Reflection coefficient g/f of the rig at a port, looking into it; impedances are turned into these, which have no poles.
+    /// Reflection coefficient g/f of the rig at a port, looking into it; impedances are turned into these,
+    /// which have no poles.
     Reflection {
         /// The port: [`Place::Upstream`].
         at: Place,
-        /// Area, m^2, of the tube whose wave impedance the data refer to; that of the rig at the port if none is stated.
+        /// Area, m^2, of the tube whose wave impedance the data refer to; that of the rig at the port if none
+        /// is stated.
         reference_area: Option<f64>,
     },
-    /// Pressure at a microphone, of sources of unknown strength, over the root mean square of all microphones then.
+    /// Pressure at a microphone, of sources of unknown strength, over the root mean square of all microphones
+    /// then.
     Pressure {
         /// The microphone.
         microphone: usize,
-        /// The excitation, as the file calls it: what its microphones heard at one frequency is of the same sources.
+        /// The excitation, as the file calls it: what its microphones heard at one frequency is of the same
+        /// sources.
         excitation: String,
         /// Where waves of unknown pressure enter: [`Place::Upstream`], [`Place::Downstream`], or both.
         sources: Vec<Place>,
@@ -75,7 +80,8 @@ pub enum ResponseKind {
         /// The one below.
         from: usize,
     },
-    /// A factor times the coefficient that the candidates give at a place: a flame transfer function from k_eu.
+    /// A factor times the coefficient that the candidates give at a place: a flame transfer function from
+    /// k_eu.
     Law {
         /// Where.
         at: Place,

@@ -44,19 +44,22 @@ pub struct ResponseStage {
     /// Of pressures only those at these microphones; all if empty.
     #[serde(default)]
     pub microphones: Vec<String>,
-    /// The factor whose value the responses share that one instrument measured in one state: its errors are the same in all of them.
+    /// The factor whose value the responses share that one instrument measured in one state: its errors are
+    /// the same in all of them.
     pub session: Option<String>,
     /// Independent noise of the real and of the imaginary part of each number.
     #[serde(default = "floated")]
     pub noise: SdSpec,
     /// An error of the model that is correlated along frequency; none if absent.
     pub misfit: Option<MisfitSpec>,
-    /// Whether other maxima of the posterior are looked for and the evidence is checked: some hundred calls of the model.
+    /// Whether other maxima of the posterior are looked for and the evidence is checked: some hundred calls
+    /// of the model.
     #[serde(default)]
     pub checked: bool,
 }
 
-/// A model error, independent for every response and for real and imaginary part, that is a smooth random function of frequency.
+/// A model error, independent for every response and for real and imaginary part, that is a smooth random
+/// function of frequency.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MisfitSpec {

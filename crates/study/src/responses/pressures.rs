@@ -1,4 +1,5 @@
-//! Pressures at several microphones, of sources of unknown strength: a table with a row for every frequency and excitation.
+//! Pressures at several microphones, of sources of unknown strength: a table with a row for every frequency
+//! and excitation.
 
 use super::doubts::{self, Angle, Rows};
 use crate::source::listed;
@@ -35,11 +36,13 @@ pub(super) struct Heard {
     /// Rows in the file, within the band or not.
     pub(super) of: usize,
     pub(super) frequency_hz: Vec<f64>,
-    /// Microphone, its pressures, and the standard deviation of both parts of each; empty if none was measured.
+    /// Microphone, its pressures, and the standard deviation of both parts of each; empty if none was
+    /// measured.
     pub(super) pressures: Vec<(usize, Vec<C64>, Vec<f64>)>,
 }
 
-/// Reads the key `columns`: headings, and their names in the file. `names` are the microphones of the rig; `sources` how many waves are unknown.
+/// Reads the key `columns`: headings, and their names in the file. `names` are the microphones of the rig;
+/// `sources` how many waves are unknown.
 pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result<Table, Problem> {
     let need = "a table as { \"f [Hz]\" = \"frequency\", excitation = \"case\", p1 = \"Mic1\", ... } with p1, or p1_re and p1_im, or \
                 p1_abs and p1_arg [deg], of more microphones than waves are unknown; p1_sd of all of them or of none";
@@ -107,7 +110,8 @@ fn column(text: &str, name: String, wanted: &'static str, needed: bool) -> Resul
     Ok(Column { name, factor, stated })
 }
 
-/// Reads a file: the excitations in the order of the file, and what is doubtful. Rows outside of the band are passed over.
+/// Reads a file: the excitations in the order of the file, and what is doubtful. Rows outside of the band are
+/// passed over.
 pub(super) fn read(
     path: &Path,
     table: &Table,
@@ -213,7 +217,8 @@ pub(super) fn read(
         }
         let of_microphone = |p: &Vec<C64>| -> Vec<C64> { keep.iter().map(|&k| p[k] / level(k)).collect() };
         let heard: Vec<Vec<C64>> = pressures.iter().map(of_microphone).collect();
-        // The sources are unknown: what varies smoothly with frequency is the pressure over that of another microphone.
+        // The sources are unknown: what varies smoothly with frequency is the pressure over that of another
+        // microphone.
         let relative = |p: &Vec<C64>| Rows {
             frequency_hz: keep.iter().map(|&k| frequency_hz[k]).collect(),
             values: p.iter().zip(&heard[0]).map(|(a, b)| a / b).collect(),

@@ -29,13 +29,16 @@ const fn or(name: &'static str, unit: &'static str, default: &'static str) -> Ke
     Key { name, unit, default: Some(default) }
 }
 
-/// Compact elements between ducts. `transfer` is N(s)/D(s) e^(-s delay), with a first-order filter, see [`transfer`].
+/// Compact elements between ducts. `transfer` is N(s)/D(s) e^(-s delay), with a first-order filter, see
+/// [`transfer`].
 pub(super) const COMPACT: [Kind; 8] = [
     Kind { name: "device", keys: &[], laws: &[] },
-    // Heat release in proportion to velocity: k_eu = -gain F(s). With `n`, Q'/Q = n F u'/U and the mean heat is that of the
-    // temperature rise, so that gain = n (T_2 - T)/T A/A_2 (Dowling & Stow 2003, with the reference just upstream).
+    // Heat release in proportion to velocity: k_eu = -gain F(s). With `n`, Q'/Q = n F u'/U and the mean heat
+    // is that of the temperature rise, so that gain = n (T_2 - T)/T A/A_2 (Dowling & Stow 2003, with the
+    // reference just upstream).
     Kind { name: "flame", keys: &[need("gain", "1")], laws: &[(Eu, "-(gain)*(transfer)")] },
-    // A plate with a hole, or with many: inertia rho l_eff A/A_hole and drag; what it is made of is [`PLATE`].
+    // A plate with a hole, or with many: inertia rho l_eff A/A_hole and drag; what it is made of is
+    // [`PLATE`].
     Kind {
         name: "orifice",
         keys: &[need("diameter", "m"), need("thickness", "m"), or("drag", "Pa s/m", "0")],
@@ -93,9 +96,10 @@ pub(super) const COMPACT: [Kind; 8] = [
     },
 ];
 
-/// What the laws of a side hole are made of: half the series inertia, the branch, the other half. Inner correction and curved wall:
-/// Nederveen, Jansen & van Hassel 1998, Acta Acustica 84, eqs. (40), (37); series length: Dubos et al. 1999, Acta Acustica 85, eq. (73), with coth in
-/// the place of tanh where the hole is closed. Holes do not hear each other outside, nor through evanescent waves. `hole_viscous` and
+/// What the laws of a side hole are made of: half the series inertia, the branch, the other half. Inner
+/// correction and curved wall: Nederveen, Jansen & van Hassel 1998, Acta Acustica 84, eqs. (40), (37); series
+/// length: Dubos et al. 1999, Acta Acustica 85, eq. (73), with coth in the place of tanh where the hole is
+/// closed. Holes do not hear each other outside, nor through evanescent waves. `hole_viscous` and
 /// `hole_thermal` are those of [`WALLS`], `hole_outside` of [`HOLE_OUTLETS`].
 pub(super) const SIDE_HOLE: [(&str, &str); 12] = [
     ("hole_radius", "(diameter)/2"),
@@ -122,15 +126,15 @@ pub(super) const SIDE_HOLE: [(&str, &str); 12] = [
     ),
 ];
 
-/// Impedance over rho c of the outside by the `outlet` of a side hole, to second order in ka: a piston in a baffle (Pierce 1981, 5-4), or the end of
-/// a thin tube (Levine & Schwinger 1948, as in Pierce 7-5).
+/// Impedance over rho c of the outside by the `outlet` of a side hole, to second order in ka: a piston in a
+/// baffle (Pierce 1981, 5-4), or the end of a thin tube (Levine & Schwinger 1948, as in Pierce 7-5).
 pub(super) const HOLE_OUTLETS: [(&str, &str); 2] = [
     ("flanged", "(8/(3*pi)*s*(diameter)/2/c - (s*(diameter)/2/c)^2/2)"),
     ("unflanged", "(0.6133*s*(diameter)/2/c - (s*(diameter)/2/c)^2/4)"),
 ];
 
-/// What the law of an orifice is made of: for the duct before it and the one behind, Fok's function of the diameter over that of the
-/// duct (Fok 1941; Melling 1973, J. Sound Vib. 29, eq. 15).
+/// What the law of an orifice is made of: for the duct before it and the one behind, Fok's function of the
+/// diameter over that of the duct (Fok 1941; Melling 1973, J. Sound Vib. 29, eq. 15).
 pub(super) const PLATE: [(&str, &str); 5] = [
     ("plate_open", "pi/4*(diameter)^2/A"),
     ("plate_before", "(diameter)/D"),
@@ -170,8 +174,9 @@ pub(super) const ENDS: [Kind; 12] = [
         keys: &[need("factor", "1"), need("delay", "s")],
         laws: &[(Reflection, "(end_factor)*exp(-s*(end_delay))")],
     },
-    // Levine & Schwinger 1948, with the end correction of a wall of finite thickness beyond that of a thin one: Dalmont,
-    // Nederveen & Joly 2001, J. Sound Vib. 244, eq. (39), with q the inner over the outer radius.
+    // Levine & Schwinger 1948, with the end correction of a wall of finite thickness beyond that of a thin
+    // one: Dalmont, Nederveen & Joly 2001, J. Sound Vib. 244, eq. (39), with q the inner over the outer
+    // radius.
     Kind {
         name: "unflanged",
         keys: &[or("wall_thickness", "m", "0"), or("modulus", "1", "1"), or("angle", "rad", "0")],
@@ -184,7 +189,8 @@ pub(super) const ENDS: [Kind; 12] = [
     Kind { name: "flanged", keys: &[], laws: &[(Reflection, "R_flanged")] },
     // A compact nozzle, see [`CHOKED`]; without `mach` that of the mean flow of the base state.
     Kind { name: "choked", keys: &[or("mach", "1", "M")], laws: &[(Reflection, "(1 - end_m)/(1 + end_m)")] },
-    // Normalised impedance p/(rho c u) into the end: a number or formula, or a function of s as of [`FUNCTION`].
+    // Normalised impedance p/(rho c u) into the end: a number or formula, or a function of s as of
+    // [`FUNCTION`].
     Kind {
         name: "impedance",
         keys: &[need("impedance", "1")],
@@ -194,12 +200,13 @@ pub(super) const ENDS: [Kind; 12] = [
     Kind { name: "table", keys: &[], laws: &[(Reflection, "end_transfer")] },
 ];
 
-/// `end_m` of a choked end upstream, which keeps mass flow and stagnation enthalpy (Stow, Dowling & Hynes 2002), and downstream (Marble &
-/// Candel 1977).
+/// `end_m` of a choked end upstream, which keeps mass flow and stagnation enthalpy (Stow, Dowling & Hynes
+/// 2002), and downstream (Marble & Candel 1977).
 pub(super) const CHOKED: [&str; 2] =
     ["gamma*(end_mach)/(1 + (gamma - 1)*(end_mach)^2)", "(gamma - 1)/2*(end_mach)"];
 
-/// Kinds that have a function of s: its keys. Those of `feedback` stand in a table of their own for every coupling.
+/// Kinds that have a function of s: its keys. Those of `feedback` stand in a table of their own for every
+/// coupling.
 pub(super) const FUNCTION: [(&str, &[&str]); 5] = [
     ("flame", &["delay", "cutoff_hz", "numerator", "denominator", "table", "tolerance"]),
     ("feedback", &["gain", "delay", "cutoff_hz", "numerator", "denominator", "table", "tolerance"]),
@@ -258,10 +265,12 @@ pub(super) const WALLS: [(&str, [&str; 2]); 3] = [
     ),
 ];
 
-/// Loss coefficient K of a screen of round wires, of its open part of the area: Idelchik 1986, diagram 8-6, for Re above 1000.
+/// Loss coefficient K of a screen of round wires, of its open part of the area: Idelchik 1986, diagram 8-6,
+/// for Re above 1000.
 pub(super) const SCREEN_LOSS: &str = "1.3*(1 - (open_area)) + (1/(open_area) - 1)^2";
 
-/// N(s)/D(s) e^(-s delay)/(1 + s/(2 pi cutoff)) as a formula of these names; polynomials have ascending coefficients.
+/// N(s)/D(s) e^(-s delay)/(1 + s/(2 pi cutoff)) as a formula of these names; polynomials have ascending
+/// coefficients.
 pub(super) fn transfer(
     delay: Option<&str>,
     cutoff: Option<&str>,

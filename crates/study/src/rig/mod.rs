@@ -1,4 +1,5 @@
-//! The rig: ducts in a chain, named parts on them, two ends, and instruments. A network file with names. Must not know stages or observations.
+//! The rig: ducts in a chain, named parts on them, two ends, and instruments. A network file with names. Must
+//! not know stages or observations.
 
 mod elements;
 mod gas;

@@ -1,7 +1,9 @@
-//! The folder of OSCILOS_lite as the tables of a network file: Geometry, Mean_flow, Flame, Inlet and Outlet. Must not know what a rig adds.
+//! The folder of OSCILOS_lite as the tables of a network file: Geometry, Mean_flow, Flame, Inlet and Outlet.
+//! Must not know what a rig adds.
 //!
-//! Sections are called `duct-1`, `duct-2`, ... from upstream to downstream, and the fluctuating heat source `flame`. The gas of ducts
-//! before the heat has the ambient temperature. What the folder cannot say here is refused.
+//! Sections are called `duct-1`, `duct-2`, ... from upstream to downstream, and the fluctuating heat source
+//! `flame`. The gas of ducts before the heat has the ambient temperature. What the folder cannot say here is
+//! refused.
 
 use crate::source::Source;
 use crate::{Problem, StudyError};

@@ -16,8 +16,8 @@ pub struct Part {
     pub numbers: Vec<(usize, Value)>,
     /// The factor that says whether it is there; always if none.
     pub present: Option<usize>,
-    /// Standard deviation of relative pressures within one radius of the duct of it, where the wave is no plane one; none if
-    /// its near field is not felt.
+    /// Standard deviation of relative pressures within one radius of the duct of it, where the wave is no
+    /// plane one; none if its near field is not felt.
     pub near_field: Option<f64>,
 }
 

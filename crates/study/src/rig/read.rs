@@ -109,7 +109,8 @@ impl File {
         self.oscilos.as_ref().map(|name| name.get_ref().as_str())
     }
 
-    /// With what a folder says where this file says nothing. An element of a name that the folder has adds its keys to that one.
+    /// With what a folder says where this file says nothing. An element of a name that the folder has adds
+    /// its keys to that one.
     pub(super) fn beside(mut self, folder: Folder) -> Self {
         let at = self.oscilos.as_ref().map_or(0..0, Spanned::span);
         let spanned = |table: Table| Spanned::new(at.clone(), table);

@@ -51,7 +51,8 @@ pub enum PartAt {
 }
 
 impl Rig {
-    /// The values of all names that are the same everywhere at `point`: factors, numbers of parts, ambient temperature.
+    /// The values of all names that are the same everywhere at `point`: factors, numbers of parts, ambient
+    /// temperature.
     #[must_use]
     pub fn numbers(&self, factors: &[f64], ambient: f64) -> Vec<f64> {
         let mut numbers = vec![f64::NAN; self.scope.len()];

@@ -28,7 +28,8 @@ impl Value {
         if let Self::Unknown(formula, _) = self { Some(formula) } else { None }
     }
 
-    /// Its value, given those of all names, unknowns at the medians of their priors; NaN where a factor has none.
+    /// Its value, given those of all names, unknowns at the medians of their priors; NaN where a factor has
+    /// none.
     #[must_use]
     pub fn at(&self, numbers: &[f64]) -> f64 {
         match self {
@@ -71,7 +72,8 @@ impl Reader<'_> {
         Err((self.at.clone(), problem))
     }
 
-    /// As [`Reader::value`], where unknowns may stand too: of a length, a temperature or a place. `medians` are those of the unknowns' priors.
+    /// As [`Reader::value`], where unknowns may stand too: of a length, a temperature or a place. `medians`
+    /// are those of the unknowns' priors.
     pub(super) fn extent(&self, key: &str, value: &Toml, unit: &str, medians: &[f64]) -> Outcome<Value> {
         let text = match self.given(key, value, unit)? {
             Given::Value(value) => return Ok(value),

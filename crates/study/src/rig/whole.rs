@@ -27,7 +27,8 @@ pub struct Rig {
     pub loose: Vec<(usize, Value)>,
     /// What is doubtful but possible, each in a sentence with its file and line.
     pub doubts: Vec<String>,
-    /// What the file itself says of coefficients, and its unknowns: a candidate that is always in use. Its role is `rig`.
+    /// What the file itself says of coefficients, and its unknowns: a candidate that is always in use. Its
+    /// role is `rig`.
     pub own: Candidate,
     /// Microphones.
     pub microphones: Instruments,

@@ -1,4 +1,5 @@
-//! The inputs that are changed: small studies, networks and records of every kind that the program reads, made once for each run of the task.
+//! The inputs that are changed: small studies, networks and records of every kind that the program reads,
+//! made once for each run of the task.
 
 mod bench;
 mod flows;
@@ -45,7 +46,8 @@ const KINDS: [(&str, Maker); 21] = [
     ("flow", flows::flow),
 ];
 
-/// Makes the seeds of all kinds, or of one, and sees that the program takes each as it is, in less than two seconds.
+/// Makes the seeds of all kinds, or of one, and sees that the program takes each as it is, in less than two
+/// seconds.
 pub(super) fn make(program: &Path, place: &Path, only: Option<&str>) -> Result<Vec<Seed>, String> {
     let mut bench = Bench { program, place, seeds: Vec::new() };
     for (_, make) in KINDS.iter().filter(|(kind, _)| only.is_none_or(|o| o == *kind)) {

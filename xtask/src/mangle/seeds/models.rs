@@ -122,7 +122,8 @@ pub(super) fn observations(bench: &mut Bench<'_>) -> Outcome {
     Ok(())
 }
 
-/// Observations of the virtual laboratory, with what the calibration leaves of the channels, in the study of the paper.
+/// Observations of the virtual laboratory, with what the calibration leaves of the channels, in the study of
+/// the paper.
 pub(super) fn channels(bench: &mut Bench<'_>) -> Outcome {
     let folder = bench.folder("channels", "empty-tube")?;
     own("examples/juniper-yoko-2022", &folder)?;

@@ -1,4 +1,5 @@
-//! Seeds of what the program makes itself: states of the gas, results, searches; and the numbers of `rijke infer`.
+//! Seeds of what the program makes itself: states of the gas, results, searches; and the numbers of `rijke
+//! infer`.
 
 use super::bench::{Bench, edit, own, write};
 use crate::workspace::Outcome;

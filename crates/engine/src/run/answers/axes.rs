@@ -12,7 +12,8 @@ pub(super) const GROWTH_RATE: [&str; 3] = ["growth_rate", "Growth rate", "1/s"];
 pub(super) const ANGULAR_FREQUENCY: [&str; 3] = ["angular_frequency", "Angular frequency", "rad/s"];
 
 impl Run {
-    /// The factor along the axis: the one that the question names, or that has the most values at these points.
+    /// The factor along the axis: the one that the question names, or that has the most values at these
+    /// points.
     pub(super) fn axis<'p>(
         &self,
         question: &Question,
@@ -63,7 +64,8 @@ impl Run {
     }
 }
 
-/// Growth rate and angular frequency of an observation with their standard deviations; NaN where they were not measured.
+/// Growth rate and angular frequency of an observation with their standard deviations; NaN where they were
+/// not measured.
 pub(super) fn measured(observed: &Observed) -> [f64; 4] {
     let mode = &observed.mode;
     let sd = |k: usize| mode.covariance[(k, k)].sqrt();
@@ -118,8 +120,8 @@ fn in_print(unit: &str) -> String {
 /// Table, look, and columns of growth rate and angular frequency with those of their standard deviations.
 pub(super) type Below = (usize, LayerLook, [usize; 2], [Option<usize>; 2]);
 
-/// Two panels over column `x`: growth rate and angular frequency, which stand at `first` and two columns further in table 0; `others` are
-/// layers below them.
+/// Two panels over column `x`: growth rate and angular frequency, which stand at `first` and two columns
+/// further in table 0; `others` are layers below them.
 pub(super) fn growth_and_frequency(
     x_label: &str,
     x: usize,

@@ -12,8 +12,8 @@ use rijke_inference::{NoiseMode, Prior};
 use rijke_study::plan::Question;
 
 impl Run {
-    /// All sets assume the noise of the pressures that the stage found with all microphones: a set of two measures no more than it fits, and
-    /// could not choose any.
+    /// All sets assume the noise of the pressures that the stage found with all microphones: a set of two
+    /// measures no more than it fits, and could not choose any.
     pub(super) fn contours(&self, question: &Question, sets: &[Vec<usize>]) -> Result<Found, EngineError> {
         let no_stage = || EngineError::NoPoint { stage: question.stage.clone() };
         let (_, stage) = self.study.plan.stage(&question.stage).ok_or_else(no_stage)?;

@@ -1,5 +1,5 @@
-//! The answers to a study's questions: tables of numbers, and which of them a figure shows. A new kind of question is a file here and a
-//! line in [`Run::answer`].
+//! The answers to a study's questions: tables of numbers, and which of them a figure shows. A new kind of
+//! question is a file here and a line in [`Run::answer`].
 
 mod axes;
 mod contours;
@@ -71,8 +71,8 @@ pub enum LayerLook {
     Line,
     /// A band of two standard deviations about a line through the rows of each series.
     Band,
-    /// The ellipse of one and two standard deviations of each row; `sd` is the column of the covariance, and the two variances are the
-    /// columns before it.
+    /// The ellipse of one and two standard deviations of each row; `sd` is the column of the covariance, and
+    /// the two variances are the columns before it.
     Ellipse,
 }
 

@@ -15,8 +15,9 @@ use rijke_study::names::{FLANGED, S};
 use rijke_study::plan::{PointByPoint, Question};
 
 impl Run {
-    /// Every point is an inference of its own: the parameters of the candidate are free, and the parameters of all others have the
-    /// posterior of the stage as their prior, so that their uncertainty is part of the standard deviation.
+    /// Every point is an inference of its own: the parameters of the candidate are free, and the parameters
+    /// of all others have the posterior of the stage as their prior, so that their uncertainty is part of the
+    /// standard deviation.
     pub(super) fn point_by_point(
         &self,
         question: &Question,
@@ -92,8 +93,8 @@ impl Run {
     }
 }
 
-/// Real and imaginary part, modulus and angle of the first law of a candidate at the mode that was found, each of the last two with its
-/// standard deviation to first order; over `per`.
+/// Real and imaginary part, modulus and angle of the first law of a candidate at the mode that was found,
+/// each of the last two with its standard deviation to first order; over `per`.
 fn numbers(
     assembly: &Assembly,
     candidate: usize,

@@ -1,4 +1,5 @@
-//! Predictions of the model that a stage chose, trained on its points or on a few (Figs. 5 and 8 to 11 of Juniper & Yoko 2022).
+//! Predictions of the model that a stage chose, trained on its points or on a few (Figs. 5 and 8 to 11 of
+//! Juniper & Yoko 2022).
 
 use super::super::course::{Choice, Chosen, Run};
 use super::super::followed::Followed;
@@ -121,7 +122,8 @@ impl Run {
         Ok((vec![Frame { columns, rows }], panels, parameters(&trained, free), caption))
     }
 
-    /// The model that goes on from a stage, trained with what enters predictions but not the comparison; none before the stage has run.
+    /// The model that goes on from a stage, trained with what enters predictions but not the comparison; none
+    /// before the stage has run.
     ///
     /// # Errors
     /// Those of training.
@@ -156,8 +158,8 @@ impl Run {
         Ok(model)
     }
 
-    /// The best model of a stage but the one that goes on, to be kept on disk; none where no other could be fitted. It is trained with what
-    /// enters predictions, as the one that goes on.
+    /// The best model of a stage but the one that goes on, to be kept on disk; none where no other could be
+    /// fitted. It is trained with what enters predictions, as the one that goes on.
     ///
     /// # Errors
     /// Those of training.
@@ -200,7 +202,8 @@ impl Run {
         train(&chosen.assembly, points, &training)
     }
 
-    /// The model that goes on from a stage, trained on `points` with what enters predictions but not the comparison.
+    /// The model that goes on from a stage, trained on `points` with what enters predictions but not the
+    /// comparison.
     fn trained_for_predictions(
         &self,
         id: &str,

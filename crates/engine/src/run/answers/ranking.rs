@@ -78,7 +78,8 @@ impl Run {
         Ok((frames, panels, Vec::new(), caption))
     }
 
-    /// Operating points between those of a figure, where the gas is at rest in one temperature; none where it is not.
+    /// Operating points between those of a figure, where the gas is at rest in one temperature; none where it
+    /// is not.
     fn line(&self, axis: usize, points: &[Observed]) -> Result<Vec<(Conditions, C64)>, EngineError> {
         let x = |o: &Observed| o.conditions.point.factors[axis];
         let mut ordered: Vec<&Observed> = points.iter().filter(|o| x(o).is_finite()).collect();

@@ -90,7 +90,8 @@ pub(super) fn judged(
     Some(Missing { tried: found.len(), by_chance, families, best })
 }
 
-/// What is left of every term when some are in the model: scores and directions made orthogonal to those, by the inverse covariance of the data.
+/// What is left of every term when some are in the model: scores and directions made orthogonal to those, by
+/// the inverse covariance of the data.
 struct Left {
     observations: usize,
     /// Scores in their standard deviations.
@@ -149,7 +150,8 @@ impl Left {
 /// Share of a direction below which it is one of those taken.
 const OWN: f64 = 1e-3;
 
-/// The largest gain of all terms in data drawn by the model itself, ascending; noise that floats is estimated anew for each.
+/// The largest gain of all terms in data drawn by the model itself, ascending; noise that floats is estimated
+/// anew for each.
 fn by_chance(linear: &Linearised, found: &[Found], observations: usize) -> Vec<f64> {
     let streams = Streams::new(u64::from_le_bytes(*b"missing\0"));
     let draws: Vec<_> = (0..DRAWS)

@@ -38,8 +38,8 @@ struct Kind {
     per_strength: fn(f64, f64, C64) -> C64,
 }
 
-/// In the order k_mu, k_mp, k_eu, k_ep of a probe. Resistances and leaks are in rho c, inertia and compliance are lengths of duct, heat release is that
-/// of -k_eu = n (1 - s tau).
+/// In the order k_mu, k_mp, k_eu, k_ep of a probe. Resistances and leaks are in rho c, inertia and compliance
+/// are lengths of duct, heat release is that of -k_eu = n (1 - s tau).
 const KINDS: [Kind; 8] = [
     Kind { name: "resistance", coefficient: 0, unit: "1", per_strength: |rho, c, _| C64::from(rho * c) },
     Kind { name: "inertia", coefficient: 0, unit: "m", per_strength: |rho, _, s| s * rho },
@@ -73,7 +73,8 @@ const PLACES: [f64; 2] = [10.0, 40.0];
 /// A part as near as this to a place of the grid takes its place, in its spacings.
 const TAKES: f64 = 0.02;
 
-/// Factors that vary by less than this share of the largest are no factors of terms, nor are factors whose courses are as parallel.
+/// Factors that vary by less than this share of the largest are no factors of terms, nor are factors whose
+/// courses are as parallel.
 const VARIES: f64 = 0.02;
 
 /// A place of the library, where it is at each observation.
@@ -83,7 +84,8 @@ struct Spot {
 }
 
 impl Library {
-    /// The terms for a trained model with these parameters. `rows` are the observation and the row in its prediction of every datum.
+    /// The terms for a trained model with these parameters. `rows` are the observation and the row in its
+    /// prediction of every datum.
     pub(super) fn of(
         assembly: &Assembly,
         campaign: &Campaign,
@@ -222,7 +224,8 @@ fn spots(assembly: &Assembly, observed: &[Observed]) -> Vec<Spot> {
     spots
 }
 
-/// One, the factors of the campaign that vary, the velocity and the frequency, each in the largest of their values.
+/// One, the factors of the campaign that vary, the velocity and the frequency, each in the largest of their
+/// values.
 fn factors(campaign: &Campaign, observed: &[Observed], probed: &[Probed]) -> Vec<(String, Vec<f64>)> {
     let mut all = vec![(String::new(), vec![1.0; observed.len()])];
     let velocity = |o: &Observed| {

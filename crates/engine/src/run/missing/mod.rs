@@ -1,10 +1,11 @@
 //! What the data of a trained model still ask for: terms that nobody put into it, judged without a refit.
 //!
-//! For every term of a library the adjoint gives the change of all data at strength zero. What the parameters can do as well is taken out of
-//! it, and the rest is held against the residuals: a score test (C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50). The gain is the
-//! logarithm of the Bayes factor for the model with the term, whose strength has the prior of unit information; noise that floats is chosen
-//! again. Probabilities are those of the largest gain of all terms in data drawn by the model itself, so that looking
-//! elsewhere is paid for (R. Davies, Biometrika 74 (1987) 33, by simulation).
+//! For every term of a library the adjoint gives the change of all data at strength zero. What the parameters
+//! can do as well is taken out of it, and the rest is held against the residuals: a score test (C. R. Rao,
+//! Proc. Camb. Phil. Soc. 44 (1948) 50). The gain is the logarithm of the Bayes factor for the model with the
+//! term, whose strength has the prior of unit information; noise that floats is chosen again. Probabilities
+//! are those of the largest gain of all terms in data drawn by the model itself, so that looking elsewhere is
+//! paid for (R. Davies, Biometrika 74 (1987) 33, by simulation).
 
 mod judge;
 mod library;

@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The derivatives of a model that has the effect, at strength zero, against those that the model without it foresees.
+/// The derivatives of a model that has the effect, at strength zero, against those that the model without it
+/// foresees.
 #[test]
 fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/quarter-wave");

@@ -51,8 +51,9 @@ const WORTH: f64 = 0.1;
 /// Into so many parts each duct is cut by the places that are tried.
 const PARTS: usize = 20;
 
-/// What each microphone tells of what is wished beyond growth rate, frequency and the other microphones, at one further visit of each of the
-/// points; and what another would, at each of `places` (m) or, without any, along all ducts.
+/// What each microphone tells of what is wished beyond growth rate, frequency and the other microphones, at
+/// one further visit of each of the points; and what another would, at each of `places` (m) or, without any,
+/// along all ducts.
 ///
 /// # Errors
 /// [`EngineError::NothingToMeasure`], [`EngineError::Damaged`], and those of the files.
@@ -151,8 +152,8 @@ fn rows(set: &[usize], others: &[usize], size: usize) -> Matrix {
     Matrix::from_fn(keep.len(), size, |i, j| f64::from(u8::from(keep[i] == j)))
 }
 
-/// What the microphones `now` read without the reference, relative to `second`: with R the pressure of `second`, Q = P/R changes by
-/// (dP - Q dR)/R. What the noise of the reference does to P and to R cancels.
+/// What the microphones `now` read without the reference, relative to `second`: with R the pressure of
+/// `second`, Q = P/R changes by (dP - Q dR)/R. What the noise of the reference does to P and to R cancels.
 fn relative_to(second: usize, now: &[usize], others: &[usize], numbers: &Numbers) -> Numbers {
     let n = numbers.through(&rows(now, others, numbers.values.len()));
     let pressures = n.pressures();
@@ -198,7 +199,8 @@ mod tests {
         (1..4).filter(|m| *m != to).map(|m| p[m] / p[to]).collect()
     }
 
-    /// The slope against differences; white noise of every microphone against its closed form relative to any reference.
+    /// The slope against differences; white noise of every microphone against its closed form relative to any
+    /// reference.
     #[test]
     fn exact_another_microphone_takes_the_role_of_the_reference() {
         let (t, h) = (0.9, 1e-5);

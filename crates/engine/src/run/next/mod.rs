@@ -1,4 +1,5 @@
-//! What to measure next: what further measurements would tell of parameters, of which model is right, and of a quantity.
+//! What to measure next: what further measurements would tell of parameters, of which model is right, and of
+//! a quantity.
 
 mod microphones;
 mod place;
@@ -36,7 +37,8 @@ pub struct Suggestion {
     pub hours: Option<f64>,
     /// Expected information about the parameters, nats.
     pub parameters: f64,
-    /// Expected logarithm of the Bayes factor, nats: if the model is right, for it; if the rival is right, for that.
+    /// Expected logarithm of the Bayes factor, nats: if the model is right, for it; if the rival is right,
+    /// for that.
     pub models: Option<[f64; 2]>,
     /// Expected information about which of several open models is right, nats, at least.
     pub which: Option<f64>,
@@ -74,8 +76,8 @@ pub struct Next {
     pub plan: Vec<Step>,
     /// What the plan would tell, and what the greedy one would, nats.
     pub total: [f64; 2],
-    /// The logarithm of the Bayes factor by the whole plan, nats, for the model if it is right, and for its rival if that is: mean and standard
-    /// deviation.
+    /// The logarithm of the Bayes factor by the whole plan, nats, for the model if it is right, and for its
+    /// rival if that is: mean and standard deviation.
     pub factor: Option<[[f64; 2]; 2]>,
     /// Standard deviation of the growth rate asked for, 1/s: now, and after the plan.
     pub quantity_sd: Option<[f64; 2]>,
@@ -85,11 +87,14 @@ pub struct Next {
     pub left_out: Vec<(String, String)>,
 }
 
-/// What to measure next, by the `model` that went on from its stage and its `rivals`, the most probable first, to first order at the most probable
-/// parameters. The first rival is what the model is compared with; of two or more, which of all is right can be the aim.
+/// What to measure next, by the `model` that went on from its stage and its `rivals`, the most probable
+/// first, to first order at the most probable parameters. The first rival is what the model is compared with;
+/// of two or more, which of all is right can be the aim.
 ///
-/// Each point is a new visit, which measures what trained: growth rate, frequency, and relative pressures if the stage hears any. Its noise is the
-/// misfit of the model, which comes again if the point was measured, and the root mean square of the measured errors of the points that trained. Points of one name of installation share what installations differ by; none shares it with the points that trained.
+/// Each point is a new visit, which measures what trained: growth rate, frequency, and relative pressures if
+/// the stage hears any. Its noise is the misfit of the model, which comes again if the point was measured,
+/// and the root mean square of the measured errors of the points that trained. Points of one name of
+/// installation share what installations differ by; none shares it with the points that trained.
 ///
 /// # Errors
 /// [`EngineError::NothingToMeasure`], [`EngineError::Damaged`], and those of the files.

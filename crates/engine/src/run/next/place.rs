@@ -1,4 +1,5 @@
-//! The points of a study as places where something can be measured: what each would read, by a model and its rival.
+//! The points of a study as places where something can be measured: what each would read, by a model and its
+//! rival.
 
 use super::predictive::{Numbers, Predictive, Shared};
 use super::pressures::Listening;
@@ -17,7 +18,8 @@ use rijke_study::plan::Stage;
 use rijke_study::{BaseState, Observations, Study};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Least share of the variance of a misfit that is drawn anew: what was measured without error could else not be repeated.
+/// Least share of the variance of a misfit that is drawn anew: what was measured without error could else not
+/// be repeated.
 const ANEW: f64 = 1e-6;
 
 /// What is wanted of [`next`](super::next).
@@ -31,7 +33,8 @@ pub struct Wish {
     pub about: Option<usize>,
     /// How many points to plan.
     pub points: usize,
-    /// Whether growth rates and frequencies alone are measured, and no relative pressures, though these trained.
+    /// Whether growth rates and frequencies alone are measured, and no relative pressures, though these
+    /// trained.
     pub without_pressures: bool,
 }
 
@@ -84,7 +87,8 @@ impl<'a> Place<'a> {
         &self.observed
     }
 
-    /// The conditions at a point of the campaign, where they can be known: a model that was trained with inferred states needs one.
+    /// The conditions at a point of the campaign, where they can be known: a model that was trained with
+    /// inferred states needs one.
     fn conditions(&self, model: &SavedModel, k: usize) -> Result<Conditions, EngineError> {
         let point = &self.study.campaign.points[k];
         let trained = || model.trained_on.iter().filter_map(|id| self.study.campaign.point(id));
@@ -115,7 +119,8 @@ impl<'a> Place<'a> {
         let near = seen.map(|o| o.near).or_else(|| followed.near(first?, &conditions));
         let (known, law) = (&posterior.knowledge, model.law.as_ref());
         let linear = posterior.linear(known, assembly, &conditions, microphones, near, law)?;
-        // Repeated visits of a point share the errors of its gas: some of them are made anew, but this promises less.
+        // Repeated visits of a point share the errors of its gas: some of them are made anew, but this
+        // promises less.
         let shared = linear.base.into_iter().chain(linear.law).map(|(c, change)| (Shared::Cause(c), change));
         let mut numbers = Numbers {
             noise: Matrix::zeros(linear.values.len(), linear.values.len()),
@@ -153,7 +158,8 @@ impl<'a> Place<'a> {
         let listening =
             |errors| Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, errors);
         let heard = listening(measured)?;
-        // Where the measured errors do not come on top of the misfit, they are the part of it that a repeat draws anew.
+        // Where the measured errors do not come on top of the misfit, they are the part of it that a repeat
+        // draws anew.
         let hidden = match measured {
             true => [0.0; 3],
             false => {

@@ -47,8 +47,8 @@ impl Worth<'_> {
         Ok(set)
     }
 
-    /// The set after every exchange of one visit for another that raises what all visits tell for what they cost (Fedorov 1972), the best
-    /// exchange first, until none does.
+    /// The set after every exchange of one visit for another that raises what all visits tell for what they
+    /// cost (Fedorov 1972), the best exchange first, until none does.
     pub(super) fn exchanged(
         &self,
         candidates: &[usize],
@@ -105,7 +105,8 @@ mod tests {
         Ok(0.5 * Cholesky::new(&m)?.ln_det())
     }
 
-    /// The point that is best alone is not among the two that are best together, and greed cannot take it back.
+    /// The point that is best alone is not among the two that are best together, and greed cannot take it
+    /// back.
     #[test]
     fn exact_exchange_finds_the_pair_that_greed_misses() {
         let worth = Worth { gain: &gain, cost: &|set| set.len() as f64 };

@@ -1,8 +1,10 @@
-//! What a model says together of numbers that could be measured, as one Gaussian, and what measuring some of them would tell.
+//! What a model says together of numbers that could be measured, as one Gaussian, and what measuring some of
+//! them would tell.
 //!
-//! With y the numbers, J their derivatives in what is known to Sigma (parameters, and errors that the training found), E the errors that
-//! points share and N the noise of each visit, y has the covariance V = J Sigma J' + E + N. Whatever is chosen to be measured is a selection of
-//! rows, so that what points share is counted once.
+//! With y the numbers, J their derivatives in what is known to Sigma (parameters, and errors that the
+//! training found), E the errors that points share and N the noise of each visit, y has the covariance V = J
+//! Sigma J' + E + N. Whatever is chosen to be measured is a selection of rows, so that what points share is
+//! counted once.
 
 use crate::EngineError;
 use rijke_numerics::{C64, Cholesky, Matrix, dot};
@@ -55,8 +57,9 @@ impl Numbers {
         }
     }
 
-    /// What a repeat will read, given that an earlier visit read `residual` more than the model at these rows: the misfit stays, so that
-    /// the repeat tells only what the other errors of that visit hid. What installations differ by is drawn anew.
+    /// What a repeat will read, given that an earlier visit read `residual` more than the model at these
+    /// rows: the misfit stays, so that the repeat tells only what the other errors of that visit hid. What
+    /// installations differ by is drawn anew.
     pub(super) fn repeated(mut self, rows: &[usize], residual: &[f64]) -> Result<Self, EngineError> {
         let anew = |cause: &Shared| matches!(cause, Shared::Installation(..) | Shared::Varying(..));
         let mut first = self.noise.clone();
@@ -130,8 +133,8 @@ impl Predictive {
         set.iter().enumerate().flat_map(of).collect()
     }
 
-    /// The covariance of what the visits would bring if all parameters were known: a repeat has measured errors of its own, the same misfit and
-    /// the same shared errors.
+    /// The covariance of what the visits would bring if all parameters were known: a repeat has measured
+    /// errors of its own, the same misfit and the same shared errors.
     fn errors(&self, set: &[usize]) -> Matrix {
         let rows = self.rows(set);
         Matrix::from_fn(rows.len(), rows.len(), |i, j| {
@@ -160,8 +163,9 @@ impl Predictive {
         set.iter().flat_map(|&k| self.points[k].values.iter().copied()).collect()
     }
 
-    /// What the visits `set` would tell of the parameters, nats: the expected Kullback-Leibler divergence of posterior from prior, which is
-    /// (1/2) ln det (E + N)^-1 V (Lindley 1956; with the derivatives of the adjoint, Yoko & Juniper 2024).
+    /// What the visits `set` would tell of the parameters, nats: the expected Kullback-Leibler divergence of
+    /// posterior from prior, which is (1/2) ln det (E + N)^-1 V (Lindley 1956; with the derivatives of the
+    /// adjoint, Yoko & Juniper 2024).
     pub(super) fn information(&self, set: &[usize]) -> Result<f64, EngineError> {
         let (v, e) = (Cholesky::new(&self.covariance(set))?, Cholesky::new(&self.errors(set))?);
         Ok(0.5 * (v.ln_det() - e.ln_det()))
@@ -178,8 +182,8 @@ impl Predictive {
         Ok([before, before - told])
     }
 
-    /// The expected logarithm of the Bayes factor for `self` against `other` by the visits `set` if `self` is right, nats: the Kullback-Leibler
-    /// divergence of the two predictives.
+    /// The expected logarithm of the Bayes factor for `self` against `other` by the visits `set` if `self` is
+    /// right, nats: the Kullback-Leibler divergence of the two predictives.
     pub(super) fn divergence(&self, other: &Self, set: &[usize]) -> Result<f64, EngineError> {
         let (mine, theirs) = (self.covariance(set), other.covariance(set));
         let (own, their) = (Cholesky::new(&mine)?, Cholesky::new(&theirs)?);
@@ -192,8 +196,9 @@ impl Predictive {
         Ok(0.5 * (trace - n as f64 + squared(&apart) + their.ln_det() - own.ln_det()))
     }
 
-    /// The standard deviation of that logarithm if `self` is right. With z standard normal it is b'z + (1/2) z'(M - 1)z and a constant, M = L' V_B^-1 L,
-    /// V_A = L L', b = L' V_B^-1 (m_A - m_B), whose variance is b'b + (1/2) tr (M - 1)^2.
+    /// The standard deviation of that logarithm if `self` is right. With z standard normal it is b'z + (1/2)
+    /// z'(M - 1)z and a constant, M = L' V_B^-1 L, V_A = L L', b = L' V_B^-1 (m_A - m_B), whose variance is
+    /// b'b + (1/2) tr (M - 1)^2.
     pub(super) fn spread(&self, other: &Self, set: &[usize]) -> Result<f64, EngineError> {
         let (own, their) = (Cholesky::new(&self.covariance(set))?, Cholesky::new(&other.covariance(set))?);
         let columns = own.lower().transpose();
@@ -226,8 +231,8 @@ impl Predictive {
 }
 
 impl Seen {
-    /// Bhattacharyya's distance of two Gaussians: (1/8) d' V^-1 d + (1/2) ln (det V / (det V_A det V_B)^1/2), V = (V_A + V_B)/2
-    /// (Kailath 1967).
+    /// Bhattacharyya's distance of two Gaussians: (1/8) d' V^-1 d + (1/2) ln (det V / (det V_A det V_B)^1/2),
+    /// V = (V_A + V_B)/2 (Kailath 1967).
     pub(super) fn distance(&self, other: &Self) -> Result<f64, EngineError> {
         let sum = self.covariance.plus(1.0, &other.covariance);
         let middle = Cholesky::new(&Matrix::from_fn(sum.rows(), sum.rows(), |i, j| 0.5 * sum[(i, j)]))?;
@@ -288,7 +293,8 @@ mod tests {
         (of.iter().map(one).sum::<f64>() / of.len() as f64).ln()
     }
 
-    /// Nested Monte Carlo over parameters, the error of the installation and the noise, without any formula for Gaussians.
+    /// Nested Monte Carlo over parameters, the error of the installation and the noise, without any formula
+    /// for Gaussians.
     #[test]
     fn oracle_information_and_bayes_factor_against_nested_monte_carlo() {
         let (outer, inner) = (3000, 3000);
@@ -325,8 +331,8 @@ mod tests {
         let all = predictive(0.0, 1.0);
         let set = [0, 2, 1, 0];
         let joint = all.information(&set).unwrap();
-        // The other way: parameters and the two errors of installations as one state, updated visit by visit (Kalman 1960); what is told of the
-        // parameters is the change of the determinant of their block.
+        // The other way: parameters and the two errors of installations as one state, updated visit by visit
+        // (Kalman 1960); what is told of the parameters is the change of the determinant of their block.
         let mut state = Matrix::from_fn(4, 4, |i, j| match (i, j) {
             (0 | 1, 0 | 1) => sigma()[(i, j)],
             _ => f64::from(u8::from(i == j)),
@@ -357,8 +363,8 @@ mod tests {
         assert!((before - 1.0).abs() < 1e-12 && (after - state[(0, 0)]).abs() < 1e-12, "{before} {after}");
     }
 
-    /// A repeat after a visit that trained, and twice in a plan, against one state of parameter, misfit and nothing else, updated reading by
-    /// reading (Kalman 1960).
+    /// A repeat after a visit that trained, and twice in a plan, against one state of parameter, misfit and
+    /// nothing else, updated reading by reading (Kalman 1960).
     #[test]
     fn exact_the_misfit_of_a_point_comes_again() {
         let (misfit, error, slope, prior) = (0.8_f64.powi(2), 0.3_f64.powi(2), 1.7, 0.5);

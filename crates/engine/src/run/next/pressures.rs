@@ -1,4 +1,5 @@
-//! What is known of the errors of microphones: the noise of a visit, and what the calibration of the channels leaves, which all visits share.
+//! What is known of the errors of microphones: the noise of a visit, and what the calibration of the channels
+//! leaves, which all visits share.
 
 use super::predictive::{Numbers, Shared};
 use crate::errors::Channels;
@@ -30,8 +31,8 @@ struct Calibrated {
 }
 
 impl Listening {
-    /// From what `trained` a model, and what that training knows; `measured` if the measured errors count beside the misfit. A microphone that
-    /// was never heard has the errors of the others.
+    /// From what `trained` a model, and what that training knows; `measured` if the measured errors count
+    /// beside the misfit. A microphone that was never heard has the errors of the others.
     pub(super) fn of(
         study: &Study,
         stage: &Stage,
@@ -55,8 +56,9 @@ impl Listening {
         Ok(found)
     }
 
-    /// Takes measured covariances apart into what each microphone has of its own and what it has of the reference, by least squares of what
-    /// different microphones have together; the share of the channels is no noise.
+    /// Takes measured covariances apart into what each microphone has of its own and what it has of the
+    /// reference, by least squares of what different microphones have together; the share of the channels is
+    /// no noise.
     fn listen(&mut self, trained: &[Observed], reference: usize, channels: Option<&Channels>) {
         let all: Vec<usize> = (0..self.own.len()).collect();
         let [mut together, mut squares] = [0.0; 2];
@@ -94,8 +96,8 @@ impl Listening {
         self.own.iter().sum::<f64>() / self.own.len().max(1) as f64 + self.reference
     }
 
-    /// The covariance of the noise of one visit; zero but for the pressures. `misfit` is the variance of the model's at
-    /// each microphone, of which `reference` is that to which pressures are relative.
+    /// The covariance of the noise of one visit; zero but for the pressures. `misfit` is the variance of the
+    /// model's at each microphone, of which `reference` is that to which pressures are relative.
     pub(super) fn noise(
         &self,
         numbers: &Numbers,
@@ -144,7 +146,8 @@ impl Listening {
     }
 }
 
-/// Delays and gains given what is known of everything else, so that what a visit tells of them is no information about the model.
+/// Delays and gains given what is known of everything else, so that what a visit tells of them is no
+/// information about the model.
 fn calibrated(
     study: &Study,
     stage: &Stage,
@@ -181,7 +184,8 @@ fn calibrated(
     let in_use: Vec<Calibrated> = (0..2 * n).map(in_use).collect();
     let instruments = &study.rig.microphones;
     let row = |m: usize| m - usize::from(m > instruments.reference);
-    // A microphone not in use: what its errors have in common with those in use by what is stated, and the rest.
+    // A microphone not in use: what its errors have in common with those in use by what is stated, and the
+    // rest.
     let further = |m: usize, k: usize| -> Result<Calibrated, EngineError> {
         let stated = [&errors.delays, &errors.gains][k];
         let rows: Vec<usize> = channels.microphones.iter().map(|c| row(*c)).collect();

@@ -1,10 +1,11 @@
 //! The leading models of a stage between two trainings: what was measured since then counts to first order.
 //!
-//! At points that trained, the measured numbers changed: posterior and evidence follow by the model and its data to first order
-//! ([`rijke_inference::Linearised::moved`]). Points that are new are read one after the other as Kalman (1960) does, all at once: with y the numbers
-//! read, m and V their mean and covariance by the model, and C = Sigma J' the covariance of parameters with them, the parameters move by
-//! C V^-1 (y - m), their covariance falls by C V^-1 C', and the evidence gains the density of y. Noise stays as it was fitted, and new growth rates
-//! and frequencies count, not new pressures: the next training counts all.
+//! At points that trained, the measured numbers changed: posterior and evidence follow by the model and its
+//! data to first order ([`rijke_inference::Linearised::moved`]). Points that are new are read one after the
+//! other as Kalman (1960) does, all at once: with y the numbers read, m and V their mean and covariance by
+//! the model, and C = Sigma J' the covariance of parameters with them, the parameters move by C V^-1 (y - m),
+//! their covariance falls by C V^-1 C', and the evidence gains the density of y. Noise stays as it was
+//! fitted, and new growth rates and frequencies count, not new pressures: the next training counts all.
 
 use super::place::Place;
 use super::predictive::{Numbers, Predictive};
@@ -61,7 +62,8 @@ struct Read {
 }
 
 impl Run {
-    /// The `count` models of most evidence of every stage that has run, to be followed until the next training.
+    /// The `count` models of most evidence of every stage that has run, to be followed until the next
+    /// training.
     #[must_use]
     pub fn sequences(&self, count: usize) -> Vec<Sequence> {
         let of_the_stage = |(stage, done): (&Stage, &Done)| {
@@ -225,7 +227,8 @@ fn changes(place: &Place<'_>, chosen: &Chosen, stage: &Stage, now: &[Observed]) 
 mod tests {
     use super::*;
 
-    /// Two points that share an error, two parameters, against the joint Gaussian of parameters and numbers, conditioned by hand.
+    /// Two points that share an error, two parameters, against the joint Gaussian of parameters and numbers,
+    /// conditioned by hand.
     #[test]
     fn exact_new_points_are_read_as_one() {
         let slopes = [[1.0, 0.4], [0.3, -0.8]];

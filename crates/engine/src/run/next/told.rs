@@ -33,9 +33,10 @@ impl Told {
         Ok(Some([self.mine.divergence(rival, set)?, rival.divergence(&self.mine, set)?]))
     }
 
-    /// What is told of which model is right, where several are open: at least -sum_i w_i ln sum_j w_j exp(-B_ij) nats, with the probabilities w of the
-    /// models and Bhattacharyya's distances B of their predictives (Kolchinsky & Tracey 2017), and never more than
-    /// [the entropy](Self::entropy) of the probabilities.
+    /// What is told of which model is right, where several are open: at least -sum_i w_i ln sum_j w_j
+    /// exp(-B_ij) nats, with the probabilities w of the models and Bhattacharyya's distances B of their
+    /// predictives (Kolchinsky & Tracey 2017), and never more than [the entropy](Self::entropy) of the
+    /// probabilities.
     pub(super) fn which(&self, set: &[usize]) -> Result<Option<f64>, EngineError> {
         if self.rivals.len() < 2 {
             return Ok(None);
@@ -66,7 +67,8 @@ impl Told {
         odds().map(|w| w / sum).collect()
     }
 
-    /// Mean and standard deviation of the logarithm of the Bayes factor for whichever is right: the model, or its rival.
+    /// Mean and standard deviation of the logarithm of the Bayes factor for whichever is right: the model, or
+    /// its rival.
     pub(super) fn factor(&self, set: &[usize]) -> Result<Option<[[f64; 2]; 2]>, EngineError> {
         let (Some(means), Some((_, rival))) = (self.models(set)?, self.rivals.first()) else {
             return Ok(None);

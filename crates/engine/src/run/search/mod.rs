@@ -1,8 +1,9 @@
-//! Every allowed combination of candidates over the stages of a study, trained along the stages that stand on each other.
+//! Every allowed combination of candidates over the stages of a study, trained along the stages that stand on
+//! each other.
 //!
-//! The ln evidence of a combination is the sum of those of its stages, each given what the earlier ones found: the chain rule of
-//! probability. It is that of all data together as far as the posterior of a stage is the Gaussian that it hands on, and the misfit of
-//! one stage is independent of those of the others.
+//! The ln evidence of a combination is the sum of those of its stages, each given what the earlier ones
+//! found: the chain rule of probability. It is that of all data together as far as the posterior of a stage
+//! is the Gaussian that it hands on, and the misfit of one stage is independent of those of the others.
 
 mod found;
 mod models;
@@ -28,8 +29,8 @@ use tree::{Tree, chain};
 pub struct SearchOptions {
     /// The stage at which combinations end; by default the one that stands on most stages.
     pub stage: Option<String>,
-    /// A model that trails the greedy choice by more nats, after its stage and also after the last one if it is continued with the later
-    /// candidates of the greedy choice, is given up with all that stands on it.
+    /// A model that trails the greedy choice by more nats, after its stage and also after the last one if it
+    /// is continued with the later candidates of the greedy choice, is given up with all that stands on it.
     pub within: f64,
     /// How evidence is checked.
     pub trusted: Trusted,
@@ -78,7 +79,8 @@ impl Search {
     /// Lists the combinations; nothing is trained yet.
     ///
     /// # Errors
-    /// Those of [`Run::new`]; [`EngineError::Refused`] for a stage that is not there or uses stages on which it does not stand.
+    /// Those of [`Run::new`]; [`EngineError::Refused`] for a stage that is not there or uses stages on which
+    /// it does not stand.
     pub fn new(
         mut study: Study,
         observations: &Observations,
@@ -129,11 +131,12 @@ impl Search {
         &self.run.left_out
     }
 
-    /// Trains the models of this shard. `step` is called with the number of tasks done since its last call; it says whether to go on.
+    /// Trains the models of this shard. `step` is called with the number of tasks done since its last call;
+    /// it says whether to go on.
     ///
     /// # Errors
-    /// [`EngineError::Stopped`]; those of the greedy ranking; a result that cannot be kept. A model that cannot be fitted is a node
-    /// without evidence.
+    /// [`EngineError::Stopped`]; those of the greedy ranking; a result that cannot be kept. A model that
+    /// cannot be fitted is a node without evidence.
     pub fn run(&self, step: &(dyn Fn(usize) -> bool + Sync)) -> Result<SearchPart, EngineError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.options.threads).build();
         let refused = |e: rayon::ThreadPoolBuildError| EngineError::File {
@@ -206,8 +209,8 @@ impl Search {
         })
     }
 
-    /// Those of `nodes` that trail the greedy choice by too much, both up to their level and at the end, if they are continued with its
-    /// later candidates.
+    /// Those of `nodes` that trail the greedy choice by too much, both up to their level and at the end, if
+    /// they are continued with its later candidates.
     fn given_up(
         &self,
         state: &mut State,

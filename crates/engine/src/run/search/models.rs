@@ -74,7 +74,8 @@ impl Search {
         nodes: &[(usize, Trusted)],
         step: Steps<'_>,
     ) -> Result<Vec<(usize, Outcome, Option<Chosen>)>, EngineError> {
-        // Of tasks that were kept from before there is no model: those on which one stands that is to be trained are trained again.
+        // Of tasks that were kept from before there is no model: those on which one stands that is to be
+        // trained are trained again.
         for before in 0..level {
             let wanted: BTreeSet<usize> =
                 nodes.iter().map(|(k, _)| self.tree.path(level, *k)[before]).collect();

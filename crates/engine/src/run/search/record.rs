@@ -48,11 +48,13 @@ pub struct SearchNode {
     pub remark: Option<String>,
     /// Whether it trails the greedy choice too far for all that stands on it to be trained.
     pub given_up: bool,
-    /// The place, in the last stage, of the combination that continues it with the later candidates of the greedy choice.
+    /// The place, in the last stage, of the combination that continues it with the later candidates of the
+    /// greedy choice.
     pub continued: usize,
 }
 
-/// What a whole search found. All candidates of a role are equally probable before the data, and so are all combinations.
+/// What a whole search found. All candidates of a role are equally probable before the data, and so are all
+/// combinations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SearchRecord {
     /// What the study is called.
@@ -73,13 +75,14 @@ pub struct SearchRecord {
     pub choices: Vec<RoleChoice>,
     /// What ranking stage by stage chose.
     pub greedy: GreedyChoice,
-    /// For each stage, the most that a model of it gained, of those that were followed, when it was continued otherwise than with the later
-    /// candidates of the greedy choice, nats.
+    /// For each stage, the most that a model of it gained, of those that were followed, when it was continued
+    /// otherwise than with the later candidates of the greedy choice, nats.
     pub gained: Vec<f64>,
-    /// What was not followed to the last stage, but for one combination each, because it trails the greedy choice.
+    /// What was not followed to the last stage, but for one combination each, because it trails the greedy
+    /// choice.
     pub given_up: Vec<GivenUp>,
-    /// The most probability that all of it can hold, if no model that was given up gains more than `gained`. Probabilities above leave it
-    /// out.
+    /// The most probability that all of it can hold, if no model that was given up gains more than `gained`.
+    /// Probabilities above leave it out.
     pub given_up_at_most: f64,
     /// What could not be fitted, and holds no probability here.
     pub not_fitted: Vec<GivenUp>,
@@ -105,7 +108,8 @@ pub struct Combination {
 pub struct RoleChoice {
     /// The role.
     pub role: String,
-    /// Candidate, and the probability of all combinations that hold it; without a name, of those that have none.
+    /// Candidate, and the probability of all combinations that hold it; without a name, of those that have
+    /// none.
     pub candidates: Vec<(String, f64)>,
 }
 

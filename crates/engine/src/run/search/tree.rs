@@ -1,4 +1,5 @@
-//! The combinations that a study allows, as a tree: a level per stage, and a node for every choice of candidates up to that stage.
+//! The combinations that a study allows, as a tree: a level per stage, and a node for every choice of
+//! candidates up to that stage.
 
 use crate::EngineError;
 use crate::run::course::Choice;
@@ -22,8 +23,8 @@ pub(super) struct Tree {
     pub(super) levels: Vec<Vec<Node>>,
 }
 
-/// The plan with only those stages on which the stage called `target` stands, and that stage; by default the one that stands on most, the
-/// last if there are several.
+/// The plan with only those stages on which the stage called `target` stands, and that stage; by default the
+/// one that stands on most, the last if there are several.
 pub(super) fn chain(plan: &Plan, target: Option<&str>) -> Result<Plan, EngineError> {
     let ids = || plan.stages.iter().map(|s| s.id.as_str()).collect::<Vec<_>>();
     let below = |id: &str| {
@@ -133,8 +134,8 @@ impl Tree {
         (0..self.combinations()).map(|k| self.path(last, k)).find(same)
     }
 
-    /// The nodes from the first level to the last through node `k` of `level`, with those candidates of the combination `greedy` in later
-    /// stages that are possible there.
+    /// The nodes from the first level to the last through node `k` of `level`, with those candidates of the
+    /// combination `greedy` in later stages that are possible there.
     pub(super) fn continued(&self, level: usize, k: usize, greedy: &[usize]) -> Vec<usize> {
         let mut path = self.path(level, k);
         for later in path.len()..self.levels.len() {
@@ -151,8 +152,9 @@ impl Tree {
         path
     }
 
-    /// For every level, the nodes that shard `[k, n]`, counted from 1, has to visit. The first level with [`SPREAD`] nodes for each shard
-    /// is dealt out in turn; what lies before it is visited by every shard that builds on it.
+    /// For every level, the nodes that shard `[k, n]`, counted from 1, has to visit. The first level with
+    /// [`SPREAD`] nodes for each shard is dealt out in turn; what lies before it is visited by every shard
+    /// that builds on it.
     pub(super) fn needed(&self, [k, n]: [usize; 2]) -> Vec<BTreeSet<usize>> {
         let last = self.levels.len() - 1;
         let dealt = self.levels.iter().position(|level| level.len() >= SPREAD * n).unwrap_or(last);
@@ -167,7 +169,8 @@ impl Tree {
     }
 }
 
-/// Subtrees for each shard, at least: with fewer, shards differ much in work; with more, they share more of the first stages.
+/// Subtrees for each shard, at least: with fewer, shards differ much in work; with more, they share more of
+/// the first stages.
 const SPREAD: usize = 8;
 
 fn grow(study: &Study, path: &[Arc<Choice>], add: &mut dyn FnMut(&[Arc<Choice>])) {

@@ -1,7 +1,8 @@
-//! The chosen model of a stage as data that a page solves by itself while a reader moves its parameters and factors.
+//! The chosen model of a stage as data that a page solves by itself while a reader moves its parameters and
+//! factors.
 //!
-//! Knows nothing of pages: what is written here is formulas in words, states of the gas at the nodes of a grid, the posterior, and numbers of
-//! this engine against which a solver elsewhere is held.
+//! Knows nothing of pages: what is written here is formulas in words, states of the gas at the nodes of a
+//! grid, the posterior, and numbers of this engine against which a solver elsewhere is held.
 
 mod script;
 mod table;
@@ -48,11 +49,13 @@ pub struct Sliders {
     pub modes: Vec<String>,
     /// Every operating point with its modes, in the order of the table.
     pub nodes: Vec<SliderNode>,
-    /// How far the tabulated states move growth rates (1/s) and angular frequencies (rad/s) from those of the states themselves, at most.
+    /// How far the tabulated states move growth rates (1/s) and angular frequencies (rad/s) from those of the
+    /// states themselves, at most.
     pub tabulated: [f64; 2],
     table: Table,
     script: Script,
-    /// Settings: number of the mode, axes, parameters, and s of this engine there. No part of what a page needs.
+    /// Settings: number of the mode, axes, parameters, and s of this engine there. No part of what a page
+    /// needs.
     #[serde(skip)]
     pub checks: Vec<Vec<f64>>,
 }
@@ -268,7 +271,8 @@ impl<'a> Model<'a> {
         Ok(Solved { mode, there, slopes: slopes.iter().map(|z| z.norm() / there.norm()).collect() })
     }
 
-    /// The parameters with the ranges in which they can be set: as wide as their priors, but none so wide that a mode gets lost.
+    /// The parameters with the ranges in which they can be set: as wide as their priors, but none so wide
+    /// that a mode gets lost.
     fn parameters(&self, slopes: &[&[f64]]) -> Vec<SliderParameter> {
         let one = |(k, p): (usize, &rijke_inference::Parameter)| {
             let (value, sd) = (self.values[k], self.covariance[k][k].sqrt());
@@ -285,8 +289,8 @@ impl<'a> Model<'a> {
         self.assembly.parameters().iter().enumerate().map(one).collect()
     }
 
-    /// Settings all over the ranges, by a sequence of low discrepancy, and s there; settings without a mode are left out. The more parameters
-    /// there are, the less each moves.
+    /// Settings all over the ranges, by a sequence of low discrepancy, and s there; settings without a mode
+    /// are left out. The more parameters there are, the less each moves.
     fn checks(
         &self,
         table: &Table,
@@ -327,8 +331,8 @@ fn short(x: f64) -> f64 {
     format!("{x:.5e}").parse().unwrap_or(x)
 }
 
-/// Number `k` of dimension `d` of `n` of Kronecker's sequence whose ratios are powers of the root of x^(n+1) = x + 1 (M. Roberts, 2018, "The
-/// unreasonable effectiveness of quasirandom sequences").
+/// Number `k` of dimension `d` of `n` of Kronecker's sequence whose ratios are powers of the root of
+/// x^(n+1) = x + 1 (M. Roberts, 2018, "The unreasonable effectiveness of quasirandom sequences").
 fn sequence(k: usize, d: usize, n: usize) -> f64 {
     let root = (0..64).fold(1.5_f64, |x, _| (1.0 + x).powf(1.0 / (n as f64 + 1.0)));
     (0.5 + (k + 1) as f64 * root.powi(-(d as i32 + 1))).fract()

@@ -43,7 +43,8 @@ pub(super) struct EffectScript {
     proportional: bool,
 }
 
-/// Coefficients of h in R = -exp(ka h), powers of ln ka - ln `centre`: Levine and Schwinger's reflection about one ka.
+/// Coefficients of h in R = -exp(ka h), powers of ln ka - ln `centre`: Levine and Schwinger's reflection
+/// about one ka.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Radiation {
     centre: f64,
@@ -141,7 +142,8 @@ fn place(place: &Place) -> (&'static str, Option<usize>) {
 }
 
 impl Assembly {
-    /// Parameter number `p` of candidate `k` in the words of a script: its number among the free ones, or its value.
+    /// Parameter number `p` of candidate `k` in the words of a script: its number among the free ones, or its
+    /// value.
     fn parameter_word(&self, k: usize, p: usize) -> String {
         let free = &self.candidates()[k].parameters[p].name;
         match self.parameters().iter().position(|parameter| parameter.name == *free) {
@@ -161,8 +163,9 @@ pub(super) fn ka(conditions: &Conditions, omega: f64) -> [f64; 2] {
     [both[0].min(both[1]), both[0].max(both[1])]
 }
 
-/// Taylor's series of ln(-R)/ka about places that are 1 apart in ln ka, each by Cauchy's integral over a circle of radius 1. The nearest
-/// singularity is the zero of J1 at ka = 3.83 (Levine & Schwinger, Physical Review 73 (1948) 383).
+/// Taylor's series of ln(-R)/ka about places that are 1 apart in ln ka, each by Cauchy's integral over a
+/// circle of radius 1. The nearest singularity is the zero of J1 at ka = 3.83 (Levine & Schwinger, Physical
+/// Review 73 (1948) 383).
 fn radiation([low, high]: [f64; 2]) -> Result<Vec<Radiation>, String> {
     const POINTS: usize = 64;
     const TERMS: usize = 32;

@@ -39,8 +39,8 @@ pub(super) struct State {
 
 /// The states of the points of a grid, the last axis running fastest.
 ///
-/// Between nodes everything is linear in every factor, places of borders and temperatures at the same shares of their zones alike, so that
-/// the heated zone moves with what heats it.
+/// Between nodes everything is linear in every factor, places of borders and temperatures at the same shares
+/// of their zones alike, so that the heated zone moves with what heats it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Table {
     pub(super) axes: Vec<SliderAxis>,
@@ -192,7 +192,8 @@ fn temperatures(c: &Conditions, borders: &[f64], z: usize, shares: &[f64]) -> Ve
     shares.iter().map(at).collect()
 }
 
-/// The factors that vary independently of each other and span a grid of the points, and the points in its order.
+/// The factors that vary independently of each other and span a grid of the points, and the points in its
+/// order.
 fn grid(points: &[&Observed]) -> Result<(Vec<SliderAxis>, Vec<usize>), String> {
     let values = |k: usize| -> BTreeSet<u64> { points.iter().map(|o| bits(o, k)).collect() };
     let count = points.first().map_or(0, |o| o.conditions.point.factors.len());

@@ -15,9 +15,9 @@ pub struct Ambient {
 
 /// Smoothed ambient temperature at every sample.
 ///
-/// The path is a random walk (drift) seen with white noise, so its posterior precision is tridiagonal: 1/noise on the
-/// diagonal plus the second difference over the walk's variance per step. The constant error of the thermometer is one of
-/// the unknowns and not part of this.
+/// The path is a random walk (drift) seen with white noise, so its posterior precision is tridiagonal:
+/// 1/noise on the diagonal plus the second difference over the walk's variance per step. The constant error
+/// of the thermometer is one of the unknowns and not part of this.
 #[must_use]
 pub fn smooth_ambient(record: &Record) -> Ambient {
     let noise = record.ambient_sd.powi(2).max(1e-12);

@@ -22,7 +22,8 @@ pub struct Estimate {
     pub covariance: Matrix,
     /// What the method says of its own result; none for a method that cannot tell.
     pub health: Option<Health>,
-    /// Draws that know the mean as well as independent ones; none for a method whose posterior is taken as Gaussian.
+    /// Draws that know the mean as well as independent ones; none for a method whose posterior is taken as
+    /// Gaussian.
     pub effective_draws: Option<f64>,
     priors: [Parameter; UNKNOWNS],
     /// Equally likely draws of the physical unknowns.
@@ -112,7 +113,8 @@ impl Estimate {
         Unknowns::from_array(values)
     }
 
-    /// Physical value of an unknown `sds` standard deviations of its score from the mean: an interval for -2 and 2.
+    /// Physical value of an unknown `sds` standard deviations of its score from the mean: an interval for -2
+    /// and 2.
     ///
     /// # Errors
     /// [`FlowError::Prior`].
@@ -121,15 +123,17 @@ impl Estimate {
         physical(&self.priors[unknown], z)
     }
 
-    /// Share of the draws of an unknown that lie below `value` (physical): the rank of a truth, for tests of calibration.
+    /// Share of the draws of an unknown that lie below `value` (physical): the rank of a truth, for tests of
+    /// calibration.
     #[must_use]
     pub fn rank(&self, unknown: usize, value: f64) -> f64 {
         let below = self.draws.iter().filter(|d| d[unknown] < value).count();
         (below as f64 + 0.5) / (self.draws.len() as f64 + 1.0)
     }
 
-    /// The steady base states at several indicated powers (W) and ambient temperatures (K): mean and principal directions of the
-    /// steady states of the draws. Components with the same cause are one random number in all of them.
+    /// The steady base states at several indicated powers (W) and ambient temperatures (K): mean and
+    /// principal directions of the steady states of the draws. Components with the same cause are one random
+    /// number in all of them.
     ///
     /// # Errors
     /// Those of [`Pipe::steady`].
@@ -195,7 +199,8 @@ fn values_at(priors: &[Parameter; UNKNOWNS], scores: &[f64]) -> Result<[f64; UNK
     Ok(values)
 }
 
-/// Mean of the rows, and the directions in which they scatter, each one sd long, largest first by relative change.
+/// Mean of the rows, and the directions in which they scatter, each one sd long, largest first by relative
+/// change.
 fn principal(mut rows: Vec<Vec<f64>>) -> Result<(Vec<f64>, Vec<Vec<f64>>), FlowError> {
     let count = rows.len();
     let size = rows.first().map_or(0, Vec::len);

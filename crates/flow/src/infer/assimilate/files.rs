@@ -45,8 +45,8 @@ impl Records {
     /// Reads `folder`/flow.toml and the files it names, and checks every run against the rig.
     ///
     /// # Errors
-    /// [`FlowError::File`] with the file, the place and what to do; [`FlowError::InLine`] and [`FlowError::InRun`] with
-    /// what is wrong in a line, or in the run.
+    /// [`FlowError::File`] with the file, the place and what to do; [`FlowError::InLine`] and
+    /// [`FlowError::InRun`] with what is wrong in a line, or in the run.
     pub fn read(folder: &Path) -> Result<Self, FlowError> {
         let path = folder.join("flow.toml");
         let text = rijke_numerics::read_text(&path).map_err(|e| problem(&path, &e))?;

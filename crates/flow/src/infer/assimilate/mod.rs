@@ -1,14 +1,15 @@
 //! From click arrival times to the base state: assimilation with honest certainty.
 //!
-//! * [`Batch`]: the most probable unknowns given all clicks of all powers, transients included, and the posterior around
-//!   them with the bounds of the priors. The default, and the cheapest. 2 sd cover U_h, the sound speed and the identifiable
-//!   unknowns in 91 to 97 % of 200 twins (docs/records/flow.md).
+//! * [`Batch`]: the most probable unknowns given all clicks of all powers, transients included, and the
+//!   posterior around them with the bounds of the priors. The default, and the cheapest. 2 sd cover U_h, the
+//!   sound speed and the identifiable unknowns in 91 to 97 % of 200 twins (docs/records/flow.md).
 //! * [`smooth`]: ES-MDA, an ensemble smoother, free of derivatives.
-//! * [`filter`]: the ensemble Kalman filter that the paper describes, and variants that repair parts of it. Its error
-//!   bars are too small; it is here to be compared.
+//! * [`filter`]: the ensemble Kalman filter that the paper describes, and variants that repair parts of it.
+//!   Its error bars are too small; it is here to be compared.
 //!
 //! All three infer normal scores: every unknown has a standard normal score whose image is the physical value
-//! ([`physical`]), so a uniform prior is kept exactly and its bounds cannot be crossed. Knows nothing of settled states.
+//! ([`physical`]), so a uniform prior is kept exactly and its bounds cannot be crossed. Knows nothing of
+//! settled states.
 
 mod ambient;
 mod batch;
@@ -36,6 +37,7 @@ pub use record::{Record, Sample};
 pub use run::assimilate;
 pub use twin::{Twin, TwinOptions, staircase};
 
-/// What twin experiments say of each method's error bars (docs/records/flow.md): share of twins within two sd, p of the ranks, rms
-/// error over sd, rms error in units of the prior sd or m/s, and posterior over prior sd. CSV with a header.
+/// What twin experiments say of each method's error bars (docs/records/flow.md): share of twins within two
+/// sd, p of the ranks, rms error over sd, rms error in units of the prior sd or m/s, and posterior over prior
+/// sd. CSV with a header.
 pub const CALIBRATION: &str = include_str!("calibration.csv");

@@ -40,9 +40,9 @@ impl Record {
     /// Refuses a record from which nothing can be inferred.
     ///
     /// # Errors
-    /// [`FlowError::NotCalibrated`] if the first sample is not taken without power (nothing fixes the channel delays
-    /// then), [`FlowError::TooFewSamples`], [`FlowError::Readings`], [`FlowError::Sensor`], [`FlowError::Setting`], and
-    /// [`FlowError::Sample`] with [`FlowError::Power`] or [`FlowError::Range`].
+    /// [`FlowError::NotCalibrated`] if the first sample is not taken without power (nothing fixes the channel
+    /// delays then), [`FlowError::TooFewSamples`], [`FlowError::Readings`], [`FlowError::Sensor`],
+    /// [`FlowError::Setting`], and [`FlowError::Sample`] with [`FlowError::Power`] or [`FlowError::Range`].
     pub fn checked(self, pipe: &Pipe) -> Result<Self, FlowError> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let settings = [

@@ -17,8 +17,8 @@ use rijke_inference::{Parameter, ensemble::Smoother};
 use rijke_numerics::Streams;
 use rijke_rig::Rig;
 
-/// Assimilates one run, and evaluates the base state at every power of its record. The operating points are named as in the
-/// campaign of the paper: `H180-25` for 180 W at 0.25 m.
+/// Assimilates one run, and evaluates the base state at every power of its record. The operating points are
+/// named as in the campaign of the paper: `H180-25` for 180 W at 0.25 m.
 ///
 /// # Errors
 /// Those of the method.
@@ -68,8 +68,8 @@ pub fn assimilate(
     Ok((report, states))
 }
 
-/// Samples per average: the ambient temperature and the walls hardly move in 2.5 min, and the fit has ten times fewer
-/// data.
+/// Samples per average: the ambient temperature and the walls hardly move in 2.5 min, and the fit has ten
+/// times fewer data.
 const BIN: usize = 10;
 
 fn stages(

@@ -33,7 +33,8 @@ pub struct TwinOptions {
 }
 
 impl Default for TwinOptions {
-    /// The paper's staircase: 0, 7, 15, 30, 50, 80, 130, 180 W for 62.5 min each, a click every 15 s, 1 us noise.
+    /// The paper's staircase: 0, 7, 15, 30, 50, 80, 130, 180 W for 62.5 min each, a click every 15 s, 1 us
+    /// noise.
     fn default() -> Self {
         Self {
             powers: staircase(&[0.0, 7.0, 15.0, 30.0, 50.0, 80.0, 130.0, 180.0], 250),
@@ -124,8 +125,8 @@ impl Twin {
 }
 
 impl Batch<'_> {
-    /// The same run with the same truth, seen by other sensors with fresh noise: for twins of instruments that are not
-    /// clicks. `self` must have one sample per bin.
+    /// The same run with the same truth, seen by other sensors with fresh noise: for twins of instruments
+    /// that are not clicks. `self` must have one sample per bin.
     ///
     /// # Errors
     /// Those of the model.

@@ -13,13 +13,16 @@ use rijke_numerics::{Matrix, dot, symmetric_eigen};
 const ENOUGH: f64 = 0.99999;
 
 impl Fit<'_> {
-    /// The base state of every operating point, run by run. The errors are named causes that the points share.
+    /// The base state of every operating point, run by run. The errors are named causes that the points
+    /// share.
     ///
-    /// The covariance of all scores is cut into rank-one parts, each a cause: first, for every day, the part C e e' C/(e' C e)
-    /// that goes with the error of its thermometer (the only one that a cold state has). Given all days, the scores that runs share are the only reason why
-    /// runs go together: their principal directions, as seen by the relative changes of all base states, are causes of all runs;
-    /// those of what is left of each run are causes of its own. Each time the largest go first, until they carry 99.999 % of the variance.
-    /// States that were read come first: a state that is only foreseen adds causes of its own, and changes none of theirs.
+    /// The covariance of all scores is cut into rank-one parts, each a cause: first, for every day, the part
+    /// C e e' C/(e' C e) that goes with the error of its thermometer (the only one that a cold state has).
+    /// Given all days, the scores that runs share are the only reason why runs go together: their principal
+    /// directions, as seen by the relative changes of all base states, are causes of all runs; those of what
+    /// is left of each run are causes of its own. Each time the largest go first, until they carry 99.999 %
+    /// of the variance. States that were read come first: a state that is only foreseen adds causes of its
+    /// own, and changes none of theirs.
     ///
     /// # Errors
     /// [`FlowError::Dense`] if an eigenvalue iteration fails.
@@ -125,8 +128,8 @@ impl Settled<'_> {
     }
 }
 
-/// Principal directions of the covariance `c` where a change d has the size d' G d, until they carry enough of the variance: first by the first of
-/// the matrices G, then those of what is left by the second.
+/// Principal directions of the covariance `c` where a change d has the size d' G d, until they carry enough
+/// of the variance: first by the first of the matrices G, then those of what is left by the second.
 fn principal(c: &Matrix, grams: [&Matrix; 2]) -> Result<Vec<Vec<f64>>, FlowError> {
     let size = |c: &Matrix, gram: &Matrix| (0..c.rows()).map(|i| dot(c.row(i), gram.row(i))).sum::<f64>();
     let (mut left, mut list) = (c.clone(), Vec::<Vec<f64>>::new());
@@ -140,11 +143,11 @@ fn principal(c: &Matrix, grams: [&Matrix; 2]) -> Result<Vec<Vec<f64>>, FlowError
     Ok(list)
 }
 
-/// The largest principal directions of the covariance `c`, where a change d has the size d'`gram` d, until no more than `rest` of the variance is
-/// left.
+/// The largest principal directions of the covariance `c`, where a change d has the size d'`gram` d, until no
+/// more than `rest` of the variance is left.
 fn largest(c: &Matrix, gram: &Matrix, rest: f64) -> Result<Vec<Vec<f64>>, FlowError> {
-    // With G = E E', the directions are the eigenvectors v of E'C E, and the rank-one part of C that belongs to one of them is
-    // C E v (v'E'C E v)^{-1/2}.
+    // With G = E E', the directions are the eigenvectors v of E'C E, and the rank-one part of C that belongs
+    // to one of them is C E v (v'E'C E v)^{-1/2}.
     let (values, vectors) = symmetric_eigen(gram)?;
     let top = values.iter().copied().fold(0.0, f64::max);
     let seen: Vec<usize> = (0..c.rows()).filter(|&k| values[k] > 1e-12 * top).collect();

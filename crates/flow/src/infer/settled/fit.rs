@@ -14,10 +14,11 @@ use rijke_numerics::{Cholesky, Matrix, dot};
 
 /// Runs with their joint posterior.
 ///
-/// What is unknown belongs to one rig: the power meter is the same at every place of the heater, a correlation that is
-/// 20 % too high is so everywhere. But a model that is wrong is not wrong by the same amount everywhere. The normal score of
-/// unknown k in run p is therefore a_k s_k + sqrt(1 - a_k^2) o_pk, with s_k shared by all runs and o_pk its own, both standard
-/// normal a priori: the prior of each run by itself is unchanged. With one run this is a fit of that run alone.
+/// What is unknown belongs to one rig: the power meter is the same at every place of the heater, a
+/// correlation that is 20 % too high is so everywhere. But a model that is wrong is not wrong by the same
+/// amount everywhere. The normal score of unknown k in run p is therefore a_k s_k + sqrt(1 - a_k^2) o_pk,
+/// with s_k shared by all runs and o_pk its own, both standard normal a priori: the prior of each run by
+/// itself is unchanged. With one run this is a fit of that run alone.
 #[derive(Clone, Debug)]
 pub struct Fit<'a> {
     /// The runs, each with its own part of the posterior.
@@ -51,15 +52,16 @@ struct Linear {
     information: Matrix,
     /// Slope of half the squares of residuals, down.
     down: Vec<f64>,
-    /// Of each reading how far it is from the model, in standard deviations of noise and priors, and how far it would be after one step; the larger.
+    /// Of each reading how far it is from the model, in standard deviations of noise and priors, and how far
+    /// it would be after one step; the larger.
     off: Vec<f64>,
 }
 
 /// How well the readings of a run are met.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Misfit {
-    /// Twice the cost at the maximum without its constant: squares of residuals over their sd, and of the run's scores. Its
-    /// expectation is the number of readings.
+    /// Twice the cost at the maximum without its constant: squares of residuals over their sd, and of the
+    /// run's scores. Its expectation is the number of readings.
     pub chi_squared: f64,
     /// Number of readings.
     pub readings: usize,
@@ -68,10 +70,11 @@ pub struct Misfit {
 }
 
 impl<'a> Fit<'a> {
-    /// Fits `runs`, which must have been [`Run::checked`], together: Gauss and Newton's method, damped after Levenberg and Marquardt.
+    /// Fits `runs`, which must have been [`Run::checked`], together: Gauss and Newton's method, damped after
+    /// Levenberg and Marquardt.
     ///
-    /// Cost: some eight linearisations, each of two steady states per unknown and state: 0.2 s of CPU per run of eight
-    /// states, and the algebra of 27 unknowns per run; at most thirty linearisations.
+    /// Cost: some eight linearisations, each of two steady states per unknown and state: 0.2 s of CPU per run
+    /// of eight states, and the algebra of 27 unknowns per run; at most thirty linearisations.
     ///
     /// # Errors
     /// [`FlowError::FarOff`] for readings that no flow near the priors has, and those of [`Pipe::steady`].
@@ -167,8 +170,8 @@ impl<'a> Fit<'a> {
         states.into_par_iter().enumerate().map(one).collect()
     }
 
-    /// Refuses a run most of whose readings lie farther from the model than unknowns near their priors can move it, before the search
-    /// tries. A few that are wrong are left to the fit and its warnings.
+    /// Refuses a run most of whose readings lie farther from the model than unknowns near their priors can
+    /// move it, before the search tries. A few that are wrong are left to the fit and its warnings.
     fn near_the_prior(&self, at: &[Linear]) -> Result<(), FlowError> {
         for (run, at) in self.runs.iter().zip(at) {
             let far = at.off.iter().filter(|z| **z > FAR).count();
@@ -231,8 +234,9 @@ impl<'a> Settled<'a> {
         pairs.flat_map(|(s, p)| s.readings.iter().zip(&p.readings).map(|(r, p)| r - p)).collect()
     }
 
-    /// Derivatives of readings and of base vectors in the scores, by central differences: the closures move the grid and
-    /// everything else, so this is the one route that serves all unknowns. Error below 1e-6 of a derivative.
+    /// Derivatives of readings and of base vectors in the scores, by central differences: the closures move
+    /// the grid and everything else, so this is the one route that serves all unknowns. Error below 1e-6 of a
+    /// derivative.
     pub(crate) fn slopes(&self, scores: &[f64], at: &[Predicted]) -> Result<(Matrix, Matrix), FlowError> {
         let count = |f: fn(&Predicted) -> usize| at.iter().map(f).sum::<usize>();
         let mut readings = Matrix::zeros(count(|p| p.readings.len()), scores.len());

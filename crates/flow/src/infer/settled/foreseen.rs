@@ -6,8 +6,8 @@ use super::tests::{SD, arrivals, empty, pipe, read};
 use crate::tube::pipe::Pipe;
 use rijke_numerics::{Matrix, Streams};
 
-/// What is foreseen of a state stands on the same equations as what is read there: readings of hopeless noise say as little as none. One state
-/// at a place that was read, and a place of which nothing was.
+/// What is foreseen of a state stands on the same equations as what is read there: readings of hopeless noise
+/// say as little as none. One state at a place that was read, and a place of which nothing was.
 #[test]
 fn exact_a_state_that_was_not_read_is_one_of_hopeless_readings() {
     let mut stream = Streams::new(6).stream("foreseen");
@@ -42,7 +42,8 @@ fn exact_a_state_that_was_not_read_is_one_of_hopeless_readings() {
         // Each keeps 99.999 % of the variance, in its own causes.
         assert!((a - b).abs() <= 1e-5 * a, "{id}: {a} {b}");
     }
-    // The place that was not read is known worse than if it had been, and shares causes with the one that was.
+    // The place that was not read is known worse than if it had been, and shares causes with the one that
+    // was.
     let last = |k: usize| &found[1][k].1;
     let [foreseen, read] = [last(7), &known[7].1].map(|s| s.heater_velocity_sd());
     assert!(foreseen > 1.1 * read, "{foreseen} {read}");
@@ -50,8 +51,8 @@ fn exact_a_state_that_was_not_read_is_one_of_hopeless_readings() {
     assert!(last(7).errors.iter().filter(shared).count() > 3);
 }
 
-/// What is known of a place that was read does not change its name or size because another place is asked for: causes that a model was trained
-/// with can be met again.
+/// What is known of a place that was read does not change its name or size because another place is asked
+/// for: causes that a model was trained with can be met again.
 #[test]
 fn exact_foreseen_states_leave_the_causes_of_the_others_alone() {
     let mut stream = Streams::new(7).stream("asked");

@@ -1,7 +1,9 @@
-//! Scores that all runs share and scores of each run, in equations of the shape of an arrow: run by run, at a cost that grows with their number.
+//! Scores that all runs share and scores of each run, in equations of the shape of an arrow: run by run, at a
+//! cost that grows with their number.
 //!
-//! The score of unknown k in run p is a_k s_k + (1 - a_k^2)^(1/2) o_pk. Given the shared s, runs know nothing of each other, so the
-//! own scores are eliminated one run after the other (a Schur complement; Golub & Van Loan, Matrix Computations, section 3.4).
+//! The score of unknown k in run p is a_k s_k + (1 - a_k^2)^(1/2) o_pk. Given the shared s, runs know nothing
+//! of each other, so the own scores are eliminated one run after the other (a Schur complement; Golub & Van
+//! Loan, Matrix Computations, section 3.4).
 
 use super::unknowns::{FIXED, shared_share};
 use rijke_numerics::{Cholesky, DenseError, Matrix};
@@ -20,7 +22,8 @@ pub(super) struct Arrow {
     parts: Vec<Part>,
 }
 
-/// What one run adds: covariance of its own scores given the shared ones, and how its own scores follow those, with the sign changed.
+/// What one run adds: covariance of its own scores given the shared ones, and how its own scores follow
+/// those, with the sign changed.
 struct Part {
     own: Matrix,
     coupling: Matrix,

@@ -11,29 +11,34 @@ use rijke_rig::{Observations, PointObservations, Ramp};
 
 /// Half of the width of a click's window around its centre, s: what comes within this time is heard with it.
 const WINDOW: f64 = 0.8e-3;
-/// Excess delay that is the same in all states, s, where the heater's reflection is heard with the direct click, and
-/// elsewhere: an orifice plate reflects a third to a half of a click, which shifts its phase by a tenth of its 0.6 ms.
+/// Excess delay that is the same in all states, s, where the heater's reflection is heard with the direct
+/// click, and elsewhere: an orifice plate reflects a third to a half of a click, which shifts its phase by a
+/// tenth of its 0.6 ms.
 const NEAR_SD: f64 = 30e-6;
 const FAR_SD: f64 = 2e-6;
-/// The same where the open end is heard, which reflects twice as much and is modelled by signal processing: a quarter is left.
+/// The same where the open end is heard, which reflects twice as much and is modelled by signal processing: a
+/// quarter is left.
 const END_SD: f64 = 15e-6;
 /// Part of these shifts that changes when the gas gets hot.
 const CHANGE: f64 = 0.1;
 /// What is left in any arrival time when the pulse changes its shape along hot gas, s.
 const SHAPE_SD: f64 = 0.5e-6;
 
-/// One run per place of the heater at which a heated point has clicks or readings `along` the tube, lowest first: mean clicks and readings of all its
-/// points in the same configuration (with or without thermometers), cold ones included. Points of a ramp need neither: the others tell of
-/// the flow that passes them. Nor do points at which nothing was measured yet, neither pings nor clicks: a state of them is foreseen. A place may
-/// have such points alone; without a heated reading at any place there are no runs. `pipe` makes the tube for a heater.
+/// One run per place of the heater at which a heated point has clicks or readings `along` the tube, lowest
+/// first: mean clicks and readings of all its points in the same configuration (with or without
+/// thermometers), cold ones included. Points of a ramp need neither: the others tell of the flow that passes
+/// them. Nor do points at which nothing was measured yet, neither pings nor clicks: a state of them is
+/// foreseen. A place may have such points alone; without a heated reading at any place there are no runs.
+/// `pipe` makes the tube for a heater.
 ///
 /// Errors of an arrival time beyond those stated for it:
-/// * the stated covariance counts twice, as noise of the state and as error common to all states, because observations do not
-///   say how much of it is calibration; but for the shift of the setting, which the rig declares and all states share;
-/// * the heater reflects: up to a window's length below it, and within it, the direct click is shifted by about 30 us in all states
-///   alike, of which a tenth may change with temperature;
-/// * the open end reflects, up to 60 us where its reflection overlaps the window wholly: signal processing models it, and may miss
-///   a quarter in all states alike, and a tenth that changes with temperature.
+/// * the stated covariance counts twice, as noise of the state and as error common to all states, because
+///   observations do not say how much of it is calibration; but for the shift of the setting, which the rig
+///   declares and all states share;
+/// * the heater reflects: up to a window's length below it, and within it, the direct click is shifted by
+///   about 30 us in all states alike, of which a tenth may change with temperature;
+/// * the open end reflects, up to 60 us where its reflection overlaps the window wholly: signal processing
+///   models it, and may miss a quarter in all states alike, and a tenth that changes with temperature.
 ///
 /// # Errors
 /// Those of [`Run::checked`], with the heater's place, and of the model.
@@ -100,8 +105,8 @@ fn near(pipe: &Pipe, x: f64) -> bool {
     x < high && x > low - 0.5 * WINDOW * 343.0
 }
 
-/// Share of a click's window at `x` in which the reflection at the open end is heard, at speed of sound `c`. The end reflects
-/// from 0.61 radii beyond it (Levine & Schwinger 1948).
+/// Share of a click's window at `x` in which the reflection at the open end is heard, at speed of sound `c`.
+/// The end reflects from 0.61 radii beyond it (Levine & Schwinger 1948).
 fn overlap(pipe: &Pipe, x: f64, c: f64) -> f64 {
     let lag = 2.0 * (pipe.length + 0.305 * pipe.diameter - x) / c;
     (1.0 - lag / WINDOW).max(0.0)
@@ -158,8 +163,8 @@ fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> 
     })
 }
 
-/// The variance of a common shift that a stated covariance holds: that of the setting, unless it is too small to hold it,
-/// such as one prepared by hand.
+/// The variance of a common shift that a stated covariance holds: that of the setting, unless it is too small
+/// to hold it, such as one prepared by hand.
 fn stated_setting(covariance: &Matrix, setting: f64) -> f64 {
     let count = covariance.rows();
     let smaller = Matrix::from_fn(count, count, |i, j| {

@@ -22,7 +22,8 @@ pub(crate) struct Predicted {
 }
 
 impl Run {
-    /// All states of the tube `pipe` at `scores` of the unknowns `priors`; `near` are steady states to start from.
+    /// All states of the tube `pipe` at `scores` of the unknowns `priors`; `near` are steady states to start
+    /// from.
     pub(crate) fn predict(
         &self,
         pipe: &Pipe,
@@ -97,12 +98,14 @@ impl Run {
     }
 }
 
-/// Longest step of a run after a change of power, s: the error is below a tenth of a kelvin three minutes after a step.
+/// Longest step of a run after a change of power, s: the error is below a tenth of a kelvin three minutes
+/// after a step.
 const STEP: f64 = 15.0;
 
-/// Arrival times as signal processing reports them: delays of channels and the dispersion of the empty tube at the
-/// `indicated` ambient temperature removed, so that an empty cold tube gives x/c. What is left of the dispersion is its
-/// change with temperature. Each interval of the path may be longer than its geometry by `paths` (m of sound path).
+/// Arrival times as signal processing reports them: delays of channels and the dispersion of the empty tube
+/// at the `indicated` ambient temperature removed, so that an empty cold tube gives x/c. What is left of the
+/// dispersion is its change with temperature. Each interval of the path may be longer than its geometry by
+/// `paths` (m of sound path).
 fn arrivals(pipe: &Pipe, gas: &Draught<f64>, filled: &Filled, paths: &[f64], indicated: f64) -> Vec<f64> {
     let at_faces = pipe.times_at_faces(gas);
     let slowness = |x: f64| 1.0 / pipe.air.sound_speed(interpolate(&pipe.faces, &gas.march.face, x));

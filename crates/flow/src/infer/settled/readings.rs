@@ -11,9 +11,9 @@ pub(crate) type OfPoint = Vec<(SensorKind, f64, f64)>;
 
 /// Readings along the tube by operating point: `readings.csv` beside the observations.
 ///
-/// One row per reading, with the columns `point`, `place_m`, `temperature_k`, `sound_speed_m_per_s` and `sd`; one of the two
-/// quantities is given and the other left empty, and `sd` (K or m/s) is the standard deviation of that reading, errors of
-/// calibration included.
+/// One row per reading, with the columns `point`, `place_m`, `temperature_k`, `sound_speed_m_per_s` and `sd`;
+/// one of the two quantities is given and the other left empty, and `sd` (K or m/s) is the standard deviation
+/// of that reading, errors of calibration included.
 #[derive(Clone, Debug, Default)]
 pub struct Readings {
     pub(crate) points: BTreeMap<String, OfPoint>,

@@ -25,7 +25,8 @@ pub struct State {
     pub readings: Vec<f64>,
     /// Covariance of the readings' own noise.
     pub noise: Matrix,
-    /// The run over time in which it was passed, by its place in [`Run::ramps`], and when, s; none if it is settled.
+    /// The run over time in which it was passed, by its place in [`Run::ramps`], and when, s; none if it is
+    /// settled.
     pub moment: Option<(usize, f64)>,
 }
 
@@ -36,7 +37,8 @@ pub struct Run {
     pub heater: f64,
     /// The states, in any order.
     pub states: Vec<State>,
-    /// Covariance of the error that the arrival times of microphones i and j have in common in all states, s^2.
+    /// Covariance of the error that the arrival times of microphones i and j have in common in all states,
+    /// s^2.
     pub common: Matrix,
     /// Runs over time, of which some states are moments.
     pub ramps: Vec<Ramp>,

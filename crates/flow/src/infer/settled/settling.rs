@@ -11,7 +11,8 @@ use rijke_rig::Ramp;
 /// How far ahead is looked, s, and in what steps.
 const AHEAD: f64 = 4.0 * 3600.0;
 const STEP: f64 = 60.0;
-/// Settled: mass flux and velocity within this share of where they end, and temperatures within so many kelvin.
+/// Settled: mass flux and velocity within this share of where they end, and temperatures within so many
+/// kelvin.
 const SHARE: f64 = 0.01;
 const KELVIN: f64 = 1.0;
 
@@ -59,7 +60,8 @@ fn is_near(now: &Predicted, end: &Predicted) -> bool {
     shares && gas.iter().zip(&end.base[FLOW..]).all(|(a, b)| (a - b).abs() <= KELVIN)
 }
 
-/// Numbers of a base state that are of the flow, before the temperatures: mass flux and velocity at the heater.
+/// Numbers of a base state that are of the flow, before the temperatures: mass flux and velocity at the
+/// heater.
 const FLOW: usize = 2;
 
 #[cfg(test)]

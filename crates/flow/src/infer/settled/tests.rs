@@ -169,7 +169,8 @@ fn lab_settled_runs_cover_their_truth() {
     assert!((0.85..1.15).contains(&chi), "chi-squared {chi}");
 }
 
-/// Two powers in twenty minutes beside two settled states, and a moment without clicks three minutes after a step.
+/// Two powers in twenty minutes beside two settled states, and a moment without clicks three minutes after a
+/// step.
 pub(super) fn ramped() -> Run {
     let mut run = empty(0.35, &arrivals(), SD);
     run.states[2].moment = Some((0, 550.0));
@@ -185,7 +186,8 @@ pub(super) fn ramped() -> Run {
 #[test]
 #[ignore = "long: 60 fits with a ramp, five minutes of CPU"]
 fn coverage_of_moments_of_a_ramp() {
-    // Truth drawn from the priors: share of velocities and sound speeds within 1.96 sd, of the settled state and of three moments.
+    // Truth drawn from the priors: share of velocities and sound speeds within 1.96 sd, of the settled state
+    // and of three moments.
     let pipe = pipe(0.35);
     let draws = (0..60).into_par_iter().map(|seed| {
         let mut run = ramped();

@@ -11,24 +11,28 @@ use rijke_inference::{Parameter, Prior};
 /// Number of unknowns that every run has; days and paths follow.
 pub(crate) const FIXED: usize = 19;
 
-/// The unknowns of `run`: the six parameters; power, place of the heater and orifice length; the closures that the paper does not
-/// give; the thermometer's error of each day; the excess acoustic length of the path to each microphone beyond the last; what only
-/// a ramp shows.
+/// The unknowns of `run`: the six parameters; power, place of the heater and orifice length; the closures
+/// that the paper does not give; the thermometer's error of each day; the excess acoustic length of the path
+/// to each microphone beyond the last; what only a ramp shows.
 ///
 /// * The six parameters: uniform, as everywhere ([`crate::unknowns`]).
-/// * Power meter 1 %, place of the heater 1 mm, orifice length 0.05 +- 0.015 m: ordinary calibration and geometry.
-/// * The delay behind the heater, L_or/(2c) in cold gas, changes as c to the power -gamma: 1 for an inertance in uniform gas; but hot
-///   gas follows on cold, and the unsteady heat release and the band of the pulse matter: 0.5 +- 0.5.
-/// * Emissivity 0.30 (weathered steel 0.2 to 0.45, Incropera table A.11); share and decay length of the wires' loss known to a
-///   third (fin estimate); entrance loss 0.6 +- 0.15 (sharp 1.0, rounded 0.05, thin wall 0.6; Idelchik 3-1); Hagenbach's
-///   1.25 +- 15 % (Shah & London give 1.20 to 1.33); jet reattachment at 10 to 15 step heights, +- 35 %.
+/// * Power meter 1 %, place of the heater 1 mm, orifice length 0.05 +- 0.015 m: ordinary calibration and
+///   geometry.
+/// * The delay behind the heater, L_or/(2c) in cold gas, changes as c to the power -gamma: 1 for an inertance
+///   in uniform gas; but hot gas follows on cold, and the unsteady heat release and the band of the pulse
+///   matter: 0.5 +- 0.5.
+/// * Emissivity 0.30 (weathered steel 0.2 to 0.45, Incropera table A.11); share and decay length of the
+///   wires' loss known to a third (fin estimate); entrance loss 0.6 +- 0.15 (sharp 1.0, rounded 0.05, thin
+///   wall 0.6; Idelchik 3-1); Hagenbach's 1.25 +- 15 % (Shah & London give 1.20 to 1.33); jet reattachment at
+///   10 to 15 step heights, +- 35 %.
 /// * Velocity profile: anything from flat (1) to parabolic (4/3).
-/// * Share of the power that the heater radiates to the wall: 40 cm^2 of ceramic at 400 to 700 K seen by a wall at 330 K radiate
-///   3 to 12 % of 180 W.
-/// * Excess length: thermometers, insert and the like slow a pulse by some mm of path per interval; seen without power,
-///   and scaled with the local speed of sound when hot.
-/// * Of a run with ramps, last: lag of the heater (its ceramic's heat over a conductance that is known to 15 %), and heat capacity of the
-///   wall (c_p of AISI 304 rises from 477 to 515 J/(kg K) between 300 and 400 K, Incropera table A.1; a wall thickness to 2 %).
+/// * Share of the power that the heater radiates to the wall: 40 cm^2 of ceramic at 400 to 700 K seen by a
+///   wall at 330 K radiate 3 to 12 % of 180 W.
+/// * Excess length: thermometers, insert and the like slow a pulse by some mm of path per interval; seen
+///   without power, and scaled with the local speed of sound when hot.
+/// * Of a run with ramps, last: lag of the heater (its ceramic's heat over a conductance that is known to 15
+///   %), and heat capacity of the wall (c_p of AISI 304 rises from 477 to 515 J/(kg K) between 300 and 400 K,
+///   Incropera table A.1; a wall thickness to 2 %).
 #[must_use]
 pub fn unknowns(run: &Run, pipe: &Pipe) -> Vec<Parameter> {
     let c = &pipe.closures;
@@ -70,9 +74,10 @@ pub fn unknowns(run: &Run, pipe: &Pipe) -> Vec<Parameter> {
     list
 }
 
-/// How much of the score of unknown `k` all places of the heater share. The power meter is one instrument; the heater is set
-/// anew at each place. Of the parameters and closures a third (in sd) may differ from place to place: correlations err by other
-/// amounts elsewhere along the tube, and the shared rest still says that the rig is one.
+/// How much of the score of unknown `k` all places of the heater share. The power meter is one instrument;
+/// the heater is set anew at each place. Of the parameters and closures a third (in sd) may differ from place
+/// to place: correlations err by other amounts elsewhere along the tube, and the shared rest still says that
+/// the rig is one.
 pub(crate) fn shared_share(k: usize) -> f64 {
     const DIFFERENT: f64 = 1.0 / 3.0;
     match k {
@@ -85,8 +90,8 @@ pub(crate) fn shared_share(k: usize) -> f64 {
 const POWER: usize = 6;
 const HEATER: usize = 7;
 
-/// Sd of the excess acoustic length of one interval, m: a thermometer of 3 mm across the bore adds 0.4 mm of inertance,
-/// the boundary layers of insert over 0.1 m about 0.1 mm, an unflanged probe less.
+/// Sd of the excess acoustic length of one interval, m: a thermometer of 3 mm across the bore adds 0.4 mm of
+/// inertance, the boundary layers of insert over 0.1 m about 0.1 mm, an unflanged probe less.
 const PATH_SD: f64 = 1.5e-3;
 
 /// The unknowns as the model takes them.

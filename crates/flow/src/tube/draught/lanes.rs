@@ -7,8 +7,8 @@ use crate::tube::march::{Drive, Flow, March};
 use crate::tube::parameters::Parameters;
 use crate::tube::pipe::Pipe;
 
-/// Lanes that flow the way of most march together until the last has settled; one that has found its flow keeps it meanwhile.
-/// The others (the other way, or without a root for the secant) search alone.
+/// Lanes that flow the way of most march together until the last has settled; one that has found its flow
+/// keeps it meanwhile. The others (the other way, or without a root for the secant) search alone.
 impl<const L: usize> Balanced for Lanes<L> {
     fn draught(
         pipe: &Pipe,

@@ -103,11 +103,11 @@ impl Pipe {
         Balance { buoyancy: buoyancy * GRAVITY, losses: square * inertial + friction }
     }
 
-    /// Finds the mass flow, starting from `out.mass_flow`, to `tolerance` in ln(buoyancy/losses), and leaves the gas
-    /// at that flow in `out`.
+    /// Finds the mass flow, starting from `out.mass_flow`, to `tolerance` in ln(buoyancy/losses), and leaves
+    /// the gas at that flow in `out`.
     ///
-    /// Secant on ln(buoyancy/losses) against ln m, which is nearly a straight line of slope -2.5; where the two differ
-    /// in sign (still gas, or cold walls) a bisection in sinh^{-1}(m).
+    /// Secant on ln(buoyancy/losses) against ln m, which is nearly a straight line of slope -2.5; where the
+    /// two differ in sign (still gas, or cold walls) a bisection in sinh^{-1}(m).
     ///
     /// # Errors
     /// [`FlowError::NoFlow`] if no flow up to 0.1 kg/s balances.

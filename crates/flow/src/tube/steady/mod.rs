@@ -13,7 +13,8 @@ use crate::number::{Dual, Number};
 
 /// Most Newton steps; from a cold start seven are typical.
 const STEPS: usize = 40;
-/// Names of what the sensitivities refer to: the six parameters, the power (relative) and the ambient temperature (K).
+/// Names of what the sensitivities refer to: the six parameters, the power (relative) and the ambient
+/// temperature (K).
 pub const SENSITIVE_TO: [&str; 8] = [
     "heater_drag",
     "outer_nusselt",
@@ -148,7 +149,8 @@ impl Steady {
     /// Derivatives with respect to each of [`SENSITIVE_TO`].
     ///
     /// # Errors
-    /// [`FlowError::NotSteady`] if the linear system is singular. Without power only the ambient temperature acts.
+    /// [`FlowError::NotSteady`] if the linear system is singular. Without power only the ambient temperature
+    /// acts.
     pub fn sensitivities(&self, pipe: &Pipe) -> Result<Vec<Sensitivity>, FlowError> {
         const P: usize = 9;
         let v = |value: f64, index: usize| Dual::<P>::variable(value, index);

@@ -8,9 +8,9 @@ use crate::tube::march::{Drive, Flow, March};
 use crate::tube::parameters::Parameters;
 use crate::tube::pipe::Pipe;
 
-/// Balances at one wall and mass flow, and Newton's linear system: rows 2i the heat of wall cell i, rows 2i + 1 the gas
-/// leaving cell i; unknowns 2i the wall of cell i, 2i + 1 the gas at face i + 1; bordered by the mass flow and the
-/// balance of the draught.
+/// Balances at one wall and mass flow, and Newton's linear system: rows 2i the heat of wall cell i, rows 2i +
+/// 1 the gas leaving cell i; unknowns 2i the wall of cell i, 2i + 1 the gas at face i + 1; bordered by the
+/// mass flow and the balance of the draught.
 pub(super) struct Tangent {
     /// Heat into every cell of the wall, W.
     pub(super) heat: Vec<f64>,
@@ -31,7 +31,8 @@ pub(super) struct System {
 }
 
 impl Pipe {
-    /// Marches the gas for an upward mass flow `flow` (kg/s), left in `march`, and takes all derivatives on the way.
+    /// Marches the gas for an upward mass flow `flow` (kg/s), left in `march`, and takes all derivatives on
+    /// the way.
     pub(super) fn tangent(
         &self,
         wall: &[f64],

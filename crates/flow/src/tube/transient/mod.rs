@@ -13,18 +13,18 @@ use crate::number::{Lanes, Number};
 
 /// gamma of ROS2 that makes it L-stable with small errors.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-/// Constant slopes of the losses in the implicit matrix: W/(m K) of convection and radiation, W/(m K) to the gas, and
-/// W/K of a mount; typical values. The scheme is second order whatever they are.
+/// Constant slopes of the losses in the implicit matrix: W/(m K) of convection and radiation, W/(m K) to the
+/// gas, and W/K of a mount; typical values. The scheme is second order whatever they are.
 const OUTER: f64 = 1.1;
 const INNER: f64 = 1.3;
 const MOUNT: f64 = 0.4;
 
 /// The wall, the heater's lag and the gas at one time.
 ///
-/// The gas is quasi-steady: it holds 0.2 % of the wall's heat and passes in seconds. The wall advances by ROS2 (Verwer,
-/// Spee, Blom & Hundsdorfer 1999), a W-method: second order for any matrix, and L-stable in the stiff part, the
-/// conduction in small cells, which the matrix holds exactly. The matrix does not depend on the state, so derivatives
-/// of the scheme are exact and one factorisation serves a whole run.
+/// The gas is quasi-steady: it holds 0.2 % of the wall's heat and passes in seconds. The wall advances by
+/// ROS2 (Verwer, Spee, Blom & Hundsdorfer 1999), a W-method: second order for any matrix, and L-stable in the
+/// stiff part, the conduction in small cells, which the matrix holds exactly. The matrix does not depend on
+/// the state, so derivatives of the scheme are exact and one factorisation serves a whole run.
 #[derive(Clone, Debug)]
 pub struct Transient<N> {
     /// Wall temperature of the cells, K.
@@ -125,7 +125,8 @@ impl<N: Balanced> Transient<N> {
         Ok(state)
     }
 
-    /// Solves the gas for the present wall, power and ambient temperature; call after changing them from outside.
+    /// Solves the gas for the present wall, power and ambient temperature; call after changing them from
+    /// outside.
     ///
     /// # Errors
     /// [`FlowError::NoFlow`].
@@ -134,9 +135,9 @@ impl<N: Balanced> Transient<N> {
         pipe.draught(&self.wall, drive, &unknowns.parameters, tolerance, &mut self.gas)
     }
 
-    /// One step of `implicit.dt()` with the indicated `power` (W), to the indicated ambient temperature (K) at its end.
-    /// Returns the energies of the step, J, which close to rounding: each loss is the mean of its two stages plus the
-    /// scheme's own implicit correction.
+    /// One step of `implicit.dt()` with the indicated `power` (W), to the indicated ambient temperature (K)
+    /// at its end. Returns the energies of the step, J, which close to rounding: each loss is the mean of its
+    /// two stages plus the scheme's own implicit correction.
     ///
     /// # Errors
     /// [`FlowError::NoFlow`] if the gas finds no balance, as when a temperature has left its range.

@@ -37,7 +37,8 @@ fn oracle_lanes_have_to_the_last_bit_what_they_have_alone() {
         apart.iter().map(|u| Transient::cold(&pipe, u, 293.15).unwrap()).collect();
     let mut lanes = Transient::<Lanes<L>>::gather(&states).unwrap();
     let mut directions = [0; 2];
-    // Rooms that differ, so that without power some lanes flow down while others flow up; then up and down the staircase.
+    // Rooms that differ, so that without power some lanes flow down while others flow up; then up and down
+    // the staircase.
     for (step, power) in
         [0.0, 0.0, 0.0, 0.0, 0.3, 7.0, 180.0, 180.0, 30.0, 0.0, 0.0, 0.0].into_iter().enumerate()
     {

@@ -67,9 +67,9 @@ impl Likelihood<'_> {
         block
     }
 
-    /// Derivatives with respect to ln of floating sizes and of the length. With a = C^-1 r, W = B^-1 U K^1/2, C^-1 = B^-1 - W M^-1 W':
-    /// dJ/du_g = (tr C^-1 C_g - a'C_g a)/2,
-    /// d2J/du_g du_h = (tr C^-1 C_gh - tr C^-1 C_g C^-1 C_h - a'C_gh a)/2 + a'C_g C^-1 C_h a, d2J/dz du_g = -F'C^-1 C_g a.
+    /// Derivatives with respect to ln of floating sizes and of the length. With a = C^-1 r, W = B^-1 U K^1/2,
+    /// C^-1 = B^-1 - W M^-1 W': dJ/du_g = (tr C^-1 C_g - a'C_g a)/2, d2J/du_g du_h = (tr C^-1 C_gh - tr C^-1
+    /// C_g C^-1 C_h - a'C_gh a)/2 + a'C_g C^-1 C_h a, d2J/dz du_g = -F'C^-1 C_g a.
     fn add_kernel_noise(
         &self,
         block: &mut Block,

@@ -1,4 +1,5 @@
-//! Slips of the pen in a study of the template `kundt-tube`: numbers that nothing has, each of which a mutation test once got through.
+//! Slips of the pen in a study of the template `kundt-tube`: numbers that nothing has, each of which a
+//! mutation test once got through.
 
 use super::{Case, case, edit};
 use crate::rijke;

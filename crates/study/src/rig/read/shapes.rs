@@ -105,8 +105,8 @@ impl Reading<'_> {
         Ok(Duct { length, area: [start, end], temperatures, temperature_sd, pieces })
     }
 
-    /// A number of an element, for its laws: as a number of its part, or, where it needs more than the operating point, as a named
-    /// subexpression.
+    /// A number of an element, for its laws: as a number of its part, or, where it needs more than the
+    /// operating point, as a named subexpression.
     pub(super) fn definition(
         &mut self,
         part: usize,
@@ -223,8 +223,9 @@ impl Reading<'_> {
         }
     }
 
-    /// The four couplings as they are given: numbers, [re, im], formulas, or functions of s. Their keys are names that formulas know as
-    /// something else, as `mu` for the viscosity, so that they are no numbers of the part.
+    /// The four couplings as they are given: numbers, [re, im], formulas, or functions of s. Their keys are
+    /// names that formulas know as something else, as `mu` for the viscosity, so that they are no numbers of
+    /// the part.
     fn feedback(&mut self, part: usize, kind: &Kind, table: &mut Table, at: &Range<usize>) -> Outcome<()> {
         let name = self.parts[part].name.clone();
         let keys = FUNCTION.iter().find(|(name, _)| *name == kind.name).map_or(&[][..], |(_, keys)| *keys);

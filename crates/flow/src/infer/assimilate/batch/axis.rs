@@ -4,11 +4,11 @@ use crate::error::FlowError;
 use crate::tube::pipe::Pipe;
 use rijke_inference::{Parameter, Prior, normal_cdf, normal_quantile};
 
-/// One unknown by its score z and by a coordinate y(z): the score itself for a normal prior; for a uniform one the physical
-/// value, except for the mounts.
+/// One unknown by its score z and by a coordinate y(z): the score itself for a normal prior; for a uniform
+/// one the physical value, except for the mounts.
 ///
-/// The resistance of a mount lies in series with that of the wall around it, so the heat through it is linear in
-/// 1/(R_m + R_fin) with the wall as a fin on both sides, R_fin = 1/(2 sqrt(k_w A_w h')).
+/// The resistance of a mount lies in series with that of the wall around it, so the heat through it is linear
+/// in 1/(R_m + R_fin) with the wall as a fin on both sides, R_fin = 1/(2 sqrt(k_w A_w h')).
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Axis {
     Score,

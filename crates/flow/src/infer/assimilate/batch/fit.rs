@@ -19,8 +19,8 @@ const CLOSE: f64 = 2e-4;
 const ROUGH_ROUNDS: usize = 3;
 
 impl Batch<'_> {
-    /// The most probable scores, then the posterior around them: draws of the model taken to second order there. The
-    /// draws are the same in every run.
+    /// The most probable scores, then the posterior around them: draws of the model taken to second order
+    /// there. The draws are the same in every run.
     ///
     /// # Errors
     /// [`FlowError::Inference`] with the words of the minimiser.
@@ -53,7 +53,8 @@ impl Batch<'_> {
         };
         let white = self.whitening.apply(self.means.clone());
         let search = TrustRegion { tolerance: CLOSE, ..TrustRegion::default() };
-        // The rough model finds the neighbourhood, with its own error taken from the data where the search last ended.
+        // The rough model finds the neighbourhood, with its own error taken from the data where the search
+        // last ended.
         let rough = self.rough();
         let mut start = vec![0.0; self.scores()];
         for _ in 0..ROUGH_ROUNDS {
@@ -72,7 +73,8 @@ impl Batch<'_> {
         Ok((fit.working, laplace.covariance, converged))
     }
 
-    /// What the fit says of itself, at the most probable `scores` with the readings `predicted` and the whitened `slopes` there.
+    /// What the fit says of itself, at the most probable `scores` with the readings `predicted` and the
+    /// whitened `slopes` there.
     fn health(
         &self,
         scores: &[f64],
@@ -109,8 +111,8 @@ impl Batch<'_> {
         })
     }
 
-    /// The posterior's shape around `scores`: derivatives there, and second derivatives by differences of rough ones over an
-    /// sd on both sides.
+    /// The posterior's shape around `scores`: derivatives there, and second derivatives by differences of
+    /// rough ones over an sd on both sides.
     pub(crate) fn shape(&self, scores: &[f64], covariance: &Matrix) -> Result<Shape, FlowError> {
         let axes: Vec<Axis> =
             self.priors.iter().map(|p| Axis::new(p, self.pipe)).collect::<Result<_, _>>()?;

@@ -1,4 +1,5 @@
-//! A whole record as one vector of averaged readings: what the model predicts of it, and its noise made white.
+//! A whole record as one vector of averaged readings: what the model predicts of it, and its noise made
+//! white.
 
 use super::whitening::Whitening;
 use crate::error::FlowError;
@@ -14,8 +15,9 @@ use rijke_inference::Parameter;
 
 /// A record with a pipe, ready to be fitted.
 ///
-/// Readings are averaged over `bin` samples, and so are the predictions: averaging the data but predicting one instant
-/// would spoil the transients. The unknowns are the ten of [`unknowns`] and one constant error per biased sensor.
+/// Readings are averaged over `bin` samples, and so are the predictions: averaging the data but predicting
+/// one instant would spoil the transients. The unknowns are the ten of [`unknowns`] and one constant error
+/// per biased sensor.
 #[derive(Clone, Debug)]
 pub struct Batch<'a> {
     pub(crate) pipe: &'a Pipe,
@@ -34,7 +36,8 @@ impl<'a> Batch<'a> {
     /// Averages over `bin` samples (10 is a good choice); `record` must have been [`Record::checked`].
     ///
     /// # Errors
-    /// Those of the model at the middle of the priors, where its response to the ambient temperature is taken.
+    /// Those of the model at the middle of the priors, where its response to the ambient temperature is
+    /// taken.
     pub fn new(pipe: &'a Pipe, record: &'a Record, bin: usize) -> Result<Self, FlowError> {
         let bin = bin.max(1);
         let smoothed = smooth_ambient(record);
@@ -65,7 +68,8 @@ impl<'a> Batch<'a> {
         unknowns.chain(self.record.biased().map(|(i, _)| format!("bias_{i}"))).collect()
     }
 
-    /// Mean predicted reading of every sensor in every bin, one bin after the other. Missing scores count as zero.
+    /// Mean predicted reading of every sensor in every bin, one bin after the other. Missing scores count as
+    /// zero.
     pub(crate) fn run<N: Balanced>(&self, scores: &[N]) -> Result<Vec<N>, FlowError> {
         let unknowns = unknowns_from(&self.priors, scores)?;
         let record = self.record;
@@ -91,14 +95,14 @@ impl<'a> Batch<'a> {
         Ok(out)
     }
 
-    /// The same with steps of five samples: errors of some us in the transients, a fifth of the cost. For derivatives of
-    /// derivatives and to start a search.
+    /// The same with steps of five samples: errors of some us in the transients, a fifth of the cost. For
+    /// derivatives of derivatives and to start a search.
     pub(crate) fn rough(&self) -> Self {
         Self { stride: self.bin.min(5), ..self.clone() }
     }
 
-    /// Changes of the mean readings per kelvin of ambient temperature, first at the start (which the wall takes up), then in
-    /// each bin, by forward mode. Runs start where their first change does.
+    /// Changes of the mean readings per kelvin of ambient temperature, first at the start (which the wall
+    /// takes up), then in each bin, by forward mode. Runs start where their first change does.
     fn responses(&self, scores: &[f64]) -> Result<Vec<Vec<f64>>, FlowError> {
         const P: usize = UNKNOWNS + 1;
         let record = self.record;

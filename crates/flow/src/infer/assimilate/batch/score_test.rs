@@ -1,9 +1,10 @@
 //! Whether the readings ask for another closure: Rao's score test.
 //!
-//! Six free parameters absorb most errors of a model, so chi-squared stays near 1 whatever is wrong. A wrong closure is noticed by
-//! the one pattern of readings that it makes and the parameters cannot: with g the change of the whitened readings per handbook sd
-//! of the closure, r the residual at the most probable unknowns and J their slopes, the shift g'r/i has the variance 1/i with
-//! i = g'g - g'J (J'J + 1)^{-1} J'g, and z = g'r/sqrt(i) is standard normal if the closure is right (Rao 1948).
+//! Six free parameters absorb most errors of a model, so chi-squared stays near 1 whatever is wrong. A wrong
+//! closure is noticed by the one pattern of readings that it makes and the parameters cannot: with g the
+//! change of the whitened readings per handbook sd of the closure, r the residual at the most probable
+//! unknowns and J their slopes, the shift g'r/i has the variance 1/i with i = g'g - g'J (J'J + 1)^{-1} J'g,
+//! and z = g'r/sqrt(i) is standard normal if the closure is right (Rao 1948).
 
 use super::model::Batch;
 use crate::error::FlowError;
@@ -26,8 +27,8 @@ const OPEN: [Open; 8] = [
 ];
 
 impl Batch<'_> {
-    /// The test for every closure that handbooks leave open, at the most probable `scores`, with `slopes` of the whitened readings
-    /// there. Responses to closures are differences of rough predictions.
+    /// The test for every closure that handbooks leave open, at the most probable `scores`, with `slopes` of
+    /// the whitened readings there. Responses to closures are differences of rough predictions.
     pub(crate) fn tensions(&self, scores: &[f64], slopes: &Matrix) -> Result<Vec<Tension>, FlowError> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let fitted = self.whitened(scores)?;

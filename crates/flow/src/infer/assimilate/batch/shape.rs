@@ -1,11 +1,13 @@
 //! The shape of the posterior around its maximum: the model to second order, and draws from what follows.
 //!
-//! Two thousand clicks fix some combinations of unknowns to 1/2000 of their prior width and leave others free. The ridge
-//! between is curved by many times its thickness, and a Gaussian (Laplace's method) is then too narrow. Here the readings are taken to
-//! second order in coordinates in which they are most nearly linear ([`Axis`]), uniform priors are kept exactly by their
-//! scores, and draws come from randomise-then-optimise (Bardsley, Solonen, Haario & Laine 2014, SIAM J. Sci. Comput. 36,
-//! A1895): a standard normal vector in the tangent space is carried to the scores that the model gives there, and weighted
-//! by the ratio of posterior and proposal. Constant errors of sensors act linearly and are integrated out.
+//! Two thousand clicks fix some combinations of unknowns to 1/2000 of their prior width and leave others
+//! free. The ridge between is curved by many times its thickness, and a Gaussian (Laplace's method) is then
+//! too narrow. Here the readings are taken to second order in coordinates in which they are most nearly
+//! linear ([`Axis`]), uniform priors are kept exactly by their scores, and draws come from
+//! randomise-then-optimise (Bardsley, Solonen, Haario & Laine 2014, SIAM J. Sci. Comput. 36, A1895): a
+//! standard normal vector in the tangent space is carried to the scores that the model gives there, and
+//! weighted by the ratio of posterior and proposal. Constant errors of sensors act linearly and are
+//! integrated out.
 
 use super::axis::Axis;
 use crate::error::FlowError;
@@ -22,7 +24,8 @@ pub(crate) struct Shape {
     pub(crate) axes: Vec<Axis>,
     /// Scores at the maximum.
     pub(crate) centre: Vec<f64>,
-    /// Products of the whitened terms (residual, minus slopes, minus curvatures), constant errors integrated out.
+    /// Products of the whitened terms (residual, minus slopes, minus curvatures), constant errors integrated
+    /// out.
     gram: Matrix,
     /// Posterior mean of the constant errors from the terms, and the precision.
     errors: Matrix,
@@ -33,8 +36,8 @@ pub(crate) struct Shape {
 type Carried = (Vec<f64>, Vec<f64>, Matrix);
 
 impl Shape {
-    /// From the whitened residual without constant errors, its negative slopes `linear` in the axes, negative second
-    /// derivatives `second[k][l]` (k <= l), and the whitened readings `errors` of each constant error.
+    /// From the whitened residual without constant errors, its negative slopes `linear` in the axes, negative
+    /// second derivatives `second[k][l]` (k <= l), and the whitened readings `errors` of each constant error.
     pub(crate) fn new(
         axes: Vec<Axis>,
         centre: Vec<f64>,
@@ -135,8 +138,8 @@ impl Shape {
         Ok(Draws { scores, weights: raw.iter().map(|w| w / sum).collect() })
     }
 
-    /// The scores z with L^-1 (J'G phi(z) + z) = `white`, with the monomials there and J'G dphi/dz + 1; none if Newton's
-    /// method does not arrive.
+    /// The scores z with L^-1 (J'G phi(z) + z) = `white`, with the monomials there and J'G dphi/dz + 1; none
+    /// if Newton's method does not arrive.
     fn carry(
         &self,
         white: &[f64],
@@ -182,7 +185,8 @@ impl Shape {
     }
 }
 
-/// Steps of Newton's method until a draw is given up, and the square of the distance that is near enough, in sd.
+/// Steps of Newton's method until a draw is given up, and the square of the distance that is near enough, in
+/// sd.
 const ROUNDS: usize = 50;
 const ARRIVED: f64 = 1e-14;
 

@@ -1,4 +1,5 @@
-//! Whether the likelihood is what the data do: judged where the posterior's shape and the prior cannot blur it.
+//! Whether the likelihood is what the data do: judged where the posterior's shape and the prior cannot blur
+//! it.
 
 use super::model::Batch;
 use super::whitening::Whitening;
@@ -16,7 +17,8 @@ use rijke_rig::Rig;
 
 /// A batch taken to first order at the truth.
 struct Linear {
-    /// Whitened readings less the model's at the truth: noise with unit covariance, if the likelihood is right.
+    /// Whitened readings less the model's at the truth: noise with unit covariance, if the likelihood is
+    /// right.
     residual: Vec<f64>,
     across: Matrix,
     information: Matrix,
@@ -92,7 +94,8 @@ fn exact_noise_has_unit_variance_along_what_the_unknowns_move() {
 fn lab_the_likelihood_is_what_the_data_do() {
     let seeds: u64 = std::env::var("SEEDS").map_or(100, |s| s.parse().unwrap());
     let pipe = pipe();
-    // Per way: along directions, and pulls of the noise and of white noise with true scores drawn afresh or as they were.
+    // Per way: along directions, and pulls of the noise and of white noise with true scores drawn afresh or
+    // as they were.
     let one = |seed| {
         let (ways, truth) = linear(&pipe, &TwinOptions::default(), seed);
         let mut stream = Streams::new(seed).stream("afresh");

@@ -4,14 +4,16 @@ use crate::error::FlowError;
 use crate::infer::assimilate::ambient::Ambient;
 use rijke_numerics::{Matrix, symmetric_eigen};
 
-/// Readings have independent noise D and feel the error e of the smoothed ambient temperature: covariance D + G P G' with P the
-/// covariance of e at the start and of its means over bins, and G the response of the model.
+/// Readings have independent noise D and feel the error e of the smoothed ambient temperature: covariance D +
+/// G P G' with P the covariance of e at the start and of its means over bins, and G the response of the
+/// model.
 ///
-/// The response is that of the whole model: the wall keeps the error of its first temperature for half an hour, in
-/// which the clicks without power calibrate the channels, while gas at rest has the wall's temperature and not the room's.
+/// The response is that of the whole model: the wall keeps the error of its first temperature for half an
+/// hour, in which the clicks without power calibrate the channels, while gas at rest has the wall's
+/// temperature and not the room's.
 ///
-/// In units of sqrt(D) the covariance is 1 + U U'. Along an eigenvector of U U' with eigenvalue l the transform divides by
-/// sqrt(1 + l); everything else it leaves alone.
+/// In units of sqrt(D) the covariance is 1 + U U'. Along an eigenvector of U U' with eigenvalue l the
+/// transform divides by sqrt(1 + l); everything else it leaves alone.
 #[derive(Clone, Debug)]
 pub(crate) struct Whitening {
     /// Sd of every mean reading.
@@ -21,8 +23,8 @@ pub(crate) struct Whitening {
 }
 
 impl Whitening {
-    /// From the sd of every mean reading and the `responses` to the temperature at the start and in each bin, per K; none for
-    /// a temperature that is known.
+    /// From the sd of every mean reading and the `responses` to the temperature at the start and in each bin,
+    /// per K; none for a temperature that is known.
     pub(crate) fn new(
         sd: Vec<f64>,
         responses: &[Vec<f64>],

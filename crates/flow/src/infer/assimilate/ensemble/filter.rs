@@ -18,7 +18,8 @@ use rijke_numerics::{Matrix, Streams};
 pub enum Variant {
     /// As the paper describes: perturbed observations at every click, plain random forcing.
     Paper,
-    /// Symmetric square root, forcing orthogonal to the anomalies of everything else, parameters frozen without power.
+    /// Symmetric square root, forcing orthogonal to the anomalies of everything else, parameters frozen
+    /// without power.
     SquareRoot,
 }
 
@@ -71,10 +72,11 @@ pub struct FilterRun {
     pub failed: usize,
 }
 
-/// Assimilates a record sample by sample: arrival times (or what else the sensors measure), ambient temperature and
-/// power. State and parameters together; ambient temperature is a random walk whose forcing is the only noise of the
-/// model. A member fails if its gas finds no mass flow, or if a wall or the gas leaves the temperatures at which
-/// the properties of air hold; it is counted, and replaced as [`Ensemble::forecast`] says.
+/// Assimilates a record sample by sample: arrival times (or what else the sensors measure), ambient
+/// temperature and power. State and parameters together; ambient temperature is a random walk whose forcing
+/// is the only noise of the model. A member fails if its gas finds no mass flow, or if a wall or the gas
+/// leaves the temperatures at which the properties of air hold; it is counted, and replaced as
+/// [`Ensemble::forecast`] says.
 ///
 /// # Errors
 /// [`FlowError::Ensemble`] if most members fail, and those of the model.
@@ -111,7 +113,8 @@ pub fn filter(
         innovations.record(&innovation);
         recent.record(&innovation);
         if let Some(before) = before {
-            // Without power the data say nothing of the flow; chance correlations would shrink its parameters.
+            // Without power the data say nothing of the flow; chance correlations would shrink its
+            // parameters.
             for i in 0..options.members {
                 for j in 0..7 {
                     ensemble.members_mut()[(i, j)] = before[(i, j)];

@@ -1,4 +1,5 @@
-//! Ensembles: the Kalman filter that the paper describes, click by click, and the smoother ES-MDA on the whole record.
+//! Ensembles: the Kalman filter that the paper describes, click by click, and the smoother ES-MDA on the
+//! whole record.
 //!
 //! Knows the batch's model, not how it is fitted.
 

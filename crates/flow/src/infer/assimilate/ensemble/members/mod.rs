@@ -47,7 +47,8 @@ impl Layout {
     }
 }
 
-/// What the members need beside their rows: the model, and the gas from which the next search for a mass flow starts.
+/// What the members need beside their rows: the model, and the gas from which the next search for a mass flow
+/// starts.
 pub(super) struct Members<'a> {
     pipe: &'a Pipe,
     record: &'a Record,
@@ -98,8 +99,8 @@ impl<'a> Members<'a> {
         Ok((Ensemble::new(rows)?, Self { pipe, record, priors, layout, implicit, groups }))
     }
 
-    /// One step of the members whose `rows` lie one after the other, the first of them member `first`: side by side if there are
-    /// several, and one by one if that fails, to know which of them does.
+    /// One step of the members whose `rows` lie one after the other, the first of them member `first`: side
+    /// by side if there are several, and one by one if that fails, to know which of them does.
     pub(super) fn step(&self, power: f64, first: usize, rows: &mut [f64]) -> Vec<Result<Seen, FlowError>> {
         let columns = self.layout.columns();
         let group = &mut *self.groups[first / GROUP].lock().unwrap_or_else(PoisonError::into_inner);

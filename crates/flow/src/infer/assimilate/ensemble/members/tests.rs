@@ -8,7 +8,8 @@ use crate::tube::parameters::unknowns;
 use rijke_numerics::Streams;
 use rijke_rig::Rig;
 
-/// A heater far up the tube and samples every `interval` seconds: a step too long for members whose wall follows quickly.
+/// A heater far up the tube and samples every `interval` seconds: a step too long for members whose wall
+/// follows quickly.
 fn record(pipe: &Pipe, interval: f64) -> Record {
     let options = TwinOptions { powers: staircase(&[0.0, 180.0], 10), interval, ..TwinOptions::default() };
     Twin::new(pipe, &options, &Streams::new(0), Some(&[0.0; 18])).unwrap().record
@@ -70,8 +71,8 @@ fn oracle_failed_members_are_those_that_fail_alone_and_are_drawn_from_the_others
     assert!(counts[0] > 2 && counts[1] > 100, "failed and sound runs: {counts:?}");
 }
 
-/// How much of `row` less the mean of the rows `survivors` lies outside the span of their anomalies, over its length; scores
-/// and ambient temperature, which a step does not change.
+/// How much of `row` less the mean of the rows `survivors` lies outside the span of their anomalies, over its
+/// length; scores and ambient temperature, which a step does not change.
 fn beyond(rows: &Matrix, survivors: &[usize], row: &[f64]) -> f64 {
     let n = survivors.len() as f64;
     let mean: Vec<f64> =

@@ -1,0 +1,40 @@
+//! Ambient temperatures of the points as the records have them: `observations/points.csv`.
+
+use crate::source::{Source, listed};
+use crate::{Campaign, Problem, StudyError};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Reads the ambient temperatures of `points.csv`: columns `point`, `T_amb [unit]`, `T_amb_sd [unit]`.
+///
+/// # Errors
+/// File, line and remedy.
+pub(crate) fn read_ambient(
+    path: &Path,
+    campaign: &Campaign,
+) -> Result<BTreeMap<usize, [f64; 2]>, StudyError> {
+    let mut source = Source::read_table(path)?;
+    // What signal processing writes has the units in the names.
+    for (old, new) in [("ambient_temperature_K", "T_amb [K]"), ("ambient_temperature_sd_K", "T_amb_sd [K]")] {
+        let end = source.text.find('\n').unwrap_or(source.text.len());
+        let header = source.text[..end].replace(old, new);
+        source.text.replace_range(..end, &header);
+    }
+    let read = Campaign::parse(&source)?;
+    let mut ambient = BTreeMap::new();
+    for point in read.points {
+        let Some((place, _)) = campaign.point(&point.id) else {
+            let line = 1 + source
+                .text
+                .lines()
+                .position(|l| l.split(',').any(|cell| cell.trim() == point.id))
+                .unwrap_or(0);
+            let known = listed(campaign.points.iter().map(|p| p.id.as_str()));
+            return Err(
+                source.at_line(line, Problem::Unknown { what: "operating point", name: point.id, known })
+            );
+        };
+        ambient.extend(point.ambient.map(|t| (place, t)));
+    }
+    Ok(ambient)
+}
