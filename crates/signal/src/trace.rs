@@ -90,8 +90,9 @@ impl Trace<'_> {
         let drifts = |y: &Vec<f64>, step: f64| {
             let (start, end) =
                 (y.get(still.clone()).unwrap_or_default(), y.get(tail.clone()).unwrap_or_default());
-            quiet >= least.max(4)
-                && (mean(end) - mean(start)).abs() > OFFSET * about_a_line(start).sqrt().max(step)
+            // What still rings at the end has a mean, too.
+            let noise = about_a_line(start).max(about_a_line(end)).sqrt().max(step);
+            quiet >= least.max(4) && (mean(end) - mean(start)).abs() > OFFSET * noise
         };
         let less = |(y, step): (&Vec<f64>, f64)| match drifts(y, step).then(|| trend(y)).flatten() {
             Some(trend) => Some(y.iter().zip(trend).map(|(v, t)| v - t).collect()),
