@@ -152,6 +152,7 @@ fn exact_messages_say_what_is_wrong_with_numbers() {
     assert_eq!(said(&|r| r.ambient_sd = 0.0), "ambient_sd_k = 0; it must be positive");
     let celsius = said(&|r| {
         r.sensors[0].kind = SensorKind::Temperature { place: 0.5 };
+        r.sensors[0].sd = 0.5;
         r.samples.iter_mut().for_each(|s| s.readings[0] = 300.0);
         r.samples[9].readings[0] = 27.0;
     });

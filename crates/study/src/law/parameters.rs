@@ -35,8 +35,13 @@ pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Param
         check_name("parameter", &name, scope).map_err(|problem| (at.clone(), problem))?;
         let ParameterSpec { symbol, unit, prior } = spec.into_inner();
         let symbol = symbol.unwrap_or_else(|| name.clone());
-        let parsed = rijke_rig::Unit::parse(&unit)
-            .map_err(|source| (at.clone(), Problem::Unit { key: format!("unit of {name}"), source }))?;
+        // The unit of a factor before a power may depend on the power: 1/W^k_3.
+        let of_a_power = unit.split('^').skip(1).any(|rest| rest.starts_with(|c: char| c.is_alphabetic()));
+        let parsed = match rijke_rig::Unit::parse(&unit) {
+            Ok(parsed) => parsed,
+            Err(_) if of_a_power => rijke_rig::Unit::one(),
+            Err(source) => return Err((at, Problem::Unit { key: format!("unit of {name}"), source })),
+        };
         // Formulas compute with the number as it stands: 3 ms would be 3 s.
         if (parsed.to_si(0.0), parsed.to_si(1.0)) != (0.0, 1.0) {
             let si = crate::campaign::si_text(&parsed);
