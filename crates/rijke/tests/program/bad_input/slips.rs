@@ -22,7 +22,37 @@ fn manifest(folder: &Path, text: &str) {
 const NOISE: &str = "[random]\nsegment = 1024\nstraight = \"a.wav\"\n[random.points]\np70 = \"a.wav\"\n\
                      [random.transmission]\npoints = [\"p70\"]\nplace_sd = 0.001\n";
 
-pub(super) const CASES: [Case; 15] = [
+pub(super) const CASES: [Case; 20] = [
+    case(
+        "diameter below zero",
+        |d| edit(d, "data/rig.toml", "diameter = \"100 mm\"", "diameter = -0.1"),
+        CHECK,
+        ["rig.toml, line 25", "`diameter` is `-0.1`", "positive"],
+    ),
+    case(
+        "length that is true",
+        |d| edit(d, "data/rig.toml", "length = \"length\"", "length = true"),
+        CHECK,
+        ["rig.toml, line 25", "`length` is `true`", "a number, a quantity"],
+    ),
+    case(
+        "unit of a parameter that is none",
+        |d| edit(d, "data/candidates/sample.toml", "unit = \"1\"", "unit = \"furlong\""),
+        CHECK,
+        ["sample.toml, line 10", "`unit of r`", "not a unit"],
+    ),
+    case(
+        "stage whose name is a path",
+        |d| edit(d, "data/study.toml", "id = \"tube\"", "id = \"a/b\""),
+        CHECK,
+        ["study.toml, line 8", "a/b...", "it names files"],
+    ),
+    case(
+        "sd of the ambient temperature below zero",
+        |d| edit(d, "data/campaign.csv", "293.15,0.2", "293.15,-0.2"),
+        CHECK,
+        ["campaign.csv, line 4", "`T_amb_sd` is `-0.2 K`", "from 0 to 50 K"],
+    ),
     case(
         "heat capacity below zero",
         |d| edit(d, "data/rig.toml", "[28.11,", "[-28.11,"),
