@@ -178,10 +178,12 @@ impl BaseState {
             return wrong(format!("{t} K"), "a temperature above 0 K and below 10 000 K everywhere");
         }
         let errors = self.errors.iter().flat_map(|e| &e.temperature);
-        if let Some(t) = errors.into_iter().find(|t| !(t.abs() < HOTTEST)) {
+        if let Some(t) = errors.into_iter().find(|t| !(-HOTTEST..HOTTEST).contains(*t)) {
             return wrong(format!("an error of {t} K"), "errors below 10 000 K");
         }
-        if let Some([from, to]) = self.kinks.iter().find(|[from, to]| !(from <= to)) {
+        if let Some([from, to]) =
+            self.kinks.iter().find(|[from, to]| from > to || from.is_nan() || to.is_nan())
+        {
             return wrong(format!("a zone from {from} to {to} m"), "zones that ascend");
         }
         let n = self.places.len();

@@ -48,7 +48,7 @@ pub fn read_profiles(folder: &Path, observations: &Observations) -> Result<BaseS
         }
         let [kelvin, kelvin_sd] =
             if by_sound { warmth(&rig.gas, rig.pressure, value, sd) } else { [value, sd] };
-        if !(150.0..3000.0).contains(&kelvin) || !(sd > 0.0 && kelvin_sd < 3000.0) {
+        if !((150.0..3000.0).contains(&kelvin) && sd > 0.0 && kelvin_sd < 3000.0) {
             return Err(wrong(format!(
                 "{value} +- {sd} is no {}; give kelvin or m/s, and a positive sd",
                 if by_sound { "sound speed" } else { "temperature" }
