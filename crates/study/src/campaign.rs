@@ -3,11 +3,8 @@
 use crate::names;
 use crate::source::{Source, listed};
 use crate::{Problem, StudyError};
-use rijke_rig::{Heading, Unit};
+use rijke_rig::{Day, Heading, Unit};
 use std::path::Path;
-
-/// Largest standard deviation of an ambient temperature, K.
-const LARGEST_SD: f64 = 50.0;
 
 /// A column of the campaign that is set or measured at every operating point: a position, a power, a load.
 #[derive(Clone, Debug, PartialEq)]
@@ -238,7 +235,7 @@ impl Row<'_> {
             });
         }
         let sd = self.number("T_amb_sd", true)?.unwrap_or(0.0);
-        if !(0.0..=LARGEST_SD).contains(&sd) {
+        if !(0.0..=Day::LARGEST_SD).contains(&sd) {
             let need = "a standard deviation from 0 to 50 K";
             return Err(Problem::Value { key: "T_amb_sd".into(), value: format!("{sd} K"), need });
         }

@@ -202,16 +202,8 @@ mod tests {
 
     fn observations() -> Observations {
         let points = Campaign::juniper_yoko_2022().points.into_iter().filter(|p| p.id == "H30-25");
-        let of = |point| PointObservations {
-            point,
-            ambient: Day { id: "d".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 },
-            ping: None,
-            ping_count: 0,
-            click: None,
-            click_count: 0,
-            pings: Vec::new(),
-            clicks: Vec::new(),
-        };
+        let day = Day { id: "d".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 };
+        let of = |point| PointObservations::unmeasured(point, day.clone());
         Observations {
             rig: Rig::juniper_yoko_2022(),
             kind: DataKind::Virtual,

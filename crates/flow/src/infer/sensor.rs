@@ -25,6 +25,16 @@ pub enum SensorKind {
     },
 }
 
+impl SensorKind {
+    /// Least and largest standard deviation of a reading, s, K or m/s: nothing is read better or worse.
+    pub(crate) fn sds(self) -> [f64; 2] {
+        match self {
+            Self::Arrival { .. } => [1e-8, 1.0],
+            Self::Temperature { .. } | Self::SoundSpeed { .. } => [1e-3, 1e3],
+        }
+    }
+}
+
 impl std::fmt::Display for SensorKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {

@@ -1,7 +1,7 @@
 //! The first screen: the model that was found as equations with its numbers, and what it does not explain.
 
 use super::numbers::{two_digits, with_uncertainty};
-use super::tables::chosen;
+use super::tables::{chosen, formula};
 use crate::draw::html;
 use rijke_engine::run::{MeasuredRecord, Missing, ParameterRecord, StageRecord};
 
@@ -15,7 +15,7 @@ pub(super) fn stage(stages: &[StageRecord]) -> Option<&StageRecord> {
 pub(super) fn section(stage: &StageRecord, figure: &str) -> String {
     let Some(model) = chosen(stage) else { return figure.to_owned() };
     let law = |(place, law): &(String, String)| {
-        format!("<li>{} = <code>{}</code></li>\n", html(place), html(&law.replace('*', " \u{b7} ")))
+        format!("<li>{} = <code>{}</code></li>\n", html(place), formula(law))
     };
     let laws: String = model.laws.iter().map(law).collect();
     let number = |p: &ParameterRecord| {

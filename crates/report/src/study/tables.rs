@@ -145,14 +145,15 @@ pub(super) fn conflicts(model: &ModelRecord) -> Vec<String> {
     .collect()
 }
 
+/// A formula in print.
+pub(super) fn formula(law: &str) -> String {
+    html(&law.replace('*', " \u{b7} "))
+}
+
 /// The formulas of the chosen model.
 pub(super) fn laws(model: &ModelRecord) -> String {
     let row = |(place, law): &(String, String)| {
-        format!(
-            "<tr><td>{}</td><td><code>{}</code></td></tr>\n",
-            html(place),
-            html(&law.replace('*', " \u{b7} "))
-        )
+        format!("<tr><td>{}</td><td><code>{}</code></td></tr>\n", html(place), formula(law))
     };
     let rows: String = model.laws.iter().map(row).collect();
     format!(

@@ -96,3 +96,20 @@ pub struct PointObservations {
     /// Every accepted click with its repeat; may be empty.
     pub clicks: Vec<(u32, Click)>,
 }
+
+impl PointObservations {
+    /// A point at which nothing was measured.
+    #[must_use]
+    pub fn unmeasured(point: OperatingPoint, ambient: Day) -> Self {
+        Self {
+            point,
+            ambient,
+            ping: None,
+            ping_count: 0,
+            click: None,
+            click_count: 0,
+            pings: Vec::new(),
+            clicks: Vec::new(),
+        }
+    }
+}

@@ -99,7 +99,7 @@ impl Row<'_> {
     /// From 0 to 50 K.
     pub(super) fn sd_of_the_day(&self, column: usize) -> Result<f64, RigError> {
         let sd = self.number(column)?;
-        (0.0..=50.0).contains(&sd).then_some(sd).ok_or_else(|| self.bad(column, "from 0 to 50 K"))
+        (0.0..=Day::LARGEST_SD).contains(&sd).then_some(sd).ok_or_else(|| self.bad(column, "from 0 to 50 K"))
     }
 
     pub(super) fn whole(&self, column: usize) -> Result<u32, RigError> {
@@ -172,15 +172,7 @@ impl Row<'_> {
             ambient_temperature: self.number(8)?,
             ambient_temperature_sd: self.sd_of_the_day(9)?,
         };
-        Ok(PointObservations {
-            point,
-            ambient,
-            ping: None,
-            ping_count: self.whole(10)?,
-            click: None,
-            click_count: self.whole(11)?,
-            pings: Vec::new(),
-            clicks: Vec::new(),
-        })
+        let [ping_count, click_count] = [self.whole(10)?, self.whole(11)?];
+        Ok(PointObservations { ping_count, click_count, ..PointObservations::unmeasured(point, ambient) })
     }
 }

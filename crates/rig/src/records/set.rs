@@ -36,6 +36,11 @@ pub struct Day {
     pub ambient_temperature_sd: f64,
 }
 
+impl Day {
+    /// Largest standard deviation of an ambient temperature, K.
+    pub const LARGEST_SD: f64 = 50.0;
+}
+
 /// How records of one kind are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -170,7 +175,13 @@ impl RecordSet {
         for (k, day) in self.days.iter().enumerate() {
             let key = |name: &str| format!("day[{k}] `{}`: {name}", day.id);
             in_range(&key("ambient_temperature_k"), day.ambient_temperature, 150.0, 500.0, "K")?;
-            in_range(&key("ambient_temperature_sd_k"), day.ambient_temperature_sd, 0.0, 50.0, "K")?;
+            in_range(
+                &key("ambient_temperature_sd_k"),
+                day.ambient_temperature_sd,
+                0.0,
+                Day::LARGEST_SD,
+                "K",
+            )?;
         }
         distinct("day", self.days.iter().map(|day| day.id.as_str()))?;
         if self.points.is_empty() {

@@ -105,19 +105,19 @@ fn signs(
 /// Measured points in the words of the study and of the records.
 struct Measured<'a> {
     campaign: &'a Campaign,
-    pairs: Vec<(&'a Point, PointObservations)>,
+    pairs: Vec<(&'a Point, &'a PointObservations)>,
     /// The factors that are the place of the heater and its power.
     place: usize,
     power: usize,
 }
 
 impl<'a> Measured<'a> {
-    fn of(campaign: &'a Campaign, observations: &Observations) -> Result<Self, String> {
+    fn of(campaign: &'a Campaign, observations: &'a Observations) -> Result<Self, String> {
         let hot = observations.points.iter().filter(|p| p.point.position.is_some() && p.point.power > 0.0);
-        let pairs: Vec<_> = hot.filter_map(|o| Some((campaign.point(&o.point.id)?.1, o.clone()))).collect();
+        let pairs: Vec<_> = hot.filter_map(|o| Some((campaign.point(&o.point.id)?.1, o))).collect();
         let factor = |what: &str, of: &dyn Fn(&OperatingPoint) -> Option<f64>| {
             let fits = |k: &usize| {
-                let same = |(p, o): &(&Point, PointObservations)| {
+                let same = |(p, o): &(&Point, &PointObservations)| {
                     of(&o.point).is_some_and(|v| (p.factors[*k] - v).abs() <= 1e-9 * v.abs())
                 };
                 !pairs.is_empty() && pairs.iter().all(same)
@@ -170,15 +170,7 @@ impl<'a> Measured<'a> {
             ambient = Day { id: point.id.clone(), ambient_temperature: kelvin, ambient_temperature_sd: sd };
         }
         let (position, power) = (Some(point.factors[self.place]), point.factors[self.power]);
-        Ok(PointObservations {
-            point: OperatingPoint { id: point.id.clone(), position, power, ..like.point.clone() },
-            ambient,
-            ping: None,
-            ping_count: 0,
-            click: None,
-            click_count: 0,
-            pings: Vec::new(),
-            clicks: Vec::new(),
-        })
+        let point = OperatingPoint { id: point.id.clone(), position, power, ..like.point.clone() };
+        Ok(PointObservations::unmeasured(point, ambient))
     }
 }

@@ -76,127 +76,157 @@ pub(crate) fn still_driven(
     (share > LEAK).then_some(Fault::StillDriven { frequency_hz: omega / TAU, share })
 }
 
-/// A better reason than `fault`, if there is one.
-pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> Fault {
-    let doubtful = matches!(
+/// Whether a record may be sound, or have another fault, although its fit failed so.
+pub(crate) fn is_doubtful(fault: &Fault) -> bool {
+    matches!(
         fault,
         Fault::SecondExcitation { .. }
             | Fault::HumBurst { .. }
             | Fault::Residual { .. }
             | Fault::NotFree { .. }
+            | Fault::StillDriven { .. }
             | Fault::NotDecaying { .. }
             | Fault::NotConverged { .. }
             | Fault::Singular(_)
-            | Fault::Weak { .. }
-    );
-    let better = match fault {
-        Fault::StillDriven { .. } => bent(trace, options),
-        _ if doubtful => {
-            hum(trace, options).or_else(|| bent(trace, options)).or_else(|| lasting(trace, options))
+    )
+}
+
+/// A better reason than `fault`, if there is one.
+pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> Fault {
+    let whole = || Whole::of(trace, options);
+    let better = match &fault {
+        Fault::StillDriven { .. } => whole().and_then(|w| w.bent()),
+        fault if is_doubtful(fault) || matches!(fault, Fault::Weak { .. }) => {
+            whole().and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()))
         }
         _ => None,
     };
     better.unwrap_or(fault)
 }
 
-fn interleaved(trace: &Trace<'_>) -> Vec<f64> {
-    (0..trace.len()).flat_map(|n| trace.channels.iter().map(move |y| y[n])).collect()
-}
-
-/// The loudest stretch of the record: its first row, the frequency of its strongest tone in the band, Hz.
-fn loudest(white: White<'_>, options: &PingOptions, span: usize) -> Option<(usize, f64)> {
-    let mut best = (0.0, 0, 0.0);
-    let stretches = white.rows() / span;
-    for k in 0..stretches {
-        let part = white.slice(k * span, (k + 1) * span);
-        let Some(omega) = strongest(part, options.band_hz) else { continue };
-        let size: f64 = (0..white.channels).map(|m| tone(part, 0, span, m, omega / TAU).powi(2)).sum();
-        if size > best.0 {
-            best = (size, k * span, omega / TAU);
-        }
-    }
-    (best.0 > 0.0).then_some((best.1, best.2))
-}
-
-/// Hum that is strong from the beginning to the end, or the only thing in a channel.
-fn hum(trace: &Trace<'_>, options: &PingOptions) -> Option<Fault> {
-    let samples = interleaved(trace);
-    let white = White { samples: &samples, channels: trace.channels.len(), step: 1.0 / trace.rate_hz };
-    let span = (SPAN * trace.rate_hz) as usize;
-    let (from, mode_hz) = loudest(white, options, span)?;
-    let last = white.rows().checked_sub(span)?;
-    let mode: Vec<f64> = (0..white.channels).map(|m| tone(white, from, span, m, mode_hz)).collect();
-    let mut sorted = mode.clone();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted[sorted.len() / 2];
-    let mut strongest: Option<(f64, usize, f64)> = None;
-    for channel in 0..white.channels {
-        for harmonic in 1..=3 {
-            let frequency_hz = options.mains_hz * f64::from(harmonic);
-            if (frequency_hz - mode_hz).abs() < 2.0 / SPAN {
-                continue;
-            }
-            let at = |row: usize| tone(white, row, span, channel, frequency_hz);
-            let (a, b) = (at(0), at(last));
-            if (a - b).abs() > ALIKE * a.max(b) {
-                continue;
-            }
-            let size = 0.5 * (a + b);
-            if mode[channel] < SILENT * median && size > HUMS * mode[channel] {
-                return Some(Fault::OnlyHum { channel, frequency_hz });
-            }
-            let share = size / mode[channel];
-            if share > STRONG && strongest.is_none_or(|s| share > s.0) {
-                strongest = Some((share, channel, frequency_hz));
-            }
-        }
-    }
-    strongest.map(|(share, channel, frequency_hz)| Fault::SteadyHum { channel, frequency_hz, share })
-}
-
-/// The tone of the forcing, steady at the end of the record, and not there at its beginning.
-fn lasting(trace: &Trace<'_>, options: &PingOptions) -> Option<Fault> {
-    let samples = interleaved(trace);
-    let white = White { samples: &samples, channels: trace.channels.len(), step: 1.0 / trace.rate_hz };
-    let span = (SPAN * trace.rate_hz) as usize;
-    let (from, frequency_hz) = loudest(white, options, span)?;
-    let size = |row: usize| {
-        let squares = (0..white.channels).map(|m| tone(white, row, span, m, frequency_hz).powi(2));
-        squares.sum::<f64>().sqrt()
-    };
-    let last = white.rows().checked_sub(span)?;
-    let (end, before) = (size(last), size(last.checked_sub(span)?));
-    let share = end / size(from);
-    let steady = (before / end - 1.0).abs() < STEADY && last > from + 2 * span;
-    let silent = trace.quiet >= span && end > CLEAR * size(0);
-    (steady && silent && (LEAK..STRONG).contains(&share))
-        .then_some(Fault::StillDriven { frequency_hz, share })
-}
-
 /// A third harmonic that is lost faster than the mode.
 pub(crate) fn bent(trace: &Trace<'_>, options: &PingOptions) -> Option<Fault> {
-    let samples = interleaved(trace);
-    let white = White { samples: &samples, channels: trace.channels.len(), step: 1.0 / trace.rate_hz };
-    let span = (SPAN * trace.rate_hz) as usize;
-    let (from, mode_hz) = loudest(white, options, span)?;
-    if 3.0 * mode_hz > 0.45 * trace.rate_hz || span < 64 {
-        return None;
+    Whole::of(trace, options)?.bent()
+}
+
+/// A record as it stands, and its loudest stretch.
+struct Whole<'a> {
+    trace: &'a Trace<'a>,
+    options: &'a PingOptions,
+    /// Row by row.
+    samples: Vec<f64>,
+    /// Rows of a stretch.
+    span: usize,
+    /// First row of the loudest one.
+    from: usize,
+    /// Frequency of its strongest tone in the band, Hz.
+    loudest_hz: f64,
+}
+
+impl<'a> Whole<'a> {
+    /// None for a record in which no stretch has a tone.
+    fn of(trace: &'a Trace<'a>, options: &'a PingOptions) -> Option<Self> {
+        let samples = (0..trace.len()).flat_map(|n| trace.channels.iter().map(move |y| y[n])).collect();
+        let span = (SPAN * trace.rate_hz) as usize;
+        let mut whole = Self { trace, options, samples, span, from: 0, loudest_hz: 0.0 };
+        (whole.from, whole.loudest_hz) = whole.loudest()?;
+        Some(whole)
     }
-    let noise = |channel: usize| tone(white, 0, span.min(trace.quiet.max(1)), channel, 3.0 * mode_hz);
-    let share = |row: usize, channel: usize| {
-        tone(white, row, span, channel, 3.0 * mode_hz) / tone(white, row, span, channel, mode_hz)
-    };
-    let channel = (0..white.channels).max_by(|&a, &b| share(from, a).total_cmp(&share(from, b)))?;
-    let first = tone(white, from, span, channel, mode_hz);
-    let mut row = from;
-    while tone(white, row, span, channel, mode_hz) > 0.5 * first {
-        row += span / 4;
-        if row + span > white.rows() {
+
+    fn white(&self) -> White<'_> {
+        let step = 1.0 / self.trace.rate_hz;
+        White { samples: &self.samples, channels: self.trace.channels.len(), step }
+    }
+
+    /// Amplitude of a tone in one channel of the stretch that begins at `row`.
+    fn tone(&self, row: usize, channel: usize, frequency_hz: f64) -> f64 {
+        tone(self.white(), row, self.span, channel, frequency_hz)
+    }
+
+    fn loudest(&self) -> Option<(usize, f64)> {
+        let (white, span) = (self.white(), self.span);
+        let mut best = (0.0, 0, 0.0);
+        for from in (0..white.rows() / span).map(|k| k * span) {
+            let Some(omega) = strongest(white.slice(from, from + span), self.options.band_hz) else {
+                continue;
+            };
+            let size: f64 = (0..white.channels).map(|m| self.tone(from, m, omega / TAU).powi(2)).sum();
+            if size > best.0 {
+                best = (size, from, omega / TAU);
+            }
+        }
+        (best.0 > 0.0).then_some((best.1, best.2))
+    }
+
+    /// Hum that is strong from the beginning to the end, or the only thing in a channel.
+    fn hum(&self) -> Option<Fault> {
+        let last = self.white().rows().checked_sub(self.span)?;
+        let channels = self.trace.channels.len();
+        let mode: Vec<f64> = (0..channels).map(|m| self.tone(self.from, m, self.loudest_hz)).collect();
+        let mut sorted = mode.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted[sorted.len() / 2];
+        let mut strongest: Option<(f64, usize, f64)> = None;
+        for channel in 0..channels {
+            for harmonic in 1..=3 {
+                let frequency_hz = self.options.mains_hz * f64::from(harmonic);
+                if (frequency_hz - self.loudest_hz).abs() < 2.0 / SPAN {
+                    continue;
+                }
+                let [a, b] = [0, last].map(|row| self.tone(row, channel, frequency_hz));
+                if (a - b).abs() > ALIKE * a.max(b) {
+                    continue;
+                }
+                let size = 0.5 * (a + b);
+                if mode[channel] < SILENT * median && size > HUMS * mode[channel] {
+                    return Some(Fault::OnlyHum { channel, frequency_hz });
+                }
+                let share = size / mode[channel];
+                if share > STRONG && strongest.is_none_or(|s| share > s.0) {
+                    strongest = Some((share, channel, frequency_hz));
+                }
+            }
+        }
+        strongest.map(|(share, channel, frequency_hz)| Fault::SteadyHum { channel, frequency_hz, share })
+    }
+
+    /// The tone of the forcing, steady at the end of the record, and not there at its beginning.
+    fn lasting(&self) -> Option<Fault> {
+        let (from, span, frequency_hz) = (self.from, self.span, self.loudest_hz);
+        let size = |row: usize| {
+            let channels = 0..self.trace.channels.len();
+            channels.map(|m| self.tone(row, m, frequency_hz).powi(2)).sum::<f64>().sqrt()
+        };
+        let last = self.white().rows().checked_sub(span)?;
+        let (end, before) = (size(last), size(last.checked_sub(span)?));
+        let share = end / size(from);
+        let steady = (before / end - 1.0).abs() < STEADY && last > from + 2 * span;
+        let silent = self.trace.quiet >= span && end > CLEAR * size(0);
+        (steady && silent && (LEAK..STRONG).contains(&share))
+            .then_some(Fault::StillDriven { frequency_hz, share })
+    }
+
+    /// A third harmonic that is lost faster than the mode.
+    fn bent(&self) -> Option<Fault> {
+        let (from, span, mode_hz, quiet) = (self.from, self.span, self.loudest_hz, self.trace.quiet);
+        if 3.0 * mode_hz > 0.45 * self.trace.rate_hz || span < 64 {
             return None;
         }
+        let third = |row: usize, channel: usize| self.tone(row, channel, 3.0 * mode_hz);
+        let share = |row: usize, channel: usize| third(row, channel) / self.tone(row, channel, mode_hz);
+        let channels = 0..self.trace.channels.len();
+        let channel = channels.max_by(|&a, &b| share(from, a).total_cmp(&share(from, b)))?;
+        let first = self.tone(from, channel, mode_hz);
+        let mut row = from;
+        while self.tone(row, channel, mode_hz) > 0.5 * first {
+            row += span / 4;
+            if row + span > self.white().rows() {
+                return None;
+            }
+        }
+        let (early, late) = (share(from, channel), share(row, channel));
+        let noise = || tone(self.white(), 0, span.min(quiet.max(1)), channel, 3.0 * mode_hz);
+        let clear = quiet < span || third(from, channel) > CLEAR * noise();
+        (clear && early > BENT && late < FALLS * early).then_some(Fault::Saturated { channel, share: early })
     }
-    let (early, late) = (share(from, channel), share(row, channel));
-    let clear =
-        trace.quiet < span || tone(white, from, span, channel, 3.0 * mode_hz) > CLEAR * noise(channel);
-    (clear && early > BENT && late < FALLS * early).then_some(Fault::Saturated { channel, share: early })
 }

@@ -111,7 +111,7 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     let backwards = || fit(Start::Backwards)?.judged(options);
     let found = match plateau.and_then(|fit| fit.judged(options)) {
         Ok(found) if doubtful => backwards().or(Ok(found)),
-        Err(fault) if may_be_build_up(&fault) => backwards().or(Err(fault)),
+        Err(fault) if diagnosis::is_doubtful(&fault) => backwards().or(Err(fault)),
         result => result,
     };
     found.map_err(|fault| {
@@ -127,21 +127,6 @@ enum Start {
     Plateau,
     /// From the end of the record: see [`last_decay`].
     Backwards,
-}
-
-/// Whether a record may be sound although its forcing is no plateau.
-fn may_be_build_up(fault: &Fault) -> bool {
-    matches!(
-        fault,
-        Fault::SecondExcitation { .. }
-            | Fault::HumBurst { .. }
-            | Fault::Residual { .. }
-            | Fault::NotFree { .. }
-            | Fault::StillDriven { .. }
-            | Fault::NotDecaying { .. }
-            | Fault::NotConverged { .. }
-            | Fault::Singular(_)
-    )
 }
 
 /// With little or no quiet part: fit with noise taken as white, learn its colour from what is left, for

@@ -61,11 +61,7 @@ impl Record {
                     (0.0..=pipe.length).contains(&place)
                 }
             };
-            // Arrival times in s, temperatures in K or speeds in m/s: nothing is read better or worse.
-            let [least, most] = match sensor.kind {
-                SensorKind::Arrival { .. } => [1e-8, 1.0],
-                _ => [1e-3, 1e3],
-            };
+            let [least, most] = sensor.kind.sds();
             let sds = (least..=most).contains(&sensor.sd) && (0.0..=most).contains(&sensor.bias_sd);
             if !known || !sds {
                 return Err(FlowError::Sensor { sensor: sensor.kind.to_string() });

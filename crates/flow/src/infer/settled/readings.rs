@@ -29,10 +29,6 @@ struct Row {
     sd: f64,
 }
 
-/// Least and largest standard deviation of a reading, K or m/s.
-const LEAST_SD: f64 = 1e-3;
-const LARGEST_SD: f64 = 1e3;
-
 impl Readings {
     /// Name of the file in a folder of observations.
     pub const FILE: &'static str = "readings.csv";
@@ -63,7 +59,8 @@ impl Readings {
                 }
             };
             let positive = |v: f64| v.is_finite() && v > 0.0;
-            if !positive(value) || !(LEAST_SD..LARGEST_SD).contains(&row.sd) {
+            let [least, most] = kind.sds();
+            if !positive(value) || !(least..most).contains(&row.sd) {
                 let why =
                     "the reading must be positive (temperatures in kelvin), and its sd from 0.001 to 1000";
                 return Err(problem(format!("line {line}: {value} +- {}: {why}", row.sd)));

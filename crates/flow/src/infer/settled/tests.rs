@@ -321,16 +321,8 @@ fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
         let reading = |place: f64| (SensorKind::Temperature { place }, real.temperature(place), 1.0);
         let list = (1..10).map(|k| reading(0.1 * f64::from(k))).collect();
         readings.points.insert(point.id.clone(), list);
-        points.push(PointObservations {
-            point,
-            ambient: Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 },
-            ping: None,
-            ping_count: 0,
-            click: None,
-            click_count: 0,
-            pings: Vec::new(),
-            clicks: Vec::new(),
-        });
+        let day = Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 };
+        points.push(PointObservations::unmeasured(point, day));
     }
     let observations = Observations {
         rig: rig.clone(),
