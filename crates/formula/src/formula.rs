@@ -2,8 +2,8 @@
 
 use crate::inspect::{share, units};
 use crate::read::{Binary, Context, FormulaError, Function, Scope, definitions};
-use crate::run::{Dual, Here, Operand, Operation, evaluate};
-use rijke_numerics::{C64, Jet};
+use crate::run::{Here, Operand, Operation, evaluate};
+use rijke_numerics::{C64, ComplexDual, Jet};
 
 /// A formula in the names of a [`Scope`] and in parameters.
 ///
@@ -44,10 +44,10 @@ impl Formula {
     /// As [`Formula::evaluate`], with the derivative with respect to s alone: without parameters as seeds
     /// it needs no jets.
     #[must_use]
-    pub fn evaluate_in_s(&self, here: &Here<'_, Dual>, parameters: &[f64]) -> Dual {
+    pub fn evaluate_in_s(&self, here: &Here<'_, ComplexDual>, parameters: &[f64]) -> ComplexDual {
         let number = |value: &f64| Operand::Number(C64::new(*value, 0.0));
         let parameter = |index: usize| parameters.get(index).map(number);
-        evaluate::run(&self.program, here, parameter, |value| Dual { value, slope: C64::ZERO })
+        evaluate::run(&self.program, here, parameter, |value| ComplexDual { value, slope: C64::ZERO })
     }
 
     /// The value of a formula of real names alone, as a place or the number of parts. `numbers` holds their

@@ -14,8 +14,8 @@ mod problem;
 mod sample;
 
 pub use assessment::{
-    AssessOptions, Assessment, Calibration, Chain, ChainStage, Draws, Health, ModelCheck, ParameterCheck,
-    ParameterRecord, Record, Surveyed, assess, evidence_csv, survey,
+    AssessOptions, Assessment, ChainStage, Draws, EvidenceChain, Health, InferenceRecord, ModelCheck,
+    ParameterCheck, ParameterRecord, SimulatedCoverage, Surveyed, assess, evidence_csv, survey,
 };
 pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, TrustRegion, minimise};
 pub use error::{ForwardError, InferenceError};
@@ -25,7 +25,7 @@ pub use evidence::{
 };
 pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
 pub use linearised::{Drawn, Few, LeftOut, Linearised, Moved, Told, gain, student};
-pub use maxima::{Apart, Maximum, Mode};
+pub use maxima::{Apart, Maximum, OtherMaximum};
 pub use numbers::{chi_squared_sds, normal_cdf, normal_quantile};
 pub use problem::{
     Alias, Coordinates, Correlated, Data, Forward, Kernel, Move, NoiseGroup, NoiseMode, Observation,

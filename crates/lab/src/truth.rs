@@ -12,7 +12,7 @@ pub struct Truth {
     /// The mouths of the tube.
     pub ends: Ends,
     /// The tube's wall.
-    pub wall: Wall,
+    pub wall: WallTruth,
     /// Prongs and feed wires.
     pub prongs: ProngSurface,
     /// The heater.
@@ -28,9 +28,9 @@ pub struct Truth {
     /// The channels.
     pub channels: Channels,
     /// Noise.
-    pub noise: Noise,
+    pub noise: NoiseLevels,
     /// Days and drift.
-    pub ambient: Ambient,
+    pub ambient: TrueTemperatures,
     /// Bad records.
     pub faults: Faults,
 }
@@ -52,7 +52,7 @@ pub struct Ends {
 /// The tube's wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Wall {
+pub struct WallTruth {
     /// Factor on the boundary layers of a smooth wall.
     pub roughness: f64,
 }
@@ -113,7 +113,7 @@ pub struct Thermocouples {
 #[serde(deny_unknown_fields)]
 pub struct Flow {
     /// The six parameters of the pipe flow.
-    pub parameters: rijke_flow::Parameters,
+    pub parameters: rijke_flow::TubeParameters,
     /// Closures, richer than a candidate's.
     pub closures: rijke_flow::Closures,
 }
@@ -189,7 +189,7 @@ pub struct Channels {
 /// Noise of every channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Noise {
+pub struct NoiseLevels {
     /// White noise at high frequency, one-sided density, Pa/sqrt(Hz).
     pub white_pa_rt_hz: f64,
     /// Frequency below which the density rises as 1/f, Hz.
@@ -200,10 +200,10 @@ pub struct Noise {
     pub mains_pa: Vec<f64>,
 }
 
-/// Temperatures.
+/// TrueTemperatures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Ambient {
+pub struct TrueTemperatures {
     /// Mean ambient temperature, K.
     pub mean_k: f64,
     /// Scatter between days, K.

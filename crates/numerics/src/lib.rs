@@ -2,6 +2,7 @@
 
 pub mod check;
 mod cholesky;
+mod complex_dual;
 mod dense;
 mod files;
 mod jet;
@@ -12,6 +13,7 @@ mod streams;
 pub mod wide;
 
 pub use cholesky::Cholesky;
+pub use complex_dual::ComplexDual;
 pub use dense::{
     DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, least_direction, least_squares_sd,
     lu_solve, symmetric_eigen,

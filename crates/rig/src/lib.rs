@@ -14,9 +14,9 @@ mod records;
 mod units;
 mod words;
 
-pub use apparatus::campaign::Campaign;
+pub use apparatus::campaign::TubeCampaign;
 pub use apparatus::gas::{Gas, GasState};
-pub use apparatus::geometry::{Insert, Microphones, Plates, Recording, Rig, Tube};
+pub use apparatus::geometry::{Insert, Microphones, Plates, Recording, Tube, TubeRig};
 pub use apparatus::point::OperatingPoint;
 pub use apparatus::ramp::{Logged, Ramp};
 pub use driven::{Driven, Specimen, SpectraKind, SwitchedRecord};
@@ -38,5 +38,5 @@ pub use read::span::{Event, read_event};
 pub use records::acquisition::{Acquisition, Exception, StatedChannels};
 pub use records::reading::{Arrays, Column, Reading};
 pub use records::record::Record;
-pub use records::set::{Calibration, DataKind, Day, PointRecords, RecordSet, RecordSource, Stretch};
+pub use records::set::{Calibration, DataKind, Day, PointRecords, RecordSet, RecordSource, RecordTiming};
 pub use units::{Given, Heading, Quantity, Unit, UnitError};

@@ -16,12 +16,12 @@ use document::Document;
 pub(crate) use foreseen::foresee;
 use rayon::prelude::*;
 use rijke_flow::assimilate::{
-    Method, NamedStates, Records, RunReport, Twin, TwinOptions, assimilate, staircase,
+    AssimilationMethod, NamedStates, Records, RunReport, Twin, TwinOptions, assimilate, staircase,
 };
 use rijke_flow::settled;
 use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
 use rijke_numerics::Streams;
-use rijke_rig::{DataKind, Observations, Rig};
+use rijke_rig::{DataKind, Observations, TubeRig};
 use rijke_study::{Study, plan::Base};
 use said::{all_places, settles, summary};
 use std::fmt::Write as _;
@@ -178,11 +178,11 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         return Err(Failure::bad_input(message).at(folder).remedy(remedy));
     }
     // Each place by itself is a fit of one run.
-    let groups: Vec<&[(Pipe, settled::Run)]> =
+    let groups: Vec<&[(Pipe, settled::SettledRun)]> =
         if args.separate { runs.chunks(1).collect() } else { vec![runs.as_slice()] };
     let progress = ui.progress("heater positions", runs.len() as u64);
-    let fit = |group: &&[(Pipe, settled::Run)]| {
-        let report = settled::Fit::new(group)?.report();
+    let fit = |group: &&[(Pipe, settled::SettledRun)]| {
+        let report = settled::JointFit::new(group)?.report();
         progress.advance(group.len() as u64);
         report
     };
@@ -238,18 +238,18 @@ fn over_time(
         Failure::bad_input(error).remedy(remedy)
     })?;
     let (method, filters) = match args.method {
-        Choice::Batch => (Method::Batch, false),
-        Choice::Smoother => (Method::Smoother, false),
-        Choice::Paper => (Method::Paper, true),
-        Choice::SquareRoot => (Method::SquareRoot, true),
+        Choice::Batch => (AssimilationMethod::Batch, false),
+        Choice::Smoother => (AssimilationMethod::Smoother, false),
+        Choice::Paper => (AssimilationMethod::Paper, true),
+        Choice::SquareRoot => (AssimilationMethod::SquareRoot, true),
     };
     let progress = ui.progress("heater positions", records.runs.len() as u64);
-    let run = |method: Method, (heater, record): &(f64, _)| {
+    let run = |method: AssimilationMethod, (heater, record): &(f64, _)| {
         assimilate(&records.rig, closures, *heater, record, method, &Streams::new(args.seed))
     };
     let one = |record| {
         let fit = run(method, record)?;
-        let beside = (args.plot && filters).then(|| run(Method::Batch, record)).transpose()?;
+        let beside = (args.plot && filters).then(|| run(AssimilationMethod::Batch, record)).transpose()?;
         progress.advance(1);
         Ok((fit, beside.map(|(report, _)| report)))
     };
@@ -280,7 +280,7 @@ fn blame(error: FlowError) -> Failure {
 fn gather(
     args: &Args,
     kind: DataKind,
-    rig: &Rig,
+    rig: &TubeRig,
     source: String,
     runs: Vec<RunReport>,
     states: NamedStates,
@@ -322,7 +322,7 @@ fn velocity_table(runs: &[RunReport]) -> String {
 /// A virtual record: the model itself at the centre of its priors, with noise, for the paper's staircase of
 /// powers.
 fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
-    let rig = Rig::juniper_yoko_2022();
+    let rig = TubeRig::juniper_yoko_2022();
     let powers = staircase(&[0.0, 7.0, 15.0, 30.0, 50.0, 80.0, 130.0, 180.0], 250);
     let options = TwinOptions { powers, ..TwinOptions::default() };
     let record = |heater: &f64| {

@@ -17,7 +17,7 @@ use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 pub(crate) use excited::files_of as excited_files;
 use rijke_rig::{PointObservations, Ramp, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
-    ChannelDelays, Kept, ProcessError, ProcessOptions, Processed, StatedChannels, process_again, record_count,
+    ChannelDelays, ChannelPriors, Kept, ProcessError, ProcessOptions, Processed, process_again, record_count,
 };
 use rijke_study::Study;
 use serde_json::json;
@@ -172,7 +172,7 @@ fn make(
     let mains = args.mains.or(source.set().acquisition.mains_hz);
     options.ping.mains_hz = mains.unwrap_or(options.ping.mains_hz);
     options.gain_spread = Some(args.gain_spread);
-    options.stated = args.channels.as_ref().map(|sds| StatedChannels { gain_sd: sds[0], delay_sd: sds[1] });
+    options.stated = args.channels.as_ref().map(|sds| ChannelPriors { gain_sd: sds[0], delay_sd: sds[1] });
     let records = record_count(source.set());
     let progress = ui.progress("processing", records as u64);
     let processed = process_again(&**source, &options, kept, &|| progress.advance(1));

@@ -8,10 +8,10 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::SavedModel;
-use rijke_engine::run::{MeasuredRecord, Missing, ModelRecord, ParameterRecord, StageRecord, Trusted};
+use rijke_engine::run::{MeasuredRecord, Missing, ModelRecord, StageRecord, TrainedParameter, Trusted};
 use rijke_inference::RefereeKind;
 use rijke_study::plan::Stage;
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -76,7 +76,7 @@ pub(crate) fn known_stage(id: &str, all: &[&str], dir: &Path) -> Result<usize, F
 /// A stage of a study with what was observed and the model that ranking kept of it.
 pub(crate) struct Ranked {
     pub(crate) study: Study,
-    pub(crate) observed: Observations,
+    pub(crate) observed: ObservedModes,
     pub(crate) stage: Stage,
     /// Places in the campaign of the points of the stage.
     pub(crate) every: Vec<usize>,
@@ -158,7 +158,7 @@ pub(crate) fn warn_of_missing(dir: &Path, stage: &str, ui: &Ui) {
 }
 
 /// Warns of a parameter that lies far from its prior.
-pub(crate) fn warn_of_prior(ui: &Ui, p: &ParameterRecord) {
+pub(crate) fn warn_of_prior(ui: &Ui, p: &TrainedParameter) {
     if p.is_as_before() {
         ui.say(format!("          these data tell nothing of {}: it is as its prior", p.name));
     }

@@ -7,7 +7,7 @@ use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::left;
 use super::select::{self, Selected};
 use super::train::Training;
-use crate::run::{EvidenceRecord, ParameterRecord, conditions_at};
+use crate::run::{EvidenceRecord, TrainedParameter, conditions_at};
 use crate::shape::ShapeModel;
 use crate::{Assembly, Conditions, EngineError, Knowledge};
 use rijke_inference::Parameters;
@@ -184,7 +184,7 @@ impl ResponseRun {
             observations: measured.iter().map(|m| m.values.len()).sum(),
         });
         let covariance = &laplace.physical_covariance;
-        let parameter = |(i, p)| ParameterRecord::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
+        let parameter = |(i, p)| TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
         record.parameters = assembly.parameters().iter().enumerate().map(parameter).collect();
         record.noise.clone_from(&fit.noise);
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };

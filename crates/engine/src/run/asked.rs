@@ -15,7 +15,7 @@ use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
 use rijke_numerics::C64;
 use rijke_study::plan::Selection;
-use rijke_study::{BaseState, Observations, Point, SURROUNDINGS, Study};
+use rijke_study::{ObservedModes, Point, PointState, SURROUNDINGS, Study};
 use std::collections::BTreeMap;
 
 /// How far beyond the campaign a factor may be asked for, in its range or its largest value.
@@ -123,7 +123,7 @@ pub fn with_points(
 /// [`EngineError::NoState`], and those of the model.
 pub fn modes_at(
     study: &Study,
-    observations: Option<&Observations>,
+    observations: Option<&ObservedModes>,
     model: Option<&SavedModel>,
     point: usize,
     limits_hz: [Option<f64>; 2],
@@ -179,7 +179,7 @@ pub fn modes_at(
 /// Those of the saved models and of the files; a point that cannot be predicted is one of the second list.
 pub fn forecast(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     model: &SavedModel,
     open: &[OpenModel],
     points: &[usize],
@@ -202,12 +202,12 @@ pub fn forecast(
 struct Known<'a> {
     study: &'a Study,
     ambient: Vec<Option<[f64; 2]>>,
-    states: BTreeMap<usize, BaseState>,
+    states: BTreeMap<usize, PointState>,
     observed: Vec<Observed>,
 }
 
 impl<'a> Known<'a> {
-    fn of(study: &'a Study, observations: &Observations) -> Result<Self, EngineError> {
+    fn of(study: &'a Study, observations: &ObservedModes) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);
         let states = states(study, &ambient, true)?;
         let observed = observed(study, observations, &states, &ambient)?;

@@ -43,7 +43,7 @@ pub use next::{
 };
 pub use predicted::{Averaged, Forecast};
 pub use record::{
-    CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord,
+    CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, TrainedParameter,
 };
 pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,

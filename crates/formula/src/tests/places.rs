@@ -46,7 +46,7 @@ fn oracle_the_slope_in_s_is_that_of_the_jets() {
         let formula = parse(law).unwrap();
         let long = jet(&formula, &numbers, Order::First, &POINT);
         let s = POINT[3];
-        let dual = |value: C64, slope: C64| Dual { value, slope };
+        let dual = |value: C64, slope: C64| ComplexDual { value, slope };
         let root = s.sqrt();
         let all = [dual(s, C64::ONE), dual(root, 0.5 / root), dual(1e-6 * root, 0.5e-6 / root)];
         let mut analytic = vec![None; numbers.len()];

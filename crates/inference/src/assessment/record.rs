@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 /// Everything that an inference found of one model, ready to be written as JSON by serde.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct InferenceRecord {
     /// Name of the model.
     pub model: String,
     /// One entry per parameter, in the order of the covariance.
@@ -38,7 +38,7 @@ pub struct Record {
     pub calls: Calls,
 }
 
-/// One parameter of a [`Record`].
+/// One parameter of a [`InferenceRecord`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterRecord {
     /// Name.
@@ -64,7 +64,7 @@ pub struct Draws {
     pub posterior_attrs: BTreeMap<String, String>,
 }
 
-impl Record {
+impl InferenceRecord {
     /// Collects what `assessment` found of the model called `model`.
     #[must_use]
     pub fn new(model: &str, parameters: &Parameters, assessment: &Assessment) -> Self {
@@ -108,7 +108,7 @@ impl Record {
 /// Records as CSV text, one line per model: evidence in total and per datapoint, the corrected evidence, the
 /// verdict.
 #[must_use]
-pub fn evidence_csv(records: &[Record]) -> String {
+pub fn evidence_csv(records: &[InferenceRecord]) -> String {
     let mut text = "model,parameters,datapoints,ln_best_fit_nats,ln_occam_nats,ln_marginal_nats,\
                     ln_best_fit_per_datapoint,ln_occam_per_datapoint,ln_marginal_per_datapoint,\
                     ln_marginal_corrected_nats,corrected_standard_error_nats,k_hat,verdict\n"

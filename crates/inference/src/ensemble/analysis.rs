@@ -3,7 +3,7 @@
 use super::gain::Gain;
 use super::moments::centred;
 use super::observed::White;
-use super::{Ensemble, EnsembleError, Noise, Observed, forcing, localise};
+use super::{Ensemble, EnsembleData, EnsembleError, NoiseCovariance, forcing, localise};
 use rijke_numerics::{Matrix, Stream};
 
 /// How the members move.
@@ -67,7 +67,7 @@ impl Ensemble {
     /// [`EnsembleError::CorrelatedNoise`] for a localised square root with full noise.
     pub fn analyse(
         &mut self,
-        observed: &Observed<'_>,
+        observed: &EnsembleData<'_>,
         options: &Options,
         stream: &mut Stream,
     ) -> Result<Innovation, EnsembleError> {
@@ -123,12 +123,12 @@ impl Ensemble {
 
 impl White {
     /// Innovation statistics, from the same decomposition as the update.
-    fn innovation(&self, gain: &Gain, observed: &Observed<'_>) -> Innovation {
+    fn innovation(&self, gain: &Gain, observed: &EnsembleData<'_>) -> Innovation {
         let data = observed.measured.len();
         let (mean, anomalies) = centred(observed.predicted);
         let noise = |j: usize| match observed.noise {
-            Noise::Independent(variances) => variances[j],
-            Noise::Full(covariance) => covariance[(j, j)],
+            NoiseCovariance::Independent(variances) => variances[j],
+            NoiseCovariance::Full(covariance) => covariance[(j, j)],
         };
         let expected = (0..data)
             .map(|j| {

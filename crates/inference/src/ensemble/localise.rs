@@ -2,7 +2,7 @@
 
 use super::gain::Gain;
 use super::observed::White;
-use super::{Ensemble, EnsembleError, Noise, Observed, forcing};
+use super::{Ensemble, EnsembleData, EnsembleError, NoiseCovariance, forcing};
 use rijke_numerics::{Cholesky, Matrix, Stream};
 
 /// The compactly supported correlation function of Gaspari & Cohn (1999, eq. 4.10): 1 at distance 0, 0 from
@@ -23,12 +23,12 @@ pub fn gaspari_cohn(distance: f64) -> f64 {
 pub(super) fn stochastic(
     ensemble: &mut Ensemble,
     white: &White,
-    observed: &Observed<'_>,
+    observed: &EnsembleData<'_>,
     taper: &Matrix,
     stream: &mut Stream,
 ) -> Result<(), EnsembleError> {
     check(ensemble, observed, taper)?;
-    if matches!(observed.noise, Noise::Full(_)) {
+    if matches!(observed.noise, NoiseCovariance::Full(_)) {
         return Err(EnsembleError::CorrelatedNoise);
     }
     let (s, data) = (&white.anomalies, observed.measured.len());
@@ -54,11 +54,13 @@ pub(super) fn stochastic(
 /// (the LETKF of Hunt, Kostelich & Szunyogh 2007).
 pub(super) fn square_root(
     ensemble: &mut Ensemble,
-    observed: &Observed<'_>,
+    observed: &EnsembleData<'_>,
     taper: &Matrix,
 ) -> Result<(), EnsembleError> {
     check(ensemble, observed, taper)?;
-    let Noise::Independent(variances) = observed.noise else { return Err(EnsembleError::CorrelatedNoise) };
+    let NoiseCovariance::Independent(variances) = observed.noise else {
+        return Err(EnsembleError::CorrelatedNoise);
+    };
     let mut updated = ensemble.members.clone();
     for variable in 0..ensemble.members.columns() {
         let near: Vec<usize> =
@@ -68,9 +70,10 @@ pub(super) fn square_root(
         }
         let predicted = Matrix::from_fn(ensemble.size(), near.len(), |i, k| observed.predicted[(i, near[k])]);
         let measured: Vec<f64> = near.iter().map(|&j| observed.measured[j]).collect();
-        let noise = Noise::Independent(near.iter().map(|&j| variances[j] / taper[(variable, j)]).collect());
+        let noise =
+            NoiseCovariance::Independent(near.iter().map(|&j| variances[j] / taper[(variable, j)]).collect());
         let column = Matrix::from_fn(ensemble.size(), 1, |i, _| ensemble.members[(i, variable)]);
-        let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
+        let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
         let white = White::new(ensemble.size(), &observed)?;
         let moved = Gain::new(&white.anomalies)?.square_root(&column, &white);
         for i in 0..ensemble.size() {
@@ -81,7 +84,7 @@ pub(super) fn square_root(
     Ok(())
 }
 
-fn check(ensemble: &Ensemble, observed: &Observed<'_>, taper: &Matrix) -> Result<(), EnsembleError> {
+fn check(ensemble: &Ensemble, observed: &EnsembleData<'_>, taper: &Matrix) -> Result<(), EnsembleError> {
     let (variables, data) = (ensemble.members.columns(), observed.measured.len());
     if taper.rows() != variables {
         let what = "rows of the localisation (one per variable)";

@@ -86,7 +86,7 @@ impl Twin {
             _ => Scheme::SquareRoot,
         };
         let options = Options { scheme, inflation: run.infl, ..Options::default() };
-        let noise = Noise::Independent(vec![self.noise; n]);
+        let noise = NoiseCovariance::Independent(vec![self.noise; n]);
         let step = |x: &mut [f64]| (0..self.substeps).for_each(|_| rk4(self.rate, x, self.dt));
         let mut sum = 0.0;
         for cycle in 0..self.cycles {
@@ -95,7 +95,7 @@ impl Twin {
             let measured: Vec<f64> =
                 (0..n).map(|j| truth[j] + self.noise.sqrt() * errors[(cycle, j)]).collect();
             let predicted = ensemble.members().clone();
-            let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
+            let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
             ensemble.analyse(&observed, &options, &mut stream).unwrap();
             if cycle >= self.burn_in {
                 let square: f64 = ensemble.mean().iter().zip(&truth).map(|(m, t)| (m - t).powi(2)).sum();

@@ -38,5 +38,5 @@ pub use error::EnsembleError;
 pub use forcing::orthogonal_forcing;
 pub use localise::gaspari_cohn;
 pub use members::{Ensemble, Failure};
-pub use observed::{Noise, Observed};
+pub use observed::{EnsembleData, NoiseCovariance};
 pub use smoother::{Pass, Smoothed, Smoother, smooth};

@@ -1,6 +1,6 @@
 //! The iterative smoother: one data set assimilated several times with inflated noise.
 
-use super::{Ensemble, EnsembleError, Innovation, Noise, Observed, Options};
+use super::{Ensemble, EnsembleData, EnsembleError, Innovation, NoiseCovariance, Options};
 use rijke_numerics::{Matrix, Streams};
 
 /// How to smooth.
@@ -51,7 +51,7 @@ impl Default for Smoother {
 pub fn smooth<E: std::fmt::Display + Send>(
     prior: Ensemble,
     measured: &[f64],
-    noise: &Noise,
+    noise: &NoiseCovariance,
     smoother: &Smoother,
     streams: &Streams,
     model: impl Fn(&[f64]) -> Result<Vec<f64>, E> + Sync,
@@ -71,12 +71,12 @@ pub fn smooth<E: std::fmt::Display + Send>(
         }
         let predicted = Matrix::from_fn(ensemble.size(), measured.len(), |i, j| rows[i][j]);
         let inflated = match noise {
-            Noise::Independent(variances) => {
-                Noise::Independent(variances.iter().map(|v| alpha * v).collect())
+            NoiseCovariance::Independent(variances) => {
+                NoiseCovariance::Independent(variances.iter().map(|v| alpha * v).collect())
             }
-            Noise::Full(c) => Noise::Full(c.plus(alpha - 1.0, c)),
+            NoiseCovariance::Full(c) => NoiseCovariance::Full(c.plus(alpha - 1.0, c)),
         };
-        let observed = Observed { predicted: &predicted, measured, noise: &inflated };
+        let observed = EnsembleData { predicted: &predicted, measured, noise: &inflated };
         let innovation = ensemble.analyse(&observed, &smoother.options, &mut stream)?;
         passes.push(Pass { coefficient: alpha, innovation, spread: ensemble.spread() });
     }

@@ -42,8 +42,8 @@ fn kalman(mean: &[f64], p: &Matrix, h: &Matrix, r: &Matrix, y: &[f64]) -> (Vec<f
 fn analyse(problem: &Problem, scheme: Scheme) -> (Ensemble, Innovation) {
     let mut ensemble = problem.ensemble.clone();
     let predicted = ensemble.members().product(&problem.operator.transpose());
-    let noise = Noise::Full(problem.noise.clone());
-    let observed = Observed { predicted: &predicted, measured: &problem.measured, noise: &noise };
+    let noise = NoiseCovariance::Full(problem.noise.clone());
+    let observed = EnsembleData { predicted: &predicted, measured: &problem.measured, noise: &noise };
     let options = Options { scheme, ..Options::default() };
     let innovation = ensemble.analyse(&observed, &options, &mut Streams::new(9).stream("analysis")).unwrap();
     (ensemble, innovation)
@@ -94,8 +94,9 @@ fn exact_units_order_and_batches_change_nothing() {
             let all = ensemble.members().product(&p.operator.transpose());
             let predicted = Matrix::from_fn(ensemble.size(), keep.len(), |i, k| scale * all[(i, keep[k])]);
             let measured: Vec<f64> = keep.iter().map(|&j| scale * p.measured[j]).collect();
-            let noise = Noise::Independent(keep.iter().map(|&j| scale * scale * variances[j]).collect());
-            let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
+            let noise =
+                NoiseCovariance::Independent(keep.iter().map(|&j| scale * scale * variances[j]).collect());
+            let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
             let mut stream = Streams::new(0).stream("none");
             ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
         }
@@ -129,7 +130,7 @@ fn exact_smoother_with_any_coefficients_is_the_single_update_if_linear() {
     };
     for smoother in [Smoother::default(), smoother] {
         let model = |row: &[f64]| Ok::<_, std::convert::Infallible>(p.operator.times(row));
-        let noise = Noise::Full(p.noise.clone());
+        let noise = NoiseCovariance::Full(p.noise.clone());
         let smoothed =
             smooth(p.ensemble.clone(), &p.measured, &noise, &smoother, &Streams::new(1), model).unwrap();
         assert_same_moments(&smoothed.ensemble, &mean, &covariance, 1e-11);
@@ -137,7 +138,7 @@ fn exact_smoother_with_any_coefficients_is_the_single_update_if_linear() {
     }
     let bad = Smoother { coefficients: vec![2.0, 3.0], ..Smoother::default() };
     let model = |row: &[f64]| Ok::<_, std::convert::Infallible>(p.operator.times(row));
-    let noise = Noise::Full(p.noise.clone());
+    let noise = NoiseCovariance::Full(p.noise.clone());
     let refused = smooth(p.ensemble.clone(), &p.measured, &noise, &bad, &Streams::new(1), model);
     assert!(matches!(refused, Err(EnsembleError::Coefficients { .. })));
 }
@@ -152,8 +153,8 @@ fn order_stochastic_error_falls_with_the_root_of_the_members() {
                 let mut stream = Streams::new(seed).stream("mc");
                 let mut ensemble = Ensemble::standard_normal(members, 1, &mut stream).unwrap();
                 let predicted = ensemble.members().clone();
-                let noise = Noise::Independent(vec![0.5]);
-                let observed = Observed { predicted: &predicted, measured: &[1.0], noise: &noise };
+                let noise = NoiseCovariance::Independent(vec![0.5]);
+                let observed = EnsembleData { predicted: &predicted, measured: &[1.0], noise: &noise };
                 let options = Options { scheme: Scheme::Stochastic, ..Options::default() };
                 ensemble.analyse(&observed, &options, &mut stream).unwrap();
                 (ensemble.mean()[0] - 2.0 / 3.0).powi(2) + (ensemble.covariance()[(0, 0)] - 1.0 / 3.0).powi(2)
@@ -172,8 +173,8 @@ fn order_stochastic_error_falls_with_the_root_of_the_members() {
 fn exact_localisation_of_ones_is_no_localisation_and_of_zeros_no_update() {
     let p = problem(15, 3, 4);
     let predicted = p.ensemble.members().product(&p.operator.transpose());
-    let noise = Noise::Independent(vec![0.4, 0.3, 0.8, 0.5]);
-    let observed = Observed { predicted: &predicted, measured: &p.measured, noise: &noise };
+    let noise = NoiseCovariance::Independent(vec![0.4, 0.3, 0.8, 0.5]);
+    let observed = EnsembleData { predicted: &predicted, measured: &p.measured, noise: &noise };
     for scheme in [Scheme::Stochastic, Scheme::SquareRoot] {
         let run = |localisation: Option<Matrix>| {
             let mut ensemble = p.ensemble.clone();
@@ -198,8 +199,8 @@ fn exact_inflation_and_relaxation() {
     let run = |inflation: f64, relaxation: f64| {
         let mut ensemble = p.ensemble.clone();
         let predicted = ensemble.members().product(&p.operator.transpose());
-        let noise = Noise::Full(p.noise.clone());
-        let observed = Observed { predicted: &predicted, measured: &p.measured, noise: &noise };
+        let noise = NoiseCovariance::Full(p.noise.clone());
+        let observed = EnsembleData { predicted: &predicted, measured: &p.measured, noise: &noise };
         let options = Options { inflation, relaxation, ..Options::default() };
         ensemble.analyse(&observed, &options, &mut Streams::new(3).stream("same")).unwrap();
         ensemble
@@ -270,8 +271,8 @@ fn exact_static_parameters_with_a_forced_nuisance_stay_calibrated() {
             let measured: Vec<f64> =
                 h.times(&state).iter().enumerate().map(|(j, y)| y + errors[(0, j)]).collect();
             let predicted = ensemble.members().product(&h.transpose());
-            let noise = Noise::Independent(vec![1.0; 2]);
-            let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
+            let noise = NoiseCovariance::Independent(vec![1.0; 2]);
+            let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
             ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
             (mean, p) = kalman(&mean, &p, &h, &Matrix::identity(2), &measured);
         }
@@ -339,13 +340,13 @@ fn exact_rank_histograms() {
 fn exact_bad_input_is_refused_with_numbers() {
     let mut ensemble = problem(6, 2, 1).ensemble;
     let predicted = Matrix::from_fn(6, 1, |i, _| i as f64);
-    let mut run = |measured: &[f64], noise: Noise| {
-        let observed = Observed { predicted: &predicted, measured, noise: &noise };
+    let mut run = |measured: &[f64], noise: NoiseCovariance| {
+        let observed = EnsembleData { predicted: &predicted, measured, noise: &noise };
         ensemble.analyse(&observed, &Options::default(), &mut Streams::new(1).stream("x"))
     };
-    let shape = run(&[1.0, 2.0], Noise::Independent(vec![1.0; 2]));
+    let shape = run(&[1.0, 2.0], NoiseCovariance::Independent(vec![1.0; 2]));
     assert!(matches!(shape, Err(EnsembleError::Shape { expected: 2, got: 1, .. })));
-    assert!(matches!(run(&[1.0], Noise::Independent(vec![0.0])), Err(EnsembleError::Dense(_))));
+    assert!(matches!(run(&[1.0], NoiseCovariance::Independent(vec![0.0])), Err(EnsembleError::Dense(_))));
     let nan = Matrix::from_fn(3, 2, |i, j| if (i, j) == (1, 1) { f64::NAN } else { 0.0 });
     assert_eq!(Ensemble::new(nan), Err(EnsembleError::NotFinite { member: 1, variable: 1 }));
 }

@@ -148,8 +148,8 @@ fn exact_records_survive_json_and_csv() {
     let (model, data, parameters) = ringing();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let assessment = posterior.assess(&AssessOptions::default()).unwrap();
-    let record = Record::new("ringing, damped", &parameters, &assessment);
-    let back: Record = serde_json::from_str(&serde_json::to_string(&record).unwrap()).unwrap();
+    let record = InferenceRecord::new("ringing, damped", &parameters, &assessment);
+    let back: InferenceRecord = serde_json::from_str(&serde_json::to_string(&record).unwrap()).unwrap();
     assert_eq!(back.parameters, record.parameters);
     assert_eq!(back.evidence, record.evidence);
     let csv = evidence_csv(std::slice::from_ref(&record));

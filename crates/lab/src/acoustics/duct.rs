@@ -12,7 +12,7 @@ use rijke_rig::GasState;
 
 /// A tube as a pile of pieces.
 #[derive(Clone, Debug)]
-pub struct Duct {
+pub struct FineTube {
     /// Every different combination of cross-section and gas that occurs.
     pub media: Vec<(Section, GasState)>,
     /// From the top mouth down.
@@ -58,7 +58,7 @@ pub struct Mouth {
 
 /// One march through the tube, for unit volume velocity out of the top mouth.
 #[derive(Clone, Debug)]
-pub struct March {
+pub struct Shot {
     /// Pressure at the microphones, Pa.
     pub pressures: Vec<C64>,
     /// The source pressure at the bottom mouth that would drive it, Pa; zero at an eigenvalue.
@@ -67,7 +67,7 @@ pub struct March {
 
 /// A natural oscillation of the tube.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mode {
+pub struct FineMode {
     /// Growth rate + i angular frequency.
     pub s: C64,
     /// Residue of the response at the microphones to the source pressure, 1/s: shape and strength in one.
@@ -82,10 +82,10 @@ impl Mouth {
     }
 }
 
-impl Duct {
+impl FineTube {
     /// Marches from top to bottom at complex frequency `s`.
     #[must_use]
-    pub fn march(&self, s: C64) -> March {
+    pub fn march(&self, s: C64) -> Shot {
         let lines: Vec<Line> = self.media.iter().map(|(section, gas)| section.line(gas, s)).collect();
         let (mut p, mut u) = (self.top.impedance(s), C64::ONE);
         let mut pressures = Vec::new();
@@ -106,7 +106,7 @@ impl Duct {
             }
         }
         // The bottom mouth's outward velocity is -U.
-        March { pressures, drive: (p + self.bottom.impedance(s) * u) * (-s * delay).exp() }
+        Shot { pressures, drive: (p + self.bottom.impedance(s) * u) * (-s * delay).exp() }
     }
 
     /// Pressure at the microphones per source pressure, at complex frequency `s`.
@@ -118,7 +118,7 @@ impl Duct {
 
     /// The mode that the secant method finds from `guess`; none if it does not converge in 40 steps.
     #[must_use]
-    pub fn mode(&self, guess: C64) -> Option<Mode> {
+    pub fn mode(&self, guess: C64) -> Option<FineMode> {
         let drive = |s| self.march(s).drive;
         let (mut s, mut before) = (guess, guess * (1.0 + 1e-5));
         let mut last = drive(before);
@@ -130,7 +130,7 @@ impl Duct {
             if step.norm() < 1e-12 * s.norm() {
                 let strength = slope(drive, s).inv();
                 let residue = self.march(s).pressures.iter().map(|p| p * strength).collect();
-                return Some(Mode { s, residue });
+                return Some(FineMode { s, residue });
             }
         }
         None
@@ -210,7 +210,7 @@ mod tests {
     }
 
     /// A metre of tube with linear temperature from `cold` to `hot`, in `n` steps, microphones at the bottom.
-    fn duct(n: usize, cold: f64, hot: f64) -> Duct {
+    fn duct(n: usize, cold: f64, hot: f64) -> FineTube {
         let h = 1.0 / n as f64;
         let (mut media, mut pieces) = (Vec::new(), Vec::new());
         for k in (0..n).rev() {
@@ -224,7 +224,7 @@ mod tests {
         pieces.push(Piece::Microphone(0));
         let end = OpenEnd { inner_radius: 0.0237, outer_radius: 0.0254, absorption: 0.0, extension: 0.0 };
         let mouth = |t| Mouth { end, open_area: section().open_area(), gas: gas(t), entry_loss: 0.0 };
-        Duct { media, pieces, top: mouth(hot), bottom: mouth(cold) }
+        FineTube { media, pieces, top: mouth(hot), bottom: mouth(cold) }
     }
 
     #[test]

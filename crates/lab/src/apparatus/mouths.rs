@@ -5,7 +5,7 @@ use crate::truth::Truth;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::Streams;
-use rijke_rig::{OperatingPoint, Rig};
+use rijke_rig::{OperatingPoint, TubeRig};
 
 /// The bottom and the top of the tube at `point` in the laboratory of `seed`.
 ///
@@ -13,7 +13,7 @@ use rijke_rig::{OperatingPoint, Rig};
 /// mouths come out a little different, both alike ([`crate::Ends::absorption_sd`],
 /// [`crate::Ends::extension_sd`]); all powers at one position share one setting.
 #[must_use]
-pub fn mouths(rig: &Rig, truth: &Truth, point: &OperatingPoint, seed: u64) -> [OpenEnd; 2] {
+pub fn mouths(rig: &TubeRig, truth: &Truth, point: &OperatingPoint, seed: u64) -> [OpenEnd; 2] {
     let setting = match (point.thermometers, point.id.rsplit_once('-')) {
         (true, Some((_, position))) => format!("hot-{position}"),
         _ => point.id.clone(),

@@ -14,7 +14,8 @@ use rayon::prelude::*;
 use rijke_flow::BaseState;
 use rijke_numerics::Streams;
 use rijke_rig::{
-    Calibration, Campaign, DataKind, Day, OperatingPoint, PointRecords, Ramp, RecordSet, Rig, Stretch,
+    Calibration, DataKind, Day, OperatingPoint, PointRecords, Ramp, RecordSet, RecordTiming, TubeCampaign,
+    TubeRig,
 };
 
 impl VirtualRig {
@@ -24,8 +25,8 @@ impl VirtualRig {
     /// # Errors
     /// A row does not exist, or a point's modes cannot be found.
     pub fn new(
-        rig: &Rig,
-        campaign: &Campaign,
+        rig: &TubeRig,
+        campaign: &TubeCampaign,
         truth: &Truth,
         rows: &[String],
         repeats: Option<u32>,
@@ -144,7 +145,7 @@ fn entry(point: &OperatingPoint, day: usize, repeats: Option<u32>) -> PointRecor
 }
 
 fn point_truth(
-    rig: &Rig,
+    rig: &TubeRig,
     truth: &Truth,
     point: &OperatingPoint,
     temperature: f64,
@@ -159,8 +160,8 @@ fn point_truth(
 }
 
 /// How records of one sampling rate are taken, given the length of their quiet stretch in s.
-fn stretch(rate_hz: f64) -> impl Fn(f64) -> Stretch {
-    move |quiet_s| Stretch { rate_hz, quiet: (quiet_s * rate_hz).round() as usize }
+fn stretch(rate_hz: f64) -> impl Fn(f64) -> RecordTiming {
+    move |quiet_s| RecordTiming { rate_hz, quiet: (quiet_s * rate_hz).round() as usize }
 }
 
 /// The tube in which channels are calibrated.

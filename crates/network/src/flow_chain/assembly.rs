@@ -6,8 +6,8 @@ use super::gate::Basis;
 use super::mean::state_of;
 use super::slots::Attached;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// A chain of ducts with mean flow.
 ///
@@ -34,7 +34,7 @@ pub struct FlowChain {
     /// Constant losses per metre beside those of walls: viscous, thermal.
     pub(super) losses: Vec<[C64; 2]>,
     /// The chain without laws of a caller.
-    pub(super) basis: Basis<Dual>,
+    pub(super) basis: Basis<ComplexDual>,
 }
 
 impl FlowChain {
@@ -72,7 +72,7 @@ impl FlowChain {
             }
         }
         let ears = Ear::all(&ducts)?;
-        let one = Dual::constant(C64::ONE);
+        let one = ComplexDual::constant(C64::ONE);
         let basis = Basis::plain(&one, gamma, inlet, &ducts);
         let states: Vec<FlowState> = basis.after.iter().map(state_of).collect();
         basis.check(gamma)?;

@@ -39,7 +39,7 @@ mod solve;
 
 pub use assembly::FlowChain;
 pub use budget::FlowBudget;
-pub use ducts::{Action, Effect, FlowDuct, FlowEnd, FlowState, FlowWall, Reference};
+pub use ducts::{Action, ActionKind, FlowDuct, FlowEnd, FlowState, FlowWall, Reference};
 pub use response::FlowParameter;
 pub use sensitivity::{FlowDerivatives, FlowSensitivities};
 pub use slots::FlowSlot;

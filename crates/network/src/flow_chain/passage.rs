@@ -1,7 +1,7 @@
 //! How a disturbance (p, u, e) with e = rho' - p/c^2 passes ducts and the places between them.
 
 use super::assembly::FlowChain;
-use super::ducts::{Effect, FlowEnd};
+use super::ducts::{ActionKind, FlowEnd};
 use super::ear::Ear;
 use super::gate::{Basis, Gate, apply, fluxes, inverse};
 use super::number::Number;
@@ -219,20 +219,22 @@ impl FlowChain {
 
     /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `heard` is
     /// the duct of its velocity.
-    fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: Effect, heard: usize) -> [T; 3] {
+    fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: ActionKind, heard: usize) -> [T; 3] {
         let gamma = self.gamma;
         let (between, after) = (&basis.between[i], &basis.after[i]);
         let one = between.density.real(1.0);
         let zero = one.real(0.0);
         match effect {
-            Effect::Mu | Effect::Mp => [zero.clone(), -one, zero],
-            Effect::Eu | Effect::Ep => [zero.clone(), zero, -between.pressure.times(gamma / (gamma - 1.0))],
-            Effect::Flame => {
+            ActionKind::Mu | ActionKind::Mp => [zero.clone(), -one, zero],
+            ActionKind::Eu | ActionKind::Ep => {
+                [zero.clone(), zero, -between.pressure.times(gamma / (gamma - 1.0))]
+            }
+            ActionKind::Flame => {
                 let heated = after.enthalpy(gamma) - between.enthalpy(gamma);
                 let mean = between.density.clone() * between.velocity.clone() * heated;
                 [zero.clone(), zero, mean.over(&basis.after[heard].velocity)]
             }
-            Effect::Branch => {
+            ActionKind::Branch => {
                 let taken = -between.density.clone();
                 let [force, energy] =
                     [between.velocity.clone(), between.enthalpy(gamma)].map(|v| taken.clone() * v);
@@ -246,7 +248,7 @@ impl FlowChain {
         &self,
         basis: &Basis<T>,
         i: usize,
-        effect: Effect,
+        effect: ActionKind,
         heard: usize,
     ) -> State<T> {
         let push = self.push(basis, i, effect, heard);
@@ -265,7 +267,7 @@ impl FlowChain {
         };
         let stepped = step.as_ref().map_or_else(|| x.clone(), |step| apply(step, x));
         let mut flux = apply(into, &stepped);
-        let mut act = |effect: Effect, k: T| {
+        let mut act = |effect: ActionKind, k: T| {
             let cause = if effect.of_velocity() { &x[1] } else { &x[0] };
             let amount = k * cause.clone();
             let added = self.push(basis, i, effect, i - 1);
@@ -290,15 +292,15 @@ mod tests {
     use super::*;
     use crate::flow_chain::ducts::{FlowDuct, FlowState};
     use crate::flow_chain::mean::{Mean, area_step, heat_step};
-    use crate::plane::dual::Dual;
     use rijke_numerics::C64;
+    use rijke_numerics::ComplexDual;
 
     const GAMMA: f64 = 1.4;
 
     /// The state behind a step of area and heat `power` per area before, from p, u, rho before it: the
     /// nonlinear balances, not linearised.
     fn behind([p, u, rho]: [f64; 3], areas: [f64; 2], power: f64) -> [f64; 3] {
-        let one = Dual::constant(C64::ONE);
+        let one = ComplexDual::constant(C64::ONE);
         let mean = |v: f64| one.real(v);
         let before = Mean { pressure: mean(p), velocity: mean(u), density: mean(rho) };
         let stepped = area_step(GAMMA, &before, [&mean(areas[0]), &mean(areas[1])], false);
@@ -308,12 +310,12 @@ mod tests {
         for _ in 0..200 {
             let ratio = 0.5 * (low + high);
             let heated = heat_step(&stepped, &mean(ratio));
-            let taken = (heated.enthalpy(GAMMA) - stepped.enthalpy(GAMMA)).v.re;
+            let taken = (heated.enthalpy(GAMMA) - stepped.enthalpy(GAMMA)).value.re;
             if taken > per_mass { high = ratio } else { low = ratio }
         }
         let ratio = 0.5 * (low + high);
         let heated = if power > 0.0 { heat_step(&stepped, &mean(ratio)) } else { stepped };
-        [heated.pressure, heated.velocity, heated.density].map(|v| v.v.re)
+        [heated.pressure, heated.velocity, heated.density].map(|v| v.value.re)
     }
 
     #[test]
@@ -329,16 +331,20 @@ mod tests {
             let ducts = vec![FlowDuct::new(1.0, areas[0]), FlowDuct::new(1.0, areas[1]).heated(ratio)];
             let closed = || FlowEnd::Reflection(Law::Constant(C64::ONE));
             let chain = FlowChain::new(GAMMA, inlet, ducts, [closed(), closed()]).unwrap();
-            let s = Dual::constant(C64::new(0.0, 100.0));
+            let s = ComplexDual::constant(C64::new(0.0, 100.0));
             for k in 0..3 {
                 // Unit p, u or rho before the place: e = rho - p/c^2.
                 let square = GAMMA * inlet.pressure / inlet.density;
                 let mut x = [0.0; 3];
                 x[k] = 1.0;
                 x[2] -= x[0] / square;
-                let got =
-                    chain.cross_alone(&chain.basis, 1, &x.map(|v| Dual::constant(C64::new(v, 0.0))), &s);
-                let [p, u, e] = got.map(|v| v.v.re);
+                let got = chain.cross_alone(
+                    &chain.basis,
+                    1,
+                    &x.map(|v| ComplexDual::constant(C64::new(v, 0.0))),
+                    &s,
+                );
+                let [p, u, e] = got.map(|v| v.value.re);
                 let got = [p, u, e + p * base[2] / (GAMMA * base[0])];
                 let h = 1e-4 * at[k];
                 let nudged = |sign: f64| {

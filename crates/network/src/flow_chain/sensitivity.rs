@@ -7,15 +7,15 @@
 //! affine in it, and mu = a + b mu follows.
 
 use super::assembly::FlowChain;
-use super::ducts::{Effect, FlowEnd};
+use super::ducts::{ActionKind, FlowEnd};
 use super::gate::Basis;
 use super::mean::state_of;
 use super::passage::State;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use crate::respond::answer::Places;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// Derivatives of one output of a chain with flow.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,7 +41,8 @@ pub struct FlowSensitivities {
 }
 
 /// In the order of [`FlowDerivatives::feedback`].
-pub(super) const EFFECTS: [Effect; 5] = [Effect::Mu, Effect::Mp, Effect::Eu, Effect::Ep, Effect::Branch];
+pub(super) const EFFECTS: [ActionKind; 5] =
+    [ActionKind::Mu, ActionKind::Mp, ActionKind::Eu, ActionKind::Ep, ActionKind::Branch];
 
 pub(super) type Row = [C64; 3];
 
@@ -49,13 +50,13 @@ pub(super) type Row = [C64; 3];
 pub(super) struct Passed<'a> {
     pub(super) chain: &'a FlowChain,
     /// The chain at this s, all constants.
-    pub(super) basis: Basis<Dual>,
-    pub(super) s: Dual,
+    pub(super) basis: Basis<ComplexDual>,
+    pub(super) s: ComplexDual,
     /// States before and behind every place; the same at the outlet.
-    pub(super) before: Vec<State<Dual>>,
-    pub(super) behind: Vec<State<Dual>>,
+    pub(super) before: Vec<State<ComplexDual>>,
+    pub(super) behind: Vec<State<ComplexDual>>,
     /// F without the factors of loops, and its derivative in s.
-    f: Dual,
+    f: ComplexDual,
 }
 
 /// The way back of one output.
@@ -69,19 +70,19 @@ pub(super) struct Back {
 }
 
 /// A constant.
-pub(super) fn fixed(x: &State<Dual>) -> State<Dual> {
-    x.map(|v| Dual::constant(v.v))
+pub(super) fn fixed(x: &State<ComplexDual>) -> State<ComplexDual> {
+    x.map(|v| ComplexDual::constant(v.value))
 }
 
-pub(super) fn dot(row: &Row, x: &State<Dual>) -> C64 {
-    row[0] * x[0].v + row[1] * x[1].v + row[2] * x[2].v
+pub(super) fn dot(row: &Row, x: &State<ComplexDual>) -> C64 {
+    row[0] * x[0].value + row[1] * x[1].value + row[2] * x[2].value
 }
 
 /// row M of a linear map M.
-pub(super) fn through(row: &Row, map: impl Fn(&State<Dual>) -> State<Dual>) -> Row {
+pub(super) fn through(row: &Row, map: impl Fn(&State<ComplexDual>) -> State<ComplexDual>) -> Row {
     std::array::from_fn(|k| {
-        let mut unit = [Dual::constant(C64::ZERO); 3];
-        unit[k] = Dual::constant(C64::ONE);
+        let mut unit = [ComplexDual::constant(C64::ZERO); 3];
+        unit[k] = ComplexDual::constant(C64::ONE);
         dot(row, &map(&unit))
     })
 }
@@ -91,16 +92,27 @@ fn add_sources(row: &mut Row, place: usize, sources: &[(usize, C64)]) {
 }
 
 impl<'a> Passed<'a> {
-    pub(super) fn new(chain: &'a FlowChain, basis: &Basis<Dual>, root: &Root) -> Result<Self, NetworkError> {
-        let s = Dual { v: root.s, d: C64::ONE };
+    pub(super) fn new(
+        chain: &'a FlowChain,
+        basis: &Basis<ComplexDual>,
+        root: &Root,
+    ) -> Result<Self, NetworkError> {
+        let s = ComplexDual { value: root.s, slope: C64::ONE };
         let (mut before, mut behind) = (Vec::new(), Vec::new());
         chain.sweep(basis, &s, |_, x, y| {
             before.push(*x);
             behind.push(*y);
         });
         let f = chain.finish(basis, &before[chain.ducts.len()], &s);
-        if f.d.is_finite() && f.d != C64::ZERO {
-            Ok(Self { chain, basis: basis.at_rest_in_s(), s: Dual::constant(root.s), before, behind, f })
+        if f.slope.is_finite() && f.slope != C64::ZERO {
+            Ok(Self {
+                chain,
+                basis: basis.at_rest_in_s(),
+                s: ComplexDual::constant(root.s),
+                before,
+                behind,
+                f,
+            })
         } else {
             Err(NetworkError::NotFinite { s: root.s })
         }
@@ -108,13 +120,13 @@ impl<'a> Passed<'a> {
 
     /// The row of the eigenvalue.
     pub(super) fn eigenvalue(&self) -> Back {
-        self.back(-self.f.d.inv(), &[])
+        self.back(-self.f.slope.inv(), &[])
     }
 
     /// The row of `factor` times F plus sources times the pressure before places.
     fn back(&self, factor: C64, sources: &[(usize, C64)]) -> Back {
         let (chain, n) = (self.chain, self.chain.ducts.len());
-        let unit = |x: &State<Dual>| [chain.finish(&self.basis, x, &self.s), self.s, self.s];
+        let unit = |x: &State<ComplexDual>| [chain.finish(&self.basis, x, &self.s), self.s, self.s];
         let mut row = through(&[factor, C64::ZERO, C64::ZERO], unit);
         add_sources(&mut row, n, sources);
         let mut back = Back {
@@ -147,7 +159,7 @@ impl<'a> Passed<'a> {
         let basis = &self.basis;
         let mut out = through(&row, |x| self.chain.pass(basis, j, x, &self.s));
         for (ear, weight) in self.chain.ears.iter().zip(heard).filter(|(e, _)| e.duct == j) {
-            let unit = |x: &State<Dual>| [self.chain.hear(basis, ear, x, &self.s), self.s, self.s];
+            let unit = |x: &State<ComplexDual>| [self.chain.hear(basis, ear, x, &self.s), self.s, self.s];
             let added = through(&[*weight, C64::ZERO, C64::ZERO], unit);
             out = std::array::from_fn(|k| out[k] + added[k]);
         }
@@ -183,29 +195,30 @@ impl<'a> Passed<'a> {
         let (chain, n) = (self.chain, self.chain.ducts.len());
         let mut basis = self.basis.clone();
         let mut out = FlowDerivatives { feedback: vec![[C64::ZERO; 5]; n], ..FlowDerivatives::default() };
-        let behind: Vec<State<Dual>> = self.behind.iter().map(fixed).collect();
+        let behind: Vec<State<ComplexDual>> = self.behind.iter().map(fixed).collect();
         for j in 0..n {
             if j > 0 {
                 out.feedback[j] = EFFECTS.map(|effect| {
-                    let cause = if effect.of_velocity() { self.before[j][1].v } else { self.before[j][0].v };
+                    let cause =
+                        if effect.of_velocity() { self.before[j][1].value } else { self.before[j][0].value };
                     dot(&back.starts[j], &chain.effect(&basis, j, effect, j - 1)) * cause
                 });
             }
             // What a seed in the basis changes: the passage of this duct, and what ears hear.
-            let local = |basis: &Basis<Dual>| {
+            let local = |basis: &Basis<ComplexDual>| {
                 let passed = chain.pass(basis, j, &behind[j], &self.s);
-                let mut total: C64 = (0..3).map(|k| back.ends[j][k] * passed[k].d).sum();
+                let mut total: C64 = (0..3).map(|k| back.ends[j][k] * passed[k].slope).sum();
                 for (ear, weight) in chain.ears.iter().zip(&back.heard) {
-                    total += weight * chain.hear(basis, ear, &behind[ear.duct], &self.s).d;
+                    total += weight * chain.hear(basis, ear, &behind[ear.duct], &self.s).slope;
                 }
                 total
             };
-            basis.length[j].d = C64::ONE;
+            basis.length[j].slope = C64::ONE;
             out.lengths.push(local(&basis));
-            basis.length[j].d = C64::ZERO;
-            basis.wall[j].d = C64::ONE;
+            basis.length[j].slope = C64::ZERO;
+            basis.wall[j].slope = C64::ONE;
             out.walls.push(local(&basis));
-            basis.wall[j].d = C64::ZERO;
+            basis.wall[j].slope = C64::ZERO;
         }
         if matches!(chain.ends[0], FlowEnd::Reflection(_)) {
             let mean = state_of(&self.basis.after[0]);
@@ -216,7 +229,7 @@ impl<'a> Passed<'a> {
             let mean = state_of(&self.basis.after[n - 1]);
             let impedance = mean.density * mean.sound_speed(chain.gamma);
             let [p, u, _] = &self.before[n];
-            out.ends[1] = -0.5 * factor * (p.v + impedance * u.v);
+            out.ends[1] = -0.5 * factor * (p.value + impedance * u.value);
         }
         out
     }
@@ -239,18 +252,18 @@ impl FlowChain {
         let passed = Passed::new(self, &self.basis, root)?;
         let pressure = |j: usize| passed.before[j][0];
         let reference = pressure(places.reference);
-        let loudest = places.at.iter().map(|&j| pressure(j).v.norm()).fold(0.0, f64::max);
-        if !places.at.is_empty() && reference.v.norm() <= 1e-12 * loudest {
+        let loudest = places.at.iter().map(|&j| pressure(j).value.norm()).fold(0.0, f64::max);
+        if !places.at.is_empty() && reference.value.norm() <= 1e-12 * loudest {
             return Err(NetworkError::SilentReference { place: places.reference });
         }
         let output =
             |factor: C64, sources: &[(usize, C64)]| passed.derivatives(&passed.back(factor, sources), factor);
         let pressures = places.at.iter().map(|&place| {
             let p = pressure(place);
-            let (relative, scale) = (p.v / reference.v, reference.v.inv());
-            let in_s = (p.d - relative * reference.d) * scale;
-            output(-in_s / passed.f.d, &[(place, scale), (places.reference, -relative * scale)])
+            let (relative, scale) = (p.value / reference.value, reference.value.inv());
+            let in_s = (p.slope - relative * reference.slope) * scale;
+            output(-in_s / passed.f.slope, &[(place, scale), (places.reference, -relative * scale)])
         });
-        Ok(FlowSensitivities { s: output(-passed.f.d.inv(), &[]), pressures: pressures.collect() })
+        Ok(FlowSensitivities { s: output(-passed.f.slope.inv(), &[]), pressures: pressures.collect() })
     }
 }

@@ -1,6 +1,6 @@
 //! A source of a chain at rest that answers to the velocity elsewhere, by laws of a caller.
 
-use super::probe::{Part, Side, row};
+use super::probe::{Side, SourceCoefficient, row};
 use crate::chain::coefficients::{At, Laws};
 use crate::chain::network::{Network, Segment};
 use crate::slot::Slot;
@@ -121,7 +121,8 @@ impl Heard {
     #[must_use]
     pub fn coefficients(&self, at: &At, laws: &Laws) -> [Jet; 2] {
         let [t, beta, alpha] = self.parts(at, laws);
-        [Part::Velocity, Part::Pressure].map(|of| self.side.coefficient(of, &t, &alpha, &beta))
+        [SourceCoefficient::Velocity, SourceCoefficient::Pressure]
+            .map(|of| self.side.coefficient(of, &t, &alpha, &beta))
     }
 
     /// 1 - T alpha, whose zeros are poles of the coefficients if the reference lies downstream; none

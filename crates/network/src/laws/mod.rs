@@ -14,8 +14,8 @@ pub mod wall;
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
 pub use heard::{Heard, Unheard};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
-pub use probe::{Part, Probe, Side, Stretch};
-pub use rijke_numerics::rational::{Entry, Table, TableError, phase_slope};
+pub use probe::{PathDuct, Probe, Side, SourceCoefficient};
+pub use rijke_numerics::rational::{Table, TableError, TableRow, phase_slope};
 pub use wall::WallLaw;
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
@@ -176,7 +176,7 @@ impl Law {
             Self::Probe(probe) if probe.side == Side::Upstream => probe.transfer.poles_in(region)?,
             // Both coefficients of a closed loop have its poles, but the network only once: k_eu declares
             // them. At a pole of the transfer function the coefficients are finite.
-            Self::Probe(probe) if probe.of == Part::Pressure => Vec::new(),
+            Self::Probe(probe) if probe.of == SourceCoefficient::Pressure => Vec::new(),
             Self::Probe(probe) => {
                 let poles = probe.transfer.poles_in(&region.widened(1.0))?;
                 let time = probe.transfer.delay() + probe.travel_time();

@@ -41,7 +41,7 @@ impl Network {
         poles.retain(|p| wide.contains(p.0));
         let f = |s: C64| {
             let f = self.characteristic(coefficients, s, &mut work.laws);
-            [f.v, f.d]
+            [f.value, f.slope]
         };
         zeros(f, region, step, poles, pole_count)
     }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// A vertical tube with one heat source on insert, as in Juniper & Yoko 2022, section 3.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Rig {
+pub struct TubeRig {
     /// What the rig is called in reports.
     pub name: String,
     /// Where the numbers come from.

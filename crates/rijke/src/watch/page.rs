@@ -197,7 +197,7 @@ fn list(title: &str, of: Vec<(&String, &String)>) -> String {
 fn table(leads: &Leads, open: bool) -> String {
     let first = leads.models.first().map_or(0.0, |m| m.ln_evidence);
     let row = |model: &Lead| {
-        let shown = |p: &rijke_engine::run::ParameterRecord| {
+        let shown = |p: &rijke_engine::run::TrainedParameter| {
             format!("{} = {}", html(&p.name), html(&crate::number::with_sd(p.value, p.sd)))
         };
         let mut parameters: Vec<String> = model.parameters.iter().take(SHOWN).map(shown).collect();

@@ -3,7 +3,7 @@
 use super::error::CalibrationError;
 use super::error::{median_of, plausible};
 use super::place::{Placed, absolute, place};
-use super::stated::StatedChannels;
+use super::stated::ChannelPriors;
 use crate::Fault;
 use crate::click::ClickFit;
 use crate::ping::PingFit;
@@ -189,7 +189,7 @@ impl ChannelDelays {
     }
 
     /// Channels of which no click tells: gains of 1 and delays of 0, as well known as stated.
-    pub(crate) fn stated(channels: usize, rate_hz: f64, stated: StatedChannels) -> Self {
+    pub(crate) fn stated(channels: usize, rate_hz: f64, stated: ChannelPriors) -> Self {
         let diagonal = |sd: f64| Matrix::diagonal(&vec![sd * sd; channels]);
         Self {
             rate_hz,
@@ -210,7 +210,7 @@ impl ChannelDelays {
         let squares = |values: &mut dyn Iterator<Item = f64>| {
             Matrix::diagonal(&values.map(|sd| sd * sd).collect::<Vec<_>>())
         };
-        let none = StatedChannels { gain_sd: 0.0, delay_sd: 0.0 };
+        let none = ChannelPriors { gain_sd: 0.0, delay_sd: 0.0 };
         Self {
             delays: delays.clone(),
             gains: gains.clone(),
@@ -236,7 +236,7 @@ impl ChannelDelays {
     /// `delay_sd`.
     pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
         let channels = self.gains.len();
-        let stated = Self::stated(channels, rate_hz, StatedChannels { gain_sd: 0.0, delay_sd });
+        let stated = Self::stated(channels, rate_hz, ChannelPriors { gain_sd: 0.0, delay_sd });
         Self { gains: self.gains.clone(), gain_covariance: self.gain_covariance.clone(), ..stated }
     }
 

@@ -5,7 +5,7 @@ mod questions;
 mod read;
 mod select;
 
-pub use noise::{LawError, NoiseSpec, SdSpec, Varying};
+pub use noise::{NoiseSpec, PlannedLawError, PlannedVarying, SdSpec};
 pub use questions::{Ask, PointByPoint, Question};
 pub use select::{Condition, Selection};
 

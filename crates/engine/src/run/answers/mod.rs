@@ -11,7 +11,7 @@ pub use axes::symbol;
 
 use super::course::Run;
 use super::frame::Frame;
-use super::record::ParameterRecord;
+use super::record::TrainedParameter;
 use crate::EngineError;
 use rijke_study::plan::{Ask, Question};
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub struct Answer {
     /// What the tables hold, in a sentence or two.
     pub caption: String,
     /// The parameters of the model, if there is one.
-    pub parameters: Vec<ParameterRecord>,
+    pub parameters: Vec<TrainedParameter>,
     /// The tables; claims are about the first.
     pub frames: Vec<Frame>,
     /// What a figure shows of them.
@@ -110,4 +110,4 @@ impl Run {
 }
 
 /// Tables, panels, parameters and caption.
-type Found = (Vec<Frame>, Vec<AnswerPanel>, Vec<ParameterRecord>, String);
+type Found = (Vec<Frame>, Vec<AnswerPanel>, Vec<TrainedParameter>, String);

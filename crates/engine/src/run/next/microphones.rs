@@ -7,7 +7,7 @@ use crate::run::average::OpenModel;
 use crate::{EngineError, SavedModel};
 use rayon::prelude::*;
 use rijke_numerics::{C64, Matrix};
-use rijke_study::{Layout, Observations, Study, Value};
+use rijke_study::{ObservedModes, RigAtPoint, Study, Value};
 use serde::Serialize;
 
 /// A microphone, and what it brings.
@@ -59,7 +59,7 @@ const PARTS: usize = 20;
 /// [`EngineError::NothingToMeasure`], [`EngineError::Damaged`], and those of the files.
 pub fn microphones(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     model: &SavedModel,
     rivals: &[OpenModel],
     wish: &Wish,
@@ -128,7 +128,7 @@ pub fn microphones(
 fn tried(study: &Study, wish: &Wish, places: &[f64]) -> Result<Vec<f64>, String> {
     let at = |factors: &[f64]| study.rig.at_factors(factors, study.rig.temperature).ok();
     let points = &study.campaign.points;
-    let layouts: Vec<Layout> = points.iter().filter_map(|p| at(&p.factors)).collect();
+    let layouts: Vec<RigAtPoint> = points.iter().filter_map(|p| at(&p.factors)).collect();
     let shortest = layouts.iter().map(|l| l.length).fold(f64::INFINITY, f64::min);
     if let Some(x) = places.iter().find(|x| !(0.0..=shortest).contains(*x)) {
         let what = format!("a microphone at {x} m is asked for, beyond the ducts");

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use rijke_numerics::Matrix;
 use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
-use rijke_study::{BaseState, Observations, Study};
+use rijke_study::{ObservedModes, PointState, Study};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Least share of the variance of a misfit that is drawn anew: what was measured without error could else not
@@ -50,7 +50,7 @@ struct Known<'m> {
 pub(super) struct Place<'a> {
     study: &'a Study,
     observed: Vec<Observed>,
-    states: BTreeMap<usize, BaseState>,
+    states: BTreeMap<usize, PointState>,
     ambient: Vec<Option<[f64; 2]>>,
     channels: Option<ChannelErrors>,
 }
@@ -59,7 +59,7 @@ impl<'a> Place<'a> {
     /// `channels` are the errors of the microphones of the study's folder; the study may have more of them.
     pub(super) fn new(
         study: &'a Study,
-        observations: &Observations,
+        observations: &ObservedModes,
         channels: Option<ChannelErrors>,
     ) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);
@@ -70,8 +70,8 @@ impl<'a> Place<'a> {
     /// Where the states of the gas are known.
     pub(super) fn of_states(
         study: &'a Study,
-        observations: &Observations,
-        states: BTreeMap<usize, BaseState>,
+        observations: &ObservedModes,
+        states: BTreeMap<usize, PointState>,
         channels: Option<ChannelErrors>,
     ) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);

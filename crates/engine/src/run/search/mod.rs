@@ -16,7 +16,7 @@ pub use record::{Combination, GivenUp, GreedyChoice, RoleChoice, SearchNode, Sea
 
 use super::course::{CONTENDS, Choice, Chosen, Run, Trusted};
 use crate::EngineError;
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -83,7 +83,7 @@ impl Search {
     /// it does not stand.
     pub fn new(
         mut study: Study,
-        observations: &Observations,
+        observations: &ObservedModes,
         options: SearchOptions,
     ) -> Result<Self, EngineError> {
         study.plan = chain(&study.plan, options.stage.as_deref())?;

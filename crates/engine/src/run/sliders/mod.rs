@@ -16,7 +16,7 @@ use crate::{Assembly, Conditions, EngineError, Misfit, Observed, PointModel, Sav
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use script::{Script, ka};
 use serde::Serialize;
 use table::Table;
@@ -116,7 +116,7 @@ struct Solved {
 /// A sentence that says why a page cannot solve it.
 pub fn sliders(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     record: &StageRecord,
     saved: &SavedModel,
 ) -> Result<Sliders, String> {

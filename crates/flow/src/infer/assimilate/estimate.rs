@@ -2,7 +2,7 @@
 
 use crate::base::state::{BaseState, ErrorComponent};
 use crate::error::FlowError;
-use crate::infer::health::Health;
+use crate::infer::health::FlowHealth;
 use crate::infer::scores::physical;
 use crate::tube::parameters::{UNKNOWNS, Unknowns};
 use crate::tube::pipe::Pipe;
@@ -21,7 +21,7 @@ pub struct Estimate {
     /// Covariance of the scores.
     pub covariance: Matrix,
     /// What the method says of its own result; none for a method that cannot tell.
-    pub health: Option<Health>,
+    pub health: Option<FlowHealth>,
     /// Draws that know the mean as well as independent ones; none for a method whose posterior is taken as
     /// Gaussian.
     pub effective_draws: Option<f64>,
@@ -234,11 +234,11 @@ mod tests {
     use super::*;
     use crate::tube::closures::Closures;
     use crate::tube::parameters::unknowns;
-    use rijke_rig::Rig;
+    use rijke_rig::TubeRig;
 
     #[test]
     fn oracle_base_state_errors_are_derivatives_along_the_unknowns() {
-        let pipe = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap();
+        let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap();
         let names: Vec<String> = unknowns().iter().map(|p| p.name.clone()).collect();
         // Some small covariance with correlations.
         let root = Matrix::from_fn(UNKNOWNS, UNKNOWNS, |i, j| 2e-3 * ((3 * i + 7 * j + i * j) as f64).sin());

@@ -1,6 +1,6 @@
 //! Base states with their errors, from a joint posterior.
 
-use super::fit::{Fit, Settled};
+use super::fit::{JointFit, Settled};
 use super::joint::Arrow;
 use super::run::State;
 use super::unknowns::FIXED;
@@ -12,7 +12,7 @@ use rijke_numerics::{Matrix, dot, symmetric_eigen};
 /// Share of the variance that causes carry, of the common ones and of a run's own.
 const ENOUGH: f64 = 0.99999;
 
-impl Fit<'_> {
+impl JointFit<'_> {
     /// The base state of every operating point, run by run. The errors are named causes that the points
     /// share.
     ///

@@ -1,10 +1,10 @@
 //! Runs of settled states from the observations of a campaign.
 
 use super::readings::Readings;
-use super::run::{Run, State};
+use super::run::{SettledRun, State};
 use crate::error::FlowError;
 use crate::infer::sensor::SensorKind;
-use crate::tube::parameters::Parameters;
+use crate::tube::parameters::TubeParameters;
 use crate::tube::pipe::Pipe;
 use rijke_numerics::{Cholesky, Matrix};
 use rijke_rig::{Observations, PointObservations, Ramp};
@@ -41,12 +41,12 @@ const SHAPE_SD: f64 = 0.5e-6;
 ///   models it, and may miss a quarter in all states alike, and a tenth that changes with temperature.
 ///
 /// # Errors
-/// Those of [`Run::checked`], with the heater's place, and of the model.
+/// Those of [`SettledRun::checked`], with the heater's place, and of the model.
 pub fn runs(
     observations: &Observations,
     along: &Readings,
     pipe: &dyn Fn(f64) -> Result<Pipe, FlowError>,
-) -> Result<Vec<(Pipe, Run)>, FlowError> {
+) -> Result<Vec<(Pipe, SettledRun)>, FlowError> {
     let passed = |id: &str| observations.ramps.iter().any(|ramp| ramp.time_of(id).is_some());
     let read = |p: &&PointObservations| {
         let planned = p.ping.is_none() && p.click.is_none();
@@ -91,10 +91,10 @@ pub fn runs(
             let times = ramps.iter().enumerate().filter_map(|(k, ramp)| Some((k, ramp.time_of(&state.id)?)));
             state.moment = { times }.next();
         }
-        let run = Run { heater, states, common, ramps }.checked(&pipe)?;
+        let run = SettledRun { heater, states, common, ramps }.checked(&pipe)?;
         Ok((pipe, run))
     };
-    let runs = places.iter().map(one).collect::<Result<Vec<(Pipe, Run)>, FlowError>>()?;
+    let runs = places.iter().map(one).collect::<Result<Vec<(Pipe, SettledRun)>, FlowError>>()?;
     Ok(if runs.iter().any(|(_, run)| run.is_read()) { runs } else { Vec::new() })
 }
 
@@ -128,7 +128,7 @@ fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> 
     }
     if power > 0.0 && p.click.is_some() {
         let at = |source| FlowError::Point { id: p.point.id.clone(), source: Box::new(source) };
-        let guess = pipe.steady(&Parameters::default(), power, ambient).map_err(at)?;
+        let guess = pipe.steady(&TubeParameters::default(), power, ambient).map_err(at)?;
         let top = guess.gas.march.face.last().copied().unwrap_or(ambient);
         let hot = pipe.air.sound_speed(top);
         for (m, &(x, _)) in pipe.microphones.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! What the sensors read and what the flow is, at given unknowns.
 
-use super::run::{Run, State};
+use super::run::{SettledRun, State};
 use super::unknowns::Filled;
 use crate::error::FlowError;
 use crate::infer::sensor::SensorKind;
@@ -21,7 +21,7 @@ pub(crate) struct Predicted {
     pub(crate) steady: Option<Steady>,
 }
 
-impl Run {
+impl SettledRun {
     /// All states of the tube `pipe` at `scores` of the unknowns `priors`; `near` are steady states to start
     /// from.
     pub(crate) fn predict(

@@ -3,7 +3,7 @@
 mod lanes;
 
 use super::march::{Drive, Flow, March};
-use super::parameters::Parameters;
+use super::parameters::TubeParameters;
 use super::pipe::Pipe;
 use crate::error::FlowError;
 use crate::number::{Number, Single};
@@ -77,7 +77,7 @@ impl Pipe {
         march: &March<N>,
         flow: Flow<N>,
         ambient: N,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
     ) -> Balance<N> {
         let (air, c) = (&self.air, &self.closures);
         let ambient_density = air.volume(ambient).recip();
@@ -115,7 +115,7 @@ impl Pipe {
         &self,
         wall: &[N],
         drive: Drive<N>,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
         tolerance: f64,
         out: &mut Draught<N>,
     ) -> Result<(), FlowError> {
@@ -130,7 +130,7 @@ pub trait Balanced: Number {
         pipe: &Pipe,
         wall: &[Self],
         drive: Drive<Self>,
-        p: &Parameters<Self>,
+        p: &TubeParameters<Self>,
         tolerance: f64,
         out: &mut Draught<Self>,
     ) -> Result<(), FlowError>;
@@ -141,7 +141,7 @@ impl<N: Single> Balanced for N {
         pipe: &Pipe,
         wall: &[N],
         drive: Drive<N>,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
         tolerance: f64,
         out: &mut Draught<N>,
     ) -> Result<(), FlowError> {
