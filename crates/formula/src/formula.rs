@@ -91,21 +91,6 @@ impl Formula {
         self.program.contains(&Operation::Parameter(index))
     }
 
-    /// The indices of all names in it, each once, in rising order.
-    #[must_use]
-    pub fn names_used(&self) -> Vec<usize> {
-        let mut all: Vec<usize> = self.names().collect();
-        all.sort_unstable();
-        all.dedup();
-        all
-    }
-
-    /// Whether it contains `s` or a name that depends on s.
-    #[must_use]
-    pub fn depends_on_s(&self) -> bool {
-        self.program.iter().any(|o| matches!(o, Operation::Analytic(_)))
-    }
-
     /// Everything that it divides by and that depends on s, inner divisors before those that contain them:
     /// where one of them is zero the formula may have a pole. Bases of negative powers and the cosh of a tanh
     /// are among them.
@@ -169,7 +154,7 @@ impl Formula {
         units::fault(&self.program, scope, parameter_units, wanted)
     }
 
-    fn names(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = usize> {
         self.program.iter().filter_map(|operation| match *operation {
             Operation::Global(index) | Operation::Local(index) | Operation::Analytic(index) => Some(index),
             _ => None,

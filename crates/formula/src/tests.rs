@@ -37,6 +37,15 @@ fn scope() -> Scope {
     scope
 }
 
+/// The indices of all names in a formula, each once, in rising order.
+fn names_used(formula: &Formula) -> Vec<usize> {
+    formula.names().collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+}
+
+fn depends_on_s(formula: &Formula) -> bool {
+    formula.names().any(|index| scope().names()[index].kind == Kind::Analytic)
+}
+
 /// The values of [`HEATER`] by index.
 fn heater() -> Vec<f64> {
     std::iter::once(f64::NAN).chain(HEATER.map(|(.., value)| value)).collect()

@@ -15,13 +15,13 @@ mod sample;
 
 pub use assessment::{
     AssessOptions, Assessment, ChainStage, Draws, EvidenceChain, Health, InferenceRecord, ModelCheck,
-    ParameterCheck, ParameterRecord, SimulatedCoverage, Surveyed, assess, evidence_csv, survey,
+    ParameterCheck, ParameterRecord, SimulatedCoverage, Surveyed, assess, survey,
 };
 pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, TrustRegion, minimise};
 pub use error::{ForwardError, InferenceError};
 pub use evidence::{
-    Conflict, ConflictWarning, Entry, Evidence, LEARNT, Laplace, MarginalFit, Offset, Predicted, RankedModel,
-    Ranking, Tension, probabilities, rank,
+    Conflict, ConflictWarning, Entry, Evidence, LEARNT, Laplace, Offset, Predicted, RankedModel, Ranking,
+    Tension, probabilities, rank,
 };
 pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
 pub use linearised::{Drawn, Few, LeftOut, Linearised, Moved, Told, gain, student};
@@ -34,5 +34,5 @@ pub use problem::{
 #[cfg(feature = "nuts")]
 pub use sample::Nuts;
 pub use sample::{
-    Importance, Judged, LikelihoodTarget, Nested, Referee, RefereeKind, Target, Verdict, importance,
+    Importance, Integrated, LikelihoodTarget, Nested, Sampler, SamplerKind, Target, Verdict, importance,
 };

@@ -8,9 +8,8 @@ mod truth;
 
 pub use acoustics::{duct, obstacle, radiation, walls};
 pub use apparatus::base::base_state;
-pub use apparatus::mouths::mouths;
+pub use apparatus::open_ends::open_ends;
 pub use records::faults::BadRecord;
-pub use records::source::seed_of;
 pub use records::virtual_rig::VirtualRig;
 pub use truth::{
     Channels, Ends, Faults, Flow, HeaterTruth, LabError, Loudspeaker, NoiseLevels, ProngSurface, Recorder,

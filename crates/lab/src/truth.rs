@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
-    /// The mouths of the tube.
+    /// The open ends of the tube.
     pub ends: Ends,
     /// The tube's wall.
     pub wall: WallTruth,
@@ -35,7 +35,7 @@ pub struct Truth {
     pub faults: Faults,
 }
 
-/// What the mouths lose beyond radiation.
+/// What the open ends lose beyond radiation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ends {
@@ -43,9 +43,9 @@ pub struct Ends {
     pub absorption_bottom: f64,
     /// Fraction of the reflected amplitude lost at the top.
     pub absorption_top: f64,
-    /// Scatter of both fractions together from one setting of the rig to the next.
+    /// Scatter of both fractions together from one installation of the rig to the next.
     pub absorption_sd: f64,
-    /// Scatter of both end corrections together from one setting of the rig to the next, in inner radii.
+    /// Scatter of both end corrections together from one installation of the rig to the next, in inner radii.
     pub extension_sd: f64,
 }
 
@@ -118,7 +118,7 @@ pub struct Flow {
     pub closures: rijke_flow::Closures,
 }
 
-/// The loudspeaker under the bottom mouth.
+/// The loudspeaker under the bottom end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Loudspeaker {
@@ -130,7 +130,7 @@ pub struct Loudspeaker {
     pub click_pa: f64,
     /// Centre frequency of the click, Hz.
     pub click_hz: f64,
-    /// From the trigger to the middle of the click at the bottom mouth, s.
+    /// From the trigger to the middle of the click at the bottom end, s.
     pub latency_s: f64,
     /// Relative scatter of amplitudes from record to record.
     pub amplitude_sd: f64,

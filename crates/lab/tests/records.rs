@@ -99,19 +99,20 @@ fn oracle_true_reflections_against_the_geometry_of_the_mouths() {
         TubeRig::juniper_yoko_2022().gas.at(lab.true_temperature(k), 101_325.0)
     });
     let point = |k: usize| &lab.set().points[k].point;
-    let [lower, upper] = rijke_lab::mouths(&rig, &truth, point(0), 1);
-    // Without prongs both mouths reflect as the bare end does; with prongs the bottom's end correction is as
+    let [lower, upper] = rijke_lab::open_ends(&rig, &truth, point(0), 1);
+    // Without prongs both open ends reflect as the bare end does; with prongs the bottom's end correction is as
     // long.
     let (s, [bottom, top]) = (lab.true_mode(0).0, lab.true_reflections(0));
     let [bare_bottom, bare_top] = [lower, upper].map(|end| end.reflection(&gas(0), s));
     assert!((top - bare_top).norm() < 1e-12 && (bottom - bare_bottom).norm() < 1e-12);
-    let [other, _] = rijke_lab::mouths(&rig, &truth, point(9), 1);
+    let [other, _] = rijke_lab::open_ends(&rig, &truth, point(9), 1);
     assert!(
         (other.extension - lower.extension).abs() > 1e-4,
         "every setting of the rig has mouths of its own"
     );
     let (s, [bottom, top]) = (lab.true_mode(9).0, lab.true_reflections(9));
-    let [lower, upper] = rijke_lab::mouths(&rig, &truth, point(9), 1).map(|end| end.reflection(&gas(9), s));
+    let [lower, upper] =
+        rijke_lab::open_ends(&rig, &truth, point(9), 1).map(|end| end.reflection(&gas(9), s));
     assert!((top - upper).norm() < 1e-12 && (bottom - lower).norm() < 1e-4);
 }
 

@@ -175,6 +175,18 @@ impl IndexMut<(usize, usize)> for Matrix {
     }
 }
 
+/// Linear interpolation in a table whose places ascend; constant beyond its ends.
+///
+/// # Panics
+/// With fewer than two places.
+#[must_use]
+pub fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
+    let upper = places.partition_point(|&p| p <= x).clamp(1, places.len() - 1);
+    let (x0, x1) = (places[upper - 1], places[upper]);
+    let share = ((x - x0) / (x1 - x0)).clamp(0.0, 1.0);
+    values[upper - 1] + share * (values[upper] - values[upper - 1])
+}
+
 /// The scalar product.
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {

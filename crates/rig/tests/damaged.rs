@@ -194,7 +194,7 @@ fn exact_no_damaged_text_makes_a_reader_panic() {
             let _ = inspect(path);
             if let Ok(columns) = Columns::read(path) {
                 for name in columns.headings() {
-                    let _ = (columns.keys(name, "Pa"), columns.some_numbers(name, "s"), columns.words(name));
+                    let _ = (columns.keys(name, "Pa"), columns.numbers(name, "s"), columns.words(name));
                 }
             }
         });

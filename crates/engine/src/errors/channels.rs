@@ -1,7 +1,7 @@
 //! Errors of the channels' calibration as parameters that all operating points share.
 
 use crate::observed::{Observed, Used};
-use crate::{Knowledge, Training};
+use crate::{NamedGaussian, Training};
 use rijke_inference::{Forward, ForwardError, InferenceError, Parameter, Parameters, Prediction, Prior};
 use rijke_numerics::{C64, Matrix, Order};
 use rijke_rig::ChannelErrors;
@@ -75,7 +75,7 @@ impl Channels {
     }
 }
 
-impl Knowledge {
+impl NamedGaussian {
     /// An observation with the delays and gains of channels undone that a training found; as it is where none
     /// were sought. Their uncertainty, which many points have made small against the misfit of any model, is
     /// left out.

@@ -2,7 +2,7 @@
 
 use super::{BaseErrors, Changes};
 use crate::observed::{Observed, Used, same_installation};
-use crate::{EngineError, Knowledge};
+use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
 use rijke_numerics::{Matrix, Order, symmetric_eigen};
 use rijke_study::Cause;
@@ -80,7 +80,12 @@ impl Common {
     /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction
     /// in what is `known`, and the change along it; and what the other causes do. The prediction has `size`
     /// numbers.
-    pub(crate) fn along(&self, known: &Knowledge, changes: &Changes, size: usize) -> (Vec<Along>, Changes) {
+    pub(crate) fn along(
+        &self,
+        known: &NamedGaussian,
+        changes: &Changes,
+        size: usize,
+    ) -> (Vec<Along>, Changes) {
         let place = |k: usize| known.names.iter().position(|n| *n == name(k));
         let mut along: Vec<_> =
             (0..self.shares.columns()).filter_map(|k| Some((k, place(k)?, vec![0.0; size]))).collect();

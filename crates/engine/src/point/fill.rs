@@ -138,7 +138,7 @@ impl<'m> Coefficients for Filled<'m> {
         self.fill_heard(at, laws);
     }
 
-    fn hears_at(&self, law: usize) -> Option<f64> {
+    fn reference_at(&self, law: usize) -> Option<f64> {
         self.model.heard.get(law.checked_sub(self.model.laws.len())? / 2).map(|heard| heard.distance)
     }
 

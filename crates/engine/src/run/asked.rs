@@ -139,7 +139,7 @@ pub fn modes_at(
     let (assembly, values) = match model {
         Some(model) => {
             let assembly = assembly_of(study, &model.candidates, &model.hold)?;
-            let known = model.posterior()?.knowledge;
+            let known = model.posterior()?.gaussian;
             let value = |p: &Parameter| {
                 known.names.iter().position(|n| *n == p.name).map_or(f64::NAN, |k| known.mean[k])
             };
@@ -313,7 +313,7 @@ impl<'a> Asked<'a> {
         let id = &self.known.study.campaign.points[k].id;
         let here = forecasts.iter().filter(|f| f.point == *id);
         let predicted = here.map(|f| C64::new(f.growth_rate[0], f.angular_frequency[0]));
-        let values = &self.posterior.knowledge.mean[..self.assembly.parameters().len()];
+        let values = &self.posterior.gaussian.mean[..self.assembly.parameters().len()];
         let mut modes =
             PointModel::new(&self.assembly, &self.conditions(k).ok()?, &[]).ok()?.modes(values).ok()?;
         // Predictions count the errors of base states that were inferred along, so that the same mode lies a

@@ -72,7 +72,7 @@ impl Run {
     fn between_installations(&self, like: &Chosen) -> Result<[f64; 2], EngineError> {
         let Chosen { trained, assembly, observed, .. } = like;
         let posterior = trained.posterior();
-        let known = trained.knowledge();
+        let known = trained.gaussian();
         let varied = known.in_a_new_installation(&trained.noise);
         let microphones = self.reference();
         let mut sums = [0.0; 2];

@@ -2,8 +2,8 @@
 
 use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
 use super::record::{CarriedOn, ModelRecord, TrainedParameter};
-use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
-use rijke_inference::RefereeKind;
+use crate::{Assembly, EngineError, NamedGaussian, Observed, Trained};
+use rijke_inference::SamplerKind;
 use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
 use rijke_study::{HeatedFit, ObservedModes, PointState, Rig, Study};
@@ -21,8 +21,8 @@ pub enum Trusted {
     Searched,
     /// Other starts, importance sampling and doubled priors as well: some hundred calls of the model.
     Checked,
-    /// A referee too, to a statistical error in nats.
-    Refereed(RefereeKind, f64),
+    /// A sampler too, to a statistical error in nats.
+    Sampled(SamplerKind, f64),
 }
 
 /// Rows within so many nats of the best are checked. Of others a few more maxima are looked for first: a
@@ -39,7 +39,7 @@ pub struct Chosen {
     /// The observations that trained, as they were heard through the channels that earlier stages found.
     pub observed: Arc<Vec<Observed>>,
     /// What earlier stages knew of it.
-    pub(super) known: Arc<Vec<Knowledge>>,
+    pub(super) known: Arc<Vec<NamedGaussian>>,
     /// The misfit, what was measured included.
     pub(super) misfit: [f64; 3],
 }
@@ -82,11 +82,11 @@ pub(super) struct Beside {
 /// Role and candidate: what a model consists of.
 pub(super) type Choice = BTreeMap<String, String>;
 
-/// What a row stands on: the knowledge of earlier stages, and the observations as heard through the channels
+/// What a row stands on: the posteriors of earlier stages, and the observations as heard through the channels
 /// that they found.
 #[derive(Clone)]
 pub(super) struct StandsOn {
-    pub(super) known: Arc<Vec<Knowledge>>,
+    pub(super) known: Arc<Vec<NamedGaussian>>,
     pub(super) points: Arc<Vec<Observed>>,
 }
 

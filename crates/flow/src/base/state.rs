@@ -1,7 +1,7 @@
 //! The base state of one operating point: what acoustics needs to know of the slow flow.
 
 use crate::error::FlowError;
-use rijke_numerics::Matrix;
+use rijke_numerics::{Matrix, interpolate};
 use rijke_rig::{Gas, GasState};
 use serde::{Deserialize, Serialize};
 
@@ -205,14 +205,6 @@ impl BaseState {
         }
         sum / (to - from)
     }
-}
-
-/// Linear interpolation in a table with ascending places; constant beyond its ends.
-fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
-    let upper = places.partition_point(|&p| p <= x).clamp(1, places.len() - 1);
-    let (x0, x1) = (places[upper - 1], places[upper]);
-    let share = ((x - x0) / (x1 - x0)).clamp(0.0, 1.0);
-    values[upper - 1] + share * (values[upper] - values[upper - 1])
 }
 
 #[cfg(test)]

@@ -68,16 +68,6 @@ impl BaseStates {
     }
 }
 
-impl BaseState {
-    /// The state when everything that happens along `cause` happens at `sds` standard deviations; unchanged
-    /// if the state does not depend on it.
-    #[must_use]
-    pub fn displaced_along(&self, cause: &str, sds: f64) -> Self {
-        let z: Vec<f64> = self.errors.iter().map(|e| if e.cause == cause { sds } else { 0.0 }).collect();
-        self.displaced(&z)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

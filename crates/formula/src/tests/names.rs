@@ -41,7 +41,7 @@ fn exact_a_scope_takes_names_and_no_others() {
 fn exact_dotted_names_are_names() {
     assert_eq!(value("heater.power/2").re, 75.0);
     assert_eq!(value("2*heater.power-heater.length").re, 299.98);
-    assert_eq!(with("heater.power*heater.power*k1", &[]).names_used(), [8]);
+    assert_eq!(names_used(&with("heater.power*heater.power*k1", &[])), [8]);
     assert_eq!(complaint("k1.5"), (2, FormulaProblem::MissingOperator));
     assert_eq!(complaint("heater .power"), (7, FormulaProblem::Character('.')), "a space ends a name");
     assert_eq!(complaint("rho .c"), (4, FormulaProblem::Character('.')));
@@ -65,7 +65,7 @@ fn exact_definitions_stand_for_their_trees() {
         let (ours, plain) = (with(text, definitions), parse(same).unwrap());
         let at = |f: &Formula| jet(f, &heater(), Order::Second, &POINT);
         assert_eq!(at(&ours), at(&plain), "{text}");
-        assert_eq!(ours.names_used(), plain.names_used());
+        assert_eq!(names_used(&ours), names_used(&plain));
         assert_eq!((ours.source(), ours.uses_parameter(0)), (text, plain.uses_parameter(0)));
     }
 }

@@ -184,10 +184,7 @@ impl Likelihood<'_> {
                     second += 2.0 * (diagonal - own);
                 }
                 if let (Some(a), Some(b)) = (&x.a, &y.a) {
-                    let bends = structured.bends(self.sds, x.group, y.group);
-                    second += (0..q)
-                        .map(|j| (a[j] * b[j] + bends[j]) * (share[j] - pulled[j] * pulled[j]))
-                        .sum::<f64>();
+                    second += (0..q).map(|j| a[j] * b[j] * (share[j] - pulled[j] * pulled[j])).sum::<f64>();
                 }
                 let product = trace_of_product(x, y, known, &inverse, &mut grams);
                 let bend = 0.5 * (second - product) + force;
@@ -217,7 +214,7 @@ impl Likelihood<'_> {
                 *to += 2.0 * variance * s;
             }
         }
-        let a = structured.slopes(self.sds, group);
+        let a = structured.slopes(group);
         if d.is_none() && a.is_none() {
             return None;
         }

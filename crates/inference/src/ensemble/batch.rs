@@ -66,7 +66,7 @@ fn oracle_filter_of_a_static_problem_is_the_batch_fit() {
             let noise = NoiseCovariance::Independent(vec![SD * SD; 3]);
             let observed =
                 EnsembleData { predicted: &predicted, measured: &measured[first..first + 3], noise: &noise };
-            ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
+            ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream).unwrap();
         }
         for i in 0..2 {
             ratios.push(ensemble.spread()[i] / batch.sd()[i]);

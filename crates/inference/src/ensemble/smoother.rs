@@ -1,6 +1,6 @@
 //! The iterative smoother: one data set assimilated several times with inflated noise.
 
-use super::{Ensemble, EnsembleData, EnsembleError, Innovation, NoiseCovariance, Options};
+use super::{Ensemble, EnsembleData, EnsembleError, Innovation, NoiseCovariance, Scheme};
 use rijke_numerics::{Matrix, Streams};
 
 /// How to smooth.
@@ -8,8 +8,6 @@ use rijke_numerics::{Matrix, Streams};
 pub struct Smoother {
     /// Factors alpha on the noise covariance, one per pass; their reciprocals sum to 1.
     pub coefficients: Vec<f64>,
-    /// How each pass moves the members.
-    pub options: Options,
 }
 
 /// One pass, for diagnosis.
@@ -35,7 +33,7 @@ pub struct Smoothed {
 impl Default for Smoother {
     /// Four passes with falling noise, alpha = 28/3, 7, 4, 2 (Emerick & Reynolds 2013, table 1).
     fn default() -> Self {
-        Self { coefficients: vec![28.0 / 3.0, 7.0, 4.0, 2.0], options: Options::default() }
+        Self { coefficients: vec![28.0 / 3.0, 7.0, 4.0, 2.0] }
     }
 }
 
@@ -77,7 +75,7 @@ pub fn smooth<E: std::fmt::Display + Send>(
             NoiseCovariance::Full(c) => NoiseCovariance::Full(c.plus(alpha - 1.0, c)),
         };
         let observed = EnsembleData { predicted: &predicted, measured, noise: &inflated };
-        let innovation = ensemble.analyse(&observed, &smoother.options, &mut stream)?;
+        let innovation = ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream)?;
         passes.push(Pass { coefficient: alpha, innovation, spread: ensemble.spread() });
     }
     Ok(Smoothed { ensemble, passes })

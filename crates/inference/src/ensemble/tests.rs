@@ -44,8 +44,7 @@ fn analyse(problem: &Problem, scheme: Scheme) -> (Ensemble, Innovation) {
     let predicted = ensemble.members().product(&problem.operator.transpose());
     let noise = NoiseCovariance::Full(problem.noise.clone());
     let observed = EnsembleData { predicted: &predicted, measured: &problem.measured, noise: &noise };
-    let options = Options { scheme, ..Options::default() };
-    let innovation = ensemble.analyse(&observed, &options, &mut Streams::new(9).stream("analysis")).unwrap();
+    let innovation = ensemble.analyse(&observed, scheme, &mut Streams::new(9).stream("analysis")).unwrap();
     (ensemble, innovation)
 }
 
@@ -98,7 +97,7 @@ fn exact_units_order_and_batches_change_nothing() {
                 NoiseCovariance::Independent(keep.iter().map(|&j| scale * scale * variances[j]).collect());
             let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
             let mut stream = Streams::new(0).stream("none");
-            ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
+            ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream).unwrap();
         }
         ensemble
     };
@@ -155,8 +154,7 @@ fn order_stochastic_error_falls_with_the_root_of_the_members() {
                 let predicted = ensemble.members().clone();
                 let noise = NoiseCovariance::Independent(vec![0.5]);
                 let observed = EnsembleData { predicted: &predicted, measured: &[1.0], noise: &noise };
-                let options = Options { scheme: Scheme::Stochastic, ..Options::default() };
-                ensemble.analyse(&observed, &options, &mut stream).unwrap();
+                ensemble.analyse(&observed, Scheme::Stochastic, &mut stream).unwrap();
                 (ensemble.mean()[0] - 2.0 / 3.0).powi(2) + (ensemble.covariance()[(0, 0)] - 1.0 / 3.0).powi(2)
             })
             .sum();
@@ -166,50 +164,6 @@ fn order_stochastic_error_falls_with_the_root_of_the_members() {
     for pair in errors.windows(2) {
         let order = (pair[0] / pair[1]).log10();
         assert!((order - 0.5).abs() < 0.15, "errors {errors:?}");
-    }
-}
-
-#[test]
-fn exact_localisation_of_ones_is_no_localisation_and_of_zeros_no_update() {
-    let p = problem(15, 3, 4);
-    let predicted = p.ensemble.members().product(&p.operator.transpose());
-    let noise = NoiseCovariance::Independent(vec![0.4, 0.3, 0.8, 0.5]);
-    let observed = EnsembleData { predicted: &predicted, measured: &p.measured, noise: &noise };
-    for scheme in [Scheme::Stochastic, Scheme::SquareRoot] {
-        let run = |localisation: Option<Matrix>| {
-            let mut ensemble = p.ensemble.clone();
-            let options = Options { scheme, localisation, ..Options::default() };
-            ensemble.analyse(&observed, &options, &mut Streams::new(3).stream("same")).unwrap();
-            ensemble
-        };
-        let plain = run(None);
-        let ones = run(Some(Matrix::from_fn(3, 4, |_, _| 1.0)));
-        assert_same_moments(&ones, &plain.mean(), &plain.covariance(), 1e-12);
-        assert_eq!(run(Some(Matrix::zeros(3, 4))).members(), p.ensemble.members());
-    }
-    assert_eq!(gaspari_cohn(0.0), 1.0);
-    assert_abs_diff_eq!(gaspari_cohn(1.0), 5.0 / 24.0, epsilon = 1e-15);
-    assert_abs_diff_eq!(gaspari_cohn(2.0 - 1e-9), 0.0, epsilon = 1e-15);
-}
-
-#[test]
-fn exact_inflation_and_relaxation() {
-    let p = problem(12, 3, 2);
-    let (plain, _) = analyse(&p, Scheme::SquareRoot);
-    let run = |inflation: f64, relaxation: f64| {
-        let mut ensemble = p.ensemble.clone();
-        let predicted = ensemble.members().product(&p.operator.transpose());
-        let noise = NoiseCovariance::Full(p.noise.clone());
-        let observed = EnsembleData { predicted: &predicted, measured: &p.measured, noise: &noise };
-        let options = Options { inflation, relaxation, ..Options::default() };
-        ensemble.analyse(&observed, &options, &mut Streams::new(3).stream("same")).unwrap();
-        ensemble
-    };
-    for (inflated, plain) in run(1.1, 0.0).spread().iter().zip(plain.spread()) {
-        assert_abs_diff_eq!(*inflated, 1.1 * plain, epsilon = 1e-13);
-    }
-    for (relaxed, prior) in run(1.0, 1.0).spread().iter().zip(p.ensemble.spread()) {
-        assert_abs_diff_eq!(*relaxed, prior, epsilon = 1e-13);
     }
 }
 
@@ -273,7 +227,7 @@ fn exact_static_parameters_with_a_forced_nuisance_stay_calibrated() {
             let predicted = ensemble.members().product(&h.transpose());
             let noise = NoiseCovariance::Independent(vec![1.0; 2]);
             let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
-            ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
+            ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream).unwrap();
             (mean, p) = kalman(&mean, &p, &h, &Matrix::identity(2), &measured);
         }
         let spread = ensemble.spread();
@@ -342,7 +296,7 @@ fn exact_bad_input_is_refused_with_numbers() {
     let predicted = Matrix::from_fn(6, 1, |i, _| i as f64);
     let mut run = |measured: &[f64], noise: NoiseCovariance| {
         let observed = EnsembleData { predicted: &predicted, measured, noise: &noise };
-        ensemble.analyse(&observed, &Options::default(), &mut Streams::new(1).stream("x"))
+        ensemble.analyse(&observed, Scheme::SquareRoot, &mut Streams::new(1).stream("x"))
     };
     let shape = run(&[1.0, 2.0], NoiseCovariance::Independent(vec![1.0; 2]));
     assert!(matches!(shape, Err(EnsembleError::Shape { expected: 2, got: 1, .. })));

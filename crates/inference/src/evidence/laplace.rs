@@ -3,7 +3,7 @@
 use crate::covariance::dense_enough;
 use crate::density::{Method, Objective};
 use crate::error::InferenceError;
-use crate::fit::{Fit, Held, Posterior};
+use crate::fit::{Conditional, Fit, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -169,11 +169,11 @@ impl Posterior<'_> {
 
     /// The density whose integral is the evidence: the posterior with floated noise held at its value in
     /// `fit`.
-    pub(crate) fn target(&self, fit: &Fit) -> Held<'_> {
-        Held::new(self, fit.working.clone(), self.integrated())
+    pub(crate) fn target(&self, fit: &Fit) -> Conditional<'_> {
+        Conditional::new(self, fit.working.clone(), self.integrated())
     }
 
-    /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what referees
+    /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what samplers
     /// integrate. Its coordinates are those of [`Laplace::mean`].
     #[must_use]
     pub fn evidence_target(&self, fit: &Fit) -> Box<dyn Objective + '_> {

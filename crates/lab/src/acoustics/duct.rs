@@ -1,5 +1,5 @@
 //! The laboratory's own acoustics: the line dp/dx = -Z U + M p, dU/dx = -Y p + M U is integrated over x from
-//! the top mouth down, with continuous c(x), and closed at the bottom mouth, where the loudspeaker acts.
+//! the top end down, with continuous c(x), and closed at the bottom end, where the loudspeaker acts.
 //!
 //! The integrator is the Magnus series to fourth order (Blanes, Casas, Oteo & Ros, Phys. Rep. 470, 2009):
 //! exact where the gas is uniform, error of order h^4 where it is not.
@@ -15,12 +15,12 @@ use rijke_rig::GasState;
 pub struct FineTube {
     /// Every different combination of cross-section and gas that occurs.
     pub media: Vec<(Section, GasState)>,
-    /// From the top mouth down.
+    /// From the top end down.
     pub pieces: Vec<Piece>,
-    /// The top mouth.
-    pub top: Mouth,
-    /// The bottom mouth.
-    pub bottom: Mouth,
+    /// The top end.
+    pub top: TubeEnd,
+    /// The bottom end.
+    pub bottom: TubeEnd,
 }
 
 /// One piece of the tube.
@@ -44,7 +44,7 @@ pub enum Piece {
 
 /// An open end with the gas around it.
 #[derive(Clone, Debug)]
-pub struct Mouth {
+pub struct TubeEnd {
     /// Its geometry.
     pub end: OpenEnd,
     /// Area left open by what reaches through it, m^2.
@@ -56,12 +56,12 @@ pub struct Mouth {
     pub entry_loss: f64,
 }
 
-/// One march through the tube, for unit volume velocity out of the top mouth.
+/// One march through the tube, for unit volume velocity out of the top end.
 #[derive(Clone, Debug)]
 pub struct Shot {
     /// Pressure at the microphones, Pa.
     pub pressures: Vec<C64>,
-    /// The source pressure at the bottom mouth that would drive it, Pa; zero at an eigenvalue.
+    /// The source pressure at the bottom end that would drive it, Pa; zero at an eigenvalue.
     pub drive: C64,
 }
 
@@ -74,7 +74,7 @@ pub struct FineMode {
     pub residue: Vec<C64>,
 }
 
-impl Mouth {
+impl TubeEnd {
     /// p/U, U out of the tube, at complex frequency `s`.
     #[must_use]
     pub fn impedance(&self, s: C64) -> C64 {
@@ -105,7 +105,7 @@ impl FineTube {
                 }
             }
         }
-        // The bottom mouth's outward velocity is -U.
+        // The bottom end's outward velocity is -U.
         Shot { pressures, drive: (p + self.bottom.impedance(s) * u) * (-s * delay).exp() }
     }
 
@@ -223,7 +223,7 @@ mod tests {
         }
         pieces.push(Piece::Microphone(0));
         let end = OpenEnd { inner_radius: 0.0237, outer_radius: 0.0254, absorption: 0.0, extension: 0.0 };
-        let mouth = |t| Mouth { end, open_area: section().open_area(), gas: gas(t), entry_loss: 0.0 };
+        let mouth = |t| TubeEnd { end, open_area: section().open_area(), gas: gas(t), entry_loss: 0.0 };
         FineTube { media, pieces, top: mouth(hot), bottom: mouth(cold) }
     }
 
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn oracle_uniform_tube_against_the_closed_form_of_a_lossy_line() {
-        // R^2 e^{-2 gamma L} = 1 with the reflection of the mouth seen by the line's own wave impedance.
+        // R^2 e^{-2 gamma L} = 1 with the reflection of the open end seen by the line's own wave impedance.
         let tube = duct(1, 300.0, 300.0);
         let s = tube.mode(C64::new(-10.0, 1040.0)).unwrap().s;
         let line = section().line(&gas(300.0), s);

@@ -1,7 +1,7 @@
 //! From an operating point to its duct and its modes.
 
 use super::heater::{Heater, heater, thermocouple};
-use crate::acoustics::duct::{FineMode, FineTube, Mouth, Piece};
+use crate::acoustics::duct::{FineMode, FineTube, Piece, TubeEnd};
 use crate::acoustics::radiation::OpenEnd;
 use crate::acoustics::walls::{Rods, Section};
 use crate::truth::{LabError, Truth};
@@ -9,7 +9,7 @@ use rijke_flow::BaseState;
 use rijke_numerics::C64;
 use rijke_rig::{OperatingPoint, TubeRig};
 
-/// The duct of an operating point whose slow flow is `base`, between the mouths `bottom` and `top`.
+/// The duct of an operating point whose slow flow is `base`, between the open ends `bottom` and `top`.
 pub(crate) fn duct(
     rig: &TubeRig,
     truth: &Truth,
@@ -69,8 +69,13 @@ pub(crate) fn duct(
     FineTube {
         pieces,
         media: duct_media,
-        top: Mouth { end: top, open_area: bare.open_area(), gas: base.at(rig.tube.length), entry_loss: 0.0 },
-        bottom: Mouth { end: bottom, open_area: section(0.0).open_area(), gas: base.at(0.0), entry_loss },
+        top: TubeEnd {
+            end: top,
+            open_area: bare.open_area(),
+            gas: base.at(rig.tube.length),
+            entry_loss: 0.0,
+        },
+        bottom: TubeEnd { end: bottom, open_area: section(0.0).open_area(), gas: base.at(0.0), entry_loss },
     }
 }
 
@@ -94,7 +99,7 @@ pub(crate) fn modes(
     base: &BaseState,
     count: usize,
 ) -> Result<Vec<FineMode>, LabError> {
-    // The time that sound takes from mouth to mouth, ends included, at rest.
+    // The time that sound takes from open end to open end, ends included, at rest.
     let ends =
         0.63 * rig.tube.radius() * (1.0 / duct.top.gas.sound_speed + 1.0 / duct.bottom.gas.sound_speed);
     let cells = 50;
@@ -132,7 +137,7 @@ mod tests {
     use crate::apparatus::base::base_state;
     use rijke_rig::TubeCampaign;
 
-    /// The laboratory without the scatter from one setting of the rig to the next.
+    /// The laboratory without the scatter from one installation of the rig to the next.
     fn same_every_time() -> Truth {
         let mut truth = Truth::standard();
         (truth.ends.absorption_sd, truth.ends.extension_sd) = (0.0, 0.0);
@@ -147,7 +152,7 @@ mod tests {
         let rig = TubeRig::juniper_yoko_2022();
         let base = base_state(&rig, truth, point, 294.0).unwrap();
         modes(
-            &duct(&rig, truth, point, &base, crate::apparatus::mouths::mouths(&rig, truth, point, 1)),
+            &duct(&rig, truth, point, &base, crate::apparatus::open_ends::open_ends(&rig, truth, point, 1)),
             &rig,
             point,
             &base,
@@ -181,8 +186,13 @@ mod tests {
         let (rig, truth) = (TubeRig::juniper_yoko_2022(), same_every_time());
         let short = OperatingPoint { position: Some(1e-6), ..point("C3-05") };
         let base = base_state(&rig, &truth, &short, 294.0).unwrap();
-        let mut with =
-            duct(&rig, &truth, &short, &base, crate::apparatus::mouths::mouths(&rig, &truth, &short, 1));
+        let mut with = duct(
+            &rig,
+            &truth,
+            &short,
+            &base,
+            crate::apparatus::open_ends::open_ends(&rig, &truth, &short, 1),
+        );
         with.bottom.open_area = rig.tube.area();
         let empty = first(&truth, "C3-E").s;
         assert!((modes(&with, &rig, &short, &base, 1).unwrap()[0].s - empty).norm() < 1e-3);
@@ -234,8 +244,13 @@ mod tests {
         // Halving every step moves s by less than a fiftieth of the smallest measurement error (0.1 rad/s).
         let (rig, truth, point) = (TubeRig::juniper_yoko_2022(), same_every_time(), point("H180-75"));
         let base = base_state(&rig, &truth, &point, 294.0).unwrap();
-        let coarse =
-            duct(&rig, &truth, &point, &base, crate::apparatus::mouths::mouths(&rig, &truth, &point, 1));
+        let coarse = duct(
+            &rig,
+            &truth,
+            &point,
+            &base,
+            crate::apparatus::open_ends::open_ends(&rig, &truth, &point, 1),
+        );
         let mut fine = coarse.clone();
         (fine.pieces, fine.media) = (Vec::new(), Vec::new());
         let mut top = rig.tube.length;

@@ -196,7 +196,7 @@ impl Chain {
                     u -= obstacle.admittance(s) * p;
                 }
                 Piece::Branch(branch) => {
-                    let (taken, driving) = branch.mouth(s);
+                    let (taken, driving) = branch.opening(s);
                     u -= taken / driving * p;
                     poles *= driving;
                 }

@@ -7,10 +7,9 @@ use super::chain::Chain;
 use super::error::BenchError;
 use super::modes::modes;
 use super::truth::Truth;
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use crate::records::virtual_rig::normal;
 use rayon::prelude::*;
-use rijke_numerics::{C64, Stream, Streams};
+use rijke_numerics::{C64, Streams};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -260,8 +259,4 @@ impl BenchObservations {
         }
         text
     }
-}
-
-fn normal(stream: &mut Stream) -> f64 {
-    stream.sample(StandardNormal)
 }

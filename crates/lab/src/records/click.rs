@@ -1,4 +1,4 @@
-//! A click: a band-limited pulse at the bottom mouth as it travels up the tube and back, with the dispersion,
+//! A click: a band-limited pulse at the bottom end as it travels up the tube and back, with the dispersion,
 //! attenuation and reflections of the duct's own response.
 
 use crate::acoustics::duct::FineTube;
@@ -53,7 +53,7 @@ pub(crate) struct Pulse {
     pub(crate) peak: f64,
     /// Centre frequency of the Ricker pulse, Hz.
     pub(crate) frequency: f64,
-    /// Middle of the pulse at the bottom mouth, s after the first sample.
+    /// Middle of the pulse at the bottom end, s after the first sample.
     pub(crate) time: f64,
     /// Sampling rate, Hz.
     pub(crate) rate_hz: f64,
@@ -144,7 +144,13 @@ mod tests {
         let base = base_state(&rig, &Truth::standard(), &point, temperature).unwrap();
         let duct = {
             let truth = Truth::standard();
-            tube::duct(&rig, &truth, &point, &base, crate::apparatus::mouths::mouths(&rig, &truth, &point, 1))
+            tube::duct(
+                &rig,
+                &truth,
+                &point,
+                &base,
+                crate::apparatus::open_ends::open_ends(&rig, &truth, &point, 1),
+            )
         };
         (rig, duct)
     }
@@ -179,7 +185,7 @@ mod tests {
             assert!(before < 1e-4, "microphone {m} hears {before} Pa before the pulse");
             let near = &channel[early..early + 60];
             let peak = (0..60).max_by(|a, b| near[*a].abs().total_cmp(&near[*b].abs())).unwrap() + early;
-            // The mouth differentiates the pulse and the wall delays it: within 0.15 ms of the travel time.
+            // The open end differentiates the pulse and the wall delays it: within 0.15 ms of the travel time.
             assert!((peak as f64 / 62_500.0 - 0.02 - x / c).abs() < 1.5e-4, "microphone {m}: {peak}");
         }
     }

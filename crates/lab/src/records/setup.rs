@@ -7,7 +7,7 @@ use super::source::source;
 use super::virtual_rig::{CalibrationTruth, Channel, PointTruth, VirtualRig, normal};
 use crate::acoustics::radiation::OpenEnd;
 use crate::apparatus::base::{base_state, moving_state};
-use crate::apparatus::mouths::mouths;
+use crate::apparatus::open_ends::open_ends;
 use crate::apparatus::tube;
 use crate::truth::{LabError, Truth};
 use rayon::prelude::*;
@@ -80,7 +80,7 @@ impl VirtualRig {
             calibrations: calibrations.to_vec(),
         };
         let truths = |entry: &PointRecords| {
-            let ends = mouths(rig, truth, &entry.point, seed);
+            let ends = open_ends(rig, truth, &entry.point, seed);
             let base = match set.ramps.iter().find(|ramp| ramp.time_of(&entry.point.id).is_some()) {
                 Some(ramp) => moving_state(rig, truth, &entry.point, temperatures[entry.day], ramp)?,
                 None => base_state(rig, truth, &entry.point, temperatures[entry.day])?,
@@ -92,7 +92,7 @@ impl VirtualRig {
         let calibration = |c: &Calibration| {
             let temperature = temperatures[c.day];
             let base = base_state(rig, truth, &empty, temperature)?;
-            let duct = tube::duct(rig, truth, &empty, &base, mouths(rig, truth, &empty, seed));
+            let duct = tube::duct(rig, truth, &empty, &base, open_ends(rig, truth, &empty, seed));
             Ok(CalibrationTruth { duct, temperature })
         };
         let calibrations = set.calibrations.iter().map(calibration).collect::<Result<_, LabError>>()?;

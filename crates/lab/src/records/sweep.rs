@@ -1,4 +1,4 @@
-//! Sweeps: a sine whose frequency rises as an exponential of time drives the bottom mouth, and the
+//! Sweeps: a sine whose frequency rises as an exponential of time drives the bottom end, and the
 //! microphones hear what the duct's own response makes of it.
 
 use super::virtual_rig::{Kind, VirtualRig, interleave, normal};
@@ -176,7 +176,7 @@ fn heard(
 mod tests {
     use super::*;
     use crate::acoustics::duct::FineMode;
-    use crate::apparatus::{base::base_state, mouths::mouths, tube};
+    use crate::apparatus::{base::base_state, open_ends::open_ends, tube};
     use crate::truth::Truth;
     use rijke_rig::{TubeCampaign, TubeRig};
 
@@ -187,7 +187,7 @@ mod tests {
         let (rig, truth) = (TubeRig::juniper_yoko_2022(), Truth::standard());
         let point = TubeCampaign::juniper_yoko_2022().row("C3").next().unwrap().clone();
         let base = base_state(&rig, &truth, &point, 294.0).unwrap();
-        let duct = tube::duct(&rig, &truth, &point, &base, mouths(&rig, &truth, &point, 1));
+        let duct = tube::duct(&rig, &truth, &point, &base, open_ends(&rig, &truth, &point, 1));
         let modes = tube::modes(&duct, &rig, &point, &base, 12).unwrap();
         let (rate, band) = (20_000.0, [130.0, 260.0]);
         let source = source(1.5, rate, band);

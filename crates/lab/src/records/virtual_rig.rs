@@ -69,15 +69,14 @@ impl VirtualRig {
         (mode.s, mode.residue.iter().map(|p| p / reference).collect())
     }
 
-    /// The reflection coefficients R_u and R_d of the two mouths at the true s of `point` (an index): f/g at
+    /// The reflection coefficients R_u and R_d of the two open ends at the true s of `point` (an index): f/g at
     /// x = 0 and g/f at x = L, with rho c of the gas and the open area there. The walls of the tube carry
     /// [`crate::WallTruth::roughness`] times the boundary layers of a smooth wall.
     #[must_use]
     pub fn true_reflections(&self, point: usize) -> [C64; 2] {
         let PointTruth { duct, modes, .. } = &self.points[point];
-        [&duct.bottom, &duct.top].map(|mouth| {
-            let specific =
-                mouth.impedance(modes[0].s) * mouth.open_area / mouth.gas.density / mouth.gas.sound_speed;
+        [&duct.bottom, &duct.top].map(|end| {
+            let specific = end.impedance(modes[0].s) * end.open_area / end.gas.density / end.gas.sound_speed;
             (specific - 1.0) / (specific + 1.0)
         })
     }

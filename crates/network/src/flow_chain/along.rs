@@ -70,14 +70,14 @@ impl FlowChain {
         let here = self.convey(basis, i, &fixed(&passed.behind[i]), s, &real(within));
         let left = real(basis.length[i].value.re - within);
         let mut row = through(&back.ends[i], |x| self.convey(basis, i, x, s, &left));
-        for (ear, weight) in self.ears.iter().zip(&back.heard).filter(|(e, _)| e.duct == i) {
-            let distance = ear.offset(basis).value.re - within;
+        for (point, weight) in self.references.iter().zip(&back.weights).filter(|(e, _)| e.duct == i) {
+            let distance = point.offset(basis).value.re - within;
             if distance >= 0.0 {
-                let heard = |[p, u, _]: &State<ComplexDual>| {
+                let velocity = |[p, u, _]: &State<ComplexDual>| {
                     let [_, velocity] = self.carry(basis, i, [p, u], s, &real(distance));
                     [velocity, *s, *s]
                 };
-                let added = through(&[*weight, C64::ZERO, C64::ZERO], heard);
+                let added = through(&[*weight, C64::ZERO, C64::ZERO], velocity);
                 row = std::array::from_fn(|k| row[k] + added[k]);
             }
         }

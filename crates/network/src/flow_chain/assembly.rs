@@ -1,9 +1,9 @@
 //! The chain with flow, put together: mean states follow from the inlet and the balances.
 
 use super::ducts::{FlowDuct, FlowEnd, FlowState};
-use super::ear::Ear;
 use super::gate::Basis;
 use super::mean::state_of;
+use super::reference_point::ReferencePoint;
 use super::slots::Attached;
 use crate::error::NetworkError;
 use rijke_numerics::C64;
@@ -29,7 +29,7 @@ pub struct FlowChain {
     pub(super) ends: [FlowEnd; 2],
     pub(super) entropy_waves: bool,
     pub(super) states: Vec<FlowState>,
-    pub(super) ears: Vec<Ear>,
+    pub(super) references: Vec<ReferencePoint>,
     pub(super) attached: Vec<Attached>,
     /// Constant losses per metre beside those of walls: viscous, thermal.
     pub(super) losses: Vec<[C64; 2]>,
@@ -71,14 +71,25 @@ impl FlowChain {
                 return Err(NetworkError::ActionAtInlet);
             }
         }
-        let ears = Ear::all(&ducts)?;
+        let references = ReferencePoint::all(&ducts)?;
         let one = ComplexDual::constant(C64::ONE);
         let basis = Basis::plain(&one, gamma, inlet, &ducts);
         let states: Vec<FlowState> = basis.after.iter().map(state_of).collect();
         basis.check(gamma)?;
         let losses = vec![[C64::ZERO; 2]; ducts.len()];
         let attached = Vec::new();
-        Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, ears, attached, losses, basis })
+        Ok(Self {
+            gamma,
+            inlet,
+            ducts,
+            ends,
+            entropy_waves: true,
+            states,
+            references,
+            attached,
+            losses,
+            basis,
+        })
     }
 
     /// The same chain with entropy waves that are lost in every duct, as shear and turbulence do to them in

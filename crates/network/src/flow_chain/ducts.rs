@@ -125,7 +125,7 @@ impl FlowDuct {
 
     /// With a law that answers to the velocity elsewhere.
     #[must_use]
-    pub fn hearing(mut self, effect: ActionKind, law: Law, reference: Reference) -> Self {
+    pub fn referring(mut self, effect: ActionKind, law: Law, reference: Reference) -> Self {
         self.actions.push(Action { effect, law, reference });
         self
     }

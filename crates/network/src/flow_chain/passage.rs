@@ -2,9 +2,9 @@
 
 use super::assembly::FlowChain;
 use super::ducts::{ActionKind, FlowEnd};
-use super::ear::Ear;
 use super::gate::{Basis, Gate, apply, fluxes, inverse};
 use super::number::Number;
+use super::reference_point::ReferencePoint;
 use crate::chain::line::{curvature, line};
 use crate::laws::Law;
 
@@ -40,13 +40,14 @@ impl FlowChain {
         mut x: State<T>,
         mut visit: impl FnMut(usize, &State<T>, &State<T>),
     ) -> T {
-        let mut heard: Vec<Option<T>> = vec![None; self.ears.len()];
+        let mut velocities: Vec<Option<T>> = vec![None; self.references.len()];
         let mut loops: Option<T> = None;
         for i in 0..self.ducts.len() {
-            let behind = if i > 0 { self.cross(basis, i, &x, s, &heard, &mut loops) } else { x.clone() };
-            for (ear, heard) in self.ears.iter().zip(&mut heard).filter(|(e, _)| e.duct == i && !e.is_loop())
+            let behind = if i > 0 { self.cross(basis, i, &x, s, &velocities, &mut loops) } else { x.clone() };
+            for (point, velocity) in
+                self.references.iter().zip(&mut velocities).filter(|(e, _)| e.duct == i && !e.is_loop())
             {
-                *heard = Some(self.hear(basis, ear, &behind, s));
+                *velocity = Some(self.velocity_at(basis, point, &behind, s));
             }
             visit(i, &x, &behind);
             x = self.pass(basis, i, &behind, s);
@@ -158,7 +159,7 @@ impl FlowChain {
         [p, u, e]
     }
 
-    /// The state behind the place before duct `i`, with what its ears have heard; `loops` gathers the factors
+    /// The state behind the place before duct `i`, with the velocities of its references; `loops` gathers the factors
     /// of F.
     fn cross<T: Number>(
         &self,
@@ -166,19 +167,19 @@ impl FlowChain {
         i: usize,
         x: &State<T>,
         s: &T,
-        heard: &[Option<T>],
+        velocities: &[Option<T>],
         loops: &mut Option<T>,
     ) -> State<T> {
         let mut state = self.cross_alone(basis, i, x, s);
-        for (ear, heard) in self.ears.iter().zip(heard).filter(|(e, _)| e.place == i) {
-            let unit = self.amplified(basis, ear, s);
-            let velocity = if ear.is_loop() {
-                let base = self.hear_ahead(basis, ear, state.clone(), s);
-                let open = s.real(1.0) - self.hear_ahead(basis, ear, unit.clone(), s);
+        for (point, known) in self.references.iter().zip(velocities).filter(|(e, _)| e.place == i) {
+            let unit = self.amplified(basis, point, s);
+            let velocity = if point.is_loop() {
+                let base = self.velocity_ahead(basis, point, state.clone(), s);
+                let open = s.real(1.0) - self.velocity_ahead(basis, point, unit.clone(), s);
                 *loops = Some(loops.as_ref().map_or(open.clone(), |l| l.clone() * open.clone()));
                 base.over(&open)
             } else {
-                heard.clone().unwrap_or_else(|| s.real(f64::NAN))
+                known.clone().unwrap_or_else(|| s.real(f64::NAN))
             };
             let [p, u, e] = state;
             let [a, b, c] = unit.map(|v| v * velocity.clone());
@@ -187,26 +188,32 @@ impl FlowChain {
         state
     }
 
-    /// What unit velocity at an ear adds to the state behind its place.
-    pub(super) fn amplified<T: Number>(&self, basis: &Basis<T>, ear: &Ear, s: &T) -> State<T> {
-        let action = &self.ducts[ear.place].actions[ear.action];
-        let k = self.strength(basis, ear.place, ear.action, s);
-        self.effect(basis, ear.place, action.effect, ear.duct).map(|v| v * k.clone())
+    /// What unit velocity at a reference adds to the state behind its place.
+    pub(super) fn amplified<T: Number>(&self, basis: &Basis<T>, point: &ReferencePoint, s: &T) -> State<T> {
+        let action = &self.ducts[point.place].actions[point.action];
+        let k = self.strength(basis, point.place, point.action, s);
+        self.effect(basis, point.place, action.effect, point.duct).map(|v| v * k.clone())
     }
 
-    /// What an ear hears of the state at the upstream end of its duct.
-    pub(super) fn hear<T: Number>(&self, basis: &Basis<T>, ear: &Ear, [p, u, _]: &State<T>, s: &T) -> T {
-        let [_, velocity] = self.carry(basis, ear.duct, [p, u], s, &ear.offset(basis));
+    /// The velocity at a reference, from the state at the upstream end of its duct.
+    pub(super) fn velocity_at<T: Number>(
+        &self,
+        basis: &Basis<T>,
+        point: &ReferencePoint,
+        [p, u, _]: &State<T>,
+        s: &T,
+    ) -> T {
+        let [_, velocity] = self.carry(basis, point.duct, [p, u], s, &point.offset(basis));
         velocity
     }
 
-    /// What the ear of a loop hears of the state behind its place.
-    fn hear_ahead<T: Number>(&self, basis: &Basis<T>, ear: &Ear, x: State<T>, s: &T) -> T {
+    /// The velocity at the reference of a loop, from the state behind its place.
+    fn velocity_ahead<T: Number>(&self, basis: &Basis<T>, point: &ReferencePoint, x: State<T>, s: &T) -> T {
         let mut x = x;
-        for i in ear.place..ear.duct {
+        for i in point.place..point.duct {
             x = self.cross_alone(basis, i + 1, &self.pass(basis, i, &x, s), s);
         }
-        self.hear(basis, ear, &x, s)
+        self.velocity_at(basis, point, &x, s)
     }
 
     /// The coefficient of action `k` of duct `i`.
@@ -217,9 +224,9 @@ impl FlowChain {
         total * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp()
     }
 
-    /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `heard` is
-    /// the duct of its velocity.
-    fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: ActionKind, heard: usize) -> [T; 3] {
+    /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `reference`
+    /// is the duct of its velocity.
+    fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: ActionKind, reference: usize) -> [T; 3] {
         let gamma = self.gamma;
         let (between, after) = (&basis.between[i], &basis.after[i]);
         let one = between.density.real(1.0);
@@ -232,7 +239,7 @@ impl FlowChain {
             ActionKind::Flame => {
                 let heated = after.enthalpy(gamma) - between.enthalpy(gamma);
                 let mean = between.density.clone() * between.velocity.clone() * heated;
-                [zero.clone(), zero, mean.over(&basis.after[heard].velocity)]
+                [zero.clone(), zero, mean.over(&basis.after[reference].velocity)]
             }
             ActionKind::Branch => {
                 let taken = -between.density.clone();
@@ -249,16 +256,16 @@ impl FlowChain {
         basis: &Basis<T>,
         i: usize,
         effect: ActionKind,
-        heard: usize,
+        reference: usize,
     ) -> State<T> {
-        let push = self.push(basis, i, effect, heard);
+        let push = self.push(basis, i, effect, reference);
         match &basis.gates[i] {
             Gate::Active { behind, .. } => apply(behind, &push),
             _ => apply(&inverse(&fluxes(self.gamma, &basis.after[i], true)), &push),
         }
     }
 
-    /// The state behind the place before duct `i`, without what its ears hear.
+    /// The state behind the place before duct `i`, without the velocities of its references.
     pub(super) fn cross_alone<T: Number>(&self, basis: &Basis<T>, i: usize, x: &State<T>, s: &T) -> State<T> {
         let (step, into, behind) = match &basis.gates[i] {
             Gate::Open => return x.clone(),
@@ -276,7 +283,7 @@ impl FlowChain {
             }
         };
         for (k, action) in self.ducts[i].actions.iter().enumerate() {
-            if !self.ears.iter().any(|e| e.place == i && e.action == k) {
+            if !self.references.iter().any(|e| e.place == i && e.action == k) {
                 act(action.effect, self.strength(basis, i, k, s));
             }
         }

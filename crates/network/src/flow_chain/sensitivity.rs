@@ -2,8 +2,8 @@
 //! once.
 //!
 //! As in [`crate::Network::sensitivities`] a row Lambda on (p, u, e) goes back through the chain, one for
-//! each output. A velocity that is heard elsewhere takes its own weight along: mu = Lambda x_1 k, what it
-//! adds at its place, enters Lambda where it is heard. For a loop mu is needed before it is known; Lambda is
+//! each output. A velocity that is taken elsewhere takes its own weight along: mu = Lambda x_1 k, what it
+//! adds at its place, enters Lambda at the reference. For a loop mu is needed before it is known; Lambda is
 //! affine in it, and mu = a + b mu follows.
 
 use super::assembly::FlowChain;
@@ -64,8 +64,8 @@ pub(super) struct Back {
     /// Lambda at the downstream end of every duct, and behind the place before it.
     pub(super) ends: Vec<Row>,
     pub(super) starts: Vec<Row>,
-    /// Weight of what every ear hears.
-    pub(super) heard: Vec<C64>,
+    /// Weight of the velocity at every reference.
+    pub(super) weights: Vec<C64>,
     inlet: Row,
 }
 
@@ -132,19 +132,21 @@ impl<'a> Passed<'a> {
         let mut back = Back {
             ends: vec![[C64::ZERO; 3]; n],
             starts: vec![[C64::ZERO; 3]; n],
-            heard: vec![C64::ZERO; chain.ears.len()],
+            weights: vec![C64::ZERO; chain.references.len()],
             inlet: row,
         };
         for j in (0..n).rev() {
             back.ends[j] = row;
-            for (e, _) in chain.ears.iter().enumerate().filter(|(_, e)| e.duct == j && e.is_loop()) {
-                back.heard[e] = self.loop_weight(e, row, &back.heard, sources);
+            for (e, _) in chain.references.iter().enumerate().filter(|(_, e)| e.duct == j && e.is_loop()) {
+                back.weights[e] = self.loop_weight(e, row, &back.weights, sources);
             }
-            row = self.to_start(j, row, &back.heard);
+            row = self.to_start(j, row, &back.weights);
             back.starts[j] = row;
             if j > 0 {
-                for (e, ear) in chain.ears.iter().enumerate().filter(|(_, e)| e.place == j && !e.is_loop()) {
-                    back.heard[e] = dot(&row, &chain.amplified(&self.basis, ear, &self.s));
+                for (e, point) in
+                    chain.references.iter().enumerate().filter(|(_, e)| e.place == j && !e.is_loop())
+                {
+                    back.weights[e] = dot(&row, &chain.amplified(&self.basis, point, &self.s));
                 }
                 row = self.through_place(j, &row);
             }
@@ -155,11 +157,12 @@ impl<'a> Passed<'a> {
     }
 
     /// From the downstream end of duct `j` to its upstream end.
-    fn to_start(&self, j: usize, row: Row, heard: &[C64]) -> Row {
+    fn to_start(&self, j: usize, row: Row, weights: &[C64]) -> Row {
         let basis = &self.basis;
         let mut out = through(&row, |x| self.chain.pass(basis, j, x, &self.s));
-        for (ear, weight) in self.chain.ears.iter().zip(heard).filter(|(e, _)| e.duct == j) {
-            let unit = |x: &State<ComplexDual>| [self.chain.hear(basis, ear, x, &self.s), self.s, self.s];
+        for (point, weight) in self.chain.references.iter().zip(weights).filter(|(e, _)| e.duct == j) {
+            let unit =
+                |x: &State<ComplexDual>| [self.chain.velocity_at(basis, point, x, &self.s), self.s, self.s];
             let added = through(&[*weight, C64::ZERO, C64::ZERO], unit);
             out = std::array::from_fn(|k| out[k] + added[k]);
         }
@@ -170,25 +173,25 @@ impl<'a> Passed<'a> {
         through(row, |x| self.chain.cross_alone(&self.basis, j, x, &self.s))
     }
 
-    /// Weight of what the ear of a loop hears, from the row at the downstream end of the duct in which it
-    /// hears.
-    fn loop_weight(&self, index: usize, row: Row, heard: &[C64], sources: &[(usize, C64)]) -> C64 {
-        let ear = &self.chain.ears[index];
-        let unit = self.chain.amplified(&self.basis, ear, &self.s);
-        let at_place = |row: Row, heard: &[C64], sources: &[(usize, C64)]| {
+    /// Weight of the velocity at the reference of a loop, from the row at the downstream end of the duct in
+    /// which it lies.
+    fn loop_weight(&self, index: usize, row: Row, weights: &[C64], sources: &[(usize, C64)]) -> C64 {
+        let point = &self.chain.references[index];
+        let unit = self.chain.amplified(&self.basis, point, &self.s);
+        let at_place = |row: Row, weights: &[C64], sources: &[(usize, C64)]| {
             let mut row = row;
-            for j in (ear.place..=ear.duct).rev() {
-                row = self.to_start(j, row, heard);
-                if j > ear.place {
+            for j in (point.place..=point.duct).rev() {
+                row = self.to_start(j, row, weights);
+                if j > point.place {
                     row = self.through_place(j, &row);
                     add_sources(&mut row, j, sources);
                 }
             }
             dot(&row, &unit)
         };
-        let mut alone = vec![C64::ZERO; heard.len()];
+        let mut alone = vec![C64::ZERO; weights.len()];
         alone[index] = C64::ONE;
-        at_place(row, heard, sources) / (1.0 - at_place([C64::ZERO; 3], &alone, &[]))
+        at_place(row, weights, sources) / (1.0 - at_place([C64::ZERO; 3], &alone, &[]))
     }
 
     fn derivatives(&self, back: &Back, factor: C64) -> FlowDerivatives {
@@ -204,12 +207,12 @@ impl<'a> Passed<'a> {
                     dot(&back.starts[j], &chain.effect(&basis, j, effect, j - 1)) * cause
                 });
             }
-            // What a seed in the basis changes: the passage of this duct, and what ears hear.
+            // What a seed in the basis changes: the passage of this duct, and the velocities at references.
             let local = |basis: &Basis<ComplexDual>| {
                 let passed = chain.pass(basis, j, &behind[j], &self.s);
                 let mut total: C64 = (0..3).map(|k| back.ends[j][k] * passed[k].slope).sum();
-                for (ear, weight) in chain.ears.iter().zip(&back.heard) {
-                    total += weight * chain.hear(basis, ear, &behind[ear.duct], &self.s).slope;
+                for (point, weight) in chain.references.iter().zip(&back.weights) {
+                    total += weight * chain.velocity_at(basis, point, &behind[point.duct], &self.s).slope;
                 }
                 total
             };

@@ -4,17 +4,17 @@
 
 mod batch;
 mod ends;
-mod heard;
 mod holes;
 pub mod levine_schwinger;
 mod probe;
+mod remote;
 mod roots;
 pub mod wall;
 
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
-pub use heard::{Heard, Unheard};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{PathDuct, Probe, Side, SourceCoefficient};
+pub use remote::{NoReference, RemoteSource};
 pub use rijke_numerics::rational::{Table, TableError, TableRow, phase_slope};
 pub use wall::WallLaw;
 
@@ -309,7 +309,7 @@ impl Coefficients for LawSet {
     fn name(&self, law: usize) -> String {
         self.laws.get(law).map_or_else(|| format!("law {law}"), |l| l.0.clone())
     }
-    fn hears_at(&self, law: usize) -> Option<f64> {
+    fn reference_at(&self, law: usize) -> Option<f64> {
         match &self.laws.get(law)?.1 {
             Law::Probe(probe) => Some(probe.distance()),
             _ => None,

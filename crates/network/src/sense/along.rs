@@ -7,10 +7,10 @@
 //! du/dx, so that by parts ds is the integral of (Lambda_u u)' a, with (Lambda_u u)' = Lambda_p Z u -
 //! Lambda_u Y p.
 //!
-//! Between a source and a velocity that it hears at a distance ([`Coefficients::hears_at`]) its coefficients
-//! k_eu, k_ep, which stand for that velocity, change too: see `Hearing`.
+//! Between a source and a velocity at a distance to which it answers ([`Coefficients::reference_at`]) its coefficients
+//! k_eu, k_ep, which stand for that velocity, change too: see `DistantReference`.
 
-use super::hearing::Change;
+use super::distant_reference::Change;
 use super::piece::Piece;
 use crate::chain::coefficients::Coefficients;
 use crate::chain::network::Network;
@@ -127,8 +127,8 @@ impl Network {
         }
         let mut changes: Vec<Change> = Vec::new();
         for place in 0..=pieces.len() {
-            for hearing in self.hearings(coefficients, place, &work.laws) {
-                changes.extend(hearing.changes(&pieces, &jumps, &rows));
+            for reference in self.distant_references(coefficients, place, &work.laws) {
+                changes.extend(reference.changes(&pieces, &jumps, &rows));
             }
         }
         let last = samples.max(2) - 1;

@@ -164,7 +164,7 @@ fn talkative() -> (FlowChain, Vec<(FlowSlot, FlowParameter)>) {
     use FlowParameter as P;
     let (state, mut ducts, ends) = everything(8.0);
     ducts[2].actions[0].reference = Reference::Upstream(0.35);
-    ducts[3] = ducts[3].clone().hearing(ActionKind::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
+    ducts[3] = ducts[3].clone().referring(ActionKind::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
     let chain = FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves();
     let pairs = vec![
         (FlowSlot::Velocity, P::Velocity),

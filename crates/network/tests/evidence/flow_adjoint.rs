@@ -15,7 +15,7 @@ const WIDE: Region = Region { sigma: [-150.0, 150.0], omega: [300.0, 4000.0] };
 fn talkative(velocity: f64) -> FlowChain {
     let (state, mut ducts, ends) = everything(velocity);
     ducts[2].actions[0].reference = Reference::Upstream(0.35);
-    ducts[3] = ducts[3].clone().hearing(ActionKind::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
+    ducts[3] = ducts[3].clone().referring(ActionKind::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
     FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves()
 }
 
@@ -121,7 +121,7 @@ fn with_piece(
     piece: f64,
     change: &dyn Fn(&mut FlowDuct, &mut FlowDuct),
 ) -> FlowChain {
-    let flame = FlowDuct::new(0.5, 1.4e-3).heated(1.8).hearing(
+    let flame = FlowDuct::new(0.5, 1.4e-3).heated(1.8).referring(
         ActionKind::Flame,
         delayed(0.8, 1.5e-3),
         Reference::Upstream(0.45),
@@ -253,7 +253,7 @@ fn exact_a_loop_with_flow_against_its_own_equation() {
     let state: FlowState = inlet(speed, velocity);
     let law = delayed(0.9, 3e-3);
     let ducts = |reference| {
-        let flame = FlowDuct::new(0.2, 1.0).hearing(ActionKind::Eu, law.clone(), reference);
+        let flame = FlowDuct::new(0.2, 1.0).referring(ActionKind::Eu, law.clone(), reference);
         vec![FlowDuct::new(before, 1.0), flame, FlowDuct::new(behind - 0.2, 1.0)]
     };
     let chain =
@@ -295,7 +295,7 @@ fn exact_a_loop_with_flow_against_its_own_equation() {
     let far = FlowChain::new(GAMMA, state, ducts(Reference::Downstream(2.0)), [end(0.9), end(-0.8)]);
     assert!(matches!(far, Err(NetworkError::Outside { .. })));
     let mut crossed = ducts(Reference::Downstream(distance));
-    crossed[2] = crossed[2].clone().hearing(ActionKind::Mu, law.clone(), Reference::Upstream(0.1));
+    crossed[2] = crossed[2].clone().referring(ActionKind::Mu, law.clone(), Reference::Upstream(0.1));
     let crossed = FlowChain::new(GAMMA, state, crossed, [end(0.9), end(-0.8)]);
     assert_eq!(crossed.unwrap_err(), NetworkError::ReferenceCrossed { place: 1, other: 2 });
 }

@@ -11,6 +11,7 @@ pub(crate) use axis::Axis;
 pub(crate) use figure::{Figure, Key, Mark};
 pub(crate) use panel::{COLUMN, DOT, Panel};
 pub(crate) use style::{INK, Stroke, model_stroke, scale_colour, scale_stroke};
+pub use text::escape;
 pub(crate) use text::{fixed, html};
 
 /// A coordinate with one decimal, the same bytes on every run.

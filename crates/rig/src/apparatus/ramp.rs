@@ -191,7 +191,7 @@ fn unlike(point: &OperatingPoint, first: Option<&OperatingPoint>, power: f64) ->
     }
     let first = first.filter(|f| (f.position, f.thermometers) != (point.position, point.thermometers))?;
     Some(format!(
-        "`{id}` has the heater or the thermometers elsewhere than `{}`; a ramp is one run of one setting, so give them ramps of their own",
+        "`{id}` has the heater or the thermometers elsewhere than `{}`; a ramp is one run of one assembly, so give them ramps of their own",
         first.id
     ))
 }

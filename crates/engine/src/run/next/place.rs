@@ -117,7 +117,7 @@ impl<'a> Place<'a> {
         let seen = self.observed.iter().find(|o| o.conditions.id == conditions.id);
         let first = followed.labels().first();
         let near = seen.map(|o| o.near).or_else(|| followed.near(first?, &conditions));
-        let (known, law) = (&posterior.knowledge, model.law.as_ref());
+        let (known, law) = (&posterior.gaussian, model.law.as_ref());
         let linear = posterior.linear(known, assembly, &conditions, microphones, near, law)?;
         // Repeated visits of a point share the errors of its gas: some of them are made anew, but this
         // promises less.
@@ -156,7 +156,7 @@ impl<'a> Place<'a> {
         let rig = &self.study.rig;
         let channels = self.channels.as_ref();
         let listening =
-            |errors| Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, errors);
+            |errors| Listening::of(self.study, stage, channels, &trained, &posterior.gaussian, errors);
         let heard = listening(measured)?;
         // Where the measured errors do not come on top of the misfit, they are the part of it that a repeat
         // draws anew.
@@ -238,7 +238,7 @@ impl<'a> Place<'a> {
         let expected = |rival: &OpenModel| self.expected(stage, &rival.model, &wish.candidates, microphones);
         let theirs = rivals.iter().map(expected).collect::<Result<Vec<_>, _>>()?;
         let mut theirs: Vec<_> = theirs.into_iter().map(Vec::into_iter).collect();
-        let known = |m: &SavedModel| Ok::<_, EngineError>(m.posterior()?.knowledge.covariance);
+        let known = |m: &SavedModel| Ok::<_, EngineError>(m.posterior()?.gaussian.covariance);
         let mut able = Measurable {
             kept: Vec::new(),
             own: Vec::new(),

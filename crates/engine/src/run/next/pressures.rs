@@ -3,7 +3,7 @@
 
 use super::predictive::{Numbers, Shared};
 use crate::errors::Channels;
-use crate::{EngineError, Knowledge, Observed};
+use crate::{EngineError, NamedGaussian, Observed};
 use rijke_inference::relative_noise;
 use rijke_numerics::{C64, Cholesky, Matrix};
 use rijke_rig::ChannelErrors;
@@ -38,7 +38,7 @@ impl Listening {
         stage: &Stage,
         errors: Option<&ChannelErrors>,
         trained: &[Observed],
-        known: &Knowledge,
+        known: &NamedGaussian,
         measured: bool,
     ) -> Result<Self, EngineError> {
         let instruments = &study.rig.microphones;
@@ -153,7 +153,7 @@ fn calibrated(
     stage: &Stage,
     errors: &ChannelErrors,
     channels: &Channels,
-    known: &Knowledge,
+    known: &NamedGaussian,
 ) -> Result<BTreeMap<usize, [Calibrated; 2]>, EngineError> {
     let n = channels.microphones.len();
     let place = |name: &str| known.names.iter().position(|other| other == name);

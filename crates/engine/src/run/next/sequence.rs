@@ -151,7 +151,7 @@ impl Sequence {
         step: &[f64],
         new: &[&Observed],
     ) -> Result<Read, EngineError> {
-        let sigma = saved.posterior()?.knowledge.covariance;
+        let sigma = saved.posterior()?.gaussian.covariance;
         let campaign = &place.study().campaign;
         let at: Vec<usize> =
             new.iter().filter_map(|o| campaign.point(&o.conditions.id).map(|(k, _)| k)).collect();

@@ -221,7 +221,7 @@ struct Model<'a> {
 impl<'a> Model<'a> {
     fn of(assembly: &'a Assembly, saved: &'a SavedModel) -> Result<Self, EngineError> {
         let posterior = saved.posterior()?;
-        let known = posterior.knowledge.in_a_new_installation(&posterior.noise);
+        let known = posterior.gaussian.in_a_new_installation(&posterior.noise);
         let place = |name: &str| {
             let unknown =
                 || EngineError::UnknownParameter { name: name.to_owned(), known: known.names.join(", ") };

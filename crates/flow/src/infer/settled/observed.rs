@@ -33,7 +33,7 @@ const SHAPE_SD: f64 = 0.5e-6;
 ///
 /// Errors of an arrival time beyond those stated for it:
 /// * the stated covariance counts twice, as noise of the state and as error common to all states, because
-///   observations do not say how much of it is calibration; but for the shift of the setting, which the rig
+///   observations do not say how much of it is calibration; but for the shift of the installation, which the rig
 ///   declares and all states share;
 /// * the heater reflects: up to a window's length below it, and within it, the direct click is shifted by
 ///   about 30 us in all states alike, of which a tenth may change with temperature;
@@ -62,7 +62,7 @@ pub fn runs(
         }
     }
     places.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let setting = observations.rig.recording.arrival_setting_sd_s;
+    let installation = observations.rig.recording.arrival_setting_sd_s;
     let one = |&(heater, thermometers): &(f64, bool)| {
         let pipe = pipe(heater)?;
         let mine = points
@@ -70,7 +70,7 @@ pub fn runs(
             .filter(|p| p.point.position == Some(heater) && p.point.thermometers == thermometers);
         let mine: Vec<&&PointObservations> = mine.collect();
         let mut states: Vec<State> =
-            mine.iter().map(|p| state(p, along, &pipe, setting)).collect::<Result<_, _>>()?;
+            mine.iter().map(|p| state(p, along, &pipe, installation)).collect::<Result<_, _>>()?;
         let clicks = mine.iter().filter_map(|p| Some((p.point.power, p.click.as_ref()?)));
         let coldest = clicks.min_by(|a, b| a.0.total_cmp(&b.0));
         let count = pipe.microphones.len();
@@ -112,8 +112,13 @@ fn overlap(pipe: &Pipe, x: f64, c: f64) -> f64 {
     (1.0 - lag / WINDOW).max(0.0)
 }
 
-/// One point; `setting` is the sd of the shift of all its arrival times that the run has in common, s.
-fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> Result<State, FlowError> {
+/// One point; `installation` is the sd of the shift of all its arrival times that the run has in common, s.
+fn state(
+    p: &PointObservations,
+    along: &Readings,
+    pipe: &Pipe,
+    installation: f64,
+) -> Result<State, FlowError> {
     let power = p.point.power;
     let ambient = p.ambient.ambient_temperature;
     let (mut sensors, mut readings) = (Vec::new(), Vec::new());
@@ -121,7 +126,7 @@ fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> 
     if let Some(click) = &p.click {
         sensors.extend((0..click.arrival_times.len()).map(|microphone| SensorKind::Arrival { microphone }));
         readings.extend(&click.arrival_times);
-        let shared = stated_setting(&click.covariance, setting);
+        let shared = stated_installation(&click.covariance, installation);
         clicks = Matrix::from_fn(click.covariance.rows(), click.covariance.rows(), |i, j| {
             click.covariance[(i, j)] - shared
         });
@@ -163,14 +168,14 @@ fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> 
     })
 }
 
-/// The variance of a common shift that a stated covariance holds: that of the setting, unless it is too small
+/// The variance of a common shift that a stated covariance holds: that of the installation, unless it is too small
 /// to hold it, such as one prepared by hand.
-fn stated_setting(covariance: &Matrix, setting: f64) -> f64 {
+fn stated_installation(covariance: &Matrix, installation: f64) -> f64 {
     let count = covariance.rows();
     let smaller = Matrix::from_fn(count, count, |i, j| {
         let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-        (covariance[(i, j)] - setting.powi(2)) / scale
+        (covariance[(i, j)] - installation.powi(2)) / scale
     });
     let held = (0..count).all(|i| smaller[(i, i)] > 0.0) && Cholesky::new(&smaller).is_ok();
-    if held { setting.powi(2) } else { 0.0 }
+    if held { installation.powi(2) } else { 0.0 }
 }

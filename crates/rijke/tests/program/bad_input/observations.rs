@@ -210,9 +210,9 @@ pub(super) const CASES: [Case; 20] = [
         ["data/results", "exists already", "--force"],
     ),
     case(
-        "negative error of the referee",
+        "negative error of the sampler",
         |_| (),
-        "rank data --referee nested --referee-error=-1",
-        ["--referee-error", "-1", "--help"],
+        "rank data --sampler nested --sampler-error=-1",
+        ["--sampler-error", "-1", "--help"],
     ),
 ];

@@ -9,7 +9,7 @@ use crate::tube::pipe::Pipe;
 use rand_distr::{Distribution, StandardNormal};
 use rijke_inference::Parameter;
 use rijke_inference::ensemble::{
-    Diagnostics, Ensemble, EnsembleData, NoiseCovariance, Options, Scheme, effective_rank, orthogonal_forcing,
+    Diagnostics, Ensemble, EnsembleData, NoiseCovariance, Scheme, effective_rank, orthogonal_forcing,
 };
 use rijke_numerics::{Matrix, Streams};
 
@@ -96,7 +96,6 @@ pub fn filter(
         record.sensors.iter().map(|s| s.sd.powi(2)).chain([record.ambient_sd.powi(2)]).collect(),
     );
     let scheme = if options.variant == Variant::Paper { Scheme::Stochastic } else { Scheme::SquareRoot };
-    let analysis = Options { scheme, ..Options::default() };
     let (mut innovations, mut history) = (Diagnostics::default(), Vec::new());
     let mut recent = Diagnostics::default();
     for (step, sample) in record.samples.iter().enumerate() {
@@ -109,7 +108,7 @@ pub fn filter(
         let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
         let frozen = options.variant == Variant::SquareRoot && sample.power == 0.0;
         let before = frozen.then(|| ensemble.members().clone());
-        let innovation = ensemble.analyse(&observed, &analysis, &mut stream)?;
+        let innovation = ensemble.analyse(&observed, scheme, &mut stream)?;
         innovations.record(&innovation);
         recent.record(&innovation);
         if let Some(before) = before {
