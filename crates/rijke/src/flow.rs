@@ -31,11 +31,11 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
-    Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points, and\n\
-    readings.csv beside them if it is there: thermometers or speeds of sound along the tube, instead of clicks or with them.\n\
-    ramps.csv there says which points were measured while the power changed, and when: their states are those of the moment.\n\
-    Where these hold profiles.csv (temperatures or sound speeds along the tube), the base flow is that, and nothing is inferred.\n\
-    Or reads DIR/flow.toml and the CSV files of samples that it names: a record over time, warm-up included.\n\
+    Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points.\n\
+    Three files may lie beside them. readings.csv has thermometers or speeds of sound along the tube; they count with the clicks,\n\
+    or alone. ramps.csv says which points were measured while the power changed, and when; their base flow is that of the moment.\n\
+    profiles.csv has temperatures or sound speeds along the tube; then the base flow is that profile, and nothing is inferred.\n\
+    Instead of all this, DIR/flow.toml names CSV files of samples: a record over time, warm-up included.\n\
     Writes OUT/base-states.json (a base state per operating point with its errors, for acoustics), OUT/flow.json\n\
     (parameters, velocities and profiles with sd, for figures), OUT/unknowns.csv and OUT/velocity.csv."
 )]
@@ -46,8 +46,8 @@ pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// How to assimilate samples over time. Batch is the one with the best error bars; paper is the filter of
-    /// Juniper & Yoko (2022), whose error bars are twenty times too small and more.
+    /// How to assimilate samples over time. `batch` has the best error bars. `paper` is the filter of Juniper &
+    /// Yoko (2022); its error bars are too small by a factor of twenty or more.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
     /// Fit each place of the heater by itself, as the paper does, instead of all together as one rig.
