@@ -100,8 +100,8 @@ fn oracle_true_reflections_against_the_geometry_of_the_mouths() {
     });
     let point = |k: usize| &lab.set().points[k].point;
     let [lower, upper] = rijke_lab::open_ends(&rig, &truth, point(0), 1);
-    // Without prongs both open ends reflect as the bare end does; with prongs the bottom's end correction is as
-    // long.
+    // Without prongs both open ends reflect as the bare end does; with prongs the bottom's end correction is
+    // as long.
     let (s, [bottom, top]) = (lab.true_mode(0).0, lab.true_reflections(0));
     let [bare_bottom, bare_top] = [lower, upper].map(|end| end.reflection(&gas(0), s));
     assert!((top - bare_top).norm() < 1e-12 && (bottom - bare_bottom).norm() < 1e-12);

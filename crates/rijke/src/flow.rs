@@ -46,8 +46,8 @@ pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// How to assimilate samples over time. `batch` has the best error bars. `paper` is the filter of Juniper &
-    /// Yoko (2022); its error bars are too small by a factor of twenty or more.
+    /// How to assimilate samples over time. `batch` has the best error bars. `paper` is the filter of Juniper
+    /// & Yoko (2022); its error bars are too small by a factor of twenty or more.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
     /// Fit each place of the heater by itself, as the paper does, instead of all together as one rig.

@@ -29,8 +29,8 @@ pub(crate) struct Args {
     /// The stage at which combinations end [default: the one that stands on most stages].
     #[arg(long, value_name = "STAGE")]
     stage: Option<String>,
-    /// Give up a model, and all that stands on it, if it trails the greedy choice by more than this: after its
-    /// own stage, and also after the last stage when the greedy choice's later candidates follow it.
+    /// Give up a model, and all that stands on it, if it trails the greedy choice by more than this: after
+    /// its own stage, and also after the last stage when the greedy choice's later candidates follow it.
     #[arg(long, value_name = "NATS", default_value_t = 20.0, value_parser = number::not_negative)]
     within: f64,
     /// Give up no model.

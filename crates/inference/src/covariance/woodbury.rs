@@ -24,7 +24,6 @@ pub(crate) struct Woodbury {
 /// A group that floats in this block: dC = diag(d) + U diag(K a) U' for a change of one in ln of its standard
 /// deviation.
 struct Acting {
-    group: usize,
     coordinate: usize,
     d: Option<Vec<f64>>,
     a: Option<Vec<f64>>,
@@ -230,7 +229,7 @@ impl Likelihood<'_> {
             }
             t = Some(grams.of(&(0..n).map(|i| d[i] * known.weights[i].powi(2)).collect::<Vec<_>>()));
         }
-        Some(Acting { group, coordinate, d, a, t, pull })
+        Some(Acting { coordinate, d, a, t, pull })
     }
 }
 

@@ -14,4 +14,4 @@ pub use map::{Fit, MapOptions, NoiseEstimate};
 pub use posterior::Posterior;
 
 pub(crate) use approach::Approach;
-pub(crate) use held::Conditional;
+pub(crate) use conditional::Conditional;

@@ -10,25 +10,25 @@ fn compare(posterior: &Posterior<'_>, error: f64, allowed: f64) -> (Calls, Integ
     let information = -laplace.evidence.ln_occam;
     let target = LikelihoodTarget::new(posterior, &found.fit).unwrap();
     let nested = Nested::with_error(error, information, target.size(), Streams::new(3));
-    let found = nested.integrate(&target).unwrap();
+    let sampled = nested.integrate(&target).unwrap();
     println!(
         "laplace {:.4} ({:?}), corrected {:?}\nnested {:.4} +- {:.4} ({:?} calls)",
         laplace.evidence.ln_marginal,
         found.fit.calls,
         found.health.importance,
-        found.ln_marginal,
-        found.standard_error,
-        found.calls.value
+        sampled.ln_marginal,
+        sampled.standard_error,
+        sampled.calls.value
     );
-    assert!(found.finished);
+    assert!(sampled.finished);
     assert!(
-        (laplace.evidence.ln_marginal - found.ln_marginal).abs() < allowed * found.standard_error,
+        (laplace.evidence.ln_marginal - sampled.ln_marginal).abs() < allowed * sampled.standard_error,
         "Laplace {} against {} +- {}",
         laplace.evidence.ln_marginal,
-        found.ln_marginal,
-        found.standard_error
+        sampled.ln_marginal,
+        sampled.standard_error
     );
-    (found.fit.calls, found)
+    (found.fit.calls, sampled)
 }
 
 #[test]

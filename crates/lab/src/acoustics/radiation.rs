@@ -43,10 +43,10 @@ impl OpenEnd {
         flanged + ratio * (thin - flanged) + 0.057 * ratio * (1.0 - ratio.powi(5))
     }
 
-    /// Impedance p/U at the open end, U out of the tube, when rods that reach out of it leave `open_area` of its
-    /// cross-section. The reactance is that of a narrower open end; the resistance is that of a small source,
-    /// which depends on the volume velocity alone. On the imaginary axis the parts of Z even and odd in s are
-    /// these two.
+    /// Impedance p/U at the open end, U out of the tube, when rods that reach out of it leave `open_area` of
+    /// its cross-section. The reactance is that of a narrower open end; the resistance is that of a small
+    /// source, which depends on the volume velocity alone. On the imaginary axis the parts of Z even and odd
+    /// in s are these two.
     #[must_use]
     pub fn impedance(&self, gas: &GasState, open_area: f64, s: C64) -> C64 {
         let specific = |s: C64| {

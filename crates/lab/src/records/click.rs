@@ -185,7 +185,8 @@ mod tests {
             assert!(before < 1e-4, "microphone {m} hears {before} Pa before the pulse");
             let near = &channel[early..early + 60];
             let peak = (0..60).max_by(|a, b| near[*a].abs().total_cmp(&near[*b].abs())).unwrap() + early;
-            // The open end differentiates the pulse and the wall delays it: within 0.15 ms of the travel time.
+            // The open end differentiates the pulse and the wall delays it: within 0.15 ms of the travel
+            // time.
             assert!((peak as f64 / 62_500.0 - 0.02 - x / c).abs() < 1.5e-4, "microphone {m}: {peak}");
         }
     }

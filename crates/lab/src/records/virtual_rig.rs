@@ -69,8 +69,8 @@ impl VirtualRig {
         (mode.s, mode.residue.iter().map(|p| p / reference).collect())
     }
 
-    /// The reflection coefficients R_u and R_d of the two open ends at the true s of `point` (an index): f/g at
-    /// x = 0 and g/f at x = L, with rho c of the gas and the open area there. The walls of the tube carry
+    /// The reflection coefficients R_u and R_d of the two open ends at the true s of `point` (an index): f/g
+    /// at x = 0 and g/f at x = L, with rho c of the gas and the open area there. The walls of the tube carry
     /// [`crate::WallTruth::roughness`] times the boundary layers of a smooth wall.
     #[must_use]
     pub fn true_reflections(&self, point: usize) -> [C64; 2] {

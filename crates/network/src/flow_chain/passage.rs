@@ -159,8 +159,8 @@ impl FlowChain {
         [p, u, e]
     }
 
-    /// The state behind the place before duct `i`, with the velocities of its references; `loops` gathers the factors
-    /// of F.
+    /// The state behind the place before duct `i`, with the velocities of its references; `loops` gathers the
+    /// factors of F.
     fn cross<T: Number>(
         &self,
         basis: &Basis<T>,

@@ -197,7 +197,7 @@ impl Law {
                 let omega = [region.omega[0].max(LOWEST), region.omega[1]];
                 let upper = Region { omega, ..*region };
                 let poles = hole.outlet.poles_in(&upper.widened(1.0))?;
-                roots_of(|s, space| hole.mouth(s, space)[0].clone(), &upper, hole.travel_time(), &poles)?
+                roots_of(|s, space| hole.opening(s, space)[0].clone(), &upper, hole.travel_time(), &poles)?
             }
             // Poles of R are the zeros of z + 1.
             Self::Impedance(z) => match z.as_ref() {

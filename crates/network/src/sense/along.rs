@@ -7,8 +7,8 @@
 //! du/dx, so that by parts ds is the integral of (Lambda_u u)' a, with (Lambda_u u)' = Lambda_p Z u -
 //! Lambda_u Y p.
 //!
-//! Between a source and a velocity at a distance to which it answers ([`Coefficients::reference_at`]) its coefficients
-//! k_eu, k_ep, which stand for that velocity, change too: see `DistantReference`.
+//! Between a source and a velocity at a distance to which it answers ([`Coefficients::reference_at`]) its
+//! coefficients k_eu, k_ep, which stand for that velocity, change too: see `DistantReference`.
 
 use super::distant_reference::Change;
 use super::piece::Piece;

@@ -7,7 +7,8 @@
 //! * upstream, the source adds -k_eu u - k_ep p, which a change in between does not reach: the row that these
 //!   coefficients put upstream of the source is taken away again up to the reference;
 //! * downstream, u2 = r u1 + T v, so that k_eu = -r T alpha/(1 - T alpha) and k_ep = -T beta/(1 - T alpha): a
-//!   change in between changes the reference too, which adds Lambda_u T/(1 - T alpha) times (beta, alpha) to the row.
+//!   change in between changes the reference too, which adds Lambda_u T/(1 - T alpha) times (beta, alpha) to
+//!   the row.
 
 use super::piece::Piece;
 use crate::chain::coefficients::{Coefficients, Laws};

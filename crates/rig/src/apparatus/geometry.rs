@@ -90,8 +90,8 @@ pub struct Recording {
     pub ping_rate_hz: f64,
     /// Sampling rate of clicks, Hz.
     pub click_rate_hz: f64,
-    /// Standard deviation of a shift of all arrival times alike between one installation of the rig and that of
-    /// the calibration, s: each time the rig is set anew its mouths, or its loudspeaker, come out a little
+    /// Standard deviation of a shift of all arrival times alike between one installation of the rig and that
+    /// of the calibration, s: each time the rig is set anew its mouths, or its loudspeaker, come out a little
     /// different. No record of the installation itself shows it.
     #[serde(default)]
     pub arrival_setting_sd_s: f64,

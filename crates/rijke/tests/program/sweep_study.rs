@@ -2,7 +2,7 @@
 
 use crate::measured::{model, parameter, stage};
 use crate::{rijke, scratch};
-use rijke_lab::{Truth, VirtualRig, mouths};
+use rijke_lab::{Truth, VirtualRig, open_ends};
 use rijke_numerics::C64;
 use rijke_rig::{TubeCampaign, TubeRig};
 use serde_json::Value;
@@ -121,7 +121,7 @@ fn truth(folder: &Path, seed: u64) -> [f64; 2] {
     let campaign = TubeCampaign::read(&folder.join("lab.toml")).unwrap();
     let point = campaign.row("C3").next().unwrap().clone();
     let lab = VirtualRig::new(&rig, &campaign, &truth, &[], None, seed).unwrap();
-    let [_, top] = mouths(&rig, &truth, &point, seed);
+    let [_, top] = open_ends(&rig, &truth, &point, seed);
     let gas = rig.gas.at(lab.true_temperature(0), rig.pressure);
     let reflection = top.reflection(&gas, C64::new(0.0, 0.2 * gas.sound_speed / top.inner_radius));
     [lab.true_temperature(0), top.inner_radius * (-(-reflection).arg() / 0.4 - 0.606_379_597)]

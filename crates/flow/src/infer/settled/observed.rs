@@ -33,8 +33,8 @@ const SHAPE_SD: f64 = 0.5e-6;
 ///
 /// Errors of an arrival time beyond those stated for it:
 /// * the stated covariance counts twice, as noise of the state and as error common to all states, because
-///   observations do not say how much of it is calibration; but for the shift of the installation, which the rig
-///   declares and all states share;
+///   observations do not say how much of it is calibration; but for the shift of the installation, which the
+///   rig declares and all states share;
 /// * the heater reflects: up to a window's length below it, and within it, the direct click is shifted by
 ///   about 30 us in all states alike, of which a tenth may change with temperature;
 /// * the open end reflects, up to 60 us where its reflection overlaps the window wholly: signal processing
@@ -168,8 +168,8 @@ fn state(
     })
 }
 
-/// The variance of a common shift that a stated covariance holds: that of the installation, unless it is too small
-/// to hold it, such as one prepared by hand.
+/// The variance of a common shift that a stated covariance holds: that of the installation, unless it is too
+/// small to hold it, such as one prepared by hand.
 fn stated_installation(covariance: &Matrix, installation: f64) -> f64 {
     let count = covariance.rows();
     let smaller = Matrix::from_fn(count, count, |i, j| {
