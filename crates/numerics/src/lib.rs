@@ -17,7 +17,7 @@ pub use cholesky::Cholesky;
 pub use complex_dual::ComplexDual;
 pub use dense::{
     DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, interpolate, least_direction,
-    least_squares_sd, lu_solve, symmetric_eigen,
+    least_squares_sd, lu_solve, principal_directions, symmetric_eigen,
 };
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use jet::{Jet, JetSpace, Order};

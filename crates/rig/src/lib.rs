@@ -30,6 +30,7 @@ pub use manifest::arrivals::{Arrivals, Arrived};
 pub use manifest::folder::RecordFolder;
 pub use observations::channels::ChannelErrors;
 pub use observations::observation::{Click, Observations, Ping, PointObservations, Rejection};
+pub use observations::rows::ModeRows;
 pub use problem::Problem;
 pub use read::contents::{ChannelContents, FileContents, inspect};
 pub use read::layout::Layout;

@@ -4,7 +4,7 @@ use super::{BaseErrors, Changes};
 use crate::observed::{Observed, Used, same_installation};
 use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
-use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use rijke_numerics::{Matrix, Order, principal_directions};
 use rijke_study::Cause;
 
 /// The errors that all installations have in common: those of the flow's own parameters, say, which one
@@ -62,9 +62,9 @@ impl Common {
             let pairs = columns[i].iter().zip(&columns[j]).zip(&weights);
             pairs.map(|((a, b), w)| a * b * w * w).sum()
         });
-        let (values, vectors) = symmetric_eigen(&gram)?;
-        let kept: Vec<usize> = (0..causes.len()).rev().filter(|&k| values[k] > NEGLIGIBLE).collect();
-        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| vectors[(j, kept[k])]);
+        let mut kept = principal_directions(&gram)?;
+        kept.retain(|(value, _)| *value > NEGLIGIBLE);
+        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| kept[k].1[j]);
         let slopes = Matrix::from_fn(rows, kept.len(), |row, k| {
             (0..causes.len()).map(|j| shares[(j, k)] * columns[j][row]).sum()
         });

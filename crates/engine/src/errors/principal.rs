@@ -4,7 +4,7 @@
 //! directions. The model is asked what these do, and the causes are sums of them.
 
 use crate::EngineError;
-use rijke_numerics::{Matrix, symmetric_eigen};
+use rijke_numerics::{Matrix, principal_directions};
 use rijke_study::{Cause, PointState};
 
 /// Share of a standard deviation by which states are displaced: a slope, to a tenth of a per cent of its
@@ -47,27 +47,26 @@ impl Principal {
                 gram = gram.plus(1.0 / whole, &Matrix::from_fn(size, size, dot));
             }
         }
-        let (values, vectors) = symmetric_eigen(&gram)?;
-        let total: f64 = values.iter().sum();
-        let (mut left, mut kept) = (total, Vec::new());
-        for k in (0..size).rev() {
-            if left <= NEGLIGIBLE * total {
-                break;
-            }
-            left -= values[k];
-            kept.push(k);
-        }
-        let displaced = |k: usize| {
+        let mut kept = principal_directions(&gram)?;
+        let total: f64 = kept.iter().map(|(value, _)| value).sum();
+        let mut left = total;
+        let enough = kept.iter().position(|(value, _)| {
+            let negligible = left <= NEGLIGIBLE * total;
+            left -= value;
+            negligible
+        });
+        kept.truncate(enough.unwrap_or(size));
+        let displaced = |along: &[f64]| {
             let mut sum = vec![0.0; 1 + base.numbers.len() + base.temperature.len()];
-            for (j, row) in rows.iter().enumerate() {
-                sum.iter_mut().zip(row).for_each(|(s, d)| *s += vectors[(j, k)] * d);
+            for (row, share) in rows.iter().zip(along) {
+                sum.iter_mut().zip(row).for_each(|(s, d)| *s += share * d);
             }
             moved(base, STEP, &sum)
         };
         Ok(Self {
-            states: kept.iter().map(|&k| displaced(k)).collect(),
+            states: kept.iter().map(|(_, along)| displaced(along)).collect(),
             causes: (0..size)
-                .map(|j| (causes[j].clone(), kept.iter().map(|&k| vectors[(j, k)]).collect()))
+                .map(|j| (causes[j].clone(), kept.iter().map(|(_, along)| along[j]).collect()))
                 .collect(),
         })
     }

@@ -1,4 +1,6 @@
 //! The stages of a study and its questions: numbers, never drawings.
+//!
+//! Knows studies and models of any rig. Knows no part of a rig by name, no file of results and no drawing.
 
 mod ahead;
 mod answers;

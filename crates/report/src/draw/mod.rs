@@ -1,5 +1,7 @@
 //! A small writer of scientific figures in SVG: axes, curves, bars, contours, legends, and labels with sub-
 //! and superscripts. Why our own: `docs/decisions/figures.md`.
+//!
+//! Knows numbers, labels and looks. Knows neither a study nor the page.
 
 mod axis;
 mod figure;

@@ -1,5 +1,7 @@
 //! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes no
 //! physics of its own.
+//!
+//! Knows the records of the engine, and neither models nor files of a study.
 
 mod asked;
 mod checks;

@@ -1,4 +1,6 @@
 //! `rijke modes`: every acoustic mode of a network file.
+//!
+//! Knows options and what is printed; modes and their derivatives are found in `rijke-network`.
 
 mod advice;
 mod chain;

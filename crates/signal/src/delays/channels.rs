@@ -9,7 +9,7 @@ use crate::click::ClickFit;
 use crate::ping::PingFit;
 use crate::repeats::{Group, variances_of_means};
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::{ChannelErrors, Click, Ping};
+use rijke_rig::{ChannelErrors, Click, ModeRows, Ping};
 
 /// What the acquisition system does to each channel at one sampling rate, with its uncertainty.
 ///
@@ -291,7 +291,7 @@ impl ChannelDelays {
         };
         let pressures: Vec<C64> = ping.pressures.iter().enumerate().map(|(m, p)| p * factor(m)).collect();
         let others: Vec<usize> = (0..pressures.len()).filter(|&m| m != reference).collect();
-        let size = 2 + 2 * others.len();
+        let size = ModeRows::count(others.len());
         let mut map = Matrix::zeros(size, size);
         let set = |map: &mut Matrix, row: usize, column: usize, z: C64| {
             map[(row, column)] = z.re;
@@ -301,8 +301,9 @@ impl ChannelDelays {
         };
         set(&mut map, 0, 0, C64::ONE);
         for (i, &m) in others.iter().enumerate() {
-            set(&mut map, 2 + 2 * i, 2 + 2 * i, factor(m));
-            set(&mut map, 2 + 2 * i, 0, pressures[m] * (self.delays[m] - self.delays[reference]));
+            let row = ModeRows::pressure(i);
+            set(&mut map, row, row, factor(m));
+            set(&mut map, row, 0, pressures[m] * (self.delays[m] - self.delays[reference]));
         }
         let mut covariance = map.product(&ping.covariance).product(&map.transpose());
         if !alone {
@@ -314,8 +315,8 @@ impl ChannelDelays {
                     let delay = pressures[m] * ping.s * sign;
                     let gain = pressures[m] * (-sign / self.gains[n]);
                     for (column, z) in [(n, delay), (channels + n, gain)] {
-                        common[(2 + 2 * i, column)] += z.re;
-                        common[(3 + 2 * i, column)] += z.im;
+                        common[(ModeRows::pressure(i), column)] += z.re;
+                        common[(ModeRows::pressure(i) + 1, column)] += z.im;
                     }
                 }
             }

@@ -7,6 +7,8 @@
 //! number each for all points, with the priors of `study.toml`; their error is shared by all. What the
 //! readings of a point differ by from that, beyond their own errors, is an error of its rise: that of meters
 //! of power and flow, and of gas that is not mixed. Its size is inferred too.
+//!
+//! Knows temperatures and flow. Knows no sound and no observation of it.
 
 mod compared;
 mod fit;

@@ -1,4 +1,6 @@
 //! `study.toml`: the stages of a study and its questions.
+//!
+//! Knows the words of the file, and not what a stage finds.
 
 mod noise;
 mod questions;

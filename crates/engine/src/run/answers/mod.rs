@@ -1,5 +1,7 @@
 //! The answers to a study's questions: tables of numbers, and which of them a figure shows. A new kind of
 //! question is a file here and a line in [`Run::answer`].
+//!
+//! Knows trained stages, and neither how they were trained nor how a figure is drawn.
 
 mod axes;
 mod contours;

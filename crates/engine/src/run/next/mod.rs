@@ -1,5 +1,7 @@
 //! What to measure next: what further measurements would tell of parameters, of which model is right, and of
 //! a quantity.
+//!
+//! Knows trained models to first order. It trains none, and reads no record.
 
 mod microphones;
 mod place;

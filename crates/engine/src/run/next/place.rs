@@ -13,7 +13,7 @@ use crate::run::rows::assembly_of;
 use crate::{Assembly, Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
 use rayon::prelude::*;
 use rijke_numerics::Matrix;
-use rijke_rig::ChannelErrors;
+use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::plan::Stage;
 use rijke_study::{ObservedModes, PointState, Study};
 use std::collections::{BTreeMap, BTreeSet};
@@ -194,7 +194,8 @@ impl<'a> Place<'a> {
             let place = |row: usize| match row.checked_sub(2) {
                 None => row,
                 Some(k) => {
-                    2 + 2 * others.iter().position(|m| *m == used.others[k / 2]).unwrap_or_default() + k % 2
+                    let asked = others.iter().position(|m| *m == used.others[k / 2]).unwrap_or_default();
+                    ModeRows::pressure(asked) + k % 2
                 }
             };
             let read = used.rows.iter().map(|row| place(*row)).zip(&used.values);

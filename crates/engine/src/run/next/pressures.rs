@@ -6,7 +6,7 @@ use crate::errors::Channels;
 use crate::{EngineError, NamedGaussian, Observed};
 use rijke_inference::relative_noise;
 use rijke_numerics::{C64, Cholesky, Matrix};
-use rijke_rig::ChannelErrors;
+use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::Study;
 use rijke_study::plan::Stage;
 use std::collections::BTreeMap;
@@ -124,8 +124,8 @@ impl Listening {
             let Some(errors) = self.channels.get(m) else { continue };
             for (slope, error) in [p * s, -p].into_iter().zip(errors) {
                 let add = |to: &mut Vec<f64>, factor: f64| {
-                    to[2 + 2 * i] += slope.re * factor;
-                    to[3 + 2 * i] += slope.im * factor;
+                    to[ModeRows::pressure(i)] += slope.re * factor;
+                    to[ModeRows::pressure(i) + 1] += slope.im * factor;
                 };
                 for (cause, factor) in &error.shared {
                     let to = numbers.shared.entry(cause.clone()).or_insert_with(|| vec![0.0; size]);

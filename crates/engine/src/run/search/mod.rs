@@ -4,6 +4,8 @@
 //! The ln evidence of a combination is the sum of those of its stages, each given what the earlier ones
 //! found: the chain rule of probability. It is that of all data together as far as the posterior of a stage
 //! is the Gaussian that it hands on, and the misfit of one stage is independent of those of the others.
+//!
+//! Knows how stages stand on each other, and not what a candidate says.
 
 mod found;
 mod models;

@@ -9,7 +9,7 @@ use crate::tube::pipe::Pipe;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_inference::Parameter;
-use rijke_numerics::{Matrix, Streams, symmetric_eigen};
+use rijke_numerics::{Matrix, Streams, principal_directions, symmetric_eigen};
 
 /// What is known of the scores: unknowns first, then constant errors of sensors in units of their own sd.
 #[derive(Clone, Debug)]
@@ -215,15 +215,16 @@ fn principal(mut rows: Vec<Vec<f64>>) -> Result<(Vec<f64>, Vec<Vec<f64>>), FlowE
     let gram =
         Matrix::from_fn(count, count, |i, j| if j <= i { dot(&rows[i], &rows[j]) / freedom } else { 0.0 });
     let gram = Matrix::from_fn(count, count, |i, j| gram[(i.max(j), i.min(j))]);
-    let (values, vectors) = symmetric_eigen(&gram)?;
-    let total: f64 = values.iter().map(|v| v.max(0.0)).sum();
+    let directions = principal_directions(&gram)?;
+    let total: f64 = directions.iter().map(|(value, _)| value).sum();
     let (mut carried, mut causes) = (0.0, Vec::new());
-    for k in (0..count).rev() {
-        if values[k] <= 0.0 || carried > CARRIED * total {
+    for (value, along) in directions {
+        if value <= 0.0 || carried > CARRIED * total {
             break;
         }
-        carried += values[k];
-        let entry = |j: usize| (0..count).map(|i| vectors[(i, k)] * rows[i][j]).sum::<f64>() / freedom.sqrt();
+        carried += value;
+        let entry =
+            |j: usize| along.iter().zip(&rows).map(|(a, row)| a * row[j]).sum::<f64>() / freedom.sqrt();
         causes.push((0..size).map(entry).collect());
     }
     Ok((mean, causes))

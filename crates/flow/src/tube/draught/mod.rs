@@ -1,4 +1,6 @@
 //! The draught: buoyancy against losses gives the mass flow.
+//!
+//! Knows a tube, its gas and its walls at one moment. Knows neither readings nor what is uncertain.
 
 mod lanes;
 

@@ -1,4 +1,6 @@
 //! The steady state by Newton's method, and its derivatives by the implicit function theorem.
+//!
+//! Knows parameters at given values, and neither priors nor readings.
 
 mod tangent;
 
