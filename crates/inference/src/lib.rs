@@ -14,7 +14,7 @@ mod problem;
 mod sample;
 
 pub use assessment::{
-    AssessOptions, Assessment, ChainStage, EvidenceChain, Health, InferenceRecord, ModelCheck,
+    AssessOptions, Assessment, ChainStage, Draws, EvidenceChain, Health, InferenceRecord, ModelCheck,
     ParameterCheck, ParameterRecord, SimulatedCoverage, Surveyed, assess, survey,
 };
 pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, TrustRegion, minimise};

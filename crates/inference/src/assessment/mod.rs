@@ -15,6 +15,6 @@ mod surveyed;
 pub use assess::{AssessOptions, Assessment, assess};
 pub use chain::{ChainStage, EvidenceChain};
 pub use health::Health;
-pub use record::{InferenceRecord, ParameterRecord};
+pub use record::{Draws, InferenceRecord, ParameterRecord};
 pub use simulate::{ModelCheck, ParameterCheck, SimulatedCoverage};
 pub use surveyed::{Surveyed, survey};

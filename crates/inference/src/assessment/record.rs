@@ -1,13 +1,17 @@
-//! Results as files: one record per fitted model, as JSON.
+//! Results as files: one record per fitted model, as JSON, and draws for Python.
 
 use super::assess::Assessment;
 use super::health::Health;
-use crate::density::{Calls, Stop};
+use crate::density::{Calls, Gaussian, Stop};
+use crate::error::InferenceError;
 use crate::evidence::{Evidence, Laplace};
 use crate::fit::NoiseEstimate;
 use crate::problem::{Parameters, Prior};
-use rijke_numerics::Matrix;
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use rijke_numerics::{Matrix, Streams};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Everything that an inference found of one model, ready to be written as JSON by serde.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +55,15 @@ pub struct ParameterRecord {
     pub sd: Option<f64>,
 }
 
+/// Draws in the layout of `arviz.from_json`: group, then variable, then chain by draw.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Draws {
+    /// Draws of each physical parameter by name, one chain.
+    pub posterior: BTreeMap<String, [Vec<f64>; 1]>,
+    /// The method, for the reader.
+    pub posterior_attrs: BTreeMap<String, String>,
+}
+
 impl InferenceRecord {
     /// Collects what `assessment` found of the model called `model`.
     #[must_use]
@@ -77,6 +90,36 @@ impl InferenceRecord {
             stop: assessment.fit.stop.clone(),
             calls: assessment.fit.calls,
         }
+    }
+}
+
+impl Draws {
+    /// `count` draws from Laplace's Gaussian, as physical values.
+    ///
+    /// # Errors
+    /// [`InferenceError::Dense`] if the Hessian is not positive definite.
+    pub fn new(
+        parameters: &Parameters,
+        laplace: &Laplace,
+        count: usize,
+        streams: Streams,
+    ) -> Result<Self, InferenceError> {
+        let gaussian = Gaussian::from_hessian(&laplace.mean, 0.0, &laplace.hessian)?;
+        let mut stream = streams.stream("inference/draws");
+        let points: Vec<Vec<f64>> = (0..count)
+            .map(|_| {
+                let xi: Vec<f64> = (0..laplace.mean.len()).map(|_| stream.sample(StandardNormal)).collect();
+                parameters.physical(&gaussian.point(&xi)[..parameters.len()])
+            })
+            .collect();
+        let posterior = parameters
+            .list()
+            .iter()
+            .enumerate()
+            .map(|(i, p)| (p.name.clone(), [points.iter().map(|a| a[i]).collect()]))
+            .collect();
+        let method = [("method".to_owned(), "Laplace".to_owned())];
+        Ok(Self { posterior, posterior_attrs: method.into_iter().collect() })
     }
 }
 

@@ -123,6 +123,27 @@ fn oracle_leave_one_out_with_floated_noise_against_refits() {
 }
 
 #[test]
+fn exact_draws_have_the_layout_that_arviz_reads() {
+    let (model, data, parameters) = ringing();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let laplace = posterior.laplace(&posterior.map(&MapOptions::default()).unwrap()).unwrap();
+    let draws = Draws::new(&parameters, &laplace, 40, Streams::new(2)).unwrap();
+    // from_json wants group -> variable -> chains -> draws, and attributes as group_attrs.
+    let json: serde_json::Value = serde_json::to_value(&draws).unwrap();
+    let groups: Vec<&String> = json.as_object().unwrap().keys().collect();
+    assert_eq!(groups, ["posterior", "posterior_attrs"]);
+    let variables = json["posterior"].as_object().unwrap();
+    assert_eq!(variables.len(), 3);
+    for values in variables.values() {
+        let chains = values.as_array().unwrap();
+        assert_eq!(chains.len(), 1);
+        assert_eq!(chains[0].as_array().unwrap().len(), 40);
+        assert!(chains[0].as_array().unwrap().iter().all(serde_json::Value::is_f64));
+    }
+    assert!(json["posterior_attrs"].as_object().unwrap().values().all(serde_json::Value::is_string));
+}
+
+#[test]
 fn exact_records_survive_json() {
     let (model, data, parameters) = ringing();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
@@ -131,4 +152,9 @@ fn exact_records_survive_json() {
     let back: InferenceRecord = serde_json::from_str(&serde_json::to_string(&record).unwrap()).unwrap();
     assert_eq!(back.parameters, record.parameters);
     assert_eq!(back.evidence, record.evidence);
+    let laplace = assessment.laplace.unwrap();
+    let draws = Draws::new(&parameters, &laplace, 2000, Streams::new(2)).unwrap();
+    let amplitude = &draws.posterior["amplitude"][0];
+    let mean = amplitude.iter().map(|a| a.ln()).sum::<f64>() / 2000.0;
+    assert!((mean - laplace.mean[0]).abs() < 4.0 * (laplace.covariance[(0, 0)] / 2000.0).sqrt());
 }
