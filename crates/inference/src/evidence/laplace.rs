@@ -110,8 +110,10 @@ impl Posterior<'_> {
         let (p, keep) = (self.parameters().len(), self.integrated());
         let (gauss_newton, curvature, prior) =
             (parts.gauss_newton.select(&keep), parts.curvature.select(&keep), parts.prior.select(&keep));
+        // Equation (6): A is the Hessian of J.
         let hessian = gauss_newton.plus(1.0, &curvature).plus(1.0, &prior);
         let factor = Cholesky::new(&hessian).map_err(|_| self.no_laplace(&hessian, &keep))?;
+        // Equation (9), its second factor.
         let ln_occam = parts.ln_prior - 0.5 * factor.ln_det() + 0.5 * keep.len() as f64 * (2.0 * PI).ln();
         let evidence = Evidence {
             ln_best_fit: parts.ln_likelihood,
