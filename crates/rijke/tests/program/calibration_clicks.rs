@@ -169,22 +169,27 @@ fn message_clicks_that_the_sampling_rate_cuts_off() {
 #[test]
 #[ignore = "long: 8 frequencies, 3 ends, 24 seeds, 2 sampling rates"]
 fn coverage_of_calibration_clicks_in_the_laboratorys_tube() {
+    let mut wrong = Vec::new();
     for (slow, highest) in [(false, 4000.0), (true, 2000.0)] {
         for end in [End::Own, End::Flanged, End::Lossy] {
             for hz in [500.0, 600.0, 800.0, 1000.0, 1500.0, 2000.0, 3000.0, 4000.0] {
                 if hz <= highest {
-                    table(hz, end, slow);
+                    wrong.extend(table(hz, end, slow));
                 }
             }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// Prints and judges one kind of click.
-fn table(hz: f64, end: End, slow: bool) {
+/// Prints one kind of click, and names what is not covered.
+fn table(hz: f64, end: End, slow: bool) -> Vec<String> {
+    let mut wrong = Vec::new();
     let (found, refused, reason) = calibrations(hz, end, 24, slow);
     println!("{end:?}, {hz} Hz, {}: {refused} refused {reason}", if slow { "10 kHz" } else { "62.5 kHz" });
-    assert_eq!(refused, 0);
+    if refused > 0 {
+        wrong.push(format!("{end:?}, {hz} Hz: {reason}"));
+    }
     for (i, name, unit) in [(0, "delay, us", 1e6), (1, "gain, %", 100.0)] {
         for m in (0..8).filter(|m| *m != REFERENCE) {
             let [rms, one, two, error, sd] = summary(&found, m, i);
@@ -194,7 +199,10 @@ fn table(hz: f64, end: End, slow: bool) {
                 m + 1
             );
             // 24 errors of which some are common to all seeds.
-            assert!(rms < 1.5 && two > 79.0, "{end:?}, {hz} Hz, microphone {}", m + 1);
+            if !(rms < 1.5 && two > 79.0) {
+                wrong.push(format!("{end:?}, {hz} Hz, {name} of {}: {rms}", m + 1));
+            }
         }
     }
+    wrong
 }

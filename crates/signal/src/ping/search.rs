@@ -74,8 +74,7 @@ impl Search<'_> {
                     components.remove(weakest(self.decimated(early).white(), &components));
                 }
                 Ok(solution) => {
-                    let no_mode = |s: C64| s.re >= 0.0 || !self.may_be_mode(s);
-                    match (1..count).find(|&k| no_mode(solution.components[k].s)) {
+                    match (1..count).find(|&k| self.is_no_mode(solution.components[k].s)) {
                         Some(k) => drop(components.remove(k)),
                         None => return Ok(solution),
                     }
@@ -83,6 +82,15 @@ impl Search<'_> {
                 Err(fault) => return Err(fault),
             }
         }
+    }
+
+    /// Whether all neighbours are modes that decay.
+    pub(crate) fn are_modes(&self, components: &[Component]) -> bool {
+        (1..modes(components)).all(|k| !self.is_no_mode(components[k].s))
+    }
+
+    fn is_no_mode(&self, s: C64) -> bool {
+        s.re >= 0.0 || !self.may_be_mode(s)
     }
 
     fn decimated(&self, early: White<'_>) -> Decimated {

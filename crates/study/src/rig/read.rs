@@ -20,6 +20,7 @@ use crate::source::{Outcome, Source, listed};
 use crate::{Campaign, Problem};
 use rijke_formula::{Kind as NameKind, Name, Scope};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
@@ -45,9 +46,34 @@ pub(super) struct File {
     unknown: Parameters,
     #[serde(default)]
     base: BaseNumbers,
-    /// How records are taken: for the readers of records.
-    #[serde(default, rename = "recording")]
-    _recording: Table,
+    #[serde(default)]
+    recording: Recording,
+}
+
+/// How records are taken and fitted; all but the last is for the laboratory.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Recording {
+    #[serde(rename = "ping_rate_hz")]
+    _ping_rate_hz: Option<IgnoredAny>,
+    #[serde(rename = "click_rate_hz")]
+    _click_rate_hz: Option<IgnoredAny>,
+    #[serde(rename = "arrival_setting_sd_s")]
+    _arrival_setting_sd_s: Option<IgnoredAny>,
+    ping_decay_times: Option<Spanned<f64>>,
+}
+
+impl Recording {
+    /// Decay times of a ring-down that the fit of a ping uses.
+    fn decay_times(&self) -> Outcome<Option<f64>> {
+        let Some(times) = &self.ping_decay_times else { return Ok(None) };
+        let (at, value) = (times.span(), *times.get_ref());
+        if (2.0..=16.0).contains(&value) {
+            return Ok(Some(value));
+        }
+        let need = "from 2 to 16 decay times: leave it out for 7, or take less if what comes late is not free decay";
+        Err((at, Problem::Value { key: "ping_decay_times".into(), value: value.to_string(), need }))
+    }
 }
 
 /// Numbers that base states bring for laws, with their units.
@@ -235,6 +261,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         scope: reading.scope,
         factors,
         brought,
+        ping_decay_times: file.recording.decay_times()?,
         search_is_stated: search.frequency_hz.is_some(),
         search: [search.growth_rate.unwrap_or([-500.0, 500.0]), hertz],
     })
