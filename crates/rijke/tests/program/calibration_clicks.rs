@@ -1,5 +1,5 @@
-//! Calibration clicks of other frequencies than the laboratory's own, in tubes whose end is another one than the
-//! fit expects: how often gains and delays lie within what is stated.
+//! Calibration clicks of other frequencies than the laboratory's own, in tubes whose end is another one than
+//! the fit expects: how often gains and delays lie within what is stated.
 
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;

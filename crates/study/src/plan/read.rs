@@ -1,5 +1,7 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
+use super::ids::{known_stage, short_id};
+use super::maps::MapFile;
 use super::questions::Asked;
 use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
@@ -24,6 +26,8 @@ struct File {
     responses: Vec<Spanned<crate::responses::ResponseStage>>,
     #[serde(default, rename = "ask")]
     asked: Vec<Spanned<Asked>>,
+    #[serde(default)]
+    map: Vec<Spanned<MapFile>>,
     cost: Option<Spanned<CostFile>>,
 }
 
@@ -210,6 +214,7 @@ impl Plan {
             stages: Vec::new(),
             responses: Vec::new(),
             questions: Vec::new(),
+            maps: Vec::new(),
             cost: cost.transpose()?,
         };
         for stage in file.stage {
@@ -237,33 +242,23 @@ impl Plan {
             let question = asked.into_inner().question(rig, campaign).map_err(fail)?;
             short_id(&question.id).map_err(fail)?;
             known_stage(&plan, &question.stage).map_err(fail)?;
-            let taken = plan.questions.iter().map(|q| &q.id).chain(plan.stages.iter().map(|s| &s.id));
-            if taken.into_iter().any(|id| *id == question.id) {
-                return Err(fail(StudyProblem::Duplicate { what: "stage or question", name: question.id }));
+            if plan.answers().any(|id| *id == question.id) {
+                return Err(fail(StudyProblem::Duplicate {
+                    what: "stage, question or map",
+                    name: question.id,
+                }));
             }
             let check = Check { rig, campaign, catalogue };
             check.question(&question, &plan).map_err(fail)?;
             plan.questions.push(question);
         }
+        for map in file.map {
+            let at = map.span().start;
+            let map = map.into_inner().question(&plan, campaign);
+            plan.maps.push(map.map_err(|problem| source.fail(at, problem))?);
+        }
         Ok(plan)
     }
-}
-
-/// An id names files.
-fn short_id(id: &str) -> Result<(), StudyProblem> {
-    const LONGEST: usize = 100;
-    let (key, value) = ("id".to_owned(), id.chars().take(20).collect::<String>() + "...");
-    let need = "at most 100 characters without / and \\, and no path; it names files";
-    let path = id.contains(['/', '\\']) || id.chars().any(char::is_control) || [".", ".."].contains(&id);
-    if id.len() > LONGEST || path { Err(StudyProblem::Value { key, value, need }) } else { Ok(()) }
-}
-
-fn known_stage(plan: &Plan, id: &str) -> Result<(), StudyProblem> {
-    if plan.stage(id).is_some() {
-        return Ok(());
-    }
-    let known = listed(plan.stages.iter().map(|s| s.id.as_str()));
-    Err(StudyProblem::Unknown { what: "earlier stage", name: id.to_owned(), known })
 }
 
 fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), StudyProblem> {
