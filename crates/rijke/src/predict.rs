@@ -1,6 +1,7 @@
 //! `rijke predict`: what a trained model says of operating points, measured or not.
 
 use crate::{
+    csv_table::csv_table,
     failure::{Classify, Failure},
     figure,
     flow::foresee,
@@ -181,7 +182,6 @@ pub(crate) fn values(flag: &str, text: &str) -> Result<BTreeMap<String, f64>, Fa
 }
 
 fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
-    let mut table = csv::Writer::from_writer(Vec::new());
     let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print()));
     let numbers = [
         "growth_rate [1/s]",
@@ -212,8 +212,7 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         .chain(factors)
         .chain(numbers.map(String::from))
         .chain(averaged.iter().map(|n| (*n).to_owned()));
-    table.write_record(head).or_failed()?;
-    for f in found {
+    let row = |f: &Forecast| {
         let factors = f.factors.iter().map(|v| v.map_or(String::new(), |v| v.to_string()));
         let numbers = f.growth_rate.iter().chain(&f.angular_frequency).map(|v| format!("{v:.6}"));
         let mode = several.then(|| f.mode.clone());
@@ -223,9 +222,7 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         let all = f.averaged.as_ref().map(over).unwrap_or_else(|| vec![f64::NAN; averaged.len()]);
         let cell = |v: f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
         let averaged = all.into_iter().take(averaged.len()).map(cell);
-        let row = row.chain([format!("{:.6}", f.unstable)]).chain(other).chain(averaged);
-        table.write_record(row).or_failed()?;
-    }
-    let bytes = table.into_inner().map_err(|e| Failure::failed(e.to_string()))?;
-    String::from_utf8(bytes).or_failed()
+        row.chain([format!("{:.6}", f.unstable)]).chain(other).chain(averaged).collect()
+    };
+    csv_table(std::iter::once(head.collect()).chain(found.iter().map(row)))
 }
