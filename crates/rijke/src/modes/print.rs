@@ -89,6 +89,12 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
     if !lines.is_empty() {
         ui.say(table.to_string());
         ui.say("The columns between growth and condition are its parts, in 1/s; they add up to it.");
+        let ruled = lines.iter().filter_map(|l| l.by_the_rule_of_oscilos);
+        let ruled: Vec<String> =
+            ruled.map(|[frequency, growth]| format!("{frequency:.4} Hz {growth:+.4} 1/s")).collect();
+        if !ruled.is_empty() {
+            ui.say(format!("With open ends by OSCILOS_lite's own rule: {}.", ruled.join(", ")));
+        }
     }
     let poles = if modes.poles > 0 {
         format!(
