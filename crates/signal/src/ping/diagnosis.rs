@@ -72,10 +72,7 @@ pub(crate) fn still_driven(
     let tone_now = found.components[1].s.im;
     // A mode that hardly decays is no leak.
     let apart = 2.0 * TAU / (FORCED.min(forcing.rows() as f64 * white.step));
-    if lasts < 1.5
-        || (tone_now - omega).abs() > apart
-        || energy < needed * found.variance().max(1.0)
-    {
+    if lasts < 1.5 || (tone_now - omega).abs() > apart || energy < needed * found.variance().max(1.0) {
         return None;
     }
     let share = size(&found.amplitudes[1]) / forced;

@@ -73,12 +73,10 @@ impl Search<'_> {
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(self.decimated(early).white(), &components));
                 }
-                Ok(solution) => {
-                    match (1..count).find(|&k| self.is_no_mode(solution.components[k].s)) {
-                        Some(k) => drop(components.remove(k)),
-                        None => return Ok(solution),
-                    }
-                }
+                Ok(solution) => match (1..count).find(|&k| self.is_no_mode(solution.components[k].s)) {
+                    Some(k) => drop(components.remove(k)),
+                    None => return Ok(solution),
+                },
                 Err(fault) => return Err(fault),
             }
         }

@@ -71,7 +71,8 @@ impl Recording {
         if (2.0..=16.0).contains(&value) {
             return Ok(Some(value));
         }
-        let need = "from 2 to 16 decay times: leave it out for 7, or take less if what comes late is not free decay";
+        let need =
+            "from 2 to 16 decay times: leave it out for 7, or take less if what comes late is not free decay";
         Err((at, Problem::Value { key: "ping_decay_times".into(), value: value.to_string(), need }))
     }
 }
