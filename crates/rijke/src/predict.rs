@@ -2,7 +2,7 @@
 
 use crate::{
     csv_table::csv_table,
-    failure::{Classify, Failure},
+    failure::Failure,
     figure,
     flow::foresee,
     map,

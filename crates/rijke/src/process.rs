@@ -5,6 +5,7 @@ mod excited;
 mod made;
 mod plot;
 mod stated;
+mod switched;
 
 use crate::{
     failure::{Classify, Failure},

@@ -57,6 +57,7 @@ pub fn click_options(
             pace_sd: if point.is_some_and(|p| p.power > 0.0) { 0.2 } else { 0.0 },
             dispersion: positions.iter().map(|x| 2.0 * (way(rig.tube.length) - way(*x))).collect(),
         }),
+        leaning: point.is_none(),
         ..options.clone()
     }
 }

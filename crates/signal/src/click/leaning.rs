@@ -43,7 +43,7 @@ impl Model {
     /// that takes [`TAKEN`].
     pub(super) fn leaning(&self, segment: &Segment, rows: &Rows, inverse: &Matrix) -> Vec<Vec<[f64; 2]>> {
         let channels = self.times.len();
-        let Some(reflection) = self.known_end() else { return Vec::new() };
+        let Some(reflection) = self.known_end().filter(|_| self.options.leaning) else { return Vec::new() };
         let longer = |ka: f64| unflanged(ka) * C64::from_polar(1.0, -2.0 * ka * LONGER);
         let ends: [&dyn Fn(f64) -> C64; 3] = [&longer, &flanged, &|ka| (1.0 - TAKEN) * unflanged(ka)];
         let error = |end: &dyn Fn(f64) -> C64| -> Vec<[f64; 2]> {

@@ -19,6 +19,9 @@ pub struct ClickOptions {
     pub dispersion: Vec<f64>,
     /// The first reflection, if there is one that may overlap the impulse.
     pub reflection: Option<Reflection>,
+    /// Whether to say how far times and gains lean on what is not known of the end ([`ClickFit::leaning`]),
+    /// as a calibration needs.
+    pub leaning: bool,
 }
 
 /// What is known beforehand about the first reflection, such as that at the far end of a tube.
@@ -50,6 +53,7 @@ impl Default for ClickOptions {
             window: (0.8e-3, 0.8e-3),
             dispersion: Vec::new(),
             reflection: None,
+            leaning: true,
         }
     }
 }

@@ -195,14 +195,13 @@ fn fit_whitened(
     let white = White { samples: &samples, channels, step };
     let envelope = Envelope::new(white, options.band_hz)?;
     let search = Search { options, harmonics };
-    let need = 10 * envelope.block;
+    let need = envelope.least_rows(step);
     let early = |from: usize| white.slice(from, from + (EARLY / step) as usize);
     let too_short = |first: usize| Fault::ShortDecay {
         have: white.rows().saturating_sub(first) as f64 * step,
         need: need as f64 * step,
         frequency_hz: envelope.omega / std::f64::consts::TAU,
     };
-    // A tail shorter than this cannot be told from forcing that fades.
     let safe = envelope.safe_start();
     if white.rows() < safe + need && envelope.regrowth().is_none() {
         return Err(too_short(safe));

@@ -117,6 +117,31 @@ fn coverage_of_tails_of_all_lengths_over_200_seeds() {
     check(&tails(200, &[0.3, 0.5, 1.0, 2.0, 3.0, 6.0]));
 }
 
+/// Why rigs without a fault are refused, by the first words of the reason.
+#[test]
+#[ignore = "a count: 200 records at each of two settings"]
+fn coverage_reasons_for_which_sound_rigs_are_refused() {
+    for (coast, tail) in [(0.0, 6.0), (0.003, 6.0)] {
+        let rig = |seed| Driven { coast, ..any(seed, tail) };
+        let tally = Tally::of(200, rig, |seed, driven| driven.fit(seed));
+        tally.show(&format!("at rest after {} ms", 1e3 * coast));
+        for seed in 0..200 {
+            let driven = rig(seed);
+            if let Err(fault) = driven.fit(seed) {
+                let (mode_hz, tail) = (driven.modes[0].0.im / TAU, driven.end - driven.switched[0].1);
+                println!(
+                    "{:.1} periods, {:.0} samples, {mode_hz:.0} Hz, {} modes, {} channels: {fault}",
+                    tail * mode_hz,
+                    tail * driven.rate_hz,
+                    driven.modes.len(),
+                    driven.channels
+                );
+            }
+        }
+        assert!(tally.used > 150, "{} used", tally.used);
+    }
+}
+
 #[test]
 fn behaviour_a_record_that_ends_80_ms_after_the_forcing_says_so() {
     let short = Driven { end: 1.13, ..Driven::tube() };
