@@ -4,6 +4,7 @@
 mod delayed;
 #[path = "../common/folder.rs"]
 mod folder;
+mod installations;
 #[path = "../common/tube.rs"]
 mod tube;
 

@@ -7,6 +7,7 @@
 //! a direction what the parameters can do as well. At the fit P times the residual from the prior mean is
 //! C^-1 r, with r the residual of the fit.
 
+mod causes;
 mod few;
 mod left_out;
 mod moved;
@@ -15,6 +16,7 @@ use crate::covariance::dense_enough;
 use crate::{Fit, InferenceError, Laplace, NoiseMode, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, Stream, dot, symmetric_eigen};
 
+pub use causes::Causes;
 pub use few::{Few, student};
 pub use left_out::LeftOut;
 pub use moved::Moved;
