@@ -1,6 +1,7 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
 use super::questions::Asked;
+use super::stands::{counted_once, known_ground, known_stage};
 use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
@@ -16,8 +17,7 @@ struct File {
     name: String,
     #[serde(default)]
     question: String,
-    #[serde(default)]
-    base: BaseChoice,
+    base: Option<Spanned<BaseChoice>>,
     #[serde(default)]
     stage: Vec<Spanned<StageFile>>,
     #[serde(default)]
@@ -117,8 +117,7 @@ struct StageFile {
     rows: Vec<Vec<String>>,
     #[serde(default)]
     hold: BTreeMap<String, f64>,
-    #[serde(default = "three")]
-    decides: f64,
+    decides: Option<f64>,
     #[serde(default)]
     prefer: Prefer,
     #[serde(default)]
@@ -133,9 +132,7 @@ struct StageFile {
 }
 
 /// Three nats are odds of twenty to one.
-fn three() -> f64 {
-    3.0
-}
+const THREE: f64 = 3.0;
 
 #[derive(Default, Deserialize)]
 #[serde(untagged)]
@@ -177,16 +174,18 @@ impl Plan {
         catalogue: &Catalogue,
     ) -> Result<Self, StudyError> {
         let file: File = source.toml()?;
-        let base = match file.base {
+        let base_at = file.base.as_ref().map_or(0, |base| base.span().start);
+        let base = match file.base.map(Spanned::into_inner).unwrap_or_default() {
             BaseChoice::Ambient => Base::Ambient,
             BaseChoice::Rig => Base::Rig,
             BaseChoice::States(points) => {
-                points.check(campaign).map_err(|problem| source.fail(0, problem))?;
+                points.check(campaign).map_err(|problem| source.fail(base_at, problem))?;
                 Base::States(points)
             }
             BaseChoice::HeatedFlow(heated) => {
                 let check = Check { rig, campaign, catalogue };
-                check.heated(&heated).map_err(|problem| source.fail(0, problem))?;
+                let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
+                check.heated(&heated).map_err(fail)?;
                 Base::HeatedFlow(heated)
             }
         };
@@ -208,12 +207,6 @@ impl Plan {
             questions: Vec::new(),
             cost: cost.transpose()?,
         };
-        for stage in file.stage {
-            let at = stage.span().start;
-            let check = Check { rig, campaign, catalogue };
-            let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
-            plan.stages.push(stage);
-        }
         for stage in file.responses {
             let at = stage.span().start;
             let stage = stage.into_inner();
@@ -224,6 +217,12 @@ impl Plan {
                 .map_err(|problem| source.fail(at, problem))?;
             plan.responses.push(stage);
         }
+        for stage in file.stage {
+            let at = stage.span().start;
+            let check = Check { rig, campaign, catalogue };
+            let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
+            plan.stages.push(stage);
+        }
         if plan.stages.is_empty() && plan.responses.is_empty() {
             return Err(source.fail(0, Problem::Empty { what: "stage", need: "add a [[stage]]" }));
         }
@@ -233,7 +232,8 @@ impl Plan {
             let question = asked.into_inner().question(rig, campaign).map_err(fail)?;
             short_id(&question.id).map_err(fail)?;
             known_stage(&plan, &question.stage).map_err(fail)?;
-            let taken = plan.questions.iter().map(|q| &q.id).chain(plan.stages.iter().map(|s| &s.id));
+            let stages = plan.stages.iter().map(|s| &s.id).chain(plan.responses.iter().map(|s| &s.id));
+            let taken = plan.questions.iter().map(|q| &q.id).chain(stages);
             if taken.into_iter().any(|id| *id == question.id) {
                 return Err(fail(Problem::Duplicate { what: "stage or question", name: question.id }));
             }
@@ -252,14 +252,6 @@ fn short_id(id: &str) -> Result<(), Problem> {
     let need = "at most 100 characters without / and \\, and no path; it names files";
     let path = id.contains(['/', '\\']) || id.chars().any(char::is_control) || [".", ".."].contains(&id);
     if id.len() > LONGEST || path { Err(Problem::Value { key, value, need }) } else { Ok(()) }
-}
-
-fn known_stage(plan: &Plan, id: &str) -> Result<(), Problem> {
-    if plan.stage(id).is_some() {
-        return Ok(());
-    }
-    let known = listed(plan.stages.iter().map(|s| s.id.as_str()));
-    Err(Problem::Unknown { what: "earlier stage", name: id.to_owned(), known })
 }
 
 fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), Problem> {
@@ -292,37 +284,41 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn heated(&self, heated: &HeatedFlow) -> Result<(), Problem> {
+    /// The key that is wrong, and what is wrong with it.
+    fn heated(&self, heated: &HeatedFlow) -> Result<(), (&'static str, Problem)> {
         for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
-            let factor = &self.campaign.factors[self.campaign.known_factor(name)?];
+            let factor = self.campaign.known_factor(name).map_err(|problem| (key, problem))?;
+            let factor = &self.campaign.factors[factor];
             // A factor without a unit in its heading is taken as it is.
             if factor.stated {
-                let key = format!("base.heated-flow.{key} = {name}");
-                factor.shown.of(wanted).map_err(|source| Problem::Unit { key, source })?;
+                let full = format!("base.heated-flow.{key} = {name}");
+                factor.shown.of(wanted).map_err(|source| (key, Problem::Unit { key: full, source }))?;
             }
         }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
-                let (key, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
-                return Err(Problem::Value { key, value, need: "[mean, standard deviation], both positive" });
+                let (full, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
+                let need = "[mean, standard deviation], both positive";
+                return Err((key, Problem::Value { key: full, value, need }));
             }
         }
         if self.rig.part(&heated.at).is_none() {
             let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
-            return Err(Problem::Unknown { what: "part", name: heated.at.clone(), known });
+            return Err(("at", Problem::Unknown { what: "part", name: heated.at.clone(), known }));
         }
         Ok(())
     }
 
     fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, Problem> {
         short_id(&file.id)?;
-        if plan.stage(&file.id).is_some() {
+        if plan.stage(&file.id).is_some() || plan.response(&file.id).is_some() {
             return Err(Problem::Duplicate { what: "stage", name: file.id });
         }
         file.points.check(self.campaign)?;
         let on = file.on.list();
         let heard_through = file.heard_through.list();
-        on.iter().chain(&heard_through).try_for_each(|id| known_stage(plan, id))?;
+        on.iter().try_for_each(|id| known_ground(plan, id))?;
+        heard_through.iter().try_for_each(|id| known_stage(plan, id))?;
         file.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
         let compete = file.compete.list();
         for role in &compete {
@@ -341,11 +337,14 @@ impl Check<'_> {
             self.noise(noise, plan)?;
         }
         self.rig.microphones.have(&file.microphones)?;
-        if !(file.decides >= 0.0 && file.decides.is_finite()) {
-            let (key, value) = ("decides".into(), file.decides.to_string());
+        // Models that responses leave open are not decided here by less.
+        let open = on.iter().filter_map(|id| plan.response(id)).map(|r| r.decides).fold(THREE, f64::max);
+        let decides = file.decides.unwrap_or(open);
+        if !(decides >= 0.0 && decides.is_finite()) {
+            let (key, value) = ("decides".into(), decides.to_string());
             return Err(Problem::Value { key, value, need: "a number of nats, zero or more" });
         }
-        Ok(Stage {
+        let stage = Stage {
             title: file.title.unwrap_or_else(|| file.id.clone()),
             id: file.id,
             points: file.points,
@@ -357,14 +356,16 @@ impl Check<'_> {
             among: file.among,
             rows: file.rows,
             hold: file.hold,
-            decides: file.decides,
+            decides,
             prefer: file.prefer,
             noise: file.noise,
             noise_of_predictions: file.noise_of_predictions,
             base_errors: file.base_errors,
             channels: file.channels,
             microphones: file.microphones,
-        })
+        };
+        counted_once(plan, &stage)?;
+        Ok(stage)
     }
 
     fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), Problem> {
