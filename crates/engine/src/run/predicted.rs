@@ -16,8 +16,9 @@ pub struct Forecast {
     pub growth_rate: [f64; 3],
     /// Angular frequency, rad/s, likewise.
     pub angular_frequency: [f64; 3],
-    /// Probability that the growth rate of this mode is above zero, taken as normal, without the noise of a
-    /// measurement.
+    /// Probability that the growth rate of this mode is above zero, taken as normal, with the deviation of the
+    /// model and the misfit that its training found ([`Misfit::of_growth`](crate::Misfit::of_growth)), without
+    /// the errors of a measurement.
     pub unstable: f64,
     /// The same averaged over the models that the evidence leaves open, where it does.
     pub averaged: Option<Averaged>,
