@@ -299,8 +299,11 @@ impl<'a> Asked<'a> {
             }
         }
         // Of modes that met, neither label is known to be the right one.
-        let met = |u: &Unpredicted| matches!(u.why, EngineError::ModesMet { .. });
-        forecasts.retain(|f| !failures.iter().any(|u| u.point == f.point && met(u)));
+        let met = |u: &Unpredicted, f: &Forecast| match &u.why {
+            EngineError::ModesMet { first, .. } => u.point == f.point && *first == f.mode,
+            _ => false,
+        };
+        forecasts.retain(|f| !failures.iter().any(|u| met(u, f)));
         (forecasts, failures)
     }
 
