@@ -11,6 +11,7 @@ mod response_study;
 mod stability;
 mod study;
 
+pub use draw::escape;
 pub use error::ReportError;
 pub use gallery::gallery;
 pub use modes::{ModeCurves, ModesFigure};

@@ -83,7 +83,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return Err(wrong(left_out.swap_remove(0).why));
     }
     for assumed in &model.assumes {
-        let search = if study.plan.responses.is_empty() { "; `rijke search` weighs all combinations" } else { "" };
+        let search =
+            if study.plan.responses.is_empty() { "; `rijke search` weighs all combinations" } else { "" };
         ui.note(format!("warning: this model stands on what is not decided: {assumed}{search}"));
     }
     warn_of_missing(dir, &stage.id, ui);

@@ -44,8 +44,8 @@ pub(crate) fn run(
     ui: &Ui,
 ) -> Result<(), Failure> {
     let dir = study.folder.clone();
-    if trust.has_referee() {
-        return Err(Failure::bad_input("--referee: the stages of this study train on responses, whose evidence has no referee")
+    if trust.has_sampler() {
+        return Err(Failure::bad_input("--sampler: the stages of this study train on responses, whose evidence has no sampler")
             .at(&dir)
             .remedy("Leave it out; `checked = true` in a stage of study.toml looks for further maxima and checks the evidence."));
     }
@@ -70,8 +70,8 @@ pub(crate) fn before_modes(
     results: &Path,
     ui: &Ui,
 ) -> Result<(Vec<ResponseStageRecord>, Vec<Ground>), Failure> {
-    if trust.has_referee() {
-        ui.note("--referee judges the stages of modes alone: evidence of responses has no referee");
+    if trust.has_sampler() {
+        ui.note("--sampler judges the stages of modes alone: evidence of responses has no sampler");
     }
     let found = trained(study, trust, &results.join(BESIDE_MODES), ui)?;
     found.0.iter().for_each(|stage| table(ui, stage));

@@ -9,7 +9,7 @@
 use super::Scatter;
 use crate::noise::{BETWEEN, MEASURED, NONE, UNITS};
 use crate::observed::{Observed, Used};
-use crate::{Knowledge, Trained, Training};
+use crate::{NamedGaussian, Trained, Training};
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::Matrix;
 
@@ -149,7 +149,7 @@ impl Assemblies {
 
 impl Learned {
     /// `known` of the parameters, and this.
-    pub(crate) fn beside(&self, known: Knowledge) -> Knowledge {
+    pub(crate) fn beside(&self, known: NamedGaussian) -> NamedGaussian {
         let p = known.names.len();
         let covariance = Matrix::from_fn(p + self.names.len(), p + self.names.len(), |i, j| {
             match (i.checked_sub(p), j.checked_sub(p)) {
@@ -159,7 +159,7 @@ impl Learned {
                 (Some(k), Some(l)) => self.covariance[(k, l)],
             }
         });
-        Knowledge {
+        NamedGaussian {
             names: known.names.into_iter().chain(self.names.iter().cloned()).collect(),
             mean: known.mean.into_iter().chain(self.mean.iter().copied()).collect(),
             covariance,

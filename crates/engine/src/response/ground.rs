@@ -5,7 +5,7 @@ use super::predict::Load;
 use super::record::{ResponseModelRecord, ResponseStageRecord};
 use crate::noise::{Added, LawError};
 use crate::run::EvidenceRecord;
-use crate::{EngineError, Knowledge};
+use crate::{EngineError, NamedGaussian};
 use rijke_inference::NoiseEstimate;
 use rijke_numerics::Matrix;
 use rijke_study::Study;
@@ -53,10 +53,10 @@ impl Ground {
     /// Of a stage and what was learned of each of its models, in its order; `assumes` are what it stands on.
     pub(super) fn of(
         stage: &ResponseStageRecord,
-        found: Vec<Option<(Knowledge, Option<LawError>)>>,
+        found: Vec<Option<(NamedGaussian, Option<LawError>)>>,
         assumes: Vec<String>,
     ) -> Self {
-        let model = |(m, found): (&ResponseModelRecord, Option<(Knowledge, Option<LawError>)>)| {
+        let model = |(m, found): (&ResponseModelRecord, Option<(NamedGaussian, Option<LawError>)>)| {
             let (known, law) = found?;
             let n = known.names.len();
             Some(GroundModel {
@@ -123,7 +123,7 @@ impl GroundModel {
     ///
     /// # Errors
     /// [`EngineError::Damaged`] if its lists do not fit together.
-    pub(crate) fn knowledge(&self, stage: &str) -> Result<Knowledge, EngineError> {
+    pub(crate) fn gaussian(&self, stage: &str) -> Result<NamedGaussian, EngineError> {
         let n = self.names.len();
         let whole = self.mean.len() == n
             && self.covariance.len() == n
@@ -131,7 +131,7 @@ impl GroundModel {
         if !whole {
             return Err(EngineError::Damaged { stage: stage.to_owned() });
         }
-        Ok(Knowledge {
+        Ok(NamedGaussian {
             names: self.names.clone(),
             mean: self.mean.clone(),
             covariance: Matrix::from_fn(n, n, |i, j| self.covariance[i][j]),

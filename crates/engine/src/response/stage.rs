@@ -9,9 +9,9 @@ use super::residual::left;
 use super::rows::{Row, rows_of};
 use super::select::{self, Selected};
 use super::train::Training;
-use crate::run::{EvidenceRecord, ParameterRecord, conditions_at};
+use crate::run::{EvidenceRecord, TrainedParameter, conditions_at};
 use crate::shape::ShapeModel;
-use crate::{Assembly, Conditions, EngineError, Knowledge, LawError};
+use crate::{Assembly, Conditions, EngineError, LawError, NamedGaussian};
 use rijke_inference::Parameters;
 use rijke_numerics::C64;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
@@ -33,12 +33,12 @@ pub struct ResponseRun {
     pub(super) study: Study,
     pub(super) observed: Observed,
     /// What every stage before found, with the candidates that it chose.
-    known: BTreeMap<String, (BTreeMap<String, String>, Knowledge)>,
+    known: BTreeMap<String, (BTreeMap<String, String>, NamedGaussian)>,
     grounds: Vec<Ground>,
 }
 
 /// What a row found that stages after it need: the posterior, and the misfit of its law.
-type Learned = Option<(Knowledge, Option<LawError>)>;
+type Learned = Option<(NamedGaussian, Option<LawError>)>;
 
 impl ResponseRun {
     /// A study with its responses.
@@ -64,9 +64,9 @@ impl ResponseRun {
         let chosen = self.known.iter().map(|(id, (choice, _))| (id.clone(), choice.clone())).collect();
         let rows = rows_of(&self.study, &stage, &chosen);
         for row in &rows {
-            let (record, knowledge) = self.row(&stage, row, &data)?;
+            let (record, gaussian) = self.row(&stage, row, &data)?;
             models.push(record);
-            found.push(knowledge);
+            found.push(gaussian);
         }
         let best = (0..models.len())
             .filter(|k| found[*k].is_some())
@@ -158,7 +158,7 @@ impl ResponseRun {
             observations: measured.iter().map(|m| m.values.len()).sum(),
         });
         let covariance = &laplace.physical_covariance;
-        let parameter = |(i, p)| ParameterRecord::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
+        let parameter = |(i, p)| TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
         record.parameters = assembly.parameters().iter().enumerate().map(parameter).collect();
         record.noise.clone_from(&fit.noise);
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
@@ -211,7 +211,7 @@ impl ResponseRun {
         record.remark = Some(remarks.join("; ")).filter(|r| !r.is_empty());
         let names = parameters.list().iter().map(|p| p.name.clone()).collect();
         let knowledge =
-            Knowledge { names, mean: fit.parameters.clone(), covariance: laplace.physical_covariance };
+            NamedGaussian { names, mean: fit.parameters.clone(), covariance: laplace.physical_covariance };
         let law = law_error(&self.study, &row.choice, &responses.loads, &fit.noise);
         Ok((record, Some((knowledge, law))))
     }

@@ -3,7 +3,7 @@
 
 use super::course::{Choice, Chosen, Run, StandsOn};
 use super::rows::Row;
-use crate::{EngineError, Knowledge, Observed};
+use crate::{EngineError, NamedGaussian, Observed};
 use rijke_study::plan::Stage;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -37,10 +37,10 @@ impl<'a> Earlier<'a> {
         let heard = stage.heard_through.iter().map(|id| self.key(id, &Choice::new()));
         let mut keys: Vec<Key> = on.chain(heard).collect::<Result<_, _>>()?;
         let trained_before = keys.len();
-        let mut measured: Vec<Knowledge> = Vec::new();
+        let mut measured: Vec<NamedGaussian> = Vec::new();
         for (k, ground) in grounds.into_iter().filter_map(|id| self.run.ground(id)).enumerate() {
             let model = ground.with(choice, &stage.id)?;
-            measured.push(model.knowledge(&ground.id)?);
+            measured.push(model.gaussian(&ground.id)?);
             // No place of a stage of modes.
             keys.push((usize::MAX - k, model.candidates.clone()));
         }
@@ -49,7 +49,7 @@ impl<'a> Earlier<'a> {
         }
         let trained: Vec<Chosen> =
             keys[..trained_before].iter().map(|key| self.trained(key)).collect::<Result<_, _>>()?;
-        let mut known: Vec<Knowledge> = trained.iter().map(|c| c.trained.knowledge()).collect();
+        let mut known: Vec<NamedGaussian> = trained.iter().map(|c| c.trained.gaussian()).collect();
         let mut points = points.to_vec();
         if !stage.channels {
             for known in &known {

@@ -10,7 +10,7 @@ use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_numerics::{C64, Cholesky, Matrix};
 use rijke_rig::DataKind;
 use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
-use rijke_study::{Coefficient, Observations, Study};
+use rijke_study::{Coefficient, ObservedModes, Study};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
@@ -90,7 +90,7 @@ fn measured() -> Vec<C64> {
     FREQUENCY_HZ.iter().zip(wrong).map(|(f, e)| 0.12 + 0.06 * TIME * s(f) + e).collect()
 }
 
-fn ran(folder: &PathBuf) -> (ResponseRun, Run, Observations) {
+fn ran(folder: &PathBuf) -> (ResponseRun, Run, ObservedModes) {
     let study = Study::open(folder).unwrap();
     let place = study.catalogue.get("one").unwrap().effects[0].place.clone();
     let factor = rijke_formula::Formula::parse(

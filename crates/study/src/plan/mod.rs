@@ -1,4 +1,6 @@
 //! `study.toml`: the stages of a study and its questions.
+//!
+//! Knows the words of the file, and not what a stage finds.
 
 mod noise;
 mod questions;
@@ -6,7 +8,7 @@ mod read;
 mod select;
 mod stands;
 
-pub use noise::{LawError, NoiseSpec, SdSpec, Varying};
+pub use noise::{NoiseSpec, PlannedLawError, PlannedVarying, SdSpec};
 pub use questions::{Ask, PointByPoint, Question};
 pub use select::{Condition, Selection};
 

@@ -4,7 +4,7 @@ use super::questions::Asked;
 use super::stands::{counted_once, known_ground, known_stage};
 use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
-use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
+use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
 use rijke_rig::Given;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -35,14 +35,18 @@ struct CostFile {
 }
 
 impl CostFile {
-    fn cost(&self) -> Result<Cost, Problem> {
+    fn cost(&self) -> Result<Cost, StudyProblem> {
         let seconds = |key: &str, given: &Given, least: f64| {
             let key = format!("cost.{key}");
-            let value = given.of("s").map_err(|source| Problem::Unit { key: key.clone(), source })?;
+            let value = given.of("s").map_err(|source| StudyProblem::Unit { key: key.clone(), source })?;
             if value.is_finite() && value >= least {
                 return Ok(value);
             }
-            Err(Problem::Value { key, value: value.to_string(), need: "a time, of a point at least 1 s" })
+            Err(StudyProblem::Value {
+                key,
+                value: value.to_string(),
+                need: "a time, of a point at least 1 s",
+            })
         };
         let installation = self.installation.as_ref().map(|given| seconds("installation", given, 0.0));
         Ok(Cost {
@@ -191,7 +195,7 @@ impl Plan {
         };
         let hot = |part: &&crate::Part| matches!(&part.shape, crate::Shape::Duct(duct) if !duct.temperatures.is_empty());
         if let Some(part) = rig.parts.iter().find(hot).filter(|_| !matches!(base, Base::Rig)) {
-            return Err(source.fail(0, Problem::UnusedTemperature { part: part.name.clone() }));
+            return Err(source.fail(0, StudyProblem::UnusedTemperature { part: part.name.clone() }));
         }
         let (name, question) = (file.name, file.question);
         let cost = file.cost.map(|cost| {
@@ -224,7 +228,7 @@ impl Plan {
             plan.stages.push(stage);
         }
         if plan.stages.is_empty() && plan.responses.is_empty() {
-            return Err(source.fail(0, Problem::Empty { what: "stage", need: "add a [[stage]]" }));
+            return Err(source.fail(0, StudyProblem::Empty { what: "stage", need: "add a [[stage]]" }));
         }
         for asked in file.asked {
             let at = asked.span().start;
@@ -235,7 +239,7 @@ impl Plan {
             let stages = plan.stages.iter().map(|s| &s.id).chain(plan.responses.iter().map(|s| &s.id));
             let taken = plan.questions.iter().map(|q| &q.id).chain(stages);
             if taken.into_iter().any(|id| *id == question.id) {
-                return Err(fail(Problem::Duplicate { what: "stage or question", name: question.id }));
+                return Err(fail(StudyProblem::Duplicate { what: "stage or question", name: question.id }));
             }
             let check = Check { rig, campaign, catalogue };
             check.question(&question, &plan).map_err(fail)?;
@@ -246,25 +250,25 @@ impl Plan {
 }
 
 /// An id names files.
-fn short_id(id: &str) -> Result<(), Problem> {
+fn short_id(id: &str) -> Result<(), StudyProblem> {
     const LONGEST: usize = 100;
     let (key, value) = ("id".to_owned(), id.chars().take(20).collect::<String>() + "...");
     let need = "at most 100 characters without / and \\, and no path; it names files";
     let path = id.contains(['/', '\\']) || id.chars().any(char::is_control) || [".", ".."].contains(&id);
-    if id.len() > LONGEST || path { Err(Problem::Value { key, value, need }) } else { Ok(()) }
+    if id.len() > LONGEST || path { Err(StudyProblem::Value { key, value, need }) } else { Ok(()) }
 }
 
-fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), Problem> {
+fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), StudyProblem> {
     match catalogue.get(id) {
         Some(c) if c.role == role => Ok(()),
-        Some(c) => Err(Problem::Value {
+        Some(c) => Err(StudyProblem::Value {
             key: format!("with.{role}"),
             value: format!("{id}, whose role is {}", c.role),
             need: "a candidate of that role",
         }),
         None => {
             let known = listed(catalogue.competing(role).iter().map(|c| c.id.as_str()));
-            Err(Problem::Unknown { what: "candidate", name: id.to_owned(), known })
+            Err(StudyProblem::Unknown { what: "candidate", name: id.to_owned(), known })
         }
     }
 }
@@ -276,7 +280,7 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn question(&self, question: &Question, plan: &Plan) -> Result<(), Problem> {
+    fn question(&self, question: &Question, plan: &Plan) -> Result<(), StudyProblem> {
         if let Ask::PointByPoint(one) = &question.ask {
             one.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
             self.noise(&one.noise, plan)?;
@@ -285,34 +289,34 @@ impl Check<'_> {
     }
 
     /// The key that is wrong, and what is wrong with it.
-    fn heated(&self, heated: &HeatedFlow) -> Result<(), (&'static str, Problem)> {
+    fn heated(&self, heated: &HeatedFlow) -> Result<(), (&'static str, StudyProblem)> {
         for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
             let factor = self.campaign.known_factor(name).map_err(|problem| (key, problem))?;
             let factor = &self.campaign.factors[factor];
             // A factor without a unit in its heading is taken as it is.
             if factor.stated {
                 let full = format!("base.heated-flow.{key} = {name}");
-                factor.shown.of(wanted).map_err(|source| (key, Problem::Unit { key: full, source }))?;
+                factor.shown.of(wanted).map_err(|source| (key, StudyProblem::Unit { key: full, source }))?;
             }
         }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
                 let (full, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
                 let need = "[mean, standard deviation], both positive";
-                return Err((key, Problem::Value { key: full, value, need }));
+                return Err((key, StudyProblem::Value { key: full, value, need }));
             }
         }
         if self.rig.part(&heated.at).is_none() {
             let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
-            return Err(("at", Problem::Unknown { what: "part", name: heated.at.clone(), known }));
+            return Err(("at", StudyProblem::Unknown { what: "part", name: heated.at.clone(), known }));
         }
         Ok(())
     }
 
-    fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, Problem> {
+    fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, StudyProblem> {
         short_id(&file.id)?;
         if plan.stage(&file.id).is_some() || plan.response(&file.id).is_some() {
-            return Err(Problem::Duplicate { what: "stage", name: file.id });
+            return Err(StudyProblem::Duplicate { what: "stage", name: file.id });
         }
         file.points.check(self.campaign)?;
         let on = file.on.list();
@@ -324,13 +328,13 @@ impl Check<'_> {
         for role in &compete {
             if self.catalogue.competing(role).is_empty() {
                 let known = listed(self.catalogue.roles());
-                return Err(Problem::Unknown { what: "role", name: role.clone(), known });
+                return Err(StudyProblem::Unknown { what: "role", name: role.clone(), known });
             }
         }
         for id in file.among.iter().chain(file.rows.iter().flatten()) {
             if self.catalogue.get(id).is_none() {
                 let known = listed(self.catalogue.candidates().iter().map(|c| c.id.as_str()));
-                return Err(Problem::Unknown { what: "candidate", name: id.clone(), known });
+                return Err(StudyProblem::Unknown { what: "candidate", name: id.clone(), known });
             }
         }
         for noise in [Some(&file.noise), file.noise_of_predictions.as_ref()].into_iter().flatten() {
@@ -342,7 +346,7 @@ impl Check<'_> {
         let decides = file.decides.unwrap_or(open);
         if !(decides >= 0.0 && decides.is_finite()) {
             let (key, value) = ("decides".into(), decides.to_string());
-            return Err(Problem::Value { key, value, need: "a number of nats, zero or more" });
+            return Err(StudyProblem::Value { key, value, need: "a number of nats, zero or more" });
         }
         let stage = Stage {
             title: file.title.unwrap_or_else(|| file.id.clone()),
@@ -368,7 +372,7 @@ impl Check<'_> {
         Ok(stage)
     }
 
-    fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), Problem> {
+    fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), StudyProblem> {
         for sd in noise.all() {
             if let SdSpec::Like { stage, .. } = sd {
                 known_stage(plan, stage)?;
@@ -378,7 +382,7 @@ impl Check<'_> {
             self.campaign.known_factor(&law.over)?;
             if self.catalogue.competing(&law.role).is_empty() {
                 let known = listed(self.catalogue.roles());
-                return Err(Problem::Unknown { what: "role", name: law.role.clone(), known });
+                return Err(StudyProblem::Unknown { what: "role", name: law.role.clone(), known });
             }
         }
         Ok(())

@@ -1,5 +1,7 @@
 //! The answers to a study's questions: tables of numbers, and which of them a figure shows. A new kind of
 //! question is a file here and a line in [`Run::answer`].
+//!
+//! Knows trained stages, and neither how they were trained nor how a figure is drawn.
 
 mod axes;
 mod contours;
@@ -11,7 +13,7 @@ pub use axes::symbol;
 
 use super::course::Run;
 use super::frame::Frame;
-use super::record::ParameterRecord;
+use super::record::TrainedParameter;
 use crate::EngineError;
 use rijke_study::plan::{Ask, Question};
 use serde::{Deserialize, Serialize};
@@ -26,7 +28,7 @@ pub struct Answer {
     /// What the tables hold, in a sentence or two.
     pub caption: String,
     /// The parameters of the model, if there is one.
-    pub parameters: Vec<ParameterRecord>,
+    pub parameters: Vec<TrainedParameter>,
     /// The tables; claims are about the first.
     pub frames: Vec<Frame>,
     /// What a figure shows of them.
@@ -117,4 +119,4 @@ impl Run {
 }
 
 /// Tables, panels, parameters and caption.
-type Found = (Vec<Frame>, Vec<AnswerPanel>, Vec<ParameterRecord>, String);
+type Found = (Vec<Frame>, Vec<AnswerPanel>, Vec<TrainedParameter>, String);
