@@ -4,8 +4,8 @@ use crate::{
     failure::Failure,
     figure,
     flow::foresee,
-    number,
-    predict::{Grid, values},
+    map, number,
+    predict::values,
     rank::{open_of, rival_of},
     results::{Ranked, kept_if_any, warn_of_missing},
     study::of_the_engine,
@@ -84,7 +84,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let asked = match &args.map {
-        Some(text) => Grid::parse(text, &study)?.points(),
+        Some(text) => map::parsed(text, &study)?.points(&study.campaign),
         None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
     };
     let about: Vec<_> = args.about.iter().map(|text| values("--about", text)).collect::<Result<_, _>>()?;

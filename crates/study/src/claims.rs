@@ -108,11 +108,10 @@ impl Claims {
 
     fn parse(source: &Source, plan: &Plan, catalogue: &Catalogue) -> Result<Self, StudyError> {
         let file: File = source.toml()?;
-        let tables =
-            || plan.stages.iter().map(|s| s.id.as_str()).chain(plan.questions.iter().map(|q| q.id.as_str()));
+        let tables = || plan.answers().map(String::as_str);
         let known = |id: &str| {
             let unknown = || StudyProblem::Unknown {
-                what: "stage or question",
+                what: "stage, question or map",
                 name: id.to_owned(),
                 known: listed(tables()),
             };

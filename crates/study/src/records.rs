@@ -67,7 +67,12 @@ impl Study {
                 plate_gap: 0.0,
                 wire_diameter: 0.0,
             },
-            recording: Recording { ping_rate_hz: 1.0, click_rate_hz: 1.0, arrival_setting_sd_s: 0.0 },
+            recording: Recording {
+                ping_rate_hz: 1.0,
+                click_rate_hz: 1.0,
+                arrival_setting_sd_s: 0.0,
+                ping_decay_times: self.rig.ping_decay_times,
+            },
         };
         let point = |p: &crate::Point| OperatingPoint {
             id: p.id.clone(),

@@ -319,13 +319,15 @@ impl<'a> Asked<'a> {
         if growth_rate.iter().chain(&number(1)).any(|v| !v.is_finite()) {
             return Err(EngineError::Damaged { stage: self.model.stage.clone() });
         }
+        let stability_sd = growth_rate[2].hypot(self.own_error);
         Ok(Forecast {
             point: point.id.clone(),
             mode: label.to_owned(),
             factors: point.factors.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
             growth_rate,
             angular_frequency: number(1),
-            unstable: normal_cdf(growth_rate[0] / growth_rate[2].hypot(self.own_error)),
+            stability_sd,
+            unstable: normal_cdf(growth_rate[0] / stability_sd),
             averaged: None,
             other: None,
         })

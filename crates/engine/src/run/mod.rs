@@ -30,7 +30,7 @@ mod sliders;
 mod so_far;
 mod stages;
 
-pub use answers::{Answer, AnswerPanel, Layer, LayerLook, symbol};
+pub use answers::{Answer, AnswerPanel, Layer, LayerLook, stability, symbol, with_sd};
 pub use asked::{Unpredicted, forecast, modes_at, with_points};
 pub use average::OpenModel;
 pub use checks::Datum;

@@ -50,6 +50,7 @@ pub fn so_far(
     let states = states(study, &ambient, false)?;
     let mut reduced = study.clone();
     reduced.plan.questions.clear();
+    reduced.plan.maps.clear();
     // Points of which the gas is not known yet count as not measured.
     let observed = match observed(study, observations, &states, &ambient) {
         Ok(observed) => observed,

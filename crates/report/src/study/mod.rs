@@ -9,6 +9,7 @@ mod claims;
 mod figure;
 mod first;
 mod head;
+mod map;
 pub(crate) mod numbers;
 mod sliders;
 mod tables;
@@ -144,7 +145,7 @@ impl StudyPage {
         answer: &Answer,
         stage: Option<&StageRecord>,
     ) -> Result<String, ReportError> {
-        let prefix = if answer.frames.len() > 1 { "-measured" } else { "" };
+        let prefix = if answer.frames.len() > 1 && !map::is_one(answer) { "-measured" } else { "" };
         for (k, frame) in answer.frames.iter().enumerate() {
             let name =
                 if k == 0 { format!("{}{prefix}", answer.id) } else { format!("{}-{}", answer.id, k + 1) };

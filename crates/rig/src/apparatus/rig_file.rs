@@ -49,6 +49,9 @@ impl TubeRig {
         in_range("recording.click_rate_hz", self.recording.click_rate_hz, 1.0, 1e7, "Hz")?;
         let setting = self.recording.arrival_setting_sd_s;
         in_range("recording.arrival_setting_sd_s", setting, 0.0, 1e-2, "s")?;
+        if let Some(times) = self.recording.ping_decay_times {
+            in_range("recording.ping_decay_times", times, 2.0, 16.0, "decay times")?;
+        }
         if self.microphones.positions.is_empty() {
             return Err(("microphones.positions".into(), Problem::Empty { need: "one position" }));
         }

@@ -60,10 +60,12 @@ pub enum ProcessError {
     #[error(transparent)]
     Record(#[from] RigError),
     /// The calibration clicks cannot be used.
-    #[error("calibration at {rate_hz} Hz: {cause}{}", first_rejection.as_deref().map(|r| format!("; first rejected record: {r}")).unwrap_or_default())]
+    #[error("calibration at {rate_hz} Hz ({records}): {cause}{}", first_rejection.as_deref().map(|r| format!("; first rejected record: {r}")).unwrap_or_default())]
     Calibration {
         /// The sampling rate, Hz.
         rate_hz: f64,
+        /// Its files: the first, and how many more.
+        records: String,
         /// The reason.
         cause: CalibrationError,
         /// Why the first of the rejected records was rejected.

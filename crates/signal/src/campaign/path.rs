@@ -46,14 +46,16 @@ pub fn click_options(
     let positions = &rig.microphones.positions;
     let ([bare, with], loss) = (wetted(rig), kirchhoff(set, day));
     let insert = point.map_or(0.0, |p| insert_length(rig, p));
+    let way = |x: f64| loss * (x * bare + x.min(insert) * (with - bare));
     ClickOptions {
-        dispersion: positions.iter().map(|x| loss * (x * bare + x.min(insert) * (with - bare))).collect(),
+        dispersion: positions.iter().map(|x| way(*x)).collect(),
         reflection: Some(Reflection {
             lags: positions.iter().map(|x| 2.0 * (end - x) / sound_speed).collect(),
             strength: -1.0,
             smoothing: radius / sound_speed,
             tolerance: 0.1,
             pace_sd: if point.is_some_and(|p| p.power > 0.0) { 0.2 } else { 0.0 },
+            dispersion: positions.iter().map(|x| 2.0 * (way(rig.tube.length) - way(*x))).collect(),
         }),
         ..options.clone()
     }

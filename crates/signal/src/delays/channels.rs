@@ -142,8 +142,10 @@ impl ChannelDelays {
         for p in &placed {
             covariance = covariance.plus(inflation / (count * count) as f64, &p.covariance);
         }
-        for m in 0..channels {
-            covariance[(m, m)] += mean(&|n, m| clicks[n].fit.leaning[m][0], m).powi(2);
+        let leaning = leaning(clicks, channels);
+        for errors in &leaning {
+            covariance = covariance
+                .plus(1.0, &Matrix::from_fn(channels, channels, |i, j| errors[i][0] * errors[j][0]));
         }
         for (share, sd, expected) in groups(clicks) {
             covariance = covariance.plus(
@@ -151,7 +153,7 @@ impl ChannelDelays {
                 &Matrix::from_fn(channels, channels, |i, j| expected[i] * expected[j]),
             );
         }
-        plausible(&delays, &gains, &first.expected, spread)?;
+        plausible(&delays, &gains, &first.expected, spread, &first.fit.overlapped)?;
         let misfit = median_of(&clicks.iter().map(|c| c.fit.misfit).collect::<Vec<f64>>());
         if misfit > MISFIT {
             return Err(CalibrationError::Misfit { share: misfit, limit: MISFIT });
@@ -166,19 +168,22 @@ impl ChannelDelays {
                 Group { within: mean(&noise, m), squares, count }
             })
             .collect();
-        let gain_variances: Vec<f64> = variances_of_means(&groups)
-            .into_iter()
-            .enumerate()
-            .map(|(m, variance)| {
-                let leaning = gains[m] * mean(&|n, m| clicks[n].fit.leaning[m][1], m);
-                (variance + leaning * leaning) / (unit * unit)
-            })
-            .collect();
+        let mut gain_covariance = Matrix::diagonal(&variances_of_means(&groups));
+        for errors in &leaning {
+            // Gains count from their mean square.
+            let common = (0..channels).map(|m| gains[m].powi(2) * errors[m][1]).sum::<f64>()
+                / (channels as f64 * unit * unit);
+            let error = |m: usize| gains[m] * (errors[m][1] - common);
+            gain_covariance =
+                gain_covariance.plus(1.0, &Matrix::from_fn(channels, channels, |i, j| error(i) * error(j)));
+        }
         let frequencies = first.fit.frequencies.clone();
         Ok(Self {
             rate_hz,
             delays,
-            gain_covariance: Matrix::diagonal(&gain_variances),
+            gain_covariance: Matrix::from_fn(channels, channels, |i, j| {
+                gain_covariance[(i, j)] / (unit * unit)
+            }),
             gains: gains.iter().map(|g| g / unit).collect(),
             covariance,
             clicks: count,
@@ -353,6 +358,18 @@ impl ChannelDelays {
         let true_amplitude = |(m, a): (usize, &C64)| a * (fit.ping.s * self.delays[m]).exp() / self.gains[m];
         fit.amplitudes.iter().enumerate().map(true_amplitude).collect()
     }
+}
+
+/// Mean over the clicks of how far times and gains lean on each end that the tube may have: the same in all.
+fn leaning(clicks: &[KnownClick], channels: usize) -> Vec<Vec<[f64; 2]>> {
+    let ends = clicks.iter().map(|c| c.fit.leaning.len()).max().unwrap_or(0);
+    let mut mean = vec![vec![[0.0; 2]; channels]; ends];
+    for (end, errors) in clicks.iter().flat_map(|c| c.fit.leaning.iter().enumerate()) {
+        for (sum, error) in mean[end].iter_mut().zip(errors) {
+            *sum = [0, 1].map(|i| sum[i] + error[i] / clicks.len() as f64);
+        }
+    }
+    mean
 }
 
 /// Share of all clicks, sd of the sound speed, and expected times of each group.

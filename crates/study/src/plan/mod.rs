@@ -2,12 +2,15 @@
 //!
 //! Knows the words of the file, and not what a stage finds.
 
+mod ids;
+mod maps;
 mod noise;
 mod questions;
 mod read;
 mod select;
 mod stands;
 
+pub use maps::{MapGrid, MapQuestion};
 pub use noise::{NoiseSpec, PlannedLawError, PlannedVarying, SdSpec};
 pub use questions::{Ask, PointByPoint, Question};
 pub use select::{Condition, Selection};
@@ -30,6 +33,8 @@ pub struct Plan {
     pub responses: Vec<crate::responses::ResponseStage>,
     /// What is asked of the stages.
     pub questions: Vec<Question>,
+    /// Maps of stability that are drawn.
+    pub maps: Vec<MapQuestion>,
     /// What a further measurement costs, if that is stated.
     pub cost: Option<Cost>,
 }
@@ -185,6 +190,13 @@ impl Plan {
     #[must_use]
     pub fn response(&self, id: &str) -> Option<&crate::responses::ResponseStage> {
         self.responses.iter().find(|r| r.id == id)
+    }
+
+    /// The names of everything that has an answer: stages of modes and of responses, questions, maps.
+    pub fn answers(&self) -> impl Iterator<Item = &String> {
+        let (stages, questions) = (self.stages.iter(), self.questions.iter());
+        let stages = stages.map(|s| &s.id).chain(self.responses.iter().map(|s| &s.id));
+        stages.chain(questions.map(|q| &q.id)).chain(self.maps.iter().map(|m| &m.id))
     }
 
     /// The stage of modes called `id`, with its place.

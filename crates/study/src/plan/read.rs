@@ -1,7 +1,9 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
+use super::ids::{known_stage, short_id};
+use super::maps::MapFile;
 use super::questions::Asked;
-use super::stands::{counted_once, known_ground, known_stage};
+use super::stands::{counted_once, known_ground};
 use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
@@ -24,6 +26,8 @@ struct File {
     responses: Vec<Spanned<crate::responses::ResponseStage>>,
     #[serde(default, rename = "ask")]
     asked: Vec<Spanned<Asked>>,
+    #[serde(default)]
+    map: Vec<Spanned<MapFile>>,
     cost: Option<Spanned<CostFile>>,
 }
 
@@ -209,6 +213,7 @@ impl Plan {
             stages: Vec::new(),
             responses: Vec::new(),
             questions: Vec::new(),
+            maps: Vec::new(),
             cost: cost.transpose()?,
         };
         for stage in file.responses {
@@ -236,26 +241,23 @@ impl Plan {
             let question = asked.into_inner().question(rig, campaign).map_err(fail)?;
             short_id(&question.id).map_err(fail)?;
             known_stage(&plan, &question.stage).map_err(fail)?;
-            let stages = plan.stages.iter().map(|s| &s.id).chain(plan.responses.iter().map(|s| &s.id));
-            let taken = plan.questions.iter().map(|q| &q.id).chain(stages);
-            if taken.into_iter().any(|id| *id == question.id) {
-                return Err(fail(StudyProblem::Duplicate { what: "stage or question", name: question.id }));
+            if plan.answers().any(|id| *id == question.id) {
+                return Err(fail(StudyProblem::Duplicate {
+                    what: "stage, question or map",
+                    name: question.id,
+                }));
             }
             let check = Check { rig, campaign, catalogue };
             check.question(&question, &plan).map_err(fail)?;
             plan.questions.push(question);
         }
+        for map in file.map {
+            let at = map.span().start;
+            let map = map.into_inner().question(&plan, campaign);
+            plan.maps.push(map.map_err(|problem| source.fail(at, problem))?);
+        }
         Ok(plan)
     }
-}
-
-/// An id names files.
-fn short_id(id: &str) -> Result<(), StudyProblem> {
-    const LONGEST: usize = 100;
-    let (key, value) = ("id".to_owned(), id.chars().take(20).collect::<String>() + "...");
-    let need = "at most 100 characters without / and \\, and no path; it names files";
-    let path = id.contains(['/', '\\']) || id.chars().any(char::is_control) || [".", ".."].contains(&id);
-    if id.len() > LONGEST || path { Err(StudyProblem::Value { key, value, need }) } else { Ok(()) }
 }
 
 fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), StudyProblem> {

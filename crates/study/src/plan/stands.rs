@@ -4,15 +4,7 @@ use super::{Plan, Stage};
 use crate::StudyProblem;
 use crate::source::listed;
 
-pub(super) fn known_stage(plan: &Plan, id: &str) -> Result<(), StudyProblem> {
-    if plan.stage(id).is_some() {
-        return Ok(());
-    }
-    let known = listed(plan.stages.iter().map(|s| s.id.as_str()));
-    Err(StudyProblem::Unknown { what: "earlier stage", name: id.to_owned(), known })
-}
-
-/// As [`known_stage`], of what a stage may stand on: stages of responses as well.
+/// Refuses a name of nothing that a stage may stand on: stages of modes and of responses.
 pub(super) fn known_ground(plan: &Plan, id: &str) -> Result<(), StudyProblem> {
     if plan.stage(id).is_some() || plan.response(id).is_some() {
         return Ok(());

@@ -3,9 +3,11 @@
 mod element;
 mod ends;
 mod owner;
+mod recording;
 mod shapes;
 mod transfer;
 
+use self::recording::Recording;
 use super::gas::GasModel;
 use super::oscilos::Folder;
 use super::part::{Instruments, Part, Shape};
@@ -45,9 +47,8 @@ pub(super) struct File {
     unknown: Parameters,
     #[serde(default)]
     base: BaseNumbers,
-    /// How records are taken: for the readers of records.
-    #[serde(default, rename = "recording")]
-    _recording: Table,
+    #[serde(default)]
+    recording: Recording,
 }
 
 /// Numbers that base states bring for laws, with their units.
@@ -87,7 +88,7 @@ struct Waiting {
     hears: Option<Hears>,
 }
 
-struct GasReading<'a> {
+struct Reading<'a> {
     scope: Scope,
     parts: Vec<Part>,
     waiting: Vec<Waiting>,
@@ -163,7 +164,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
     let unknowns = parameters(file.unknown, &scope)?;
     let names: Vec<String> = unknowns.iter().map(|(p, _)| p.name.clone()).collect();
     let medians: Vec<f64> = unknowns.iter().map(|(p, _)| p.prior.quantile(0.5)).collect();
-    let mut reading = GasReading {
+    let mut reading = Reading {
         scope,
         parts: Vec::new(),
         waiting: Vec::new(),
@@ -235,12 +236,13 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         scope: reading.scope,
         factors,
         brought,
+        ping_decay_times: file.recording.decay_times()?,
         search_is_stated: search.frequency_hz.is_some(),
         search: [search.growth_rate.unwrap_or([-500.0, 500.0]), hertz],
     })
 }
 
-impl GasReading<'_> {
+impl Reading<'_> {
     fn gas(&self, table: Option<Spanned<Table>>) -> Outcome<(GasModel, f64, f64)> {
         let at = table.as_ref().map_or(0..0, Spanned::span);
         let mut table = table.map(Spanned::into_inner).unwrap_or_default();

@@ -8,8 +8,10 @@ mod contours;
 mod point_by_point;
 mod prediction;
 mod ranking;
+mod stability;
 
-pub use axes::symbol;
+pub use axes::{symbol, with_sd};
+pub use stability::stability;
 
 use super::course::Run;
 use super::frame::Frame;
@@ -76,6 +78,14 @@ pub enum LayerLook {
     /// The ellipse of one and two standard deviations of each row; `sd` is the column of the covariance, and
     /// the two variances are the columns before it.
     Ellipse,
+    /// Growth rates over a grid of `x` and `y`, filled, with the boundary of stability and its band; `sd` is
+    /// the column of their standard deviation, and they are the column before it. Where a node has several
+    /// rows, the largest counts.
+    GrowthMap,
+    /// The same numbers as the probability that the growth rate is positive, taken as normal.
+    ChanceMap,
+    /// A cross per row, whose name the legend has.
+    Cross,
 }
 
 impl Run {

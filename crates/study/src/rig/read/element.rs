@@ -1,6 +1,6 @@
 //! One element of the chain: its name, its numbers, what kind it is.
 
-use super::GasReading;
+use super::Reading;
 use crate::StudyProblem;
 use crate::names::{add, factors};
 use crate::rig::elements::{COMPACT, ENDS, FUNCTION};
@@ -11,7 +11,7 @@ use rijke_formula::{Kind as NameKind, Name};
 use std::ops::Range;
 use toml::{Spanned, Table, Value as Toml};
 
-impl GasReading<'_> {
+impl Reading<'_> {
     pub(super) fn element(&mut self, index: usize, table: Spanned<Table>) -> Outcome<()> {
         let at = table.span();
         let mut table = table.into_inner();

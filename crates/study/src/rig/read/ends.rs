@@ -1,14 +1,14 @@
 //! An end of the rig.
 
 use super::owner::Owner;
-use super::{GasReading, complex};
+use super::{Reading, complex};
 use crate::StudyProblem;
 use crate::rig::elements::{CHOKED, ENDS, FUNCTION};
 use crate::source::{Outcome, listed};
 use std::ops::Range;
 use toml::{Spanned, Table, Value as Toml};
 
-impl GasReading<'_> {
+impl Reading<'_> {
     pub(super) fn end(&mut self, place: &'static str, table: Spanned<Table>) -> Outcome<()> {
         let at = table.span();
         let mut table = table.into_inner();

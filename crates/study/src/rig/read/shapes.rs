@@ -1,7 +1,7 @@
 //! What an element brings: the shape of a duct, and the laws of ducts and devices.
 
 use super::owner::Owner;
-use super::{GasReading, Waiting, complex};
+use super::{Reading, Waiting, complex};
 use crate::StudyProblem;
 use crate::law::{Coefficient, Hears, words};
 use crate::names::add;
@@ -15,7 +15,7 @@ use rijke_formula::{Kind as NameKind, Name};
 use std::ops::Range;
 use toml::{Table, Value as Toml};
 
-impl GasReading<'_> {
+impl Reading<'_> {
     pub(super) fn duct(&mut self, part: usize, table: &mut Table, at: &Range<usize>) -> Outcome<Duct> {
         let length = self.needed(part, table, "length", "m", at)?;
         let one_of = |what: &'static str| {
@@ -316,7 +316,7 @@ impl GasReading<'_> {
         Ok(all)
     }
 
-    /// A number of an owner for its laws, as [`GasReading::definition`] makes it of one of a part.
+    /// A number of an owner for its laws, as [`Reading::definition`] makes it of one of a part.
     pub(super) fn defined(
         &mut self,
         owner: Owner<'_>,

@@ -1,6 +1,6 @@
 //! Functions of s: gain, delay, filter, polynomials, or a measured table.
 
-use super::GasReading;
+use super::Reading;
 use super::owner::Owner;
 use crate::StudyProblem;
 use crate::law::Measured;
@@ -10,7 +10,7 @@ use crate::source::Outcome;
 use std::ops::Range;
 use toml::{Table, Value as Toml};
 
-impl GasReading<'_> {
+impl Reading<'_> {
     /// What `transfer` is, with the owner's prefix, from those of its keys that `known` holds.
     pub(super) fn transfer(
         &mut self,
