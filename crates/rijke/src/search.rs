@@ -6,7 +6,7 @@ use crate::{
     number,
     results::Trust,
     staging::write_whole,
-    study::{observations, of_the_engine, open, warn_of_left_out},
+    study::{observations, of_the_engine, open, warn_of_left_out, without_responses},
     ui::Ui,
 };
 use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
@@ -72,6 +72,7 @@ const SHOWN: usize = 12;
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
+    without_responses(&study, "a search")?;
     let observations = observations(&study)?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let out = dir.join("search");

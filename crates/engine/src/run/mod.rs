@@ -25,6 +25,7 @@ mod predicted;
 mod record;
 mod rows;
 mod search;
+mod signs;
 mod sliders;
 mod so_far;
 mod stages;
