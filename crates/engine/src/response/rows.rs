@@ -1,5 +1,6 @@
 //! The rows of the table of a stage of responses.
 
+use crate::run::{are_possible, with_candidates};
 use rijke_study::responses::ResponseStage;
 use rijke_study::{Candidate, Study};
 use std::collections::BTreeMap;
@@ -40,8 +41,7 @@ pub(crate) fn rows_of(
             .collect();
     }
     let row = |own: Vec<Candidate>| {
-        let mut choice = base.clone();
-        choice.extend(own.iter().map(|c| (c.role.clone(), c.id.clone())));
+        let choice = with_candidates(base.clone(), &own);
         let own = if own.is_empty() {
             stage.with.values().filter_map(|id| catalogue.get(id).cloned()).collect()
         } else {
@@ -49,5 +49,5 @@ pub(crate) fn rows_of(
         };
         Row { own, choice }
     };
-    lists.into_iter().map(row).collect()
+    lists.into_iter().filter(|own| are_possible(own, &base)).map(row).collect()
 }

@@ -63,6 +63,11 @@ impl ResponseRun {
         let mut found: Vec<Learned> = Vec::new();
         let chosen = self.known.iter().map(|(id, (choice, _))| (id.clone(), choice.clone())).collect();
         let rows = rows_of(&self.study, &stage, &chosen);
+        if rows.is_empty() {
+            let problem = "every candidate that competes extends one that is in none of its models: name that one in `with`, or in a stage \
+                           on which this one stands";
+            return Err(EngineError::Refused { stage: stage.id, problem: problem.to_owned() });
+        }
         for row in &rows {
             let (record, gaussian) = self.row(&stage, row, &data)?;
             models.push(record);

@@ -69,12 +69,8 @@ pub(super) fn rows_of(study: &Study, stage: &Stage, before: &dyn Fn(&str) -> Vec
         // A stage that trains one model: the candidates that it names, in question together.
         lists.push(stage.with.values().filter_map(|id| catalogue.get(id).cloned()).collect());
     }
-    // A candidate that extends another can be part of no model without it.
-    let possible = |own: &Vec<Candidate>| {
-        own.iter().all(|c| c.extends.as_ref().is_none_or(|id| base.values().any(|b| b == id)))
-    };
     let row = |own: Vec<Candidate>| Row { choice: with_candidates(base.clone(), &own), own };
-    lists.into_iter().filter(possible).map(row).collect()
+    lists.into_iter().filter(|own| are_possible(own, &base)).map(row).collect()
 }
 
 /// The first model of every stage of responses, before anything is trained.
@@ -322,8 +318,13 @@ impl Run {
     }
 }
 
+/// Whether a model of these candidates can be: one that extends another can be part of no model without it.
+pub(crate) fn are_possible(own: &[Candidate], base: &Choice) -> bool {
+    own.iter().all(|c| c.extends.as_ref().is_none_or(|id| base.values().any(|b| b == id)))
+}
+
 /// A model with some candidates in the places of others.
-pub(super) fn with_candidates(mut choice: Choice, own: &[Candidate]) -> Choice {
+pub(crate) fn with_candidates(mut choice: Choice, own: &[Candidate]) -> Choice {
     for candidate in own {
         if let Some(extended) = &candidate.extends {
             choice.retain(|_, id| id != extended);

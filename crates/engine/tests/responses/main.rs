@@ -3,6 +3,7 @@
 
 mod bench;
 mod chain;
+mod extends;
 mod head;
 mod pressures;
 mod temperatures;
