@@ -3,7 +3,7 @@
 use crate::EngineError;
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::{C64, Jet, JetSpace};
-use rijke_study::{Candidate, Coefficient, Effect, Layout, MeanFlow, Rig};
+use rijke_study::{Candidate, Coefficient, Effect, MeanFlow, Rig, RigAtPoint};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -146,7 +146,7 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EngineError::Waves`].
-    pub(crate) fn waves_for(&self, sources: usize, layout: &Layout) -> Result<(), EngineError> {
+    pub(crate) fn waves_for(&self, sources: usize, layout: &RigAtPoint) -> Result<(), EngineError> {
         let states = |c: &&Candidate| c.effects.iter().any(|e| e.coefficient.is_wave());
         let Some(candidate) = self.candidates.iter().find(states) else { return Ok(()) };
         let refuse = |problem| Err(EngineError::Waves { candidate: candidate.id.clone(), problem });

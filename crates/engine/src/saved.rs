@@ -90,7 +90,7 @@ impl SavedModel {
         if !whole {
             return Err(EngineError::Damaged { stage: self.stage.clone() });
         }
-        let knowledge = crate::Knowledge {
+        let gaussian = crate::NamedGaussian {
             names: self.names.clone(),
             mean: self.mean.clone(),
             covariance: Matrix::from_fn(n, n, |i, j| self.covariance[i][j]),
@@ -104,7 +104,7 @@ impl SavedModel {
         };
         let common = (!self.causes.is_empty()).then(|| Common::of_shares(&self.causes));
         Ok(crate::TrainedPosterior {
-            knowledge,
+            gaussian,
             common,
             noise: self.noise.iter().enumerate().map(noise).collect(),
         })

@@ -2,7 +2,7 @@
 
 use crate::data::Blocks;
 use crate::errors::{BaseErrors, Channels, Common, Heard, LawErrors, Scatter, any_varies};
-use crate::knowledge::{Knowledge, Training};
+use crate::gaussian::{NamedGaussian, Training};
 use crate::observed::{Observed, Used};
 use crate::predictor::{Predictor, Reordered};
 use crate::{Assembly, EngineError};
@@ -40,8 +40,8 @@ pub struct Trained {
     /// The model and its data to first order about these values, and the place of each datum in the
     /// prediction.
     pub(crate) linear: Arc<(Linearised, Vec<usize>)>,
-    /// What a referee said of the evidence, if one was asked.
-    pub referee: Option<Verdict>,
+    /// What a sampler said of the evidence, if one was asked.
+    pub sampler: Option<Verdict>,
 }
 
 /// The fit without errors of the base states is searched again if the fit with them lies more standard
@@ -190,13 +190,13 @@ impl Fitting<'_> {
     ) -> Result<Trained, EngineError> {
         let exact = Reordered { inner: self.model, order: order.clone(), highest: Order::Second };
         let posterior = Posterior::new(&exact, data, self.parameters)?;
-        let (fit, laplace, summed, warnings, referee) = match &self.training.checks {
+        let (fit, laplace, summed, warnings, sampler) = match &self.training.checks {
             None => (self.search(data, order.clone(), &options)?, None, None, Vec::new(), None),
             Some(checks) => {
                 let starts = options.start.into_iter().chain(checks.starts.iter().cloned()).collect();
                 let found = posterior.assess(&AssessOptions { starts, ..checks.clone() })?;
                 let health = found.health;
-                (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.referee)
+                (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.sampler)
             }
         };
         let laplace: Laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;
@@ -222,18 +222,18 @@ impl Fitting<'_> {
             stop: fit.stop,
             linear,
             warnings,
-            referee,
+            sampler,
             calls: fit.calls,
         })
     }
 }
 
 impl Trained {
-    /// The posterior as knowledge for the next stage.
+    /// The posterior of the parameters, the prior of the next stage.
     #[must_use]
-    pub fn knowledge(&self) -> Knowledge {
+    pub fn gaussian(&self) -> NamedGaussian {
         let names = self.parameters.iter().map(|p| p.name.clone()).collect();
-        Knowledge { names, mean: self.values.clone(), covariance: self.covariance.clone() }
+        NamedGaussian { names, mean: self.values.clone(), covariance: self.covariance.clone() }
     }
 
     /// Whether the most probable values lie far from these of the model's parameters.

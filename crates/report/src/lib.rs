@@ -8,9 +8,9 @@ mod pdf;
 mod record;
 mod response;
 mod response_study;
-mod stability;
 mod study;
 
+pub use draw::escape;
 pub use error::ReportError;
 pub use gallery::gallery;
 pub use modes::{ModeCurves, ModesFigure};
@@ -18,5 +18,4 @@ pub use pdf::pdf;
 pub use record::{Look, RecordCurve, RecordFigure, RecordPanel};
 pub use response::{ResponseCurve, ResponseFigure};
 pub use response_study::response_page;
-pub use stability::StabilityMap;
 pub use study::{StudyHead, StudyPage, answer_svg};

@@ -3,8 +3,8 @@
 
 use rijke_engine::run::{
     Answer, AnswerPanel, Asked, CarriedOn, CarriedStage, Checks, EvidenceRecord, Family, Frame, FrameColumn,
-    FrameRow, Judgement, Layer, LayerLook, MeasuredRecord, Missing, ModelRecord, ParameterRecord, PointCheck,
-    StageRecord, SumCheck,
+    FrameRow, Judgement, Layer, LayerLook, MeasuredRecord, Missing, ModelRecord, PointCheck, StageRecord,
+    SumCheck, TrainedParameter,
 };
 use rijke_report::{StudyHead, StudyPage, answer_svg};
 use rijke_rig::DataKind;
@@ -16,7 +16,7 @@ fn model(id: &str, ln_marginal: f64) -> ModelRecord {
         label: format!("law <{id}>"),
         candidates: std::iter::once(("role".to_owned(), id.to_owned())).collect(),
         laws: vec![("eu at gauze".into(), "-k*exp(-s*tau)".into())],
-        parameters: vec![ParameterRecord {
+        parameters: vec![TrainedParameter {
             name: "k".into(),
             symbol: "k".into(),
             unit: "1".into(),
@@ -126,6 +126,37 @@ fn answer(look: LayerLook) -> Answer {
     }
 }
 
+/// A map over three values of two factors, of two modes.
+fn map(growth: &dyn Fn(f64, f64) -> f64) -> Answer {
+    let columns = ["x", "y", "growth_rate", "growth_rate_sd"].map(|name| FrameColumn::new(name, name, "1"));
+    let row = |label: &str, series: &str, values: &[f64]| FrameRow {
+        label: label.into(),
+        series: series.into(),
+        values: values.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
+    };
+    let node = |k: usize, series: &str, below: f64| {
+        let (x, y) = ((k % 3) as f64, (k / 3) as f64);
+        row("node", series, &[x, y, growth(x, y) - below, 0.3])
+    };
+    let nodes = (0..9).flat_map(|k| [node(k, "1", 0.0), node(k, "2", 5.0)]).collect();
+    let others = |row| Frame { columns: columns[..2].to_vec(), rows: vec![row] };
+    let frames = vec![
+        Frame { rows: nodes, columns: columns.to_vec() },
+        others(row("p0", "trained", &[1.0, 1.0])),
+        others(row("stable: x", "", &[2.0, 2.0])),
+    ];
+    let panels = [LayerLook::GrowthMap, LayerLook::ChanceMap].map(|look| AnswerPanel {
+        x: "x".into(),
+        y: "y".into(),
+        layers: [(look, Some(3)), (LayerLook::Dots, None), (LayerLook::Cross, None)]
+            .into_iter()
+            .enumerate()
+            .map(|(frame, (look, sd))| Layer { frame, look, x: 0, y: 1, sd })
+            .collect(),
+    });
+    Answer { frames, panels: panels.to_vec(), ..answer(LayerLook::Dots) }
+}
+
 fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) {
     let head = StudyHead {
         name: "A rig".into(),
@@ -232,6 +263,16 @@ fn behaviour_every_look_is_drawn_without_holes_in_the_text() {
         let svg = answer_svg(None, &answer(look)).unwrap();
         assert!(svg.contains(drawn) && svg.contains("computed, no data") && !svg.contains("NaN"), "{look:?}");
         assert!(svg.contains("= 7 W") && svg.contains("= 50 W"), "{look:?}");
+    }
+    for (growth, words) in [
+        (&(|x: f64, y: f64| x + y - 2.5) as &dyn Fn(f64, f64) -> f64, "boundary of stability"),
+        (&|_, _| -3.0, "below 2.3 %"),
+        (&|x, y| if x + y > 3.5 { 0.1 } else { -3.0 }, "97.7 %"),
+        (&|x, y| if x + y < 0.5 { f64::NAN } else { x - 1.0 }, "boundary of stability"),
+    ] {
+        let map = answer_svg(None, &map(growth)).unwrap();
+        assert!(map.contains(words) && map.contains("stable: x") && !map.contains("NaN"), "{map}");
+        assert!(rijke_report::pdf(&map).unwrap().starts_with(b"%PDF"));
     }
     let nothing = Answer { panels: Vec::new(), ..answer(LayerLook::Dots) };
     assert!(answer_svg(None, &nothing).is_none());

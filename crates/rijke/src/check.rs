@@ -68,12 +68,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let observed = there.then(|| observations(&study)).transpose()?;
     let plan = &study.plan;
     ui.say(format!(
-        "{}: {} operating points, {} candidates, {} stages, {} questions",
+        "{}: {} operating points, {} candidates, {} stages, {} questions{}",
         plan.name,
         study.campaign.points.len(),
         study.catalogue.candidates().len(),
         plan.stages.len(),
-        plan.questions.len()
+        plan.questions.len(),
+        if plan.maps.is_empty() { String::new() } else { format!(", {} maps", plan.maps.len()) }
     ));
     let doubts = study.rig.doubts.iter().chain(&study.catalogue.doubts);
     study.unused().iter().chain(doubts).for_each(|said| ui.note(format!("warning: {said}")));

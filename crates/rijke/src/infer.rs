@@ -22,9 +22,9 @@ use toml::{Table, Value};
 #[command(
     after_help = "Example:\n  rijke infer examples/ducted-flame/n-tau.toml examples/ducted-flame/second-order.toml \
     --data examples/ducted-flame/modes.csv --fitted fitted.toml\n\n\
-    A network file (docs/network-file.md) with \"$name\" in the place of numbers. A name is an unknown, with [unknown.name] and its prior,\n\
-    or a factor: a column of the data that is not measured. Noise is the stated one plus a model error that floats, one for growth rates\n\
-    and one for frequencies. `--study DIR` writes the best file as a study of one stage, for `rijke run DIR`."
+    FILE is a network file (docs/network-file.md) with \"$name\" in the place of some numbers. Such a name is an unknown, whose prior\n\
+    stands in [unknown.name], or a factor, which is a column of the data. The noise is the stated one plus a model error whose size is\n\
+    inferred, one for growth rates and one for frequencies. `--study DIR` writes the best file as a study of one stage, for `rijke run DIR`."
 )]
 pub(crate) struct Args {
     /// Network files that compete.
@@ -41,8 +41,8 @@ pub(crate) struct Args {
     /// Write the file with the most evidence and the data as the folder of a study.
     #[arg(long, value_name = "DIR")]
     study: Option<PathBuf>,
-    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are
-    /// several.
+    /// Search for one maximum of each posterior, and check nothing. This is faster, and wrong where a
+    /// posterior has several maxima.
     #[arg(long)]
     one_start: bool,
     /// Replace DIR if it exists.

@@ -15,6 +15,7 @@ mod infer;
 mod inspect;
 mod lab;
 mod man;
+mod map;
 mod modes;
 mod new;
 mod next;

@@ -4,8 +4,8 @@ use crate::{
     failure::Failure,
     figure,
     flow::foresee,
-    number,
-    predict::{Grid, values},
+    map, number,
+    predict::values,
     rank::{open_of, rival_of},
     results::{Ranked, kept_if_any, warn_of_missing},
     study::of_the_engine,
@@ -26,10 +26,11 @@ use std::path::PathBuf;
     rijke next examples/quarter-wave --models --map x_g,Q --plot next.svg\n  \
     rijke next examples/quarter-wave --about x_g=0.24,Q=60 --points 4\n  \
     rijke next examples/quarter-wave --microphones\n\n\
-    Possible points are those of the stage, measured (a repeat) or not, or those given with --at or --map. Information is in nats:\n\
-    about the parameters of the model that went on; between it and its rival, the expected logarithm of the Bayes factor if the\n\
-    first is right and if the second is; about which of several open models is right; about the growth rate that --about names. The table [cost] of study.toml says what a point\n\
-    and an installation cost; with it, nats per hour count. docs/next.md says what the numbers mean.")]
+    Possible points are those of the stage, measured (a repeat) or not, or those given with --at or --map. Each is judged by the\n\
+    information in nats that it is expected to bring: about the parameters of the model that went on; about that model against\n\
+    its rival (the expected logarithm of the Bayes factor if the first is right, and if the second is); about which of several\n\
+    open models is right; about the growth rate that --about names. The table [cost] of study.toml says what a point and an\n\
+    installation cost; with it points are ordered by nats per hour. docs/next.md says what the numbers mean.")]
 pub(crate) struct Args {
     /// Folder of a study that was ranked.
     dir: PathBuf,
@@ -83,7 +84,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let asked = match &args.map {
-        Some(text) => Grid::parse(text, &study)?.points(),
+        Some(text) => map::parsed(text, &study)?.points(&study.campaign),
         None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
     };
     let about: Vec<_> = args.about.iter().map(|text| values("--about", text)).collect::<Result<_, _>>()?;

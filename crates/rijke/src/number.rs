@@ -1,6 +1,7 @@
 //! Numbers of the command line. Every option that takes a real number names one of these as its parser.
 
 use clap::Command;
+pub(crate) use rijke_engine::run::with_sd;
 
 /// A number that is neither infinite nor undefined.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
@@ -28,20 +29,6 @@ pub(crate) fn negative_is_no_option(command: Command) -> Command {
         arg.allow_negative_numbers(numbers)
     });
     command.mut_subcommands(negative_is_no_option)
-}
-
-/// A value with its standard deviation, both to the second digit of that.
-pub(crate) fn with_sd(value: f64, sd: f64) -> String {
-    if !(sd > 0.0 && sd.is_finite()) {
-        return format!("{value:.6e} +- {sd:.1e}");
-    }
-    let size = value.abs().max(sd);
-    if (1e-3..1e6).contains(&size) {
-        let digits = (1.0 - sd.log10().floor()).clamp(0.0, 12.0) as usize;
-        return format!("{value:.digits$} +- {sd:.digits$}");
-    }
-    let digits = ((size / sd).log10().floor() + 1.0).clamp(0.0, 12.0) as usize;
-    format!("{value:.digits$e} +- {sd:.1e}")
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use crate::{
     failure::{Classify, Failure},
     figure,
     flow::foresee,
+    map,
     rank::open_of,
     results::{Ranked, kept_if_any, warn_of_missing},
     staging::write_whole,
@@ -11,9 +12,10 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::SavedModel;
-use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, symbol, with_points};
-use rijke_report::StabilityMap;
+use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, stability, with_points};
+use rijke_report::answer_svg;
 use rijke_study::Study;
+use rijke_study::plan::MapQuestion;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -23,7 +25,8 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke predict examples/quarter-wave\n  \
     rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \
-    rijke predict examples/quarter-wave --map x_g,Q --plot stability.pdf\n\n\
+    rijke predict examples/quarter-wave --map x_g,Q --plot stability.pdf\n  \
+    rijke predict examples/quarter-wave --map x_g=0.05:0.6,Q=0:80 --plot beyond.pdf --out beyond.csv\n\n\
     Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
     the nearest point of the stage. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.\n\
@@ -37,10 +40,12 @@ pub(crate) struct Args {
     /// Values of factors and of T_amb, in SI units; may be repeated.
     #[arg(long, value_name = "FACTOR=VALUE,...")]
     at: Vec<String>,
-    /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign.
+    /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign,
+    /// or, as x_g=0.1:0.6,Q, between others, in SI units.
     #[arg(long, value_name = "X,Y", conflicts_with = "at")]
     map: Option<String>,
-    /// Draw the map, contours of growth rate and probability, into this file, which ends in .svg or .pdf.
+    /// Draw the map, growth rate and probability with the boundary of stability, into this file, which ends
+    /// in .svg or .pdf.
     #[arg(long, alias = "svg", value_name = "FILE", requires = "map", value_parser = figure::file)]
     plot: Option<PathBuf>,
     /// File to write instead of printing.
@@ -48,16 +53,13 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
-/// Values of each factor of a map.
-const GRID: usize = 15;
-
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
-    let map = args.map.as_deref().map(|text| Grid::parse(text, &study)).transpose()?;
+    let map = args.map.as_deref().map(|text| map::parsed(text, &study)).transpose()?;
     let asked = match &map {
-        Some(grid) => grid.points(),
+        Some(grid) => grid.points(&study.campaign),
         None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
     };
     let among = stage.points.clone();
@@ -115,9 +117,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             first.point
         ));
     }
-    if let (Some(path), Some(grid)) = (&args.plot, &map) {
-        let ids: Vec<&str> = places.iter().map(|k| study.campaign.points[*k].id.as_str()).collect();
-        figure::write(path, &grid.drawn(&ids, &found, observed.kind, &stage.id).svg(), ui)?;
+    if let Some(grid) = map {
+        let title = format!("Stability by the model of {}", stage.id);
+        let asked = MapQuestion { id: "map".into(), title, stage: stage.id.clone(), grid };
+        let (answer, said) = stability(&study, &asked, &places, &found, &model);
+        ui.note(said);
+        if let (Some(path), Some(svg)) = (&args.plot, answer_svg(Some(observed.kind), &answer)) {
+            figure::write(path, &svg, ui)?;
+        }
     }
     let text = table(&study, &found)?;
     match &args.out {
@@ -171,72 +178,6 @@ pub(crate) fn values(flag: &str, text: &str) -> Result<BTreeMap<String, f64>, Fa
         }
     }
     Ok(values)
-}
-
-/// Two factors, each with its values.
-pub(crate) struct Grid {
-    axes: [(String, String, Vec<f64>); 2],
-}
-
-impl Grid {
-    pub(crate) fn parse(text: &str, study: &Study) -> Result<Self, Failure> {
-        let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
-        let bad = |what: String| {
-            Failure::bad_input(format!("--map {text}: {what}")).remedy(format!("Give two of: {known}."))
-        };
-        let (x, y) =
-            text.split_once(',').ok_or_else(|| bad("takes two factors with a comma between".into()))?;
-        if x.trim() == y.trim() {
-            return Err(bad("names one factor twice".into()));
-        }
-        let axis = |name: &str| {
-            let k = study.campaign.factor(name).ok_or_else(|| bad(format!("there is no factor `{name}`")))?;
-            let all = study.campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());
-            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-            if high <= low {
-                return Err(bad(format!("`{name}` has one value only in the campaign")));
-            }
-            let values = (0..GRID).map(|i| low + (high - low) * i as f64 / (GRID - 1) as f64).collect();
-            Ok((name.to_owned(), study.campaign.factors[k].unit_in_print(), values))
-        };
-        Ok(Self { axes: [axis(x.trim())?, axis(y.trim())?] })
-    }
-
-    /// Row after row of the second factor.
-    pub(crate) fn points(&self) -> Vec<BTreeMap<String, f64>> {
-        let [(x, _, xs), (y, _, ys)] = &self.axes;
-        let point = |b: &f64| {
-            xs.iter().map(|a| BTreeMap::from([(x.clone(), *a), (y.clone(), *b)])).collect::<Vec<_>>()
-        };
-        ys.iter().flat_map(point).collect()
-    }
-
-    /// At every point the mode that grows fastest; nothing where none is known.
-    fn drawn(
-        &self,
-        ids: &[&str],
-        found: &[Forecast],
-        kind: rijke_rig::DataKind,
-        stage: &str,
-    ) -> StabilityMap {
-        let [x, y] = &self.axes;
-        let mut modes: BTreeMap<&str, Vec<&Forecast>> = BTreeMap::new();
-        found.iter().for_each(|f| modes.entry(&f.point).or_default().push(f));
-        let rows = |of: fn(&Forecast) -> f64| {
-            let most =
-                |id: &&str| modes.get(id).into_iter().flatten().map(|f| of(f)).fold(f64::NAN, f64::max);
-            ids.chunks(x.2.len()).map(|row| row.iter().map(most).collect()).collect()
-        };
-        StabilityMap {
-            title: format!("Growth rate and probability of instability, by the model of {stage}"),
-            data: kind,
-            labels: [x, y].map(|(name, unit, _)| format!("{} / {unit}", symbol(name))),
-            x: x.2.clone(),
-            y: y.2.clone(),
-            growth_rate: rows(|f| f.growth_rate[0]),
-            probability: rows(|f| f.unstable),
-        }
-    }
 }
 
 fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {

@@ -2,7 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
-    number,
+    map, number,
     staging::StagedFolder,
     study::{observations, of_the_engine, open, warn_of, warn_of_left_out},
     ui::Ui,
@@ -53,10 +53,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         let Some((k, _)) = study.plan.stage(id) else { return Err(no_stage(id, &study.plan, dir)) };
         let whole = study.plan.clone();
         study.plan.stages.truncate(k + 1);
-        study.plan.questions.retain(|q| whole.stage(&q.stage).is_some_and(|(at, _)| at <= k));
+        let has_run = |stage: &str| whole.stage(stage).is_some_and(|(at, _)| at <= k);
+        study.plan.questions.retain(|q| has_run(&q.stage));
+        study.plan.maps.retain(|m| has_run(&m.stage));
     }
     let (plan, claims) = (study.plan.clone(), study.claims.clone());
-    let steps = 2 * plan.stages.len() + plan.questions.len();
+    // Maps add points to it.
+    let mapped = (!plan.maps.is_empty()).then(|| study.clone());
+    let steps = 2 * plan.stages.len() + plan.questions.len() + plan.maps.len();
     let progress = ui.progress("stages", steps as u64);
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let mut run = Run::new(study, &observations, args.trust.trusted()?).map_err(wrong)?;
@@ -104,6 +108,17 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         match run.answer(question) {
             Ok(answer) => answers.push(answer),
             Err(error) => left_out(ui, &format!("the answer to `{}`", question.id), error, &wrong)?,
+        }
+        progress.advance(1);
+    }
+    for asked in &plan.maps {
+        let Some(study) = &mapped else { break };
+        let trained = run.saved(&asked.stage).and_then(|model| Ok((model, run.saved_open(&asked.stage)?)));
+        match trained {
+            Ok((model, open)) => {
+                answers.push(map::answered(study, &observations, asked, &model, &open, ui)?);
+            }
+            Err(error) => left_out(ui, &format!("the map `{}`", asked.id), error, &wrong)?,
         }
         progress.advance(1);
     }
@@ -164,8 +179,7 @@ impl Results {
         let numbers = dir.join("results/numbers");
         let there = |name: &String| numbers.join(format!("{name}.json")).is_file();
         let stages = plan.stages.iter().map(|s| format!("stage-{}", s.id)).filter(there);
-        let ids = plan.stages.iter().map(|s| &s.id).chain(plan.questions.iter().map(|q| &q.id));
-        let answers = ids.map(|id| format!("answer-{id}")).filter(there);
+        let answers = plan.answers().map(|id| format!("answer-{id}")).filter(there);
         let whole = |name: String| {
             let answer: Answer = kept(dir, "numbers", &name)?;
             for frame in &answer.frames {

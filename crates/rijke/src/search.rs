@@ -12,8 +12,8 @@ use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_s
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Train every allowed combination of candidates over the stages of a study, and say how probable each is and
-/// each choice.
+/// Train every allowed combination of candidates over the stages of a study. State the probability of each
+/// combination, and of each candidate in it.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke search examples/quarter-wave --one-start\n  \
     parallel rijke search examples/quarter-wave --one-start --shard {}/7 ::: 1 2 3 4 5 6 7\n  \
@@ -29,8 +29,8 @@ pub(crate) struct Args {
     /// The stage at which combinations end [default: the one that stands on most stages].
     #[arg(long, value_name = "STAGE")]
     stage: Option<String>,
-    /// Give up a model, with all that stands on it, that trails the greedy choice by more, after its stage
-    /// and also after the last if it is continued with the later candidates of the greedy choice.
+    /// Give up a model, and all that stands on it, if it trails the greedy choice by more than this: after
+    /// its own stage, and also after the last stage when the greedy choice's later candidates follow it.
     #[arg(long, value_name = "NATS", default_value_t = 20.0, value_parser = number::not_negative)]
     within: f64,
     /// Give up no model.

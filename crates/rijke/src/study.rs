@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::ui::Ui;
 use rijke_engine::EngineError;
-use rijke_study::{Observations, Problem, Study, StudyError};
+use rijke_study::{ObservedModes, Study, StudyError, StudyProblem};
 use std::path::Path;
 
 /// Reads a study.
@@ -26,10 +26,10 @@ pub(crate) fn of_modes(study: &Study) -> Result<(), Failure> {
 }
 
 /// Reads what was observed.
-pub(crate) fn observations(study: &Study) -> Result<Observations, Failure> {
+pub(crate) fn observations(study: &Study) -> Result<ObservedModes, Failure> {
     of_modes(study)?;
     study.observations().map_err(|error| {
-        if !matches!(*error.problem, Problem::Unreadable(_)) {
+        if !matches!(*error.problem, StudyProblem::Unreadable(_)) {
             return bad(&error);
         }
         bad(&error).remedy(
@@ -48,7 +48,7 @@ pub(crate) fn measured(folder: &Path) -> bool {
 const UNLIKE: f64 = 15.0;
 
 /// Warns of what has no effect, and of statements of a study that contradict its observations.
-pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &Observations) -> Result<(), Failure> {
+pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> Result<(), Failure> {
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     if study.channels().map_err(|error| bad(&error))?.is_some()
         && !study.plan.stages.iter().any(|s| s.channels)

@@ -51,8 +51,8 @@ pub(crate) fn run(
 ) -> Result<(), Failure> {
     let dir = study.folder.clone();
     of_one_kind(&study)?;
-    if trust.has_referee() {
-        return Err(Failure::bad_input("--referee: the stages of this study train on responses, whose evidence has no referee")
+    if trust.has_sampler() {
+        return Err(Failure::bad_input("--sampler: the stages of this study train on responses, whose evidence has no sampler")
             .at(&dir)
             .remedy("Leave it out; `checked = true` in a stage of study.toml looks for further maxima and checks the evidence."));
     }

@@ -13,13 +13,13 @@ pub struct StudyError {
     /// Line, from 1; none if the file could not be read at all.
     pub line: Option<usize>,
     /// What is wrong there.
-    pub problem: Box<Problem>,
+    pub problem: Box<StudyProblem>,
 }
 
 /// What is wrong in a file of a study.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum Problem {
+pub enum StudyProblem {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(std::io::Error),

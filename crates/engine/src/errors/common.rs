@@ -2,9 +2,9 @@
 
 use super::{BaseErrors, Changes};
 use crate::observed::{Observed, Used, same_installation};
-use crate::{EngineError, Knowledge};
+use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
-use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use rijke_numerics::{Matrix, Order, principal_directions};
 use rijke_study::Cause;
 
 /// The errors that all installations have in common: those of the flow's own parameters, say, which one
@@ -62,9 +62,9 @@ impl Common {
             let pairs = columns[i].iter().zip(&columns[j]).zip(&weights);
             pairs.map(|((a, b), w)| a * b * w * w).sum()
         });
-        let (values, vectors) = symmetric_eigen(&gram)?;
-        let kept: Vec<usize> = (0..causes.len()).rev().filter(|&k| values[k] > NEGLIGIBLE).collect();
-        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| vectors[(j, kept[k])]);
+        let mut kept = principal_directions(&gram)?;
+        kept.retain(|(value, _)| *value > NEGLIGIBLE);
+        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| kept[k].1[j]);
         let slopes = Matrix::from_fn(rows, kept.len(), |row, k| {
             (0..causes.len()).map(|j| shares[(j, k)] * columns[j][row]).sum()
         });
@@ -80,7 +80,12 @@ impl Common {
     /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction
     /// in what is `known`, and the change along it; and what the other causes do. The prediction has `size`
     /// numbers.
-    pub(crate) fn along(&self, known: &Knowledge, changes: &Changes, size: usize) -> (Vec<Along>, Changes) {
+    pub(crate) fn along(
+        &self,
+        known: &NamedGaussian,
+        changes: &Changes,
+        size: usize,
+    ) -> (Vec<Along>, Changes) {
         let place = |k: usize| known.names.iter().position(|n| *n == name(k));
         let mut along: Vec<_> =
             (0..self.shares.columns()).filter_map(|k| Some((k, place(k)?, vec![0.0; size]))).collect();

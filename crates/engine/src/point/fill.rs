@@ -3,9 +3,9 @@
 use super::model::{LawAt, PointModel};
 use super::poles::{Acting, poles};
 use crate::assembly::part_of_wall;
-use rijke_formula::{Dual, Formula, Here};
+use rijke_formula::{Formula, Here};
 use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region, laws::Law, levine_schwinger};
-use rijke_numerics::{C64, Jet, JetSpace, Order};
+use rijke_numerics::{C64, ComplexDual, Jet, JetSpace, Order};
 use rijke_study::Effect;
 use rijke_study::names::{DIAMETER, FLANGED, LEVINE_SCHWINGER, S, SOUND_SPEED, WALL_EP, WALL_MU};
 
@@ -44,16 +44,16 @@ impl<'m> Filled<'m> {
 
     /// Values and derivatives in s: for root searches and modes.
     fn fill_in_s(&self, s: C64, laws: &mut Laws) {
-        let zero = Dual { value: C64::ZERO, slope: C64::ZERO };
-        let s_dual = Dual { value: s, slope: C64::ONE };
+        let zero = ComplexDual { value: C64::ZERO, slope: C64::ZERO };
+        let s_dual = ComplexDual { value: s, slope: C64::ONE };
         let mut wall = vec![[zero; 2]; self.model.surroundings.len()];
         for (k, law, effect) in self.in_order() {
             let around = &self.model.surroundings[law.around];
             let part = part_of_wall(effect);
-            let ends =
-                radiation(effect, around, s).map(|end| end.map(|[value, slope, _]| Dual { value, slope }));
+            let ends = radiation(effect, around, s)
+                .map(|end| end.map(|[value, slope, _]| ComplexDual { value, slope }));
             let [mu, ep] = wall[law.around];
-            let mut analytic: [Option<&Dual>; NAMES] = [None; NAMES];
+            let mut analytic: [Option<&ComplexDual>; NAMES] = [None; NAMES];
             analytic[S] = Some(&s_dual);
             if part.is_none() {
                 (analytic[WALL_MU], analytic[WALL_EP]) = (Some(&mu), Some(&ep));
@@ -66,12 +66,12 @@ impl<'m> Filled<'m> {
                 && let [.., re, im] = parameters[..]
             {
                 let factor = C64::new(1.0 + re, im);
-                found = Dual { value: found.value * factor, slope: found.slope * factor };
+                found = ComplexDual { value: found.value * factor, slope: found.slope * factor };
             }
             laws.set_analytic(k, [found.value, found.slope, C64::ZERO]);
             if let Some(part) = part {
                 let total = &mut wall[law.around][part];
-                *total = Dual { value: total.value + found.value, slope: total.slope + found.slope };
+                *total = ComplexDual { value: total.value + found.value, slope: total.slope + found.slope };
             }
         }
     }
@@ -138,7 +138,7 @@ impl<'m> Coefficients for Filled<'m> {
         self.fill_heard(at, laws);
     }
 
-    fn hears_at(&self, law: usize) -> Option<f64> {
+    fn reference_at(&self, law: usize) -> Option<f64> {
         self.model.heard.get(law.checked_sub(self.model.laws.len())? / 2).map(|heard| heard.distance)
     }
 
@@ -150,8 +150,8 @@ impl<'m> Coefficients for Filled<'m> {
         let acting: Vec<Acting<'_>> = self.in_order().filter_map(acting).collect();
         let mut all = poles(&acting, region, |k, part, s| {
             let law = &self.model.laws[k];
-            let s = Dual { value: s, slope: C64::ONE };
-            let mut analytic: [Option<&Dual>; NAMES] = [None; NAMES];
+            let s = ComplexDual { value: s, slope: C64::ONE };
+            let mut analytic: [Option<&ComplexDual>; NAMES] = [None; NAMES];
             analytic[S] = Some(&s);
             let numbers = &self.model.surroundings[law.around];
             let here = Here { space: JetSpace::new(1, Order::First), numbers, analytic: &analytic };

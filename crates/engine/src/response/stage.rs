@@ -7,9 +7,9 @@ use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::left;
 use super::select::{self, Selected};
 use super::train::Training;
-use crate::run::{EvidenceRecord, ParameterRecord, conditions_at};
+use crate::run::{EvidenceRecord, TrainedParameter, conditions_at};
 use crate::shape::ShapeModel;
-use crate::{Assembly, Conditions, EngineError, Knowledge};
+use crate::{Assembly, Conditions, EngineError, NamedGaussian};
 use rijke_inference::Parameters;
 use rijke_numerics::C64;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
@@ -31,7 +31,7 @@ pub struct ResponseRun {
     pub(super) study: Study,
     pub(super) observed: Observed,
     /// What every stage before found, with the candidates that it chose.
-    known: BTreeMap<String, (BTreeMap<String, String>, Knowledge)>,
+    known: BTreeMap<String, (BTreeMap<String, String>, NamedGaussian)>,
     next: usize,
 }
 
@@ -62,13 +62,13 @@ impl ResponseRun {
         self.next += 1;
         let data = Selected::new(&self.study, &self.observed, &stage)?;
         let mut models = Vec::new();
-        let mut found: Vec<Option<Knowledge>> = Vec::new();
+        let mut found: Vec<Option<NamedGaussian>> = Vec::new();
         let chosen = self.known.iter().map(|(id, (choice, _))| (id.clone(), choice.clone())).collect();
         let rows = self.rows(&stage, &chosen);
         for row in &rows {
-            let (record, knowledge) = self.row(&stage, row, &data)?;
+            let (record, gaussian) = self.row(&stage, row, &data)?;
             models.push(record);
-            found.push(knowledge);
+            found.push(gaussian);
         }
         let best = (0..models.len())
             .filter(|k| found[*k].is_some())
@@ -77,8 +77,8 @@ impl ResponseRun {
             let remark = models.iter().find_map(|m| m.remark.clone()).unwrap_or_default();
             return Err(EngineError::NoWinner { stage: stage.id, remark });
         };
-        if let Some(knowledge) = found[best].take() {
-            self.known.insert(stage.id.clone(), (rows[best].choice.clone(), knowledge));
+        if let Some(gaussian) = found[best].take() {
+            self.known.insert(stage.id.clone(), (rows[best].choice.clone(), gaussian));
         }
         let load = |((m, what), rows): ((&Measured, &ResponseKind), &usize)| LoadRecord {
             point: m.label.clone(),
@@ -137,7 +137,7 @@ impl ResponseRun {
         stage: &ResponseStage,
         row: &Row,
         data: &Selected,
-    ) -> Result<(ResponseModelRecord, Option<Knowledge>), EngineError> {
+    ) -> Result<(ResponseModelRecord, Option<NamedGaussian>), EngineError> {
         let measured = &data.measured;
         let joined =
             |word: fn(&Candidate) -> &str, by: &str| row.own.iter().map(word).collect::<Vec<_>>().join(by);
@@ -184,7 +184,7 @@ impl ResponseRun {
             observations: measured.iter().map(|m| m.values.len()).sum(),
         });
         let covariance = &laplace.physical_covariance;
-        let parameter = |(i, p)| ParameterRecord::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
+        let parameter = |(i, p)| TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
         record.parameters = assembly.parameters().iter().enumerate().map(parameter).collect();
         record.noise.clone_from(&fit.noise);
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
@@ -220,8 +220,8 @@ impl ResponseRun {
         (record.residual, record.neighbours) = (left.size, left.neighbours);
         record.remark = Some(remarks.join("; ")).filter(|r| !r.is_empty());
         let names = parameters.list().iter().map(|p| p.name.clone()).collect();
-        let knowledge = Knowledge { names, mean: fit.parameters, covariance: laplace.physical_covariance };
-        Ok((record, Some(knowledge)))
+        let gaussian = NamedGaussian { names, mean: fit.parameters, covariance: laplace.physical_covariance };
+        Ok((record, Some(gaussian)))
     }
 
     /// The model of a row, and the errors of its head.

@@ -15,7 +15,7 @@ use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
 use rijke_numerics::C64;
 use rijke_study::plan::Selection;
-use rijke_study::{BaseState, Observations, Point, SURROUNDINGS, Study};
+use rijke_study::{ObservedModes, Point, PointState, SURROUNDINGS, Study};
 use std::collections::BTreeMap;
 
 /// How far beyond the campaign a factor may be asked for, in its range or its largest value.
@@ -123,7 +123,7 @@ pub fn with_points(
 /// [`EngineError::NoState`], and those of the model.
 pub fn modes_at(
     study: &Study,
-    observations: Option<&Observations>,
+    observations: Option<&ObservedModes>,
     model: Option<&SavedModel>,
     point: usize,
     limits_hz: [Option<f64>; 2],
@@ -139,7 +139,7 @@ pub fn modes_at(
     let (assembly, values) = match model {
         Some(model) => {
             let assembly = assembly_of(study, &model.candidates, &model.hold)?;
-            let known = model.posterior()?.knowledge;
+            let known = model.posterior()?.gaussian;
             let value = |p: &Parameter| {
                 known.names.iter().position(|n| *n == p.name).map_or(f64::NAN, |k| known.mean[k])
             };
@@ -179,7 +179,7 @@ pub fn modes_at(
 /// Those of the saved models and of the files; a point that cannot be predicted is one of the second list.
 pub fn forecast(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     model: &SavedModel,
     open: &[OpenModel],
     points: &[usize],
@@ -202,12 +202,12 @@ pub fn forecast(
 struct Known<'a> {
     study: &'a Study,
     ambient: Vec<Option<[f64; 2]>>,
-    states: BTreeMap<usize, BaseState>,
+    states: BTreeMap<usize, PointState>,
     observed: Vec<Observed>,
 }
 
 impl<'a> Known<'a> {
-    fn of(study: &'a Study, observations: &Observations) -> Result<Self, EngineError> {
+    fn of(study: &'a Study, observations: &ObservedModes) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);
         let states = states(study, &ambient, true)?;
         let observed = observed(study, observations, &states, &ambient)?;
@@ -313,7 +313,7 @@ impl<'a> Asked<'a> {
         let id = &self.known.study.campaign.points[k].id;
         let here = forecasts.iter().filter(|f| f.point == *id);
         let predicted = here.map(|f| C64::new(f.growth_rate[0], f.angular_frequency[0]));
-        let values = &self.posterior.knowledge.mean[..self.assembly.parameters().len()];
+        let values = &self.posterior.gaussian.mean[..self.assembly.parameters().len()];
         let mut modes =
             PointModel::new(&self.assembly, &self.conditions(k).ok()?, &[]).ok()?.modes(values).ok()?;
         // Predictions count the errors of base states that were inferred along, so that the same mode lies a

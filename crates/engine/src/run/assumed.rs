@@ -39,7 +39,7 @@ impl Run {
             Some([growth, frequency]) => [number(growth, 0)?, number(frequency, 1)?],
             None => [NoiseMode::Fixed { sd: 0.0 }; 2],
         };
-        let varying = |v: &rijke_study::plan::Varying| -> Result<Varying, EngineError> {
+        let varying = |v: &rijke_study::plan::PlannedVarying| -> Result<Varying, EngineError> {
             // The scatter that the earlier stage found of this parameter.
             let found = |c: &Chosen| {
                 let of =
@@ -48,7 +48,7 @@ impl Run {
             };
             Ok(Varying { parameter: v.parameter.clone(), sd: mode(&v.sd, None, &found)? })
         };
-        let law = |l: &rijke_study::plan::LawError| {
+        let law = |l: &rijke_study::plan::PlannedLawError| {
             let over = self.study.campaign.factor(&l.over)?;
             Some(LawError { role: l.role.clone(), sd: l.sd, over })
         };
@@ -72,7 +72,7 @@ impl Run {
     fn between_installations(&self, like: &Chosen) -> Result<[f64; 2], EngineError> {
         let Chosen { trained, assembly, observed, .. } = like;
         let posterior = trained.posterior();
-        let known = trained.knowledge();
+        let known = trained.gaussian();
         let varied = known.in_a_new_installation(&trained.noise);
         let microphones = self.reference();
         let mut sums = [0.0; 2];

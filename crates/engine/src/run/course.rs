@@ -1,12 +1,12 @@
 //! A study with what has been trained of it so far.
 
 use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
-use super::record::{CarriedOn, ModelRecord, ParameterRecord};
-use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
-use rijke_inference::RefereeKind;
+use super::record::{CarriedOn, ModelRecord, TrainedParameter};
+use crate::{Assembly, EngineError, NamedGaussian, Observed, Trained};
+use rijke_inference::SamplerKind;
 use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
-use rijke_study::{BaseState, HeatedFit, Observations, Rig, Study};
+use rijke_study::{HeatedFit, ObservedModes, PointState, Rig, Study};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -21,8 +21,8 @@ pub enum Trusted {
     Searched,
     /// Other starts, importance sampling and doubled priors as well: some hundred calls of the model.
     Checked,
-    /// A referee too, to a statistical error in nats.
-    Refereed(RefereeKind, f64),
+    /// A sampler too, to a statistical error in nats.
+    Sampled(SamplerKind, f64),
 }
 
 /// Rows within so many nats of the best are checked. Of others a few more maxima are looked for first: a
@@ -39,13 +39,13 @@ pub struct Chosen {
     /// The observations that trained, as they were heard through the channels that earlier stages found.
     pub observed: Arc<Vec<Observed>>,
     /// What earlier stages knew of it.
-    pub(super) known: Arc<Vec<Knowledge>>,
+    pub(super) known: Arc<Vec<NamedGaussian>>,
     /// The misfit, what was measured included.
     pub(super) misfit: [f64; 3],
 }
 
 /// The parameters that models of later stages found, by stage and model.
-pub(super) type Near = BTreeMap<[String; 2], Vec<ParameterRecord>>;
+pub(super) type Near = BTreeMap<[String; 2], Vec<TrainedParameter>>;
 
 /// A row of a table, and its training if it could be fitted.
 pub(super) type Found = (ModelRecord, Option<Chosen>);
@@ -82,11 +82,11 @@ pub(super) struct Beside {
 /// Role and candidate: what a model consists of.
 pub(super) type Choice = BTreeMap<String, String>;
 
-/// What a row stands on: the knowledge of earlier stages, and the observations as heard through the channels
+/// What a row stands on: the posteriors of earlier stages, and the observations as heard through the channels
 /// that they found.
 #[derive(Clone)]
 pub(super) struct StandsOn {
-    pub(super) known: Arc<Vec<Knowledge>>,
+    pub(super) known: Arc<Vec<NamedGaussian>>,
     pub(super) points: Arc<Vec<Observed>>,
 }
 
@@ -118,7 +118,7 @@ pub struct Run {
     pub left_out: Vec<String>,
     /// States of the gas that were inferred, by the place of their point, and what is known of the
     /// temperature at each.
-    pub(super) states: BTreeMap<usize, BaseState>,
+    pub(super) states: BTreeMap<usize, PointState>,
     pub(super) ambient: Vec<Option<[f64; 2]>>,
     /// What rows of later stages found after another model of an earlier stage: where their search begins.
     pub(super) near: Near,
@@ -133,7 +133,7 @@ impl Run {
     ///
     /// # Errors
     /// Those of the files; an operating point without temperature or frequency.
-    pub fn new(study: Study, observations: &Observations, trusted: Trusted) -> Result<Self, EngineError> {
+    pub fn new(study: Study, observations: &ObservedModes, trusted: Trusted) -> Result<Self, EngineError> {
         let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
         let ambient = ambient_of_all(&study, observations);
         let (states, heat) = states_and_heat(&study, &ambient, true)?;

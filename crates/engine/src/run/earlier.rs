@@ -3,7 +3,7 @@
 
 use super::course::{Choice, Chosen, Run, StandsOn};
 use super::rows::Row;
-use crate::{EngineError, Knowledge, Observed};
+use crate::{EngineError, NamedGaussian, Observed};
 use rijke_study::plan::Stage;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ impl<'a> Earlier<'a> {
             return Ok(ready.clone());
         }
         let trained: Vec<Chosen> = keys.iter().map(|key| self.trained(key)).collect::<Result<_, _>>()?;
-        let mut known: Vec<Knowledge> = trained.iter().map(|c| c.trained.knowledge()).collect();
+        let mut known: Vec<NamedGaussian> = trained.iter().map(|c| c.trained.gaussian()).collect();
         let mut points = points.to_vec();
         if !stage.channels {
             for known in &known {

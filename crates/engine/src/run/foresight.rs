@@ -10,7 +10,7 @@ use rijke_inference::Parameters;
 use rijke_network::Workspace;
 use rijke_numerics::{Matrix, Order, symmetric_eigen};
 use rijke_study::plan::Stage;
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -65,7 +65,7 @@ struct Information {
 /// Those of the files and of the models.
 pub fn foresight(
     study: &Study,
-    observations: Option<&Observations>,
+    observations: Option<&ObservedModes>,
     sd: [f64; 3],
     ambient: f64,
 ) -> Result<Vec<StageForesight>, EngineError> {
@@ -97,7 +97,7 @@ pub fn foresight(
         if let (Some(row), Some(first)) = (rows.into_iter().next(), information.into_iter().next()) {
             done.insert(stage.id.clone(), (row.choice, first));
         }
-        let seen = |o: &Observations| {
+        let seen = |o: &ObservedModes| {
             let of = |m: &&rijke_study::ObservedMode| {
                 stage.points.holds(&study.campaign, &study.campaign.points[m.point])
             };

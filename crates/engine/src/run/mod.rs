@@ -1,4 +1,6 @@
 //! The stages of a study and its questions: numbers, never drawings.
+//!
+//! Knows studies and models of any rig. Knows no part of a rig by name, no file of results and no drawing.
 
 mod ahead;
 mod answers;
@@ -27,7 +29,7 @@ mod sliders;
 mod so_far;
 mod stages;
 
-pub use answers::{Answer, AnswerPanel, Layer, LayerLook, symbol};
+pub use answers::{Answer, AnswerPanel, Layer, LayerLook, stability, symbol, with_sd};
 pub use asked::{Unpredicted, forecast, modes_at, with_points};
 pub use average::OpenModel;
 pub use checks::Datum;
@@ -43,7 +45,7 @@ pub use next::{
 };
 pub use predicted::{Averaged, Forecast};
 pub use record::{
-    CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord,
+    CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, TrainedParameter,
 };
 pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,

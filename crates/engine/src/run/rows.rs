@@ -5,7 +5,7 @@ use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use crate::noise::{Noise, floats, measured_sd};
-use crate::{Assembly, EngineError, Knowledge, Misfit, PointModel, Training, train};
+use crate::{Assembly, EngineError, Misfit, NamedGaussian, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_network::Workspace;
 use rijke_numerics::{Order, Streams};
@@ -131,7 +131,7 @@ impl Run {
             Some((model.end_reflections(values, *omega), *omega))
         });
         let said: Vec<String> =
-            trained.referee.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
+            trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
         let doubts = doubts(&found.observed, &record.predicted, record.misfit, floats(&trained.noise));
         let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).chain(doubts).collect();
         record.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
@@ -173,7 +173,7 @@ impl Run {
                 return Err(check_modes(&assembly, &points, &training.known).err().unwrap_or(error));
             }
         };
-        check_modes(&assembly, &points, &[trained.knowledge()])?;
+        check_modes(&assembly, &points, &[trained.gaussian()])?;
         let found = Misfit::of(&trained.noise).measured;
         let misfit = [0, 1, 2].map(|k| found[k].hypot(measured_sd(&points, k)));
         Ok(Chosen {
@@ -189,16 +189,16 @@ impl Run {
         &self,
         stage: &Stage,
         noise: Noise,
-        known: Vec<Knowledge>,
+        known: Vec<NamedGaussian>,
         trusted: Trusted,
     ) -> Training {
         let search = gauss_newton();
-        let referee = if let Trusted::Refereed(kind, error) = trusted { Some((kind, error)) } else { None };
+        let sampler = if let Trusted::Sampled(kind, error) = trusted { Some((kind, error)) } else { None };
         let usual = AssessOptions {
             search: search.search,
             // One stream per candidate: a further row must not change the others.
             streams: Streams::new(u64::from_le_bytes(*b"evidence")),
-            referee,
+            sampler,
             ..AssessOptions::default()
         };
         let checks = match trusted {
@@ -206,7 +206,7 @@ impl Run {
             Trusted::Searched => {
                 Some(AssessOptions { random_starts: 2, screened: 16, most_starts: 8, draws: 0, ..usual })
             }
-            Trusted::Checked | Trusted::Refereed(..) => Some(usual),
+            Trusted::Checked | Trusted::Sampled(..) => Some(usual),
         };
         Training {
             microphones: self.microphones(stage),

@@ -168,7 +168,10 @@ impl Variant {
                 "[[candidate]]\nid = \"term.{k}\"\nrole = \"term\"\nname = \"term\"\ncite = [\"own judgement\"]\n\
                  parameters.theta = {{ symbol = \"t\", unit = \"{}\", prior = {{ normal = {{ mean = 0.0, sd = {:e} }} }} }}\n\
                  [[candidate.effect]]\nacts_at = \"{place}\"\n{law}\n",
-                format!("{} {per}", if term.unit == "1" { "" } else { &term.unit }).trim(),
+                match format!("{} {per}", if term.unit == "1" { "" } else { &term.unit }).trim() {
+                    "" => "1",
+                    unit => unit,
+                },
                 term.prior_sd / largest
             );
         }

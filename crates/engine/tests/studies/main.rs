@@ -364,7 +364,7 @@ fn exact_claims_are_judged_by_their_numbers_and_refused_with_their_line() {
     };
     assert!(
         refused("of = \"s\"", "of = \"z\"")
-            .contains("line 2: there is no stage or question called `z`; known: s")
+            .contains("line 2: there is no stage, question or map called `z`; known: s")
     );
     assert!(refused("\"r > 1\"", "\"r\"").contains("joined by < or by >"));
     assert!(refused("let.sd", "let.exp").contains("cannot be the name of a number"));

@@ -1,6 +1,6 @@
 //! From a start to the neighbourhood of a maximum, in turns of parameters and noise.
 
-use super::held::Held;
+use super::conditional::Conditional;
 use super::posterior::Posterior;
 use super::settle::Settled;
 use crate::density::{Calls, Gaussian, Method, Minimum, SAME_MODE, TrustRegion, minimise};
@@ -58,7 +58,7 @@ impl Posterior<'_> {
     /// on until the noise settles.
     ///
     /// Freed at once, the noise shrinks the trust region as the fit improves: J is then the logarithm of a
-    /// sum of squares, concave far from the minimum. Held, it is the sum of squares itself.
+    /// sum of squares, concave far from the minimum. Conditional, it is the sum of squares itself.
     ///
     /// Ends early at a maximum that one of `known` touches.
     pub(crate) fn approach(
@@ -117,7 +117,7 @@ impl Posterior<'_> {
         rough: f64,
     ) -> Result<(Minimum, Order), InferenceError> {
         let p = self.parameters().len();
-        let held = Held::new(self, z.to_vec(), (0..p).collect());
+        let held = Conditional::new(self, z.to_vec(), (0..p).collect());
         let rough =
             TrustRegion { tolerance: search.tolerance.max(rough), max_evaluations: budget, ..*search };
         let mut spent = Calls::default();

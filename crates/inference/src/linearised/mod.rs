@@ -6,6 +6,8 @@
 //! Sigma0 F'. Its inverse, P = C^-1 - C^-1 F Sigma F' C^-1 with Sigma the posterior covariance, takes out of
 //! a direction what the parameters can do as well. At the fit P times the residual from the prior mean is
 //! C^-1 r, with r the residual of the fit.
+//!
+//! Knows one fit and the derivatives there: no model is called again.
 
 mod few;
 mod left_out;

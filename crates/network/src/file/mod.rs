@@ -26,6 +26,6 @@ pub use build::Built;
 pub use error::FileError;
 pub use named::{NamedNumbers, NumberError};
 pub use oscilos::{OscilosError, OscilosTexts, read_oscilos};
-pub use problem::Problem;
+pub use problem::ElementProblem;
 pub use read::read;
 pub use warning::Warning;

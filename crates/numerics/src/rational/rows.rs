@@ -10,7 +10,7 @@ const RISES: f64 = 1.0;
 
 /// A row of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
+pub struct TableRow {
     /// Hz.
     pub frequency: f64,
     /// Modulus.
@@ -19,7 +19,7 @@ pub struct Entry {
     pub phase: f64,
 }
 
-impl From<[f64; 3]> for Entry {
+impl From<[f64; 3]> for TableRow {
     fn from([frequency, gain, phase]: [f64; 3]) -> Self {
         Self { frequency, gain, phase }
     }
@@ -42,7 +42,7 @@ pub enum Doubt {
 
 /// What is doubtful about the table of a flame or an end.
 #[must_use]
-pub fn doubt(rows: &[Entry]) -> Option<Doubt> {
+pub fn doubt(rows: &[TableRow]) -> Option<Doubt> {
     let (first, last) = (rows.first()?, rows.last()?);
     let mut steps: Vec<f64> = rows.windows(2).map(|w| (w[1].phase - w[0].phase).abs()).collect();
     steps.sort_by(f64::total_cmp);
@@ -56,7 +56,7 @@ pub fn doubt(rows: &[Entry]) -> Option<Doubt> {
 /// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s:
 /// minus the mean delay; 0 where the rows have none.
 #[must_use]
-pub fn phase_slope(rows: &[Entry]) -> f64 {
+pub fn phase_slope(rows: &[TableRow]) -> f64 {
     let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
     let Some(first) = rows.first() else { return 0.0 };
     let mut phase = first.phase;
@@ -86,7 +86,7 @@ mod tests {
         let delay = 3e-3;
         let row = |(frequency, gain): (f64, f64)| {
             let phase = -2.0 * PI * frequency * delay + 0.4;
-            Entry { frequency, gain, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
+            TableRow { frequency, gain, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
         };
         let rows = [(20.0, 1.2), (110.0, 0.4), (150.0, 2.0), (290.0, 0.7), (430.0, 0.1)].map(row);
         assert!((phase_slope(&rows) / -delay - 1.0).abs() < 1e-12, "{}", phase_slope(&rows));

@@ -44,6 +44,8 @@ pub(crate) enum Mark {
     Dot(&'static str),
     /// A patch of this colour.
     Patch(&'static str),
+    /// A patch filled with this colour.
+    Fill(&'static str),
     /// A diagonal cross.
     Cross(Stroke),
 }
@@ -143,6 +145,9 @@ impl Mark {
             Self::Dot(colour) => format!("<circle cx=\"13\" cy=\"0\" r=\"3.2\" fill=\"{colour}\"/>"),
             Self::Patch(colour) => {
                 format!("<path d=\"M1 -5H25V5H1Z\" fill=\"{colour}\" fill-opacity=\"0.2\"/>")
+            }
+            Self::Fill(colour) => {
+                format!("<path d=\"M1 -6H25V6H1Z\" fill=\"{colour}\" stroke=\"{INK}\" stroke-width=\"0.5\"/>")
             }
             Self::Cross(stroke) => {
                 format!("<path d=\"M8 -5L18 5M8 5L18 -5\" fill=\"none\" {}/>", stroke.attributes())

@@ -109,6 +109,13 @@ impl Panel {
         }
     }
 
+    /// The area within closed lines; those that turn the other way are holes.
+    pub(crate) fn area(&mut self, lines: &[Vec<[f64; 2]>], colour: &str, opacity: f64) {
+        let path: String = lines.iter().map(|line| self.path(line) + "Z").collect();
+        let opacity = number(opacity);
+        self.body += &format!("<path d=\"{path}\" fill=\"{colour}\" fill-opacity=\"{opacity}\"/>");
+    }
+
     /// A diagonal cross.
     pub(crate) fn cross(&mut self, point: [f64; 2], size: f64, stroke: &Stroke) {
         let [x, y] = self.at(point);

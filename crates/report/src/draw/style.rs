@@ -58,6 +58,16 @@ pub(crate) fn scale_colour(index: usize, count: usize) -> &'static str {
     SCALE[(index * last).checked_div(count.saturating_sub(1)).unwrap_or(last).min(last)]
 }
 
+/// Colours of areas between levels of a quantity, from blue over rose to light yellow: lines and dots of
+/// [`INK`] are read on each of them, and on a grey print they have equal steps from dark to light.
+const FILLS: [&str; 7] = ["#4a6fb5", "#8377bd", "#b986af", "#df9f98", "#f0bf8c", "#f7dd9a", "#fdf8cf"];
+
+/// The colour of area `index` of `count`, from the lowest.
+pub(crate) fn fill_colour(index: usize, count: usize) -> &'static str {
+    let last = FILLS.len() - 1;
+    FILLS[(index * last).checked_div(count.saturating_sub(1)).unwrap_or(last / 2).min(last)]
+}
+
 /// The line of step `index` of `count`: every other one is dashed, so that neighbours differ without colour
 /// too.
 pub(crate) fn scale_stroke(index: usize, count: usize, width: f64) -> Stroke {
@@ -85,6 +95,13 @@ mod tests {
             SCALE.map(grey)
         );
         assert!(grey(SCALE[6]) < 180.0, "too light on white");
+        assert!(
+            FILLS.windows(2).all(|w| (20.0..26.0).contains(&(grey(w[1]) - grey(w[0])))),
+            "{:?}",
+            FILLS.map(grey)
+        );
+        assert!(grey(FILLS[0]) > grey(INK) + 75.0, "lines are not read on it");
+        assert_eq!((0..6).map(|k| fill_colour(k, 6)).collect::<std::collections::BTreeSet<_>>().len(), 6);
         assert_ne!(scale_stroke(2, 7, 1.0).dash, scale_stroke(3, 7, 1.0).dash);
     }
 }

@@ -1,5 +1,6 @@
 //! The figure of an answer: any question, any factor. One table, one colour per series.
 
+use super::map;
 use crate::draw::{Axis, COLUMN, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_stroke};
 use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook, symbol};
 use rijke_rig::DataKind;
@@ -24,6 +25,9 @@ const FEW: usize = 8;
 pub(super) fn of(kind: Option<DataKind>, answer: &Answer, place: &Place) -> Option<Figure> {
     if answer.panels.is_empty() {
         return None;
+    }
+    if map::is_one(answer) {
+        return Some(map::of(kind, answer, place.size));
     }
     let colours = Colours::of(answer);
     let tag = |k: usize| {
@@ -213,6 +217,7 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
                 panel.curve(&line, &look);
             }
         }
+        LayerLook::Cross | LayerLook::GrowthMap | LayerLook::ChanceMap => {}
         LayerLook::Ellipse => {
             let Some(c) = layer.sd else { return };
             for row in &frame.rows {

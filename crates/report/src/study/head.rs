@@ -1,7 +1,7 @@
 //! What the page of a study says beside its stages.
 
 use rijke_rig::DataKind;
-use rijke_study::{Claims, Observations, Study};
+use rijke_study::{Claims, ObservedModes, Study};
 
 /// What a page says of a study, beside its stages.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub struct StudyHead {
 impl StudyHead {
     /// The head of the page of a study.
     #[must_use]
-    pub fn of(study: &Study, observations: &Observations) -> Self {
+    pub fn of(study: &Study, observations: &ObservedModes) -> Self {
         Self {
             name: study.plan.name.clone(),
             question: study.plan.question.clone(),

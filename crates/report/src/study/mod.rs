@@ -1,5 +1,7 @@
 //! The page of a study: any rig, any stages, any questions. Draws the records of the engine and computes no
 //! physics of its own.
+//!
+//! Knows the records of the engine, and neither models nor files of a study.
 
 mod asked;
 mod checks;
@@ -7,6 +9,7 @@ mod claims;
 mod figure;
 mod first;
 mod head;
+mod map;
 pub(crate) mod numbers;
 mod sliders;
 mod tables;
@@ -136,7 +139,7 @@ impl StudyPage {
         answer: &Answer,
         stage: Option<&StageRecord>,
     ) -> Result<String, ReportError> {
-        let prefix = if answer.frames.len() > 1 { "-measured" } else { "" };
+        let prefix = if answer.frames.len() > 1 && !map::is_one(answer) { "-measured" } else { "" };
         for (k, frame) in answer.frames.iter().enumerate() {
             let name =
                 if k == 0 { format!("{}{prefix}", answer.id) } else { format!("{}-{}", answer.id, k + 1) };
@@ -181,12 +184,8 @@ impl StudyPage {
     pub fn write(&self, folder: &Path) -> Result<(), ReportError> {
         for (name, content) in &self.files {
             let path = folder.join(name);
-            let partial = path.with_extension("partial");
-            let written = path
-                .parent()
-                .map_or(Ok(()), fs::create_dir_all)
-                .and_then(|()| fs::write(&partial, content))
-                .and_then(|()| fs::rename(&partial, &path));
+            let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
+            let written = folder.and_then(|()| rijke_numerics::write_whole(&path, content));
             written.map_err(|source| ReportError::Write { path, source })?;
         }
         Ok(())

@@ -7,7 +7,7 @@ use crate::{
 };
 use rijke_engine::response::{ResponseForesight, ResponseRun};
 use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
-use rijke_study::{Problem, Study};
+use rijke_study::{Study, StudyProblem};
 use serde_json::json;
 
 /// Reads all data, and says what every stage trains on and which parameters that can tell.
@@ -71,7 +71,7 @@ fn observed(study: &Study, ui: &Ui) -> Result<Option<Responses>, Failure> {
             observed.warnings.iter().for_each(|warning| ui.note(format!("warning: {warning}")));
             Ok(Some(observed))
         }
-        Err(error) if matches!(*error.problem, Problem::Elsewhere { .. }) => {
+        Err(error) if matches!(*error.problem, StudyProblem::Elsewhere { .. }) => {
             ui.note(format!("warning: {error}"));
             ui.say("the data were not checked");
             Ok(None)

@@ -1,11 +1,11 @@
-//! Calibration clicks of other frequencies than the laboratory's own, in tubes whose end is another one than the
-//! fit expects: how often gains and delays lie within what is stated.
+//! Calibration clicks of other frequencies than the laboratory's own, in tubes whose end is another one than
+//! the fit expects: how often gains and delays lie within what is stated.
 
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::Streams;
-use rijke_rig::{Campaign, Record, RecordSet, RecordSource, Rig, RigError};
+use rijke_rig::{Record, RecordSet, RecordSource, RigError, TubeCampaign, TubeRig};
 use rijke_signal::{ChannelDelays, ProcessOptions, process};
 
 /// The laboratory's empty tube as a rig file would show it that says nothing of the end.
@@ -53,7 +53,7 @@ const REFERENCE: usize = 5;
 
 fn calibration(hz: f64, end: End, seed: u64, slow: bool) -> Result<Found, String> {
     let (mut rig, mut campaign, mut truth) =
-        (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022(), Truth::standard());
+        (TubeRig::juniper_yoko_2022(), TubeCampaign::juniper_yoko_2022(), Truth::standard());
     let shown = rig.clone();
     campaign.points.retain(|p| p.id == "C3-E");
     campaign.ramps.clear();

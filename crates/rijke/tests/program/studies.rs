@@ -45,6 +45,29 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     assert_eq!(csv(&["--map", "x_g,Q", "--plot", "map.svg"]).lines().count(), 1 + 2 * 15 * 15);
     let map = fs::read_to_string(folder.join("map.svg")).unwrap();
     assert!(map.contains("probability of instability") && !map.contains("NaN"));
+    // The same on the page, and beside it as a table; here beyond the powers that were measured.
+    let mapped = fs::read_to_string(folder.join("rig/results/tables/stability.csv")).unwrap();
+    assert!(
+        mapped.starts_with("name,series,x_g [m],Q [W],growth_rate [1/s],growth_rate_sd [1/s],"),
+        "{mapped}"
+    );
+    assert_eq!(mapped.lines().count(), 1 + 2 * 15 * 15);
+    assert!(page.contains("The boundary of stability crosses the map: largest growth rate"));
+    assert!(
+        page.contains("Beyond the points that trained the model (Q 25 to 50 W) its laws are extrapolated")
+    );
+    let said = |map: &str| {
+        let output =
+            rijke(&folder, &["predict", "rig", "--map", map, "--plot", "map.pdf", "--out", "map.csv"]);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, stable) = said("x_g,Q=0:30");
+    assert!(code == Some(0) && stable.contains("Stable everywhere: largest growth rate -4."), "{stable}");
+    assert!(fs::read(folder.join("map.pdf")).unwrap().starts_with(b"%PDF"));
+    for (map, why) in [("x_g=0.5:0.1,Q", "0.5 to 0.1"), ("x_g=0.1,Q", "no range"), ("Q,Q", "two factors")] {
+        let (code, refused) = said(map);
+        assert!(code == Some(2) && refused.contains(why) && refused.contains("with a range as"), "{refused}");
+    }
     // A second run does not overwrite what a first one found.
     let again = rijke(&folder, &["run", "rig", "--one-start"]);
     assert_eq!(again.status.code(), Some(2));

@@ -1,7 +1,7 @@
 //! How a campaign is processed, and what processing gives.
 
 use crate::click::ClickOptions;
-use crate::delays::{CalibrationError, ChannelDelays, StatedChannels};
+use crate::delays::{CalibrationError, ChannelDelays, ChannelPriors};
 use crate::ping::PingOptions;
 use crate::repeats::Repeats;
 use rijke_rig::{Observations, Rejection, RigError};
@@ -17,7 +17,7 @@ pub struct ProcessOptions {
     pub click: ClickOptions,
     /// What is known of the channels at the pings' sampling rate without calibration clicks at that rate:
     /// used if there are none.
-    pub stated: Option<StatedChannels>,
+    pub stated: Option<ChannelPriors>,
     /// How far the gains of the channels may lie from their median, relative to it; none for 30 %.
     pub gain_spread: Option<f64>,
 }

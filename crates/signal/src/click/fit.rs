@@ -41,7 +41,8 @@ const EARLIER: f64 = 0.8;
 /// Step (in sd) below which the record is first rid of what the taps do not reflect, and how often at most.
 const RID: f64 = 0.5;
 const RIDS: usize = 6;
-/// Distance from where sound arrives, in periods of the highest frequency, beyond which another place is tried.
+/// Distance from where sound arrives, in periods of the highest frequency, beyond which another place is
+/// tried.
 const FAR: f64 = 0.4;
 /// Residual energy over impulse energy above which the channels do not show the same impulse.
 const MISFIT: f64 = 0.05;

@@ -1,5 +1,5 @@
-//! What an end reflects beyond the taps of the model, and how far times and gains lean on what is not known of
-//! it.
+//! What an end reflects beyond the taps of the model, and how far times and gains lean on what is not known
+//! of it.
 
 use super::end::{flanged, unflanged};
 use super::model::{Model, Rows, TAP_SPACING, TAPS};
@@ -21,9 +21,9 @@ impl Model {
         self.options.reflection.as_ref().filter(|_| !self.taps.is_empty() && self.pace_sd.is_none())
     }
 
-    /// The record less what an unflanged end reflects of the impulse and the expected taps do not: its way with
-    /// frequency, and the boundary layers between the microphone and the end, there and back, which differ from
-    /// channel to channel. None if the end is not known.
+    /// The record less what an unflanged end reflects of the impulse and the expected taps do not: its way
+    /// with frequency, and the boundary layers between the microphone and the end, there and back, which
+    /// differ from channel to channel. None if the end is not known.
     pub(super) fn without_rest(&self, raw: &Segment, rows: &Rows) -> Option<Segment> {
         let reflection = self.known_end()?;
         let taps = |omega: f64| -> C64 {
@@ -38,9 +38,9 @@ impl Model {
     }
 
     /// Error of each time (s) and relative error of each gain, signed, if the end is another one than the
-    /// unflanged one that is expected: the answer of the fit, linear, to the difference of what they reflect. The
-    /// ends are one that is only longer, by what an infinite flange adds, one with that flange, and one that
-    /// takes [`TAKEN`].
+    /// unflanged one that is expected: the answer of the fit, linear, to the difference of what they reflect.
+    /// The ends are one that is only longer, by what an infinite flange adds, one with that flange, and one
+    /// that takes [`TAKEN`].
     pub(super) fn leaning(&self, segment: &Segment, rows: &Rows, inverse: &Matrix) -> Vec<Vec<[f64; 2]>> {
         let channels = self.times.len();
         let Some(reflection) = self.known_end().filter(|_| self.options.leaning) else { return Vec::new() };
@@ -60,8 +60,8 @@ impl Model {
         ends.into_iter().map(error).collect()
     }
 
-    /// The record and, where the reflection overlaps, the impulse through a filter: that of channel m at omega
-    /// (rad/s) is `filter(omega, m)`, late by the lag of the reflection.
+    /// The record and, where the reflection overlaps, the impulse through a filter: that of channel m at
+    /// omega (rad/s) is `filter(omega, m)`, late by the lag of the reflection.
     fn with_echo(&self, segment: &Segment, rows: &Rows, filter: impl Fn(f64, usize) -> C64) -> Segment {
         let width = segment.highest_hz / TONES as f64;
         let tone = |k: usize| {
@@ -93,7 +93,8 @@ impl Model {
 }
 
 impl Reflection {
-    /// What the way from microphone `m` to the end and back does to a tone at `omega`, rad/s, the lag left out.
+    /// What the way from microphone `m` to the end and back does to a tone at `omega`, rad/s, the lag left
+    /// out.
     fn way(&self, m: usize, omega: f64) -> C64 {
         let root = self.dispersion.get(m).copied().unwrap_or(0.0) * omega.sqrt();
         C64::new(-root, -root).exp()

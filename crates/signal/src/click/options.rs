@@ -39,8 +39,8 @@ pub struct Reflection {
     /// Relative standard deviation of the lags, which have one factor in common: 0 if the speed of sound
     /// between channels and end is known, some 0.2 if the gas there is hot.
     pub pace_sd: f64,
-    /// Dispersion of the way from each channel to the end and back, s^{1/2}: see [`ClickOptions::dispersion`].
-    /// Empty for none.
+    /// Dispersion of the way from each channel to the end and back, s^{1/2}: see
+    /// [`ClickOptions::dispersion`]. Empty for none.
     pub dispersion: Vec<f64>,
 }
 
@@ -111,11 +111,11 @@ pub struct ClickFit {
     pub waveform: Vec<C64>,
     /// Taps of the reflection; empty if none was fitted.
     pub reflection: Vec<f64>,
-    /// Error of the time (s) and relative error of the gain of each channel, if the far end is another one than
-    /// the fit takes it for: a list for an end that is as much longer as a flange makes it, for one with a
-    /// flange, and for one that takes 2 % of the amplitude. Where the reflection overlaps the impulse, times and
-    /// gains lean on what is not known of the end. Empty where it overlaps nowhere, and where its lag is not
-    /// known.
+    /// Error of the time (s) and relative error of the gain of each channel, if the far end is another one
+    /// than the fit takes it for: a list for an end that is as much longer as a flange makes it, for one with
+    /// a flange, and for one that takes 2 % of the amplitude. Where the reflection overlaps the impulse,
+    /// times and gains lean on what is not known of the end. Empty where it overlaps nowhere, and where its
+    /// lag is not known.
     pub leaning: Vec<Vec<[f64; 2]>>,
     /// Whether the reflection overlaps the impulse at each channel.
     pub overlapped: Vec<bool>,

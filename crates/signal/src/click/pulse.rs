@@ -92,9 +92,10 @@ impl Bursts {
         Ok(Self { channels, found, first: first / trace.rate_hz, rate_hz, spread, scale })
     }
 
-    /// Where a channel whose impulse is overlapped by its reflection lies by more than `far` (s) from where sound
-    /// in known gas arrives, or upside down: the impulses with such channels where sound arrives. None if there is
-    /// no such channel. Impulse and reflection together look like another impulse, upside down and later.
+    /// Where a channel whose impulse is overlapped by its reflection lies by more than `far` (s) from where
+    /// sound in known gas arrives, or upside down: the impulses with such channels where sound arrives. None
+    /// if there is no such channel. Impulse and reflection together look like another impulse, upside down
+    /// and later.
     pub(crate) fn expected(&self, located: &Located, options: &ClickOptions, far: f64) -> Option<Located> {
         let reflection = options.reflection.as_ref().filter(|r| r.pace_sd == 0.0)?;
         let (pivot, mut other) = (located.pivot, located.clone());

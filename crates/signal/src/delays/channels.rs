@@ -3,13 +3,13 @@
 use super::error::CalibrationError;
 use super::error::{median_of, plausible};
 use super::place::{Placed, absolute, place};
-use super::stated::StatedChannels;
+use super::stated::ChannelPriors;
 use crate::Fault;
 use crate::click::ClickFit;
 use crate::ping::PingFit;
 use crate::repeats::{Group, variances_of_means};
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::{ChannelErrors, Click, Ping};
+use rijke_rig::{ChannelErrors, Click, ModeRows, Ping};
 
 /// What the acquisition system does to each channel at one sampling rate, with its uncertainty.
 ///
@@ -194,7 +194,7 @@ impl ChannelDelays {
     }
 
     /// Channels of which no click tells: gains of 1 and delays of 0, as well known as stated.
-    pub(crate) fn stated(channels: usize, rate_hz: f64, stated: StatedChannels) -> Self {
+    pub(crate) fn stated(channels: usize, rate_hz: f64, stated: ChannelPriors) -> Self {
         let diagonal = |sd: f64| Matrix::diagonal(&vec![sd * sd; channels]);
         Self {
             rate_hz,
@@ -215,7 +215,7 @@ impl ChannelDelays {
         let squares = |values: &mut dyn Iterator<Item = f64>| {
             Matrix::diagonal(&values.map(|sd| sd * sd).collect::<Vec<_>>())
         };
-        let none = StatedChannels { gain_sd: 0.0, delay_sd: 0.0 };
+        let none = ChannelPriors { gain_sd: 0.0, delay_sd: 0.0 };
         Self {
             delays: delays.clone(),
             gains: gains.clone(),
@@ -241,7 +241,7 @@ impl ChannelDelays {
     /// `delay_sd`.
     pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
         let channels = self.gains.len();
-        let stated = Self::stated(channels, rate_hz, StatedChannels { gain_sd: 0.0, delay_sd });
+        let stated = Self::stated(channels, rate_hz, ChannelPriors { gain_sd: 0.0, delay_sd });
         Self { gains: self.gains.clone(), gain_covariance: self.gain_covariance.clone(), ..stated }
     }
 
@@ -296,7 +296,7 @@ impl ChannelDelays {
         };
         let pressures: Vec<C64> = ping.pressures.iter().enumerate().map(|(m, p)| p * factor(m)).collect();
         let others: Vec<usize> = (0..pressures.len()).filter(|&m| m != reference).collect();
-        let size = 2 + 2 * others.len();
+        let size = ModeRows::count(others.len());
         let mut map = Matrix::zeros(size, size);
         let set = |map: &mut Matrix, row: usize, column: usize, z: C64| {
             map[(row, column)] = z.re;
@@ -306,8 +306,9 @@ impl ChannelDelays {
         };
         set(&mut map, 0, 0, C64::ONE);
         for (i, &m) in others.iter().enumerate() {
-            set(&mut map, 2 + 2 * i, 2 + 2 * i, factor(m));
-            set(&mut map, 2 + 2 * i, 0, pressures[m] * (self.delays[m] - self.delays[reference]));
+            let row = ModeRows::pressure(i);
+            set(&mut map, row, row, factor(m));
+            set(&mut map, row, 0, pressures[m] * (self.delays[m] - self.delays[reference]));
         }
         let mut covariance = map.product(&ping.covariance).product(&map.transpose());
         if !alone {
@@ -319,8 +320,8 @@ impl ChannelDelays {
                     let delay = pressures[m] * ping.s * sign;
                     let gain = pressures[m] * (-sign / self.gains[n]);
                     for (column, z) in [(n, delay), (channels + n, gain)] {
-                        common[(2 + 2 * i, column)] += z.re;
-                        common[(3 + 2 * i, column)] += z.im;
+                        common[(ModeRows::pressure(i), column)] += z.re;
+                        common[(ModeRows::pressure(i) + 1, column)] += z.im;
                     }
                 }
             }

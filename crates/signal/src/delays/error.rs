@@ -92,8 +92,8 @@ impl CalibrationError {
     }
 }
 
-/// Refuses delays and gains that are none of channels; `overlapped` says of each whether the reflection of the end
-/// overlaps its impulse.
+/// Refuses delays and gains that are none of channels; `overlapped` says of each whether the reflection of
+/// the end overlaps its impulse.
 pub(super) fn plausible(
     delays: &[f64],
     gains: &[f64],

@@ -14,6 +14,7 @@ use crate::dsp::kernels::{Powers, run};
 use crate::dsp::scaled::inverse_scaled;
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
+use rijke_rig::ModeRows;
 
 /// The maximum of the likelihood and its curvature.
 #[derive(Clone, Debug)]
@@ -324,7 +325,7 @@ impl Solution {
         let free = parameters(&self.components);
         let rows: Vec<usize> = (0..2).filter_map(|d| free.iter().position(|&p| p == (k, d))).collect();
         // Rows of the map from free frequencies to the numbers wanted.
-        let map = Matrix::from_fn(2 + 2 * channels, free.len(), |i, j| {
+        let map = Matrix::from_fn(ModeRows::count(channels), free.len(), |i, j| {
             if i < 2 {
                 f64::from(u8::from(rows.get(i) == Some(&j)))
             } else {
@@ -333,9 +334,10 @@ impl Solution {
         });
         let mut covariance = map.product(&self.covariance).product(&map.transpose());
         for m in 0..channels {
+            let first = ModeRows::pressure(m);
             for i in 0..2 {
                 for j in 0..2 {
-                    covariance[(2 + 2 * m + i, 2 + 2 * m + j)] += self.linear[(2 * k + i, 2 * k + j)];
+                    covariance[(first + i, first + j)] += self.linear[(2 * k + i, 2 * k + j)];
                 }
             }
         }

@@ -1,11 +1,16 @@
 //! `study.toml`: the stages of a study and its questions.
+//!
+//! Knows the words of the file, and not what a stage finds.
 
+mod ids;
+mod maps;
 mod noise;
 mod questions;
 mod read;
 mod select;
 
-pub use noise::{LawError, NoiseSpec, SdSpec, Varying};
+pub use maps::{MapGrid, MapQuestion};
+pub use noise::{NoiseSpec, PlannedLawError, PlannedVarying, SdSpec};
 pub use questions::{Ask, PointByPoint, Question};
 pub use select::{Condition, Selection};
 
@@ -27,6 +32,8 @@ pub struct Plan {
     pub responses: Vec<crate::responses::ResponseStage>,
     /// What is asked of the stages.
     pub questions: Vec<Question>,
+    /// Maps of stability that are drawn.
+    pub maps: Vec<MapQuestion>,
     /// What a further measurement costs, if that is stated.
     pub cost: Option<Cost>,
 }
@@ -165,6 +172,12 @@ impl Plan {
         let used = |c: &&Candidate| roles.contains(&*c.role) || ids.contains(&*c.id);
         let unused = catalogue.candidates().iter().filter(|c| !used(c)).collect();
         (roles, unused)
+    }
+
+    /// The names of everything that has an answer: stages, questions, maps.
+    pub fn answers(&self) -> impl Iterator<Item = &String> {
+        let (stages, questions) = (self.stages.iter(), self.questions.iter());
+        stages.map(|s| &s.id).chain(questions.map(|q| &q.id)).chain(self.maps.iter().map(|m| &m.id))
     }
 
     /// The stage called `id`, with its place.

@@ -1,9 +1,11 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
+use super::ids::{known_stage, short_id};
+use super::maps::MapFile;
 use super::questions::Asked;
 use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
-use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
+use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
 use rijke_rig::Given;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -24,6 +26,8 @@ struct File {
     responses: Vec<Spanned<crate::responses::ResponseStage>>,
     #[serde(default, rename = "ask")]
     asked: Vec<Spanned<Asked>>,
+    #[serde(default)]
+    map: Vec<Spanned<MapFile>>,
     cost: Option<Spanned<CostFile>>,
 }
 
@@ -35,14 +39,18 @@ struct CostFile {
 }
 
 impl CostFile {
-    fn cost(&self) -> Result<Cost, Problem> {
+    fn cost(&self) -> Result<Cost, StudyProblem> {
         let seconds = |key: &str, given: &Given, least: f64| {
             let key = format!("cost.{key}");
-            let value = given.of("s").map_err(|source| Problem::Unit { key: key.clone(), source })?;
+            let value = given.of("s").map_err(|source| StudyProblem::Unit { key: key.clone(), source })?;
             if value.is_finite() && value >= least {
                 return Ok(value);
             }
-            Err(Problem::Value { key, value: value.to_string(), need: "a time, of a point at least 1 s" })
+            Err(StudyProblem::Value {
+                key,
+                value: value.to_string(),
+                need: "a time, of a point at least 1 s",
+            })
         };
         let installation = self.installation.as_ref().map(|given| seconds("installation", given, 0.0));
         Ok(Cost {
@@ -192,7 +200,7 @@ impl Plan {
         };
         let hot = |part: &&crate::Part| matches!(&part.shape, crate::Shape::Duct(duct) if !duct.temperatures.is_empty());
         if let Some(part) = rig.parts.iter().find(hot).filter(|_| !matches!(base, Base::Rig)) {
-            return Err(source.fail(0, Problem::UnusedTemperature { part: part.name.clone() }));
+            return Err(source.fail(0, StudyProblem::UnusedTemperature { part: part.name.clone() }));
         }
         let (name, question) = (file.name, file.question);
         let cost = file.cost.map(|cost| {
@@ -206,6 +214,7 @@ impl Plan {
             stages: Vec::new(),
             responses: Vec::new(),
             questions: Vec::new(),
+            maps: Vec::new(),
             cost: cost.transpose()?,
         };
         for stage in file.stage {
@@ -225,7 +234,7 @@ impl Plan {
             plan.responses.push(stage);
         }
         if plan.stages.is_empty() && plan.responses.is_empty() {
-            return Err(source.fail(0, Problem::Empty { what: "stage", need: "add a [[stage]]" }));
+            return Err(source.fail(0, StudyProblem::Empty { what: "stage", need: "add a [[stage]]" }));
         }
         for asked in file.asked {
             let at = asked.span().start;
@@ -233,46 +242,36 @@ impl Plan {
             let question = asked.into_inner().question(rig, campaign).map_err(fail)?;
             short_id(&question.id).map_err(fail)?;
             known_stage(&plan, &question.stage).map_err(fail)?;
-            let taken = plan.questions.iter().map(|q| &q.id).chain(plan.stages.iter().map(|s| &s.id));
-            if taken.into_iter().any(|id| *id == question.id) {
-                return Err(fail(Problem::Duplicate { what: "stage or question", name: question.id }));
+            if plan.answers().any(|id| *id == question.id) {
+                return Err(fail(StudyProblem::Duplicate {
+                    what: "stage, question or map",
+                    name: question.id,
+                }));
             }
             let check = Check { rig, campaign, catalogue };
             check.question(&question, &plan).map_err(fail)?;
             plan.questions.push(question);
         }
+        for map in file.map {
+            let at = map.span().start;
+            let map = map.into_inner().question(&plan, campaign);
+            plan.maps.push(map.map_err(|problem| source.fail(at, problem))?);
+        }
         Ok(plan)
     }
 }
 
-/// An id names files.
-fn short_id(id: &str) -> Result<(), Problem> {
-    const LONGEST: usize = 100;
-    let (key, value) = ("id".to_owned(), id.chars().take(20).collect::<String>() + "...");
-    let need = "at most 100 characters without / and \\, and no path; it names files";
-    let path = id.contains(['/', '\\']) || id.chars().any(char::is_control) || [".", ".."].contains(&id);
-    if id.len() > LONGEST || path { Err(Problem::Value { key, value, need }) } else { Ok(()) }
-}
-
-fn known_stage(plan: &Plan, id: &str) -> Result<(), Problem> {
-    if plan.stage(id).is_some() {
-        return Ok(());
-    }
-    let known = listed(plan.stages.iter().map(|s| s.id.as_str()));
-    Err(Problem::Unknown { what: "earlier stage", name: id.to_owned(), known })
-}
-
-fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), Problem> {
+fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), StudyProblem> {
     match catalogue.get(id) {
         Some(c) if c.role == role => Ok(()),
-        Some(c) => Err(Problem::Value {
+        Some(c) => Err(StudyProblem::Value {
             key: format!("with.{role}"),
             value: format!("{id}, whose role is {}", c.role),
             need: "a candidate of that role",
         }),
         None => {
             let known = listed(catalogue.competing(role).iter().map(|c| c.id.as_str()));
-            Err(Problem::Unknown { what: "candidate", name: id.to_owned(), known })
+            Err(StudyProblem::Unknown { what: "candidate", name: id.to_owned(), known })
         }
     }
 }
@@ -284,7 +283,7 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn question(&self, question: &Question, plan: &Plan) -> Result<(), Problem> {
+    fn question(&self, question: &Question, plan: &Plan) -> Result<(), StudyProblem> {
         if let Ask::PointByPoint(one) = &question.ask {
             one.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
             self.noise(&one.noise, plan)?;
@@ -292,32 +291,36 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn heated(&self, heated: &HeatedFlow) -> Result<(), Problem> {
+    fn heated(&self, heated: &HeatedFlow) -> Result<(), StudyProblem> {
         for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
             let factor = &self.campaign.factors[self.campaign.known_factor(name)?];
             // A factor without a unit in its heading is taken as it is.
             if factor.stated {
                 let key = format!("base.heated-flow.{key} = {name}");
-                factor.shown.of(wanted).map_err(|source| Problem::Unit { key, source })?;
+                factor.shown.of(wanted).map_err(|source| StudyProblem::Unit { key, source })?;
             }
         }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
                 let (key, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
-                return Err(Problem::Value { key, value, need: "[mean, standard deviation], both positive" });
+                return Err(StudyProblem::Value {
+                    key,
+                    value,
+                    need: "[mean, standard deviation], both positive",
+                });
             }
         }
         if self.rig.part(&heated.at).is_none() {
             let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
-            return Err(Problem::Unknown { what: "part", name: heated.at.clone(), known });
+            return Err(StudyProblem::Unknown { what: "part", name: heated.at.clone(), known });
         }
         Ok(())
     }
 
-    fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, Problem> {
+    fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, StudyProblem> {
         short_id(&file.id)?;
         if plan.stage(&file.id).is_some() {
-            return Err(Problem::Duplicate { what: "stage", name: file.id });
+            return Err(StudyProblem::Duplicate { what: "stage", name: file.id });
         }
         file.points.check(self.campaign)?;
         let on = file.on.list();
@@ -328,13 +331,13 @@ impl Check<'_> {
         for role in &compete {
             if self.catalogue.competing(role).is_empty() {
                 let known = listed(self.catalogue.roles());
-                return Err(Problem::Unknown { what: "role", name: role.clone(), known });
+                return Err(StudyProblem::Unknown { what: "role", name: role.clone(), known });
             }
         }
         for id in file.among.iter().chain(file.rows.iter().flatten()) {
             if self.catalogue.get(id).is_none() {
                 let known = listed(self.catalogue.candidates().iter().map(|c| c.id.as_str()));
-                return Err(Problem::Unknown { what: "candidate", name: id.clone(), known });
+                return Err(StudyProblem::Unknown { what: "candidate", name: id.clone(), known });
             }
         }
         for noise in [Some(&file.noise), file.noise_of_predictions.as_ref()].into_iter().flatten() {
@@ -343,7 +346,7 @@ impl Check<'_> {
         self.rig.microphones.have(&file.microphones)?;
         if !(file.decides >= 0.0 && file.decides.is_finite()) {
             let (key, value) = ("decides".into(), file.decides.to_string());
-            return Err(Problem::Value { key, value, need: "a number of nats, zero or more" });
+            return Err(StudyProblem::Value { key, value, need: "a number of nats, zero or more" });
         }
         Ok(Stage {
             title: file.title.unwrap_or_else(|| file.id.clone()),
@@ -367,7 +370,7 @@ impl Check<'_> {
         })
     }
 
-    fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), Problem> {
+    fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), StudyProblem> {
         for sd in noise.all() {
             if let SdSpec::Like { stage, .. } = sd {
                 known_stage(plan, stage)?;
@@ -377,7 +380,7 @@ impl Check<'_> {
             self.campaign.known_factor(&law.over)?;
             if self.catalogue.competing(&law.role).is_empty() {
                 let known = listed(self.catalogue.roles());
-                return Err(Problem::Unknown { what: "role", name: law.role.clone(), known });
+                return Err(StudyProblem::Unknown { what: "role", name: law.role.clone(), known });
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! What is wrong or doubtful about numbers over frequency.
 
 use super::ObservedResponse;
-use crate::Problem;
+use crate::StudyProblem;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -39,15 +39,15 @@ const PASSIVE: f64 = 1.02;
 const RISES: f64 = 1.0;
 
 /// Refuses frequencies that are none, that stand twice or that do not ascend: the line, and what is wrong.
-pub(super) fn refuse(rows: &Rows) -> Result<(), (usize, Problem)> {
+pub(super) fn refuse(rows: &Rows) -> Result<(), (usize, StudyProblem)> {
     let line = |k: usize| rows.lines.get(k).copied().unwrap_or(0);
     let value = |k: usize, need| {
         let (key, value) = ("f".to_owned(), format!("{} Hz", rows.frequency_hz[k]));
-        Err((line(k), Problem::Value { key, value, need }))
+        Err((line(k), StudyProblem::Value { key, value, need }))
     };
     if let Some((k, sd)) = rows.sd.iter().enumerate().find(|(_, sd)| **sd <= 0.0) {
         let need = "above zero, or left out: write `-` for the column in `columns` if no standard deviation was measured";
-        return Err((line(k), Problem::Value { key: "sd".into(), value: sd.to_string(), need }));
+        return Err((line(k), StudyProblem::Value { key: "sd".into(), value: sd.to_string(), need }));
     }
     if let Some(k) = rows.frequency_hz.iter().position(|f| *f <= 0.0) {
         return value(k, "above zero");

@@ -1,17 +1,21 @@
 //! The answers to a study's questions: tables of numbers, and which of them a figure shows. A new kind of
 //! question is a file here and a line in [`Run::answer`].
+//!
+//! Knows trained stages, and neither how they were trained nor how a figure is drawn.
 
 mod axes;
 mod contours;
 mod point_by_point;
 mod prediction;
 mod ranking;
+mod stability;
 
-pub use axes::symbol;
+pub use axes::{symbol, with_sd};
+pub use stability::stability;
 
 use super::course::Run;
 use super::frame::Frame;
-use super::record::ParameterRecord;
+use super::record::TrainedParameter;
 use crate::EngineError;
 use rijke_study::plan::{Ask, Question};
 use serde::{Deserialize, Serialize};
@@ -26,7 +30,7 @@ pub struct Answer {
     /// What the tables hold, in a sentence or two.
     pub caption: String,
     /// The parameters of the model, if there is one.
-    pub parameters: Vec<ParameterRecord>,
+    pub parameters: Vec<TrainedParameter>,
     /// The tables; claims are about the first.
     pub frames: Vec<Frame>,
     /// What a figure shows of them.
@@ -74,6 +78,14 @@ pub enum LayerLook {
     /// The ellipse of one and two standard deviations of each row; `sd` is the column of the covariance, and
     /// the two variances are the columns before it.
     Ellipse,
+    /// Growth rates over a grid of `x` and `y`, filled, with the boundary of stability and its band; `sd` is
+    /// the column of their standard deviation, and they are the column before it. Where a node has several
+    /// rows, the largest counts.
+    GrowthMap,
+    /// The same numbers as the probability that the growth rate is positive, taken as normal.
+    ChanceMap,
+    /// A cross per row, whose name the legend has.
+    Cross,
 }
 
 impl Run {
@@ -110,4 +122,4 @@ impl Run {
 }
 
 /// Tables, panels, parameters and caption.
-type Found = (Vec<Frame>, Vec<AnswerPanel>, Vec<ParameterRecord>, String);
+type Found = (Vec<Frame>, Vec<AnswerPanel>, Vec<TrainedParameter>, String);

@@ -32,7 +32,7 @@ impl Run {
             one.with.values().filter_map(|id| self.study.catalogue.get(id).cloned()).collect();
         let choice = with_candidates(choice, &own);
         let assembly = assembly_of(&self.study, &choice, &one.hold)?;
-        let known = done.chosen.trained.knowledge();
+        let known = done.chosen.trained.gaussian();
         let points: Vec<Observed> = selected(&self.study, &self.observed, &one.points)
             .iter()
             .map(|o| known.without_channels(&self.rig, o))

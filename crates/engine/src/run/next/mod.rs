@@ -1,5 +1,7 @@
 //! What to measure next: what further measurements would tell of parameters, of which model is right, and of
 //! a quantity.
+//!
+//! Knows trained models to first order. It trains none, and reads no record.
 
 mod microphones;
 mod place;
@@ -19,7 +21,7 @@ use crate::{EngineError, SavedModel};
 use place::Place;
 use plan::Worth;
 use predictive::Numbers;
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use told::Told;
@@ -100,7 +102,7 @@ pub struct Next {
 /// [`EngineError::NothingToMeasure`], [`EngineError::Damaged`], and those of the files.
 pub fn next(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     model: &SavedModel,
     rivals: &[OpenModel],
     wish: &Wish,

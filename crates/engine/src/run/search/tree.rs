@@ -62,7 +62,7 @@ pub(super) fn chain(plan: &Plan, target: Option<&str>) -> Result<Plan, EngineErr
             return Err(EngineError::Refused { stage: stage.id.clone(), problem });
         }
     }
-    Ok(Plan { stages, questions: Vec::new(), ..plan.clone() })
+    Ok(Plan { stages, questions: Vec::new(), maps: Vec::new(), ..plan.clone() })
 }
 
 /// The candidates that a later model has, in the stages on which `stage` stands.

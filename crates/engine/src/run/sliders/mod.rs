@@ -16,7 +16,7 @@ use crate::{Assembly, Conditions, EngineError, Misfit, Observed, PointModel, Sav
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use script::{Script, ka};
 use serde::Serialize;
 use table::Table;
@@ -116,7 +116,7 @@ struct Solved {
 /// A sentence that says why a page cannot solve it.
 pub fn sliders(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     record: &StageRecord,
     saved: &SavedModel,
 ) -> Result<Sliders, String> {
@@ -221,7 +221,7 @@ struct Model<'a> {
 impl<'a> Model<'a> {
     fn of(assembly: &'a Assembly, saved: &'a SavedModel) -> Result<Self, EngineError> {
         let posterior = saved.posterior()?;
-        let known = posterior.knowledge.in_a_new_installation(&posterior.noise);
+        let known = posterior.gaussian.in_a_new_installation(&posterior.noise);
         let place = |name: &str| {
             let unknown =
                 || EngineError::UnknownParameter { name: name.to_owned(), known: known.names.join(", ") };

@@ -8,7 +8,7 @@ use rijke_rig::ChannelErrors;
 /// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of
 /// the next.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Knowledge {
+pub struct NamedGaussian {
     /// Names of the parameters.
     pub names: Vec<String>,
     /// Most probable values.
@@ -25,7 +25,7 @@ pub struct Training {
     /// What is assumed of noise and model error.
     pub noise: Noise,
     /// What earlier stages found; parameters that the assembly does not have are ignored.
-    pub known: Vec<Knowledge>,
+    pub known: Vec<NamedGaussian>,
     /// What the observations share of the channels' calibration, if that is known: delays and gains are then
     /// parameters beside the model's.
     pub channels: Option<ChannelErrors>,
