@@ -195,7 +195,7 @@ fn fit_whitened(
     let white = White { samples: &samples, channels, step };
     let envelope = Envelope::new(white, options.band_hz)?;
     let search = Search { options, harmonics };
-    let need = envelope.least_rows(step);
+    let need = 10 * envelope.block;
     let early = |from: usize| white.slice(from, from + (EARLY / step) as usize);
     let too_short = |first: usize| Fault::ShortDecay {
         have: white.rows().saturating_sub(first) as f64 * step,
@@ -203,6 +203,7 @@ fn fit_whitened(
         frequency_hz: envelope.omega / std::f64::consts::TAU,
     };
     let safe = envelope.safe_start();
+    // A tail shorter than this cannot be told from forcing that fades.
     if white.rows() < safe + need && envelope.regrowth().is_none() {
         return Err(too_short(safe));
     }

@@ -21,10 +21,6 @@ const RISEN: f64 = 0.05;
 /// ripples.
 const BLOCK: f64 = 20.0;
 
-/// Fewest periods and blocks of a decay.
-const PERIODS: f64 = 10.0;
-const BLOCKS: usize = 5;
-
 /// Time over which the fall of the energy is compared, s; energy over that of the noise that is asked for;
 /// and the share of a later fall below which the first one is too slow. Neighbours make a fall uneven by a
 /// tenth or two.
@@ -113,13 +109,6 @@ impl Envelope {
 
     fn top(&self) -> f64 {
         self.energy.iter().fold(0.0_f64, |a, &b| a.max(b))
-    }
-
-    /// Fewest rows of a decay: ten periods, and not less than some blocks. Shorter ones cannot be told from
-    /// forcing that fades.
-    pub(crate) fn least_rows(&self, step: f64) -> usize {
-        let periods = PERIODS * std::f64::consts::TAU / (self.omega * step);
-        (periods.ceil() as usize).max(BLOCKS * self.block)
     }
 
     /// First sample that is certainly after the end of forcing, for a first fit.
