@@ -34,8 +34,8 @@ impl LawErrors {
     }
 
     /// The changes of the prediction of every point per standard deviation of the real and the imaginary part
-    /// of e, which all points of one value of the factor share; of one that is added to a law, by the nodes of
-    /// its frequencies ([`Added::nodes`](crate::Added)).
+    /// of e, which all points of one value of the factor share; of one that is added to a law, by the nodes
+    /// of its frequencies ([`Added::nodes`](crate::Added)).
     ///
     /// # Errors
     /// Those of the model.

@@ -24,8 +24,8 @@ pub(super) struct Followed {
 }
 
 impl Followed {
-    /// Of what was observed, those at the points that `trained`; all where none of them was observed, none for
-    /// a model that no point trained.
+    /// Of what was observed, those at the points that `trained`; all where none of them was observed, none
+    /// for a model that no point trained.
     pub(super) fn of(study: &Study, observed: &[Observed], trained: &[String]) -> Self {
         let campaign = &study.campaign;
         let range = |k: usize| {
@@ -54,8 +54,8 @@ impl Followed {
         Self { seen, labels, ranges: (0..campaign.factors.len()).map(range).collect() }
     }
 
-    /// The modes that are sought under `conditions`, and where: those that the model was trained on, or, where
-    /// no mode was ever measured, all that it has in the region of the rig at these `values` of its
+    /// The modes that are sought under `conditions`, and where: those that the model was trained on, or,
+    /// where no mode was ever measured, all that it has in the region of the rig at these `values` of its
     /// parameters, numbered from the lowest frequency.
     ///
     /// # Errors

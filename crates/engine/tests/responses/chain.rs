@@ -120,8 +120,8 @@ fn ran(folder: &PathBuf) -> (ResponseRun, Run, ObservedModes) {
     (responses, run, observations)
 }
 
-/// ln evidence, mean and covariance of data that are linear in two parameters with [`PRIORS`]: the data, their
-/// slopes, and their standard deviations.
+/// ln evidence, mean and covariance of data that are linear in two parameters with [`PRIORS`]: the data,
+/// their slopes, and their standard deviations.
 fn by_hand(rows: &[(f64, [f64; 2], f64)]) -> (f64, [f64; 2], [[f64; 2]; 2]) {
     let n = rows.len();
     let offset: Vec<f64> =

@@ -81,8 +81,8 @@ fn folder(name: &str, noise: &str) -> Folder {
     )
 }
 
-/// ln density of the growth rates of these points, with the mean and the standard deviation of a and of b after
-/// them; an installation changes its growth rates by `moves` per standard deviation.
+/// ln density of the growth rates of these points, with the mean and the standard deviation of a and of b
+/// after them; an installation changes its growth rates by `moves` per standard deviation.
 fn by_hand(points: &[usize], moves: &dyn Fn(usize) -> f64) -> (f64, [[f64; 2]; 2]) {
     of(points, moves, &|a, b| POINTS[a].1 == POINTS[b].1)
 }

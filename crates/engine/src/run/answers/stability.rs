@@ -17,8 +17,9 @@ const TRAINED: &str = "trained";
 
 /// A map from what `model` foresees at the nodes of its grid, whose `places` in the campaign are given row
 /// after row; and what it shows, in a sentence or two. Deviations are those of the model, those of growth
-/// rates with the misfit that its training found, without the errors of a measurement; over the models that the evidence leaves open too, where all nodes have that average. At
-/// a node that lacks a mode the map is blank.
+/// rates with the misfit that its training found, without the errors of a measurement; over the models that
+/// the evidence leaves open too, where all nodes have that average. At a node that lacks a mode the map is
+/// blank.
 #[must_use]
 pub fn stability(
     study: &Study,
