@@ -6,7 +6,7 @@ mod records;
 use crate::{
     failure::Failure,
     number,
-    study::{measured, observations, of_the_engine, open},
+    study::{doubts_of, measured, observations, of_the_engine, open},
     study_responses,
     ui::Ui,
 };
@@ -76,8 +76,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         plan.questions.len(),
         if plan.maps.is_empty() { String::new() } else { format!(", {} maps", plan.maps.len()) }
     ));
-    let doubts = study.rig.doubts.iter().chain(&study.catalogue.doubts);
-    study.unused().iter().chain(doubts).for_each(|said| ui.note(format!("warning: {said}")));
+    study.unused().iter().chain(&doubts_of(&study)).for_each(|said| ui.note(format!("warning: {said}")));
     match (&observed, &recorded) {
         (Some(o), _) => ui.say(format!("observations: {} modes", o.modes.len())),
         (None, Some(_)) => ui.say("no record is processed yet"),

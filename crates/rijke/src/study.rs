@@ -49,7 +49,7 @@ const UNLIKE: f64 = 15.0;
 
 /// Warns of what has no effect, and of statements of a study that contradict its observations.
 pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &Observations) -> Result<(), Failure> {
-    study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
+    study.unused().iter().chain(&doubts_of(study)).for_each(|said| ui.note(format!("warning: {said}")));
     if study.channels().map_err(|error| bad(&error))?.is_some()
         && !study.plan.stages.iter().any(|s| s.channels)
     {
@@ -72,6 +72,11 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &Observations) -> Re
         ));
     }
     Ok(())
+}
+
+/// What is doubtful in the files of a rig and its candidates, tables that were measured among them.
+pub(crate) fn doubts_of(study: &Study) -> Vec<String> {
+    study.rig.doubts.iter().chain(&study.catalogue.doubts).cloned().collect()
 }
 
 /// Says which observed points no stage uses because nothing is known of their gas.

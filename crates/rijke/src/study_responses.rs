@@ -8,6 +8,7 @@ use crate::{
     failure::{Classify, Failure},
     results::{Trust, kept, known_stage, warn_of_prior},
     staging::{Lock, StagedFolder, write_whole},
+    study::doubts_of,
     ui::Ui,
 };
 use rijke_engine::EngineError;
@@ -65,11 +66,10 @@ pub(crate) fn run(
         study.plan.responses.iter_mut().for_each(|stage| stage.checked = false);
     }
     let observed = study.responses().or_bad_input()?;
-    for warning in &observed.warnings {
-        ui.note(format!("warning: {warning}"));
-    }
-    let data =
-        Data { kind: observed.kind, source: observed.source.clone(), doubts: observed.warnings.clone() };
+    let doubts: Vec<String> =
+        doubts_of(&study).into_iter().chain(observed.warnings.iter().cloned()).collect();
+    doubts.iter().for_each(|warning| ui.note(format!("warning: {warning}")));
+    let data = Data { kind: observed.kind, source: observed.source.clone(), doubts: doubts.clone() };
     let plan = study.plan.clone();
     let results = dir.join("results");
     let mut run = ResponseRun::new(study, observed).map_err(|e| fault(&e, &dir))?;
@@ -89,7 +89,11 @@ pub(crate) fn run(
     page(&plan, data, &stages, staged.path())?;
     staged.commit()?;
     stages.iter().for_each(|stage| table(ui, stage));
-    ui.result(&json!({ "page": results.join("index.html"), "stages": stages.iter().map(short).collect::<Vec<_>>() }))
+    ui.result(&json!({
+        "page": results.join("index.html"),
+        "stages": stages.iter().map(short).collect::<Vec<_>>(),
+        "doubts": doubts,
+    }))
 }
 
 /// Draws the page of a study again from the numbers of its ranking.
