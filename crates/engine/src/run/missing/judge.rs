@@ -152,9 +152,9 @@ impl Left {
         open.map(|k| (k, self.gain(k))).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Of terms that the data hardly tell apart, the most probable one of the most probable effect at a place.
-    /// The best of hundreds is where noise put it, and what acts at a place has two phases and may depend on
-    /// several factors: an effect is judged by all that its terms gain together.
+    /// Of terms that the data hardly tell apart, the most probable one of the most probable effect at a
+    /// place. The best of hundreds is where noise put it, and what acts at a place has two phases and may
+    /// depend on several factors: an effect is judged by all that its terms gain together.
     fn most_probable(&self, found: &[Found], all: &[usize], expected: &[f64]) -> Option<usize> {
         let ln = |j: usize| self.gain(j) + expected[j];
         let mut best: BTreeMap<[&str; 2], usize> = BTreeMap::new();
