@@ -11,7 +11,7 @@ use rijke_engine::{Assembly, Conditions, PointModel};
 use rijke_inference::Forward;
 use rijke_network::Workspace;
 use rijke_numerics::Order;
-use rijke_study::{BaseState, OneTable};
+use rijke_study::{OneTable, PointState};
 use std::{hint::black_box, path::Path, sync::Arc};
 
 fn modes_with_derivatives(c: &mut Criterion) {
@@ -23,7 +23,7 @@ fn modes_with_derivatives(c: &mut Criterion) {
     let point = |mode: &rijke_study::ObservedMode| {
         let point = study.campaign.points[mode.point].clone();
         let layout = study.rig.at(&point, temperature).unwrap();
-        let base = BaseState::of_the_rig(&study.rig, &layout, &point, [temperature, 0.0]);
+        let base = PointState::of_the_rig(&study.rig, &layout, &point, [temperature, 0.0]);
         let conditions = Conditions { id: point.id.clone(), point, layout, base };
         let model = PointModel::new(&assembly, &conditions, &[]).unwrap();
         model.starting_from(mode.near(0.0).unwrap()).prepared()

@@ -5,7 +5,7 @@ use rijke_study::names::{
     AREA, AREA_AFTER, CONDUCTIVITY, DENSITY, DIAMETER, GAMMA, MACH, MASS_FLUX, PERIMETER, PRANDTL, PRESSURE,
     SOUND_SPEED, SPECIFIC_HEAT, TEMPERATURE, TEMPERATURE_AFTER, VELOCITY, VISCOSITY,
 };
-use rijke_study::{BaseState, Layout, Point};
+use rijke_study::{Point, PointState, RigAtPoint};
 
 /// An operating point with the state of its gas.
 #[derive(Clone, Debug)]
@@ -15,9 +15,9 @@ pub struct Conditions {
     /// The point.
     pub point: Point,
     /// Where everything is.
-    pub layout: Layout,
+    pub layout: RigAtPoint,
     /// The gas along the ducts.
-    pub base: BaseState,
+    pub base: PointState,
 }
 
 impl Conditions {

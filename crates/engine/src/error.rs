@@ -19,7 +19,7 @@ pub enum EngineError {
     #[error("readings.csv: {problem}")]
     Readings {
         /// What is wrong.
-        problem: Box<rijke_study::Problem>,
+        problem: Box<rijke_study::StudyProblem>,
     },
     /// The gas at a point is not known.
     #[error(
@@ -47,7 +47,7 @@ pub enum EngineError {
         /// The operating point.
         point: String,
         /// What is wrong there.
-        source: Box<rijke_study::Problem>,
+        source: Box<rijke_study::StudyProblem>,
     },
     /// The network of an operating point cannot be built or has no mode.
     #[error("at operating point {point}: {source}")]

@@ -2,6 +2,7 @@
 
 use crate::Conditions;
 use rijke_numerics::{C64, Matrix};
+use rijke_rig::ModeRows;
 use rijke_study::ObservedMode;
 use std::sync::Arc;
 
@@ -52,7 +53,7 @@ impl Observed {
         let (mut others, mut pressures) = (Vec::new(), Vec::new());
         for (k, (microphone, pressure)) in mode.pressures.iter().enumerate() {
             if *microphone != reference && chosen.contains(microphone) {
-                let row = 2 + 2 * others.len();
+                let row = ModeRows::pressure(others.len());
                 rows.extend([row, row + 1]);
                 keep.extend([place + 2 * k, place + 2 * k + 1]);
                 others.push(*microphone);
@@ -80,7 +81,7 @@ impl Observed {
 impl Used {
     /// How many numbers the prediction has.
     pub(crate) fn size(&self) -> usize {
-        2 + 2 * self.others.len()
+        ModeRows::count(self.others.len())
     }
 
     /// Places among the measured numbers of growth rate (0) and frequency (1).

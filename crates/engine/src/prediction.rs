@@ -3,7 +3,7 @@
 use crate::errors::{Changes, Common, LawErrors, changes};
 use crate::noise::{LawError, Misfit};
 use crate::point::parts;
-use crate::{Assembly, Conditions, EngineError, Knowledge, PointModel, Trained};
+use crate::{Assembly, Conditions, EngineError, NamedGaussian, PointModel, Trained};
 use rijke_inference::NoiseEstimate;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Matrix, Order};
@@ -49,7 +49,7 @@ pub(crate) struct Linear {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainedPosterior {
     /// The parameters: those of the model, then errors that all installations share.
-    pub knowledge: Knowledge,
+    pub gaussian: NamedGaussian,
     /// What the errors of the base states among them are.
     pub(crate) common: Option<Common>,
     /// The misfit.
@@ -60,11 +60,7 @@ impl Trained {
     /// What predictions need.
     #[must_use]
     pub fn posterior(&self) -> TrainedPosterior {
-        TrainedPosterior {
-            knowledge: self.knowledge(),
-            common: self.common.clone(),
-            noise: self.noise.clone(),
-        }
+        TrainedPosterior { gaussian: self.gaussian(), common: self.common.clone(), noise: self.noise.clone() }
     }
 }
 
@@ -84,14 +80,14 @@ impl TrainedPosterior {
         near: Option<C64>,
         law: Option<&LawError>,
     ) -> Result<PointPrediction, EngineError> {
-        let known = self.knowledge.in_a_new_installation(&self.noise);
+        let known = self.gaussian.in_a_new_installation(&self.noise);
         self.predict_from(&known, assembly, conditions, microphones, near, law)
     }
 
     /// As [`TrainedPosterior::predict`], from what is `known` of the parameters.
     pub(crate) fn predict_from(
         &self,
-        known: &Knowledge,
+        known: &NamedGaussian,
         assembly: &Assembly,
         conditions: &Conditions,
         microphones: &[usize],
@@ -115,7 +111,7 @@ impl TrainedPosterior {
     /// A prediction and its derivatives in everything that it is uncertain by.
     pub(crate) fn linear(
         &self,
-        known: &Knowledge,
+        known: &NamedGaussian,
         assembly: &Assembly,
         conditions: &Conditions,
         microphones: &[usize],

@@ -40,6 +40,9 @@ pub struct SavedModel {
     /// What is taken for certain, though the evidence does not decide it.
     #[serde(default)]
     pub assumes: Vec<String>,
+    /// Frequencies from and to, Hz, at which stages of responses measured its laws; none if none did.
+    #[serde(default)]
+    pub measured_hz: Option<[f64; 2]>,
 }
 
 impl SavedModel {
@@ -70,6 +73,7 @@ impl SavedModel {
             law,
             measured,
             assumes: Vec::new(),
+            measured_hz: None,
         }
     }
 
@@ -90,7 +94,7 @@ impl SavedModel {
         if !whole {
             return Err(EngineError::Damaged { stage: self.stage.clone() });
         }
-        let knowledge = crate::Knowledge {
+        let gaussian = crate::NamedGaussian {
             names: self.names.clone(),
             mean: self.mean.clone(),
             covariance: Matrix::from_fn(n, n, |i, j| self.covariance[i][j]),
@@ -104,7 +108,7 @@ impl SavedModel {
         };
         let common = (!self.causes.is_empty()).then(|| Common::of_shares(&self.causes));
         Ok(crate::TrainedPosterior {
-            knowledge,
+            gaussian,
             common,
             noise: self.noise.iter().enumerate().map(noise).collect(),
         })

@@ -10,7 +10,7 @@ mod tube;
 use folder::Folder;
 use rijke_engine::run::{MicrophoneTable, Run, Trusted, Wish, microphones};
 use rijke_numerics::{C64, Matrix};
-use rijke_study::{Observations, ObservedMode, Study};
+use rijke_study::{ObservedMode, ObservedModes, Study};
 use tube::TUBE;
 
 /// What is true, and what the prior is about, so that curvature of the model does not enter.
@@ -84,7 +84,7 @@ fn study(
     count: usize,
     visits: &[(usize, &[usize])],
     calibrated: bool,
-) -> (Folder, Study, Observations) {
+) -> (Folder, Study, ObservedModes) {
     let list = |of: &dyn Fn(usize) -> String| (0..count).map(of).collect::<Vec<_>>().join(", ");
     let rig = TUBE.replace("mean = 0.9", "mean = 0.85").replace(
         "[upstream]",
@@ -125,7 +125,7 @@ fn study(
     (folder, study, observations)
 }
 
-fn trained(study: &Study, observations: &Observations) -> (Run, f64) {
+fn trained(study: &Study, observations: &ObservedModes) -> (Run, f64) {
     let mut run = Run::new(study.clone(), observations, Trusted::Laplace).unwrap();
     let stage = run.next_stage().unwrap().unwrap();
     let sd = stage.models[0].parameters[0].sd;
@@ -192,7 +192,7 @@ fn message_microphones_that_cannot_be_judged() {
     let grid = microphones(&study, &observations, &model, &[], &wish, &[]).unwrap();
     // Every twentieth of the longer tube that is in the shorter one too.
     assert_eq!(grid.further.len(), 17);
-    let said = |observations: &Observations, x: f64| {
+    let said = |observations: &ObservedModes, x: f64| {
         microphones(&study, observations, &model, &[], &wish, &[x]).unwrap_err().to_string()
     };
     let beyond = said(&observations, 0.9);

@@ -7,7 +7,7 @@ use rijke_engine::{Assembly, Conditions, PointModel};
 use rijke_network::Workspace;
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Order};
-use rijke_study::{BaseState, OneTable, Study};
+use rijke_study::{OneTable, PointState, Study};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -108,7 +108,7 @@ fn assembly(study: &Study) -> Assembly {
 fn conditions(study: &Study) -> Conditions {
     let point = study.campaign.points[0].clone();
     let layout = study.rig.at(&point, 293.15).unwrap();
-    let base = BaseState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
     Conditions { id: point.id.clone(), point, layout, base }
 }
 

@@ -3,9 +3,9 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rijke_flow::assimilate::{FilterOptions, Twin, TwinOptions, filter, staircase};
-use rijke_flow::{Closures, Dual, Number, Parameters, Pipe, Single, Transient, UNKNOWNS, Unknowns};
+use rijke_flow::{Closures, Dual, Number, Pipe, Single, Transient, TubeParameters, UNKNOWNS, Unknowns};
 use rijke_numerics::Streams;
-use rijke_rig::Rig;
+use rijke_rig::TubeRig;
 use std::hint::black_box;
 
 const MIDDLE: [f64; UNKNOWNS] = [8.0, 1.0, 5.0, 0.12, 1.2, 1.0, 1.0, 0.0, 35.0, 0.05];
@@ -23,8 +23,8 @@ fn minute<N: Single>(pipe: &Pipe, values: [N; UNKNOWNS]) -> f64 {
 }
 
 fn flow(c: &mut Criterion) {
-    let Ok(pipe) = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1) else { return };
-    let p = Parameters::default();
+    let Ok(pipe) = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1) else { return };
+    let p = TubeParameters::default();
     let mut group = c.benchmark_group("steady");
     group.bench_function("newton, cold start", |b| b.iter(|| pipe.steady(black_box(&p), 180.0, 293.15)));
     if let Ok(near) = pipe.steady(&p, 175.0, 293.15) {
@@ -70,7 +70,7 @@ fn flow(c: &mut Criterion) {
 /// The paper's filter on 15 min at 7, 30 and 180 W: 60 clicks of 100 members side by side with their
 /// analyses, against the same 100 members stepped one after the other, without any analysis.
 fn filter_of_the_paper(c: &mut Criterion) {
-    let Ok(pipe) = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1) else { return };
+    let Ok(pipe) = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1) else { return };
     let options = TwinOptions { powers: staircase(&[7.0, 30.0, 180.0], 20), ..TwinOptions::default() };
     let Ok(twin) = Twin::new(&pipe, &options, &Streams::new(1), None) else { return };
     let record = &twin.record;

@@ -9,10 +9,10 @@
 use rijke_flow::assimilate::{Batch, Twin, TwinOptions, staircase};
 use rijke_flow::{Closures, FlowError, Pipe, unknowns};
 use rijke_numerics::Streams;
-use rijke_rig::Rig;
+use rijke_rig::TubeRig;
 
 fn main() -> Result<(), FlowError> {
-    let pipe = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1)?;
+    let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1)?;
     let options = TwinOptions { powers: staircase(&[0.0, 30.0, 180.0], 100), ..TwinOptions::default() };
     let twin = Twin::new(&pipe, &options, &Streams::new(1), None)?;
     let record = twin.record.checked(&pipe)?;

@@ -4,8 +4,8 @@
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use rijke_formula::{Context, Dual, Formula, Here, Kind, Name, Scope};
-use rijke_numerics::{C64, Jet, JetSpace, Order};
+use rijke_formula::{Context, Formula, Here, Kind, Name, Scope};
+use rijke_numerics::{C64, ComplexDual, Jet, JetSpace, Order};
 use std::hint::black_box;
 
 const REAL: [(&str, f64); 7] = [
@@ -35,7 +35,7 @@ fn laws(criterion: &mut Criterion) {
     let context = Context { scope: &scope, here: &|_| true, parameters: &parameters, definitions: &[] };
     let numbers: Vec<f64> = std::iter::once(f64::NAN).chain(REAL.map(|(_, value)| value)).collect();
     let (s, at) = (C64::new(-12.0, 1070.0), [1.3e-3, 2e-3, 1e-3]);
-    let dual = Dual { value: s, slope: C64::ONE };
+    let dual = ComplexDual { value: s, slope: C64::ONE };
     let short = Here { space: JetSpace::new(0, Order::Value), numbers: &numbers, analytic: &[Some(&dual)] };
     let space = JetSpace::new(4, Order::Second);
     let seed = space.seed(3, s);

@@ -2,8 +2,8 @@
 
 use crate::inspect::{share, units};
 use crate::read::{Binary, Context, FormulaError, Function, Scope, definitions};
-use crate::run::{Dual, Here, Operand, Operation, evaluate};
-use rijke_numerics::{C64, Jet};
+use crate::run::{Here, Operand, Operation, evaluate};
+use rijke_numerics::{C64, ComplexDual, Jet};
 
 /// A formula in the names of a [`Scope`] and in parameters.
 ///
@@ -44,10 +44,10 @@ impl Formula {
     /// As [`Formula::evaluate`], with the derivative with respect to s alone: without parameters as seeds
     /// it needs no jets.
     #[must_use]
-    pub fn evaluate_in_s(&self, here: &Here<'_, Dual>, parameters: &[f64]) -> Dual {
+    pub fn evaluate_in_s(&self, here: &Here<'_, ComplexDual>, parameters: &[f64]) -> ComplexDual {
         let number = |value: &f64| Operand::Number(C64::new(*value, 0.0));
         let parameter = |index: usize| parameters.get(index).map(number);
-        evaluate::run(&self.program, here, parameter, |value| Dual { value, slope: C64::ZERO })
+        evaluate::run(&self.program, here, parameter, |value| ComplexDual { value, slope: C64::ZERO })
     }
 
     /// The value of a formula of real names alone, as a place or the number of parts. `numbers` holds their
@@ -89,21 +89,6 @@ impl Formula {
     #[must_use]
     pub fn uses_parameter(&self, index: usize) -> bool {
         self.program.contains(&Operation::Parameter(index))
-    }
-
-    /// The indices of all names in it, each once, in rising order.
-    #[must_use]
-    pub fn names_used(&self) -> Vec<usize> {
-        let mut all: Vec<usize> = self.names().collect();
-        all.sort_unstable();
-        all.dedup();
-        all
-    }
-
-    /// Whether it contains `s` or a name that depends on s.
-    #[must_use]
-    pub fn depends_on_s(&self) -> bool {
-        self.program.iter().any(|o| matches!(o, Operation::Analytic(_)))
     }
 
     /// Everything that it divides by and that depends on s, inner divisors before those that contain them:
@@ -169,7 +154,7 @@ impl Formula {
         units::fault(&self.program, scope, parameter_units, wanted)
     }
 
-    fn names(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = usize> {
         self.program.iter().filter_map(|operation| match *operation {
             Operation::Global(index) | Operation::Local(index) | Operation::Analytic(index) => Some(index),
             _ => None,

@@ -9,5 +9,5 @@ mod tests;
 
 pub use formula::Formula;
 pub use inspect::is_unit;
-pub use read::{Context, FormulaError, Kind, Name, NameError, Problem, Scope};
-pub use run::{Dual, Here};
+pub use read::{Context, FormulaError, FormulaProblem, Kind, Name, NameError, Scope};
+pub use run::Here;

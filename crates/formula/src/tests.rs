@@ -5,10 +5,10 @@ mod places;
 
 use crate::read::Function;
 use crate::run::number_call;
-use crate::{Context, Dual, Formula, FormulaError, Here, Kind, Name, Problem, Scope};
+use crate::{Context, Formula, FormulaError, FormulaProblem, Here, Kind, Name, Scope};
 use approx::assert_relative_eq;
 use rijke_numerics::check::{slopes_from, slopes_near};
-use rijke_numerics::{C64, Jet, JetSpace, Order};
+use rijke_numerics::{C64, ComplexDual, Jet, JetSpace, Order};
 
 const NAMES: [&str; 3] = ["k1", "k2", "k3"];
 
@@ -35,6 +35,15 @@ fn scope() -> Scope {
         scope.add(Name { name: name.to_owned(), unit: unit.to_owned(), meaning, kind }).unwrap();
     }
     scope
+}
+
+/// The indices of all names in a formula, each once, in rising order.
+fn names_used(formula: &Formula) -> Vec<usize> {
+    formula.names().collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+}
+
+fn depends_on_s(formula: &Formula) -> bool {
+    formula.names().any(|index| scope().names()[index].kind == Kind::Analytic)
 }
 
 /// The values of [`HEATER`] by index.
@@ -74,7 +83,7 @@ fn value(text: &str) -> C64 {
     jet(&parse(text).unwrap(), &heater(), Order::Value, &POINT).value()
 }
 
-fn complaint(text: &str) -> (usize, Problem) {
+fn complaint(text: &str) -> (usize, FormulaProblem) {
     let error = parse(text).unwrap_err();
     (error.at, *error.problem)
 }
@@ -112,9 +121,9 @@ fn exact_precedence_is_that_of_matlab_and_python() {
 
 #[test]
 fn exact_a_chain_of_powers_is_refused() {
-    assert_eq!(complaint("2^3^2"), (3, Problem::ChainedPower));
-    assert_eq!(complaint("k1^k2^k3").1, Problem::ChainedPower);
-    assert_eq!(complaint("2^-1^2").1, Problem::ChainedPower);
+    assert_eq!(complaint("2^3^2"), (3, FormulaProblem::ChainedPower));
+    assert_eq!(complaint("k1^k2^k3").1, FormulaProblem::ChainedPower);
+    assert_eq!(complaint("2^-1^2").1, FormulaProblem::ChainedPower);
 }
 
 #[test]
@@ -126,19 +135,19 @@ fn exact_zero_to_a_parameter_is_zero_with_its_derivatives() {
 
 #[test]
 fn exact_errors_point_at_the_fault() {
-    assert_eq!(complaint("k1 * $"), (5, Problem::Character('$')));
-    assert_eq!(complaint("k1 *"), (4, Problem::MissingOperand));
-    assert_eq!(complaint(""), (0, Problem::MissingOperand));
-    assert_eq!(complaint("2*(k1 + 3"), (2, Problem::Unclosed));
-    assert_eq!(complaint("2 k1"), (2, Problem::MissingOperator));
-    assert_eq!(complaint("2in"), (1, Problem::MissingOperator));
-    assert_eq!(complaint("k1)"), (2, Problem::MissingOperator));
-    assert_eq!(complaint("* 2"), (0, Problem::MissingOperand));
-    assert!(matches!(complaint(&"(".repeat(5000)).1, Problem::TooLong | Problem::TooDeep));
-    assert_eq!(complaint(&"k1+".repeat(3000)).1, Problem::TooLong);
+    assert_eq!(complaint("k1 * $"), (5, FormulaProblem::Character('$')));
+    assert_eq!(complaint("k1 *"), (4, FormulaProblem::MissingOperand));
+    assert_eq!(complaint(""), (0, FormulaProblem::MissingOperand));
+    assert_eq!(complaint("2*(k1 + 3"), (2, FormulaProblem::Unclosed));
+    assert_eq!(complaint("2 k1"), (2, FormulaProblem::MissingOperator));
+    assert_eq!(complaint("2in"), (1, FormulaProblem::MissingOperator));
+    assert_eq!(complaint("k1)"), (2, FormulaProblem::MissingOperator));
+    assert_eq!(complaint("* 2"), (0, FormulaProblem::MissingOperand));
+    assert!(matches!(complaint(&"(".repeat(5000)).1, FormulaProblem::TooLong | FormulaProblem::TooDeep));
+    assert_eq!(complaint(&"k1+".repeat(3000)).1, FormulaProblem::TooLong);
     let (at, unknown) = complaint("k1 * sqr(s)");
     assert_eq!(at, 5);
-    let Problem::UnknownName { suggestion, known, .. } = unknown else { panic!("{unknown}") };
+    let FormulaProblem::UnknownName { suggestion, known, .. } = unknown else { panic!("{unknown}") };
     assert_eq!(suggestion.as_deref(), Some("sqrt"));
     assert!(known.contains("tanh"));
     let text = parse("gama - 1").unwrap_err().to_string();
@@ -159,12 +168,13 @@ fn exact_only_analytic_laws_of_s_are_accepted() {
     ] {
         let (_, problem) = complaint(text);
         assert!(
-            matches!(&problem, Problem::NotAnalytic { through, .. } if through == name),
+            matches!(&problem, FormulaProblem::NotAnalytic { through, .. } if through == name),
             "{text}: {problem}"
         );
     }
     assert!(parse("abs(k1 + i*k2)*exp(-s*k3)*conj(i)").is_ok());
-    let absent = Problem::NotHere { name: "R_LS".to_owned(), meaning: "the R_LS of the test".to_owned() };
+    let absent =
+        FormulaProblem::NotHere { name: "R_LS".to_owned(), meaning: "the R_LS of the test".to_owned() };
     assert_eq!(complaint("R_LS"), (0, absent));
     assert!(parse_without("R_LS", &[], &[]).is_ok());
     assert!(parse_without("wall_mu", &["wall_mu"], &[]).is_err());

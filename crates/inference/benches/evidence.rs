@@ -71,7 +71,7 @@ fn evidence(c: &mut Criterion) {
     });
     group.finish();
 
-    // A small problem, on which the referee ends within seconds.
+    // A small problem, on which the sampler ends within seconds.
     let few =
         Data::new(data.observations()[..2].to_vec(), vec![NoiseGroup::fixed("noise", "1", 0.2); 3]).unwrap();
     let small = Regression { x: Matrix::from_fn(32, 6, |k, i| model.x[(k, i)]) };
@@ -85,7 +85,7 @@ fn evidence(c: &mut Criterion) {
     let information = -posterior.laplace(&fit).unwrap().evidence.ln_occam;
     let target = LikelihoodTarget::new(&posterior, &fit).unwrap();
     let nested = Nested::with_error(0.5, information, target.size(), Streams::new(1));
-    group.bench_function("nested sampling to 0.5 nat", |b| b.iter(|| nested.judge(&target).unwrap()));
+    group.bench_function("nested sampling to 0.5 nat", |b| b.iter(|| nested.integrate(&target).unwrap()));
     group.finish();
 }
 

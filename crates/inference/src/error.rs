@@ -164,11 +164,11 @@ pub enum InferenceError {
         /// The most.
         limit: usize,
     },
-    /// A referee that could not go on, or is not part of this build.
-    #[error("{referee} stopped: {problem}")]
-    Referee {
+    /// A sampler that could not go on, or is not part of this build.
+    #[error("{sampler} stopped: {problem}")]
+    Sampler {
         /// Which.
-        referee: &'static str,
+        sampler: &'static str,
         /// Why.
         problem: String,
     },

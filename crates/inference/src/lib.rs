@@ -14,18 +14,18 @@ mod problem;
 mod sample;
 
 pub use assessment::{
-    AssessOptions, Assessment, Calibration, Chain, ChainStage, Draws, Health, ModelCheck, ParameterCheck,
-    ParameterRecord, Record, Surveyed, assess, evidence_csv, survey,
+    AssessOptions, Assessment, ChainStage, Draws, EvidenceChain, Health, InferenceRecord, ModelCheck,
+    ParameterCheck, ParameterRecord, SimulatedCoverage, Surveyed, assess, survey,
 };
 pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, TrustRegion, minimise};
 pub use error::{ForwardError, InferenceError};
 pub use evidence::{
-    Conflict, ConflictWarning, Entry, Evidence, LEARNT, Laplace, MarginalFit, Offset, Predicted, RankedModel,
-    Ranking, Tension, probabilities, rank,
+    Conflict, ConflictWarning, Entry, Evidence, LEARNT, Laplace, Offset, Predicted, RankedModel, Ranking,
+    Tension, probabilities, rank,
 };
 pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
-pub use linearised::{Drawn, Few, LeftOut, Linearised, Moved, Told, gain, student};
-pub use maxima::{Apart, Maximum, Mode};
+pub use linearised::{Causes, Drawn, Few, LeftOut, Linearised, Moved, Told, gain, student};
+pub use maxima::{Apart, Maximum, OtherMaximum};
 pub use numbers::{chi_squared_sds, normal_cdf, normal_quantile};
 pub use problem::{
     Alias, Coordinates, Correlated, Data, Forward, Kernel, Move, NoiseGroup, NoiseMode, Observation,
@@ -34,5 +34,5 @@ pub use problem::{
 #[cfg(feature = "nuts")]
 pub use sample::Nuts;
 pub use sample::{
-    Importance, Judged, LikelihoodTarget, Nested, Referee, RefereeKind, Target, Verdict, importance,
+    Importance, Integrated, LikelihoodTarget, Nested, Sampler, SamplerKind, Target, Verdict, importance,
 };

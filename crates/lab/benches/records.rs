@@ -5,12 +5,12 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rijke_lab::{Truth, VirtualRig};
-use rijke_rig::{Campaign, RecordSource, Rig};
+use rijke_rig::{RecordSource, TubeCampaign, TubeRig};
 use std::hint::black_box;
 
 fn lab(rows: &[&str]) -> Option<VirtualRig> {
     let rows: Vec<String> = rows.iter().map(|row| (*row).to_owned()).collect();
-    let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
+    let (rig, campaign) = (TubeRig::juniper_yoko_2022(), TubeCampaign::juniper_yoko_2022());
     VirtualRig::new(&rig, &campaign, &Truth::standard(), &rows, Some(40), 1).ok()
 }
 

@@ -4,13 +4,13 @@
 #![allow(clippy::print_stdout, reason = "an example shows something")]
 
 use rijke_lab::{LabError, Truth, VirtualRig};
-use rijke_rig::{Campaign, RecordSource, Rig};
+use rijke_rig::{RecordSource, TubeCampaign, TubeRig};
 
 fn main() -> Result<(), LabError> {
     // One day for all, so that rows can be compared.
     let mut truth = Truth::standard();
     truth.ambient.day_sd_k = 0.0;
-    let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
+    let (rig, campaign) = (TubeRig::juniper_yoko_2022(), TubeCampaign::juniper_yoko_2022());
     let lab = VirtualRig::new(&rig, &campaign, &truth, &[], Some(1), 1)?;
     for (k, entry) in lab.set().points.iter().enumerate() {
         let (s, _) = lab.true_mode(k);

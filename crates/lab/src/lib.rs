@@ -8,11 +8,10 @@ mod truth;
 
 pub use acoustics::{duct, obstacle, radiation, walls};
 pub use apparatus::base::base_state;
-pub use apparatus::mouths::mouths;
-pub use records::faults::Fault;
-pub use records::source::seed_of;
+pub use apparatus::open_ends::open_ends;
+pub use records::faults::BadRecord;
 pub use records::virtual_rig::VirtualRig;
 pub use truth::{
-    Ambient, Channels, Ends, Faults, Flow, HeaterTruth, LabError, Loudspeaker, Noise, ProngSurface, Recorder,
-    Thermocouples, Truth, Wall,
+    Channels, Ends, Faults, Flow, HeaterTruth, LabError, Loudspeaker, NoiseLevels, ProngSurface, Recorder,
+    Thermocouples, TrueTemperatures, Truth, WallTruth,
 };

@@ -9,10 +9,10 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
-    /// The mouths of the tube.
+    /// The open ends of the tube.
     pub ends: Ends,
     /// The tube's wall.
-    pub wall: Wall,
+    pub wall: WallTruth,
     /// Prongs and feed wires.
     pub prongs: ProngSurface,
     /// The heater.
@@ -28,14 +28,14 @@ pub struct Truth {
     /// The channels.
     pub channels: Channels,
     /// Noise.
-    pub noise: Noise,
+    pub noise: NoiseLevels,
     /// Days and drift.
-    pub ambient: Ambient,
+    pub ambient: TrueTemperatures,
     /// Bad records.
     pub faults: Faults,
 }
 
-/// What the mouths lose beyond radiation.
+/// What the open ends lose beyond radiation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ends {
@@ -43,16 +43,16 @@ pub struct Ends {
     pub absorption_bottom: f64,
     /// Fraction of the reflected amplitude lost at the top.
     pub absorption_top: f64,
-    /// Scatter of both fractions together from one setting of the rig to the next.
+    /// Scatter of both fractions together from one installation of the rig to the next.
     pub absorption_sd: f64,
-    /// Scatter of both end corrections together from one setting of the rig to the next, in inner radii.
+    /// Scatter of both end corrections together from one installation of the rig to the next, in inner radii.
     pub extension_sd: f64,
 }
 
 /// The tube's wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Wall {
+pub struct WallTruth {
     /// Factor on the boundary layers of a smooth wall.
     pub roughness: f64,
 }
@@ -113,12 +113,12 @@ pub struct Thermocouples {
 #[serde(deny_unknown_fields)]
 pub struct Flow {
     /// The six parameters of the pipe flow.
-    pub parameters: rijke_flow::Parameters,
+    pub parameters: rijke_flow::TubeParameters,
     /// Closures, richer than a candidate's.
     pub closures: rijke_flow::Closures,
 }
 
-/// The loudspeaker under the bottom mouth.
+/// The loudspeaker under the bottom end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Loudspeaker {
@@ -130,7 +130,7 @@ pub struct Loudspeaker {
     pub click_pa: f64,
     /// Centre frequency of the click, Hz.
     pub click_hz: f64,
-    /// From the trigger to the middle of the click at the bottom mouth, s.
+    /// From the trigger to the middle of the click at the bottom end, s.
     pub latency_s: f64,
     /// Relative scatter of amplitudes from record to record.
     pub amplitude_sd: f64,
@@ -189,7 +189,7 @@ pub struct Channels {
 /// Noise of every channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Noise {
+pub struct NoiseLevels {
     /// White noise at high frequency, one-sided density, Pa/sqrt(Hz).
     pub white_pa_rt_hz: f64,
     /// Frequency below which the density rises as 1/f, Hz.
@@ -200,10 +200,10 @@ pub struct Noise {
     pub mains_pa: Vec<f64>,
 }
 
-/// Temperatures.
+/// TrueTemperatures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Ambient {
+pub struct TrueTemperatures {
     /// Mean ambient temperature, K.
     pub mean_k: f64,
     /// Scatter between days, K.

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use num_complex::Complex;
-use rijke_lab::bench::{Bench, BenchError, Observations, run};
+use rijke_lab::bench::{Bench, BenchError, BenchObservations, run};
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ fn folder(name: &str) -> PathBuf {
     std::env::temp_dir().join(format!("rijke-lab-bench-{}-{name}", std::process::id()))
 }
 
-fn observe(name: &str, truth: &str, campaign: &str) -> Result<Observations, BenchError> {
+fn observe(name: &str, truth: &str, campaign: &str) -> Result<BenchObservations, BenchError> {
     let folder = folder(name);
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("truth.toml"), truth).unwrap();

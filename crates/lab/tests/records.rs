@@ -3,11 +3,11 @@
 
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::C64;
-use rijke_rig::{Campaign, RecordFolder, RecordSource, Rig};
+use rijke_rig::{RecordFolder, RecordSource, TubeCampaign, TubeRig};
 
 fn lab(rows: &[&str], repeats: u32, seed: u64, truth: &Truth) -> VirtualRig {
     let rows: Vec<String> = rows.iter().map(|row| (*row).to_owned()).collect();
-    let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
+    let (rig, campaign) = (TubeRig::juniper_yoko_2022(), TubeCampaign::juniper_yoko_2022());
     VirtualRig::new(&rig, &campaign, truth, &rows, Some(repeats), seed).unwrap()
 }
 
@@ -16,11 +16,11 @@ fn exact_same_seed_same_bytes_for_any_number_of_threads() {
     let bytes = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let folder = std::env::temp_dir().join(format!("rijke-lab-{}-{threads}", std::process::id()));
-        let campaign = Campaign::juniper_yoko_2022();
+        let campaign = TubeCampaign::juniper_yoko_2022();
         let points = campaign.row("C3").take(3).cloned().collect();
-        let small = Campaign { points, ..campaign };
+        let small = TubeCampaign { points, ..campaign };
         let truth = Truth::standard();
-        let lab = VirtualRig::new(&Rig::juniper_yoko_2022(), &small, &truth, &[], Some(2), 5).unwrap();
+        let lab = VirtualRig::new(&TubeRig::juniper_yoko_2022(), &small, &truth, &[], Some(2), 5).unwrap();
         pool.install(|| lab.write(&folder, &|_| {})).unwrap();
         let read = RecordFolder::open(&folder).unwrap();
         assert_eq!(read.ping(1, 1).unwrap(), lab.ping(1, 1).unwrap(), "files and memory differ");
@@ -95,23 +95,24 @@ fn lab_a_silent_ping_rings_with_the_true_mode() {
 fn oracle_true_reflections_against_the_geometry_of_the_mouths() {
     let truth = Truth::standard();
     let lab = lab(&["C3"], 1, 1, &truth);
-    let (rig, gas) = (Rig::juniper_yoko_2022(), |k: usize| {
-        Rig::juniper_yoko_2022().gas.at(lab.true_temperature(k), 101_325.0)
+    let (rig, gas) = (TubeRig::juniper_yoko_2022(), |k: usize| {
+        TubeRig::juniper_yoko_2022().gas.at(lab.true_temperature(k), 101_325.0)
     });
     let point = |k: usize| &lab.set().points[k].point;
-    let [lower, upper] = rijke_lab::mouths(&rig, &truth, point(0), 1);
-    // Without prongs both mouths reflect as the bare end does; with prongs the bottom's end correction is as
-    // long.
+    let [lower, upper] = rijke_lab::open_ends(&rig, &truth, point(0), 1);
+    // Without prongs both open ends reflect as the bare end does; with prongs the bottom's end correction is
+    // as long.
     let (s, [bottom, top]) = (lab.true_mode(0).0, lab.true_reflections(0));
     let [bare_bottom, bare_top] = [lower, upper].map(|end| end.reflection(&gas(0), s));
     assert!((top - bare_top).norm() < 1e-12 && (bottom - bare_bottom).norm() < 1e-12);
-    let [other, _] = rijke_lab::mouths(&rig, &truth, point(9), 1);
+    let [other, _] = rijke_lab::open_ends(&rig, &truth, point(9), 1);
     assert!(
         (other.extension - lower.extension).abs() > 1e-4,
         "every setting of the rig has mouths of its own"
     );
     let (s, [bottom, top]) = (lab.true_mode(9).0, lab.true_reflections(9));
-    let [lower, upper] = rijke_lab::mouths(&rig, &truth, point(9), 1).map(|end| end.reflection(&gas(9), s));
+    let [lower, upper] =
+        rijke_lab::open_ends(&rig, &truth, point(9), 1).map(|end| end.reflection(&gas(9), s));
     assert!((top - upper).norm() < 1e-12 && (bottom - lower).norm() < 1e-4);
 }
 
@@ -138,13 +139,13 @@ fn lab_bad_records_occur_as_often_as_the_truth_says() {
 #[test]
 fn exact_sweeps_depend_on_seed_and_name_alone() {
     let written = |name: &str, seed: u64, repeats: u32| {
-        let campaign = Campaign::juniper_yoko_2022();
+        let campaign = TubeCampaign::juniper_yoko_2022();
         let points = campaign.row("C3").take(1).cloned().collect();
-        let small = Campaign { points, ..campaign };
+        let small = TubeCampaign { points, ..campaign };
         let mut truth = Truth::standard();
         truth.loudspeaker.sweep_s = 0.3;
         let lab =
-            VirtualRig::new(&Rig::juniper_yoko_2022(), &small, &truth, &[], Some(repeats), seed).unwrap();
+            VirtualRig::new(&TubeRig::juniper_yoko_2022(), &small, &truth, &[], Some(repeats), seed).unwrap();
         let folder = std::env::temp_dir().join(format!("rijke-lab-sweeps-{}-{name}", std::process::id()));
         let count = std::sync::atomic::AtomicUsize::new(0);
         let written = |more: usize| {

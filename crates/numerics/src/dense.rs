@@ -175,6 +175,18 @@ impl IndexMut<(usize, usize)> for Matrix {
     }
 }
 
+/// Linear interpolation in a table whose places ascend; constant beyond its ends.
+///
+/// # Panics
+/// With fewer than two places.
+#[must_use]
+pub fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
+    let upper = places.partition_point(|&p| p <= x).clamp(1, places.len() - 1);
+    let (x0, x1) = (places[upper - 1], places[upper]);
+    let share = ((x - x0) / (x1 - x0)).clamp(0.0, 1.0);
+    values[upper - 1] + share * (values[upper] - values[upper - 1])
+}
+
 /// The scalar product.
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -260,6 +272,18 @@ pub fn complex_eigenvalues(a: &[C64], size: usize) -> Result<Vec<C64>, DenseErro
         return Err(failed);
     }
     Mat::from_fn(size, size, |i, j| a[i * size + j]).eigenvalues().map_err(|_| failed)
+}
+
+/// The principal directions of a covariance, the one with the largest variance first: variances, those below
+/// zero by rounding as zero, and unit vectors.
+///
+/// # Errors
+/// As [`symmetric_eigen`].
+pub fn principal_directions(covariance: &Matrix) -> Result<Vec<(f64, Vec<f64>)>, DenseError> {
+    let (values, vectors) = symmetric_eigen(covariance)?;
+    let n = values.len();
+    let direction = |k: usize| (values[k].max(0.0), (0..n).map(|i| vectors[(i, k)]).collect());
+    Ok((0..n).rev().map(direction).collect())
 }
 
 /// Eigenvalues in ascending order and orthonormal eigenvectors (as columns) of a symmetric matrix.
@@ -352,5 +376,9 @@ mod tests {
         let indefinite = Matrix::diagonal(&[1.0, -1.0]);
         assert!(matches!(Cholesky::new(&indefinite), Err(DenseError::NotPositiveDefinite { pivot: 1, .. })));
         assert!(symmetric_eigen(&Matrix::diagonal(&[1.0, f64::NAN])).is_err());
+        let directions = principal_directions(&Matrix::diagonal(&[2.0, -1e-18, 5.0])).unwrap();
+        let variances: Vec<f64> = directions.iter().map(|d| d.0).collect();
+        assert_eq!(variances, [5.0, 2.0, 0.0]);
+        assert_eq!(directions[0].1.iter().map(|v| v.abs()).collect::<Vec<_>>(), [0.0, 0.0, 1.0]);
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod check;
 mod cholesky;
+mod complex_dual;
 mod dense;
 mod files;
 mod jet;
@@ -9,16 +10,19 @@ mod product;
 pub mod rational;
 pub mod special;
 mod streams;
+mod whole;
 pub mod wide;
 
 pub use cholesky::Cholesky;
+pub use complex_dual::ComplexDual;
 pub use dense::{
-    DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, least_direction, least_squares_sd,
-    lu_solve, symmetric_eigen,
+    DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, interpolate, least_direction,
+    least_squares_sd, lu_solve, principal_directions, symmetric_eigen,
 };
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use jet::{Jet, JetSpace, Order};
 pub use streams::{Stream, Streams};
+pub use whole::{write_through, write_whole};
 
 /// A complex number in double precision.
 pub type C64 = num_complex::Complex<f64>;

@@ -6,8 +6,8 @@ use numpy::{AllowTypeChange, PyArray1, PyArrayLikeDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyArithmeticError;
 use pyo3::prelude::*;
 use rijke_inference::{
-    AssessOptions, Assessment, Data, Draws, Entry, Forward, ForwardError, NoiseGroup, Observation, Parameter,
-    Parameters, Prediction, Prior, Record, assess,
+    AssessOptions, Assessment, Data, Draws, Entry, Forward, ForwardError, InferenceRecord, NoiseGroup,
+    Observation, Parameter, Parameters, Prediction, Prior, assess,
 };
 use rijke_numerics::{Matrix, Order, Streams};
 use serde::Deserialize;
@@ -188,7 +188,7 @@ pub(crate) fn rank(
                     assessment.laplace.as_ref().ok().map(|l| Draws::new(&parameters, l, draws, streams));
                 let drawn = drawn.transpose().map_err(Fault::from)?;
                 entries.push(entry(assessment.evidence.clone(), assessment.health.warnings.clone()));
-                let record = Record::new(&own.name, &parameters, &assessment);
+                let record = InferenceRecord::new(&own.name, &parameters, &assessment);
                 found.push(json!({ "record": record, "draws": drawn.map(|d| d.posterior) }));
             }
             Err(reason) => {

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use rijke_engine::run::{
     Aim, Search, SearchOptions, SearchPart, Trusted, Wish, forecast, foresight, next, with_points,
 };
-use rijke_inference::RefereeKind;
+use rijke_inference::SamplerKind;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -153,7 +153,7 @@ fn trust(trusted: &str, error: f64) -> Answer<Trusted> {
     match trusted {
         "laplace" => Ok(Trusted::Laplace),
         "checked" => Ok(Trusted::Checked),
-        "nested" => Ok(Trusted::Refereed(RefereeKind::Nested, error)),
+        "nested" => Ok(Trusted::Sampled(SamplerKind::Nested, error)),
         other => Err(Fault::input(format!("the evidence cannot be trusted by `{other}`"))
             .remedy("Give laplace, checked or nested.")),
     }

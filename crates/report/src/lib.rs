@@ -10,6 +10,7 @@ mod response;
 mod response_study;
 mod study;
 
+pub use draw::escape;
 pub use error::ReportError;
 pub use gallery::gallery;
 pub use modes::{ModeCurves, ModesFigure};

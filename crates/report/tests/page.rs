@@ -3,8 +3,8 @@
 
 use rijke_engine::run::{
     Answer, AnswerPanel, Asked, CarriedOn, CarriedStage, Checks, EvidenceRecord, Family, Frame, FrameColumn,
-    FrameRow, Judgement, Layer, LayerLook, MeasuredRecord, Missing, ModelRecord, ParameterRecord, PointCheck,
-    StageRecord, SumCheck,
+    FrameRow, Judgement, Layer, LayerLook, MeasuredRecord, Missing, ModelRecord, PointCheck, StageRecord,
+    SumCheck, TrainedParameter,
 };
 use rijke_report::{StudyHead, StudyPage, answer_svg};
 use rijke_rig::DataKind;
@@ -16,7 +16,7 @@ fn model(id: &str, ln_marginal: f64) -> ModelRecord {
         label: format!("law <{id}>"),
         candidates: std::iter::once(("role".to_owned(), id.to_owned())).collect(),
         laws: vec![("eu at gauze".into(), "-k*exp(-s*tau)".into())],
-        parameters: vec![ParameterRecord {
+        parameters: vec![TrainedParameter {
             name: "k".into(),
             symbol: "k".into(),
             unit: "1".into(),
@@ -167,6 +167,7 @@ fn map(growth: &dyn Fn(f64, f64) -> f64) -> Answer {
 
 fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) {
     let head = StudyHead {
+        beside: None,
         name: "A rig".into(),
         question: "Which law?".into(),
         kind,
@@ -229,6 +230,7 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
 #[test]
 fn message_a_page_that_cannot_solve_its_model_says_why() {
     let head = StudyHead {
+        beside: None,
         name: "t".into(),
         question: "q".into(),
         kind: DataKind::Virtual,

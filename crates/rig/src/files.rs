@@ -5,7 +5,7 @@ use crate::problem::Problem;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::Path;
 
 /// The whole of a text file.
@@ -34,9 +34,9 @@ pub(crate) fn write_toml<T: Serialize>(value: &T, header: &str, path: &Path) -> 
     write_whole(path, format!("{header}{body}").as_bytes())
 }
 
-/// Writes a file in one step: a reader sees the old file or the new one, never half of it.
+/// Writes a file in one step, as [`rijke_numerics::write_whole`].
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), RigError> {
-    write_through(path, |file| file.write_all(bytes))
+    rijke_numerics::write_whole(path, bytes).map_err(RigError::write(path))
 }
 
 /// As [`write_whole`], piece by piece.
@@ -44,13 +44,7 @@ pub(crate) fn write_through(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
 ) -> Result<(), RigError> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    let file = File::create(&part).map_err(RigError::write(&part))?;
-    let mut file = BufWriter::new(file);
-    write(&mut file).and_then(|()| file.flush()).map_err(RigError::write(&part))?;
-    std::fs::rename(&part, path).map_err(RigError::write(path))
+    rijke_numerics::write_through(path, write).map_err(RigError::write(path))
 }
 
 /// Makes a folder and its parents.

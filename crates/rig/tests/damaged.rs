@@ -4,8 +4,8 @@
 
 use rijke_numerics::{Streams, check::damaged};
 use rijke_rig::{
-    Arrays, Campaign, Column, Columns, Decimal, Heading, Layout, Observations, Quantity, Reading,
-    RecordFolder, Rig, TextForm, Unit, inspect, read_record,
+    Arrays, Column, Columns, Decimal, Heading, Layout, Observations, Quantity, Reading, RecordFolder,
+    TextForm, TubeCampaign, TubeRig, Unit, inspect, read_record,
 };
 use std::{
     fs,
@@ -78,9 +78,9 @@ fn exact_no_damaged_record_makes_a_reader_panic() {
 #[test]
 fn exact_no_damaged_description_makes_a_reader_panic() {
     let folder = scratch("damaged-descriptions");
-    each(&folder, "r.toml", RIG.as_bytes(), 1000, |path| drop(Rig::read(path)));
+    each(&folder, "r.toml", RIG.as_bytes(), 1000, |path| drop(TubeRig::read(path)));
     each(&folder, "c.toml", CAMPAIGN.as_bytes(), 1000, |path| {
-        if let Ok(campaign) = Campaign::read(path) {
+        if let Ok(campaign) = TubeCampaign::read(path) {
             let _ = campaign.to_toml();
         }
     });
@@ -194,7 +194,7 @@ fn exact_no_damaged_text_makes_a_reader_panic() {
             let _ = inspect(path);
             if let Ok(columns) = Columns::read(path) {
                 for name in columns.headings() {
-                    let _ = (columns.keys(name, "Pa"), columns.some_numbers(name, "s"), columns.words(name));
+                    let _ = (columns.keys(name, "Pa"), columns.numbers(name, "s"), columns.words(name));
                 }
             }
         });

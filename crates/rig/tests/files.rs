@@ -4,9 +4,9 @@
 use proptest::prelude::*;
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{
-    Calibration, Campaign, ChannelErrors, Click, DataKind, Day, Observations, Ping, PointObservations,
-    PointRecords, RecordFolder, RecordSet, RecordSource, Rejection, Rig, RigError, Samples24, Stretch,
-    inspect, read_record,
+    Calibration, ChannelErrors, Click, DataKind, Day, Observations, Ping, PointObservations, PointRecords,
+    RecordFolder, RecordSet, RecordSource, RecordTiming, Rejection, RigError, Samples24, TubeCampaign,
+    TubeRig, inspect, read_record,
 };
 use std::path::{Path, PathBuf};
 
@@ -32,10 +32,10 @@ const FRAMES: usize = 12;
 
 /// Two operating points, one ping and one click each, one calibration click; channels in reverse order.
 fn small_set() -> RecordSet {
-    let points = Campaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(2);
-    let stretch = |rate_hz| Stretch { rate_hz, quiet: 3 };
+    let points = TubeCampaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(2);
+    let stretch = |rate_hz| RecordTiming { rate_hz, quiet: 3 };
     RecordSet {
-        rig: Rig::juniper_yoko_2022(),
+        rig: TubeRig::juniper_yoko_2022(),
         kind: DataKind::Virtual,
         source: "a test".into(),
         channels: (0..8).rev().map(Some).collect(),
@@ -119,7 +119,7 @@ fn exact_messages_of_bad_records() {
         "8 channels, the manifest's `channels` lists 9",
         "record all channels",
     );
-    let late = Stretch { quiet: 12, ..set.ping };
+    let late = RecordTiming { quiet: 12, ..set.ping };
     refused(
         read(set.layout(late)),
         "12 samples, but the quiet stretch alone is 12",
@@ -205,8 +205,8 @@ fn exact_messages_of_a_bad_manifest() {
 }
 
 fn observations() -> Observations {
-    let rig = Rig::juniper_yoko_2022();
-    let point = Campaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == "C3-35").unwrap();
+    let rig = TubeRig::juniper_yoko_2022();
+    let point = TubeCampaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == "C3-35").unwrap();
     let covariance = |n: usize| {
         Matrix::from_fn(n, n, |i, j| if i == j { 0.125 + i as f64 } else { 1e-3 / (1.0 + (i + j) as f64) })
     };
@@ -360,10 +360,10 @@ proptest! {
     #[test]
     fn oracle_any_text_gives_a_rig_or_an_error(position in -10.0..10.0_f64, diameter in -1.0..2.0_f64, text in "\\PC*") {
         let paper = include_str!("../fixtures/rigs/juniper-yoko-2022.toml");
-        let _ = Rig::parse(&text, Path::new("x"));
-        let _ = Campaign::parse(&text, Path::new("x"));
+        let _ = TubeRig::parse(&text, Path::new("x"));
+        let _ = TubeCampaign::parse(&text, Path::new("x"));
         let changed = paper.replace("0.25, 0.35", &format!("{position:?}, 0.35")).replace("0.0474", &format!("{diameter:?}"));
-        if let Ok(rig) = Rig::parse(&changed, Path::new("x")) {
+        if let Ok(rig) = TubeRig::parse(&changed, Path::new("x")) {
             prop_assert!(rig.microphones.positions.iter().all(|x| *x > 0.0 && *x < rig.tube.length));
             prop_assert!(rig.plates.outer_diameter < rig.tube.inner_diameter);
         }

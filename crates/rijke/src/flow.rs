@@ -7,6 +7,7 @@ mod said;
 mod states;
 
 use crate::{
+    csv_table::{csv_table, texts},
     failure::{Classify, Failure},
     number,
     staging::StagedFolder,
@@ -16,26 +17,26 @@ use document::Document;
 pub(crate) use foreseen::foresee;
 use rayon::prelude::*;
 use rijke_flow::assimilate::{
-    Method, NamedStates, Records, RunReport, Twin, TwinOptions, assimilate, staircase,
+    AssimilationMethod, NamedStates, PowerReport, Records, RunReport, Twin, TwinOptions, UnknownReport,
+    assimilate, staircase,
 };
 use rijke_flow::settled;
 use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
 use rijke_numerics::Streams;
-use rijke_rig::{DataKind, Observations, Rig};
+use rijke_rig::{DataKind, Observations, TubeRig};
 use rijke_study::{Study, plan::Base};
 use said::{all_places, settles, summary};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Infer velocity, temperature and sound speed along the tube from clicks (or thermometers) over time.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
-    Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points, and\n\
-    readings.csv beside them if it is there: thermometers or speeds of sound along the tube, instead of clicks or with them.\n\
-    ramps.csv there says which points were measured while the power changed, and when: their states are those of the moment.\n\
-    Where these hold profiles.csv (temperatures or sound speeds along the tube), the base flow is that, and nothing is inferred.\n\
-    Or reads DIR/flow.toml and the CSV files of samples that it names: a record over time, warm-up included.\n\
+    Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points.\n\
+    Three files may lie beside them. readings.csv has thermometers or speeds of sound along the tube; they count with the clicks,\n\
+    or alone. ramps.csv says which points were measured while the power changed, and when; their base flow is that of the moment.\n\
+    profiles.csv has temperatures or sound speeds along the tube; then the base flow is that profile, and nothing is inferred.\n\
+    Instead of all this, DIR/flow.toml names CSV files of samples: a record over time, warm-up included.\n\
     Writes OUT/base-states.json (a base state per operating point with its errors, for acoustics), OUT/flow.json\n\
     (parameters, velocities and profiles with sd, for figures), OUT/unknowns.csv and OUT/velocity.csv."
 )]
@@ -46,8 +47,8 @@ pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "OUT")]
     out: PathBuf,
-    /// How to assimilate samples over time. Batch is the one with the best error bars; paper is the filter of
-    /// Juniper & Yoko (2022), whose error bars are twenty times too small and more.
+    /// How to assimilate samples over time. `batch` has the best error bars. `paper` is the filter of Juniper
+    /// & Yoko (2022); its error bars are too small by a factor of twenty or more.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
     /// Fit each place of the heater by itself, as the paper does, instead of all together as one rig.
@@ -135,8 +136,8 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<St
         write("states.json", serde_json::to_string(&file).or_failed()? + "\n")?;
     }
     write("flow.json", serde_json::to_string_pretty(&document).or_failed()? + "\n")?;
-    write("unknowns.csv", unknowns_table(&document.runs))?;
-    write("velocity.csv", velocity_table(&document.runs))?;
+    write("unknowns.csv", unknowns_table(&document.runs)?)?;
+    write("velocity.csv", velocity_table(&document.runs)?)?;
     if args.plot {
         plot::write(&document, &beside, staged.path())?;
     }
@@ -178,11 +179,11 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         return Err(Failure::bad_input(message).at(folder).remedy(remedy));
     }
     // Each place by itself is a fit of one run.
-    let groups: Vec<&[(Pipe, settled::Run)]> =
+    let groups: Vec<&[(Pipe, settled::SettledRun)]> =
         if args.separate { runs.chunks(1).collect() } else { vec![runs.as_slice()] };
     let progress = ui.progress("heater positions", runs.len() as u64);
-    let fit = |group: &&[(Pipe, settled::Run)]| {
-        let report = settled::Fit::new(group)?.report();
+    let fit = |group: &&[(Pipe, settled::SettledRun)]| {
+        let report = settled::JointFit::new(group)?.report();
         progress.advance(group.len() as u64);
         report
     };
@@ -238,18 +239,18 @@ fn over_time(
         Failure::bad_input(error).remedy(remedy)
     })?;
     let (method, filters) = match args.method {
-        Choice::Batch => (Method::Batch, false),
-        Choice::Smoother => (Method::Smoother, false),
-        Choice::Paper => (Method::Paper, true),
-        Choice::SquareRoot => (Method::SquareRoot, true),
+        Choice::Batch => (AssimilationMethod::Batch, false),
+        Choice::Smoother => (AssimilationMethod::Smoother, false),
+        Choice::Paper => (AssimilationMethod::Paper, true),
+        Choice::SquareRoot => (AssimilationMethod::SquareRoot, true),
     };
     let progress = ui.progress("heater positions", records.runs.len() as u64);
-    let run = |method: Method, (heater, record): &(f64, _)| {
+    let run = |method: AssimilationMethod, (heater, record): &(f64, _)| {
         assimilate(&records.rig, closures, *heater, record, method, &Streams::new(args.seed))
     };
     let one = |record| {
         let fit = run(method, record)?;
-        let beside = (args.plot && filters).then(|| run(Method::Batch, record)).transpose()?;
+        let beside = (args.plot && filters).then(|| run(AssimilationMethod::Batch, record)).transpose()?;
         progress.advance(1);
         Ok((fit, beside.map(|(report, _)| report)))
     };
@@ -280,7 +281,7 @@ fn blame(error: FlowError) -> Failure {
 fn gather(
     args: &Args,
     kind: DataKind,
-    rig: &Rig,
+    rig: &TubeRig,
     source: String,
     runs: Vec<RunReport>,
     states: NamedStates,
@@ -290,39 +291,41 @@ fn gather(
     (document, BaseStates { kind, source, points })
 }
 
-fn unknowns_table(runs: &[RunReport]) -> String {
-    let mut text = String::from("heater_m,unknown,unit,value,low_2sd,high_2sd,posterior_over_prior_sd\n");
-    for run in runs {
-        for u in &run.unknowns {
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{},{},{}",
-                run.heater_m, u.name, u.unit, u.value, u.low, u.high, u.shrinkage
-            );
-        }
-    }
-    text
+fn unknowns_table(runs: &[RunReport]) -> Result<String, Failure> {
+    let head = ["heater_m", "unknown", "unit", "value", "low_2sd", "high_2sd", "posterior_over_prior_sd"];
+    let row = |run: &RunReport, u: &UnknownReport| {
+        let [at, value, low, high, shrinkage] =
+            [run.heater_m, u.value, u.low, u.high, u.shrinkage].map(|v| v.to_string());
+        vec![at, u.name.clone(), u.unit.clone(), value, low, high, shrinkage]
+    };
+    let rows = runs.iter().flat_map(|run| run.unknowns.iter().map(move |u| row(run, u)));
+    csv_table(std::iter::once(texts(&head)).chain(rows))
 }
 
-fn velocity_table(runs: &[RunReport]) -> String {
-    let mut text = String::from(
-        "heater_m,power_w,ambient_k,heater_velocity_m_per_s,sd_m_per_s,highest_sound_speed_m_per_s,sd_m_per_s\n",
-    );
-    for run in runs {
-        for p in &run.powers {
-            let hottest = p.profile.iter().max_by(|a, b| a.sound_speed.total_cmp(&b.sound_speed));
-            let (c, sd) = hottest.map_or((f64::NAN, f64::NAN), |h| (h.sound_speed, h.sound_speed_sd));
-            let (u, u_sd) = (p.heater_velocity, p.heater_velocity_sd);
-            let _ = writeln!(text, "{},{},{},{u},{u_sd},{c},{sd}", run.heater_m, p.power_w, p.ambient_k);
-        }
-    }
-    text
+fn velocity_table(runs: &[RunReport]) -> Result<String, Failure> {
+    let head = [
+        "heater_m",
+        "power_w",
+        "ambient_k",
+        "heater_velocity_m_per_s",
+        "heater_velocity_sd_m_per_s",
+        "highest_sound_speed_m_per_s",
+        "highest_sound_speed_sd_m_per_s",
+    ];
+    let row = |run: &RunReport, p: &PowerReport| {
+        let hottest = p.profile.iter().max_by(|a, b| a.sound_speed.total_cmp(&b.sound_speed));
+        let (c, sd) = hottest.map_or((f64::NAN, f64::NAN), |h| (h.sound_speed, h.sound_speed_sd));
+        let numbers = [run.heater_m, p.power_w, p.ambient_k, p.heater_velocity, p.heater_velocity_sd, c, sd];
+        numbers.map(|v| v.to_string()).to_vec()
+    };
+    let rows = runs.iter().flat_map(|run| run.powers.iter().map(move |p| row(run, p)));
+    csv_table(std::iter::once(texts(&head)).chain(rows))
 }
 
 /// A virtual record: the model itself at the centre of its priors, with noise, for the paper's staircase of
 /// powers.
 fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
-    let rig = Rig::juniper_yoko_2022();
+    let rig = TubeRig::juniper_yoko_2022();
     let powers = staircase(&[0.0, 7.0, 15.0, 30.0, 50.0, 80.0, 130.0, 180.0], 250);
     let options = TwinOptions { powers, ..TwinOptions::default() };
     let record = |heater: &f64| {

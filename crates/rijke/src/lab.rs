@@ -7,7 +7,7 @@ use crate::{
     ui::Ui,
 };
 use rijke_lab::{Truth, VirtualRig};
-use rijke_rig::{Campaign, RecordSource, Rig};
+use rijke_rig::{RecordSource, TubeCampaign, TubeRig};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -56,8 +56,10 @@ pub(crate) struct Laboratory {
 impl Laboratory {
     /// Sets it up.
     pub(crate) fn open(&self) -> Result<VirtualRig, Failure> {
-        let rig = self.rig.as_deref().map_or(Ok(Rig::juniper_yoko_2022()), Rig::read).or_bad_input()?;
-        let campaign = self.campaign.as_deref().map_or(Ok(Campaign::juniper_yoko_2022()), Campaign::read);
+        let rig =
+            self.rig.as_deref().map_or(Ok(TubeRig::juniper_yoko_2022()), TubeRig::read).or_bad_input()?;
+        let campaign =
+            self.campaign.as_deref().map_or(Ok(TubeCampaign::juniper_yoko_2022()), TubeCampaign::read);
         let truth = self.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
         let seed = self.seed.unwrap_or(1);
         VirtualRig::new(&rig, &campaign.or_bad_input()?, &truth, &self.rows, self.repeats, seed)

@@ -6,7 +6,7 @@ use crate::ui::Ui;
 use rijke_engine::SavedModel;
 use rijke_engine::run::{Answer, OpenModel, forecast, stability, with_points};
 use rijke_study::plan::{MapGrid, MapQuestion};
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 
 /// `x_g,Q`, or `x_g=0.1:0.6,Q=0:80` with the ends of ranges.
 pub(crate) fn parsed(text: &str, study: &Study) -> Result<MapGrid, Failure> {
@@ -35,7 +35,7 @@ pub(crate) fn parsed(text: &str, study: &Study) -> Result<MapGrid, Failure> {
 /// The map that a study asks for, by the model of its stage and those that are open beside it.
 pub(crate) fn answered(
     study: &Study,
-    observed: &Observations,
+    observed: &ObservedModes,
     asked: &MapQuestion,
     model: &SavedModel,
     open: &[OpenModel],

@@ -7,7 +7,7 @@ use crate::{
     staging::StagedFolder,
     ui::Ui,
 };
-use rijke_rig::{Campaign, OperatingPoint};
+use rijke_rig::{OperatingPoint, TubeCampaign};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use templates::{HEATED_TUBE_MANIFEST, RECORDED, Template};
@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 
 /// The manifest of the heated tube, with the names that the records of its campaign may have.
 fn manifest() -> Result<String, Failure> {
-    let campaign = Campaign::parse(RECORDED, Path::new("campaign.toml")).or_failed()?;
+    let campaign = TubeCampaign::parse(RECORDED, Path::new("campaign.toml")).or_failed()?;
     let points: String = campaign.points.iter().map(point).collect();
     Ok(format!("{HEATED_TUBE_MANIFEST}{points}"))
 }

@@ -26,10 +26,11 @@ use std::path::PathBuf;
     rijke next examples/quarter-wave --models --map x_g,Q --plot next.svg\n  \
     rijke next examples/quarter-wave --about x_g=0.24,Q=60 --points 4\n  \
     rijke next examples/quarter-wave --microphones\n\n\
-    Possible points are those of the stage, measured (a repeat) or not, or those given with --at or --map. Information is in nats:\n\
-    about the parameters of the model that went on; between it and its rival, the expected logarithm of the Bayes factor if the\n\
-    first is right and if the second is; about which of several open models is right; about the growth rate that --about names. The table [cost] of study.toml says what a point\n\
-    and an installation cost; with it, nats per hour count. docs/next.md says what the numbers mean.")]
+    Possible points are those of the stage, measured (a repeat) or not, or those given with --at or --map. Each is judged by the\n\
+    information in nats that it is expected to bring: about the parameters of the model that went on; about that model against\n\
+    its rival (the expected logarithm of the Bayes factor if the first is right, and if the second is); about which of several\n\
+    open models is right; about the growth rate that --about names. The table [cost] of study.toml says what a point and an\n\
+    installation cost; with it points are ordered by nats per hour. docs/next.md says what the numbers mean.")]
 pub(crate) struct Args {
     /// Folder of a study that was ranked.
     dir: PathBuf,

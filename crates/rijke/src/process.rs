@@ -5,6 +5,7 @@ mod excited;
 mod made;
 mod plot;
 mod stated;
+mod switched;
 
 use crate::{
     failure::{Classify, Failure},
@@ -17,7 +18,7 @@ use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 pub(crate) use excited::files_of as excited_files;
 use rijke_rig::{PointObservations, Ramp, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
-    ChannelDelays, Kept, ProcessError, ProcessOptions, Processed, StatedChannels, process_again, record_count,
+    ChannelDelays, ChannelPriors, Kept, ProcessError, ProcessOptions, Processed, process_again, record_count,
 };
 use rijke_study::Study;
 use serde_json::json;
@@ -47,13 +48,13 @@ pub(crate) struct Args {
     /// Nominal frequency of the mains, Hz [default: `mains_hz` of the manifest, else 50].
     #[arg(long, value_name = "HZ", value_parser = number::positive)]
     mains: Option<f64>,
-    /// Without calibration clicks at the pings' rate: how equal the channels are, as relative standard
-    /// deviation of the gains and standard deviation of the delays in s. Mode shapes then stand on that
-    /// [default: `[microphones]` of the manifest].
+    /// How equal the channels are where there are no calibration clicks at the pings' rate: the relative
+    /// standard deviation of their gains, and the standard deviation of their delays, s. The errors of the
+    /// mode shapes follow from it [default: `[microphones]` of the manifest].
     #[arg(long, num_args = 2, value_names = ["GAIN_SD", "DELAY_SD"], value_parser = positive)]
     channels: Option<Vec<f64>>,
-    /// How far the gains that the calibration clicks give may lie from their median, relative to it; farther
-    /// ones are refused.
+    /// Largest distance of a channel's gain from the median of all, relative to the median. A calibration
+    /// with a gain beyond it is refused.
     #[arg(long, value_name = "SHARE", default_value_t = 0.3, value_parser = positive)]
     gain_spread: f64,
     /// Draw the first accepted ping and click of every operating point, every rejected record and the delays
@@ -172,7 +173,7 @@ fn make(
     let mains = args.mains.or(source.set().acquisition.mains_hz);
     options.ping.mains_hz = mains.unwrap_or(options.ping.mains_hz);
     options.gain_spread = Some(args.gain_spread);
-    options.stated = args.channels.as_ref().map(|sds| StatedChannels { gain_sd: sds[0], delay_sd: sds[1] });
+    options.stated = args.channels.as_ref().map(|sds| ChannelPriors { gain_sd: sds[0], delay_sd: sds[1] });
     let records = record_count(source.set());
     let progress = ui.progress("processing", records as u64);
     let processed = process_again(&**source, &options, kept, &|| progress.advance(1));

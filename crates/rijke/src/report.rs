@@ -11,7 +11,7 @@ use crate::{
 use rijke_engine::SavedModel;
 use rijke_engine::run::{Sliders, StageRecord};
 use rijke_report::{StudyHead, StudyPage};
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use std::path::{Path, PathBuf};
 
 /// Draw the figures and write the page of a study from the numbers of its ranking.
@@ -35,8 +35,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 /// Writes the page of a study that was ranked.
 pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
     let study = open(dir)?;
-    if !study.plan.responses.is_empty() {
+    if study.plan.stages.is_empty() {
         return crate::study_responses::report(&study);
+    }
+    if !study.plan.responses.is_empty() {
+        crate::study_responses::report(&study)?;
     }
     let observations = observations(&study)?;
     let Results { stages, answers, verdicts } = Results::read(dir, &study.plan)?;
@@ -55,7 +58,7 @@ pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
 /// it; a sentence that says why it cannot. None where no such model was kept.
 fn sliders(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     stages: &[StageRecord],
 ) -> Option<(String, Result<Sliders, String>)> {
     let competed = |s: &&StageRecord| s.models.iter().filter(|m| m.evidence.is_some()).count() > 1;

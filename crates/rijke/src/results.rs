@@ -8,10 +8,10 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::SavedModel;
-use rijke_engine::run::{MeasuredRecord, Missing, ModelRecord, ParameterRecord, StageRecord, Trusted};
-use rijke_inference::RefereeKind;
+use rijke_engine::run::{MeasuredRecord, Missing, ModelRecord, StageRecord, TrainedParameter, Trusted};
+use rijke_inference::SamplerKind;
 use rijke_study::plan::Stage;
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -20,19 +20,19 @@ use std::path::Path;
 pub(crate) struct Trust {
     /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are
     /// several.
-    #[arg(long, conflicts_with = "referee")]
+    #[arg(long, conflicts_with = "sampler")]
     one_start: bool,
     /// Compare every evidence with a slow method that needs no Gaussian approximation.
     #[arg(long, value_name = "METHOD")]
-    referee: Option<Referee>,
-    /// Statistical error of the referee, nats; its cost grows with the inverse square.
+    sampler: Option<Sampler>,
+    /// Statistical error of the sampler, nats; its cost grows with the inverse square.
     #[arg(long, value_name = "NATS", default_value_t = 0.3, value_parser = number::positive)]
-    referee_error: f64,
+    sampler_error: f64,
 }
 
 /// Slow methods of evidence.
 #[derive(Clone, Copy, clap::ValueEnum)]
-enum Referee {
+enum Sampler {
     /// Nested sampling.
     Nested,
     /// The gradient sampler NUTS with bridge sampling; only if the program was built with the feature `nuts`.
@@ -40,8 +40,8 @@ enum Referee {
 }
 
 impl Trust {
-    pub(crate) fn has_referee(self) -> bool {
-        self.referee.is_some()
+    pub(crate) fn has_sampler(self) -> bool {
+        self.sampler.is_some()
     }
 
     pub(crate) fn is_one_start(self) -> bool {
@@ -49,17 +49,17 @@ impl Trust {
     }
 
     pub(crate) fn trusted(self) -> Result<Trusted, Failure> {
-        let kind = match self.referee {
-            Some(Referee::Nested) => RefereeKind::Nested,
-            Some(Referee::Nuts) if cfg!(feature = "nuts") => RefereeKind::Nuts,
-            Some(Referee::Nuts) => {
-                return Err(Failure::bad_input("--referee nuts: this program was built without NUTS")
-                    .remedy("Build it with `cargo install --path crates/rijke --features nuts`, or use --referee nested."));
+        let kind = match self.sampler {
+            Some(Sampler::Nested) => SamplerKind::Nested,
+            Some(Sampler::Nuts) if cfg!(feature = "nuts") => SamplerKind::Nuts,
+            Some(Sampler::Nuts) => {
+                return Err(Failure::bad_input("--sampler nuts: this program was built without NUTS")
+                    .remedy("Build it with `cargo install --path crates/rijke --features nuts`, or use --sampler nested."));
             }
             None if self.one_start => return Ok(Trusted::Laplace),
             None => return Ok(Trusted::Checked),
         };
-        Ok(Trusted::Refereed(kind, self.referee_error))
+        Ok(Trusted::Sampled(kind, self.sampler_error))
     }
 }
 
@@ -76,7 +76,7 @@ pub(crate) fn known_stage(id: &str, all: &[&str], dir: &Path) -> Result<usize, F
 /// A stage of a study with what was observed and the model that ranking kept of it.
 pub(crate) struct Ranked {
     pub(crate) study: Study,
-    pub(crate) observed: Observations,
+    pub(crate) observed: ObservedModes,
     pub(crate) stage: Stage,
     /// Places in the campaign of the points of the stage.
     pub(crate) every: Vec<usize>,
@@ -157,11 +157,15 @@ pub(crate) fn warn_of_missing(dir: &Path, stage: &str, ui: &Ui) {
     }
 }
 
-/// Warns of a parameter that lies far from its prior.
-pub(crate) fn warn_of_prior(ui: &Ui, p: &ParameterRecord) {
+/// Says of a parameter that the data tell next to nothing of it.
+pub(crate) fn not_identified(ui: &Ui, p: &TrainedParameter) {
     if p.is_as_before() {
-        ui.say(format!("          these data tell nothing of {}: it is as its prior", p.name));
+        ui.say(format!("          not identified by these data: {} is as its prior", p.name));
     }
+}
+
+/// Warns of a parameter that lies far from its prior.
+pub(crate) fn warn_of_prior(ui: &Ui, p: &TrainedParameter) {
     if let Some(z) = p.conflict() {
         ui.note(format!(
             "warning: {} lies {z:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",

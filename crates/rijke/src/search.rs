@@ -1,19 +1,20 @@
 //! `rijke search`: every allowed combination of candidates, in one run or in shards that `rijke merge` joins.
 
 use crate::{
+    csv_table::csv_table,
     failure::{Classify, Failure},
     number,
     results::Trust,
     staging::write_whole,
-    study::{observations, of_the_engine, open, warn_of_left_out},
+    study::{observations, of_the_engine, open, warn_of_left_out, without_responses},
     ui::Ui,
 };
 use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Train every allowed combination of candidates over the stages of a study, and say how probable each is and
-/// each choice.
+/// Train every allowed combination of candidates over the stages of a study. State the probability of each
+/// combination, and of each candidate in it.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke search examples/quarter-wave --one-start\n  \
     parallel rijke search examples/quarter-wave --one-start --shard {}/7 ::: 1 2 3 4 5 6 7\n  \
@@ -29,8 +30,8 @@ pub(crate) struct Args {
     /// The stage at which combinations end [default: the one that stands on most stages].
     #[arg(long, value_name = "STAGE")]
     stage: Option<String>,
-    /// Give up a model, with all that stands on it, that trails the greedy choice by more, after its stage
-    /// and also after the last if it is continued with the later candidates of the greedy choice.
+    /// Give up a model, and all that stands on it, if it trails the greedy choice by more than this: after
+    /// its own stage, and also after the last stage when the greedy choice's later candidates follow it.
     #[arg(long, value_name = "NATS", default_value_t = 20.0, value_parser = number::not_negative)]
     within: f64,
     /// Give up no model.
@@ -71,6 +72,7 @@ const SHOWN: usize = 12;
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
+    without_responses(&study, "a search")?;
     let observations = observations(&study)?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let out = dir.join("search");
@@ -133,14 +135,14 @@ fn write(found: &SearchRecord, out: &Path, ui: &Ui) -> Result<(), Failure> {
         let row = std::iter::once((k + 1).to_string()).chain(numbers.map(|v| v.to_string())).chain(named);
         rows.push(row.chain(c.stages.iter().map(f64::to_string)).collect());
     }
-    table(&tables.join("combinations.csv"), &rows)?;
+    table(&tables.join("combinations.csv"), rows)?;
     let mut rows = vec![["role", "candidate", "probability"].map(str::to_owned).to_vec()];
     for choice in &found.choices {
         rows.extend(
             choice.candidates.iter().map(|(id, p)| vec![choice.role.clone(), id.clone(), p.to_string()]),
         );
     }
-    table(&tables.join("choices.csv"), &rows)?;
+    table(&tables.join("choices.csv"), rows)?;
     keep(&out.join("search.json"), found)?;
     print(found, &roles, ui);
     ui.note(format!("wrote {}", out.join("search.json").display()));
@@ -207,11 +209,8 @@ fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
     }
 }
 
-fn table(path: &Path, rows: &[Vec<String>]) -> Result<(), Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    rows.iter().try_for_each(|row| writer.write_record(row)).or_failed().map_err(|f| f.at(path))?;
-    let text = writer.into_inner().or_failed().map_err(|f| f.at(path))?;
-    put(path, &text)
+fn table(path: &Path, rows: Vec<Vec<String>>) -> Result<(), Failure> {
+    put(path, csv_table(rows).map_err(|f| f.at(path))?.as_bytes())
 }
 
 fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failure> {

@@ -154,14 +154,8 @@ pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
         return Err(place(Failure::bad_input("its folder does not exist")));
     }
     let _lock = Lock::wait(&target)?;
-    let staged = start_afresh(&target).and_then(|partial| {
-        let written = fs::write(&partial, content).and_then(|()| fs::rename(&partial, &target));
-        if written.is_err() {
-            let _ = fs::remove_file(&partial);
-        }
-        written
-    });
-    staged.or_bad_input().map_err(place)
+    let written = start_afresh(&target).and_then(|_| rijke_numerics::write_whole(&target, content));
+    written.or_bad_input().map_err(place)
 }
 
 /// The name under which this process writes `target` until it is whole. Removes what earlier runs left under
@@ -174,7 +168,7 @@ fn start_afresh(target: &Path) -> io::Result<PathBuf> {
         let entry = entry?;
         let name = entry.file_name();
         let process = name.to_str().and_then(|name| name.strip_prefix(&*prefix));
-        if process.is_none_or(|id| id.is_empty() || !id.bytes().all(|b| b.is_ascii_digit())) {
+        if process.is_none_or(|id| id.is_empty() || !id.bytes().all(|b| b.is_ascii_digit() || b == b'-')) {
             continue;
         }
         if entry.file_type()?.is_dir() {

@@ -10,7 +10,7 @@ use crate::{
     results::Trust,
     run,
     staging::{Lock, keep_others},
-    study::{observations, of_modes, open},
+    study::{observations, open, without_responses},
     ui::Ui,
 };
 use page::{Part, Status};
@@ -27,12 +27,12 @@ use training::{Job, Trainer};
 /// show a page that updates itself.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke watch rig-2026 --serve 8080\n\n\
-    DIR is a study whose records/manifest.toml lists the files that are made, before or after they are there. A file counts once\n\
-    it stopped growing and can be read as what the manifest says; others are listed with the reason and looked at again when they\n\
-    change. Writes DIR/observations and DIR/live with its page index.html. Every record counts at once, to first order, in the leading\n\
-    models of each stage, which are trained again beside that, and all models when no file came for a while. When every file of the\n\
-    manifest is there and none came for a while, DIR/results is made as by `rijke run --force`, to the byte. End with Ctrl-C; started\n\
-    again it goes on with what is there.")]
+    DIR is a study. Its records/manifest.toml lists the files, whether they are there yet or not. A file counts as soon as it has\n\
+    stopped growing and can be read as the manifest says. Other files are listed with the reason, and read again when they change.\n\
+    The command writes DIR/observations and DIR/live with its page index.html. Every record moves the leading models of each stage\n\
+    at once, to first order; these models are trained again in the background, and all models when no file has come for a while.\n\
+    When every file is there, DIR/results is written as `rijke run --force` writes it, to the byte. End it with Ctrl-C. Started\n\
+    again, it goes on with what is there.")]
 pub(crate) struct Args {
     /// Folder of the study.
     dir: PathBuf,
@@ -73,7 +73,7 @@ struct Watch<'a> {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
-    of_modes(&study)?;
+    without_responses(&study, "a watch")?;
     let live = dir.join("live");
     // One watch at a time; what it calls takes locks of its own.
     let _lock = Lock::take(&live)?;

@@ -135,6 +135,36 @@ pub enum Fault {
         /// Time between the impulse and its reflection, s.
         room: f64,
     },
+    /// An impulse too near the first or the last sample.
+    #[error(
+        "the impulse at channel {channel} comes {:.2} ms after the first sample and {:.2} ms before the last one, and {:.2} ms are needed on \
+         either side. Start the recorder sooner, or let it run for longer",
+        1e3 * before, 1e3 * after, 1e3 * need
+    )]
+    ImpulseAtEdge {
+        /// The channel.
+        channel: usize,
+        /// Time from the first sample to the impulse, s.
+        before: f64,
+        /// Time from the impulse to the last sample, s.
+        after: f64,
+        /// What both must be at least, s.
+        need: f64,
+    },
+    /// An impulse holds frequencies that the sampling rate does not show.
+    #[error(
+        "the impulse at channel {channel} is too short for {rate_hz:.0} samples a second: just below {:.0} Hz it still has {:.0} % of its loudest \
+         frequency. Use a longer click, or a higher sampling rate",
+        0.5 * rate_hz, 100.0 * share
+    )]
+    ShortImpulse {
+        /// The channel farthest from the reflecting end.
+        channel: usize,
+        /// Sampling rate, Hz.
+        rate_hz: f64,
+        /// Amplitude below half the sampling rate over that of the loudest frequency.
+        share: f64,
+    },
     /// A sample that is far beyond all others.
     #[error(
         "sample {sample} of channel {channel} is {ratio:.0} times the root mean square: a fault of the record, no sound; cut it out"

@@ -18,12 +18,12 @@ pub use campaign::{
     process_again, record_count,
 };
 pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_click, picture_click};
-pub use delays::{CalibrationError, ChannelDelays, KnownClick, StatedChannels};
+pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
 pub use ping::{Drift, PingFit, PingOptions, PingPicture, fit_ping};
 pub use random::{
-    Field, GainPair, Spectra, Swept, SweptOptions, SwitchedGains, TransferEstimate, TransmissionTube,
-    Transmitted,
+    Field, GainPair, Spectra, Swept, SweptOptions, SwitchedDoubt, SwitchedFault, SwitchedGains,
+    TransferEstimate, TransmissionTube, Transmitted,
 };
 pub use repeats::{Repeats, combine, pool};
 pub use trace::Trace;

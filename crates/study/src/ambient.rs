@@ -1,7 +1,7 @@
 //! Ambient temperatures of the points as the records have them: `observations/points.csv`.
 
 use crate::source::{Source, listed};
-use crate::{Campaign, Problem, StudyError};
+use crate::{Campaign, StudyError, StudyProblem};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -30,9 +30,8 @@ pub(crate) fn read_ambient(
                 .position(|l| l.split(',').any(|cell| cell.trim() == point.id))
                 .unwrap_or(0);
             let known = listed(campaign.points.iter().map(|p| p.id.as_str()));
-            return Err(
-                source.at_line(line, Problem::Unknown { what: "operating point", name: point.id, known })
-            );
+            return Err(source
+                .at_line(line, StudyProblem::Unknown { what: "operating point", name: point.id, known }));
         };
         ambient.extend(point.ambient.map(|t| (place, t)));
     }

@@ -1,12 +1,12 @@
 //! The state of the gas at an operating point: temperature along the ducts, mass flow, and their errors.
 
-use crate::rig::{Duct, DuctAt, GasModel, Layout, Rig, Shape};
-use crate::{Point, Problem};
+use crate::rig::{Duct, DuctAt, GasModel, Rig, RigAtPoint, Shape};
+use crate::{Point, StudyProblem};
 use rijke_rig::GasState;
 
 /// Temperature along the ducts, mass flow, numbers that laws may name, and independent causes of error.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BaseState {
+pub struct PointState {
     /// The gas.
     pub gas: GasModel,
     /// Mean pressure, Pa.
@@ -99,7 +99,7 @@ pub enum Sharing {
 /// The gas in one stretch, averaged so that a short acoustic element keeps the inertance and the compliance
 /// of the real one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
+pub struct GasStretch {
     /// Upstream edge, m.
     pub from: f64,
     /// Downstream edge, m.
@@ -112,7 +112,7 @@ pub struct Stretch {
     pub gas: GasState,
 }
 
-impl BaseState {
+impl PointState {
     /// Gas of one temperature (K) at rest, with the sd of the temperature as the only error (0 for none).
     #[must_use]
     pub fn uniform(rig: &Rig, length: f64, temperature: f64, sd: f64, cause: Cause) -> Self {
@@ -131,7 +131,7 @@ impl BaseState {
 
     /// The temperatures that the file of the rig gives its ducts; `ambient` where it gives none.
     #[must_use]
-    pub fn of_the_rig(rig: &Rig, layout: &Layout, point: &Point, ambient: [f64; 2]) -> Self {
+    pub fn of_the_rig(rig: &Rig, layout: &RigAtPoint, point: &Point, ambient: [f64; 2]) -> Self {
         let day = Cause::ambient(point);
         let mut state = Self::uniform(rig, layout.length, ambient[0], 0.0, day.clone());
         let at = |duct: &DuctAt| {
@@ -171,9 +171,10 @@ impl BaseState {
     ///
     /// # Errors
     /// A temperature that is not positive, places that do not ascend, lists of different length.
-    pub fn checked(self, point: &str) -> Result<Self, Problem> {
-        let wrong =
-            |value: String, need| Err(Problem::Value { key: format!("base state of {point}"), value, need });
+    pub fn checked(self, point: &str) -> Result<Self, StudyProblem> {
+        let wrong = |value: String, need| {
+            Err(StudyProblem::Value { key: format!("base state of {point}"), value, need })
+        };
         if let Some(t) = self.temperature.iter().find(|t| !(**t > 0.0 && **t < HOTTEST)) {
             return wrong(format!("{t} K"), "a temperature above 0 K and below 10 000 K everywhere");
         }
@@ -225,12 +226,12 @@ impl BaseState {
 
     /// Averages over one stretch.
     #[must_use]
-    pub fn stretch(&self, from: f64, to: f64) -> Stretch {
+    pub fn stretch(&self, from: f64, to: f64) -> GasStretch {
         let [density, compliance] =
             self.means(from, to, |g| [g.density, 1.0 / (g.density * g.sound_speed.powi(2))]);
         let temperature = self.pressure / (self.gas.constant() * density);
         let sound_speed = (density * compliance).sqrt().recip();
-        Stretch { from, to, density, sound_speed, gas: self.gas.at(temperature, self.pressure) }
+        GasStretch { from, to, density, sound_speed, gas: self.gas.at(temperature, self.pressure) }
     }
 
     /// Time that sound needs from `from` to `to` in gas at rest, s.
@@ -275,5 +276,44 @@ impl BaseState {
             left = right;
         }
         sums.map(|sum| sum / (to - from))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn oracle_a_stretch_has_the_sums_of_many_thin_slices() {
+        let gas = GasModel::Perfect { gamma: 1.4, constant: 287.0, viscosity: [1.8e-5, 300.0], prandtl: 0.7 };
+        let state = PointState {
+            gas: gas.clone(),
+            pressure: 1e5,
+            mass_flow: 0.0,
+            numbers: Vec::new(),
+            places: vec![0.0, 0.4, 0.5, 1.0],
+            temperature: vec![293.0, 293.0, 400.0, 360.0],
+            kinks: Vec::new(),
+            errors: Vec::new(),
+        };
+        let (n, mut sums) = (200_000, [0.0; 3]);
+        for i in 0..n {
+            let x = 0.3 + 0.5 * (f64::from(i) + 0.5) / f64::from(n);
+            let part = (x - 0.4) / 0.1;
+            let temperature = match x {
+                x if x < 0.4 => 293.0,
+                x if x < 0.5 => 293.0 + 107.0 * part,
+                x => 400.0 - 40.0 * (x - 0.5) / 0.5,
+            };
+            let (density, speed) = (1e5 / (287.0 * temperature), (1.4 * 287.0 * temperature).sqrt());
+            let slice = [density, 1.0 / (density * speed * speed), 1.0 / speed];
+            sums.iter_mut().zip(slice).for_each(|(s, v)| *s += v / f64::from(n));
+        }
+        let [density, compliance, slowness] = sums;
+        let stretch = state.stretch(0.3, 0.8);
+        assert_relative_eq!(stretch.density, density, max_relative = 1e-7);
+        assert_relative_eq!(stretch.sound_speed, (density * compliance).sqrt().recip(), max_relative = 1e-7);
+        assert_relative_eq!(state.travel_time(0.3, 0.8), 0.5 * slowness, max_relative = 1e-7);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::names;
 use crate::source::{Source, listed};
-use crate::{Problem, StudyError};
+use crate::{StudyError, StudyProblem};
 use rijke_rig::{Day, Heading, Unit};
 use std::path::Path;
 
@@ -96,12 +96,19 @@ impl Campaign {
             .collect::<Result<Vec<_>, _>>()?;
         for (k, a) in columns.iter().enumerate() {
             if columns[..k].iter().any(|b| b.name == a.name) {
-                return Err(source.at_line(top, Problem::Duplicate { what: "column", name: a.name.clone() }));
+                return Err(
+                    source.at_line(top, StudyProblem::Duplicate { what: "column", name: a.name.clone() })
+                );
             }
+        }
+        let known = |name: &str| columns.iter().any(|c| c.name == name && !RESERVED.contains(&name));
+        let of = |c: &Factor| c.name.strip_suffix("_sd").filter(|name| known(name)).map(str::to_owned);
+        if let Some(factor) = columns.iter().find_map(of) {
+            return Err(source.at_line(top, StudyProblem::SdOfFactor { factor }));
         }
         if !columns.iter().any(|c| c.name == "point") {
             let need = "give every operating point a name in a column `point`";
-            return Err(source.at_line(top, Problem::Missing { key: "point".into(), need }));
+            return Err(source.at_line(top, StudyProblem::Missing { key: "point".into(), need }));
         }
         let factors: Vec<Factor> =
             columns.iter().filter(|c| !RESERVED.contains(&c.name.as_str())).cloned().collect();
@@ -112,12 +119,14 @@ impl Campaign {
             let row = Row { cells: record.iter().zip(&columns).collect() };
             let point = row.point(&factors).map_err(|problem| source.at_line(line, problem))?;
             if points.iter().any(|p| p.id == point.id) {
-                return Err(source.at_line(line, Problem::Duplicate { what: "point", name: point.id }));
+                return Err(source.at_line(line, StudyProblem::Duplicate { what: "point", name: point.id }));
             }
             points.push(point);
         }
         if points.is_empty() {
-            return Err(source.at_line(top, Problem::Empty { what: "operating point", need: "add a row" }));
+            return Err(
+                source.at_line(top, StudyProblem::Empty { what: "operating point", need: "add a row" })
+            );
         }
         Ok(Self { factors, points })
     }
@@ -137,9 +146,9 @@ impl Campaign {
     /// As [`Campaign::factor`].
     ///
     /// # Errors
-    /// [`Problem::Unknown`] with the factors that there are.
-    pub fn known_factor(&self, name: &str) -> Result<usize, Problem> {
-        self.factor(name).ok_or_else(|| Problem::Unknown {
+    /// [`StudyProblem::Unknown`] with the factors that there are.
+    pub fn known_factor(&self, name: &str) -> Result<usize, StudyProblem> {
+        self.factor(name).ok_or_else(|| StudyProblem::Unknown {
             what: "factor",
             name: name.to_owned(),
             known: listed(self.factors.iter().map(|f| f.name.as_str())),
@@ -159,8 +168,9 @@ impl Campaign {
     }
 }
 
-fn column(text: &str) -> Result<Factor, Problem> {
-    let heading = Heading::parse(text).map_err(|source| Problem::Unit { key: text.to_owned(), source })?;
+fn column(text: &str) -> Result<Factor, StudyProblem> {
+    let heading =
+        Heading::parse(text).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
     let name = heading.name.clone();
     let wanted = match name.as_str() {
         "T_amb" | "T_amb_sd" => "K",
@@ -172,7 +182,7 @@ fn column(text: &str) -> Result<Factor, Problem> {
     let shown = if wanted.is_empty() {
         stated
     } else {
-        heading.of(wanted).map_err(|source| Problem::Unit { key: name.clone(), source })?
+        heading.of(wanted).map_err(|source| StudyProblem::Unit { key: name.clone(), source })?
     };
     if !RESERVED.contains(&name.as_str()) {
         let good = name.starts_with(|c: char| c.is_alphabetic())
@@ -180,7 +190,7 @@ fn column(text: &str) -> Result<Factor, Problem> {
         if !good {
             let why =
                 "formulas name it, so that it must start with a letter and have letters, digits and _ only";
-            return Err(Problem::Name { what: "factor", name, why });
+            return Err(StudyProblem::Name { what: "factor", name, why });
         }
         names::free(&names::built_in()?, "factor", &name)?;
     }
@@ -199,7 +209,7 @@ impl Row<'_> {
     }
 
     /// The number in a column, in SI.
-    fn number(&self, name: &str, difference: bool) -> Result<Option<f64>, Problem> {
+    fn number(&self, name: &str, difference: bool) -> Result<Option<f64>, StudyProblem> {
         let Some((text, column)) = self.cells.iter().find(|(_, c)| c.name == name) else { return Ok(None) };
         if EMPTY.contains(text) {
             return Ok(None);
@@ -207,36 +217,38 @@ impl Row<'_> {
         let value = match *text {
             "true" | "yes" => 1.0,
             "false" | "no" => 0.0,
-            text => text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| Problem::Value {
-                key: name.to_owned(),
-                value: text.to_owned(),
-                need: "a finite number with a decimal point, true, false, or empty",
-            })?,
+            text => {
+                text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| StudyProblem::Value {
+                    key: name.to_owned(),
+                    value: text.to_owned(),
+                    need: "a finite number with a decimal point, true, false, or empty",
+                })?
+            }
         };
         let unit = &column.shown;
         Ok(Some(if difference { unit.difference_to_si(value) } else { unit.to_si(value) }))
     }
 
-    fn point(&self, factors: &[Factor]) -> Result<Point, Problem> {
+    fn point(&self, factors: &[Factor]) -> Result<Point, StudyProblem> {
         let id = self.cell("point").unwrap_or_default().to_owned();
         let good = |c: char| c.is_alphanumeric() || "-_.+".contains(c);
         if id.is_empty() || !id.chars().all(good) {
             let why = "it is also a folder name, so give letters, digits and - _ . +";
-            return Err(Problem::Name { what: "point", name: id, why });
+            return Err(StudyProblem::Name { what: "point", name: id, why });
         }
         let values = factors
             .iter()
             .map(|f| Ok(self.number(&f.name, false)?.unwrap_or(f64::NAN)))
-            .collect::<Result<Vec<_>, Problem>>()?;
+            .collect::<Result<Vec<_>, StudyProblem>>()?;
         let repeats = self.number("repeats", false)?.unwrap_or(1.0);
         if !(repeats >= 0.0 && repeats.fract() == 0.0 && repeats <= 1e9) {
             let (key, value) = ("repeats".to_owned(), repeats.to_string());
-            return Err(Problem::Value { key, value, need: "a whole number of repeats" });
+            return Err(StudyProblem::Value { key, value, need: "a whole number of repeats" });
         }
         let ambient = self.number("T_amb", false)?;
         if let Some(t) = ambient.filter(|t| !(SURROUNDINGS[0]..=SURROUNDINGS[1]).contains(t)) {
             let (key, value) = ("T_amb".to_owned(), format!("{t} K"));
-            return Err(Problem::Value {
+            return Err(StudyProblem::Value {
                 key,
                 value,
                 need: "an ambient temperature above 100 K and below 2000 K; say its unit in the heading, as in T_amb [degC]",
@@ -245,7 +257,7 @@ impl Row<'_> {
         let sd = self.number("T_amb_sd", true)?.unwrap_or(0.0);
         if !(0.0..=Day::LARGEST_SD).contains(&sd) {
             let need = "a standard deviation from 0 to 50 K";
-            return Err(Problem::Value { key: "T_amb_sd".into(), value: format!("{sd} K"), need });
+            return Err(StudyProblem::Value { key: "T_amb_sd".into(), value: format!("{sd} K"), need });
         }
         Ok(Point {
             row: self.cell("row").unwrap_or_default().to_owned(),
@@ -314,6 +326,9 @@ mod tests {
             message("point,x [m]\na,1\na,2\n"),
             "campaign.csv, line 3: a second point is called `a`; every name must be different"
         );
+        let of_a_factor = message("point,x [m],x_sd [mm]\na,1,2\n");
+        assert!(of_a_factor.starts_with("campaign.csv, line 1: `x_sd` would be"), "{of_a_factor}");
+        assert!(of_a_factor.contains("[unknown.x]"), "{of_a_factor}");
         assert!(message("id,x\na,1\n").starts_with("campaign.csv, line 1: `point` is missing; "));
         assert!(message("point,x [furlong]\na,1\n").contains("furlong"));
         assert!(message("point,x [m]\na,1;2\n").contains("`x` is `1;2`, but must be a finite number"));

@@ -7,7 +7,7 @@ use crate::law::{
 use crate::plan::SdSpec;
 use crate::rig::Rig;
 use crate::source::{Outcome, Source, listed};
-use crate::{Problem, StudyError};
+use crate::{StudyError, StudyProblem};
 use rijke_inference::Parameter;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -102,7 +102,9 @@ impl Catalogue {
             let at = spec.id.span().start;
             let candidate = source.located(candidate(spec, rig, source, &mut all.doubts))?;
             if all.get(&candidate.id).is_some() {
-                return Err(source.fail(at, Problem::Duplicate { what: "candidate", name: candidate.id }));
+                return Err(
+                    source.fail(at, StudyProblem::Duplicate { what: "candidate", name: candidate.id })
+                );
             }
             all.candidates.push(candidate);
             all.places.push((source.file.clone(), source.line(at)));
@@ -150,12 +152,12 @@ impl Catalogue {
     /// Adds the candidates of another file.
     ///
     /// # Errors
-    /// [`Problem::Duplicate`] at the second of two candidates with one id.
+    /// [`StudyProblem::Duplicate`] at the second of two candidates with one id.
     pub fn join(&mut self, other: Self) -> Result<(), StudyError> {
         self.doubts.extend(other.doubts);
         for (candidate, (file, line)) in other.candidates.into_iter().zip(other.places) {
             if self.get(&candidate.id).is_some() {
-                let problem = Box::new(Problem::Duplicate { what: "candidate", name: candidate.id });
+                let problem = Box::new(StudyProblem::Duplicate { what: "candidate", name: candidate.id });
                 return Err(StudyError { file, line: Some(line), problem });
             }
             self.candidates.push(candidate);
@@ -168,7 +170,7 @@ impl Catalogue {
 fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -> Outcome<Candidate> {
     if spec.cite.get_ref().iter().all(|c| c.trim().is_empty()) {
         let need = "say where the model comes from, or \"own judgement\"";
-        return Err((spec.cite.span(), Problem::Missing { key: "cite".into(), need }));
+        return Err((spec.cite.span(), StudyProblem::Missing { key: "cite".into(), need }));
     }
     let parameters = parameters(spec.parameters, &rig.scope)?;
     let names: Vec<String> = parameters.iter().map(|(p, _)| p.name.clone()).collect();
@@ -202,18 +204,18 @@ fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -
     let errors = spec.error.into_iter().map(error_term).collect::<Outcome<Vec<_>>>()?;
     if effects.is_empty() && !spec.head && spec.mean_flow.is_none() {
         let need = "add a [[candidate.effect]] with acts_at and one of mu, mp, eu, ep, reflection, forward, backward";
-        return Err((spec.id.span(), Problem::Empty { what: "effect", need }));
+        return Err((spec.id.span(), StudyProblem::Empty { what: "effect", need }));
     }
     for (k, (parameter, at)) in parameters.iter().enumerate() {
         if !effects.iter().any(|e| e.law.uses_parameter(k)) {
             let (name, place) = (parameter.name.clone(), format!("any formula of `{id}`"));
-            return Err((at.clone(), Problem::Unused { name, place }));
+            return Err((at.clone(), StudyProblem::Unused { name, place }));
         }
     }
     for ((name, _), at) in definitions.iter().zip(places) {
         if !used.contains(name) {
             let (name, place) = (name.clone(), format!("any formula of `{id}`"));
-            return Err((at, Problem::Unused { name, place }));
+            return Err((at, StudyProblem::Unused { name, place }));
         }
     }
     Ok(Candidate {
@@ -236,8 +238,9 @@ const MOST_FUNCTIONS: usize = 60;
 fn error_term(spec: Spanned<ErrorSpec>) -> Outcome<ErrorTerm> {
     let at = spec.span();
     let ErrorSpec { power, functions, sd } = spec.into_inner();
-    let value =
-        |key: &str, value: String, need| Err((at.clone(), Problem::Value { key: key.into(), value, need }));
+    let value = |key: &str, value: String, need| {
+        Err((at.clone(), StudyProblem::Value { key: key.into(), value, need }))
+    };
     if !(0..=4).contains(&power) {
         return value("power", power.to_string(), "a power of R from 0 to 4");
     }
@@ -262,7 +265,7 @@ fn read_effect(
     let mut table = effect.into_inner();
     let known = || listed(["acts_at"].into_iter().chain(Coefficient::ALL.iter().map(|c| c.0)));
     let strange = |(key, value): (&String, &Spanned<Toml>)| {
-        (value.span(), Problem::Unknown { what: "key of an effect", name: key.clone(), known: known() })
+        (value.span(), StudyProblem::Unknown { what: "key of an effect", name: key.clone(), known: known() })
     };
     let is_known = |key: &str| key == "acts_at" || Coefficient::ALL.iter().any(|c| c.0 == key);
     if let Some(other) = table.iter().find(|(key, _)| !is_known(key)) {
@@ -270,7 +273,10 @@ fn read_effect(
     }
     let place = table.remove("acts_at").map(|text| (text.span(), text.into_inner()));
     let Some((place_at, Toml::String(place_text))) = place else {
-        return Err((at, Problem::Missing { key: "acts_at".into(), need: "name a part or a place of it" }));
+        return Err((
+            at,
+            StudyProblem::Missing { key: "acts_at".into(), need: "name a part or a place of it" },
+        ));
     };
     let place = Place::parse(&place_text, &rig.parts).map_err(|problem| (place_at, problem))?;
     let units: Vec<&str> = parameters.iter().map(|(p, _)| p.unit.as_str()).collect();
@@ -286,7 +292,7 @@ fn read_effect(
             Toml::Float(v) => format!("{v:e}"),
             other => {
                 let need = "a formula";
-                return Err((at, Problem::Value { key: key.into(), value: other.to_string(), need }));
+                return Err((at, StudyProblem::Value { key: key.into(), value: other.to_string(), need }));
             }
         };
         let fits = if coefficient.is_wave() {
@@ -295,11 +301,11 @@ fn read_effect(
             place.is_end() == (coefficient == Coefficient::Reflection)
         };
         if !fits {
-            return Err((at, Problem::WrongPlace { coefficient: key, place: place_text }));
+            return Err((at, StudyProblem::WrongPlace { coefficient: key, place: place_text }));
         }
         let law = words.law(&text, &place, at.clone(), key, used)?;
         if let Some(fault) = law.unit_fault(&rig.scope, &units, coefficient.unit(place.is_along())) {
-            return Err((at, Problem::UnitOfLaw { key: key.into(), place: place_text, fault }));
+            return Err((at, StudyProblem::UnitOfLaw { key: key.into(), place: place_text, fault }));
         }
         let (place, place_text) = (place.clone(), place_text.clone());
         effects.push(Effect { place, place_text, coefficient, law, hears: None });

@@ -2,7 +2,7 @@
 
 use crate::plan::{Condition, Plan};
 use crate::source::{Source, listed};
-use crate::{Catalogue, Problem, StudyError};
+use crate::{Catalogue, StudyError, StudyProblem};
 use rijke_formula::{Context, Formula, Kind, Name, Scope};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -110,7 +110,7 @@ impl Claims {
         let file: File = source.toml()?;
         let tables = || plan.answers().map(String::as_str);
         let known = |id: &str| {
-            let unknown = || Problem::Unknown {
+            let unknown = || StudyProblem::Unknown {
                 what: "stage, question or map",
                 name: id.to_owned(),
                 known: listed(tables()),
@@ -121,7 +121,9 @@ impl Claims {
             known(stage).map_err(|p| source.fail(0, p))?;
             if let Some(id) = rows.keys().find(|id| catalogue.get(id).is_none()) {
                 let known = listed(catalogue.candidates().iter().map(|c| c.id.as_str()));
-                return Err(source.fail(0, Problem::Unknown { what: "candidate", name: id.clone(), known }));
+                return Err(
+                    source.fail(0, StudyProblem::Unknown { what: "candidate", name: id.clone(), known })
+                );
             }
         }
         let mut statements = Vec::new();
@@ -145,26 +147,29 @@ impl Claims {
 }
 
 /// `a < b < c and d > e`: lists of formulas, each less than the next.
-fn ascending(text: &str, quantities: &BTreeMap<String, ClaimNumber>) -> Result<Vec<Vec<Formula>>, Problem> {
+fn ascending(
+    text: &str,
+    quantities: &BTreeMap<String, ClaimNumber>,
+) -> Result<Vec<Vec<Formula>>, StudyProblem> {
     let mut scope = Scope::new();
     for name in quantities.keys() {
         let meaning = "a number of this claim".to_owned();
         let new = Name { name: name.clone(), unit: "1".into(), meaning, kind: Kind::Global };
         let why = "formulas name it: write a letter, then letters, digits and _, and no name of a function";
-        scope.add(new).map_err(|_| Problem::Name { what: "number", name: name.clone(), why })?;
+        scope.add(new).map_err(|_| StudyProblem::Name { what: "number", name: name.clone(), why })?;
     }
     let everywhere = |_: usize| true;
     let context = Context { scope: &scope, here: &everywhere, parameters: &[], definitions: &[] };
     let formula = |text: &str| {
         Formula::parse(text.trim(), &context)
-            .map_err(|source| Problem::Formula { key: "holds".into(), source })
+            .map_err(|source| StudyProblem::Formula { key: "holds".into(), source })
     };
     let chain = |text: &str| {
         let (sign, other) = if text.contains('<') { ('<', '>') } else { ('>', '<') };
         let mut chain = text.split(sign).map(formula).collect::<Result<Vec<_>, _>>()?;
         if chain.len() < 2 || text.contains(other) {
             let (key, value) = ("holds".to_owned(), text.to_owned());
-            return Err(Problem::Value {
+            return Err(StudyProblem::Value {
                 key,
                 value,
                 need: "formulas joined by < or by >, as in `a < b < 2*c`",

@@ -1,10 +1,12 @@
 //! The folder of a study, read as a whole.
 
 use crate::ambient::read_ambient;
-use crate::base::BaseState;
+use crate::base::PointState;
 use crate::plan::{Base, Plan};
 use crate::source::Source;
-use crate::{Campaign, Candidate, Catalogue, Claims, Observations, Problem, Rig, StudyError, read_modes};
+use crate::{
+    Campaign, Candidate, Catalogue, Claims, ObservedModes, Rig, StudyError, StudyProblem, read_modes,
+};
 use rijke_numerics::read_text;
 use rijke_rig::{ChannelErrors, DataKind, Ramp};
 use serde::Deserialize;
@@ -27,7 +29,7 @@ pub struct Study {
     /// What somebody published of it.
     pub claims: Claims,
     /// States of operating points that `base/states.json` does not have.
-    pub foreseen: BTreeMap<String, BaseState>,
+    pub foreseen: BTreeMap<String, PointState>,
 }
 
 #[derive(Deserialize)]
@@ -35,6 +37,19 @@ pub struct Study {
 struct Origin {
     kind: DataKind,
     source: String,
+}
+
+impl Origin {
+    /// Of a file that declares responses as well, which [`Study::responses`] checks.
+    fn beside_responses(source: &Source) -> Result<Self, StudyError> {
+        #[derive(Deserialize)]
+        struct Part {
+            kind: DataKind,
+            source: String,
+        }
+        let Part { kind, source } = source.toml()?;
+        Ok(Self { kind, source })
+    }
 }
 
 impl Study {
@@ -87,21 +102,25 @@ impl Study {
         unused.into_iter().map(said).chain(idle).collect()
     }
 
-    /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it.
+    /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it. A study
+    /// that has stages of responses too may lack both: then no mode was observed.
     ///
     /// # Errors
     /// File, line and remedy. Points of `ramps.csv` are refused where their states would be taken for
     /// settled.
-    pub fn observations(&self) -> Result<Observations, StudyError> {
+    pub fn observations(&self) -> Result<ObservedModes, StudyError> {
         let folder = self.folder.join("observations");
         self.knows_states_of(&folder.join(Ramp::FILE))?;
-        let origin: Origin = Source::read(&folder.join("observations.toml"))?.toml()?;
+        let source = Source::read(&folder.join("observations.toml"))?;
+        let responses = !self.plan.responses.is_empty();
+        let origin = if responses { Origin::beside_responses(&source) } else { source.toml() }?;
         let table = folder.join("modes.csv");
         let table = if table.is_file() { table } else { folder.join("pings.csv") };
-        let modes = read_modes(&table, &self.rig, &self.campaign)?;
+        let there = table.is_file() || !responses;
+        let modes = if there { read_modes(&table, &self.rig, &self.campaign)? } else { Vec::new() };
         let points = folder.join("points.csv");
         let ambient = if points.is_file() { read_ambient(&points, &self.campaign)? } else { BTreeMap::new() };
-        Ok(Observations { kind: origin.kind, source: origin.source, modes, ambient })
+        Ok(ObservedModes { kind: origin.kind, source: origin.source, modes, ambient })
     }
 
     /// Refuses a file of ramps with a point whose state is not inferred.
@@ -121,7 +140,7 @@ impl Study {
             if self.campaign.point(id).is_some_and(|(_, point)| !inferred(point)) {
                 let (key, value) = ("point".to_owned(), id.to_owned());
                 let need = "a point whose state study.toml takes from the flow, because it was passed on a ramp: add it to `points` of [base.states], or take it out of campaign.csv";
-                return Err(source.at_line(source.line_of(&record), Problem::Value { key, value, need }));
+                return Err(source.at_line(source.line_of(&record), StudyProblem::Value { key, value, need }));
             }
         }
         Ok(())
@@ -139,13 +158,13 @@ impl Study {
             (false, true) => Ok(Some(observed)),
             (true, true) if read_text(&here).ok() != read_text(&observed).ok() => {
                 let text = format!("{} says otherwise; keep one of the two", observed.display());
-                let problem = Box::new(Problem::Toml(text));
+                let problem = Box::new(StudyProblem::Toml(text));
                 Err(StudyError { file: here.display().to_string(), line: None, problem })
             }
             (false, false) if needed => {
                 let text = "is missing, and [base.heated-flow] of study.toml needs it; write the readings there, or in \
                             observations/: point, at [m], temperature [K], sd [K]";
-                let problem = Box::new(Problem::Toml(text.into()));
+                let problem = Box::new(StudyProblem::Toml(text.into()));
                 Err(StudyError { file: here.display().to_string(), line: None, problem })
             }
             (false, false) => Ok(None),
@@ -164,7 +183,7 @@ impl Study {
             // The error names the file itself.
             let (file, text) = (path.display().to_string(), error.to_string());
             let text = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text).to_owned();
-            StudyError { file, line: None, problem: Box::new(Problem::Toml(text)) }
+            StudyError { file, line: None, problem: Box::new(StudyProblem::Toml(text)) }
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::rig::Rig;
 use crate::source::{Source, listed};
-use crate::{Campaign, Problem, StudyError};
+use crate::{Campaign, StudyError, StudyProblem};
 use rijke_numerics::{C64, Cholesky, Matrix};
 use rijke_rig::{Heading, Unit};
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ pub struct ObservedMode {
 
 /// Everything that was observed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Observations {
+pub struct ObservedModes {
     /// Measured or virtual.
     pub kind: rijke_rig::DataKind,
     /// Where the data come from.
@@ -116,13 +116,13 @@ pub(crate) fn parse(
     }
     for (k, a) in columns.iter().enumerate() {
         if *a != Column::Ignored && columns[..k].contains(a) {
-            let problem = Problem::Duplicate { what: "column", name: header[k].to_owned() };
+            let problem = StudyProblem::Duplicate { what: "column", name: header[k].to_owned() };
             return Err(source.at_line(top, problem));
         }
     }
     if !columns.contains(&Column::Point) {
         let need = "say in a column `point` to which operating point a row belongs";
-        return Err(source.at_line(top, Problem::Missing { key: "point".into(), need }));
+        return Err(source.at_line(top, StudyProblem::Missing { key: "point".into(), need }));
     }
     let mut modes: Vec<ObservedMode> = Vec::new();
     for record in reader.records() {
@@ -135,7 +135,7 @@ pub(crate) fn parse(
             && rig.search_is_stated
         {
             let (key, value) = ("frequency".to_owned(), format!("{f:.2} Hz"));
-            return Err(fail(Problem::Value {
+            return Err(fail(StudyProblem::Value {
                 key,
                 value,
                 need: "within frequency_hz of [search] in the rig's file; correct the \
@@ -145,24 +145,24 @@ pub(crate) fn parse(
         if modes.iter().any(|m| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
             let name = if mode.label.is_empty() { id } else { format!("{id}, mode {}", mode.label) };
-            return Err(fail(Problem::Duplicate { what: "row (operating point and mode)", name }));
+            return Err(fail(StudyProblem::Duplicate { what: "row (operating point and mode)", name }));
         }
         modes.push(mode);
     }
     if modes.is_empty() {
-        return Err(source.at_line(top, Problem::Empty { what: "mode", need: "add a row" }));
+        return Err(source.at_line(top, StudyProblem::Empty { what: "mode", need: "add a row" }));
     }
     Ok(modes)
 }
 
-fn column(text: &str, rig: &Rig) -> Result<Column, Problem> {
+fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {
     // What signal processing writes has the units in the names.
     let heading = match text {
         "growth_rate_per_s" => Heading { name: "growth_rate".into(), unit: None },
         "angular_frequency_rad_per_s" => Heading { name: "angular_frequency".into(), unit: None },
         "sd_growth_rate_per_s" => Heading { name: "growth_rate_sd".into(), unit: None },
         "sd_angular_frequency_rad_per_s" => Heading { name: "angular_frequency_sd".into(), unit: None },
-        text => Heading::parse(text).map_err(|source| Problem::Unit { key: text.to_owned(), source })?,
+        text => Heading::parse(text).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?,
     };
     let name = heading.name.as_str();
     match name {
@@ -186,7 +186,7 @@ fn column(text: &str, rig: &Rig) -> Result<Column, Problem> {
             Some(unit) => unit.of(wanted),
             None => Unit::parse(wanted).and_then(|u| u.of(wanted)),
         };
-        unit.map_err(|source| Problem::Unit { key: text.to_owned(), source })
+        unit.map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })
     };
     if let Some((a, b)) = name.strip_prefix("cov_").and_then(|rest| pair(rest, rig)) {
         return Ok(Column::Covariance(a, b));
@@ -201,7 +201,7 @@ fn column(text: &str, rig: &Rig) -> Result<Column, Problem> {
             .chain(microphones)
             .collect();
         let known = format!("{}; each with _sd, or cov_A_B", listed(all.iter().map(String::as_str)));
-        return Err(Problem::Unknown { what: "column", name: name.to_owned(), known });
+        return Err(StudyProblem::Unknown { what: "column", name: name.to_owned(), known });
     };
     let unit = unit(number, word.starts_with("angular"))?;
     Ok(if is_sd { Column::Sd(number, unit) } else { Column::Value(number, unit) })
@@ -229,7 +229,7 @@ fn row(
     header: &csv::StringRecord,
     columns: &[Column],
     campaign: &Campaign,
-) -> Result<ObservedMode, Problem> {
+) -> Result<ObservedMode, StudyProblem> {
     let (mut point, mut label) = (None, String::new());
     let mut values: BTreeMap<Number, f64> = BTreeMap::new();
     let mut sds: BTreeMap<Number, f64> = BTreeMap::new();
@@ -239,7 +239,7 @@ fn row(
             "" | "nan" | "NaN" | "-" => Ok(None),
             text => match text.parse::<f64>() {
                 Ok(v) if v.is_finite() => Ok(Some(v)),
-                _ => Err(Problem::Value {
+                _ => Err(StudyProblem::Value {
                     key: name.to_owned(),
                     value: text.to_owned(),
                     need: "a finite number with a decimal point, or empty",
@@ -249,7 +249,7 @@ fn row(
         match column {
             Column::Point => {
                 let found = campaign.point(cell).map(|(k, _)| k);
-                point = Some(found.ok_or_else(|| Problem::Unknown {
+                point = Some(found.ok_or_else(|| StudyProblem::Unknown {
                     what: "operating point",
                     name: cell.to_owned(),
                     known: listed(campaign.points.iter().take(8).map(|p| p.id.as_str())) + ", ...",
@@ -265,7 +265,7 @@ fn row(
                 if let Some(v) = float()? {
                     if v < 0.0 {
                         let (key, value) = (name.to_owned(), v.to_string());
-                        return Err(Problem::Value { key, value, need: "zero or more" });
+                        return Err(StudyProblem::Value { key, value, need: "zero or more" });
                     }
                     sds.insert(*number, unit.difference_to_si(v));
                 }
@@ -279,7 +279,7 @@ fn row(
         }
     }
     let Some(point) = point else {
-        return Err(Problem::Missing { key: "point".into(), need: "an operating point" });
+        return Err(StudyProblem::Missing { key: "point".into(), need: "an operating point" });
     };
     assemble(point, label, &values, &sds, &covariances, &campaign.points[point].id)
 }
@@ -291,7 +291,7 @@ fn assemble(
     sds: &BTreeMap<Number, f64>,
     covariances: &[(Number, Number, f64)],
     id: &str,
-) -> Result<ObservedMode, Problem> {
+) -> Result<ObservedMode, StudyProblem> {
     let get = |n: Number| values.get(&n).copied();
     let microphones: std::collections::BTreeSet<usize> =
         values.keys().filter_map(|n| if let Number::Pressure(m, _) = n { Some(*m) } else { None }).collect();
@@ -310,7 +310,7 @@ fn assemble(
             }
             _ => {
                 let need = "real and imaginary part, or modulus and argument, of every pressure";
-                return Err(Problem::Missing { key: format!("pressures of {id}"), need });
+                return Err(StudyProblem::Missing { key: format!("pressures of {id}"), need });
             }
         };
         let first = if part(2).is_some() { 2 } else { 0 };
@@ -319,7 +319,7 @@ fn assemble(
     }
     let n = numbers.len();
     if n == 0 {
-        return Err(Problem::Empty {
+        return Err(StudyProblem::Empty {
             what: "number in this row",
             need: "give a growth rate, a frequency or pressures",
         });
@@ -327,7 +327,7 @@ fn assemble(
     let mut covariance = Matrix::zeros(n, n);
     if covariances.is_empty() {
         for (i, number) in numbers.iter().enumerate() {
-            let sd = sds.get(number).copied().ok_or_else(|| Problem::Missing {
+            let sd = sds.get(number).copied().ok_or_else(|| StudyProblem::Missing {
                 key: "sd".into(),
                 need: "every number needs a standard deviation X_sd, or covariances cov_A_B",
             })?;
@@ -359,7 +359,7 @@ fn assemble(
     let size: Vec<f64> = (0..n).map(|i| covariance[(i, i)].sqrt()).collect();
     let scaled = Matrix::from_fn(n, n, |i, j| covariance[(i, j)] / (size[i] * size[j]));
     if size.iter().any(|s| !(*s > 0.0 && s.is_finite())) || Cholesky::new(&scaled).is_err() {
-        return Err(Problem::Covariance { of: id.to_owned() });
+        return Err(StudyProblem::Covariance { of: id.to_owned() });
     }
     Ok(ObservedMode {
         point,

@@ -1,6 +1,6 @@
 //! The names that laws may use: one scope for a whole study.
 
-use crate::Problem;
+use crate::StudyProblem;
 use rijke_formula::{Kind, Name, Scope};
 
 /// Meaning of the names that are factors.
@@ -106,7 +106,7 @@ pub(crate) fn factors(scope: &Scope) -> impl Iterator<Item = &str> {
 ///
 /// # Errors
 /// None; a test reads the table.
-pub(crate) fn built_in() -> Result<Scope, Problem> {
+pub(crate) fn built_in() -> Result<Scope, StudyProblem> {
     let mut scope = Scope::new();
     for (name, unit, meaning, kind) in BUILT_IN {
         add(
@@ -119,19 +119,19 @@ pub(crate) fn built_in() -> Result<Scope, Problem> {
 }
 
 /// Refuses a name that formulas know; `what` says what kind of thing it is to name.
-pub(crate) fn free(scope: &Scope, what: &'static str, name: &str) -> Result<(), Problem> {
+pub(crate) fn free(scope: &Scope, what: &'static str, name: &str) -> Result<(), StudyProblem> {
     let Some(known) = scope.find(name).and_then(|k| scope.names().get(k)) else { return Ok(()) };
     let meaning = if known.meaning.is_empty() { "something else".to_owned() } else { known.meaning.clone() };
-    Err(Problem::Known { what, name: name.to_owned(), meaning })
+    Err(StudyProblem::Known { what, name: name.to_owned(), meaning })
 }
 
 /// Adds a name; `what` says what kind of thing it names.
-pub(crate) fn add(scope: &mut Scope, what: &'static str, name: Name) -> Result<usize, Problem> {
+pub(crate) fn add(scope: &mut Scope, what: &'static str, name: Name) -> Result<usize, StudyProblem> {
     let text = name.name.clone();
     free(scope, what, &text)?;
     let why =
         "use letters, digits and _, start with a letter, and avoid the names of functions and constants";
-    scope.add(name).map_err(|_| Problem::Name { what, name: text, why })
+    scope.add(name).map_err(|_| StudyProblem::Name { what, name: text, why })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use crate::modes::{is_of_modes, parse};
 use crate::plan::Plan;
 use crate::source::Source;
-use crate::{Campaign, Catalogue, Claims, Observations, Rig, Study, StudyError};
+use crate::{Campaign, Catalogue, Claims, ObservedModes, Rig, Study, StudyError};
 use rijke_rig::DataKind;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -65,12 +65,12 @@ impl OneTable {
     ///
     /// # Errors
     /// File, line and remedy; the files are the two that were read.
-    pub fn study(&self) -> Result<(Study, Observations), StudyError> {
+    pub fn study(&self) -> Result<(Study, ObservedModes), StudyError> {
         let study = self.without_modes()?;
         let table = &self.files[1];
         let modes = parse(&source(table, &self.modes), &study.rig, &study.campaign)?;
         let (kind, source) = (DataKind::Measured, table.display().to_string());
-        Ok((study, Observations { kind, source, modes, ambient: BTreeMap::new() }))
+        Ok((study, ObservedModes { kind, source, modes, ambient: BTreeMap::new() }))
     }
 
     fn without_modes(&self) -> Result<Study, StudyError> {

@@ -1,8 +1,8 @@
 //! What signal processing needs to know of the rig of a study: microphones, gas, the width of the tube.
 
 use crate::rig::GasModel;
-use crate::{Problem, Study, StudyError};
-use rijke_rig::{Campaign, Gas, Insert, Microphones, OperatingPoint, Plates, Recording, Rig, Tube};
+use crate::{Study, StudyError, StudyProblem};
+use rijke_rig::{Gas, Insert, Microphones, OperatingPoint, Plates, Recording, Tube, TubeCampaign, TubeRig};
 
 /// Temperature at which the geometry is laid out, K; positions that depend on it are of no use to a
 /// laboratory.
@@ -14,11 +14,14 @@ impl Study {
     ///
     /// # Errors
     /// File and remedy: microphones must stay where they are, and the rig needs at least one.
-    pub fn for_records(&self) -> Result<(Rig, Campaign), StudyError> {
+    pub fn for_records(&self) -> Result<(TubeRig, TubeCampaign), StudyError> {
         let file = self.folder.join("rig.toml").display().to_string();
         let fail = |problem| StudyError { file: file.clone(), line: None, problem: Box::new(problem) };
         let Some(first) = self.campaign.points.first() else {
-            return Err(fail(Problem::Empty { what: "operating point", need: "add a row to campaign.csv" }));
+            return Err(fail(StudyProblem::Empty {
+                what: "operating point",
+                need: "add a row to campaign.csv",
+            }));
         };
         let layout = self.rig.at(first, LAID_OUT).map_err(fail)?;
         for point in &self.campaign.points {
@@ -28,12 +31,12 @@ impl Study {
                 let (key, value) =
                     ("microphones.at".to_owned(), format!("another place at point {}", point.id));
                 let need = "the same at all points, because channels are calibrated once";
-                return Err(fail(Problem::Value { key, value, need }));
+                return Err(fail(StudyProblem::Value { key, value, need }));
             }
         }
         if layout.microphones.is_empty() {
             let need = "give [microphones] with at = [...] to process records";
-            return Err(fail(Problem::Empty { what: "microphone", need }));
+            return Err(fail(StudyProblem::Empty { what: "microphone", need }));
         }
         let widest = layout.ducts.iter().flat_map(|d| d.area).fold(0.0, f64::max);
         let gas = match &self.rig.gas {
@@ -41,7 +44,7 @@ impl Study {
             // Only its sound speed and its boundary layers matter here.
             GasModel::Perfect { .. } => Gas::air(),
         };
-        let rig = Rig {
+        let rig = TubeRig {
             name: self.plan.name.clone(),
             source: "study".into(),
             tube: Tube {
@@ -64,7 +67,12 @@ impl Study {
                 plate_gap: 0.0,
                 wire_diameter: 0.0,
             },
-            recording: Recording { ping_rate_hz: 1.0, click_rate_hz: 1.0, arrival_setting_sd_s: 0.0 },
+            recording: Recording {
+                ping_rate_hz: 1.0,
+                click_rate_hz: 1.0,
+                arrival_setting_sd_s: 0.0,
+                ping_decay_times: self.rig.ping_decay_times,
+            },
         };
         let point = |p: &crate::Point| OperatingPoint {
             id: p.id.clone(),
@@ -76,6 +84,6 @@ impl Study {
             repeats: p.repeats,
         };
         let points = self.campaign.points.iter().map(point).collect();
-        Ok((rig, Campaign { name: self.plan.name.clone(), points, ramps: Vec::new() }))
+        Ok((rig, TubeCampaign { name: self.plan.name.clone(), points, ramps: Vec::new() }))
     }
 }

@@ -1,6 +1,6 @@
 //! The text of a file, and where in it something stands.
 
-use crate::{Problem, StudyError};
+use crate::{StudyError, StudyProblem};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
@@ -12,7 +12,7 @@ pub(crate) struct Source {
 }
 
 /// What is wrong, and where in the text.
-pub(crate) type Outcome<T> = Result<T, (Range<usize>, Problem)>;
+pub(crate) type Outcome<T> = Result<T, (Range<usize>, StudyProblem)>;
 
 impl Source {
     pub(crate) fn read(path: &Path) -> Result<Self, StudyError> {
@@ -21,7 +21,7 @@ impl Source {
             Ok(text) => Ok(Self { file, text }),
             Err(error) => {
                 let cause = std::io::Error::other(error.to_string());
-                Err(StudyError { file, line: None, problem: Box::new(Problem::Unreadable(cause)) })
+                Err(StudyError { file, line: None, problem: Box::new(StudyProblem::Unreadable(cause)) })
             }
         }
     }
@@ -41,7 +41,7 @@ impl Source {
     pub(crate) fn toml<T: DeserializeOwned>(&self) -> Result<T, StudyError> {
         toml::from_str(&self.text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            self.fail(at, Problem::Toml(error.message().trim().replace('\n', " ")))
+            self.fail(at, StudyProblem::Toml(error.message().trim().replace('\n', " ")))
         })
     }
 
@@ -50,12 +50,25 @@ impl Source {
         1 + self.text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count()
     }
 
-    pub(crate) fn fail(&self, at: usize, problem: Problem) -> StudyError {
+    /// The first place behind `at` where a line gives `key`, or `at`.
+    pub(crate) fn key_after(&self, at: usize, key: &str) -> usize {
+        let mut place = at;
+        for line in self.text.get(at..).unwrap_or_default().split_inclusive('\n') {
+            let mut words = line.split('=').map(str::trim);
+            if words.next() == Some(key) && words.next().is_some() {
+                return place;
+            }
+            place += line.len();
+        }
+        at
+    }
+
+    pub(crate) fn fail(&self, at: usize, problem: StudyProblem) -> StudyError {
         let (file, line) = (self.file.clone(), Some(self.line(at)));
         StudyError { file, line, problem: Box::new(problem) }
     }
 
-    pub(crate) fn at_line(&self, line: usize, problem: Problem) -> StudyError {
+    pub(crate) fn at_line(&self, line: usize, problem: StudyProblem) -> StudyError {
         StudyError { file: self.file.clone(), line: Some(line), problem: Box::new(problem) }
     }
 
@@ -84,7 +97,7 @@ impl Source {
     /// A fault of such a table, at its line.
     pub(crate) fn csv(&self, error: &csv::Error) -> StudyError {
         let line = error.position().map_or_else(|| self.header_line(), |p| p.line() as usize);
-        self.at_line(line, Problem::Csv(error.to_string()))
+        self.at_line(line, StudyProblem::Csv(error.to_string()))
     }
 
     pub(crate) fn located<T>(&self, outcome: Outcome<T>) -> Result<T, StudyError> {

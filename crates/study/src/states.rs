@@ -1,9 +1,9 @@
 //! Base states on disk: `base/states.json`.
 
-use crate::base::{BaseError, BaseState, Cause};
+use crate::base::{BaseError, Cause, PointState};
 use crate::rig::Rig;
 use crate::source::{Source, listed};
-use crate::{Problem, StudyError};
+use crate::{StudyError, StudyProblem};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -59,17 +59,20 @@ pub struct ErrorRecord {
 ///
 /// # Errors
 /// File, operating point and remedy.
-pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, BaseState>, StudyError> {
+pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, PointState>, StudyError> {
     let source = Source::read(path)?;
     let file: Whole = serde_json::from_str(&source.text)
-        .map_err(|e| source.at_line(e.line(), Problem::Toml(e.to_string())))?;
+        .map_err(|e| source.at_line(e.line(), StudyProblem::Toml(e.to_string())))?;
     let mut states = BTreeMap::new();
     for (id, record) in file.points {
         // Written by machines, all points may stand on one line: their names say where.
-        let fail = |problem: Problem| {
-            source.at_line(line_of(&source, &id), Problem::Toml(format!("operating point `{id}`: {problem}")))
+        let fail = |problem: StudyProblem| {
+            source.at_line(
+                line_of(&source, &id),
+                StudyProblem::Toml(format!("operating point `{id}`: {problem}")),
+            )
         };
-        let record = StateRecord::deserialize(record).map_err(|e| fail(Problem::Toml(e.to_string())))?;
+        let record = StateRecord::deserialize(record).map_err(|e| fail(StudyProblem::Toml(e.to_string())))?;
         let state = record.state(&id, rig).map_err(fail)?;
         states.insert(id, state);
     }
@@ -81,12 +84,12 @@ impl StateRecord {
     ///
     /// # Errors
     /// A number that the rig does not declare, or a state that cannot be.
-    pub fn state(self, id: &str, rig: &Rig) -> Result<BaseState, Problem> {
+    pub fn state(self, id: &str, rig: &Rig) -> Result<PointState, StudyProblem> {
         let place = |name: &String| {
             let of = |p: &&usize| rig.scope.names()[**p].name == *name;
             rig.brought.iter().find(of).copied().ok_or_else(|| {
                 let known = listed(rig.brought.iter().map(|p| rig.scope.names()[*p].name.as_str()));
-                Problem::Unknown {
+                StudyProblem::Unknown {
                     what: "number of the base state (see [base.numbers] of rig.toml)",
                     name: name.clone(),
                     known,
@@ -101,7 +104,7 @@ impl StateRecord {
             numbers: names.iter().map(|n| e.numbers.get(*n).copied().unwrap_or(0.0)).collect(),
             temperature: e.temperature.clone(),
         };
-        let state = BaseState {
+        let state = PointState {
             gas: rig.gas.clone(),
             pressure: rig.pressure,
             mass_flow: self.mass_flow,

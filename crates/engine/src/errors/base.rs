@@ -7,7 +7,7 @@ use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Matrix, Order};
-use rijke_study::{BaseState, Cause};
+use rijke_study::{Cause, PointState};
 use std::collections::BTreeMap;
 
 /// Causes of error of a point, and the change of its prediction per standard deviation of each.
@@ -39,6 +39,16 @@ impl BaseErrors {
         let at =
             |(o, u): (&Observed, &Used)| changes(assembly, &o.conditions, o.near, &u.microphones, values);
         Ok(Self { points: observed.par_iter().zip(used).map(at).collect::<Result<_, _>>()? })
+    }
+
+    /// No error at any of so many points.
+    pub(crate) fn none(points: usize) -> Self {
+        Self { points: vec![Vec::new(); points] }
+    }
+
+    /// Whether there is no error at any point.
+    pub(crate) fn is_none(&self) -> bool {
+        self.points.iter().all(Vec::is_empty)
     }
 
     /// With more causes of error, for each point.
@@ -132,7 +142,7 @@ pub(crate) fn changes(
     values: &[f64],
 ) -> Result<Changes, EngineError> {
     let work = &mut Workspace::default();
-    let mut predicted = |base: BaseState, near: C64| -> Result<Vec<f64>, EngineError> {
+    let mut predicted = |base: PointState, near: C64| -> Result<Vec<f64>, EngineError> {
         let moved = Conditions { base, ..conditions.clone() };
         let model = PointModel::new(assembly, &moved, microphones)?.starting_from(near);
         let response = model.respond(values, Order::Value, work)?;

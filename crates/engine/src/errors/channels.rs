@@ -1,10 +1,10 @@
 //! Errors of the channels' calibration as parameters that all operating points share.
 
 use crate::observed::{Observed, Used};
-use crate::{Knowledge, Training};
+use crate::{NamedGaussian, Training};
 use rijke_inference::{Forward, ForwardError, InferenceError, Parameter, Parameters, Prediction, Prior};
 use rijke_numerics::{C64, Matrix, Order};
-use rijke_rig::ChannelErrors;
+use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::Rig;
 
 /// The delays and gains of the chosen microphones but the reference, which a training finds together with the
@@ -65,7 +65,7 @@ impl Channels {
         let mut slopes = Matrix::zeros(used.values.len(), 2 * n);
         for (k, (microphone, p)) in used.others.iter().zip(&used.pressures).enumerate() {
             let Some(m) = self.microphones.iter().position(|other| other == microphone) else { continue };
-            let Some(row) = used.rows.iter().position(|row| *row == 2 + 2 * k) else { continue };
+            let Some(row) = used.rows.iter().position(|row| *row == ModeRows::pressure(k)) else { continue };
             for (column, z) in [(m, p * observed.near), (n + m, -p)] {
                 (slopes[(row, column)], slopes[(row + 1, column)]) = (z.re, z.im);
             }
@@ -75,7 +75,7 @@ impl Channels {
     }
 }
 
-impl Knowledge {
+impl NamedGaussian {
     /// An observation with the delays and gains of channels undone that a training found; as it is where none
     /// were sought. Their uncertainty, which many points have made small against the misfit of any model, is
     /// left out.

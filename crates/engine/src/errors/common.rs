@@ -2,9 +2,9 @@
 
 use super::{BaseErrors, Changes};
 use crate::observed::{Observed, Used, same_installation};
-use crate::{EngineError, Knowledge};
+use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
-use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use rijke_numerics::{Matrix, Order, principal_directions};
 use rijke_study::Cause;
 
 /// The errors that all installations have in common: those of the flow's own parameters, say, which one
@@ -62,9 +62,9 @@ impl Common {
             let pairs = columns[i].iter().zip(&columns[j]).zip(&weights);
             pairs.map(|((a, b), w)| a * b * w * w).sum()
         });
-        let (values, vectors) = symmetric_eigen(&gram)?;
-        let kept: Vec<usize> = (0..causes.len()).rev().filter(|&k| values[k] > NEGLIGIBLE).collect();
-        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| vectors[(j, kept[k])]);
+        let mut kept = principal_directions(&gram)?;
+        kept.retain(|(value, _)| *value > NEGLIGIBLE);
+        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| kept[k].1[j]);
         let slopes = Matrix::from_fn(rows, kept.len(), |row, k| {
             (0..causes.len()).map(|j| shares[(j, k)] * columns[j][row]).sum()
         });
@@ -80,7 +80,12 @@ impl Common {
     /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction
     /// in what is `known`, and the change along it; and what the other causes do. The prediction has `size`
     /// numbers.
-    pub(crate) fn along(&self, known: &Knowledge, changes: &Changes, size: usize) -> (Vec<Along>, Changes) {
+    pub(crate) fn along(
+        &self,
+        known: &NamedGaussian,
+        changes: &Changes,
+        size: usize,
+    ) -> (Vec<Along>, Changes) {
         let place = |k: usize| known.names.iter().position(|n| *n == name(k));
         let mut along: Vec<_> =
             (0..self.shares.columns()).filter_map(|k| Some((k, place(k)?, vec![0.0; size]))).collect();
@@ -116,9 +121,9 @@ impl Common {
         self.causes.contains(cause)
     }
 
-    /// A model whose base states have these errors, which are parameters after its `own`.
-    pub(crate) fn carried_by<'a>(&'a self, inner: &'a dyn Forward, own: usize) -> Carried<'a> {
-        Carried { inner, own, slopes: &self.slopes }
+    /// The change of each number of each point, point after point, per direction.
+    pub(crate) fn slopes(&self) -> &Matrix {
+        &self.slopes
     }
 }
 
@@ -127,11 +132,11 @@ fn name(k: usize) -> String {
     format!("error of the base states {}", k + 1)
 }
 
-/// A model with errors of its base states, to first order.
+/// A model with errors that its points share, to first order; they are parameters after its `own`.
 pub(crate) struct Carried<'a> {
-    inner: &'a dyn Forward,
-    own: usize,
-    slopes: &'a Matrix,
+    pub(crate) inner: &'a dyn Forward,
+    pub(crate) own: usize,
+    pub(crate) slopes: &'a Matrix,
 }
 
 impl Forward for Carried<'_> {
@@ -216,7 +221,7 @@ mod tests {
         let own: Vec<Parameter> =
             ["a", "b"].map(|n| Parameter::new(n, n, "1", Prior::Normal { mean: 0.5, sd: 1.0 })).into();
         let common = common();
-        let carried = common.carried_by(&Bent, 2);
+        let carried = Carried { inner: &Bent, own: 2, slopes: common.slopes() };
         let (evidence, values, covariance) =
             posterior_of(&carried, [own.clone(), common.parameters()].concat(), None);
         let shared = common.slopes.product(&common.slopes.transpose());
@@ -234,7 +239,7 @@ mod tests {
     #[test]
     fn exact_derivatives_of_a_carried_model_are_those_of_its_parts() {
         let common = common();
-        let carried = common.carried_by(&Bent, 2);
+        let carried = Carried { inner: &Bent, own: 2, slopes: common.slopes() };
         let at = [0.4, 0.7, 0.5, -0.2];
         let here = carried.predict(&at, Order::Second).unwrap();
         let h = 1e-4;

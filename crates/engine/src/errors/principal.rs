@@ -4,8 +4,8 @@
 //! directions. The model is asked what these do, and the causes are sums of them.
 
 use crate::EngineError;
-use rijke_numerics::{Matrix, symmetric_eigen};
-use rijke_study::{BaseState, Cause};
+use rijke_numerics::{Matrix, principal_directions};
+use rijke_study::{Cause, PointState};
 
 /// Share of a standard deviation by which states are displaced: a slope, to a tenth of a per cent of its
 /// change over the error.
@@ -17,7 +17,7 @@ const NEGLIGIBLE: f64 = 1e-5;
 /// The errors of a base state.
 pub(crate) struct Principal {
     /// The state displaced by [`STEP`] standard deviations of each principal error, the largest first.
-    pub(crate) states: Vec<BaseState>,
+    pub(crate) states: Vec<PointState>,
     /// What each cause consists of: shares of the principal errors.
     pub(crate) causes: Vec<(Cause, Vec<f64>)>,
 }
@@ -28,7 +28,7 @@ impl Principal {
     ///
     /// # Errors
     /// [`EngineError::Dense`] if the eigenvalue iteration fails.
-    pub(crate) fn of(base: &BaseState) -> Result<Self, EngineError> {
+    pub(crate) fn of(base: &PointState) -> Result<Self, EngineError> {
         let mut causes: Vec<&Cause> = base.errors.iter().map(|e| &e.cause).collect();
         causes.sort_unstable();
         causes.dedup();
@@ -47,34 +47,33 @@ impl Principal {
                 gram = gram.plus(1.0 / whole, &Matrix::from_fn(size, size, dot));
             }
         }
-        let (values, vectors) = symmetric_eigen(&gram)?;
-        let total: f64 = values.iter().sum();
-        let (mut left, mut kept) = (total, Vec::new());
-        for k in (0..size).rev() {
-            if left <= NEGLIGIBLE * total {
-                break;
-            }
-            left -= values[k];
-            kept.push(k);
-        }
-        let displaced = |k: usize| {
+        let mut kept = principal_directions(&gram)?;
+        let total: f64 = kept.iter().map(|(value, _)| value).sum();
+        let mut left = total;
+        let enough = kept.iter().position(|(value, _)| {
+            let negligible = left <= NEGLIGIBLE * total;
+            left -= value;
+            negligible
+        });
+        kept.truncate(enough.unwrap_or(size));
+        let displaced = |along: &[f64]| {
             let mut sum = vec![0.0; 1 + base.numbers.len() + base.temperature.len()];
-            for (j, row) in rows.iter().enumerate() {
-                sum.iter_mut().zip(row).for_each(|(s, d)| *s += vectors[(j, k)] * d);
+            for (row, share) in rows.iter().zip(along) {
+                sum.iter_mut().zip(row).for_each(|(s, d)| *s += share * d);
             }
             moved(base, STEP, &sum)
         };
         Ok(Self {
-            states: kept.iter().map(|&k| displaced(k)).collect(),
+            states: kept.iter().map(|(_, along)| displaced(along)).collect(),
             causes: (0..size)
-                .map(|j| (causes[j].clone(), kept.iter().map(|&k| vectors[(j, k)]).collect()))
+                .map(|j| (causes[j].clone(), kept.iter().map(|(_, along)| along[j]).collect()))
                 .collect(),
         })
     }
 }
 
 /// What one standard deviation of a cause does to mass flow, numbers of the base state, and temperatures.
-fn displacement(base: &BaseState, cause: &Cause) -> Vec<f64> {
+fn displacement(base: &PointState, cause: &Cause) -> Vec<f64> {
     let mut sum = vec![0.0; 1 + base.numbers.len() + base.temperature.len()];
     for error in base.errors.iter().filter(|e| e.cause == *cause) {
         let all = [error.mass_flow].into_iter().chain(error.numbers.iter().copied());
@@ -85,9 +84,9 @@ fn displacement(base: &BaseState, cause: &Cause) -> Vec<f64> {
 }
 
 /// The state, without its errors, moved by `times` a displacement.
-fn moved(base: &BaseState, times: f64, by: &[f64]) -> BaseState {
+fn moved(base: &PointState, times: f64, by: &[f64]) -> PointState {
     let (own, temperatures) = by.split_at(1 + base.numbers.len());
-    BaseState {
+    PointState {
         gas: base.gas.clone(),
         mass_flow: base.mass_flow + times * own[0],
         numbers: base.numbers.iter().zip(&own[1..]).map(|((n, v), d)| (*n, v + times * d)).collect(),

@@ -2,7 +2,7 @@
 
 use crate::noise::{BETWEEN, Varying};
 use crate::observed::{Observed, Used};
-use crate::{Assembly, EngineError, Knowledge, PointModel, Training};
+use crate::{Assembly, EngineError, NamedGaussian, PointModel, Training};
 use rayon::prelude::*;
 use rijke_inference::{NoiseEstimate, NoiseGroup};
 use rijke_network::Workspace;
@@ -69,7 +69,7 @@ fn place(assembly: &Assembly, varying: &Varying) -> Option<usize> {
     assembly.parameters().iter().position(|p| p.name == varying.parameter)
 }
 
-impl Knowledge {
+impl NamedGaussian {
     /// What is known of the parameters at one new installation of the rig: as `self`, with the scatter
     /// between installations that a training found or was given (`noise`).
     #[must_use]

@@ -4,7 +4,7 @@ use crate::assembly::Assembly;
 use crate::conditions::Conditions;
 use rijke_network::Segment;
 use rijke_rig::GasState;
-use rijke_study::{BaseState, Stretch};
+use rijke_study::{GasStretch, PointState};
 
 /// A segment of the network, where it lies, and its gas.
 #[derive(Clone, Copy, Debug)]
@@ -73,12 +73,12 @@ fn edges(length: f64, cuts: Vec<f64>) -> Vec<f64> {
 /// The segments between neighbouring `edges`, of which there are two for every element where the gas varies.
 pub(super) fn segments(conditions: &Conditions, edges: &[f64]) -> Vec<Piece> {
     let Conditions { layout, base, .. } = conditions;
-    let stretches: Vec<Stretch> = if base.is_uniform() {
+    let stretches: Vec<GasStretch> = if base.is_uniform() {
         edges.windows(2).map(|w| base.stretch(w[0], w[1])).collect()
     } else {
         edges.windows(2).flat_map(|w| halves(base, w[0], w[1])).collect()
     };
-    let piece = |s: &Stretch| {
+    let piece = |s: &GasStretch| {
         let area = layout.areas(0.5 * (s.from + s.to))[0];
         let segment = Segment::new(s.to - s.from, area, s.sound_speed, s.density);
         Piece { segment, from: s.from, to: s.to, gas: s.gas }
@@ -94,7 +94,7 @@ pub(super) fn segments(conditions: &Conditions, edges: &[f64]) -> Vec<Piece> {
 /// The density of two halves that differ by D has a moment of D h^2/8, a linear profile whose halves differ
 /// by D one of D h^2/6: hence 4/3 of the difference, and fourth order. It stays positive where the halves
 /// differ by less than a factor of seven.
-fn halves(base: &BaseState, from: f64, to: f64) -> [Stretch; 2] {
+fn halves(base: &PointState, from: f64, to: f64) -> [GasStretch; 2] {
     let middle = 0.5 * (from + to);
     let [lower, upper] = [base.stretch(from, middle), base.stretch(middle, to)];
     let mean = 0.5 * (lower.density + upper.density);
@@ -103,6 +103,6 @@ fn halves(base: &BaseState, from: f64, to: f64) -> [Stretch; 2] {
     [(lower, -apart), (upper, apart)].map(|(part, apart)| {
         let density = mean + apart;
         let compliance = 1.0 / (part.density * part.sound_speed.powi(2));
-        Stretch { density, sound_speed: (density * compliance).sqrt().recip(), gas, ..part }
+        GasStretch { density, sound_speed: (density * compliance).sqrt().recip(), gas, ..part }
     })
 }

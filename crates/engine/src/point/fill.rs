@@ -2,10 +2,10 @@
 
 use super::model::{LawAt, PointModel};
 use super::poles::{Acting, poles};
-use crate::assembly::part_of_wall;
-use rijke_formula::{Dual, Formula, Here};
+use crate::assembly::{Erring, part_of_wall};
+use rijke_formula::{Formula, Here};
 use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region, laws::Law, levine_schwinger};
-use rijke_numerics::{C64, Jet, JetSpace, Order};
+use rijke_numerics::{C64, ComplexDual, Jet, JetSpace, Order};
 use rijke_study::Effect;
 use rijke_study::names::{DIAMETER, FLANGED, LEVINE_SCHWINGER, S, SOUND_SPEED, WALL_EP, WALL_MU};
 
@@ -44,16 +44,16 @@ impl<'m> Filled<'m> {
 
     /// Values and derivatives in s: for root searches and modes.
     fn fill_in_s(&self, s: C64, laws: &mut Laws) {
-        let zero = Dual { value: C64::ZERO, slope: C64::ZERO };
-        let s_dual = Dual { value: s, slope: C64::ONE };
+        let zero = ComplexDual { value: C64::ZERO, slope: C64::ZERO };
+        let s_dual = ComplexDual { value: s, slope: C64::ONE };
         let mut wall = vec![[zero; 2]; self.model.surroundings.len()];
         for (k, law, effect) in self.in_order() {
             let around = &self.model.surroundings[law.around];
             let part = part_of_wall(effect);
-            let ends =
-                radiation(effect, around, s).map(|end| end.map(|[value, slope, _]| Dual { value, slope }));
+            let ends = radiation(effect, around, s)
+                .map(|end| end.map(|[value, slope, _]| ComplexDual { value, slope }));
             let [mu, ep] = wall[law.around];
-            let mut analytic: [Option<&Dual>; NAMES] = [None; NAMES];
+            let mut analytic: [Option<&ComplexDual>; NAMES] = [None; NAMES];
             analytic[S] = Some(&s_dual);
             if part.is_none() {
                 (analytic[WALL_MU], analytic[WALL_EP]) = (Some(&mu), Some(&ep));
@@ -62,16 +62,21 @@ impl<'m> Filled<'m> {
             let here = Here { space: JetSpace::new(1, Order::First), numbers: around, analytic: &analytic };
             let parameters = &self.numbers[law.candidate];
             let mut found = self.law_number(k).evaluate_in_s(&here, parameters);
-            if self.model.assembly.is_erring(law.candidate)
+            if let Some(how) = self.model.assembly.erring(law.candidate, law.effect)
                 && let [.., re, im] = parameters[..]
             {
-                let factor = C64::new(1.0 + re, im);
-                found = Dual { value: found.value * factor, slope: found.slope * factor };
+                let e = C64::new(re, im);
+                found = match how {
+                    Erring::Relative => {
+                        ComplexDual { value: found.value * (e + 1.0), slope: found.slope * (e + 1.0) }
+                    }
+                    Erring::Added(_) => ComplexDual { value: found.value + e, slope: found.slope },
+                };
             }
             laws.set_analytic(k, [found.value, found.slope, C64::ZERO]);
             if let Some(part) = part {
                 let total = &mut wall[law.around][part];
-                *total = Dual { value: total.value + found.value, slope: total.slope + found.slope };
+                *total = ComplexDual { value: total.value + found.value, slope: total.slope + found.slope };
             }
         }
     }
@@ -104,11 +109,14 @@ impl<'m> Filled<'m> {
             let here = Here { space: space_here, numbers: around, analytic: &analytic };
             let parameters = &parameters[law.candidate];
             let mut value = self.law_number(k).evaluate(&here, parameters);
-            if model.assembly.is_erring(law.candidate)
+            if let Some(how) = model.assembly.erring(law.candidate, law.effect)
                 && let [.., re, im] = &parameters[..]
             {
-                let factor = &(&space_here.real(1.0) + re) + &im.scale(C64::I);
-                value = &value * &factor;
+                let e = re + &im.scale(C64::I);
+                value = match how {
+                    Erring::Relative => &value * &e.shift(C64::ONE),
+                    Erring::Added(_) => &value + &e,
+                };
             }
             laws.set_among(k, &value, own);
             if let Some(part) = part {
@@ -138,7 +146,7 @@ impl<'m> Coefficients for Filled<'m> {
         self.fill_heard(at, laws);
     }
 
-    fn hears_at(&self, law: usize) -> Option<f64> {
+    fn reference_at(&self, law: usize) -> Option<f64> {
         self.model.heard.get(law.checked_sub(self.model.laws.len())? / 2).map(|heard| heard.distance)
     }
 
@@ -150,8 +158,8 @@ impl<'m> Coefficients for Filled<'m> {
         let acting: Vec<Acting<'_>> = self.in_order().filter_map(acting).collect();
         let mut all = poles(&acting, region, |k, part, s| {
             let law = &self.model.laws[k];
-            let s = Dual { value: s, slope: C64::ONE };
-            let mut analytic: [Option<&Dual>; NAMES] = [None; NAMES];
+            let s = ComplexDual { value: s, slope: C64::ONE };
+            let mut analytic: [Option<&ComplexDual>; NAMES] = [None; NAMES];
             analytic[S] = Some(&s);
             let numbers = &self.model.surroundings[law.around];
             let here = Here { space: JetSpace::new(1, Order::First), numbers, analytic: &analytic };

@@ -5,7 +5,7 @@ use super::fill::Filled;
 use super::model::PointModel;
 use crate::EngineError;
 use crate::conditions::Conditions;
-use rijke_network::laws::Unheard;
+use rijke_network::laws::NoReference;
 use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region, Slot, zeros_of};
 use rijke_numerics::C64;
 use rijke_study::names::{AREA, TEMPERATURE};
@@ -47,8 +47,8 @@ impl PointModel<'_> {
             if distance.is_nan() || distance < 0.0 {
                 return Err(wrong(format!("whose distance is {distance} m there: give zero or more")));
             }
-            let heard = self.network.heard(j, distance, hears.downstream, k, own);
-            let mut heard = heard.map_err(|why: Unheard| wrong(why.to_string()))?;
+            let heard = self.network.remote_source(j, distance, hears.downstream, k, own);
+            let mut heard = heard.map_err(|why: NoReference| wrong(why.to_string()))?;
             heard.factor = -1.0;
             if hears.of_mean {
                 // Q'/Q = n F u'/U: as much mass flows through the reference.

@@ -4,7 +4,7 @@ use crate::assembly::Assembly;
 use crate::shape::ShapeModel;
 use rijke_formula::Formula;
 use rijke_network::flow_chain::FlowChain;
-use rijke_network::laws::Heard;
+use rijke_network::laws::RemoteSource;
 use rijke_network::{Network, Places};
 use rijke_numerics::C64;
 
@@ -25,7 +25,7 @@ pub struct PointModel<'a> {
     /// Numbers of the laws, those of walls first, because what they lose is a name of the others.
     pub(super) order: Vec<usize>,
     /// Sources that answer to a velocity elsewhere; each has two more laws, k_eu and k_ep, after `laws`.
-    pub(super) heard: Vec<Heard>,
+    pub(super) heard: Vec<RemoteSource>,
     pub(super) places: Places,
     /// Places at which further effects are tried.
     pub(super) cuts: Vec<usize>,

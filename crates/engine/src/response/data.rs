@@ -74,13 +74,12 @@ impl Blocks<'_> {
                 let part: Vec<usize> = (0..loads.len())
                     .flat_map(|load| (0..2 * loads[load].values.len()).map(move |i| 2 * load + i % 2))
                     .collect();
-                covariance = covariance.with_exact_misfit(&Correlated {
+                covariance = covariance.with_misfit(&Correlated {
                     size,
                     length: size + 1,
                     kernel: misfit.kernel,
                     coordinate: &coordinate,
                     part: &part,
-                    shortest: 0.0,
                 })?;
             }
             let label = loads.iter().map(|m| m.label.as_str()).collect::<Vec<_>>().join(" ");

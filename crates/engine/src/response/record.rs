@@ -1,6 +1,6 @@
 //! What a stage of responses found, as numbers that are written and drawn.
 
-use crate::run::{EvidenceRecord, ParameterRecord};
+use crate::run::{EvidenceRecord, TrainedParameter};
 use rijke_inference::NoiseEstimate;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -78,7 +78,7 @@ pub struct ResponseModelRecord {
     /// Role and candidate: the whole model.
     pub candidates: BTreeMap<String, String>,
     /// The model's parameters.
-    pub parameters: Vec<ParameterRecord>,
+    pub parameters: Vec<TrainedParameter>,
     /// Noise, misfit and sizes of the head's errors.
     pub noise: Vec<NoiseEstimate>,
     /// Evidence; none if the model could not be fitted.

@@ -1,12 +1,13 @@
 //! A study with what has been trained of it so far.
 
 use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
-use super::record::{CarriedOn, ModelRecord, ParameterRecord};
-use crate::{Assembly, EngineError, Knowledge, Observed, Trained};
-use rijke_inference::RefereeKind;
+use super::record::{CarriedOn, ModelRecord, TrainedParameter};
+use crate::response::Ground;
+use crate::{Assembly, EngineError, NamedGaussian, Observed, Trained};
+use rijke_inference::SamplerKind;
 use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
-use rijke_study::{BaseState, HeatedFit, Observations, Rig, Study};
+use rijke_study::{HeatedFit, ObservedModes, PointState, Rig, Study};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -21,8 +22,8 @@ pub enum Trusted {
     Searched,
     /// Other starts, importance sampling and doubled priors as well: some hundred calls of the model.
     Checked,
-    /// A referee too, to a statistical error in nats.
-    Refereed(RefereeKind, f64),
+    /// A sampler too, to a statistical error in nats.
+    Sampled(SamplerKind, f64),
 }
 
 /// Rows within so many nats of the best are checked. Of others a few more maxima are looked for first: a
@@ -39,13 +40,21 @@ pub struct Chosen {
     /// The observations that trained, as they were heard through the channels that earlier stages found.
     pub observed: Arc<Vec<Observed>>,
     /// What earlier stages knew of it.
-    pub(super) known: Arc<Vec<Knowledge>>,
+    pub(super) known: Arc<Vec<NamedGaussian>>,
     /// The misfit, what was measured included.
     pub(super) misfit: [f64; 3],
 }
 
+impl Chosen {
+    /// Its candidates by their roles, without what the rig itself says.
+    pub(super) fn choice(&self) -> Choice {
+        let own = self.assembly.candidates().iter().filter(|c| c.role != "rig");
+        own.map(|c| (c.role.clone(), c.id.clone())).collect()
+    }
+}
+
 /// The parameters that models of later stages found, by stage and model.
-pub(super) type Near = BTreeMap<[String; 2], Vec<ParameterRecord>>;
+pub(super) type Near = BTreeMap<[String; 2], Vec<TrainedParameter>>;
 
 /// A row of a table, and its training if it could be fitted.
 pub(super) type Found = (ModelRecord, Option<Chosen>);
@@ -82,11 +91,11 @@ pub(super) struct Beside {
 /// Role and candidate: what a model consists of.
 pub(super) type Choice = BTreeMap<String, String>;
 
-/// What a row stands on: the knowledge of earlier stages, and the observations as heard through the channels
+/// What a row stands on: the posteriors of earlier stages, and the observations as heard through the channels
 /// that they found.
 #[derive(Clone)]
 pub(super) struct StandsOn {
-    pub(super) known: Arc<Vec<Knowledge>>,
+    pub(super) known: Arc<Vec<NamedGaussian>>,
     pub(super) points: Arc<Vec<Observed>>,
 }
 
@@ -111,6 +120,8 @@ pub struct Run {
     pub(super) observed: Vec<Observed>,
     pub(super) channels: Option<ChannelErrors>,
     pub(super) trusted: Trusted,
+    /// What stages of responses found, on which stages may stand.
+    pub(super) grounds: Vec<Ground>,
     pub(super) done: Vec<Done>,
     /// What the readings say of the heat, where a part heats the gas.
     pub heat: Option<HeatedFit>,
@@ -118,7 +129,7 @@ pub struct Run {
     pub left_out: Vec<String>,
     /// States of the gas that were inferred, by the place of their point, and what is known of the
     /// temperature at each.
-    pub(super) states: BTreeMap<usize, BaseState>,
+    pub(super) states: BTreeMap<usize, PointState>,
     pub(super) ambient: Vec<Option<[f64; 2]>>,
     /// What rows of later stages found after another model of an earlier stage: where their search begins.
     pub(super) near: Near,
@@ -132,15 +143,42 @@ impl Run {
     /// Reads what a study needs before its first stage.
     ///
     /// # Errors
-    /// Those of the files; an operating point without temperature or frequency.
-    pub fn new(study: Study, observations: &Observations, trusted: Trusted) -> Result<Self, EngineError> {
+    /// Those of the files; an operating point without temperature or frequency; a stage that stands on one of
+    /// responses, for which see [`Run::on_responses`].
+    pub fn new(study: Study, observations: &ObservedModes, trusted: Trusted) -> Result<Self, EngineError> {
+        Self::on_responses(study, observations, trusted, Vec::new())
+    }
+
+    /// As [`Run::new`], with what the study's stages of responses found
+    /// ([`ResponseRun::grounds`](crate::response::ResponseRun::grounds)). A stage that stands on them may
+    /// have no observed point: its models are as the responses have them.
+    ///
+    /// # Errors
+    /// As [`Run::new`].
+    pub fn on_responses(
+        study: Study,
+        observations: &ObservedModes,
+        trusted: Trusted,
+        grounds: Vec<Ground>,
+    ) -> Result<Self, EngineError> {
+        for stage in &study.plan.stages {
+            let known = |id: &str| grounds.iter().any(|g| g.id == id);
+            if let Some(id) = study.plan.grounds(stage).into_iter().find(|id| !known(id)) {
+                let problem = format!(
+                    "it stands on `{id}`, which trains on responses: train that first, with `rijke rank`"
+                );
+                return Err(EngineError::Refused { stage: stage.id.clone(), problem });
+            }
+        }
         let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
         let ambient = ambient_of_all(&study, observations);
         let (states, heat) = states_and_heat(&study, &ambient, true)?;
         let observed = observed(&study, observations, &states, &ambient)?;
         let left_out = left_out(&study, observations, &states);
         // Before anything is trained.
-        let idle = |stage: &&Stage| selected(&study, &observed, &stage.points).is_empty();
+        let idle = |stage: &&Stage| {
+            selected(&study, &observed, &stage.points).is_empty() && study.plan.grounds(stage).is_empty()
+        };
         if let Some(stage) = study.plan.stages.iter().find(idle) {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
         }
@@ -150,6 +188,7 @@ impl Run {
             observed,
             channels,
             trusted,
+            grounds,
             done: Vec::new(),
             heat,
             left_out,
@@ -169,6 +208,7 @@ impl Run {
             observed: self.observed.clone(),
             channels: self.channels.clone(),
             trusted: self.trusted,
+            grounds: self.grounds.clone(),
             done,
             heat: self.heat.clone(),
             left_out: self.left_out.clone(),
@@ -192,6 +232,11 @@ impl Run {
     #[must_use]
     pub fn chosen(&self, id: &str) -> Option<&Chosen> {
         self.stage_done(id).map(|done| &done.chosen)
+    }
+
+    /// What the stage of responses called `id` found.
+    pub(super) fn ground(&self, id: &str) -> Option<&Ground> {
+        self.grounds.iter().find(|g| g.id == id)
     }
 
     pub(super) fn stage_done(&self, id: &str) -> Option<&Done> {

@@ -117,7 +117,7 @@ mod tests {
     use super::doubts;
     use crate::{Conditions, Observed};
     use rijke_numerics::{C64, Matrix};
-    use rijke_study::{BaseState, ObservedMode, OneTable};
+    use rijke_study::{ObservedMode, OneTable, PointState};
     use std::sync::Arc;
 
     /// Six points whose growth rates are 0, -1, ... -5, measured to 0.1.
@@ -132,7 +132,7 @@ mod tests {
         let (study, _) = OneTable::read(&rig, &table).unwrap().study().unwrap();
         let point = study.campaign.points[0].clone();
         let layout = study.rig.at(&point, 293.15).unwrap();
-        let base = BaseState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+        let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
         let one = |k: usize| Observed {
             conditions: Arc::new(Conditions {
                 id: format!("p{k}"),

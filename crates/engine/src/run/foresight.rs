@@ -3,14 +3,14 @@
 use super::course::Choice;
 use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
 use super::record::UNIDENTIFIED;
-use super::rows::{Row, assembly_of, rows_of};
+use super::rows::{Row, assembly_of, first_of_responses, rows_of};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_inference::Parameters;
 use rijke_network::Workspace;
 use rijke_numerics::{Matrix, Order, symmetric_eigen};
 use rijke_study::plan::Stage;
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -65,7 +65,7 @@ struct Information {
 /// Those of the files and of the models.
 pub fn foresight(
     study: &Study,
-    observations: Option<&Observations>,
+    observations: Option<&ObservedModes>,
     sd: [f64; 3],
     ambient: f64,
 ) -> Result<Vec<StageForesight>, EngineError> {
@@ -75,6 +75,7 @@ pub fn foresight(
     };
     let known: Vec<Option<[f64; 2]>> = known.into_iter().map(|t| t.or(Some([ambient, 0.0]))).collect();
     let states = states(study, &known, observations.is_some())?;
+    let grounds = first_of_responses(study);
     let mut done: BTreeMap<String, (Choice, Information)> = BTreeMap::new();
     let mut all = Vec::new();
     for stage in &study.plan.stages {
@@ -89,7 +90,10 @@ pub fn foresight(
         if points.is_empty() {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
         }
-        let rows = rows_of(study, stage, &|id| done.get(id).map(|(choice, _)| choice.clone()));
+        let rows = rows_of(study, stage, &|id| {
+            let stage = done.get(id).map(|(choice, _)| choice);
+            stage.or(grounds.get(id)).cloned().into_iter().collect()
+        });
         let before: Vec<&Information> = stage.on.iter().filter_map(|id| Some(&done.get(id)?.1)).collect();
         let one = |row: &Row| foreseen(study, stage, row, &points, &before, sd);
         let found = rows.par_iter().map(one).collect::<Result<Vec<_>, EngineError>>()?;
@@ -97,7 +101,7 @@ pub fn foresight(
         if let (Some(row), Some(first)) = (rows.into_iter().next(), information.into_iter().next()) {
             done.insert(stage.id.clone(), (row.choice, first));
         }
-        let seen = |o: &Observations| {
+        let seen = |o: &ObservedModes| {
             let of = |m: &&rijke_study::ObservedMode| {
                 stage.points.holds(&study.campaign, &study.campaign.points[m.point])
             };

@@ -3,7 +3,7 @@
 use crate::{Conditions, EngineError, Observed};
 use rijke_study::plan::{Base, HeatedFlow, Selection};
 use rijke_study::{
-    BaseState, Cause, HeatedFit, Observations, Point, Problem, Study, heated_states, read_readings,
+    Cause, HeatedFit, ObservedModes, Point, PointState, Study, StudyProblem, heated_states, read_readings,
     read_states,
 };
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 const GROWTH_RATE: f64 = -10.0;
 
 /// What is known of the temperature at every point, K: read with its records, or stated in the campaign.
-pub(super) fn ambient_of_all(study: &Study, observations: &Observations) -> Vec<Option<[f64; 2]>> {
+pub(super) fn ambient_of_all(study: &Study, observations: &ObservedModes) -> Vec<Option<[f64; 2]>> {
     let of_the_file = matches!(study.plan.base, Base::Rig).then_some([study.rig.temperature, 0.0]);
     let points = study.campaign.points.iter().enumerate();
     points.map(|(k, point)| observations.ambient.get(&k).copied().or(point.ambient).or(of_the_file)).collect()
@@ -21,7 +21,7 @@ pub(super) fn ambient_of_all(study: &Study, observations: &Observations) -> Vec<
 
 /// States of the gas by the place of their point, and what readings of thermometers say of the heat where a
 /// part heats the gas.
-type StatesAndHeat = (BTreeMap<usize, BaseState>, Option<HeatedFit>);
+type StatesAndHeat = (BTreeMap<usize, PointState>, Option<HeatedFit>);
 
 /// The states that were inferred or read, by the place of their point; `measured` says whether readings must
 /// be there.
@@ -29,7 +29,7 @@ pub(super) fn states(
     study: &Study,
     ambient: &[Option<[f64; 2]>],
     measured: bool,
-) -> Result<BTreeMap<usize, BaseState>, EngineError> {
+) -> Result<BTreeMap<usize, PointState>, EngineError> {
     Ok(states_and_heat(study, ambient, measured)?.0)
 }
 
@@ -50,7 +50,7 @@ pub(super) fn states_and_heat(
             }
             let mut states = study.foreseen.clone();
             states.extend(read_states(&path, &study.rig)?);
-            let place = |(id, state): (String, BaseState)| Some((study.campaign.point(&id)?.0, state));
+            let place = |(id, state): (String, PointState)| Some((study.campaign.point(&id)?.0, state));
             Ok((states.into_iter().filter_map(place).collect(), None))
         }
     }
@@ -79,7 +79,7 @@ fn heated(
 }
 
 /// Whether the state of the gas at a point must have been inferred, and was not.
-pub(super) fn lacks_state(study: &Study, point: &Point, inferred: Option<&BaseState>) -> bool {
+pub(super) fn lacks_state(study: &Study, point: &Point, inferred: Option<&PointState>) -> bool {
     let due = |points: &Selection| points.holds(&study.campaign, point);
     inferred.is_none() && matches!(&study.plan.base, Base::States(points) if due(points))
 }
@@ -88,7 +88,7 @@ pub(super) fn lacks_state(study: &Study, point: &Point, inferred: Option<&BaseSt
 pub(super) fn conditions(
     study: &Study,
     point: &Point,
-    inferred: Option<&BaseState>,
+    inferred: Option<&PointState>,
     ambient: Option<[f64; 2]>,
 ) -> Result<Conditions, EngineError> {
     if lacks_state(study, point, inferred) {
@@ -101,7 +101,7 @@ pub(super) fn conditions(
 pub(super) fn conditions_or_ambient(
     study: &Study,
     point: &Point,
-    inferred: Option<&BaseState>,
+    inferred: Option<&PointState>,
     ambient: Option<[f64; 2]>,
 ) -> Result<Conditions, EngineError> {
     let rig = &study.rig;
@@ -109,7 +109,7 @@ pub(super) fn conditions_or_ambient(
     if let (Base::HeatedFlow(heated), None, Some(_)) = (&study.plan.base, inferred, ambient) {
         let flow = study.campaign.factor(&heated.flow).map_or(f64::NAN, |k| point.factors[k]);
         let (key, value) = (heated.flow.clone(), format!("{flow} m^3/s"));
-        return Err(fail(Problem::Value { key, value, need: "above zero where there is power" }));
+        return Err(fail(StudyProblem::Value { key, value, need: "above zero where there is power" }));
     }
     let ambient = match (inferred, ambient) {
         // What enters the rig is ambient gas.
@@ -120,8 +120,8 @@ pub(super) fn conditions_or_ambient(
     let layout = rig.at(point, ambient[0]).map_err(fail)?;
     let base = match (inferred, &study.plan.base) {
         (Some(state), _) => state.clone(),
-        (None, Base::Rig) => BaseState::of_the_rig(rig, &layout, point, ambient),
-        (None, _) => BaseState::uniform(rig, layout.length, ambient[0], ambient[1], Cause::ambient(point)),
+        (None, Base::Rig) => PointState::of_the_rig(rig, &layout, point, ambient),
+        (None, _) => PointState::uniform(rig, layout.length, ambient[0], ambient[1], Cause::ambient(point)),
     };
     let base = base.checked(&point.id).map_err(fail)?;
     Ok(Conditions { id: point.id.clone(), point: point.clone(), layout, base })
@@ -137,8 +137,8 @@ pub(crate) fn conditions_at(study: &Study, k: usize) -> Result<Conditions, Engin
 /// All observations of a study, in the order of its table.
 pub(super) fn observed(
     study: &Study,
-    observations: &Observations,
-    states: &BTreeMap<usize, BaseState>,
+    observations: &ObservedModes,
+    states: &BTreeMap<usize, PointState>,
     ambient: &[Option<[f64; 2]>],
 ) -> Result<Vec<Observed>, EngineError> {
     let mut known: BTreeMap<usize, Arc<Conditions>> = BTreeMap::new();
@@ -169,8 +169,8 @@ pub(super) fn observed(
 /// left out.
 pub(super) fn left_out(
     study: &Study,
-    observations: &Observations,
-    states: &BTreeMap<usize, BaseState>,
+    observations: &ObservedModes,
+    states: &BTreeMap<usize, PointState>,
 ) -> Vec<String> {
     let mut ids: Vec<String> = Vec::new();
     for mode in &observations.modes {

@@ -1,7 +1,7 @@
 //! Whether the modes that were measured are those of the model.
 
 use crate::point::respond_together;
-use crate::{Assembly, EngineError, Knowledge, Observed, PointModel};
+use crate::{Assembly, EngineError, NamedGaussian, Observed, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::Order;
@@ -16,7 +16,7 @@ const SAME_MODE: f64 = 0.35;
 pub(super) fn check_modes(
     assembly: &Assembly,
     points: &[Observed],
-    known: &[Knowledge],
+    known: &[NamedGaussian],
 ) -> Result<(), EngineError> {
     let middle = |p: &rijke_inference::Parameter| {
         let earlier = known.iter().rev().find_map(|k| {

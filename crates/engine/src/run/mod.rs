@@ -1,4 +1,6 @@
 //! The stages of a study and its questions: numbers, never drawings.
+//!
+//! Knows studies and models of any rig. Knows no part of a rig by name, no file of results and no drawing.
 
 mod ahead;
 mod answers;
@@ -23,6 +25,7 @@ mod predicted;
 mod record;
 mod rows;
 mod search;
+mod signs;
 mod sliders;
 mod so_far;
 mod stages;
@@ -43,8 +46,9 @@ pub use next::{
 };
 pub use predicted::{Averaged, Forecast};
 pub use record::{
-    CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, ParameterRecord, StageRecord,
+    CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, TrainedParameter,
 };
+pub(crate) use rows::{are_possible, with_candidates};
 pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,
     SearchRecord, merge_searches,

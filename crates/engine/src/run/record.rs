@@ -75,7 +75,7 @@ pub struct ModelRecord {
     /// Coefficient and place, and formula, of the candidates in question.
     pub laws: Vec<(String, String)>,
     /// The model's parameters.
-    pub parameters: Vec<ParameterRecord>,
+    pub parameters: Vec<TrainedParameter>,
     /// Misfit that the data chose: growth rate (1/s), angular frequency (rad/s), relative pressure.
     pub misfit: [f64; 3],
     /// Evidence; none if the model could not be fitted.
@@ -88,7 +88,7 @@ pub struct ModelRecord {
 
 /// A parameter with what is known of it before and after.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ParameterRecord {
+pub struct TrainedParameter {
     /// Name.
     pub name: String,
     /// Symbol in print.
@@ -144,7 +144,7 @@ pub struct CarriedStage {
     /// Its best model.
     pub model: String,
     /// What it found.
-    pub parameters: Vec<ParameterRecord>,
+    pub parameters: Vec<TrainedParameter>,
 }
 
 impl ModelRecord {
@@ -195,7 +195,7 @@ impl StageRecord {
     }
 }
 
-impl ParameterRecord {
+impl TrainedParameter {
     pub(crate) fn of(p: &rijke_inference::Parameter, value: f64, sd: f64) -> Self {
         let prior_sds = match p.prior {
             Prior::Normal { mean, sd } => Some((value - mean) / sd),
@@ -269,10 +269,10 @@ impl MeasuredRecord {
 pub(super) fn parameters(
     trained: &Trained,
     of_the_model: &[rijke_inference::Parameter],
-) -> Vec<ParameterRecord> {
+) -> Vec<TrainedParameter> {
     let numbers = trained.values.iter().zip(trained.sd());
     let record =
-        |(p, (&value, sd)): (&rijke_inference::Parameter, (&f64, f64))| ParameterRecord::of(p, value, sd);
+        |(p, (&value, sd)): (&rijke_inference::Parameter, (&f64, f64))| TrainedParameter::of(p, value, sd);
     of_the_model.iter().zip(numbers).map(record).collect()
 }
 

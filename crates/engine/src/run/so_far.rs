@@ -4,7 +4,7 @@ use super::inputs::{ambient_of_all, observed, selected, states};
 use super::record::StageRecord;
 use crate::EngineError;
 use rijke_study::plan::{SdSpec, Stage};
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use std::collections::BTreeMap;
 
 /// The candidates of a stage that are worth training while a campaign goes on, by stage.
@@ -43,7 +43,7 @@ impl Leading {
 /// Those of the files of the base state.
 pub fn so_far(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     leading: &Leading,
 ) -> Result<Option<Study>, EngineError> {
     let ambient = ambient_of_all(study, observations);

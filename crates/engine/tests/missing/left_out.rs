@@ -33,10 +33,11 @@ fn oracle_points_foreseen_from_all_others_against_trainings_without_them() {
                 varying: Vec::new(),
                 law: None,
             },
-            known: vec![run.chosen("gauze").unwrap().trained.knowledge()],
+            known: vec![run.chosen("gauze").unwrap().trained.gaussian()],
             channels: None,
             search: MapOptions::default(),
             base_errors: false,
+            assemblies: Vec::new(),
             checks: None,
         };
         let evidence =

@@ -10,7 +10,7 @@ use rijke_engine::{Misfit, PointModel};
 use rijke_inference::relative_noise;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Cholesky, Matrix, Order, Streams};
-use rijke_study::{Observations, ObservedMode};
+use rijke_study::{ObservedMode, ObservedModes};
 
 const HEAT: &str = "with = { heat-release = \"heat.king-lighthill\" }\n";
 
@@ -284,11 +284,11 @@ fn coverage_data_of_the_model_itself_ask_for_nothing() {
 /// Observations as the trained model would give them, with its own noise.
 pub(crate) fn drawn(
     chosen: &Chosen,
-    like: &Observations,
+    like: &ObservedModes,
     streams: &Streams,
     name: &str,
     measured: bool,
-) -> Observations {
+) -> ObservedModes {
     let mut stream = streams.stream(name);
     let values = &chosen.trained.values[..chosen.trained.own];
     let sds = Misfit::of(&chosen.trained.noise).measured;
@@ -325,7 +325,7 @@ pub(crate) fn drawn(
             ..o.mode.clone()
         }
     });
-    Observations { modes: modes.collect(), ..like.clone() }
+    ObservedModes { modes: modes.collect(), ..like.clone() }
 }
 
 fn ranks(values: &[f64]) -> Vec<f64> {

@@ -6,7 +6,7 @@ use crate::record::{CASES, Change, Taken, drawn};
 use crate::variants::{Example, Variant};
 use rijke_engine::run::{Asked, Missing, ModelRecord, Run, Trusted};
 use rijke_numerics::Streams;
-use rijke_study::Observations;
+use rijke_study::ObservedModes;
 use std::collections::BTreeMap;
 
 /// Sets of data of every model.
@@ -65,7 +65,7 @@ fn variant(name: &str, example: &Example, roles: &Roles) -> Variant {
 }
 
 /// What a model makes of data: its evidence, and what it lacks.
-fn found(variant: &Variant, data: &Observations) -> Result<(f64, Missing), String> {
+fn found(variant: &Variant, data: &ObservedModes) -> Result<(f64, Missing), String> {
     let mut run = Run::new(variant.study(), data, Trusted::Laplace).map_err(|e| e.to_string())?;
     let stage = run.next_stage().map_err(|e| e.to_string())?.ok_or("no stage")?;
     let evidence = stage.models.first().map_or(f64::NAN, ModelRecord::ln_evidence);

@@ -4,7 +4,7 @@
 use super::state::{BaseState, ErrorComponent};
 use super::states::BaseStates;
 use crate::error::FlowError;
-use rijke_rig::{Gas, Observations, OperatingPoint, Rig};
+use rijke_rig::{Gas, Observations, OperatingPoint, TubeRig};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -73,7 +73,7 @@ pub fn read_profiles(folder: &Path, observations: &Observations) -> Result<BaseS
 }
 
 fn state(
-    rig: &Rig,
+    rig: &TubeRig,
     point: &OperatingPoint,
     nodes: &[[f64; 3]],
     [velocity, velocity_sd]: [f64; 2],
@@ -198,14 +198,14 @@ fn rows(path: &Path, header: &[&str]) -> Result<Vec<Row>, FlowError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rijke_rig::{Campaign, DataKind, Day, PointObservations};
+    use rijke_rig::{DataKind, Day, PointObservations, TubeCampaign};
 
     fn observations() -> Observations {
-        let points = Campaign::juniper_yoko_2022().points.into_iter().filter(|p| p.id == "H30-25");
+        let points = TubeCampaign::juniper_yoko_2022().points.into_iter().filter(|p| p.id == "H30-25");
         let day = Day { id: "d".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 };
         let of = |point| PointObservations::unmeasured(point, day.clone());
         Observations {
-            rig: Rig::juniper_yoko_2022(),
+            rig: TubeRig::juniper_yoko_2022(),
             kind: DataKind::Virtual,
             source: "a test".into(),
             points: points.map(of).collect(),

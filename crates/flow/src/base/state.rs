@@ -1,7 +1,7 @@
 //! The base state of one operating point: what acoustics needs to know of the slow flow.
 
 use crate::error::FlowError;
-use rijke_numerics::Matrix;
+use rijke_numerics::{Matrix, interpolate};
 use rijke_rig::{Gas, GasState};
 use serde::{Deserialize, Serialize};
 
@@ -42,22 +42,6 @@ pub struct ErrorComponent {
     pub heater_velocity: f64,
     /// Change of the temperature at the places of the profile, K.
     pub temperature: Vec<f64>,
-}
-
-/// The gas in one stretch of tube, averaged so that a short acoustic element keeps the inertance and the
-/// compliance of the real one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stretch {
-    /// Lower edge, m.
-    pub from: f64,
-    /// Upper edge, m.
-    pub to: f64,
-    /// Mean of the density over the length, kg/m^3.
-    pub density: f64,
-    /// (mean rho times mean of 1/(rho c^2))^{-1/2}, m/s.
-    pub sound_speed: f64,
-    /// The gas at the temperature that has the mean density; its transport properties serve the wall loss.
-    pub gas: GasState,
 }
 
 impl BaseState {
@@ -149,22 +133,6 @@ impl BaseState {
         self.mass_flux / self.density(x)
     }
 
-    /// Averages over each stretch between neighbouring `edges` (m, ascending).
-    #[must_use]
-    pub fn stretches(&self, edges: &[f64]) -> Vec<Stretch> {
-        edges.windows(2).map(|w| self.stretch(w[0], w[1])).collect()
-    }
-
-    /// Averages over one stretch.
-    #[must_use]
-    pub fn stretch(&self, from: f64, to: f64) -> Stretch {
-        let [density, compliance] =
-            self.means(from, to, |g| [g.density, 1.0 / (g.density * g.sound_speed.powi(2))]);
-        let temperature = self.pressure / (self.gas.constant() * density);
-        let sound_speed = (density * compliance).sqrt().recip();
-        Stretch { from, to, density, sound_speed, gas: self.gas.at(temperature, self.pressure) }
-    }
-
     /// Time a sound pulse takes from `from` up to `to`, carried by the flow: integral of dx/(c + u), s.
     #[must_use]
     pub fn travel_time(&self, from: f64, to: f64) -> f64 {
@@ -221,41 +189,22 @@ impl BaseState {
     /// Mean over [from, to] of a property, by three-point Gauss quadrature on each linear piece: errors below
     /// 1e-9 for pieces over which the temperature changes by less than a fifth.
     fn mean(&self, from: f64, to: f64, property: impl Fn(&GasState) -> f64) -> f64 {
-        self.means(from, to, |g| [property(g)])[0]
-    }
-
-    /// As [`BaseState::mean`], of several properties.
-    fn means<const N: usize>(
-        &self,
-        from: f64,
-        to: f64,
-        properties: impl Fn(&GasState) -> [f64; N],
-    ) -> [f64; N] {
         if to <= from {
-            return properties(&self.at(from));
+            return property(&self.at(from));
         }
-        let mut sums = [0.0; N];
+        let mut sum = 0.0;
         let inner = self.places.iter().copied().filter(|&p| p > from && p < to);
         let mut left = from;
         for right in inner.chain([to]) {
             let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
             let node = 0.6_f64.sqrt() * half;
             for (x, weight) in [(middle - node, 5.0 / 9.0), (middle, 8.0 / 9.0), (middle + node, 5.0 / 9.0)] {
-                let found = properties(&self.at(x));
-                sums.iter_mut().zip(found).for_each(|(sum, value)| *sum += half * weight * value);
+                sum += half * weight * property(&self.at(x));
             }
             left = right;
         }
-        sums.map(|sum| sum / (to - from))
+        sum / (to - from)
     }
-}
-
-/// Linear interpolation in a table with ascending places; constant beyond its ends.
-fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
-    let upper = places.partition_point(|&p| p <= x).clamp(1, places.len() - 1);
-    let (x0, x1) = (places[upper - 1], places[upper]);
-    let share = ((x - x0) / (x1 - x0)).clamp(0.0, 1.0);
-    values[upper - 1] + share * (values[upper] - values[upper - 1])
 }
 
 #[cfg(test)]
@@ -275,26 +224,20 @@ mod tests {
     #[test]
     fn exact_cold_tube() {
         let state = BaseState::uniform(&Gas::air(), 101_325.0, 1.0, 293.15, 0.0).unwrap();
-        let air = Gas::air().at(293.15, 101_325.0);
-        let stretch = state.stretch(0.2, 0.7);
-        assert_relative_eq!(stretch.sound_speed, air.sound_speed, max_relative = 1e-14);
-        assert_relative_eq!(stretch.density, air.density, max_relative = 1e-14);
         assert_relative_eq!(state.travel_time(0.0, 0.95), 2.767_067e-3, max_relative = 2e-7);
         assert_eq!(state.velocity(0.3), 0.0);
         assert_eq!(state.sound_speed_covariance(&[0.1, 0.9]), Matrix::zeros(2, 2));
     }
 
     #[test]
-    fn oracle_averages_against_a_fine_riemann_sum() {
+    fn oracle_the_travel_time_against_a_fine_riemann_sum() {
         let state = ramp();
         let n = 200_000;
-        let (mut density, mut time) = (0.0, 0.0);
+        let mut time = 0.0;
         for i in 0..n {
             let g = state.at(0.3 + 0.5 * (f64::from(i) + 0.5) / f64::from(n));
-            density += g.density / f64::from(n);
             time += 0.5 / f64::from(n) / (g.sound_speed + 0.3 / g.density);
         }
-        assert_relative_eq!(state.stretch(0.3, 0.8).density, density, max_relative = 1e-7);
         assert_relative_eq!(state.travel_time(0.3, 0.8), time, max_relative = 1e-7);
     }
 

@@ -68,16 +68,6 @@ impl BaseStates {
     }
 }
 
-impl BaseState {
-    /// The state when everything that happens along `cause` happens at `sds` standard deviations; unchanged
-    /// if the state does not depend on it.
-    #[must_use]
-    pub fn displaced_along(&self, cause: &str, sds: f64) -> Self {
-        let z: Vec<f64> = self.errors.iter().map(|e| if e.cause == cause { sds } else { 0.0 }).collect();
-        self.displaced(&z)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,8 +111,5 @@ mod tests {
         let states = states();
         assert_eq!(states.causes(["H7-25", "H15-25"]), ["a", "ambient temperature"]);
         assert_eq!(states.causes(["H7-25", "H7-30", "none"]), ["a", "ambient temperature", "b"]);
-        let moved = states.points["H7-25"].displaced_along("a", -2.0);
-        assert_eq!((moved.mass_flux, moved.heater_velocity, moved.temperature[1]), (-0.02, -0.04, 294.0));
-        assert_eq!(states.points["H7-25"].displaced_along("b", 5.0), states.points["H7-25"]);
     }
 }

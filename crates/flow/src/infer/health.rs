@@ -1,11 +1,11 @@
 //! What a fit says of itself: signs of trouble, and the reasons not to trust it.
 
-use super::tension::Tension;
+use super::tension::ClosureTension;
 use serde::{Deserialize, Serialize};
 
 /// Signs of trouble. None of them proves health: model error can hide in parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Health {
+pub struct FlowHealth {
     /// Chi-squared of the residuals per datum (data minus unknowns); 1 is expected.
     pub chi_squared: f64,
     /// Its sd if the model is right.
@@ -20,7 +20,7 @@ pub struct Health {
     pub at_bound: Vec<String>,
     /// What the readings say of closures that handbooks leave open; empty where these are inferred.
     #[serde(default)]
-    pub tensions: Vec<Tension>,
+    pub tensions: Vec<ClosureTension>,
     /// Whether the minimiser converged.
     pub converged: bool,
 }
@@ -28,7 +28,7 @@ pub struct Health {
 /// One reason not to trust an estimate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "warning", rename_all = "snake_case")]
-pub enum Warning {
+pub enum FlowWarning {
     /// The residuals are larger than the noise.
     PoorFit {
         /// Chi-squared per datum.
@@ -61,29 +61,29 @@ pub enum Warning {
     NotConverged,
 }
 
-impl Health {
+impl FlowHealth {
     /// Reasons not to trust the estimate: a chi-squared or a correlation more than four sd from what is
     /// expected, a closure more than three, a bound, a search that gave up.
     #[must_use]
-    pub fn warnings(&self) -> Vec<Warning> {
+    pub fn warnings(&self) -> Vec<FlowWarning> {
         let mut list = Vec::new();
         if !self.converged {
-            list.push(Warning::NotConverged);
+            list.push(FlowWarning::NotConverged);
         }
         if self.chi_squared > 1.0 + 4.0 * self.chi_squared_sd {
-            list.push(Warning::PoorFit { chi_squared: self.chi_squared });
+            list.push(FlowWarning::PoorFit { chi_squared: self.chi_squared });
         }
         let limit = 4.0 / (self.bins as f64).sqrt();
         for (sensor, &correlation) in self.whiteness.iter().enumerate() {
             if correlation.abs() > limit {
-                list.push(Warning::Pattern { sensor, correlation });
+                list.push(FlowWarning::Pattern { sensor, correlation });
             }
         }
         for t in self.tensions.iter().filter(|t| t.is_wrong()) {
             let (name, value, preferred, z) = (t.closure.clone(), t.value, t.preferred, t.z);
-            list.push(Warning::Closure { name, value, preferred, z });
+            list.push(FlowWarning::Closure { name, value, preferred, z });
         }
-        list.extend(self.at_bound.iter().map(|name| Warning::AtBound { name: name.clone() }));
+        list.extend(self.at_bound.iter().map(|name| FlowWarning::AtBound { name: name.clone() }));
         list
     }
 }

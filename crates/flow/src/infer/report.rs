@@ -1,6 +1,6 @@
 //! A fitted run as numbers: what `rijke flow` writes and figures are drawn from.
 
-use super::health::{Health, Warning};
+use super::health::{FlowHealth, FlowWarning};
 use super::scores::physical;
 use super::sensor::SensorKind;
 use crate::base::state::BaseState;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// How to assimilate a record over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Method {
+pub enum AssimilationMethod {
     /// All clicks at once, Laplace's covariance; the default.
     Batch,
     /// ES-MDA, free of derivatives.
@@ -28,12 +28,12 @@ pub struct RunReport {
     /// Place of the heater, m.
     pub heater_m: f64,
     /// The method; none for the mean readings of settled states ([`crate::settled`]).
-    pub method: Option<Method>,
+    pub method: Option<AssimilationMethod>,
     /// What the method says of its own result; none for filters and smoother. For settled states without
     /// whiteness.
-    pub health: Option<Health>,
+    pub health: Option<FlowHealth>,
     /// Reasons not to trust it.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<FlowWarning>,
     /// The unknowns.
     pub unknowns: Vec<UnknownReport>,
     /// One entry per power, in the order of the record.

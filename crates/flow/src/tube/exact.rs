@@ -3,34 +3,34 @@
 use super::closures::Closures;
 use super::draught::Draught;
 use super::march::{Drive, Flow, March};
-use super::parameters::{Parameters, Unknowns};
+use super::parameters::{TubeParameters, Unknowns};
 use super::pipe::Pipe;
 use super::transient::Transient;
 use approx::assert_relative_eq;
-use rijke_rig::Rig;
+use rijke_rig::TubeRig;
 use std::f64::consts::PI;
 
 const AMBIENT: f64 = 293.15;
 
-fn rig() -> Rig {
-    Rig::juniper_yoko_2022()
+fn rig() -> TubeRig {
+    TubeRig::juniper_yoko_2022()
 }
 
 /// No heat exchange anywhere unless a test switches it on.
-fn insulated() -> (Closures, Parameters) {
+fn insulated() -> (Closures, TubeParameters) {
     let closures = Closures { wire_share: 0.0, emissivity: 0.0, ..Closures::default() };
-    let parameters = Parameters {
+    let parameters = TubeParameters {
         outer_nusselt: 0.0,
         inner_nusselt: 0.0,
         jet_enhancement: 0.0,
         wall_share: 0.0,
         mount_resistance: 1e30,
-        ..Parameters::default()
+        ..TubeParameters::default()
     };
     (closures, parameters)
 }
 
-fn unknowns(p: &Parameters) -> Unknowns {
+fn unknowns(p: &TubeParameters) -> Unknowns {
     Unknowns {
         parameters: *p,
         power_factor: 1.0,
@@ -55,7 +55,7 @@ fn exact_gas_relaxes_exponentially_to_an_isothermal_wall() {
     assert_relative_eq!(approach(1e-3, 1.0, k), 0.37411, epsilon = 5e-6);
     // The march on its coarse grid, up to the heater (above it the boundary layer restarts). A wall only 1 mK
     // warmer keeps the properties constant; any grid is then exact.
-    let p = Parameters { inner_nusselt: 1.0, jet_enhancement: 0.0, ..Parameters::default() };
+    let p = TubeParameters { inner_nusselt: 1.0, jet_enhancement: 0.0, ..TubeParameters::default() };
     for refinement in [1, 4] {
         let pipe = Pipe::new(&rig(), &Closures::default(), 0.98, refinement).unwrap();
         let wall = vec![AMBIENT + 1e-3; pipe.size()];
@@ -76,7 +76,7 @@ fn order_wall_follows_the_fin_equation() {
     let (closures, p) = insulated();
     let (closures, sink) =
         (Closures { mounts: [0.5, 0.5], mount_length: 1.0, ..closures }, 8.0 * PI * 0.0508);
-    let p = Parameters { wall_share: 1.0, mount_resistance: 2.0 / sink, ..p };
+    let p = TubeParameters { wall_share: 1.0, mount_resistance: 2.0 / sink, ..p };
     let error = |refinement: u32| {
         let pipe = Pipe::new(&rig(), &closures, 0.25, refinement).unwrap();
         let conduction = closures.wall_conductivity * pipe.wall_area;
@@ -110,7 +110,7 @@ fn exact_adiabatic_chimney() {
     // All power into the gas over a short heater, bare tube: one scalar equation for the mass flow.
     // The wall loses to the room, so that it has a temperature at all; it gains nothing.
     let (closures, p) = insulated();
-    let p = Parameters { outer_nusselt: 1.0, ..p };
+    let p = TubeParameters { outer_nusselt: 1.0, ..p };
     let mut rig = rig();
     rig.plates.plate_thickness = 1e-5;
     rig.plates.plate_gap = 1e-5;
@@ -165,7 +165,7 @@ fn exact_wall_cools_to_the_room_at_the_lumped_rate() {
     // -5.39e-4 1/s.
     let (closures, p) = insulated();
     let closures = Closures { emissivity: 0.30, ..closures };
-    let p = Parameters { outer_nusselt: 1.0, ..p };
+    let p = TubeParameters { outer_nusselt: 1.0, ..p };
     let pipe = Pipe::new(&rig(), &closures, 0.25, 1).unwrap();
     let wall = vec![AMBIENT + 0.5; pipe.size()];
     let (mut gas, mut heat) = (Draught::empty(), Vec::new());
@@ -185,7 +185,7 @@ fn exact_conduction_through_the_mounts() {
     // 10 W at mid-height leave through two equal mounts: 5 W each, a straight profile between heater and
     // mount, and a mean temperature of 5 W R_m at the mount.
     let (closures, p) = insulated();
-    let p = Parameters { wall_share: 1.0, mount_resistance: 3.0, ..p };
+    let p = TubeParameters { wall_share: 1.0, mount_resistance: 3.0, ..p };
     let pipe = Pipe::new(&rig(), &closures, 0.5, 1).unwrap();
     let implicit = pipe.implicit(100.0);
     let mut state = Transient::cold(&pipe, &unknowns(&p), AMBIENT).unwrap();
@@ -211,7 +211,7 @@ fn exact_conduction_through_the_mounts() {
 fn exact_without_heating_nothing_moves() {
     let closures = Closures { pulse_frequency: f64::INFINITY, ..Closures::default() };
     let pipe = Pipe::new(&rig(), &closures, 0.25, 1).unwrap();
-    let p = Parameters::default();
+    let p = TubeParameters::default();
     let steady = pipe.steady(&p, 0.0, AMBIENT).unwrap();
     assert_eq!(steady.gas.mass_flow, 0.0);
     assert!(steady.gas.march.face.iter().chain(&steady.wall).all(|&t| t == AMBIENT));
@@ -234,9 +234,9 @@ fn exact_cold_walls_turn_the_flow_round() {
     let drive = Drive { released: 0.0, ambient: AMBIENT };
     for (offset, sign) in [(-3.0, -1.0), (3.0, 1.0)] {
         let wall = vec![AMBIENT + offset; pipe.size()];
-        pipe.draught(&wall, drive, &Parameters::default(), 1e-9, &mut gas).unwrap();
+        pipe.draught(&wall, drive, &TubeParameters::default(), 1e-9, &mut gas).unwrap();
         assert!(gas.mass_flow * sign > 1e-5, "{}", gas.mass_flow);
-        let balance = pipe.balance(&gas.march, Flow::new(gas.mass_flow), AMBIENT, &Parameters::default());
+        let balance = pipe.balance(&gas.march, Flow::new(gas.mass_flow), AMBIENT, &TubeParameters::default());
         assert!((balance.buoyancy / balance.losses).ln().abs() < 1e-6);
     }
 }

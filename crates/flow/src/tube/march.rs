@@ -1,6 +1,6 @@
 //! The gas: a march through the cells from the inflow end, quasi-steady.
 
-use super::parameters::Parameters;
+use super::parameters::TubeParameters;
 use super::pipe::{Cell, Pipe};
 use crate::number::{Number, Single};
 
@@ -128,7 +128,7 @@ impl Pipe {
         inflow: N,
         wall: N,
         source: N,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
     ) -> (N, N, N) {
         let (air, down) = (&self.air, usize::from(flow.down));
         // (3) with Hausen's mean Nusselt number: xi Nu_m = 3.66 xi + 0.0668 a/(1 + 0.04 (a/xi)^{2/3}),
@@ -167,7 +167,7 @@ impl Pipe {
         wall: &[N],
         drive: Drive<N>,
         flow: Flow<N>,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
         out: &mut March<N>,
     ) {
         let n = self.cells.len();

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The six parameters by name.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Parameters<N = f64> {
+pub struct TubeParameters<N = f64> {
     /// C_d: inviscid drag of the heater, on G^2 v/2.
     pub heater_drag: N,
     /// theta_o: factor on the Nusselt number of the outer surface.
@@ -27,7 +27,7 @@ pub struct Parameters<N = f64> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unknowns<N = f64> {
     /// The six.
-    pub parameters: Parameters<N>,
+    pub parameters: TubeParameters<N>,
     /// Supplied power over indicated power.
     pub power_factor: N,
     /// True ambient temperature minus indicated, K.
@@ -41,7 +41,7 @@ pub struct Unknowns<N = f64> {
 /// Number of entries of [`Unknowns`].
 pub const UNKNOWNS: usize = 10;
 
-impl Default for Parameters {
+impl Default for TubeParameters {
     /// The middle of what geometry and handbooks suggest; not a fit.
     fn default() -> Self {
         Self {
@@ -58,7 +58,7 @@ impl Default for Parameters {
 impl Unknowns {
     /// Without errors of meters: these parameters, and lag and orifices of the closures.
     #[must_use]
-    pub fn known(parameters: &Parameters, closures: &Closures) -> Self {
+    pub fn known(parameters: &TubeParameters, closures: &Closures) -> Self {
         Self {
             parameters: *parameters,
             power_factor: 1.0,
@@ -74,7 +74,7 @@ impl<N: Number> Unknowns<N> {
     #[must_use]
     pub fn from_array(a: [N; UNKNOWNS]) -> Self {
         Self {
-            parameters: Parameters {
+            parameters: TubeParameters {
                 heater_drag: a[0],
                 outer_nusselt: a[1],
                 mount_resistance: a[2],
@@ -111,10 +111,10 @@ impl<N: Single> Unknowns<N> {
     }
 }
 
-impl<N: Copy> Parameters<N> {
+impl<N: Copy> TubeParameters<N> {
     /// The same function of each.
-    pub(crate) fn map<M>(&self, of: impl Fn(N) -> M) -> Parameters<M> {
-        Parameters {
+    pub(crate) fn map<M>(&self, of: impl Fn(N) -> M) -> TubeParameters<M> {
+        TubeParameters {
             heater_drag: of(self.heater_drag),
             outer_nusselt: of(self.outer_nusselt),
             mount_resistance: of(self.mount_resistance),
@@ -125,10 +125,10 @@ impl<N: Copy> Parameters<N> {
     }
 }
 
-impl<N: Single> Parameters<N> {
+impl<N: Single> TubeParameters<N> {
     /// Without derivatives.
     #[must_use]
-    pub fn plain(&self) -> Parameters {
+    pub fn plain(&self) -> TubeParameters {
         self.map(N::value)
     }
 }

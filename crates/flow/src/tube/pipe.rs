@@ -4,7 +4,7 @@ use super::air::Air;
 use super::closures::Closures;
 use super::convection::Convection;
 use crate::error::FlowError;
-use rijke_rig::{Gas, Rig};
+use rijke_rig::{Gas, TubeRig};
 
 /// A vertical tube with a heater at one place.
 #[derive(Clone, Debug)]
@@ -63,7 +63,7 @@ impl Pipe {
     /// # Errors
     /// [`FlowError::Heater`] if the heater does not fit into the tube, [`FlowError::Closure`] for a closure
     /// out of range.
-    pub fn new(rig: &Rig, closures: &Closures, heater: f64, refinement: u32) -> Result<Self, FlowError> {
+    pub fn new(rig: &TubeRig, closures: &Closures, heater: f64, refinement: u32) -> Result<Self, FlowError> {
         check(closures)?;
         let (length, half) = (rig.tube.length, 0.5 * rig.plates.length());
         if !(heater > half && heater < length - half) {
@@ -260,8 +260,8 @@ mod tests {
     fn exact_shares_sum_to_one_on_every_grid() {
         for heater in [0.05, 0.25, 0.5, 0.85] {
             for refinement in [1, 3] {
-                let pipe =
-                    Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), heater, refinement).unwrap();
+                let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), heater, refinement)
+                    .unwrap();
                 let sum = |f: fn(&Cell) -> f64| pipe.cells.iter().map(f).sum::<f64>();
                 assert_relative_eq!(sum(|c| c.length), 1.0, epsilon = 1e-14);
                 assert_relative_eq!(sum(|c| c.heater), 1.0, epsilon = 1e-12);
@@ -277,10 +277,10 @@ mod tests {
 
     #[test]
     fn exact_a_heater_outside_the_tube_is_refused() {
-        let refused = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.999, 1);
+        let refused = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.999, 1);
         assert!(matches!(refused, Err(FlowError::Heater { .. })));
         let bad = Closures { jet_length: 0.0, ..Closures::default() };
-        let refused = Pipe::new(&Rig::juniper_yoko_2022(), &bad, 0.25, 1);
+        let refused = Pipe::new(&TubeRig::juniper_yoko_2022(), &bad, 0.25, 1);
         assert!(matches!(refused, Err(FlowError::Closure { name: "jet_length", .. })));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::draught::Draught;
 use super::march::Drive;
-use super::parameters::Parameters;
+use super::parameters::TubeParameters;
 use super::pipe::Pipe;
 use crate::number::Number;
 
@@ -11,7 +11,7 @@ const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
 /// Where the heat goes, W (or J, summed over time).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Budget {
+pub struct HeatBalance {
     /// Power released by the heater.
     pub released: f64,
     /// Carried out by the gas.
@@ -26,7 +26,7 @@ pub struct Budget {
     pub stored: f64,
 }
 
-impl Budget {
+impl HeatBalance {
     /// Released minus everything it went to; zero but for rounding.
     #[must_use]
     pub fn imbalance(&self) -> f64 {
@@ -42,7 +42,7 @@ pub(crate) struct Losses<N> {
 
 impl Pipe {
     /// Convection and radiation of the outer wall, W/m.
-    pub(crate) fn losses<N: Number>(&self, wall: N, ambient: N, p: &Parameters<N>) -> Losses<N> {
+    pub(crate) fn losses<N: Number>(&self, wall: N, ambient: N, p: &TubeParameters<N>) -> Losses<N> {
         let perimeter = std::f64::consts::PI * self.outer_diameter;
         let convection = p.outer_nusselt
             * self.outside.coefficient(&self.air, wall, ambient)
@@ -59,14 +59,14 @@ impl Pipe {
         &self,
         wall: &[N],
         drive: Drive<N>,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
         gas: &Draught<N>,
         heat: &mut Vec<N>,
-    ) -> Budget {
+    ) -> HeatBalance {
         let (n, march) = (self.cells.len(), &gas.march);
         heat.clear();
         let to_mount = p.mount_resistance.recip();
-        let mut budget = Budget { released: drive.released.total(), ..Budget::default() };
+        let mut budget = HeatBalance { released: drive.released.total(), ..HeatBalance::default() };
         for (i, cell) in self.cells.iter().enumerate() {
             let out = self.losses(wall[i], drive.ambient, p);
             let mount = (wall[i] - drive.ambient) * to_mount * cell.mount;

@@ -3,7 +3,8 @@
 
 use super::{AMBIENT, pipe};
 use rijke_flow::assimilate::{
-    Batch, FilterOptions, Record, Sensor, SensorKind, Twin, TwinOptions, Variant, filter, smooth, staircase,
+    Batch, FilterOptions, FlowRecord, Sensor, SensorKind, Twin, TwinOptions, Variant, filter, smooth,
+    staircase,
 };
 use rijke_flow::{FlowError, Pipe, UNKNOWNS};
 use rijke_inference::ensemble::Smoother;
@@ -88,7 +89,7 @@ fn lab_smoother_agrees_with_the_batch() {
 fn exact_filter_gives_the_same_bytes_for_one_and_two_threads() {
     let pipe = pipe(0.25, 1);
     let record = short(&pipe, 7).record.checked(&pipe).unwrap();
-    let record = Record { samples: record.samples[..80].to_vec(), ..record };
+    let record = FlowRecord { samples: record.samples[..80].to_vec(), ..record };
     for variant in [Variant::Paper, Variant::SquareRoot] {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -105,7 +106,7 @@ fn exact_failed_members_are_counted_and_an_ensemble_of_failures_is_refused() {
     let pipe = pipe(0.25, 1);
     let options = TwinOptions { powers: staircase(&[0.0, 180.0], 10), ..TwinOptions::default() };
     let mut record = Twin::new(&pipe, &options, &Streams::new(3), Some(&[0.0; 18])).unwrap().record;
-    let run = |record: &Record| {
+    let run = |record: &FlowRecord| {
         let options = FilterOptions { members: 40, ..FilterOptions::default() };
         filter(&pipe, record, &options, &Streams::new(3))
     };
@@ -120,7 +121,7 @@ fn exact_failed_members_are_counted_and_an_ensemble_of_failures_is_refused() {
 fn exact_messages_say_what_is_wrong_with_numbers() {
     let pipe = pipe(0.25, 1);
     let good = short(&pipe, 8).record;
-    let said = |change: &dyn Fn(&mut Record)| {
+    let said = |change: &dyn Fn(&mut FlowRecord)| {
         let mut record = good.clone();
         change(&mut record);
         record.checked(&pipe).unwrap_err().to_string()
@@ -166,7 +167,7 @@ fn exact_bad_records_are_refused_with_numbers() {
     let mut hot = good.clone();
     hot.samples[0].power = 7.0;
     assert!(matches!(hot.checked(&pipe), Err(FlowError::NotCalibrated { watts: 7.0 })));
-    let few = Record { samples: good.samples[..2].to_vec(), ..good.clone() };
+    let few = FlowRecord { samples: good.samples[..2].to_vec(), ..good.clone() };
     assert!(matches!(few.checked(&pipe), Err(FlowError::TooFewSamples { have: 16, need: 18 })));
     let mut cold = good.clone();
     cold.samples[3].ambient = -1.0;

@@ -5,9 +5,9 @@
 use super::{AMBIENT, pipe};
 use rayon::prelude::*;
 use rijke_flow::assimilate::{
-    Batch, Estimate, FilterOptions, Record, Twin, TwinOptions, Variant, filter, physical, smooth,
+    Batch, Estimate, FilterOptions, FlowRecord, Twin, TwinOptions, Variant, filter, physical, smooth,
 };
-use rijke_flow::{BaseState, Parameters, Pipe, UNKNOWNS, unknowns};
+use rijke_flow::{BaseState, Pipe, TubeParameters, UNKNOWNS, unknowns};
 use rijke_inference::ensemble::{RankHistogram, Smoother};
 use rijke_inference::normal_cdf;
 use rijke_numerics::Streams;
@@ -68,7 +68,7 @@ fn judge(pipe: &Pipe, estimate: &Estimate, truth: &[f64]) -> Vec<[f64; 4]> {
 
 fn true_state(pipe: &Pipe, truth: &[f64]) -> BaseState {
     let v: Vec<f64> = unknowns().iter().zip(truth).map(|(p, &z)| physical(p, z).unwrap()).collect();
-    let p = Parameters {
+    let p = TubeParameters {
         heater_drag: v[0],
         outer_nusselt: v[1],
         mount_resistance: v[2],
@@ -87,7 +87,7 @@ fn table(
     title: &str,
     heater: f64,
     seeds: u64,
-    method: impl Fn(&Pipe, &Record, &Streams) -> Estimate + Sync,
+    method: impl Fn(&Pipe, &FlowRecord, &Streams) -> Estimate + Sync,
 ) -> Vec<Row> {
     let given = |name: &str, default: u64| std::env::var(name).map_or(default, |s| s.parse().unwrap());
     let (from, seeds) = (given("FROM", 0), given("SEEDS", seeds));

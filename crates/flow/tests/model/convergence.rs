@@ -1,7 +1,7 @@
 //! Orders of convergence in space and time, and closure of the energy.
 
 use super::{AMBIENT, pipe, unknowns};
-use rijke_flow::{Budget, Parameters, Transient};
+use rijke_flow::{HeatBalance, Transient, TubeParameters};
 
 /// Order from three successive halvings, and the error of the coarsest by Richardson's extrapolation.
 fn order(values: [f64; 3]) -> (f64, f64) {
@@ -13,7 +13,7 @@ fn order(values: [f64; 3]) -> (f64, f64) {
 fn order_second_in_the_cell() {
     let at = |refinement: u32, heater: f64| {
         let pipe = pipe(heater, refinement);
-        let steady = pipe.steady(&Parameters::default(), 180.0, AMBIENT).unwrap();
+        let steady = pipe.steady(&TubeParameters::default(), 180.0, AMBIENT).unwrap();
         let mut times = Vec::new();
         pipe.arrival_times(&steady.gas, 0.05, &mut times);
         let hottest = steady.gas.march.face.iter().copied().fold(0.0, f64::max);
@@ -72,13 +72,13 @@ fn exact_energy_closes_at_rest_and_in_motion() {
     for heater in [0.05, 0.25, 0.85] {
         let pipe = pipe(heater, 1);
         for power in [7.0, 180.0] {
-            let budget = pipe.steady(&Parameters::default(), power, AMBIENT).unwrap().budget;
+            let budget = pipe.steady(&TubeParameters::default(), power, AMBIENT).unwrap().budget;
             assert!(budget.imbalance().abs() < 1e-10 * power, "{budget:?}");
             assert!(budget.stored.abs() < 1e-10 * power, "{budget:?}");
         }
         let u = unknowns();
         let (mut state, implicit) = (Transient::cold(&pipe, &u, AMBIENT).unwrap(), pipe.implicit(15.0));
-        let (mut sum, mut heater_gain, mut supplied) = (Budget::default(), 0.0, 0.0);
+        let (mut sum, mut heater_gain, mut supplied) = (HeatBalance::default(), 0.0, 0.0);
         // Over a constant step the heater's exponential holds tau' = (dt/2)/tanh(dt/(2 tau)) times its power.
         let lag = 7.5 / (7.5_f64 / 35.0).tanh();
         for power in [7.0, 80.0, 180.0, 0.0] {

@@ -1,7 +1,7 @@
 //! Derivatives against differences.
 
 use super::{AMBIENT, pipe};
-use rijke_flow::{Dual, Number, Parameters, SENSITIVE_TO, Single, Transient, UNKNOWNS, Unknowns};
+use rijke_flow::{Dual, Number, SENSITIVE_TO, Single, Transient, TubeParameters, UNKNOWNS, Unknowns};
 use rijke_numerics::check::{slopes_from, slopes_near};
 
 const MIDDLE: [f64; UNKNOWNS] = [8.0, 1.0, 5.0, 0.12, 1.2, 1.0, 1.0, 0.0, 35.0, 0.05];
@@ -56,7 +56,7 @@ fn order_transient_remainder_falls_as_h2() {
 fn order_steady_remainder_falls_as_h2() {
     let pipe = pipe(0.65, 1);
     let solve = |a: &[f64]| {
-        let p = Parameters {
+        let p = TubeParameters {
             heater_drag: a[0],
             outer_nusselt: a[1],
             mount_resistance: a[2],

@@ -4,7 +4,7 @@ use super::pipe;
 use rijke_flow::FlowError;
 use rijke_flow::assimilate::{Records, Twin, TwinOptions, staircase};
 use rijke_numerics::Streams;
-use rijke_rig::{DataKind, Rig};
+use rijke_rig::{DataKind, TubeRig};
 use std::path::PathBuf;
 
 /// A folder of its own under the build's temporary folder.
@@ -18,7 +18,7 @@ fn folder(name: &str) -> PathBuf {
 fn records() -> Records {
     let options = TwinOptions { powers: staircase(&[0.0, 30.0], 5), ..TwinOptions::default() };
     let twin = Twin::new(&pipe(0.25, 1), &options, &Streams::new(1), None).unwrap();
-    Records { kind: DataKind::Virtual, rig: Rig::juniper_yoko_2022(), runs: vec![(0.25, twin.record)] }
+    Records { kind: DataKind::Virtual, rig: TubeRig::juniper_yoko_2022(), runs: vec![(0.25, twin.record)] }
 }
 
 #[test]

@@ -12,18 +12,18 @@ mod physics;
 mod ramp;
 mod robustness;
 
-use rijke_flow::{Closures, Parameters, Pipe, Unknowns};
-use rijke_rig::Rig;
+use rijke_flow::{Closures, Pipe, TubeParameters, Unknowns};
+use rijke_rig::TubeRig;
 
 const AMBIENT: f64 = 293.15;
 
 fn pipe(heater: f64, refinement: u32) -> Pipe {
-    Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), heater, refinement).unwrap()
+    Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), heater, refinement).unwrap()
 }
 
 fn unknowns() -> Unknowns {
     Unknowns {
-        parameters: Parameters::default(),
+        parameters: TubeParameters::default(),
         power_factor: 1.0,
         ambient_offset: 0.0,
         heater_lag: 35.0,

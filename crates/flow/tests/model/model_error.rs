@@ -4,10 +4,10 @@
 
 use super::{AMBIENT, pipe};
 use rayon::prelude::*;
-use rijke_flow::assimilate::{Batch, Tension, Twin, TwinOptions};
+use rijke_flow::assimilate::{Batch, ClosureTension, Twin, TwinOptions};
 use rijke_flow::{Closures, Pipe};
 use rijke_numerics::Streams;
-use rijke_rig::Rig;
+use rijke_rig::TubeRig;
 
 /// Closures of a richer tube: radiation from the heater, a velocity profile, a darker wall, another entrance.
 fn richer() -> [(&'static str, Closures); 5] {
@@ -40,7 +40,7 @@ struct Found {
     sound: f64,
     chi_squared: f64,
     /// Closures that the readings ask for, and the number of warnings.
-    tensions: Vec<Tension>,
+    tensions: Vec<ClosureTension>,
     warnings: usize,
 }
 
@@ -51,7 +51,7 @@ fn errors(truth: &Pipe, model: &Pipe) -> Found {
     let record = twin.record.checked(model).unwrap();
     let estimate = Batch::new(model, &record, 10).unwrap().fit().unwrap();
     let base = estimate.base_state(model, 180.0, AMBIENT).unwrap();
-    let p = rijke_flow::Parameters {
+    let p = rijke_flow::TubeParameters {
         heater_drag: 11.5,
         outer_nusselt: 1.2,
         mount_resistance: 10.5,
@@ -88,10 +88,10 @@ fn lab_model_error_stays_within_bounds() {
     let rows: Vec<_> = cases
         .par_iter()
         .map(|(_, closures, x)| {
-            errors(&Pipe::new(&Rig::juniper_yoko_2022(), closures, *x, 1).unwrap(), &pipe(*x, 1))
+            errors(&Pipe::new(&TubeRig::juniper_yoko_2022(), closures, *x, 1).unwrap(), &pipe(*x, 1))
         })
         .collect();
-    let worst = |list: &[Tension]| {
+    let worst = |list: &[ClosureTension]| {
         let worst = list.iter().max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())).unwrap();
         format!("{} {:.2} +- {:.2}, {:+.1} sd", worst.closure, worst.preferred, worst.sd, worst.z)
     };
@@ -106,7 +106,7 @@ fn lab_model_error_stays_within_bounds() {
         );
     }
     for ((name, ..), pair) in cases.iter().step_by(2).zip(rows.chunks(2)) {
-        let both = Tension::together(&[&pair[0].tensions, &pair[1].tensions]);
+        let both = ClosureTension::together(&[&pair[0].tensions, &pair[1].tensions]);
         println!("{name}, both places: {}", worst(&both));
     }
     for ((name, _, x), f) in cases.iter().zip(&rows) {

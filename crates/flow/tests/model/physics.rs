@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout, reason = "the tables are recorded in docs/records/flow.md")]
 
 use super::{AMBIENT, pipe, unknowns};
-use rijke_flow::{Parameters, Transient};
+use rijke_flow::{Transient, TubeParameters};
 
 const POWERS: [f64; 7] = [7.0, 15.0, 30.0, 50.0, 80.0, 130.0, 180.0];
 
@@ -77,7 +77,7 @@ fn oracle_steady_states_of_an_independent_prototype() {
     for (heater, row) in PROTOTYPE {
         let pipe = pipe(heater, 1);
         for (power, (velocity, hottest)) in POWERS.iter().zip(row) {
-            let steady = pipe.steady(&Parameters::default(), *power, AMBIENT).unwrap();
+            let steady = pipe.steady(&TubeParameters::default(), *power, AMBIENT).unwrap();
             let t = steady.gas.march.face.iter().copied().fold(0.0, f64::max);
             let u = pipe.heater_velocity(&steady.gas);
             assert!((u / velocity - 1.0).abs() < 0.006, "{heater} m, {power} W: {u} against {velocity}");
@@ -98,7 +98,7 @@ fn paper_velocity_falls_with_position_and_rises_with_power() {
         let pipe = pipe(x, 1);
         let mut last = 0.0;
         for (k, &power) in POWERS.iter().enumerate() {
-            let steady = pipe.steady(&Parameters::default(), power, AMBIENT).unwrap();
+            let steady = pipe.steady(&TubeParameters::default(), power, AMBIENT).unwrap();
             let u = pipe.heater_velocity(&steady.gas);
             assert!(u > last && (u < below[k] || x < 0.16) && u > 0.05 && u < 0.65, "{x} m, {power} W: {u}");
             (last, below[k]) = (u, u);

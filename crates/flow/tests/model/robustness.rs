@@ -1,11 +1,11 @@
 //! No input inside the prior breaks the model; input outside is refused with numbers.
 
 use super::{AMBIENT, pipe, unknowns};
-use rijke_flow::{FlowError, Parameters, Transient, Unknowns};
+use rijke_flow::{FlowError, Transient, TubeParameters, Unknowns};
 
-fn corner(index: usize) -> Parameters {
+fn corner(index: usize) -> TubeParameters {
     let pick = |k: usize, low: f64, high: f64| if index >> k & 1 == 1 { high } else { low };
-    Parameters {
+    TubeParameters {
         heater_drag: pick(0, 3.0, 20.0),
         outer_nusselt: pick(1, 0.6, 1.8),
         mount_resistance: pick(2, 1.0, 20.0),
@@ -48,7 +48,7 @@ fn exact_every_corner_of_the_prior_survives_steps_of_power_and_kicks() {
 #[test]
 fn exact_bad_conditions_are_refused() {
     let pipe = pipe(0.25, 1);
-    let p = Parameters::default();
+    let p = TubeParameters::default();
     assert!(matches!(pipe.steady(&p, -1.0, AMBIENT), Err(FlowError::Power { .. })));
     assert!(matches!(pipe.steady(&p, f64::NAN, AMBIENT), Err(FlowError::Power { .. })));
     for kelvin in [-5.0, 0.0, 20.0, 180.0, 2000.0, f64::NAN, f64::INFINITY] {

@@ -1,7 +1,7 @@
 //! Named parts of a formula: each is read once, and its tree stands wherever its name does.
 
 use super::parser::{self, Definition};
-use super::problem::{FormulaError, NameError, Outcome, Problem};
+use super::problem::{FormulaError, FormulaProblem, NameError, Outcome};
 use super::scope::Context;
 use super::{lexer, tree::Tree};
 
@@ -19,7 +19,11 @@ pub(crate) fn tree(source: &str, context: &Context<'_>) -> Result<Tree, FormulaE
     let (tree, _) = read(source, context, &mut before).map_err(|e| fault(source, None, e))?;
     for (definition, (name, text)) in before.iter().zip(context.definitions) {
         if !definition.used {
-            return Err(in_definition(name, text, (0, Problem::UnusedDefinition { name: name.clone() })));
+            return Err(in_definition(
+                name,
+                text,
+                (0, FormulaProblem::UnusedDefinition { name: name.clone() }),
+            ));
         }
     }
     Ok(tree)
@@ -38,13 +42,13 @@ fn check_name(name: &str, context: &Context<'_>, before: &[Definition<'_>]) -> O
     } else {
         context.scope.check(name)
     };
-    checked.map_err(|error| (0, Problem::DefinitionName(error)))
+    checked.map_err(|error| (0, FormulaProblem::DefinitionName(error)))
 }
 
-fn in_definition(name: &str, text: &str, found: (usize, Problem)) -> FormulaError {
+fn in_definition(name: &str, text: &str, found: (usize, FormulaProblem)) -> FormulaError {
     fault(text, Some(name.to_owned()), found)
 }
 
-fn fault(text: &str, definition: Option<String>, (at, problem): (usize, Problem)) -> FormulaError {
+fn fault(text: &str, definition: Option<String>, (at, problem): (usize, FormulaProblem)) -> FormulaError {
     FormulaError { source_text: text.to_owned(), definition, at, problem: Box::new(problem) }
 }

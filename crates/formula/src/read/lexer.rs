@@ -1,6 +1,6 @@
 //! Text to tokens.
 
-use super::problem::{Outcome, Problem};
+use super::problem::{FormulaProblem, Outcome};
 use winnow::ascii::{float, multispace0};
 use winnow::combinator::{alt, eof, opt, preceded, repeat_till, terminated};
 use winnow::error::ContextError;
@@ -46,7 +46,7 @@ pub(crate) fn tokens(source: &str) -> Outcome<Vec<Token<'_>>> {
                 at = rest.current_token_start();
             }
             let start = source[at..].find(|c: char| !c.is_whitespace()).map_or(at, |skip| at + skip);
-            Err((start, Problem::Character(source[start..].chars().next().unwrap_or(' '))))
+            Err((start, FormulaProblem::Character(source[start..].chars().next().unwrap_or(' '))))
         }
     }
 }

@@ -12,7 +12,7 @@ mod problem;
 mod scope;
 mod tree;
 
-pub use problem::{FormulaError, NameError, Problem};
+pub use problem::{FormulaError, FormulaProblem, NameError};
 pub use scope::{Context, Kind, Name, Scope};
 
 pub(crate) use function::Function;

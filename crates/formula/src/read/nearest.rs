@@ -1,12 +1,12 @@
 //! Which known name was meant.
 
-use super::problem::Problem;
+use super::problem::FormulaProblem;
 
 /// The complaint about a name that is none of `known`.
-pub(crate) fn unknown<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Problem {
+pub(crate) fn unknown<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> FormulaProblem {
     let known: Vec<&str> = known.collect();
     let suggestion = nearest(name, &known).map(str::to_owned);
-    Problem::UnknownName { name: name.to_owned(), suggestion, known: known.join(", ") }
+    FormulaProblem::UnknownName { name: name.to_owned(), suggestion, known: known.join(", ") }
 }
 
 /// The known word within two edits of `name` (one for short names), if any.

@@ -3,7 +3,7 @@
 use super::function::{CONSTANTS, FUNCTIONS};
 use super::lexer::{Kind, Token};
 use super::nearest::unknown;
-use super::problem::{DEEPEST, LONGEST, Outcome, Problem};
+use super::problem::{DEEPEST, FormulaProblem, LONGEST, Outcome};
 use super::scope::Context;
 use super::tree::{Binary, Tree};
 use rijke_numerics::C64;
@@ -44,13 +44,13 @@ pub(crate) fn parse(
     before: &mut [Definition<'_>],
 ) -> Outcome<(Tree, usize)> {
     if let Some(token) = tokens.get(LONGEST) {
-        return Err((token.at, Problem::TooLong));
+        return Err((token.at, FormulaProblem::TooLong));
     }
     let mut parser = Parser { tokens, next: 0, end, depth: 0, words: tokens.len(), context, before };
     let tree = parser.expression(SUM)?;
     match parser.peek() {
         None => Ok((tree, parser.words)),
-        Some(_) => Err((parser.at(), Problem::MissingOperator)),
+        Some(_) => Err((parser.at(), FormulaProblem::MissingOperator)),
     }
 }
 
@@ -67,7 +67,7 @@ impl<'a> Parser<'a, '_> {
     fn expression(&mut self, weakest: u8) -> Outcome<Tree> {
         self.depth += 1;
         if self.depth > DEEPEST {
-            return Err((self.at(), Problem::TooDeep));
+            return Err((self.at(), FormulaProblem::TooDeep));
         }
         let mut left = self.operand(weakest)?;
         while let Some((operator, power)) = self.operator().filter(|(_, power)| *power >= weakest) {
@@ -75,7 +75,7 @@ impl<'a> Parser<'a, '_> {
             // The exponent may carry its own sign, as in 2^-1; every other right operand must bind tighter.
             let right = self.expression(if power == POWER { POWER + 1 } else { power + 1 })?;
             if operator == Binary::Power && matches!(self.operator(), Some((Binary::Power, _))) {
-                return Err((self.at(), Problem::ChainedPower));
+                return Err((self.at(), FormulaProblem::ChainedPower));
             }
             left = Tree::Binary(operator, Box::new(left), Box::new(right));
         }
@@ -99,7 +99,7 @@ impl<'a> Parser<'a, '_> {
     fn operand(&mut self, weakest: u8) -> Outcome<Tree> {
         let sign = weakest.max(SIGN);
         let at = self.at();
-        let kind = self.peek().ok_or((at, Problem::MissingOperand))?;
+        let kind = self.peek().ok_or((at, FormulaProblem::MissingOperand))?;
         self.next += 1;
         match *kind {
             Kind::Number(x) => Ok(Tree::Number(C64::new(x, 0.0))),
@@ -107,7 +107,7 @@ impl<'a> Parser<'a, '_> {
             Kind::Sign('-') => Ok(Tree::Negate(Box::new(self.expression(sign)?))),
             Kind::Sign('+') => self.expression(sign),
             Kind::Sign('(') => self.closed(at),
-            Kind::Sign(_) => Err((at, Problem::MissingOperand)),
+            Kind::Sign(_) => Err((at, FormulaProblem::MissingOperand)),
             Kind::Name(name) if self.peek() == Some(&Kind::Sign('(')) => self.call(at, name),
             Kind::Name(name) => self.name(at, name),
         }
@@ -121,8 +121,8 @@ impl<'a> Parser<'a, '_> {
                 self.next += 1;
                 Ok(inner)
             }
-            Some(_) => Err((self.at(), Problem::MissingOperator)),
-            None => Err((open, Problem::Unclosed)),
+            Some(_) => Err((self.at(), FormulaProblem::MissingOperator)),
+            None => Err((open, FormulaProblem::Unclosed)),
         }
     }
 
@@ -136,7 +136,7 @@ impl<'a> Parser<'a, '_> {
         match argument.brings_s(self.context.scope) {
             Some(through) if !function.is_analytic() => {
                 let (function, through) = (function.name(), through.to_owned());
-                Err((at, Problem::NotAnalytic { function, through }))
+                Err((at, FormulaProblem::NotAnalytic { function, through }))
             }
             _ => Ok(Tree::Call(*function, Box::new(argument))),
         }
@@ -151,16 +151,17 @@ impl<'a> Parser<'a, '_> {
             definition.used = true;
             self.words += definition.words;
             return if self.words > LONGEST {
-                Err((at, Problem::TooLong))
+                Err((at, FormulaProblem::TooLong))
             } else {
                 Ok(definition.tree.clone())
             };
         }
         if definitions.iter().any(|(later, _)| later == name) {
-            return Err((at, Problem::DefinedLater { name: name.to_owned() }));
+            return Err((at, FormulaProblem::DefinedLater { name: name.to_owned() }));
         }
         if let Some((index, found)) = scope.names().iter().enumerate().find(|(_, n)| n.name == name) {
-            let missing = || Problem::NotHere { name: found.name.clone(), meaning: found.meaning.clone() };
+            let missing =
+                || FormulaProblem::NotHere { name: found.name.clone(), meaning: found.meaning.clone() };
             return if here(index) { Ok(Tree::Name(index, found.kind)) } else { Err((at, missing())) };
         }
         if let Some((_, constant)) = CONSTANTS.iter().find(|(n, _)| *n == name) {

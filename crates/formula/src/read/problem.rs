@@ -11,7 +11,7 @@ pub struct FormulaError {
     /// Offset in bytes from the start of `source_text`.
     pub at: usize,
     /// What is wrong there.
-    pub problem: Box<Problem>,
+    pub problem: Box<FormulaProblem>,
 }
 
 impl FormulaError {
@@ -28,7 +28,7 @@ impl FormulaError {
 /// What is wrong with a formula.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Problem {
+pub enum FormulaProblem {
     /// A character that no formula contains.
     #[error("`{0}` does not belong into a formula")]
     Character(char),
@@ -127,7 +127,7 @@ pub(crate) const DEEPEST: usize = 100;
 pub(crate) const LONGEST: usize = 2000;
 
 /// What was read, or the place and the kind of the fault.
-pub(crate) type Outcome<T> = Result<T, (usize, Problem)>;
+pub(crate) type Outcome<T> = Result<T, (usize, FormulaProblem)>;
 
 fn hint(suggestion: Option<&str>) -> String {
     suggestion.map(|s| format!("did you mean `{s}`? ")).unwrap_or_default()

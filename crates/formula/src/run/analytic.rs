@@ -1,7 +1,6 @@
 //! The numbers that formulas run on: jets, and values with their slope in s.
 
-use super::here::Dual;
-use rijke_numerics::{C64, Jet};
+use rijke_numerics::{C64, ComplexDual, Jet};
 
 /// A number that a formula can be run on: a jet, or a value with its derivative in s.
 pub(crate) trait Analytic: Clone {
@@ -59,14 +58,13 @@ impl Analytic for Jet {
     }
 }
 
-impl Dual {
-    #[inline]
-    fn each(&self, f: impl Fn(C64) -> C64) -> Self {
-        Self { value: f(self.value), slope: f(self.slope) }
-    }
+/// A linear map of the value, and so of the slope.
+#[inline]
+fn each(number: &ComplexDual, f: impl Fn(C64) -> C64) -> ComplexDual {
+    ComplexDual { value: f(number.value), slope: f(number.slope) }
 }
 
-impl Analytic for Dual {
+impl Analytic for ComplexDual {
     #[inline]
     fn value(&self) -> C64 {
         self.value
@@ -77,19 +75,19 @@ impl Analytic for Dual {
     }
     #[inline]
     fn plus(&self, other: &Self) -> Self {
-        Self { value: self.value + other.value, slope: self.slope + other.slope }
+        *self + *other
     }
     #[inline]
     fn minus(&self, other: &Self) -> Self {
-        Self { value: self.value - other.value, slope: self.slope - other.slope }
+        *self - *other
     }
     #[inline]
     fn times(&self, other: &Self) -> Self {
-        Self { value: self.value * other.value, slope: self.slope * other.value + self.value * other.slope }
+        *self * *other
     }
     #[inline]
     fn scale(&self, factor: C64) -> Self {
-        self.each(|z| factor * z)
+        each(self, |z| factor * z)
     }
     #[inline]
     fn shift(&self, constant: C64) -> Self {
@@ -97,14 +95,14 @@ impl Analytic for Dual {
     }
     #[inline]
     fn re(&self) -> Self {
-        self.each(|z| C64::new(z.re, 0.0))
+        each(self, |z| C64::new(z.re, 0.0))
     }
     #[inline]
     fn im(&self) -> Self {
-        self.each(|z| C64::new(z.im, 0.0))
+        each(self, |z| C64::new(z.im, 0.0))
     }
     #[inline]
     fn conj(&self) -> Self {
-        self.each(|z| z.conj())
+        each(self, |z| z.conj())
     }
 }

@@ -1,10 +1,9 @@
 //! Operators and functions on plain numbers, and with their derivatives.
 
 use super::analytic::{Analytic, Operand};
-use super::here::Dual;
 use crate::read::{Binary, Function};
 use Operand::{Full as J, Number as N};
-use rijke_numerics::C64;
+use rijke_numerics::{C64, ComplexDual};
 
 #[inline]
 pub(crate) fn binary<T: Analytic>(operator: Binary, left: Operand<T>, right: Operand<T>) -> Operand<T> {
@@ -34,7 +33,7 @@ pub(crate) fn binary<T: Analytic>(operator: Binary, left: Operand<T>, right: Ope
 }
 
 pub(crate) fn number_binary(operator: Binary, a: C64, b: C64) -> C64 {
-    match binary::<Dual>(operator, N(a), N(b)) {
+    match binary::<ComplexDual>(operator, N(a), N(b)) {
         N(z) => z,
         J(dual) => dual.value,
     }

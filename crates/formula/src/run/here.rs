@@ -1,9 +1,9 @@
 //! The values that the names of a formula have at one place.
 
-use rijke_numerics::{C64, JetSpace};
+use rijke_numerics::JetSpace;
 
 /// The values of all names at one place. `T` is a [`rijke_numerics::Jet`] where derivatives in the
-/// parameters are carried, and a [`Dual`] in a search for a root.
+/// parameters are carried, and a [`rijke_numerics::ComplexDual`] in a search for a root.
 #[derive(Debug)]
 pub struct Here<'a, T> {
     /// Number and order of the derivatives that jets carry.
@@ -14,15 +14,6 @@ pub struct Here<'a, T> {
     /// Values of the names that carry derivatives by index, `s` itself first: those that depend on s, and
     /// real ones that depend on parameters, which count before `numbers`; none for all others.
     pub analytic: &'a [Option<&'a T>],
-}
-
-/// A value and its derivative with respect to s.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dual {
-    /// The value.
-    pub value: C64,
-    /// d/ds.
-    pub slope: C64,
 }
 
 // By hand, because the derived ones would ask for `T: Copy`, and jets are not.

@@ -7,7 +7,7 @@ mod calculus;
 pub(crate) mod evaluate;
 mod here;
 
-pub use here::{Dual, Here};
+pub use here::Here;
 
 pub(crate) use analytic::Operand;
 pub(crate) use calculus::{number_binary, number_call};

@@ -8,7 +8,7 @@ fn with(text: &str, definitions: &[(&str, &str)]) -> Formula {
 }
 
 /// The definition at fault, the offset in it, and the fault.
-fn fault(text: &str, definitions: &[(&str, &str)]) -> (Option<String>, usize, Problem) {
+fn fault(text: &str, definitions: &[(&str, &str)]) -> (Option<String>, usize, FormulaProblem) {
     let error = parse_without(text, &["R_LS"], definitions).unwrap_err();
     (error.definition, error.at, *error.problem)
 }
@@ -41,13 +41,15 @@ fn exact_a_scope_takes_names_and_no_others() {
 fn exact_dotted_names_are_names() {
     assert_eq!(value("heater.power/2").re, 75.0);
     assert_eq!(value("2*heater.power-heater.length").re, 299.98);
-    assert_eq!(with("heater.power*heater.power*k1", &[]).names_used(), [8]);
-    assert_eq!(complaint("k1.5"), (2, Problem::MissingOperator));
-    assert_eq!(complaint("heater .power"), (7, Problem::Character('.')), "a space ends a name");
-    assert_eq!(complaint("rho .c"), (4, Problem::Character('.')));
-    assert_eq!(complaint("heater.power.x"), (12, Problem::Character('.')));
+    assert_eq!(names_used(&with("heater.power*heater.power*k1", &[])), [8]);
+    assert_eq!(complaint("k1.5"), (2, FormulaProblem::MissingOperator));
+    assert_eq!(complaint("heater .power"), (7, FormulaProblem::Character('.')), "a space ends a name");
+    assert_eq!(complaint("rho .c"), (4, FormulaProblem::Character('.')));
+    assert_eq!(complaint("heater.power.x"), (12, FormulaProblem::Character('.')));
     let (at, problem) = complaint("1 + heater.lenght");
-    assert!(matches!(&problem, Problem::UnknownName { suggestion: Some(s), .. } if s == "heater.length"));
+    assert!(
+        matches!(&problem, FormulaProblem::UnknownName { suggestion: Some(s), .. } if s == "heater.length")
+    );
     assert_eq!(at, 4);
 }
 
@@ -63,7 +65,7 @@ fn exact_definitions_stand_for_their_trees() {
         let (ours, plain) = (with(text, definitions), parse(same).unwrap());
         let at = |f: &Formula| jet(f, &heater(), Order::Second, &POINT);
         assert_eq!(at(&ours), at(&plain), "{text}");
-        assert_eq!(ours.names_used(), plain.names_used());
+        assert_eq!(names_used(&ours), names_used(&plain));
         assert_eq!((ours.source(), ours.uses_parameter(0)), (text, plain.uses_parameter(0)));
     }
 }
@@ -73,22 +75,24 @@ fn exact_faults_of_definitions_are_told_where_they_are() {
     let text = "k1*a";
     let (of, at, problem) = fault(text, &[("a", "1 + gama")]);
     assert_eq!((of.as_deref(), at), (Some("a"), 4));
-    assert!(matches!(problem, Problem::UnknownName { .. }));
-    let absent = Problem::NotHere { name: "R_LS".to_owned(), meaning: "the R_LS of the test".to_owned() };
+    assert!(matches!(problem, FormulaProblem::UnknownName { .. }));
+    let absent =
+        FormulaProblem::NotHere { name: "R_LS".to_owned(), meaning: "the R_LS of the test".to_owned() };
     assert_eq!(fault(text, &[("a", "2*R_LS")]), (Some("a".to_owned()), 2, absent));
-    assert_eq!(fault(text, &[("a", "(1")]), (Some("a".to_owned()), 0, Problem::Unclosed));
+    assert_eq!(fault(text, &[("a", "(1")]), (Some("a".to_owned()), 0, FormulaProblem::Unclosed));
     // A circle, short and long.
-    let later = |name: &str| Problem::DefinedLater { name: name.to_owned() };
+    let later = |name: &str| FormulaProblem::DefinedLater { name: name.to_owned() };
     assert_eq!(fault(text, &[("a", "a + 1")]), (Some("a".to_owned()), 0, later("a")));
     assert_eq!(fault(text, &[("a", "1 + b"), ("b", "a")]), (Some("a".to_owned()), 4, later("b")));
     // Not used by the formula, and used only by what is not.
-    let unused = |name: &str| (Some(name.to_owned()), 0, Problem::UnusedDefinition { name: name.to_owned() });
+    let unused =
+        |name: &str| (Some(name.to_owned()), 0, FormulaProblem::UnusedDefinition { name: name.to_owned() });
     assert_eq!(fault("k1", &[("a", "1")]), unused("a"));
     assert_eq!(fault("k1", &[("a", "1"), ("b", "a")]), unused("b"));
     // A fault of the formula comes before a definition that it would have used.
-    assert_eq!(fault("k1*", &[("a", "1")]), (None, 3, Problem::MissingOperand));
+    assert_eq!(fault("k1*", &[("a", "1")]), (None, 3, FormulaProblem::MissingOperand));
     // What is not analytic may not be hidden in a definition.
-    let problem = Problem::NotAnalytic { function: "abs", through: "s".to_owned() };
+    let problem = FormulaProblem::NotAnalytic { function: "abs", through: "s".to_owned() };
     assert_eq!(fault("abs(a)", &[("a", "s*k1")]), (None, 0, problem));
 }
 
@@ -96,13 +100,19 @@ fn exact_faults_of_definitions_are_told_where_they_are() {
 fn exact_definitions_have_names_of_their_own() {
     for (name, meaning) in [("k1", "a parameter"), ("rho", "the rho of the test")] {
         let double = NameError::Double { name: name.to_owned(), meaning: meaning.to_owned() };
-        let expected = (Some(name.to_owned()), 0, Problem::DefinitionName(double));
+        let expected = (Some(name.to_owned()), 0, FormulaProblem::DefinitionName(double));
         assert_eq!(fault(name, &[(name, "1")]), expected);
     }
     let double = NameError::Double { name: "a".to_owned(), meaning: "another definition".to_owned() };
-    assert_eq!(fault("a", &[("a", "1"), ("a", "2")]).2, Problem::DefinitionName(double));
-    assert_eq!(fault("a", &[("pi", "3")]).2, Problem::DefinitionName(NameError::Reserved("pi".to_owned())));
-    assert_eq!(fault("a", &[("a b", "3")]).2, Problem::DefinitionName(NameError::NotAName("a b".to_owned())));
+    assert_eq!(fault("a", &[("a", "1"), ("a", "2")]).2, FormulaProblem::DefinitionName(double));
+    assert_eq!(
+        fault("a", &[("pi", "3")]).2,
+        FormulaProblem::DefinitionName(NameError::Reserved("pi".to_owned()))
+    );
+    assert_eq!(
+        fault("a", &[("a b", "3")]).2,
+        FormulaProblem::DefinitionName(NameError::NotAName("a b".to_owned()))
+    );
 }
 
 #[test]
@@ -115,7 +125,7 @@ fn exact_definitions_that_grow_without_end_are_refused() {
     let (of, at, problem) = fault("a39", &all);
     // Definition n has w(n) = 3 + 2 w(n - 1) words, w(0) = 1: 4 2^n - 3, and the first above 2000 is the
     // tenth.
-    assert_eq!((of.as_deref(), at, problem), (Some("a9"), 3, Problem::TooLong));
+    assert_eq!((of.as_deref(), at, problem), (Some("a9"), 3, FormulaProblem::TooLong));
     assert!(parse_without("a8", &[], &all[..9]).is_ok());
 }
 

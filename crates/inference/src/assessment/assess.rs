@@ -8,7 +8,7 @@ use crate::evidence::{Conflict, Evidence, Laplace};
 use crate::fit::{Fit, Posterior};
 use crate::maxima::{Breadth, Maximum, Sorted, Terrain, explore, sorted, warning};
 use crate::problem::{Data, Forward, Parameters};
-use crate::sample::{LikelihoodTarget, RefereeKind, Target, Verdict, weighed};
+use crate::sample::{LikelihoodTarget, SamplerKind, Target, Verdict, weighed};
 use rijke_numerics::Streams;
 
 /// Settings of [`Posterior::assess`].
@@ -28,7 +28,7 @@ pub struct AssessOptions {
     /// Model calls spent on the importance-sampled evidence; zero leaves it out, and says so in the row.
     pub draws: usize,
     /// A slow method to compare the evidence with, and its statistical error, nats.
-    pub referee: Option<(RefereeKind, f64)>,
+    pub sampler: Option<(SamplerKind, f64)>,
     /// Random streams of starts and draws.
     pub streams: Streams,
 }
@@ -63,7 +63,7 @@ impl Default for AssessOptions {
             screened: 32,
             most_starts: 32,
             draws: 256,
-            referee: None,
+            sampler: None,
             streams: Streams::new(1),
         }
     }
@@ -137,8 +137,8 @@ impl Posterior<'_> {
         } else if !laplace.mean.is_empty() {
             health.warnings.push("the evidence was not checked by importance sampling".to_owned());
         }
-        if let (Some((kind, error)), false) = (options.referee, laplace.mean.is_empty()) {
-            health.referee = Some(self.ask(kind, error, fit, evidence, options, &mut health.warnings)?);
+        if let (Some((kind, error)), false) = (options.sampler, laplace.mean.is_empty()) {
+            health.sampler = Some(self.ask(kind, error, fit, evidence, options, &mut health.warnings)?);
         }
         if laplace.gauss_newton_only {
             health.warnings.push("the model has no second derivatives: Gauss-Newton Hessian".to_owned());
@@ -157,10 +157,10 @@ impl Posterior<'_> {
         Ok(())
     }
 
-    /// The referee's verdict, and a warning if it contradicts Laplace's by more than three of its errors.
+    /// The sampler's verdict, and a warning if it contradicts Laplace's by more than three of its errors.
     fn ask(
         &self,
-        kind: RefereeKind,
+        kind: SamplerKind,
         error: f64,
         fit: &Fit,
         evidence: &Evidence,
@@ -168,24 +168,24 @@ impl Posterior<'_> {
         warnings: &mut Vec<String>,
     ) -> Result<Verdict, InferenceError> {
         let target = LikelihoodTarget::new(self, fit)?;
-        let referee = kind.build(error, evidence.ln_occam, target.size(), options.streams)?;
-        let judged = referee.judge(&target)?;
-        let gap = judged.ln_marginal - evidence.ln_marginal;
-        if !judged.finished {
-            warnings.push(format!("{} reached its cap on evaluations", referee.name()));
-        } else if gap.abs() > 3.0 * judged.standard_error {
+        let sampler = kind.build(error, evidence.ln_occam, target.size(), options.streams)?;
+        let found = sampler.integrate(&target)?;
+        let gap = found.ln_marginal - evidence.ln_marginal;
+        if !found.finished {
+            warnings.push(format!("{} reached its cap on evaluations", sampler.name()));
+        } else if gap.abs() > 3.0 * found.standard_error {
             warnings.push(format!(
                 "{} differs by {gap:+.2} nats, of an error of {:.2}",
-                referee.name(),
-                judged.standard_error
+                sampler.name(),
+                found.standard_error
             ));
         }
         Ok(Verdict {
-            referee: referee.name().to_owned(),
-            ln_marginal: judged.ln_marginal,
-            standard_error: judged.standard_error,
-            calls: judged.calls.total(),
-            finished: judged.finished,
+            sampler: sampler.name().to_owned(),
+            ln_marginal: found.ln_marginal,
+            standard_error: found.standard_error,
+            calls: found.calls.total(),
+            finished: found.finished,
         })
     }
 }

@@ -12,8 +12,8 @@ use rijke_numerics::{Cholesky, Matrix};
 ///
 /// P(D1, D2) = P(D1) P(D2 | D1): the ln evidences of the stages add up to that of all data under the
 /// *declared* priors, however narrow the prior is that a stage has left to the next. So a penalty that an
-/// early stage paid stays in the number that ranks later ones, and [`Chain::conflict`] compares what is known
-/// now with what was declared, not with what the last stage left.
+/// early stage paid stays in the number that ranks later ones, and [`EvidenceChain::conflict`] compares what
+/// is known now with what was declared, not with what the last stage left.
 ///
 /// The posterior of a stage is carried on as the Gaussian at its best maximum, in working coordinates.
 ///
@@ -33,7 +33,7 @@ use rijke_numerics::{Cholesky, Matrix};
 /// # )}
 /// ```
 #[derive(Clone, Debug, Default)]
-pub struct Chain {
+pub struct EvidenceChain {
     stages: Vec<ChainStage>,
     /// As first declared.
     declared: Vec<Parameter>,
@@ -42,7 +42,7 @@ pub struct Chain {
     covariance: Matrix,
 }
 
-/// One stage of a [`Chain`].
+/// One stage of a [`EvidenceChain`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChainStage {
     /// Its name.
@@ -53,7 +53,7 @@ pub struct ChainStage {
     pub conflict: Conflict,
 }
 
-impl Chain {
+impl EvidenceChain {
     /// The parameters of the next stage: of those that earlier stages have met the declared prior is the one
     /// of then, and what was learnt stands in its place; the others keep their own.
     ///
@@ -71,9 +71,9 @@ impl Chain {
         parameters.with_joint(&names, &mean, &self.covariance.select(&known))
     }
 
-    /// The chain with one stage more, whose `parameters` came from [`Chain::parameters`]. What was learnt of
-    /// parameters that this stage does not have is brought up to date by their correlations with those that
-    /// it has.
+    /// The chain with one stage more, whose `parameters` came from [`EvidenceChain::parameters`]. What was
+    /// learnt of parameters that this stage does not have is brought up to date by their correlations with
+    /// those that it has.
     ///
     /// # Errors
     /// [`InferenceError::NoStage`] if the stage has no evidence, [`InferenceError::Dense`].

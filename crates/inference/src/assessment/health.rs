@@ -2,7 +2,7 @@
 
 use crate::density::Calls;
 use crate::evidence::Conflict;
-use crate::maxima::{Explored, Mode};
+use crate::maxima::{Explored, OtherMaximum};
 use crate::sample::{Importance, Verdict};
 use serde::{Deserialize, Serialize};
 
@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 pub struct Health {
     /// Evidence by importance sampling from all maxima, if it was asked for.
     pub importance: Option<Importance>,
-    /// What the referee said, if one was asked.
+    /// What the sampler said, if one was asked.
     #[serde(default)]
-    pub referee: Option<Verdict>,
+    pub sampler: Option<Verdict>,
     /// Other maxima of the posterior, most probable first.
-    pub other_modes: Vec<Mode>,
+    pub other_modes: Vec<OtherMaximum>,
     /// Share of the summed evidence that the best maximum holds, 0..1.
     #[serde(default)]
     pub share: f64,

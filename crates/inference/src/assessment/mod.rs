@@ -13,8 +13,8 @@ mod simulate;
 mod surveyed;
 
 pub use assess::{AssessOptions, Assessment, assess};
-pub use chain::{Chain, ChainStage};
+pub use chain::{ChainStage, EvidenceChain};
 pub use health::Health;
-pub use record::{Draws, ParameterRecord, Record, evidence_csv};
-pub use simulate::{Calibration, ModelCheck, ParameterCheck};
+pub use record::{Draws, InferenceRecord, ParameterRecord};
+pub use simulate::{ModelCheck, ParameterCheck, SimulatedCoverage};
 pub use surveyed::{Surveyed, survey};

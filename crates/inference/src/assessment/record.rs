@@ -1,4 +1,4 @@
-//! Results as files: one record per fitted model, as JSON and CSV, and draws for Python.
+//! Results as files: one record per fitted model, as JSON, and draws for Python.
 
 use super::assess::Assessment;
 use super::health::Health;
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 /// Everything that an inference found of one model, ready to be written as JSON by serde.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct InferenceRecord {
     /// Name of the model.
     pub model: String,
     /// One entry per parameter, in the order of the covariance.
@@ -38,7 +38,7 @@ pub struct Record {
     pub calls: Calls,
 }
 
-/// One parameter of a [`Record`].
+/// One parameter of a [`InferenceRecord`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterRecord {
     /// Name.
@@ -64,7 +64,7 @@ pub struct Draws {
     pub posterior_attrs: BTreeMap<String, String>,
 }
 
-impl Record {
+impl InferenceRecord {
     /// Collects what `assessment` found of the model called `model`.
     #[must_use]
     pub fn new(model: &str, parameters: &Parameters, assessment: &Assessment) -> Self {
@@ -91,55 +91,6 @@ impl Record {
             calls: assessment.fit.calls,
         }
     }
-
-    /// The parameters as CSV text with a header line: name, symbol, unit, value, sd.
-    #[must_use]
-    pub fn parameters_csv(&self) -> String {
-        let mut text = "name,symbol,unit,value,sd\n".to_owned();
-        for p in &self.parameters {
-            let sd = p.sd.map(|s| s.to_string()).unwrap_or_default();
-            let words = [&p.name, &p.symbol, &p.unit].map(|w| quoted(w)).join(",");
-            text.push_str(&format!("{words},{},{sd}\n", p.value));
-        }
-        text
-    }
-}
-
-/// Records as CSV text, one line per model: evidence in total and per datapoint, the corrected evidence, the
-/// verdict.
-#[must_use]
-pub fn evidence_csv(records: &[Record]) -> String {
-    let mut text = "model,parameters,datapoints,ln_best_fit_nats,ln_occam_nats,ln_marginal_nats,\
-                    ln_best_fit_per_datapoint,ln_occam_per_datapoint,ln_marginal_per_datapoint,\
-                    ln_marginal_corrected_nats,corrected_standard_error_nats,k_hat,verdict\n"
-        .to_owned();
-    for record in records {
-        let numbers = match &record.evidence {
-            Ok(e) => [e.ln_best_fit, e.ln_occam, e.ln_marginal]
-                .into_iter()
-                .chain(e.per_datapoint())
-                .map(|v| v.to_string())
-                .collect::<Vec<_>>()
-                .join(","),
-            Err(_) => ",".repeat(5),
-        };
-        let datapoints = record.evidence.as_ref().map(|e| e.datapoints.to_string()).unwrap_or_default();
-        let check = record
-            .health
-            .importance
-            .map_or(",,".to_owned(), |i| format!("{},{},{}", i.ln_marginal, i.standard_error, i.k_hat));
-        let verdict = match &record.evidence {
-            Err(reason) => reason.clone(),
-            Ok(_) if record.health.warnings.is_empty() => "trusted".to_owned(),
-            Ok(_) => record.health.warnings.join("; "),
-        };
-        let (name, verdict) = (quoted(&record.model), quoted(&verdict));
-        text.push_str(&format!(
-            "{name},{},{datapoints},{numbers},{check},{verdict}\n",
-            record.parameters.len()
-        ));
-    }
-    text
 }
 
 impl Draws {
@@ -174,13 +125,4 @@ impl Draws {
 
 fn rows_of(matrix: &Matrix) -> Vec<Vec<f64>> {
     (0..matrix.rows()).map(|i| matrix.row(i).to_vec()).collect()
-}
-
-/// A CSV field: in quotes if it holds a comma, a quote or a line break (RFC 4180).
-fn quoted(word: &str) -> String {
-    if word.contains([',', '"', '\n']) {
-        format!("\"{}\"", word.replace('"', "\"\""))
-    } else {
-        word.to_owned()
-    }
 }

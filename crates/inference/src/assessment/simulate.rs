@@ -46,7 +46,7 @@ pub struct ModelCheck {
 
 /// The outcome of [`Posterior::calibrate`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Calibration {
+pub struct SimulatedCoverage {
     /// Name of each parameter.
     pub names: Vec<String>,
     /// For each parameter, how many truths fell into each of twenty equally probable slices of their
@@ -61,7 +61,7 @@ pub struct Calibration {
     pub failed: usize,
 }
 
-/// Slices of [`Calibration`].
+/// Slices of [`SimulatedCoverage`].
 const SLICES: usize = 20;
 
 impl Posterior<'_> {
@@ -145,7 +145,7 @@ impl Posterior<'_> {
         options: &MapOptions,
         draws: usize,
         streams: Streams,
-    ) -> Result<Calibration, InferenceError> {
+    ) -> Result<SimulatedCoverage, InferenceError> {
         if let Some(parameter) = self.parameters().improper() {
             return Err(InferenceError::Improper { parameter: parameter.name.clone() });
         }
@@ -178,7 +178,7 @@ impl Posterior<'_> {
                 slices
             })
             .collect();
-        Ok(Calibration {
+        Ok(SimulatedCoverage {
             names: self.parameters().list().iter().map(|q| q.name.clone()).collect(),
             p_values: histograms.iter().map(|h| even_probability(h)).collect(),
             histograms,

@@ -4,7 +4,7 @@ use super::assess::AssessOptions;
 use super::health::Health;
 use crate::density::{Gaussian, Minimum, Objective};
 use crate::error::InferenceError;
-use crate::maxima::{Apart, Mode, Peak, Plain, explore, shares, warning};
+use crate::maxima::{Apart, OtherMaximum, Peak, Plain, explore, shares, warning};
 use crate::sample::weighed;
 
 /// All maxima of a density, its integral summed over them, and what the checks found.
@@ -42,7 +42,7 @@ pub fn survey(
     health.share = shares[0];
     let height = |p: &Peak<Minimum>| p.ln_marginal.unwrap_or(-p.cost);
     health.other_modes = (1..peaks.len())
-        .map(|k| Mode {
+        .map(|k| OtherMaximum {
             parameters: peaks[k].z.clone(),
             ln_marginal: peaks[k].ln_marginal,
             below: height(best) - height(&peaks[k]),

@@ -24,7 +24,6 @@ pub(crate) struct Woodbury {
 /// A group that floats in this block: dC = diag(d) + U diag(K a) U' for a change of one in ln of its standard
 /// deviation.
 struct Acting {
-    group: usize,
     coordinate: usize,
     d: Option<Vec<f64>>,
     a: Option<Vec<f64>>,
@@ -184,10 +183,7 @@ impl Likelihood<'_> {
                     second += 2.0 * (diagonal - own);
                 }
                 if let (Some(a), Some(b)) = (&x.a, &y.a) {
-                    let bends = structured.bends(self.sds, x.group, y.group);
-                    second += (0..q)
-                        .map(|j| (a[j] * b[j] + bends[j]) * (share[j] - pulled[j] * pulled[j]))
-                        .sum::<f64>();
+                    second += (0..q).map(|j| a[j] * b[j] * (share[j] - pulled[j] * pulled[j])).sum::<f64>();
                 }
                 let product = trace_of_product(x, y, known, &inverse, &mut grams);
                 let bend = 0.5 * (second - product) + force;
@@ -217,7 +213,7 @@ impl Likelihood<'_> {
                 *to += 2.0 * variance * s;
             }
         }
-        let a = structured.slopes(self.sds, group);
+        let a = structured.slopes(group);
         if d.is_none() && a.is_none() {
             return None;
         }
@@ -233,7 +229,7 @@ impl Likelihood<'_> {
             }
             t = Some(grams.of(&(0..n).map(|i| d[i] * known.weights[i].powi(2)).collect::<Vec<_>>()));
         }
-        Some(Acting { group, coordinate, d, a, t, pull })
+        Some(Acting { coordinate, d, a, t, pull })
     }
 }
 

@@ -35,6 +35,7 @@ impl Gaussian {
     /// [`InferenceError::Dense`] if the Hessian is not positive definite.
     pub fn from_hessian(z: &[f64], value: f64, hessian: &Matrix) -> Result<Self, InferenceError> {
         let factor = Cholesky::new(hessian)?;
+        // As equation (9), of any density.
         let ln_integral = -value - 0.5 * factor.ln_det() + 0.5 * z.len() as f64 * (2.0 * PI).ln();
         Ok(Self { mean: z.to_vec(), ln_integral, factor })
     }

@@ -3,7 +3,7 @@
 use crate::error::InferenceError;
 use rijke_numerics::{Matrix, Order};
 
-/// A negative log density J(z) in working coordinates: what the minimiser, Laplace's method and the referees
+/// A negative log density J(z) in working coordinates: what the minimiser, Laplace's method and the samplers
 /// need.
 pub trait Objective: Sync {
     /// Number of coordinates.

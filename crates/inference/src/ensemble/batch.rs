@@ -63,10 +63,10 @@ fn oracle_filter_of_a_static_problem_is_the_batch_fit() {
                 .map(|i| bit.predict(ensemble.members().row(i), Order::Value).unwrap().values)
                 .collect();
             let predicted = Matrix::from_fn(members, 3, |i, j| rows[i][j]);
-            let noise = Noise::Independent(vec![SD * SD; 3]);
+            let noise = NoiseCovariance::Independent(vec![SD * SD; 3]);
             let observed =
-                Observed { predicted: &predicted, measured: &measured[first..first + 3], noise: &noise };
-            ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
+                EnsembleData { predicted: &predicted, measured: &measured[first..first + 3], noise: &noise };
+            ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream).unwrap();
         }
         for i in 0..2 {
             ratios.push(ensemble.spread()[i] / batch.sd()[i]);

@@ -50,10 +50,6 @@ pub enum EnsembleError {
         /// Sum of the reciprocals.
         sum: f64,
     },
-    /// A tapered square-root analysis treats observations one by one per variable and needs independent
-    /// noise.
-    #[error("localisation of a square-root analysis needs noise that is independent between observations")]
-    CorrelatedNoise,
     /// The noise covariance is not positive definite, or an eigenvalue iteration failed.
     #[error(transparent)]
     Dense(#[from] DenseError),

@@ -57,6 +57,14 @@ fn rk4(rate: fn(&[f64], &mut [f64]), x: &mut [f64], dt: f64) {
     }
 }
 
+/// Multiplies what every member differs from the mean by.
+fn inflate(ensemble: &mut Ensemble, factor: f64) {
+    let mean = ensemble.mean();
+    for member in ensemble.members_mut().as_mut_slice().chunks_mut(mean.len()) {
+        member.iter_mut().zip(&mean).for_each(|(v, m)| *v = m + factor * (*v - m));
+    }
+}
+
 /// A twin experiment.
 struct Twin {
     rate: fn(&[f64], &mut [f64]),
@@ -85,8 +93,7 @@ impl Twin {
             "ETKF + rot" => Scheme::RotatedSquareRoot,
             _ => Scheme::SquareRoot,
         };
-        let options = Options { scheme, inflation: run.infl, ..Options::default() };
-        let noise = Noise::Independent(vec![self.noise; n]);
+        let noise = NoiseCovariance::Independent(vec![self.noise; n]);
         let step = |x: &mut [f64]| (0..self.substeps).for_each(|_| rk4(self.rate, x, self.dt));
         let mut sum = 0.0;
         for cycle in 0..self.cycles {
@@ -95,8 +102,9 @@ impl Twin {
             let measured: Vec<f64> =
                 (0..n).map(|j| truth[j] + self.noise.sqrt() * errors[(cycle, j)]).collect();
             let predicted = ensemble.members().clone();
-            let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
-            ensemble.analyse(&observed, &options, &mut stream).unwrap();
+            let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
+            ensemble.analyse(&observed, scheme, &mut stream).unwrap();
+            inflate(&mut ensemble, run.infl);
             if cycle >= self.burn_in {
                 let square: f64 = ensemble.mean().iter().zip(&truth).map(|(m, t)| (m - t).powi(2)).sum();
                 sum += (square / n as f64).sqrt();

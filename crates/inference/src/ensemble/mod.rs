@@ -11,15 +11,13 @@
 //!
 //! Members are rows, variables are columns. Sample covariances divide by N - 1. Noise is a covariance, never
 //! a standard deviation. Variables are unbounded: map bounded ones to a normal score outside (uniform priors
-//! become standard normal, and bounds cannot be crossed). Inflation multiplies the anomalies after the
-//! analysis.
+//! become standard normal, and bounds cannot be crossed).
 
 mod analysis;
 mod diagnostics;
 mod error;
 mod forcing;
 mod gain;
-mod localise;
 mod members;
 mod moments;
 mod observed;
@@ -32,11 +30,10 @@ mod lorenz;
 #[cfg(test)]
 mod tests;
 
-pub use analysis::{Innovation, Options, Scheme};
+pub use analysis::{Innovation, Scheme};
 pub use diagnostics::{Diagnostics, RankHistogram, effective_rank};
 pub use error::EnsembleError;
 pub use forcing::orthogonal_forcing;
-pub use localise::gaspari_cohn;
 pub use members::{Ensemble, Failure};
-pub use observed::{Noise, Observed};
+pub use observed::{EnsembleData, NoiseCovariance};
 pub use smoother::{Pass, Smoothed, Smoother, smooth};

@@ -6,7 +6,7 @@ use rijke_numerics::{Cholesky, Matrix};
 
 /// Covariance of the measurement noise.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Noise {
+pub enum NoiseCovariance {
     /// Independent: the variances.
     Independent(Vec<f64>),
     /// The full covariance.
@@ -15,13 +15,13 @@ pub enum Noise {
 
 /// Data and what every member says of them.
 #[derive(Clone, Copy, Debug)]
-pub struct Observed<'a> {
+pub struct EnsembleData<'a> {
     /// Members by observations.
     pub predicted: &'a Matrix,
     /// The data.
     pub measured: &'a [f64],
     /// Their noise.
-    pub noise: &'a Noise,
+    pub noise: &'a NoiseCovariance,
 }
 
 /// Predictions and data in units in which the noise is the identity.
@@ -35,7 +35,7 @@ pub(super) struct White {
 }
 
 impl White {
-    pub(super) fn new(members: usize, observed: &Observed<'_>) -> Result<Self, EnsembleError> {
+    pub(super) fn new(members: usize, observed: &EnsembleData<'_>) -> Result<Self, EnsembleError> {
         let data = observed.measured.len();
         let shape = |what, expected, got| {
             if expected == got { Ok(()) } else { Err(EnsembleError::Shape { what, expected, got }) }
@@ -64,19 +64,19 @@ enum Whitener {
 }
 
 impl Whitener {
-    fn new(noise: &Noise, data: usize) -> Result<Self, EnsembleError> {
+    fn new(noise: &NoiseCovariance, data: usize) -> Result<Self, EnsembleError> {
         let shape = |what, got| {
             if data == got { Ok(()) } else { Err(EnsembleError::Shape { what, expected: data, got }) }
         };
         match noise {
-            Noise::Independent(variances) => {
+            NoiseCovariance::Independent(variances) => {
                 shape("variances of the noise", variances.len())?;
                 if let Some(pivot) = variances.iter().position(|v| v.is_nan() || *v <= 0.0) {
                     return Err(rijke_numerics::DenseError::NotPositiveDefinite { size: data, pivot }.into());
                 }
                 Ok(Self::Scale(variances.iter().map(|v| v.sqrt()).collect()))
             }
-            Noise::Full(covariance) => {
+            NoiseCovariance::Full(covariance) => {
                 shape("rows of the noise covariance", covariance.rows())?;
                 Ok(Self::Solve(Cholesky::new(covariance)?))
             }

@@ -1,6 +1,6 @@
 //! The iterative smoother: one data set assimilated several times with inflated noise.
 
-use super::{Ensemble, EnsembleError, Innovation, Noise, Observed, Options};
+use super::{Ensemble, EnsembleData, EnsembleError, Innovation, NoiseCovariance, Scheme};
 use rijke_numerics::{Matrix, Streams};
 
 /// How to smooth.
@@ -8,8 +8,6 @@ use rijke_numerics::{Matrix, Streams};
 pub struct Smoother {
     /// Factors alpha on the noise covariance, one per pass; their reciprocals sum to 1.
     pub coefficients: Vec<f64>,
-    /// How each pass moves the members.
-    pub options: Options,
 }
 
 /// One pass, for diagnosis.
@@ -35,7 +33,7 @@ pub struct Smoothed {
 impl Default for Smoother {
     /// Four passes with falling noise, alpha = 28/3, 7, 4, 2 (Emerick & Reynolds 2013, table 1).
     fn default() -> Self {
-        Self { coefficients: vec![28.0 / 3.0, 7.0, 4.0, 2.0], options: Options::default() }
+        Self { coefficients: vec![28.0 / 3.0, 7.0, 4.0, 2.0] }
     }
 }
 
@@ -51,7 +49,7 @@ impl Default for Smoother {
 pub fn smooth<E: std::fmt::Display + Send>(
     prior: Ensemble,
     measured: &[f64],
-    noise: &Noise,
+    noise: &NoiseCovariance,
     smoother: &Smoother,
     streams: &Streams,
     model: impl Fn(&[f64]) -> Result<Vec<f64>, E> + Sync,
@@ -71,13 +69,13 @@ pub fn smooth<E: std::fmt::Display + Send>(
         }
         let predicted = Matrix::from_fn(ensemble.size(), measured.len(), |i, j| rows[i][j]);
         let inflated = match noise {
-            Noise::Independent(variances) => {
-                Noise::Independent(variances.iter().map(|v| alpha * v).collect())
+            NoiseCovariance::Independent(variances) => {
+                NoiseCovariance::Independent(variances.iter().map(|v| alpha * v).collect())
             }
-            Noise::Full(c) => Noise::Full(c.plus(alpha - 1.0, c)),
+            NoiseCovariance::Full(c) => NoiseCovariance::Full(c.plus(alpha - 1.0, c)),
         };
-        let observed = Observed { predicted: &predicted, measured, noise: &inflated };
-        let innovation = ensemble.analyse(&observed, &smoother.options, &mut stream)?;
+        let observed = EnsembleData { predicted: &predicted, measured, noise: &inflated };
+        let innovation = ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream)?;
         passes.push(Pass { coefficient: alpha, innovation, spread: ensemble.spread() });
     }
     Ok(Smoothed { ensemble, passes })

@@ -42,10 +42,9 @@ fn kalman(mean: &[f64], p: &Matrix, h: &Matrix, r: &Matrix, y: &[f64]) -> (Vec<f
 fn analyse(problem: &Problem, scheme: Scheme) -> (Ensemble, Innovation) {
     let mut ensemble = problem.ensemble.clone();
     let predicted = ensemble.members().product(&problem.operator.transpose());
-    let noise = Noise::Full(problem.noise.clone());
-    let observed = Observed { predicted: &predicted, measured: &problem.measured, noise: &noise };
-    let options = Options { scheme, ..Options::default() };
-    let innovation = ensemble.analyse(&observed, &options, &mut Streams::new(9).stream("analysis")).unwrap();
+    let noise = NoiseCovariance::Full(problem.noise.clone());
+    let observed = EnsembleData { predicted: &predicted, measured: &problem.measured, noise: &noise };
+    let innovation = ensemble.analyse(&observed, scheme, &mut Streams::new(9).stream("analysis")).unwrap();
     (ensemble, innovation)
 }
 
@@ -94,10 +93,11 @@ fn exact_units_order_and_batches_change_nothing() {
             let all = ensemble.members().product(&p.operator.transpose());
             let predicted = Matrix::from_fn(ensemble.size(), keep.len(), |i, k| scale * all[(i, keep[k])]);
             let measured: Vec<f64> = keep.iter().map(|&j| scale * p.measured[j]).collect();
-            let noise = Noise::Independent(keep.iter().map(|&j| scale * scale * variances[j]).collect());
-            let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
+            let noise =
+                NoiseCovariance::Independent(keep.iter().map(|&j| scale * scale * variances[j]).collect());
+            let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
             let mut stream = Streams::new(0).stream("none");
-            ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
+            ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream).unwrap();
         }
         ensemble
     };
@@ -129,7 +129,7 @@ fn exact_smoother_with_any_coefficients_is_the_single_update_if_linear() {
     };
     for smoother in [Smoother::default(), smoother] {
         let model = |row: &[f64]| Ok::<_, std::convert::Infallible>(p.operator.times(row));
-        let noise = Noise::Full(p.noise.clone());
+        let noise = NoiseCovariance::Full(p.noise.clone());
         let smoothed =
             smooth(p.ensemble.clone(), &p.measured, &noise, &smoother, &Streams::new(1), model).unwrap();
         assert_same_moments(&smoothed.ensemble, &mean, &covariance, 1e-11);
@@ -137,7 +137,7 @@ fn exact_smoother_with_any_coefficients_is_the_single_update_if_linear() {
     }
     let bad = Smoother { coefficients: vec![2.0, 3.0], ..Smoother::default() };
     let model = |row: &[f64]| Ok::<_, std::convert::Infallible>(p.operator.times(row));
-    let noise = Noise::Full(p.noise.clone());
+    let noise = NoiseCovariance::Full(p.noise.clone());
     let refused = smooth(p.ensemble.clone(), &p.measured, &noise, &bad, &Streams::new(1), model);
     assert!(matches!(refused, Err(EnsembleError::Coefficients { .. })));
 }
@@ -152,10 +152,9 @@ fn order_stochastic_error_falls_with_the_root_of_the_members() {
                 let mut stream = Streams::new(seed).stream("mc");
                 let mut ensemble = Ensemble::standard_normal(members, 1, &mut stream).unwrap();
                 let predicted = ensemble.members().clone();
-                let noise = Noise::Independent(vec![0.5]);
-                let observed = Observed { predicted: &predicted, measured: &[1.0], noise: &noise };
-                let options = Options { scheme: Scheme::Stochastic, ..Options::default() };
-                ensemble.analyse(&observed, &options, &mut stream).unwrap();
+                let noise = NoiseCovariance::Independent(vec![0.5]);
+                let observed = EnsembleData { predicted: &predicted, measured: &[1.0], noise: &noise };
+                ensemble.analyse(&observed, Scheme::Stochastic, &mut stream).unwrap();
                 (ensemble.mean()[0] - 2.0 / 3.0).powi(2) + (ensemble.covariance()[(0, 0)] - 1.0 / 3.0).powi(2)
             })
             .sum();
@@ -165,50 +164,6 @@ fn order_stochastic_error_falls_with_the_root_of_the_members() {
     for pair in errors.windows(2) {
         let order = (pair[0] / pair[1]).log10();
         assert!((order - 0.5).abs() < 0.15, "errors {errors:?}");
-    }
-}
-
-#[test]
-fn exact_localisation_of_ones_is_no_localisation_and_of_zeros_no_update() {
-    let p = problem(15, 3, 4);
-    let predicted = p.ensemble.members().product(&p.operator.transpose());
-    let noise = Noise::Independent(vec![0.4, 0.3, 0.8, 0.5]);
-    let observed = Observed { predicted: &predicted, measured: &p.measured, noise: &noise };
-    for scheme in [Scheme::Stochastic, Scheme::SquareRoot] {
-        let run = |localisation: Option<Matrix>| {
-            let mut ensemble = p.ensemble.clone();
-            let options = Options { scheme, localisation, ..Options::default() };
-            ensemble.analyse(&observed, &options, &mut Streams::new(3).stream("same")).unwrap();
-            ensemble
-        };
-        let plain = run(None);
-        let ones = run(Some(Matrix::from_fn(3, 4, |_, _| 1.0)));
-        assert_same_moments(&ones, &plain.mean(), &plain.covariance(), 1e-12);
-        assert_eq!(run(Some(Matrix::zeros(3, 4))).members(), p.ensemble.members());
-    }
-    assert_eq!(gaspari_cohn(0.0), 1.0);
-    assert_abs_diff_eq!(gaspari_cohn(1.0), 5.0 / 24.0, epsilon = 1e-15);
-    assert_abs_diff_eq!(gaspari_cohn(2.0 - 1e-9), 0.0, epsilon = 1e-15);
-}
-
-#[test]
-fn exact_inflation_and_relaxation() {
-    let p = problem(12, 3, 2);
-    let (plain, _) = analyse(&p, Scheme::SquareRoot);
-    let run = |inflation: f64, relaxation: f64| {
-        let mut ensemble = p.ensemble.clone();
-        let predicted = ensemble.members().product(&p.operator.transpose());
-        let noise = Noise::Full(p.noise.clone());
-        let observed = Observed { predicted: &predicted, measured: &p.measured, noise: &noise };
-        let options = Options { inflation, relaxation, ..Options::default() };
-        ensemble.analyse(&observed, &options, &mut Streams::new(3).stream("same")).unwrap();
-        ensemble
-    };
-    for (inflated, plain) in run(1.1, 0.0).spread().iter().zip(plain.spread()) {
-        assert_abs_diff_eq!(*inflated, 1.1 * plain, epsilon = 1e-13);
-    }
-    for (relaxed, prior) in run(1.0, 1.0).spread().iter().zip(p.ensemble.spread()) {
-        assert_abs_diff_eq!(*relaxed, prior, epsilon = 1e-13);
     }
 }
 
@@ -270,9 +225,9 @@ fn exact_static_parameters_with_a_forced_nuisance_stay_calibrated() {
             let measured: Vec<f64> =
                 h.times(&state).iter().enumerate().map(|(j, y)| y + errors[(0, j)]).collect();
             let predicted = ensemble.members().product(&h.transpose());
-            let noise = Noise::Independent(vec![1.0; 2]);
-            let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
-            ensemble.analyse(&observed, &Options::default(), &mut stream).unwrap();
+            let noise = NoiseCovariance::Independent(vec![1.0; 2]);
+            let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
+            ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream).unwrap();
             (mean, p) = kalman(&mean, &p, &h, &Matrix::identity(2), &measured);
         }
         let spread = ensemble.spread();
@@ -339,13 +294,13 @@ fn exact_rank_histograms() {
 fn exact_bad_input_is_refused_with_numbers() {
     let mut ensemble = problem(6, 2, 1).ensemble;
     let predicted = Matrix::from_fn(6, 1, |i, _| i as f64);
-    let mut run = |measured: &[f64], noise: Noise| {
-        let observed = Observed { predicted: &predicted, measured, noise: &noise };
-        ensemble.analyse(&observed, &Options::default(), &mut Streams::new(1).stream("x"))
+    let mut run = |measured: &[f64], noise: NoiseCovariance| {
+        let observed = EnsembleData { predicted: &predicted, measured, noise: &noise };
+        ensemble.analyse(&observed, Scheme::SquareRoot, &mut Streams::new(1).stream("x"))
     };
-    let shape = run(&[1.0, 2.0], Noise::Independent(vec![1.0; 2]));
+    let shape = run(&[1.0, 2.0], NoiseCovariance::Independent(vec![1.0; 2]));
     assert!(matches!(shape, Err(EnsembleError::Shape { expected: 2, got: 1, .. })));
-    assert!(matches!(run(&[1.0], Noise::Independent(vec![0.0])), Err(EnsembleError::Dense(_))));
+    assert!(matches!(run(&[1.0], NoiseCovariance::Independent(vec![0.0])), Err(EnsembleError::Dense(_))));
     let nan = Matrix::from_fn(3, 2, |i, j| if (i, j) == (1, 1) { f64::NAN } else { 0.0 });
     assert_eq!(Ensemble::new(nan), Err(EnsembleError::NotFinite { member: 1, variable: 1 }));
 }

@@ -123,7 +123,11 @@ impl std::fmt::Display for ConflictWarning {
             }
             Self::Joint { sds, penalty, carried } => {
                 let prior = if *carried { prior(carried) } else { "their priors" };
-                write!(f, "the parameters together lie {sds:.1} sd from {prior} ({penalty:.1} nats)")
+                write!(
+                    f,
+                    "the parameters together lie {sds:.1} sd from {prior}, by what the data could be expected to move them; \
+                     the prior density there is {penalty:.1} nats below its maximum"
+                )
             }
         }
     }

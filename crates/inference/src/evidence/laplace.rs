@@ -3,7 +3,7 @@
 use crate::covariance::dense_enough;
 use crate::density::{Method, Objective};
 use crate::error::InferenceError;
-use crate::fit::{Fit, Held, Posterior};
+use crate::fit::{Conditional, Fit, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -110,8 +110,10 @@ impl Posterior<'_> {
         let (p, keep) = (self.parameters().len(), self.integrated());
         let (gauss_newton, curvature, prior) =
             (parts.gauss_newton.select(&keep), parts.curvature.select(&keep), parts.prior.select(&keep));
+        // Equation (6): A is the Hessian of J.
         let hessian = gauss_newton.plus(1.0, &curvature).plus(1.0, &prior);
         let factor = Cholesky::new(&hessian).map_err(|_| self.no_laplace(&hessian, &keep))?;
+        // Equation (9), its second factor.
         let ln_occam = parts.ln_prior - 0.5 * factor.ln_det() + 0.5 * keep.len() as f64 * (2.0 * PI).ln();
         let evidence = Evidence {
             ln_best_fit: parts.ln_likelihood,
@@ -169,11 +171,11 @@ impl Posterior<'_> {
 
     /// The density whose integral is the evidence: the posterior with floated noise held at its value in
     /// `fit`.
-    pub(crate) fn target(&self, fit: &Fit) -> Held<'_> {
-        Held::new(self, fit.working.clone(), self.integrated())
+    pub(crate) fn target(&self, fit: &Fit) -> Conditional<'_> {
+        Conditional::new(self, fit.working.clone(), self.integrated())
     }
 
-    /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what referees
+    /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what samplers
     /// integrate. Its coordinates are those of [`Laplace::mean`].
     #[must_use]
     pub fn evidence_target(&self, fit: &Fit) -> Box<dyn Objective + '_> {

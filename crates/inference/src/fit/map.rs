@@ -1,7 +1,7 @@
 //! The most probable parameters.
 
 use super::approach::Approach;
-use super::held::Held;
+use super::conditional::Conditional;
 use super::posterior::Posterior;
 use super::settle::Settled;
 use crate::density::{Calls, Method, Minimum, Objective, Stop, TrustRegion, minimise};
@@ -150,7 +150,7 @@ impl Posterior<'_> {
             let free: Vec<usize> =
                 (0..self.size()).filter(|i| small.iter().all(|s| s.coordinate != *i)).collect();
             let from: Vec<f64> = free.iter().map(|&i| near[i]).collect();
-            let held = Held::new(self, whole, free);
+            let held = Conditional::new(self, whole, free);
             // One call is for the slopes below.
             let budget = search.max_evaluations.saturating_sub(1).max(1);
             let search_without = TrustRegion { max_evaluations: budget, ..search };

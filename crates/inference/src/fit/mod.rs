@@ -4,7 +4,7 @@
 //! Knows no evidence, and does not ask whether there are other maxima.
 
 mod approach;
-mod held;
+mod conditional;
 mod map;
 mod memory;
 mod posterior;
@@ -14,4 +14,4 @@ pub use map::{Fit, MapOptions, NoiseEstimate};
 pub use posterior::Posterior;
 
 pub(crate) use approach::Approach;
-pub(crate) use held::Held;
+pub(crate) use conditional::Conditional;

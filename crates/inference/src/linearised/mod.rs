@@ -6,7 +6,10 @@
 //! Sigma0 F'. Its inverse, P = C^-1 - C^-1 F Sigma F' C^-1 with Sigma the posterior covariance, takes out of
 //! a direction what the parameters can do as well. At the fit P times the residual from the prior mean is
 //! C^-1 r, with r the residual of the fit.
+//!
+//! Knows one fit and the derivatives there: no model is called again.
 
+mod causes;
 mod few;
 mod left_out;
 mod moved;
@@ -15,6 +18,7 @@ use crate::covariance::dense_enough;
 use crate::{Fit, InferenceError, Laplace, NoiseMode, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, Stream, dot, symmetric_eigen};
 
+pub use causes::Causes;
 pub use few::{Few, student};
 pub use left_out::LeftOut;
 pub use moved::Moved;

@@ -7,7 +7,7 @@ mod explore;
 mod grounds;
 mod modes;
 
-pub use modes::{Apart, Maximum, Mode};
+pub use modes::{Apart, Maximum, OtherMaximum};
 
 pub(crate) use explore::{Breadth, Explored, Peak, explore};
 pub(crate) use grounds::{Plain, Terrain};

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// A maximum of the posterior beside the best one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Mode {
+pub struct OtherMaximum {
     /// Physical parameters; for an [`crate::Objective`], its coordinates.
     pub parameters: Vec<f64>,
     /// Its Laplace evidence, nats; nothing if its Hessian is not positive definite, or if its likelihood is
@@ -59,7 +59,7 @@ pub struct Maximum {
 }
 
 /// "another maximum at tau = 0.0093 s (best 0.0031 s), 29.0 nats lower".
-impl std::fmt::Display for Mode {
+impl std::fmt::Display for OtherMaximum {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("another maximum at ")?;
         for (k, a) in self.apart.iter().take(3).enumerate() {
@@ -113,7 +113,7 @@ pub(crate) struct Sorted {
     /// The share and the Gaussian of those that matter.
     pub(crate) proposal: Vec<(f64, Gaussian)>,
     /// All but the best.
-    pub(crate) modes: Vec<Mode>,
+    pub(crate) modes: Vec<OtherMaximum>,
     /// Summed, if the best has one.
     pub(crate) evidence: Option<Evidence>,
 }
@@ -136,8 +136,8 @@ pub(crate) fn sorted(parameters: &Parameters, found: Explored<Fitted>) -> Sorted
         Err(_) => parameters.scales(),
     };
     let differs = |z: &[f64], a: &[f64]| apart(parameters, (&best.0, &best.1), (z, a), &sds);
-    let mut modes: Vec<Mode> = (1..peaks.len())
-        .map(|k| Mode {
+    let mut modes: Vec<OtherMaximum> = (1..peaks.len())
+        .map(|k| OtherMaximum {
             apart: differs(&peaks[k].fit.0.working, &peaks[k].fit.0.parameters),
             parameters: peaks[k].fit.0.parameters.clone(),
             ln_marginal: peaks[k].ln_marginal,
@@ -148,7 +148,7 @@ pub(crate) fn sorted(parameters: &Parameters, found: Explored<Fitted>) -> Sorted
     modes.extend(found.unpursued.iter().map(|u| {
         let values = parameters.physical(&u.z[..p]);
         let apart = differs(&u.z, &values);
-        Mode { parameters: values, ln_marginal: None, below: u.cost - best_cost, share: 0.0, apart }
+        OtherMaximum { parameters: values, ln_marginal: None, below: u.cost - best_cost, share: 0.0, apart }
     }));
     let several = shares.iter().filter(|s| **s > 0.0).count() > 1;
     let evidence = peaks[0].fit.1.as_ref().ok().map(|l| match several {
@@ -171,7 +171,7 @@ pub(crate) fn sorted(parameters: &Parameters, found: Explored<Fitted>) -> Sorted
 const SMALL: f64 = 1e-4;
 
 /// A warning if maxima beside the best hold more than 5 % of its evidence, in words.
-pub(crate) fn warning(modes: &[Mode]) -> Option<String> {
+pub(crate) fn warning(modes: &[OtherMaximum]) -> Option<String> {
     let heavy = modes.iter().filter(|m| m.ln_marginal.is_some() && -m.below > MODE_LIMIT);
     let heaviest = heavy.min_by(|a, b| a.below.total_cmp(&b.below))?;
     Some(format!(

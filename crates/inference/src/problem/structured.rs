@@ -1,8 +1,7 @@
 //! Blocks of many data whose covariance is a diagonal and a few columns.
 
 use super::kernelled::Kernelled;
-use super::misfit::{Basis, Kernel};
-use super::prior::Prior;
+use super::misfit::Kernel;
 use crate::error::InferenceError;
 use rijke_numerics::{C64, Matrix};
 
@@ -11,19 +10,17 @@ use rijke_numerics::{C64, Matrix};
 /// K.
 ///
 /// Columns are *nuisances*: unknown amplitudes that are integrated over in closed form, be they real or
-/// complex, known in size or with a standard deviation that is one of the noise groups; or the sines of a
+/// complex, known in size or with a standard deviation that is one of the noise groups. Cost of a likelihood:
+/// O(n q^2) for q columns when noise or size change, O(n q) when they are held. To that may come one
 /// *misfit*, an error of the model that is correlated along one coordinate, with a size and a length that are
-/// noise groups. Cost of a likelihood: O(n q^2) for q columns when noise or size change, O(n q) when they are
-/// held.
+/// noise groups.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Structured {
     pub(crate) variance: Vec<f64>,
     pub(crate) noise: Vec<(usize, Vec<f64>)>,
     pub(crate) columns: Matrix,
     pub(crate) sources: Vec<Source>,
-    /// Columns that are still lists, one per column.
-    pub(crate) misfits: Vec<Misfit>,
-    /// A misfit by its kernel.
+    /// The misfit.
     pub(crate) kernelled: Option<Kernelled>,
 }
 
@@ -34,18 +31,6 @@ pub(crate) enum Source {
     Unit,
     /// The variance of a noise group.
     Group(usize),
-    /// Function `function` of a misfit.
-    Misfit { misfit: usize, function: usize },
-}
-
-/// A misfit: groups of its size and length, and its functions.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Misfit {
-    pub(crate) size: usize,
-    pub(crate) length: usize,
-    pub(crate) basis: Basis,
-    /// A length to start from.
-    pub(crate) middle: f64,
 }
 
 /// A misfit that is correlated along a coordinate.
@@ -62,8 +47,6 @@ pub struct Correlated<'a> {
     /// Which of several independent misfits of that size and length acts on each datum: 0 and 1 for real and
     /// imaginary parts.
     pub part: &'a [usize],
-    /// The shortest length that is resolved: what varies faster is noise.
-    pub shortest: f64,
 }
 
 impl Structured {
@@ -97,64 +80,22 @@ impl Structured {
         self.joined(matrix, vec![Source::Group(group); matrix.columns()])
     }
 
-    /// Adds a misfit correlated along a coordinate. Let its size and length be inferred
-    /// ([`crate::NoiseGroup::inferred`]): a floated size that the data do not need runs to nothing, and its
-    /// length then has no meaning.
-    ///
-    /// # Errors
-    /// [`InferenceError::BadObservation`] for lists of another length than the data, coordinates that are no
-    /// numbers or all equal, a shortest length that is not positive or needs more than 1000 functions.
-    pub fn with_misfit(mut self, correlated: &Correlated) -> Result<Self, InferenceError> {
-        let n = self.variance.len();
-        let bad = |problem: String| {
-            Err(InferenceError::BadObservation { observation: "a misfit".to_owned(), problem })
-        };
-        let Correlated { size, length, kernel, coordinate, part, shortest } = *correlated;
-        if coordinate.len() != n || part.len() != n {
-            return bad(format!("{} coordinates and {} parts for {n} data", coordinate.len(), part.len()));
-        }
-        let low = coordinate.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = coordinate.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        if !(low < high && (high - low).is_finite() && coordinate.iter().all(|x| x.is_finite())) {
-            return bad(format!("its coordinate runs from {low} to {high}"));
-        }
-        Prior::HalfNormal { sd: shortest }.in_range("the shortest length")?;
-        let basis = Basis::new(kernel, low, high, shortest);
-        if basis.count > MOST_FUNCTIONS {
-            return bad(format!(
-                "a shortest length of {shortest} along {low} .. {high} needs {} functions, more than {MOST_FUNCTIONS}",
-                basis.count
-            ));
-        }
-        let parts = part.iter().max().map_or(0, |p| p + 1);
-        let (count, misfit) = (basis.count, self.misfits.len());
-        let mut matrix = Matrix::zeros(n, parts * count);
-        for i in 0..n {
-            for (j, value) in basis.at(coordinate[i]).enumerate() {
-                matrix[(i, part[i] * count + j)] = value;
-            }
-        }
-        let sources = (0..parts * count).map(|k| Source::Misfit { misfit, function: k % count }).collect();
-        let middle = (shortest * 0.5 * (high - low)).sqrt();
-        self.misfits.push(Misfit { size, length, basis, middle });
-        Ok(self.joined(&matrix, sources))
-    }
-
-    /// Adds a misfit correlated along a coordinate by its kernel itself, whatever its length: for parts of up
-    /// to 2000 data. `shortest` is not used. It must be the only misfit, and nuisances must have known
-    /// standard deviations. Cost of a likelihood: O(m^3) for every part of m data that differs from the
-    /// others in coordinates or noise, and O(n m q) for n data and q columns.
+    /// Adds a misfit correlated along a coordinate, in parts of up to 2000 data. Let its size and length be
+    /// inferred ([`crate::NoiseGroup::inferred`]): a floated size that the data do not need runs to nothing,
+    /// and its length then has no meaning. Nuisances beside it must have known standard deviations. Cost of
+    /// a likelihood: O(m^3) for every part of m data that differs from the others in coordinates or noise,
+    /// and O(n m q) for n data and q columns.
     ///
     /// # Errors
     /// [`InferenceError::BadObservation`] for lists of another length than the data, coordinates that are no
     /// numbers or all equal, a part of too many data.
-    pub fn with_exact_misfit(mut self, correlated: &Correlated) -> Result<Self, InferenceError> {
+    pub fn with_misfit(mut self, correlated: &Correlated) -> Result<Self, InferenceError> {
         let n = self.variance.len();
         if correlated.coordinate.len() != n {
             let problem = format!("{} coordinates for {n} data", correlated.coordinate.len());
             return Err(InferenceError::BadObservation { observation: "a misfit".to_owned(), problem });
         }
-        let Correlated { size, length, kernel, coordinate, part, .. } = *correlated;
+        let Correlated { size, length, kernel, coordinate, part } = *correlated;
         self.kernelled = Some(Kernelled::new((size, length, kernel), coordinate, part)?);
         Ok(self)
     }
@@ -190,12 +131,9 @@ impl Structured {
             Source::Group(g) => Some(*g),
             _ => None,
         }));
-        let named = named.chain(self.misfits.iter().flat_map(|m| [m.size, m.length]));
         let named = named.chain(self.kernelled.iter().flat_map(|m| [m.size, m.length]));
         if self.kernelled.is_some() && !self.has_known_columns() {
-            return Some(
-                "beside an exact misfit its nuisances must have known standard deviations".to_owned(),
-            );
+            return Some("beside a misfit its nuisances must have known standard deviations".to_owned());
         }
         if let Some(group) = named.into_iter().find(|g| *g >= groups) {
             return Some(format!("it names noise group {group}, but there are {groups}"));
@@ -225,49 +163,18 @@ impl Structured {
 
     /// ln of the variance of each coefficient.
     pub(crate) fn ln_variances(&self, sds: &[f64]) -> Vec<f64> {
-        let spectra = self.spectra(sds);
         let one = |source: &Source| match *source {
             Source::Unit => 0.0,
             Source::Group(g) => 2.0 * sds[g].ln(),
-            Source::Misfit { misfit, function } => {
-                2.0 * sds[self.misfits[misfit].size].ln() + spectra[misfit][function][0]
-            }
         };
         self.sources.iter().map(one).collect()
     }
 
-    /// Derivatives of these logarithms with respect to ln of the groups' standard deviations: first with
-    /// respect to `g`, and second with respect to `g` and `h`. None if the group acts on no coefficient.
-    pub(crate) fn slopes(&self, sds: &[f64], g: usize) -> Option<Vec<f64>> {
-        let acts = self.sources.contains(&Source::Group(g))
-            || self.misfits.iter().any(|m| m.size == g || m.length == g);
-        let spectra = if acts { self.spectra(sds) } else { return None };
-        let one = |source: &Source| match *source {
-            Source::Group(group) if group == g => 2.0,
-            Source::Misfit { misfit, function } => {
-                let Misfit { size, length, .. } = self.misfits[misfit];
-                (if size == g { 2.0 } else { 0.0 })
-                    + if length == g { spectra[misfit][function][1] } else { 0.0 }
-            }
-            _ => 0.0,
-        };
-        Some(self.sources.iter().map(one).collect())
-    }
-
-    /// Second derivatives of ln variance; zero but for a length.
-    pub(crate) fn bends(&self, sds: &[f64], g: usize, h: usize) -> Vec<f64> {
-        let spectra = self.spectra(sds);
-        let one = |source: &Source| match *source {
-            Source::Misfit { misfit, function } if g == h && self.misfits[misfit].length == g => {
-                spectra[misfit][function][2]
-            }
-            _ => 0.0,
-        };
-        self.sources.iter().map(one).collect()
-    }
-
-    fn spectra(&self, sds: &[f64]) -> Vec<Vec<[f64; 3]>> {
-        self.misfits.iter().map(|m| m.basis.ln_variances(sds[m.length])).collect()
+    /// Derivatives of these logarithms with respect to ln of the standard deviation of group `g`; the second
+    /// derivatives are zero. None if the group acts on no coefficient.
+    pub(crate) fn slopes(&self, g: usize) -> Option<Vec<f64>> {
+        let one = |source: &Source| if *source == Source::Group(g) { 2.0 } else { 0.0 };
+        self.sources.contains(&Source::Group(g)).then(|| self.sources.iter().map(one).collect())
     }
 
     /// How many data a group acts on.
@@ -275,7 +182,6 @@ impl Structured {
         let noise = self.noise.iter().filter(|(g, _)| *g == group);
         let data: usize = noise.map(|(_, s)| s.iter().filter(|s| **s > 0.0).count()).sum();
         let columns = self.sources.contains(&Source::Group(group))
-            || self.misfits.iter().any(|m| m.size == group || m.length == group)
             || self.kernelled.iter().any(|m| m.size == group || m.length == group);
         data + if columns { self.variance.len() } else { 0 }
     }
@@ -295,13 +201,12 @@ impl Structured {
             let mean = s.iter().sum::<f64>() / s.len().max(1) as f64;
             (*g, 0.3 * size / mean.sqrt().max(f64::MIN_POSITIVE))
         });
-        let misfits = self.misfits.iter().flat_map(|m| [(m.size, size), (m.length, m.middle)]);
         let groups = self.sources.iter().filter_map(|s| match s {
             Source::Group(g) => Some((*g, size)),
             _ => None,
         });
         let kernelled = self.kernelled.iter().flat_map(|m| [(m.size, size), (m.length, m.middle)]);
-        noise.chain(misfits).chain(kernelled).chain(groups).collect()
+        noise.chain(kernelled).chain(groups).collect()
     }
 
     /// The covariance as a dense matrix.
@@ -314,9 +219,6 @@ impl Structured {
         self.kernelled.iter().fold(plain, |sum, k| sum.plus(1.0, &k.dense(n, sds)))
     }
 }
-
-/// Most functions of one part of a misfit.
-const MOST_FUNCTIONS: usize = 1000;
 
 /// Complex columns for data that are real and imaginary parts in turn: each becomes two real ones, for the
 /// real and the imaginary part of its coefficient. `columns[j][k]` belongs to datum k.

@@ -1,6 +1,6 @@
 //! Bridge sampling: the evidence from draws of a posterior.
 
-use super::referee::Target;
+use super::sampler::Target;
 use crate::density::{Calls, Gaussian};
 use crate::error::InferenceError;
 use rand::RngExt;

@@ -1,6 +1,6 @@
-//! The likelihood of a posterior over its prior, as referees integrate it.
+//! The likelihood of a posterior over its prior, as samplers integrate it.
 
-use super::referee::Target;
+use super::sampler::Target;
 use crate::covariance::Factor;
 use crate::error::InferenceError;
 use crate::fit::{Fit, Posterior};

@@ -1,4 +1,4 @@
-//! The evidence by draws, without Laplace's approximation: importance sampling, and the referees (nested
+//! The evidence by draws, without Laplace's approximation: importance sampling, and the samplers (nested
 //! sampling; NUTS with bridge sampling).
 //!
 //! Knows a fit to start from, and neither its Laplace evidence nor other maxima.
@@ -11,14 +11,14 @@ mod likelihood;
 mod nested;
 #[cfg(feature = "nuts")]
 mod nuts;
-mod referee;
+mod sampler;
 
-pub use choice::RefereeKind;
+pub use choice::SamplerKind;
 pub use importance::{Importance, importance};
 pub use likelihood::LikelihoodTarget;
 pub use nested::Nested;
 #[cfg(feature = "nuts")]
 pub use nuts::Nuts;
-pub use referee::{Judged, Referee, Target, Verdict};
+pub use sampler::{Integrated, Sampler, Target, Verdict};
 
 pub(crate) use importance::weighed;

@@ -1,6 +1,6 @@
-//! Nested sampling (Skilling 2006): evidence without Laplace's approximation, as a referee.
+//! Nested sampling (Skilling 2006): evidence without Laplace's approximation, as a sampler.
 
-use super::referee::{Judged, Referee, Target};
+use super::sampler::{Integrated, Sampler, Target};
 use crate::density::Calls;
 use crate::error::InferenceError;
 use rand::RngExt;
@@ -51,12 +51,12 @@ struct Point {
     ln_likelihood: f64,
 }
 
-impl Referee for Nested {
+impl Sampler for Nested {
     fn name(&self) -> &'static str {
         "nested sampling"
     }
 
-    fn judge(&self, target: &dyn Target) -> Result<Judged, InferenceError> {
+    fn integrate(&self, target: &dyn Target) -> Result<Integrated, InferenceError> {
         let mut stream = self.streams.stream("inference/nested");
         let mut calls = Calls::default();
         let mut live = Vec::with_capacity(self.live);
@@ -65,7 +65,7 @@ impl Referee for Nested {
             let ln_likelihood = evaluate(target, &xi, &mut calls)?;
             live.push(Point { xi, ln_likelihood });
             if calls.value > self.max_evaluations {
-                return Ok(Judged { finished: false, calls, ..Judged::default() });
+                return Ok(Integrated { finished: false, calls, ..Integrated::default() });
             }
         }
         // ln of the remaining prior mass, of the evidence, and the sum for the information.
@@ -113,7 +113,7 @@ impl Referee for Nested {
             samples.push((point.xi, ln_weight));
         }
         let draws = resample(&samples, ln_evidence, self.live.max(1000), &mut stream);
-        Ok(Judged {
+        Ok(Integrated {
             ln_marginal: ln_evidence,
             standard_error: (information.max(0.0) / self.live as f64).sqrt(),
             information,

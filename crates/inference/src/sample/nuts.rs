@@ -1,10 +1,12 @@
-//! A gradient sampler as referee: NUTS for draws of the posterior, bridge sampling for the evidence.
+//! A gradient sampler as sampler: NUTS for draws of the posterior, bridge sampling for the evidence.
 
 use super::bridge::bridge;
-use super::referee::{Judged, Referee, Target};
+use super::sampler::{Integrated, Sampler, Target};
 use crate::density::Calls;
 use crate::error::InferenceError;
-use nuts_rs::{Chain, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings};
+use nuts_rs::{
+    CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, EvidenceChain, HasDims, LogpError, Settings,
+};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::Streams;
@@ -39,17 +41,17 @@ impl Nuts {
 /// Draws from the prior at which to look for a start.
 const STARTS: usize = 100;
 
-impl Referee for Nuts {
+impl Sampler for Nuts {
     fn name(&self) -> &'static str {
         "NUTS and bridge sampling"
     }
 
-    fn judge(&self, target: &dyn Target) -> Result<Judged, InferenceError> {
+    fn integrate(&self, target: &dyn Target) -> Result<Integrated, InferenceError> {
         let mut stream = self.streams.stream("inference/nuts");
         let (calls, fatal) = (Cell::new(Calls::default()), RefCell::new(None));
         let stopped = |error: &dyn std::fmt::Display| match fatal.borrow_mut().take() {
             Some(error) => error,
-            None => InferenceError::Referee { referee: "the gradient sampler", problem: error.to_string() },
+            None => InferenceError::Sampler { sampler: "the gradient sampler", problem: error.to_string() },
         };
         let settings = DiagNutsSettings { num_tune: self.tune as u64, ..DiagNutsSettings::default() };
         let density = Density { target, calls: &calls, fatal: &fatal };
@@ -77,7 +79,7 @@ impl Referee for Nuts {
             calls.set(spent);
             let finished = found.standard_error <= self.error;
             if finished || want >= self.max_draws {
-                return Ok(Judged {
+                return Ok(Integrated {
                     ln_marginal: found.ln_marginal,
                     standard_error: found.standard_error,
                     information: found.information,

@@ -79,35 +79,6 @@ fn marginal(x: &Matrix, rows: &[usize], sd: f64) -> Matrix {
 }
 
 #[test]
-fn exact_maximum_marginal_likelihood() {
-    let (x, y, data, parameters) = problem(40, 6, 4, NoiseGroup::floated("noise", "1"));
-    let model = Linear(x.clone());
-    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
-    let fit = posterior.map(&MapOptions::default()).unwrap();
-    let found = posterior.maximise_marginal(&fit).unwrap();
-    assert!(found.stop.converged(), "{:?}", found.stop);
-    // Golden-section search on the closed form.
-    let all: Vec<usize> = (0..40).collect();
-    let value = |ln_sd: f64| ln_gaussian(&y, &marginal(&x, &all, ln_sd.exp()));
-    let (mut low, mut high) = (-3.0_f64, 1.0_f64);
-    for _ in 0..90 {
-        let (a, b) = (high - 0.618_034 * (high - low), low + 0.618_034 * (high - low));
-        if value(a) > value(b) { high = b } else { low = a }
-    }
-    assert_relative_eq!(found.ln_marginal, value(low), epsilon = 1e-10);
-    // A maximum is known to half the digits of its value.
-    assert_relative_eq!(found.fit.noise[0].sd, low.exp(), max_relative = 1e-6);
-    let again = posterior.laplace(&found.fit).unwrap().evidence.ln_marginal;
-    assert_relative_eq!(again, found.ln_marginal, epsilon = 1e-10);
-    // The paper's remark: parameters by MAP and by MML are almost identical (its noise sd is not: p of 40
-    // data are spent).
-    let sds = posterior.laplace(&fit).unwrap().sd();
-    for i in 0..6 {
-        assert!((found.fit.parameters[i] - fit.parameters[i]).abs() < 0.3 * sds[i]);
-    }
-}
-
-#[test]
 fn exact_leave_one_out_and_prediction() {
     let (m, block, sd) = (24, 3, 0.4);
     let (x, y, data, parameters) = problem(m, 4, block, NoiseGroup::fixed("noise", "1", sd));
@@ -304,4 +275,29 @@ fn oracle_what_few_data_leave_against_the_restricted_likelihood() {
         let wanted = (after / of(at, k)).sqrt() * student(2.0 * after * after * curvature / (share * share));
         assert_relative_eq!(few.parameters[k], wanted, max_relative = 1e-4);
     }
+}
+
+/// A noise that two others explain away, with no floor beside them: it is none, and the search ends.
+#[test]
+fn behaviour_a_floated_noise_that_others_explain_is_none() {
+    let common = [1.0, -1.0, 2.0, -2.0, 0.6, -0.6, 1.4, -1.4];
+    let own = [0.5, 0.5, -0.4, -0.4, 0.2, 0.2, -0.3, -0.3];
+    let along = |a: f64, b: f64| Matrix::from_fn(2, 2, |i, j| [a, b][i] * [a, b][j]);
+    let block = |k: usize| {
+        Observation::new(format!("{k}"), vec![0.45 * common[k] + own[k], common[k]])
+            .with_noise(0, Matrix::diagonal(&[1.0, 0.0]))
+            .with_noise(1, Matrix::diagonal(&[0.0, 1.0]))
+            .with_noise(2, along(0.4, 1.0))
+    };
+    let groups = ["first", "second", "shared"].map(|name| NoiseGroup::floated(name, "V")).to_vec();
+    let data = Data::new((0..8).map(block).collect(), groups).unwrap();
+    let parameters = Parameters::new(vec![normal("a", 0.0, 1.0)]).unwrap();
+    let model = Linear(Matrix::from_fn(16, 1, |i, _| if i % 2 == 0 { 1.0 } else { 0.0 }));
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    assert!(fit.stop.converged(), "{:?} {:?}", fit.stop, fit.noise);
+    let [_, second, shared] = [0, 1, 2].map(|k| fit.noise[k].sd);
+    assert!(second < 1e-6 * shared, "{:?}", fit.noise);
+    let rms = (common.iter().map(|c| c * c).sum::<f64>() / 8.0).sqrt();
+    assert!((shared / rms - 1.0).abs() < 0.05, "{shared} {rms}");
 }

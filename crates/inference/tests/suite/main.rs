@@ -17,7 +17,7 @@ mod maxima;
 mod nist;
 mod posterior;
 mod problems;
-mod referees;
+mod samplers;
 mod simulated;
 mod stages;
 mod structured;

@@ -26,7 +26,7 @@ fn oracle_three_stages_against_one_fit_of_all_data() {
     }
     let y: Vec<f64> = numbers("stages/y", 30).iter().map(|v| 0.5 + v).collect();
     let list = [normal("a", 0.3, 0.5), normal("b", 0.0, 2.0), normal("c", -1.0, 1.0)];
-    let mut chain = Chain::default();
+    let mut chain = EvidenceChain::default();
     for (k, keep) in [vec![0, 1], vec![0, 2], vec![2, 1]].into_iter().enumerate() {
         let rows = 10 * k..10 * k + 10;
         let model = columns(&x, rows.clone(), &keep);
@@ -58,7 +58,7 @@ fn behaviour_a_penalty_of_an_early_stage_stays_in_the_number() {
     let one = Linear(Matrix::from_fn(20, 1, |_, _| 1.0));
     let eta = normal("eta", 1.0, 0.5);
     let run = |truth: f64| {
-        let chain = Chain::default();
+        let chain = EvidenceChain::default();
         let parameters = chain.parameters(vec![eta.clone()]).unwrap();
         let first =
             assess(&one, &data(vec![truth; 20], 0.01), &parameters, &AssessOptions::default()).unwrap();
@@ -69,7 +69,7 @@ fn behaviour_a_penalty_of_an_early_stage_stays_in_the_number() {
         (chain.then("second", &parameters, &second).unwrap(), second)
     };
     let ((good, _), (bad, second)) = (run(1.0), run(3.76));
-    let stage = |c: &Chain| c.stages()[1].evidence.ln_marginal;
+    let stage = |c: &EvidenceChain| c.stages()[1].evidence.ln_marginal;
     // The second stage alone does not see it; the sum does: (2.76/0.5)^2/2 = 15.24 nats.
     assert_abs_diff_eq!(stage(&good), stage(&bad), epsilon = 1e-3);
     assert_abs_diff_eq!(good.ln_marginal() - bad.ln_marginal(), 15.235, epsilon = 0.02);

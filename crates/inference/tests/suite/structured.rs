@@ -1,5 +1,4 @@
-//! Blocks with a diagonal and columns against the same covariance as a dense matrix; nuisances and correlated
-//! misfits.
+//! Blocks with a diagonal and columns against the same covariance as a dense matrix; nuisances.
 
 use crate::problems::{Linear, Ringing, normal, numbers};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
@@ -20,9 +19,8 @@ pub(crate) fn unknowns() -> Parameters {
     Parameters::new(vec![normal("a", 1.2, 0.5), normal("b", 0.5, 0.4), normal("c", 2.0, 0.3)]).unwrap()
 }
 
-/// Two complex nuisances of known size, one of a floated size, a misfit of both parts, two noises on a
-/// measured variance.
-pub(crate) fn structure(kernel: Kernel) -> (Structured, Vec<NoiseGroup>) {
+/// Two complex nuisances of known size, one of a floated size, two noises on a measured variance.
+pub(crate) fn structure() -> (Structured, Vec<NoiseGroup>) {
     let n = 2 * TIMES;
     let complex = |name: &str| -> Vec<C64> {
         let x = numbers(name, n);
@@ -30,23 +28,15 @@ pub(crate) fn structure(kernel: Kernel) -> (Structured, Vec<NoiseGroup>) {
     };
     let known = complex_columns(&[complex("u1"), complex("u2")]);
     let floated = complex_columns(&[complex("u3")]);
-    let coordinate: Vec<f64> = (0..n).map(|i| (i / 2) as f64).collect();
-    let part: Vec<usize> = (0..n).map(|i| i % 2).collect();
-    let correlated =
-        Correlated { size: 2, length: 3, kernel, coordinate: &coordinate, part: &part, shortest: 1.0 };
     let odd = |i: usize| f64::from(u8::from(i.is_multiple_of(3)));
     let structured = Structured::new((0..n).map(|i| 4e-4 * (1.0 + odd(i))).collect())
         .with_noise(0, (0..n).map(|i| 1.0 + 0.1 * (i % 4) as f64).collect())
         .with_noise(1, (0..n).map(odd).collect())
         .with_nuisances(&known, &[0.3, 0.3, 10.0, 10.0])
-        .with_floated_nuisances(&floated, 4)
-        .with_misfit(&correlated)
-        .unwrap();
+        .with_floated_nuisances(&floated, 2);
     let groups = vec![
         NoiseGroup::floated("noise", "1"),
         NoiseGroup::inferred("more noise", "1", 0.05, 0.5),
-        NoiseGroup::inferred("misfit", "1", 0.1, 1.0),
-        NoiseGroup::inferred("length", "s", 3.0, 0.5),
         NoiseGroup::floated("source", "1"),
     ];
     (structured, groups)
@@ -59,50 +49,42 @@ pub(crate) fn values() -> Vec<f64> {
 
 #[test]
 fn oracle_value_and_slopes_against_the_dense_covariance() {
-    for kernel in [Kernel::SquaredExponential, Kernel::Matern52, Kernel::Matern32] {
-        let (structured, groups) = structure(kernel);
-        let data =
-            Data::new(vec![Observation::new("s", values()).with_structure(structured)], groups.clone())
-                .unwrap();
-        let (model, parameters) = (ringing_model(), unknowns());
-        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
-        // The same covariance as a dense floor, at fixed sizes.
-        let z = [1.25, 0.45, 2.05, -2.5, -3.2, -1.8, 1.2, -0.7];
-        let dense = posterior.covariance(0, &posterior.noise_sd(&z));
-        let fixed = Data::new(vec![Observation::new("d", values()).with_floor(dense)], Vec::new()).unwrap();
-        let plain = Posterior::new(&model, &fixed, &parameters).unwrap();
-        let expected = plain.evaluate(&z[..3], Order::Second).unwrap();
-        let found = posterior.evaluate(&z, Order::Second).unwrap();
-        // The priors of the three inferred sizes.
-        let priors: f64 = [(-3.2, 0.05_f64, 0.5_f64), (-1.8, 0.1, 1.0), (1.2, 3.0, 0.5)]
-            .map(|(u, median, sd)| 0.5 * ((u - median.ln()) / sd).powi(2) + (sd * (2.0 * PI).sqrt()).ln())
-            .iter()
-            .sum();
-        assert_relative_eq!(found.value - priors, expected.value, max_relative = 1e-9);
-        for i in 0..3 {
-            assert_relative_eq!(found.gradient[i], expected.gradient[i], max_relative = 1e-7);
-            for j in 0..3 {
-                assert_relative_eq!(found.hessian[(i, j)], expected.hessian[(i, j)], max_relative = 1e-7);
-            }
+    let (structured, groups) = structure();
+    let data = Data::new(vec![Observation::new("s", values()).with_structure(structured)], groups).unwrap();
+    let (model, parameters) = (ringing_model(), unknowns());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    // The same covariance as a dense floor, at fixed sizes.
+    let z = [1.25, 0.45, 2.05, -2.5, -3.2, -0.7];
+    let dense = posterior.covariance(0, &posterior.noise_sd(&z));
+    let fixed = Data::new(vec![Observation::new("d", values()).with_floor(dense)], Vec::new()).unwrap();
+    let plain = Posterior::new(&model, &fixed, &parameters).unwrap();
+    let expected = plain.evaluate(&z[..3], Order::Second).unwrap();
+    let found = posterior.evaluate(&z, Order::Second).unwrap();
+    // The prior of the inferred size.
+    let (u, median, sd) = (-3.2, 0.05_f64, 0.5_f64);
+    let prior = 0.5 * ((u - median.ln()) / sd).powi(2) + (sd * (2.0 * PI).sqrt()).ln();
+    assert_relative_eq!(found.value - prior, expected.value, max_relative = 1e-9);
+    for i in 0..3 {
+        assert_relative_eq!(found.gradient[i], expected.gradient[i], max_relative = 1e-7);
+        for j in 0..3 {
+            assert_relative_eq!(found.hessian[(i, j)], expected.hessian[(i, j)], max_relative = 1e-7);
         }
     }
 }
 
 #[test]
-fn order_sizes_and_lengths_have_their_derivatives() {
-    let (structured, groups) = structure(Kernel::Matern52);
+fn order_sizes_have_their_derivatives() {
+    let (structured, groups) = structure();
     let data = Data::new(vec![Observation::new("s", values()).with_structure(structured)], groups).unwrap();
     let (model, parameters) = (ringing_model(), unknowns());
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
-    let z = [1.25, 0.45, 2.05, -2.5, -3.2, -1.8, 1.2, -0.7];
-    let directions: [[f64; 8]; 7] = [
-        [0.1, -0.2, 0.1, 0.5, -0.4, 0.3, 0.6, -0.3],
-        [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.0, 0.6, 1.0, 0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
-        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 0.0, 0.0, 0.0, 0.5, -1.0, 0.7],
-        [0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+    let z = [1.25, 0.45, 2.05, -2.5, -3.2, -0.7];
+    let directions: [[f64; 6]; 5] = [
+        [0.1, -0.2, 0.1, 0.5, -0.4, -0.3],
+        [0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 0.6, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 0.0, -1.0, 0.7],
+        [0.2, 0.1, 0.0, 0.0, 0.0, 1.0],
     ];
     let at = posterior.evaluate(&z, Order::Second).unwrap();
     let first = posterior.evaluate(&z, Order::First).unwrap();
@@ -155,90 +137,11 @@ fn exact_a_nuisance_is_a_parameter_integrated_out() {
     }
 }
 
-/// ln evidence of a straight line for data along 0..1 with noise of 0.01 and a model error of 0.05 sin, of
-/// `n` data, with the misfit or with noise alone; against that of the model without slope.
-fn nats(n: usize, correlated: bool) -> f64 {
-    let x: Vec<f64> = (0..n).map(|i| (i as f64 + 0.5) / n as f64).collect();
-    let mut stream = Streams::new(4).stream("thinning");
-    // Noise is drawn on the finest grid, and thinned.
-    let noise: Vec<f64> =
-        (0..1600).map(|_| 0.01 * stream.sample::<f64, _>(rand_distr::StandardNormal)).collect();
-    let y: Vec<f64> =
-        x.iter().enumerate().map(|(i, x)| 0.2 * x + 0.05 * (9.0 * x).sin() + noise[i * 1600 / n]).collect();
-    let part = vec![0; n];
-    let structured = Structured::new(vec![1e-4; n]).with_noise(0, vec![1.0; n]);
-    let misfit = Correlated {
-        size: 1,
-        length: 2,
-        kernel: Kernel::SquaredExponential,
-        coordinate: &x,
-        part: &part,
-        shortest: 0.05,
-    };
-    let structured = if correlated { structured.with_misfit(&misfit).unwrap() } else { structured };
-    let mut groups = vec![NoiseGroup::floated("noise", "1")];
-    if correlated {
-        groups.push(NoiseGroup::inferred("misfit", "1", 0.05, 1.0));
-        groups.push(NoiseGroup::inferred("length", "1", 0.2, 0.5));
-    }
-    let data = Data::new(vec![Observation::new("line", y).with_structure(structured)], groups).unwrap();
-    let ln = |columns: usize| {
-        let model = Linear(Matrix::from_fn(n, columns, |i, j| x[i].powi(j as i32)));
-        let list = (0..columns).map(|i| normal(&format!("a{i}"), 0.0, 1.0));
-        let parameters = Parameters::new(list.collect()).unwrap();
-        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
-        let fit = posterior.map(&MapOptions::default()).unwrap();
-        assert!(fit.stop.converged(), "{n} {columns}: {}", fit.stop);
-        posterior.laplace(&fit).unwrap().evidence.ln_marginal
-    };
-    ln(2) - ln(1)
-}
-
 #[test]
-fn behaviour_twice_the_data_do_not_double_the_nats_of_a_model_error() {
-    let table: Vec<[f64; 2]> = [100, 200, 400, 800].map(|n| [nats(n, false), nats(n, true)]).to_vec();
-    println!("nats for a slope at 100, 200, 400, 800 data, noise alone and with misfit: {table:.2?}");
-    // With noise alone the model error counts as many times as there are data.
-    for pair in table.windows(2) {
-        assert!(pair[1][0] / pair[0][0] > 1.8, "{table:?}");
-        assert!((pair[1][1] - pair[0][1]).abs() < 1.0, "{table:?}");
-    }
-}
-
-#[test]
-fn oracle_the_misfit_is_that_of_its_exact_kernel() {
-    // ln likelihood with the sines against that with the kernel itself.
-    let n = 60;
-    let x: Vec<f64> = (0..n).map(|i| 100.0 + 3.0 * f64::from(i)).collect();
-    let part = vec![0; 60];
-    let y = numbers("kernel", 60);
-    for (kernel, accuracy) in
-        [(Kernel::SquaredExponential, 0.02), (Kernel::Matern52, 0.05), (Kernel::Matern32, 0.3)]
-    {
-        let misfit = Correlated { size: 0, length: 1, kernel, coordinate: &x, part: &part, shortest: 8.0 };
-        let structured = Structured::new(vec![0.04; 60]).with_misfit(&misfit).unwrap();
-        let groups = vec![NoiseGroup::fixed("size", "1", 0.5), NoiseGroup::fixed("length", "Hz", 20.0)];
-        let sines =
-            Data::new(vec![Observation::new("s", y.clone()).with_structure(structured)], groups).unwrap();
-        let floor = Matrix::from_fn(60, 60, |i, j| {
-            0.25 * kernel.correlation(x[i] - x[j], 20.0) + if i == j { 0.04 } else { 0.0 }
-        });
-        let exact = Data::new(vec![Observation::new("d", y.clone()).with_floor(floor)], Vec::new()).unwrap();
-        let model = Linear(Matrix::from_fn(60, 1, |i, _| f64::from(u8::from(i < 30))));
-        let parameters = Parameters::new(vec![normal("a", 0.0, 1.0)]).unwrap();
-        let j = |data: &Data| {
-            Posterior::new(&model, data, &parameters).unwrap().evaluate(&[0.1], Order::Value).unwrap().value
-        };
-        println!("{kernel:?}: {:.4} of {:.4}", j(&sines), j(&exact));
-        assert_abs_diff_eq!(j(&sines), j(&exact), epsilon = accuracy);
-    }
-}
-
-#[test]
-fn coverage_parameters_beside_nuisances_and_a_misfit() {
+fn coverage_parameters_beside_nuisances() {
     // Data drawn from the model: the stated sd must hold the truth in 68.3 and 95.4 % of 200 sets.
-    let (structured, mut groups) = structure(Kernel::SquaredExponential);
-    let sizes = [0.05, 0.03, 0.1, 3.0, 0.5];
+    let (structured, mut groups) = structure();
+    let sizes = [0.05, 0.03, 0.5];
     for (group, sd) in groups.iter_mut().zip(sizes) {
         group.mode = NoiseMode::Fixed { sd };
     }
@@ -280,21 +183,6 @@ fn message_a_bad_structure_names_its_observation() {
     assert!(bad(Structured::new(vec![1.0; 2]).with_noise(3, vec![1.0; 2])).contains("names noise group 3"));
     let short = Structured::new(vec![1.0; 2]).with_nuisances(&Matrix::identity(1), &[1.0]);
     assert!(bad(short).contains("not as long as its values"));
-    let flat = Correlated {
-        size: 0,
-        length: 0,
-        kernel: Kernel::Matern32,
-        coordinate: &[1.0, 1.0],
-        part: &[0, 0],
-        shortest: 1.0,
-    };
-    assert!(
-        Structured::new(vec![1.0; 2])
-            .with_misfit(&flat)
-            .unwrap_err()
-            .to_string()
-            .contains("runs from 1 to 1")
-    );
 }
 
 /// 15 000 complex data with 90 complex nuisances, ten parameters, one floated noise.

@@ -1,5 +1,5 @@
 //! The laboratory's own acoustics: the line dp/dx = -Z U + M p, dU/dx = -Y p + M U is integrated over x from
-//! the top mouth down, with continuous c(x), and closed at the bottom mouth, where the loudspeaker acts.
+//! the top end down, with continuous c(x), and closed at the bottom end, where the loudspeaker acts.
 //!
 //! The integrator is the Magnus series to fourth order (Blanes, Casas, Oteo & Ros, Phys. Rep. 470, 2009):
 //! exact where the gas is uniform, error of order h^4 where it is not.
@@ -12,15 +12,15 @@ use rijke_rig::GasState;
 
 /// A tube as a pile of pieces.
 #[derive(Clone, Debug)]
-pub struct Duct {
+pub struct FineTube {
     /// Every different combination of cross-section and gas that occurs.
     pub media: Vec<(Section, GasState)>,
-    /// From the top mouth down.
+    /// From the top end down.
     pub pieces: Vec<Piece>,
-    /// The top mouth.
-    pub top: Mouth,
-    /// The bottom mouth.
-    pub bottom: Mouth,
+    /// The top end.
+    pub top: TubeEnd,
+    /// The bottom end.
+    pub bottom: TubeEnd,
 }
 
 /// One piece of the tube.
@@ -44,7 +44,7 @@ pub enum Piece {
 
 /// An open end with the gas around it.
 #[derive(Clone, Debug)]
-pub struct Mouth {
+pub struct TubeEnd {
     /// Its geometry.
     pub end: OpenEnd,
     /// Area left open by what reaches through it, m^2.
@@ -56,25 +56,25 @@ pub struct Mouth {
     pub entry_loss: f64,
 }
 
-/// One march through the tube, for unit volume velocity out of the top mouth.
+/// One march through the tube, for unit volume velocity out of the top end.
 #[derive(Clone, Debug)]
-pub struct March {
+pub struct Shot {
     /// Pressure at the microphones, Pa.
     pub pressures: Vec<C64>,
-    /// The source pressure at the bottom mouth that would drive it, Pa; zero at an eigenvalue.
+    /// The source pressure at the bottom end that would drive it, Pa; zero at an eigenvalue.
     pub drive: C64,
 }
 
 /// A natural oscillation of the tube.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mode {
+pub struct FineMode {
     /// Growth rate + i angular frequency.
     pub s: C64,
     /// Residue of the response at the microphones to the source pressure, 1/s: shape and strength in one.
     pub residue: Vec<C64>,
 }
 
-impl Mouth {
+impl TubeEnd {
     /// p/U, U out of the tube, at complex frequency `s`.
     #[must_use]
     pub fn impedance(&self, s: C64) -> C64 {
@@ -82,10 +82,10 @@ impl Mouth {
     }
 }
 
-impl Duct {
+impl FineTube {
     /// Marches from top to bottom at complex frequency `s`.
     #[must_use]
-    pub fn march(&self, s: C64) -> March {
+    pub fn march(&self, s: C64) -> Shot {
         let lines: Vec<Line> = self.media.iter().map(|(section, gas)| section.line(gas, s)).collect();
         let (mut p, mut u) = (self.top.impedance(s), C64::ONE);
         let mut pressures = Vec::new();
@@ -105,8 +105,8 @@ impl Duct {
                 }
             }
         }
-        // The bottom mouth's outward velocity is -U.
-        March { pressures, drive: (p + self.bottom.impedance(s) * u) * (-s * delay).exp() }
+        // The bottom end's outward velocity is -U.
+        Shot { pressures, drive: (p + self.bottom.impedance(s) * u) * (-s * delay).exp() }
     }
 
     /// Pressure at the microphones per source pressure, at complex frequency `s`.
@@ -118,7 +118,7 @@ impl Duct {
 
     /// The mode that the secant method finds from `guess`; none if it does not converge in 40 steps.
     #[must_use]
-    pub fn mode(&self, guess: C64) -> Option<Mode> {
+    pub fn mode(&self, guess: C64) -> Option<FineMode> {
         let drive = |s| self.march(s).drive;
         let (mut s, mut before) = (guess, guess * (1.0 + 1e-5));
         let mut last = drive(before);
@@ -130,7 +130,7 @@ impl Duct {
             if step.norm() < 1e-12 * s.norm() {
                 let strength = slope(drive, s).inv();
                 let residue = self.march(s).pressures.iter().map(|p| p * strength).collect();
-                return Some(Mode { s, residue });
+                return Some(FineMode { s, residue });
             }
         }
         None
@@ -210,7 +210,7 @@ mod tests {
     }
 
     /// A metre of tube with linear temperature from `cold` to `hot`, in `n` steps, microphones at the bottom.
-    fn duct(n: usize, cold: f64, hot: f64) -> Duct {
+    fn duct(n: usize, cold: f64, hot: f64) -> FineTube {
         let h = 1.0 / n as f64;
         let (mut media, mut pieces) = (Vec::new(), Vec::new());
         for k in (0..n).rev() {
@@ -223,8 +223,8 @@ mod tests {
         }
         pieces.push(Piece::Microphone(0));
         let end = OpenEnd { inner_radius: 0.0237, outer_radius: 0.0254, absorption: 0.0, extension: 0.0 };
-        let mouth = |t| Mouth { end, open_area: section().open_area(), gas: gas(t), entry_loss: 0.0 };
-        Duct { media, pieces, top: mouth(hot), bottom: mouth(cold) }
+        let mouth = |t| TubeEnd { end, open_area: section().open_area(), gas: gas(t), entry_loss: 0.0 };
+        FineTube { media, pieces, top: mouth(hot), bottom: mouth(cold) }
     }
 
     #[test]
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn oracle_uniform_tube_against_the_closed_form_of_a_lossy_line() {
-        // R^2 e^{-2 gamma L} = 1 with the reflection of the mouth seen by the line's own wave impedance.
+        // R^2 e^{-2 gamma L} = 1 with the reflection of the open end seen by the line's own wave impedance.
         let tube = duct(1, 300.0, 300.0);
         let s = tube.mode(C64::new(-10.0, 1040.0)).unwrap().s;
         let line = section().line(&gas(300.0), s);

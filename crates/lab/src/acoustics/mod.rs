@@ -1,4 +1,4 @@
-//! Acoustics: the lossy line with continuous c(x), what radiates from its mouths, and what stands in it.
+//! Acoustics: the lossy line with continuous c(x), what radiates from its open ends, and what stands in it.
 //!
 //! Knows no truth file and no rig; [`crate::bench`](mod@crate::bench) and the apparatus are put together from
 //! it.

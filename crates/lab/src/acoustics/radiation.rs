@@ -12,7 +12,7 @@ pub struct OpenEnd {
     pub outer_radius: f64,
     /// Fraction of the reflected amplitude that is lost beyond radiation: edge vortices, the room, the stand.
     pub absorption: f64,
-    /// Further end correction, in inner radii: what stands near the mouth, or what a thermometer misses
+    /// Further end correction, in inner radii: what stands near the open end, or what a thermometer misses
     /// there.
     pub extension: f64,
 }
@@ -43,10 +43,10 @@ impl OpenEnd {
         flanged + ratio * (thin - flanged) + 0.057 * ratio * (1.0 - ratio.powi(5))
     }
 
-    /// Impedance p/U at the mouth, U out of the tube, when rods that reach out of it leave `open_area` of its
-    /// cross-section. The reactance is that of a narrower mouth; the resistance is that of a small source,
-    /// which depends on the volume velocity alone. On the imaginary axis the parts of Z even and odd in s are
-    /// these two.
+    /// Impedance p/U at the open end, U out of the tube, when rods that reach out of it leave `open_area` of
+    /// its cross-section. The reactance is that of a narrower open end; the resistance is that of a small
+    /// source, which depends on the volume velocity alone. On the imaginary axis the parts of Z even and odd
+    /// in s are these two.
     #[must_use]
     pub fn impedance(&self, gas: &GasState, open_area: f64, s: C64) -> C64 {
         let specific = |s: C64| {

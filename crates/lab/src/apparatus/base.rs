@@ -3,7 +3,7 @@
 
 use crate::truth::{LabError, Truth};
 use rijke_flow::{BaseState, Pipe, Unknowns};
-use rijke_rig::{OperatingPoint, Ramp, Rig};
+use rijke_rig::{OperatingPoint, Ramp, TubeRig};
 
 /// How much finer than the candidate's grid: errors of the grid are then a tenth of what a candidate makes.
 const REFINEMENT: u32 = 4;
@@ -17,7 +17,7 @@ const STEP: f64 = 5.0;
 /// # Errors
 /// [`LabError::Flow`] where the flow does not settle.
 pub fn base_state(
-    rig: &Rig,
+    rig: &TubeRig,
     truth: &Truth,
     point: &OperatingPoint,
     temperature: f64,
@@ -38,7 +38,7 @@ pub fn base_state(
 /// # Errors
 /// [`LabError::Flow`] where there is no flow, or no such point in the run.
 pub(crate) fn moving_state(
-    rig: &Rig,
+    rig: &TubeRig,
     truth: &Truth,
     point: &OperatingPoint,
     temperature: f64,

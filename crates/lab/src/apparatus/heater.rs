@@ -4,7 +4,7 @@ use crate::acoustics::obstacle::{Cylinders, HeatRelease, Lag, Obstacle, end_corr
 use crate::truth::{LawOfTable4, Truth};
 use rijke_flow::BaseState;
 use rijke_numerics::C64;
-use rijke_rig::{OperatingPoint, Rig};
+use rijke_rig::{OperatingPoint, TubeRig};
 use std::f64::consts::PI;
 
 /// The heater's three obstacles: its lower face, its middle (wires, gap, heat), its upper face. Between them
@@ -17,7 +17,7 @@ pub(crate) struct Heater {
 
 /// The heater of an operating point whose base flow is `base`.
 pub(crate) fn heater(
-    rig: &Rig,
+    rig: &TubeRig,
     truth: &Truth,
     point: &OperatingPoint,
     position: f64,
@@ -62,7 +62,7 @@ struct HotWire {
 }
 
 impl HotWire {
-    fn new(rig: &Rig, truth: &Truth, point: &OperatingPoint, position: f64, base: &BaseState) -> Self {
+    fn new(rig: &TubeRig, truth: &Truth, point: &OperatingPoint, position: f64, base: &BaseState) -> Self {
         let (values, half, d) = (&truth.heater, 0.5 * rig.plates.length(), rig.plates.wire_diameter);
         let cold = base.at(position);
         let speed = values.wire_speed_up * base.velocity(position);
@@ -127,12 +127,12 @@ impl LawOfTable4 {
     }
 }
 
-fn base_gas(rig: &Rig, temperature: f64) -> rijke_rig::GasState {
+fn base_gas(rig: &TubeRig, temperature: f64) -> rijke_rig::GasState {
     rig.gas.at(temperature, rig.pressure)
 }
 
 /// A thermocouple at `x`: a sheath that reaches to the axis.
-pub(crate) fn thermocouple(rig: &Rig, truth: &Truth, x: f64, base: &BaseState) -> Obstacle {
+pub(crate) fn thermocouple(rig: &TubeRig, truth: &Truth, x: f64, base: &BaseState) -> Obstacle {
     let values = &truth.thermocouples;
     let cylinders = Cylinders {
         length: values.depth_m,
@@ -147,12 +147,12 @@ pub(crate) fn thermocouple(rig: &Rig, truth: &Truth, x: f64, base: &BaseState) -
 mod tests {
     use super::*;
     use rijke_numerics::C64;
-    use rijke_rig::Campaign;
+    use rijke_rig::TubeCampaign;
 
-    fn at(power: f64) -> (Rig, Truth, OperatingPoint, BaseState) {
-        let (rig, truth) = (Rig::juniper_yoko_2022(), Truth::standard());
+    fn at(power: f64) -> (TubeRig, Truth, OperatingPoint, BaseState) {
+        let (rig, truth) = (TubeRig::juniper_yoko_2022(), Truth::standard());
         let id = if power > 0.0 { "H180-25" } else { "C1-25" };
-        let point = Campaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == id).unwrap();
+        let point = TubeCampaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == id).unwrap();
         let point = OperatingPoint { power, ..point };
         let base = crate::apparatus::base::base_state(&rig, &truth, &point, 294.0).unwrap();
         (rig, truth, point, base)

@@ -1,22 +1,22 @@
 //! From an operating point to its duct and its modes.
 
 use super::heater::{Heater, heater, thermocouple};
-use crate::acoustics::duct::{Duct, Mode, Mouth, Piece};
+use crate::acoustics::duct::{FineMode, FineTube, Piece, TubeEnd};
 use crate::acoustics::radiation::OpenEnd;
 use crate::acoustics::walls::{Rods, Section};
 use crate::truth::{LabError, Truth};
 use rijke_flow::BaseState;
 use rijke_numerics::C64;
-use rijke_rig::{OperatingPoint, Rig};
+use rijke_rig::{OperatingPoint, TubeRig};
 
-/// The duct of an operating point whose slow flow is `base`, between the mouths `bottom` and `top`.
+/// The duct of an operating point whose slow flow is `base`, between the open ends `bottom` and `top`.
 pub(crate) fn duct(
-    rig: &Rig,
+    rig: &TubeRig,
     truth: &Truth,
     point: &OperatingPoint,
     base: &BaseState,
     [bottom, top]: [OpenEnd; 2],
-) -> Duct {
+) -> FineTube {
     let half = if point.plates { 0.5 * rig.plates.length() } else { 0.0 };
     let centre = point.position.unwrap_or(0.0);
     // Where the prongs end and, above that, the bore of the heater.
@@ -66,11 +66,16 @@ pub(crate) fn duct(
         pieces.extend(piece);
     }
     let entry_loss = (1.0 + truth.flow.closures.entrance_loss) * base.mass_flux.max(0.0);
-    Duct {
+    FineTube {
         pieces,
         media: duct_media,
-        top: Mouth { end: top, open_area: bare.open_area(), gas: base.at(rig.tube.length), entry_loss: 0.0 },
-        bottom: Mouth { end: bottom, open_area: section(0.0).open_area(), gas: base.at(0.0), entry_loss },
+        top: TubeEnd {
+            end: top,
+            open_area: bare.open_area(),
+            gas: base.at(rig.tube.length),
+            entry_loss: 0.0,
+        },
+        bottom: TubeEnd { end: bottom, open_area: section(0.0).open_area(), gas: base.at(0.0), entry_loss },
     }
 }
 
@@ -88,13 +93,13 @@ fn gauss_points(low: f64, h: f64) -> [f64; 2] {
 /// # Errors
 /// One was not found.
 pub(crate) fn modes(
-    duct: &Duct,
-    rig: &Rig,
+    duct: &FineTube,
+    rig: &TubeRig,
     point: &OperatingPoint,
     base: &BaseState,
     count: usize,
-) -> Result<Vec<Mode>, LabError> {
-    // The time that sound takes from mouth to mouth, ends included, at rest.
+) -> Result<Vec<FineMode>, LabError> {
+    // The time that sound takes from open end to open end, ends included, at rest.
     let ends =
         0.63 * rig.tube.radius() * (1.0 / duct.top.gas.sound_speed + 1.0 / duct.bottom.gas.sound_speed);
     let cells = 50;
@@ -113,7 +118,7 @@ pub(crate) fn modes(
 }
 
 /// Prongs and feed wires.
-fn rods(rig: &Rig, truth: &Truth) -> Vec<Rods> {
+fn rods(rig: &TubeRig, truth: &Truth) -> Vec<Rods> {
     let (prongs, surface) = (&rig.insert, &truth.prongs);
     let group = |count: u32, diameter: f64, roughness: f64| Rods {
         count: f64::from(count),
@@ -130,9 +135,9 @@ fn rods(rig: &Rig, truth: &Truth) -> Vec<Rods> {
 mod tests {
     use super::*;
     use crate::apparatus::base::base_state;
-    use rijke_rig::Campaign;
+    use rijke_rig::TubeCampaign;
 
-    /// The laboratory without the scatter from one setting of the rig to the next.
+    /// The laboratory without the scatter from one installation of the rig to the next.
     fn same_every_time() -> Truth {
         let mut truth = Truth::standard();
         (truth.ends.absorption_sd, truth.ends.extension_sd) = (0.0, 0.0);
@@ -140,14 +145,14 @@ mod tests {
     }
 
     fn point(id: &str) -> OperatingPoint {
-        Campaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == id).unwrap()
+        TubeCampaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == id).unwrap()
     }
 
-    fn all(truth: &Truth, point: &OperatingPoint) -> Vec<Mode> {
-        let rig = Rig::juniper_yoko_2022();
+    fn all(truth: &Truth, point: &OperatingPoint) -> Vec<FineMode> {
+        let rig = TubeRig::juniper_yoko_2022();
         let base = base_state(&rig, truth, point, 294.0).unwrap();
         modes(
-            &duct(&rig, truth, point, &base, crate::apparatus::mouths::mouths(&rig, truth, point, 1)),
+            &duct(&rig, truth, point, &base, crate::apparatus::open_ends::open_ends(&rig, truth, point, 1)),
             &rig,
             point,
             &base,
@@ -156,7 +161,7 @@ mod tests {
         .unwrap()
     }
 
-    fn first(truth: &Truth, id: &str) -> Mode {
+    fn first(truth: &Truth, id: &str) -> FineMode {
         all(truth, &point(id)).remove(0)
     }
 
@@ -166,7 +171,7 @@ mod tests {
         // Kirchhoff's wall loss, -7.1 1/s at 20 C. The truth keeps two thirds of the absorption that this
         // implies: up to 0.4 1/s less.
         let (s, gas) =
-            (first(&same_every_time(), "C3-E").s, Rig::juniper_yoko_2022().gas.at(294.0, 101_325.0));
+            (first(&same_every_time(), "C3-E").s, TubeRig::juniper_yoko_2022().gas.at(294.0, 101_325.0));
         let wall = (s.im * gas.viscosity / gas.density / 2.0).sqrt() / 0.0237
             * (1.0 + (gas.gamma - 1.0) / gas.prandtl.sqrt());
         let printed = gas.sound_speed * 0.99525_f64.ln() - wall;
@@ -178,11 +183,16 @@ mod tests {
 
     #[test]
     fn exact_prongs_of_no_length_leave_the_empty_tube_but_for_the_mouth() {
-        let (rig, truth) = (Rig::juniper_yoko_2022(), same_every_time());
+        let (rig, truth) = (TubeRig::juniper_yoko_2022(), same_every_time());
         let short = OperatingPoint { position: Some(1e-6), ..point("C3-05") };
         let base = base_state(&rig, &truth, &short, 294.0).unwrap();
-        let mut with =
-            duct(&rig, &truth, &short, &base, crate::apparatus::mouths::mouths(&rig, &truth, &short, 1));
+        let mut with = duct(
+            &rig,
+            &truth,
+            &short,
+            &base,
+            crate::apparatus::open_ends::open_ends(&rig, &truth, &short, 1),
+        );
         with.bottom.open_area = rig.tube.area();
         let empty = first(&truth, "C3-E").s;
         assert!((modes(&with, &rig, &short, &base, 1).unwrap()[0].s - empty).norm() < 1e-3);
@@ -191,7 +201,7 @@ mod tests {
     #[test]
     fn oracle_a_tube_full_of_smooth_thin_walled_blockage_is_a_narrower_tube() {
         // Prongs all the way: the same line everywhere, so only the ratio of perimeter to area has changed.
-        let (rig, mut truth) = (Rig::juniper_yoko_2022(), same_every_time());
+        let (rig, mut truth) = (TubeRig::juniper_yoko_2022(), same_every_time());
         (truth.prongs.rod_roughness, truth.prongs.wire_roughness) = (1.0, 1.0);
         let (damped, empty) = (first(&truth, "C3-95").s.re, first(&truth, "C3-E").s.re);
         let perimeters = (rig.tube.perimeter() + rig.insert.perimeter()) / rig.tube.perimeter();
@@ -207,7 +217,7 @@ mod tests {
     fn lab_every_point_of_the_campaign_has_its_modes_and_is_stable() {
         // Paper, section 3: data only from stable operating points; all 175 are.
         let truth = Truth::standard();
-        for point in Campaign::juniper_yoko_2022().points {
+        for point in TubeCampaign::juniper_yoko_2022().points {
             let modes = all(&truth, &point);
             assert!(modes[0].s.re < -0.5, "{} has {}", point.id, modes[0].s);
             let rising = modes.windows(2).all(|pair| pair[1].s.im > pair[0].s.im + 600.0);
@@ -232,10 +242,15 @@ mod tests {
     #[test]
     fn order_steps_of_the_integrator_are_fine_enough() {
         // Halving every step moves s by less than a fiftieth of the smallest measurement error (0.1 rad/s).
-        let (rig, truth, point) = (Rig::juniper_yoko_2022(), same_every_time(), point("H180-75"));
+        let (rig, truth, point) = (TubeRig::juniper_yoko_2022(), same_every_time(), point("H180-75"));
         let base = base_state(&rig, &truth, &point, 294.0).unwrap();
-        let coarse =
-            duct(&rig, &truth, &point, &base, crate::apparatus::mouths::mouths(&rig, &truth, &point, 1));
+        let coarse = duct(
+            &rig,
+            &truth,
+            &point,
+            &base,
+            crate::apparatus::open_ends::open_ends(&rig, &truth, &point, 1),
+        );
         let mut fine = coarse.clone();
         (fine.pieces, fine.media) = (Vec::new(), Vec::new());
         let mut top = rig.tube.length;
@@ -257,7 +272,7 @@ mod tests {
             }
             top -= length;
         }
-        let s = |duct: &Duct| modes(duct, &rig, &point, &base, 1).unwrap()[0].s;
+        let s = |duct: &FineTube| modes(duct, &rig, &point, &base, 1).unwrap()[0].s;
         assert!((s(&coarse) - s(&fine)).norm() < 2e-3, "{}", s(&coarse) - s(&fine));
     }
 }

@@ -68,7 +68,7 @@ struct Source {
 
 /// One march for unit incident pressure at the upstream end.
 #[derive(Clone, Debug)]
-pub(crate) struct March {
+pub(crate) struct Shot {
     /// Pressure at the microphones, Pa.
     pub(crate) pressures: Vec<C64>,
     /// What is missing at the downstream end, times a factor that is analytic and has no zero there; zero at
@@ -172,7 +172,7 @@ impl Chain {
     }
 
     /// Marches from the upstream to the downstream end at complex frequency `s`.
-    pub(crate) fn march(&self, s: C64) -> March {
+    pub(crate) fn march(&self, s: C64) -> Shot {
         let [up, down] = &self.ends;
         let r = up.reflection(s);
         // f = R g with g = 1.
@@ -196,7 +196,7 @@ impl Chain {
                     u -= obstacle.admittance(s) * p;
                 }
                 Piece::Branch(branch) => {
-                    let (taken, driving) = branch.mouth(s);
+                    let (taken, driving) = branch.opening(s);
                     u -= taken / driving * p;
                     poles *= driving;
                 }
@@ -212,7 +212,7 @@ impl Chain {
         }
         let r = down.reflection(s);
         let missing = 0.5 * ((1.0 - r) * p - (1.0 + r) * down.wave_impedance() * u);
-        March { pressures, drive: missing * poles }
+        Shot { pressures, drive: missing * poles }
     }
 
     /// The k_eu of every source at complex frequency `s`: -(u2' - u1')/u1'.

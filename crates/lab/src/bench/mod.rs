@@ -31,4 +31,4 @@ mod truth;
 mod value;
 
 pub use error::BenchError;
-pub use observe::{Bench, Measured, Observations, Reading, run};
+pub use observe::{Bench, BenchObservations, BenchReading, Measured, run};

@@ -7,10 +7,9 @@ use super::chain::Chain;
 use super::error::BenchError;
 use super::modes::modes;
 use super::truth::Truth;
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use crate::records::virtual_rig::normal;
 use rayon::prelude::*;
-use rijke_numerics::{C64, Stream, Streams};
+use rijke_numerics::{C64, Streams};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -45,7 +44,7 @@ pub struct Measured {
 
 /// What a thermometer shows.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
+pub struct BenchReading {
     /// The operating point.
     pub point: String,
     /// Where, m from the upstream end.
@@ -58,11 +57,11 @@ pub struct Reading {
 
 /// All that was observed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Observations {
+pub struct BenchObservations {
     /// Modes, in the order of the campaign.
     pub modes: Vec<Measured>,
     /// Readings of thermometers, in the order of the campaign.
-    pub readings: Vec<Reading>,
+    pub readings: Vec<BenchReading>,
     source: String,
     /// Of growth rates, frequencies and relative pressures.
     sds: [f64; 3],
@@ -75,7 +74,7 @@ pub struct Observations {
 ///
 /// # Errors
 /// [`BenchError`], with the file and line or the operating point.
-pub fn run(truth: &Path, out: &Path, seed: u64) -> Result<Observations, BenchError> {
+pub fn run(truth: &Path, out: &Path, seed: u64) -> Result<BenchObservations, BenchError> {
     let observations = Bench::read(truth)?.observe(seed)?;
     observations.write(out)?;
     Ok(observations)
@@ -97,12 +96,12 @@ impl Bench {
     ///
     /// # Errors
     /// A factor without a value, a value out of range, a mode that was not found or that grows.
-    pub fn observe(&self, seed: u64) -> Result<Observations, BenchError> {
+    pub fn observe(&self, seed: u64) -> Result<BenchObservations, BenchError> {
         let streams = Streams::new(seed);
         let each: Vec<_> = self.points.par_iter().map(|point| self.observe_point(point, streams)).collect();
         let noise = self.truth.noise;
         let file = self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let mut all = Observations {
+        let mut all = BenchObservations {
             modes: vec![],
             readings: vec![],
             source: format!("virtual laboratory, bench `{}`, {file}, seed {seed}", self.truth.name),
@@ -153,7 +152,7 @@ impl Bench {
         &self,
         point: &Point,
         streams: Streams,
-    ) -> Result<(Vec<Measured>, Vec<Reading>), BenchError> {
+    ) -> Result<(Vec<Measured>, Vec<BenchReading>), BenchError> {
         let day = if point.day.is_empty() { &point.id } else { &point.day };
         let ambient =
             point.ambient[0] + point.ambient[1] * normal(&mut streams.stream(&format!("bench/day/{day}")));
@@ -196,7 +195,7 @@ impl Bench {
                 let excess = base.temperature(*at)[0] - ambient;
                 let temperature = ambient + (1.0 - thermometers.radiation) * excess;
                 let stated = thermometers.radiation_sd * excess;
-                readings.push(Reading {
+                readings.push(BenchReading {
                     point: point.id.clone(),
                     at: *at,
                     temperature: temperature + thermometers.sd * normal(&mut stream),
@@ -208,7 +207,7 @@ impl Bench {
     }
 }
 
-impl Observations {
+impl BenchObservations {
     /// Writes the files into `folder`, which is made if it is not there.
     ///
     /// # Errors
@@ -260,8 +259,4 @@ impl Observations {
         }
         text
     }
-}
-
-fn normal(stream: &mut Stream) -> f64 {
-    stream.sample(StandardNormal)
 }

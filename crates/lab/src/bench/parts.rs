@@ -128,7 +128,7 @@ impl Branch {
     /// Volume velocity that it takes in, and the pressure in the duct that drives it, for unit pressure at
     /// the closed end of its cavity, m^3/(s Pa) and 1. Both are analytic in `s`; their quotient has a pole at
     /// each resonance.
-    pub(crate) fn mouth(&self, s: C64) -> (C64, C64) {
+    pub(crate) fn opening(&self, s: C64) -> (C64, C64) {
         let line = self.cavity.line(&self.gas, s);
         // From the closed end outwards, x towards the duct: U is what comes out.
         let (p, u) = Stretch::new(&line, &line, self.depth).ascend((C64::ONE, C64::ZERO));
@@ -147,7 +147,7 @@ mod tests {
     use rijke_rig::Gas;
 
     fn admittance(branch: &Branch, s: C64) -> C64 {
-        let (u, p) = branch.mouth(s);
+        let (u, p) = branch.opening(s);
         u / p
     }
 

@@ -41,7 +41,7 @@ pub(crate) struct Truth {
     pub(crate) microphones: Microphones,
     #[serde(default)]
     pub(crate) thermometers: Option<Thermometers>,
-    pub(crate) noise: Noise,
+    pub(crate) noise: NoiseLevels,
     /// What the truth means in the words of the competing laws; for people.
     #[serde(default)]
     #[allow(
@@ -111,7 +111,7 @@ pub(crate) struct Thermometers {
 /// Standard deviations of what is observed.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Noise {
+pub(crate) struct NoiseLevels {
     /// Of a growth rate, 1/s.
     pub(crate) growth_rate: f64,
     /// Of a frequency, Hz.

@@ -1,7 +1,7 @@
-//! A click: a band-limited pulse at the bottom mouth as it travels up the tube and back, with the dispersion,
+//! A click: a band-limited pulse at the bottom end as it travels up the tube and back, with the dispersion,
 //! attenuation and reflections of the duct's own response.
 
-use crate::acoustics::duct::Duct;
+use crate::acoustics::duct::FineTube;
 use realfft::RealFftPlanner;
 use rijke_numerics::C64;
 use std::collections::VecDeque;
@@ -53,7 +53,7 @@ pub(crate) struct Pulse {
     pub(crate) peak: f64,
     /// Centre frequency of the Ricker pulse, Hz.
     pub(crate) frequency: f64,
-    /// Middle of the pulse at the bottom mouth, s after the first sample.
+    /// Middle of the pulse at the bottom end, s after the first sample.
     pub(crate) time: f64,
     /// Sampling rate, Hz.
     pub(crate) rate_hz: f64,
@@ -79,7 +79,7 @@ impl Pulse {
 impl Click {
     /// The click in `duct`, microphone m heard `delays[m]` s late.
     #[must_use]
-    pub(crate) fn new(duct: &Duct, pulse: Pulse, delays: &[f64]) -> Self {
+    pub(crate) fn new(duct: &FineTube, pulse: Pulse, delays: &[f64]) -> Self {
         let window = (pulse.length * 5 / 4).next_power_of_two();
         let df = pulse.rate_hz / window as f64;
         // Above 5.5 times its centre frequency the pulse's spectrum is below 1e-11 of its peak.
@@ -136,15 +136,21 @@ mod tests {
     use crate::apparatus::base::base_state;
     use crate::apparatus::tube;
     use crate::truth::Truth;
-    use rijke_rig::{Campaign, Rig};
+    use rijke_rig::{TubeCampaign, TubeRig};
 
-    fn empty(temperature: f64) -> (Rig, Duct) {
-        let (rig, campaign) = (Rig::juniper_yoko_2022(), Campaign::juniper_yoko_2022());
+    fn empty(temperature: f64) -> (TubeRig, FineTube) {
+        let (rig, campaign) = (TubeRig::juniper_yoko_2022(), TubeCampaign::juniper_yoko_2022());
         let point = campaign.row("C3").next().unwrap().clone();
         let base = base_state(&rig, &Truth::standard(), &point, temperature).unwrap();
         let duct = {
             let truth = Truth::standard();
-            tube::duct(&rig, &truth, &point, &base, crate::apparatus::mouths::mouths(&rig, &truth, &point, 1))
+            tube::duct(
+                &rig,
+                &truth,
+                &point,
+                &base,
+                crate::apparatus::open_ends::open_ends(&rig, &truth, &point, 1),
+            )
         };
         (rig, duct)
     }
@@ -179,7 +185,8 @@ mod tests {
             assert!(before < 1e-4, "microphone {m} hears {before} Pa before the pulse");
             let near = &channel[early..early + 60];
             let peak = (0..60).max_by(|a, b| near[*a].abs().total_cmp(&near[*b].abs())).unwrap() + early;
-            // The mouth differentiates the pulse and the wall delays it: within 0.15 ms of the travel time.
+            // The open end differentiates the pulse and the wall delays it: within 0.15 ms of the travel
+            // time.
             assert!((peak as f64 / 62_500.0 - 0.02 - x / c).abs() < 1.5e-4, "microphone {m}: {peak}");
         }
     }
@@ -188,7 +195,7 @@ mod tests {
     fn oracle_time_domain_rings_with_the_modes() {
         // Late in the record the response is a sum of modes: compare with the sum over residues.
         let (rig, duct) = empty(294.0);
-        let point = Campaign::juniper_yoko_2022().row("C3").next().unwrap().clone();
+        let point = TubeCampaign::juniper_yoko_2022().row("C3").next().unwrap().clone();
         let base = base_state(&rig, &Truth::standard(), &point, 294.0).unwrap();
         let modes = tube::modes(&duct, &rig, &point, &base, 12).unwrap();
         let pulse = pulse(0.02);

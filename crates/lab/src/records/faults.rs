@@ -6,7 +6,7 @@ use rijke_numerics::Stream;
 
 /// One way in which a record is bad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
+pub enum BadRecord {
     /// The gain was set too high: the record runs into the limits of the recorder.
     Clipped,
     /// This microphone was not connected.
@@ -22,7 +22,7 @@ pub enum Fault {
     WrongPolarity(usize),
 }
 
-impl Fault {
+impl BadRecord {
     /// Whether this ping is bad, and how: with probability `fraction`, all kinds equally often.
     pub(crate) fn of_ping(fraction: f64, microphones: usize, stream: &mut Stream) -> Option<Self> {
         let bad = stream.random::<f64>() < fraction;

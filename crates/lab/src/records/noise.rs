@@ -32,7 +32,7 @@ pub(crate) struct Hum {
 impl Colour {
     /// For a sampling rate, Hz.
     #[must_use]
-    pub(crate) fn new(noise: &truth::Noise, rate_hz: f64) -> Self {
+    pub(crate) fn new(noise: &truth::NoiseLevels, rate_hz: f64) -> Self {
         let discrete = |f: f64| (-TAU * f / rate_hz).exp();
         let zeros: [f64; LAGS] = std::array::from_fn(|k| discrete(noise.corner_hz / 6_f64.powi(k as i32)));
         let poles: [f64; LAGS] =
@@ -74,7 +74,7 @@ impl Colour {
 
 impl Hum {
     /// With angles drawn for one record.
-    pub(crate) fn new(noise: &truth::Noise, rate_hz: f64, stream: &mut Stream) -> Self {
+    pub(crate) fn new(noise: &truth::NoiseLevels, rate_hz: f64, stream: &mut Stream) -> Self {
         let step = TAU * noise.mains_hz / rate_hz;
         let harmonic =
             |(k, amplitude): (usize, &f64)| ((k + 1) as f64 * step, *amplitude, stream.random_range(-PI..PI));

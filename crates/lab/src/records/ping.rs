@@ -1,6 +1,6 @@
 //! A ping: the forced oscillation and the ring-down of several modes after the loudspeaker stops.
 
-use crate::acoustics::duct::Mode;
+use crate::acoustics::duct::FineMode;
 use rijke_numerics::C64;
 
 /// What a loudspeaker that pulls at one frequency and then stops makes the microphones hear.
@@ -11,7 +11,7 @@ use rijke_numerics::C64;
 /// = 0.
 #[derive(Clone, Debug)]
 pub(crate) struct Ping {
-    modes: Vec<Mode>,
+    modes: Vec<FineMode>,
     /// Forcing frequency, rad/s.
     omega: f64,
     /// Source pressure that gives the wanted amplitude at the reference microphone, Pa.
@@ -35,7 +35,7 @@ impl Ping {
     /// From the modes of an operating point: forcing `detuning` off resonance, amplitude `wanted` Pa at
     /// `reference`.
     #[must_use]
-    pub(crate) fn new(modes: Vec<Mode>, detuning: f64, reference: usize, wanted: f64) -> Self {
+    pub(crate) fn new(modes: Vec<FineMode>, detuning: f64, reference: usize, wanted: f64) -> Self {
         let omega = modes[0].s.im * (1.0 + detuning);
         let unit = Self { modes, omega, source: 1.0 };
         let source = wanted / unit.forced(reference, 1.0).norm();
@@ -45,7 +45,7 @@ impl Ping {
     /// The amplitude of the forced oscillation at microphone `m`.
     fn forced(&self, m: usize, stretch: f64) -> C64 {
         let frequency = C64::new(0.0, self.omega);
-        let pole = |mode: &Mode| {
+        let pole = |mode: &FineMode| {
             let (s, r) = (mode.s * stretch, mode.residue[m] * stretch);
             r / (frequency - s) + (r.conj()) / (frequency - s.conj())
         };
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     fn ping() -> Ping {
-        let mode = |s: C64, r: f64| Mode { s, residue: vec![C64::new(r, 0.3 * r), C64::new(-r, r)] };
+        let mode = |s: C64, r: f64| FineMode { s, residue: vec![C64::new(r, 0.3 * r), C64::new(-r, r)] };
         let modes = vec![mode(C64::new(-10.0, 1060.0), 40.0), mode(C64::new(-16.0, 2125.0), 70.0)];
         Ping::new(modes, 0.004, 0, 8.0)
     }

@@ -7,14 +7,15 @@ use super::source::source;
 use super::virtual_rig::{CalibrationTruth, Channel, PointTruth, VirtualRig, normal};
 use crate::acoustics::radiation::OpenEnd;
 use crate::apparatus::base::{base_state, moving_state};
-use crate::apparatus::mouths::mouths;
+use crate::apparatus::open_ends::open_ends;
 use crate::apparatus::tube;
 use crate::truth::{LabError, Truth};
 use rayon::prelude::*;
 use rijke_flow::BaseState;
 use rijke_numerics::Streams;
 use rijke_rig::{
-    Calibration, Campaign, DataKind, Day, OperatingPoint, PointRecords, Ramp, RecordSet, Rig, Stretch,
+    Calibration, DataKind, Day, OperatingPoint, PointRecords, Ramp, RecordSet, RecordTiming, TubeCampaign,
+    TubeRig,
 };
 
 impl VirtualRig {
@@ -24,8 +25,8 @@ impl VirtualRig {
     /// # Errors
     /// A row does not exist, or a point's modes cannot be found.
     pub fn new(
-        rig: &Rig,
-        campaign: &Campaign,
+        rig: &TubeRig,
+        campaign: &TubeCampaign,
         truth: &Truth,
         rows: &[String],
         repeats: Option<u32>,
@@ -79,7 +80,7 @@ impl VirtualRig {
             calibrations: calibrations.to_vec(),
         };
         let truths = |entry: &PointRecords| {
-            let ends = mouths(rig, truth, &entry.point, seed);
+            let ends = open_ends(rig, truth, &entry.point, seed);
             let base = match set.ramps.iter().find(|ramp| ramp.time_of(&entry.point.id).is_some()) {
                 Some(ramp) => moving_state(rig, truth, &entry.point, temperatures[entry.day], ramp)?,
                 None => base_state(rig, truth, &entry.point, temperatures[entry.day])?,
@@ -91,7 +92,7 @@ impl VirtualRig {
         let calibration = |c: &Calibration| {
             let temperature = temperatures[c.day];
             let base = base_state(rig, truth, &empty, temperature)?;
-            let duct = tube::duct(rig, truth, &empty, &base, mouths(rig, truth, &empty, seed));
+            let duct = tube::duct(rig, truth, &empty, &base, open_ends(rig, truth, &empty, seed));
             Ok(CalibrationTruth { duct, temperature })
         };
         let calibrations = set.calibrations.iter().map(calibration).collect::<Result<_, LabError>>()?;
@@ -144,7 +145,7 @@ fn entry(point: &OperatingPoint, day: usize, repeats: Option<u32>) -> PointRecor
 }
 
 fn point_truth(
-    rig: &Rig,
+    rig: &TubeRig,
     truth: &Truth,
     point: &OperatingPoint,
     temperature: f64,
@@ -159,8 +160,8 @@ fn point_truth(
 }
 
 /// How records of one sampling rate are taken, given the length of their quiet stretch in s.
-fn stretch(rate_hz: f64) -> impl Fn(f64) -> Stretch {
-    move |quiet_s| Stretch { rate_hz, quiet: (quiet_s * rate_hz).round() as usize }
+fn stretch(rate_hz: f64) -> impl Fn(f64) -> RecordTiming {
+    move |quiet_s| RecordTiming { rate_hz, quiet: (quiet_s * rate_hz).round() as usize }
 }
 
 /// The tube in which channels are calibrated.

@@ -1,8 +1,8 @@
-//! Sweeps: a sine whose frequency rises as an exponential of time drives the bottom mouth, and the
+//! Sweeps: a sine whose frequency rises as an exponential of time drives the bottom end, and the
 //! microphones hear what the duct's own response makes of it.
 
 use super::virtual_rig::{Kind, VirtualRig, interleave, normal};
-use crate::acoustics::duct::Duct;
+use crate::acoustics::duct::FineTube;
 use crate::truth::LabError;
 use realfft::RealFftPlanner;
 use rijke_numerics::C64;
@@ -96,7 +96,7 @@ impl VirtualRig {
     /// One sweep in a duct at a temperature; channel c hears what there is at microphone `order[c]`.
     fn sweep(
         &self,
-        (duct, temperature): (&Duct, f64),
+        (duct, temperature): (&FineTube, f64),
         name: &str,
         order: &[usize],
         band_hz: [f64; 2],
@@ -132,7 +132,7 @@ fn source(seconds: f64, rate_hz: f64, [low, high]: [f64; 2]) -> Vec<f64> {
 /// What the channels hear of a source pressure, in gas whose speed of sound is 1 + `warmth` times that of the
 /// duct: by superposition on the line s = damping + i omega, as for clicks.
 fn heard(
-    duct: &Duct,
+    duct: &FineTube,
     source: &[f64],
     rate_hz: f64,
     [low, high]: [f64; 2],
@@ -175,19 +175,19 @@ fn heard(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::acoustics::duct::Mode;
-    use crate::apparatus::{base::base_state, mouths::mouths, tube};
+    use crate::acoustics::duct::FineMode;
+    use crate::apparatus::{base::base_state, open_ends::open_ends, tube};
     use crate::truth::Truth;
-    use rijke_rig::{Campaign, Rig};
+    use rijke_rig::{TubeCampaign, TubeRig};
 
     #[test]
     fn oracle_a_sweep_is_the_convolution_of_the_modes_with_its_source() {
         // The response is the sum of its poles: every mode obeys dy/dt = s y + r x, marched sample by sample
         // with x linear between samples. The modes above the twelfth answer at once.
-        let (rig, truth) = (Rig::juniper_yoko_2022(), Truth::standard());
-        let point = Campaign::juniper_yoko_2022().row("C3").next().unwrap().clone();
+        let (rig, truth) = (TubeRig::juniper_yoko_2022(), Truth::standard());
+        let point = TubeCampaign::juniper_yoko_2022().row("C3").next().unwrap().clone();
         let base = base_state(&rig, &truth, &point, 294.0).unwrap();
-        let duct = tube::duct(&rig, &truth, &point, &base, mouths(&rig, &truth, &point, 1));
+        let duct = tube::duct(&rig, &truth, &point, &base, open_ends(&rig, &truth, &point, 1));
         let modes = tube::modes(&duct, &rig, &point, &base, 12).unwrap();
         let (rate, band) = (20_000.0, [130.0, 260.0]);
         let source = source(1.5, rate, band);
@@ -196,7 +196,7 @@ mod tests {
         let middle = C64::new(0.0, TAU * 185.0);
         let all = duct.response(middle);
         for (channel, place) in found.iter().zip([5, 2]) {
-            let pole = |m: &Mode| {
+            let pole = |m: &FineMode| {
                 m.residue[place] / (middle - m.s) + m.residue[place].conj() / (middle - m.s.conj())
             };
             let rest = (all[place] - modes.iter().map(pole).sum::<C64>()).re;

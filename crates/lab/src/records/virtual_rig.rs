@@ -1,16 +1,16 @@
 //! The laboratory as a source of records.
 
 use super::click::{Click, Clicks, Pulse};
-use super::faults::Fault;
+use super::faults::BadRecord;
 use super::noise::{Colour, Hum};
 use super::ping::{Ping, Stop};
-use crate::acoustics::duct::{Duct, Mode};
+use crate::acoustics::duct::{FineMode, FineTube};
 use crate::truth::Truth;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_flow::BaseState;
 use rijke_numerics::{C64, Stream, Streams};
-use rijke_rig::{Record, RecordSet, RecordSource, RigError, Samples24, Stretch};
+use rijke_rig::{Record, RecordSet, RecordSource, RecordTiming, RigError, Samples24};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -31,15 +31,15 @@ pub struct VirtualRig {
 
 /// What is really so at an operating point.
 pub(crate) struct PointTruth {
-    pub(crate) duct: Duct,
+    pub(crate) duct: FineTube,
     pub(crate) base: BaseState,
-    pub(crate) modes: Vec<Mode>,
+    pub(crate) modes: Vec<FineMode>,
     pub(crate) ping: Ping,
     pub(crate) temperature: f64,
 }
 
 pub(crate) struct CalibrationTruth {
-    pub(crate) duct: Duct,
+    pub(crate) duct: FineTube,
     pub(crate) temperature: f64,
 }
 
@@ -69,15 +69,14 @@ impl VirtualRig {
         (mode.s, mode.residue.iter().map(|p| p / reference).collect())
     }
 
-    /// The reflection coefficients R_u and R_d of the two mouths at the true s of `point` (an index): f/g at
-    /// x = 0 and g/f at x = L, with rho c of the gas and the open area there. The walls of the tube carry
-    /// [`crate::Wall::roughness`] times the boundary layers of a smooth wall.
+    /// The reflection coefficients R_u and R_d of the two open ends at the true s of `point` (an index): f/g
+    /// at x = 0 and g/f at x = L, with rho c of the gas and the open area there. The walls of the tube carry
+    /// [`crate::WallTruth::roughness`] times the boundary layers of a smooth wall.
     #[must_use]
     pub fn true_reflections(&self, point: usize) -> [C64; 2] {
         let PointTruth { duct, modes, .. } = &self.points[point];
-        [&duct.bottom, &duct.top].map(|mouth| {
-            let specific =
-                mouth.impedance(modes[0].s) * mouth.open_area / mouth.gas.density / mouth.gas.sound_speed;
+        [&duct.bottom, &duct.top].map(|end| {
+            let specific = end.impedance(modes[0].s) * end.open_area / end.gas.density / end.gas.sound_speed;
             (specific - 1.0) / (specific + 1.0)
         })
     }
@@ -97,16 +96,16 @@ impl VirtualRig {
 
     /// What is wrong with a ping, if anything.
     #[must_use]
-    pub fn ping_fault(&self, point: usize, repeat: usize) -> Option<Fault> {
+    pub fn ping_fault(&self, point: usize, repeat: usize) -> Option<BadRecord> {
         let mut stream = self.stream("fault", &self.set.points[point].pings[repeat]);
-        Fault::of_ping(self.truth.faults.pings, self.channels.len(), &mut stream)
+        BadRecord::of_ping(self.truth.faults.pings, self.channels.len(), &mut stream)
     }
 
     /// What is wrong with a click, if anything.
     #[must_use]
-    pub fn click_fault(&self, point: usize, repeat: usize) -> Option<Fault> {
+    pub fn click_fault(&self, point: usize, repeat: usize) -> Option<BadRecord> {
         let mut stream = self.stream("fault", &self.set.points[point].clicks[repeat]);
-        Fault::of_click(self.truth.faults.clicks, self.channels.len(), &mut stream)
+        BadRecord::of_click(self.truth.faults.clicks, self.channels.len(), &mut stream)
     }
 
     /// The samples of a ping as the converter delivers them.
@@ -133,7 +132,7 @@ impl VirtualRig {
         let delays: Vec<f64> = self.channels.iter().map(|c| c.ping_delay).collect();
         let mut channels = vec![vec![0.0; length]; self.channels.len()];
         truth.ping.add(&mut channels, self.set.ping.quiet, dt, &delays, stop);
-        if let Some(Fault::DoubleTrigger(after)) = fault {
+        if let Some(BadRecord::DoubleTrigger(after)) = fault {
             // Forcing again is forcing without an end, less the ring-down that its missing past would have
             // left.
             let again = ((stop.time + after) / dt) as usize;
@@ -171,7 +170,13 @@ impl VirtualRig {
 
     /// What is heard of the clicks in `duct`: those of a calibration (true) or of an operating point, by
     /// number.
-    fn click_of(&self, which: (bool, usize), duct: &Duct, stretch: Stretch, kind: Kind) -> Arc<Click> {
+    fn click_of(
+        &self,
+        which: (bool, usize),
+        duct: &FineTube,
+        stretch: RecordTiming,
+        kind: Kind,
+    ) -> Arc<Click> {
         let speaker = &self.truth.loudspeaker;
         let delays: Vec<f64> = self.channels.iter().map(|c| c.delay(kind)).collect();
         let pulse = Pulse {
@@ -188,10 +193,10 @@ impl VirtualRig {
         &self,
         click: &Click,
         temperature: f64,
-        stretch: Stretch,
+        stretch: RecordTiming,
         kind: Kind,
         name: &str,
-        fault: Option<Fault>,
+        fault: Option<BadRecord>,
     ) -> Vec<Vec<i32>> {
         let mut stream = self.stream("event", name);
         let amplitude = 1.0 + self.truth.loudspeaker.amplitude_sd * normal(&mut stream);
@@ -214,7 +219,7 @@ impl VirtualRig {
         rate_hz: f64,
         event: f64,
         name: &str,
-        fault: Option<Fault>,
+        fault: Option<BadRecord>,
     ) -> Vec<Vec<i32>> {
         let hum = Hum::new(&self.truth.noise, rate_hz, &mut self.stream("hum", name));
         let colour = &self.colour[usize::from(kind == Kind::Click)];
@@ -236,10 +241,10 @@ impl VirtualRig {
     }
 
     /// The record that reading the file of these steps would give, bit for bit.
-    fn record(&self, stretch: Stretch, steps: &[Vec<i32>]) -> Record {
+    fn record(&self, stretch: RecordTiming, steps: &[Vec<i32>]) -> Record {
         let unit = Samples24::unit(self.set.full_scale);
         let pressures = |steps: &Vec<i32>| steps.iter().map(|n| f64::from(*n) * unit).collect();
-        let Stretch { rate_hz, quiet } = stretch;
+        let RecordTiming { rate_hz, quiet } = stretch;
         let channels = steps.iter().map(pressures).collect();
         Record { rate_hz, quiet, full_scale: self.set.full_scale, channels }
     }
@@ -251,7 +256,7 @@ impl VirtualRig {
 }
 
 /// The channels as a file holds them.
-pub(crate) fn interleave(stretch: Stretch, steps: &[Vec<i32>]) -> Samples24 {
+pub(crate) fn interleave(stretch: RecordTiming, steps: &[Vec<i32>]) -> Samples24 {
     let length = steps.first().map_or(0, Vec::len);
     let interleaved = (0..length).flat_map(|n| steps.iter().map(move |channel| channel[n])).collect();
     Samples24 { rate_hz: stretch.rate_hz as u32, interleaved }

@@ -2,9 +2,9 @@
 //! state itself has to pass one segment after the other.
 
 use super::line::{Line, SHORT, line, short_line};
-use crate::plane::dual::Dual;
 use pulp::Simd;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 use rijke_numerics::wide::Wide;
 
 /// Segments in a block: four vectors of four doubles, few enough for short chains not to wait for idle lanes.
@@ -66,32 +66,38 @@ pub(crate) struct Passages {
 
 /// M and dM/ds of one segment.
 pub(crate) struct Passage {
-    pub(crate) c: Dual,
-    pub(crate) b: Dual,
-    pub(crate) e: Dual,
+    pub(crate) c: ComplexDual,
+    pub(crate) b: ComplexDual,
+    pub(crate) e: ComplexDual,
 }
 
 impl Passage {
     #[inline(always)]
-    fn new(p: Dual, q: Dual, at: &Line) -> Self {
-        let slope = p.d * q.v + p.v * q.d;
+    fn new(p: ComplexDual, q: ComplexDual, at: &Line) -> Self {
+        let slope = p.slope * q.value + p.value * q.slope;
         let ds = at.s1 * slope;
         Self {
-            c: Dual { v: at.c, d: 0.5 * at.s * slope },
-            b: Dual { v: p.v * at.s, d: p.d * at.s + p.v * ds },
-            e: Dual { v: q.v * at.s, d: q.d * at.s + q.v * ds },
+            c: ComplexDual { value: at.c, slope: 0.5 * at.s * slope },
+            b: ComplexDual { value: p.value * at.s, slope: p.slope * at.s + p.value * ds },
+            e: ComplexDual { value: q.value * at.s, slope: q.slope * at.s + q.value * ds },
         }
     }
 
     /// The state behind the segment; `FUSED` where the machine multiplies and adds in one instruction.
     #[inline(always)]
-    pub(crate) fn apply<const FUSED: bool>(&self, [p, u]: [Dual; 2]) -> [Dual; 2] {
+    pub(crate) fn apply<const FUSED: bool>(&self, [p, u]: [ComplexDual; 2]) -> [ComplexDual; 2] {
         let Self { c, b, e } = self;
         let less = |z: C64| -z;
         let pair = |c: C64, x: C64, b: C64, y: C64| add::<FUSED>(c, x, add::<FUSED>(less(b), y, C64::ZERO));
         [
-            Dual { v: pair(c.v, p.v, b.v, u.v), d: pair(c.v, p.d, b.v, u.d) + pair(c.d, p.v, b.d, u.v) },
-            Dual { v: pair(c.v, u.v, e.v, p.v), d: pair(c.v, u.d, e.v, p.d) + pair(c.d, u.v, e.d, p.v) },
+            ComplexDual {
+                value: pair(c.value, p.value, b.value, u.value),
+                slope: pair(c.value, p.slope, b.value, u.slope) + pair(c.slope, p.value, b.slope, u.value),
+            },
+            ComplexDual {
+                value: pair(c.value, u.value, e.value, p.value),
+                slope: pair(c.value, u.slope, e.value, p.slope) + pair(c.slope, u.value, e.slope, p.value),
+            },
         ]
     }
 }
@@ -110,27 +116,27 @@ pub(crate) fn add<const FUSED: bool>(a: C64, b: C64, c: C64) -> C64 {
 }
 
 #[inline(always)]
-fn get(from: &[Row; 2], i: usize) -> Dual {
-    Dual { v: from[0].get(i), d: from[1].get(i) }
+fn get(from: &[Row; 2], i: usize) -> ComplexDual {
+    ComplexDual { value: from[0].get(i), slope: from[1].get(i) }
 }
 
 #[inline(always)]
-fn set(to: &mut [Row; 2], i: usize, z: Dual) {
-    to[0].set(i, z.v);
-    to[1].set(i, z.d);
+fn set(to: &mut [Row; 2], i: usize, z: ComplexDual) {
+    to[0].set(i, z.value);
+    to[1].set(i, z.slope);
 }
 
 impl Lines {
     pub(crate) const ZERO: Self = Self { p: [Row::ZERO; 2], q: [Row::ZERO; 2] };
 
     #[inline(always)]
-    pub(crate) fn set(&mut self, i: usize, [p, q]: [Dual; 2]) {
+    pub(crate) fn set(&mut self, i: usize, [p, q]: [ComplexDual; 2]) {
         set(&mut self.p, i, p);
         set(&mut self.q, i, q);
     }
 
     #[inline(always)]
-    pub(crate) fn get(&self, i: usize) -> [Dual; 2] {
+    pub(crate) fn get(&self, i: usize) -> [ComplexDual; 2] {
         [get(&self.p, i), get(&self.q, i)]
     }
 }
@@ -150,25 +156,25 @@ impl Passages {
     pub(crate) fn compute(&mut self, lines: &Lines, count: usize) {
         for i in 0..LANES {
             let [p, q] = lines.get(i);
-            let product = p.v * q.v;
+            let product = p.value * q.value;
             self.size[i] = product.re.abs() + product.im.abs();
             self.set(i, p, q, &short_line(product));
         }
         for i in 0..count {
             if self.size[i] >= SHORT {
                 let [p, q] = lines.get(i);
-                self.set(i, p, q, &line(p.v * q.v));
+                self.set(i, p, q, &line(p.value * q.value));
             }
         }
     }
 
     #[inline(always)]
-    fn set(&mut self, i: usize, p: Dual, q: Dual, at: &Line) {
+    fn set(&mut self, i: usize, p: ComplexDual, q: ComplexDual, at: &Line) {
         let Passage { c, b, e } = Passage::new(p, q, at);
         set(&mut self.c, i, c);
         set(&mut self.b, i, b);
         set(&mut self.e, i, e);
-        set(&mut self.s, i, Dual { v: at.s, d: at.s1 });
+        set(&mut self.s, i, ComplexDual { value: at.s, slope: at.s1 });
     }
 
     #[inline(always)]
@@ -194,7 +200,7 @@ mod tests {
             let size = [1e-4, 0.02, 0.06, 0.1, 0.5, 3.0][i % 6];
             let (rate, turn) =
                 (C64::from_polar(size, 0.3 + 0.2 * i as f64), C64::from_polar(1.1 * size, 0.9));
-            [Dual { v: rate * s, d: rate }, Dual { v: turn * s, d: turn }]
+            [ComplexDual { value: rate * s, slope: rate }, ComplexDual { value: turn * s, slope: turn }]
         };
         let s = C64::new(0.1, 1.0);
         let (mut lines, mut passages) = (Lines::ZERO, Passages::ZERO);
@@ -204,7 +210,7 @@ mod tests {
         passages.compute(&lines, LANES);
         for i in 0..LANES {
             let closed = |s: C64| {
-                let [p, q] = segment(i, s).map(|z| z.v);
+                let [p, q] = segment(i, s).map(|z| z.value);
                 let w = p.sqrt() * q.sqrt();
                 [w.cosh(), p * w.sinh() / w, q * w.sinh() / w]
             };
@@ -212,16 +218,16 @@ mod tests {
             let [up, down] = [closed(s + h), closed(s - h)];
             let Passage { c, b, e } = passages.get(i);
             for (k, (got, exact)) in [c, b, e].into_iter().zip(closed(s)).enumerate() {
-                assert!((got.v - exact).norm() < 1e-14 * exact.norm(), "segment {i}, entry {k}");
+                assert!((got.value - exact).norm() < 1e-14 * exact.norm(), "segment {i}, entry {k}");
                 let slope = (up[k] - down[k]) / (2.0 * h);
-                assert!((got.d - slope).norm() < 1e-7 * (slope.norm() + 1e-3), "segment {i}, entry {k}");
+                assert!((got.slope - slope).norm() < 1e-7 * (slope.norm() + 1e-3), "segment {i}, entry {k}");
             }
-            let state = [c, b].map(|z| Dual { v: z.v + 1.0, d: z.d - C64::I });
+            let state = [c, b].map(|z| ComplexDual { value: z.value + 1.0, slope: z.slope - C64::I });
             let (fused, plain) =
                 (passages.get(i).apply::<true>(state), passages.get(i).apply::<false>(state));
             for (one, two) in fused.iter().zip(&plain) {
-                let size = one.v.norm() + one.d.norm();
-                assert!((one.v - two.v).norm() + (one.d - two.d).norm() < 1e-14 * size);
+                let size = one.value.norm() + one.slope.norm();
+                assert!((one.value - two.value).norm() + (one.slope - two.slope).norm() < 1e-14 * size);
             }
         }
     }

@@ -51,7 +51,7 @@ pub trait Coefficients {
     /// For a k_eu or k_ep that stands for the velocity at another place, with nothing but ducts between: how
     /// far downstream that lies, m, negative upstream. [`crate::Network::along`] needs to know; `None` unless
     /// overridden.
-    fn hears_at(&self, _law: usize) -> Option<f64> {
+    fn reference_at(&self, _law: usize) -> Option<f64> {
         None
     }
     /// Every pole of every law, so that a count of modes can tell poles from zeros; none unless overridden.

@@ -4,18 +4,18 @@ use super::block::{LANES, Lines, Passages};
 use super::coefficients::{At, Coefficients, Laws};
 use super::line::Line;
 use super::network::{AREA, Attachment, DENSITY, LENGTH, Network, SOUND_SPEED, THERMAL, VISCOUS};
-use crate::plane::dual::Dual;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// What a sweep passes, with the state just before it.
 pub(crate) enum Step<'a> {
     /// Feedback k_mu, k_mp, k_eu, k_ep and the ratio of areas at place `j`; also visited where nothing jumps.
-    Joint { j: usize, p: Dual, u: Dual, jump: Option<&'a ([Dual; 4], Dual)> },
+    Joint { j: usize, p: ComplexDual, u: ComplexDual, jump: Option<&'a ([ComplexDual; 4], ComplexDual)> },
     /// The next segment: P, Q, the line functions at PQ, and its length, density and compressibility 1/(rho
     /// c^2).
-    Segment { line: &'a Line, coefficients: [Dual; 2], bare: [C64; 3] },
+    Segment { line: &'a Line, coefficients: [ComplexDual; 2], bare: [C64; 3] },
     /// The end, with impedances and reflections of both ends.
-    End { p: Dual, u: Dual, impedances: [Dual; 2], reflections: [Dual; 2] },
+    End { p: ComplexDual, u: ComplexDual, impedances: [ComplexDual; 2], reflections: [ComplexDual; 2] },
 }
 
 /// Splits off the attachments of `key` from the front of a sorted list.
@@ -28,11 +28,11 @@ pub(crate) fn take<'a>(rest: &mut &'a [Attachment], key: usize) -> &'a [Attachme
 }
 
 #[inline]
-fn sum(base: C64, here: &[Attachment], kind: usize, laws: &Laws) -> Dual {
-    let mut total = Dual::constant(base);
+fn sum(base: C64, here: &[Attachment], kind: usize, laws: &Laws) -> ComplexDual {
+    let mut total = ComplexDual::constant(base);
     for a in here.iter().filter(|a| a.kind == kind) {
-        total.v += a.weight * laws.value(a.law);
-        total.d += a.weight * laws.slope(a.law);
+        total.value += a.weight * laws.value(a.law);
+        total.slope += a.weight * laws.slope(a.law);
     }
     total
 }
@@ -46,7 +46,7 @@ impl Network {
     }
 
     /// One of the four properties of segment `i`.
-    pub(crate) fn property(&self, i: usize, kind: usize, laws: &Laws) -> Dual {
+    pub(crate) fn property(&self, i: usize, kind: usize, laws: &Laws) -> ComplexDual {
         sum(C64::new(self.constant_property(i, kind), 0.0), self.attached(2 + 2 * i), kind, laws)
     }
 
@@ -65,7 +65,7 @@ impl Network {
         if j == 0 || j == self.segments.len() {
             return C64::ONE;
         }
-        self.property(j - 1, AREA, laws).v / self.property(j, AREA, laws).v
+        self.property(j - 1, AREA, laws).value / self.property(j, AREA, laws).value
     }
 
     /// P = l (s rho + kappa_mu) and Q = l (s/(rho c^2) + kappa_ep) of segment `i`, and l, rho, 1/(rho c^2).
@@ -76,15 +76,16 @@ impl Network {
         s: C64,
         here: &[Attachment],
         laws: &Laws,
-    ) -> ([Dual; 2], [C64; 3]) {
+    ) -> ([ComplexDual; 2], [C64; 3]) {
         let segment = &self.segments[i];
-        let [mut mu, mut ep] = self.losses[i].map(Dual::constant);
+        let [mut mu, mut ep] = self.losses[i].map(ComplexDual::constant);
         for a in here {
             if a.kind < VISCOUS {
                 return self.varied_coefficients(i, s, here, laws);
             }
             // Both sums stay in registers, which an index would not let them.
-            let more = Dual { v: a.weight * laws.value(a.law), d: a.weight * laws.slope(a.law) };
+            let more =
+                ComplexDual { value: a.weight * laws.value(a.law), slope: a.weight * laws.slope(a.law) };
             if a.kind == VISCOUS {
                 mu = mu + more;
             } else {
@@ -93,8 +94,8 @@ impl Network {
         }
         let (l, inertia) = (segment.length, segment.density);
         let compliance = 1.0 / (segment.density * segment.sound_speed * segment.sound_speed);
-        let p = Dual { v: (s * inertia + mu.v) * l, d: (mu.d + inertia) * l };
-        let q = Dual { v: (s * compliance + ep.v) * l, d: (ep.d + compliance) * l };
+        let p = ComplexDual { value: (s * inertia + mu.value) * l, slope: (mu.slope + inertia) * l };
+        let q = ComplexDual { value: (s * compliance + ep.value) * l, slope: (ep.slope + compliance) * l };
         let real = |v| C64::new(v, 0.0);
         ([p, q], [real(l), real(inertia), real(compliance)])
     }
@@ -107,14 +108,14 @@ impl Network {
         s: C64,
         here: &[Attachment],
         laws: &Laws,
-    ) -> ([Dual; 2], [C64; 3]) {
-        let s = Dual { v: s, d: C64::ONE };
+    ) -> ([ComplexDual; 2], [C64; 3]) {
+        let s = ComplexDual { value: s, slope: C64::ONE };
         let [mu, ep] = self.losses[i];
         let (mu, ep) = (sum(mu, here, VISCOUS, laws), sum(ep, here, THERMAL, laws));
         let l = self.property(i, LENGTH, laws);
         let (c, rho) = (self.property(i, SOUND_SPEED, laws), self.property(i, DENSITY, laws));
         let compliance = (rho * c * c).recip();
-        ([l * (s * rho + mu), l * (s * compliance + ep)], [l.v, rho.v, compliance.v])
+        ([l * (s * rho + mu), l * (s * compliance + ep)], [l.value, rho.value, compliance.value])
     }
 
     /// Whether the state jumps at place `j` by constants alone.
@@ -129,7 +130,12 @@ impl Network {
     ///
     /// F is an entire function of s if all laws are; its zeros are the eigenvalues. Cost: one pass over the
     /// chain, about fifty complex products per segment. Allocates nothing once `laws` has grown.
-    pub(crate) fn characteristic<K: Coefficients + ?Sized>(&self, k: &K, s: C64, laws: &mut Laws) -> Dual {
+    pub(crate) fn characteristic<K: Coefficients + ?Sized>(
+        &self,
+        k: &K,
+        s: C64,
+        laws: &mut Laws,
+    ) -> ComplexDual {
         self.sweep(k, s, laws, |_| ())
     }
 
@@ -141,7 +147,7 @@ impl Network {
         s: C64,
         laws: &mut Laws,
         visit: impl FnMut(Step<'_>),
-    ) -> Dual {
+    ) -> ComplexDual {
         let at = At::search(s);
         laws.reset(k.laws(), &at);
         k.fill(&at, laws);
@@ -150,15 +156,21 @@ impl Network {
 
     /// k_mu, k_mp, k_eu, k_ep and the ratio of areas at place `j`.
     #[cold]
-    fn jump(&self, j: usize, here: &[Attachment], area_laws: bool, laws: &Laws) -> ([Dual; 4], Dual) {
+    fn jump(
+        &self,
+        j: usize,
+        here: &[Attachment],
+        area_laws: bool,
+        laws: &Laws,
+    ) -> ([ComplexDual; 4], ComplexDual) {
         let [mu, mp, eu, ep] = self.feedback[j];
         let inside = j > 0 && j < self.segments.len();
         let ratio = if area_laws && inside {
             self.property(j - 1, AREA, laws) * self.property(j, AREA, laws).recip()
         } else if inside {
-            Dual::real(self.segments[j - 1].area / self.segments[j].area)
+            ComplexDual::real(self.segments[j - 1].area / self.segments[j].area)
         } else {
-            Dual::real(1.0)
+            ComplexDual::real(1.0)
         };
         let (mu, mp) = (sum(mu, here, 0, laws), sum(mp, here, 1, laws));
         let (eu, ep) = (sum(eu, here, 2, laws), sum(ep, here, 3, laws));
@@ -174,20 +186,20 @@ struct Sweep<'a, V> {
 }
 
 impl<V: FnMut(Step<'_>)> pulp::WithSimd for Sweep<'_, V> {
-    type Output = Dual;
+    type Output = ComplexDual;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Dual {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> ComplexDual {
         if S::IS_SCALAR { self.run::<false>() } else { self.run::<true>() }
     }
 }
 
 impl<V: FnMut(Step<'_>)> Sweep<'_, V> {
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Dual {
+    fn run<const FUSED: bool>(self) -> ComplexDual {
         let Self { network, s, laws, mut visit } = self;
         let n = network.segments.len();
-        let one = Dual::real(1.0);
+        let one = ComplexDual::real(1.0);
         let area_laws = network.attachments.iter().any(|a| a.kind == AREA && a.key % 2 == 0 && a.key > 0);
         let mut rest = network.attachments.as_slice();
         let upstream = sum(network.ends[0], take(&mut rest, 0), 0, laws);
@@ -225,7 +237,7 @@ impl<V: FnMut(Step<'_>)> Sweep<'_, V> {
         let z = impedance(n - 1);
         visit(Step::End { p, u, impedances: [z_upstream, z], reflections: [upstream, downstream] });
         let f = (one - downstream) * p - (one + downstream) * z * u;
-        Dual { v: 0.5 * f.v, d: 0.5 * f.d }
+        ComplexDual { value: 0.5 * f.value, slope: 0.5 * f.slope }
     }
 }
 
@@ -243,9 +255,9 @@ impl Joints<'_> {
         &self,
         j: usize,
         here: &[Attachment],
-        [p, u]: [Dual; 2],
+        [p, u]: [ComplexDual; 2],
         visit: &mut impl FnMut(Step<'_>),
-    ) -> Option<[Dual; 2]> {
+    ) -> Option<[ComplexDual; 2]> {
         if here.is_empty() && !self.area_laws && !self.network.jumps(j) {
             visit(Step::Joint { j, p, u, jump: None });
             return None;

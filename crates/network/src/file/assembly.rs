@@ -4,7 +4,7 @@ use super::item::Item;
 use super::schema::Gas;
 use super::warning::Warning;
 use crate::chain::network::Segment;
-use crate::flow_chain::{Effect, FlowWall};
+use crate::flow_chain::{ActionKind, FlowWall};
 use crate::laws::{Law, LawSet};
 use crate::slot::Slot;
 
@@ -53,7 +53,7 @@ pub(super) struct Flame {
     pub(super) place: usize,
     /// k_eu from the velocity at the reference, or Q'/Q from it over its mean.
     pub(super) law: Law,
-    pub(super) effect: Effect,
+    pub(super) effect: ActionKind,
     /// Distance of the reference, m, and whether it lies downstream.
     pub(super) reference: f64,
     pub(super) downstream: bool,

@@ -4,7 +4,7 @@ use super::assembly::{Assembly, Attached};
 use super::error::FileError;
 use super::item::{Item, line_of, line_of_table};
 use super::layout::{SAME, place};
-use super::problem::Problem;
+use super::problem::ElementProblem;
 use super::schema::File;
 use super::warning::Warning;
 use crate::chain::network::Network;
@@ -51,7 +51,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         head.positive(key, value)?;
     }
     if gas.gamma <= 1.0 {
-        return Err(head.fail(Problem::Gamma { value: gas.gamma }));
+        return Err(head.fail(ElementProblem::Gamma { value: gas.gamma }));
     }
     let region = region(text, file)?;
     let (placed, length) = place(text, &file.element)?;

@@ -4,15 +4,15 @@ use super::assembly::Flame;
 use super::assembly::{Assembly, Attached, Role};
 use super::error::FileError;
 use super::item::Item;
-use super::problem::Problem;
+use super::problem::ElementProblem;
 use super::schema;
 use super::schema::{Coefficient, Direction, Element, Outlet, Transfer};
 use super::warning::Warning;
-use crate::flow_chain::Effect;
+use crate::flow_chain::ActionKind;
 use crate::laws::wall::Wall;
 use crate::laws::{
-    Entry, Law, Leg, Part, Probe, Side, SideHole, Stretch, Table, fok, inner_correction, matching_length,
-    series_correction,
+    Law, Leg, PathDuct, Probe, Side, SideHole, SourceCoefficient, Table, TableRow, fok, inner_correction,
+    matching_length, series_correction,
 };
 use crate::slot::Slot;
 use rijke_numerics::C64;
@@ -25,14 +25,15 @@ impl Assembly<'_> {
         item.not_negative("delay", t.delay)?;
         let gain = factor * t.gain;
         if !gain.is_finite() {
-            return Err(item.fail(Problem::NotFinite { key: "gain", value: gain }));
+            return Err(item.fail(ElementProblem::NotFinite { key: "gain", value: gain }));
         }
         if let Some(rows) = &t.table {
             let plain = t.cutoff_hz.is_none() && t.numerator == [1.0] && t.denominator == [1.0];
             if !plain {
-                return Err(
-                    item.fail(Problem::OneOf { one: "table", other: "cutoff_hz, numerator, denominator" })
-                );
+                return Err(item.fail(ElementProblem::OneOf {
+                    one: "table",
+                    other: "cutoff_hz, numerator, denominator",
+                }));
             }
             let table = self.table(item, rows, t.tolerance)?.later(t.delay);
             return Ok(Law::Scaled(Box::new(Law::Table(table)), C64::new(gain, 0.0)));
@@ -50,7 +51,7 @@ impl Assembly<'_> {
     }
 
     fn table(&mut self, item: &Item, rows: &[[f64; 3]], tolerance: f64) -> Result<Table, FileError> {
-        let rows: Vec<Entry> = rows.iter().copied().map(Entry::from).collect();
+        let rows: Vec<TableRow> = rows.iter().copied().map(TableRow::from).collect();
         let table = Table::fit(&rows, tolerance).map_err(|error| item.fail(error.into()))?;
         self.tables.push((item.clone(), table.range));
         Ok(table)
@@ -59,10 +60,11 @@ impl Assembly<'_> {
     /// Warns of a flame or an end that answers before it is asked, by its table, or whose phases seem to be
     /// in degrees.
     pub(super) fn doubtful(&mut self, item: &Item, rows: &[[f64; 3]]) {
-        let rows: Vec<Entry> = rows.iter().copied().map(Entry::from).collect();
+        let rows: Vec<TableRow> = rows.iter().copied().map(TableRow::from).collect();
         let Item { line, place } = item.clone();
         self.warnings.extend(doubt(&rows).map(|doubt| match doubt {
             Doubt::Degrees { step } => Warning::Degrees { line, place, step },
+            Doubt::Coarse { step, other } => Warning::Coarse { line, place, step, other_ms: 1e3 * other },
             Doubt::Rises { rise } => Warning::Rises { line, place, rise },
         }));
     }
@@ -101,7 +103,9 @@ impl Assembly<'_> {
                 let open = match porosity {
                     None => 0.25 * PI * diameter * diameter / here.area,
                     Some(part) if *part > 0.0 && *part <= 1.0 => *part,
-                    Some(value) => return Err(item.fail(Problem::Part { key: "porosity", value: *value })),
+                    Some(value) => {
+                        return Err(item.fail(ElementProblem::Part { key: "porosity", value: *value }));
+                    }
                 };
                 // On either side 8/(3 pi) radii (Rienstra & Hirschberg, section 4.4.3, as in the paper), less
                 // by Fok's function in a tube of finite width: the duct, or for one of many holes its share
@@ -127,10 +131,10 @@ impl Assembly<'_> {
                         1.3 * (1.0 - part) + (1.0 / part - 1.0).powi(2)
                     }
                     (Some(value), None) => {
-                        return Err(item.fail(Problem::Part { key: "open_area", value: *value }));
+                        return Err(item.fail(ElementProblem::Part { key: "open_area", value: *value }));
                     }
                     (Some(_), Some(_)) => {
-                        return Err(item.fail(Problem::OneOf { one: "open_area", other: "loss" }));
+                        return Err(item.fail(ElementProblem::OneOf { one: "open_area", other: "loss" }));
                     }
                 };
                 self.screens.push((place, loss));
@@ -213,7 +217,7 @@ impl Assembly<'_> {
         let relative = among.unwrap_or(single);
         if relative > 1.0 + 1e-9 || single > 1.0 + 1e-9 {
             let diameter = diameter.max(relative * tube);
-            return Err(item.fail(Problem::HoleTooWide { diameter, tube }));
+            return Err(item.fail(ElementProblem::HoleTooWide { diameter, tube }));
         }
         Ok(relative.min(1.0))
     }
@@ -251,11 +255,11 @@ impl Assembly<'_> {
         let (gain, law_of_flow) = match (gain, n) {
             (Some(gain), None) => (*gain, -*gain),
             (None, Some(n)) => (n * mean, *n),
-            _ => return Err(item.fail(Problem::OneOf { one: "gain", other: "n" })),
+            _ => return Err(item.fail(ElementProblem::OneOf { one: "gain", other: "n" })),
         };
-        let effect = if n.is_some() { Effect::Flame } else { Effect::Eu };
+        let effect = if n.is_some() { ActionKind::Flame } else { ActionKind::Eu };
         if !gain.is_finite() {
-            return Err(item.fail(Problem::NotFinite { key: "gain", value: gain }));
+            return Err(item.fail(ElementProblem::NotFinite { key: "gain", value: gain }));
         }
         let shape = Transfer {
             gain: 1.0,
@@ -279,8 +283,10 @@ impl Assembly<'_> {
             return Ok(());
         }
         let transfer = self.function(item, &shape, gain)?;
-        let path: Vec<Stretch> = path.into_iter().map(|(_, stretch)| stretch).collect();
-        for (slot, of) in [(Slot::Eu(place), Part::Velocity), (Slot::Ep(place), Part::Pressure)] {
+        let path: Vec<PathDuct> = path.into_iter().map(|(_, stretch)| stretch).collect();
+        for (slot, of) in
+            [(Slot::Eu(place), SourceCoefficient::Velocity), (Slot::Ep(place), SourceCoefficient::Pressure)]
+        {
             let probe = Probe { transfer: transfer.clone(), path: path.clone(), of, side };
             self.add(slot, name.clone(), Law::Probe(Box::new(probe)), Role::Flame);
         }
@@ -294,13 +300,13 @@ impl Assembly<'_> {
         place: usize,
         distance: f64,
         downstream: bool,
-    ) -> Result<(Vec<(usize, Stretch)>, Side), FileError> {
+    ) -> Result<(Vec<(usize, PathDuct)>, Side), FileError> {
         let n = self.segments.len();
         let side = if downstream {
             if let Some((_, other)) =
                 self.devices.iter().find(|(j, other)| *j == place && *other != item.place)
             {
-                return Err(item.fail(Problem::NotAlone { other: other.clone() }));
+                return Err(item.fail(ElementProblem::NotAlone { other: other.clone() }));
             }
             let inside = place > 0 && place < n;
             let ratio = if inside { self.segments[place - 1].area / self.segments[place].area } else { 1.0 };
@@ -312,7 +318,7 @@ impl Assembly<'_> {
             if downstream { (place..n).collect() } else { (0..place).rev().collect() };
         let available: f64 = segments.iter().map(|&i| self.segments[i].length).sum();
         if distance > available * (1.0 + 1e-9) {
-            return Err(item.fail(Problem::ReferenceOutside { distance, length: available }));
+            return Err(item.fail(ElementProblem::ReferenceOutside { distance, length: available }));
         }
         let (mut path, mut left, mut area) = (Vec::new(), distance, None);
         for i in segments.drain(..) {
@@ -322,7 +328,7 @@ impl Assembly<'_> {
             if let Some(area) = area {
                 let between = if downstream { i } else { i + 1 };
                 if let Some((_, other)) = self.devices.iter().find(|(j, _)| *j == between) {
-                    return Err(item.fail(Problem::ReferenceBlocked { other: other.clone() }));
+                    return Err(item.fail(ElementProblem::ReferenceBlocked { other: other.clone() }));
                 }
                 path.push((i, area / self.segments[i].area));
             } else {
@@ -342,7 +348,7 @@ impl Assembly<'_> {
                 let scaled = |law: Law| Law::Scaled(Box::new(law), C64::new(w.factor, 0.0));
                 [scaled(Law::Viscous(w.law, w.wall)), scaled(Law::Thermal(w.law, w.wall))]
             });
-            (i, Stretch { segment, ratio, losses })
+            (i, PathDuct { segment, ratio, losses })
         };
         Ok((path.iter().enumerate().map(stretch).collect(), side))
     }

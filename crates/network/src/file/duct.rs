@@ -3,7 +3,7 @@
 use super::assembly::{Assembly, Attached, Role};
 use super::error::FileError;
 use super::layout::Placed;
-use super::problem::Problem;
+use super::problem::ElementProblem;
 use super::schema::{Duct, Element, Scheme};
 use super::warning::Warning;
 use crate::chain::network::Segment;
@@ -60,19 +60,19 @@ impl Assembly<'_> {
         let area = match (diameter, area) {
             (Some(d), None) => disc(item.positive("diameter", d)?),
             (None, Some(a)) => item.positive("area", a)?,
-            _ => return Err(item.fail(Problem::OneOf { one: "diameter", other: "area" })),
+            _ => return Err(item.fail(ElementProblem::OneOf { one: "diameter", other: "area" })),
         };
         let area_end = match (diameter_end, area_end) {
             (None, None) => area,
             (Some(d), None) => disc(item.positive("diameter_end", d)?),
             (None, Some(a)) => item.positive("area_end", a)?,
-            _ => return Err(item.fail(Problem::OneOf { one: "diameter_end", other: "area_end" })),
+            _ => return Err(item.fail(ElementProblem::OneOf { one: "diameter_end", other: "area_end" })),
         };
         let profile = match (temperature, temperature_end, temperatures) {
             (first, None, None) => vec![first.unwrap_or(self.gas.temperature)],
             (first, Some(last), None) => vec![first.unwrap_or(self.gas.temperature), last],
             (None, None, Some(list)) if !list.is_empty() => list,
-            _ => return Err(item.fail(Problem::OneOf { one: "temperature", other: "temperatures" })),
+            _ => return Err(item.fail(ElementProblem::OneOf { one: "temperature", other: "temperatures" })),
         };
         for &t in &profile {
             item.positive("temperature", t)?;
@@ -80,7 +80,7 @@ impl Assembly<'_> {
         let given = match (sound_speed, density) {
             (None, None) => None,
             (Some(c), Some(rho)) => Some((item.positive("sound_speed", c)?, item.positive("density", rho)?)),
-            _ => return Err(item.fail(Problem::Together { one: "sound_speed", other: "density" })),
+            _ => return Err(item.fail(ElementProblem::Together { one: "sound_speed", other: "density" })),
         };
         if let Some((c, rho)) = given {
             let (found, expected) = (rho * c * c / self.gas.gamma, self.gas.pressure);
@@ -96,7 +96,7 @@ impl Assembly<'_> {
         let varies = profile.len() > 1 || area_end != area;
         let pieces = pieces.unwrap_or(if varies || scheme == Scheme::Lumped { 40 } else { 1 });
         if !(1..=MOST_PIECES).contains(&pieces) {
-            return Err(item.fail(Problem::Range {
+            return Err(item.fail(ElementProblem::Range {
                 key: "pieces",
                 value: pieces,
                 low: 1,

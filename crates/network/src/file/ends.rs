@@ -3,7 +3,7 @@
 use super::assembly::Assembly;
 use super::error::FileError;
 use super::item::Item;
-use super::problem::Problem;
+use super::problem::ElementProblem;
 use super::schema::{End, Transfer};
 use super::warning::Warning;
 use crate::laws::{Law, choked_inlet, choked_outlet, thick_wall_correction};
@@ -42,7 +42,7 @@ impl Assembly<'_> {
             End::Constant { modulus, angle } => {
                 item.not_negative("modulus", modulus)?;
                 if angle.is_nan() || angle.abs() > 2.0 * std::f64::consts::PI {
-                    return Err(item.fail(Problem::Angle { key: "angle", value: angle }));
+                    return Err(item.fail(ElementProblem::Angle { key: "angle", value: angle }));
                 }
                 Law::Constant(C64::from_polar(modulus, angle))
             }
@@ -68,13 +68,15 @@ impl Assembly<'_> {
                 let mach = match (given, mach) {
                     (Some(mach), None) => item.positive("mach", mach)?,
                     (None, Some(mach)) => mach,
-                    (None, None) => return Err(item.fail(Problem::OneOf { one: "mach", other: "[flow]" })),
+                    (None, None) => {
+                        return Err(item.fail(ElementProblem::OneOf { one: "mach", other: "[flow]" }));
+                    }
                     (Some(_), Some(_)) => {
-                        return Err(item.fail(Problem::OneOf { one: "mach", other: "[flow]" }));
+                        return Err(item.fail(ElementProblem::OneOf { one: "mach", other: "[flow]" }));
                     }
                 };
                 if mach >= 0.3 {
-                    return Err(item.fail(Problem::TooFast { mach }));
+                    return Err(item.fail(ElementProblem::TooFast { mach }));
                 }
                 let closure = if end == 0 { choked_inlet } else { choked_outlet };
                 constant(closure(self.gas.gamma, mach))

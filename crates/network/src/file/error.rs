@@ -1,6 +1,6 @@
 //! What is wrong with a network file.
 
-use super::problem::Problem;
+use super::problem::ElementProblem;
 
 /// What is wrong with a network file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -22,7 +22,7 @@ pub enum FileError {
         place: String,
         /// What is wrong with it, and the remedy.
         #[source]
-        problem: Problem,
+        problem: ElementProblem,
     },
     /// There is no duct.
     #[error("the file has no duct: add an [[element]] with type = \"duct\" and a length")]
@@ -42,7 +42,7 @@ pub enum FileError {
         line: usize,
         /// What is wrong with it.
         #[source]
-        problem: Problem,
+        problem: ElementProblem,
     },
     /// The network that the elements make is refused.
     #[error(transparent)]

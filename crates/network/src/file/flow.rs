@@ -3,10 +3,10 @@
 use super::assembly::{Assembly, Attached, Role};
 use super::error::FileError;
 use super::layout::Placed;
-use super::problem::Problem;
+use super::problem::ElementProblem;
 use super::schema::Flow;
 use crate::error::NetworkError;
-use crate::flow_chain::{Action, Effect, FlowChain, FlowDuct, FlowEnd, FlowState, Reference};
+use crate::flow_chain::{Action, ActionKind, FlowChain, FlowDuct, FlowEnd, FlowState, Reference};
 use crate::laws::Law;
 use crate::slot::Slot;
 use rijke_numerics::C64;
@@ -19,11 +19,11 @@ impl Assembly<'_> {
         let velocity = match (flow.mach, flow.velocity) {
             (Some(mach), None) => mach * first.sound_speed,
             (None, Some(velocity)) => velocity,
-            _ => return Err(fail(Problem::OneOf { one: "mach", other: "velocity" })),
+            _ => return Err(fail(ElementProblem::OneOf { one: "mach", other: "velocity" })),
         };
         let mach = velocity / first.sound_speed;
         if !(mach > 0.0 && mach < 0.3) {
-            return Err(fail(Problem::TooFast { mach }));
+            return Err(fail(ElementProblem::TooFast { mach }));
         }
         let n = self.segments.len();
         let mut ducts: Vec<FlowDuct> = (0..n)
@@ -36,16 +36,16 @@ impl Assembly<'_> {
             .collect();
         if let Some((_, name)) = self.devices.iter().find(|(place, _)| *place == 0 || *place == n) {
             let device = placed.iter().find(|p| p.item.place == *name);
-            return Err(device.map_or(FileError::NoDuct, |d| d.item.fail(Problem::AtEnd)));
+            return Err(device.map_or(FileError::NoDuct, |d| d.item.fail(ElementProblem::AtEnd)));
         }
         for Attached { slot, law, weight, role } in &self.attach {
             let (place, effect) = match (slot, role) {
                 (_, Role::Flame) => continue,
-                (Slot::Ep(j), Role::Branch) => (*j, Effect::Branch),
-                (Slot::Mu(j), _) => (*j, Effect::Mu),
-                (Slot::Mp(j), _) => (*j, Effect::Mp),
-                (Slot::Eu(j), _) => (*j, Effect::Eu),
-                (Slot::Ep(j), _) => (*j, Effect::Ep),
+                (Slot::Ep(j), Role::Branch) => (*j, ActionKind::Branch),
+                (Slot::Mu(j), _) => (*j, ActionKind::Mu),
+                (Slot::Mp(j), _) => (*j, ActionKind::Mp),
+                (Slot::Eu(j), _) => (*j, ActionKind::Eu),
+                (Slot::Ep(j), _) => (*j, ActionKind::Ep),
                 // Wall losses in the propagation are in the walls.
                 _ => continue,
             };
@@ -67,7 +67,7 @@ impl Assembly<'_> {
             let chain = FlowChain::new(self.gas.gamma, inlet, ducts, [FlowEnd::Choked, FlowEnd::Choked]);
             chain.map_err(|error| match error {
                 NetworkError::TooFast { index, mach } => {
-                    placed[self.owners[index]].item.fail(Problem::TooFast { mach })
+                    placed[self.owners[index]].item.fail(ElementProblem::TooFast { mach })
                 }
                 error => error.into(),
             })
@@ -80,7 +80,7 @@ impl Assembly<'_> {
             for &(place, loss) in &self.screens {
                 let before = chain.states()[place - 1];
                 let drag = C64::new(loss * before.density * before.velocity, 0.0);
-                ducts[place] = ducts[place].clone().with(Effect::Mu, Law::Constant(drag));
+                ducts[place] = ducts[place].clone().with(ActionKind::Mu, Law::Constant(drag));
             }
             chain = of(ducts)?;
         }

@@ -1,7 +1,7 @@
 //! A table of a file by its line and the name that messages call it, and the checks of its numbers.
 
 use super::error::FileError;
-use super::problem::Problem;
+use super::problem::ElementProblem;
 use serde::Deserialize;
 
 /// An element or an end, as messages call it.
@@ -12,7 +12,7 @@ pub(super) struct Item {
 }
 
 impl Item {
-    pub(super) fn fail(&self, problem: Problem) -> FileError {
+    pub(super) fn fail(&self, problem: ElementProblem) -> FileError {
         FileError::Element { line: self.line, place: self.place.clone(), problem }
     }
 
@@ -20,7 +20,7 @@ impl Item {
         if value.is_finite() && value > 0.0 {
             Ok(value)
         } else {
-            Err(self.fail(Problem::NotPositive { key, value }))
+            Err(self.fail(ElementProblem::NotPositive { key, value }))
         }
     }
 
@@ -28,7 +28,7 @@ impl Item {
         if value.is_finite() && value >= 0.0 {
             Ok(value)
         } else {
-            Err(self.fail(Problem::Negative { key, value }))
+            Err(self.fail(ElementProblem::Negative { key, value }))
         }
     }
 
@@ -36,7 +36,7 @@ impl Item {
         if value.iter().any(|k| *k != 0.0) && value.iter().all(|k| k.is_finite()) {
             Ok(value.to_vec())
         } else {
-            Err(self.fail(Problem::Polynomial { key }))
+            Err(self.fail(ElementProblem::Polynomial { key }))
         }
     }
 
@@ -46,7 +46,7 @@ impl Item {
             if message.starts_with("invalid type: string") && message.contains("f64") {
                 message += "; this reader takes plain numbers in SI units";
             }
-            self.fail(Problem::Keys { message })
+            self.fail(ElementProblem::Keys { message })
         })
     }
 }

@@ -3,7 +3,7 @@
 use super::error::FileError;
 use super::item::Item;
 use super::item::line_of;
-use super::problem::Problem;
+use super::problem::ElementProblem;
 use super::schema::Element;
 use serde::Deserialize;
 use toml::Spanned;
@@ -40,10 +40,10 @@ pub(super) fn place(text: &str, tables: &[Spanned<toml::Table>]) -> Result<(Vec<
                 let by = end - at;
                 let slack = SAME * (end + length);
                 if by > slack {
-                    return Err(item.fail(Problem::Overlap { at, other: last, by }));
+                    return Err(item.fail(ElementProblem::Overlap { at, other: last, by }));
                 }
                 if by < -slack {
-                    return Err(item.fail(Problem::Gap { at, by: -by }));
+                    return Err(item.fail(ElementProblem::Gap { at, by: -by }));
                 }
             }
             last.clone_from(&item.place);
@@ -60,7 +60,7 @@ pub(super) fn place(text: &str, tables: &[Spanned<toml::Table>]) -> Result<(Vec<
     }
     let slack = SAME * end;
     if let Some(out) = all.iter().find(|p| !p.is_duct() && !(-slack..=end + slack).contains(&p.x)) {
-        return Err(out.item.fail(Problem::OutsideTube { at: out.x, length: end }));
+        return Err(out.item.fail(ElementProblem::OutsideTube { at: out.x, length: end }));
     }
     all.sort_by(|a, b| b.is_duct().cmp(&a.is_duct()).then(a.x.total_cmp(&b.x)));
     Ok((all, end))
@@ -79,7 +79,7 @@ fn parse(
     let shown = called.map_or(String::new(), |n| format!(" `{n}`"));
     let item = Item { line, place: format!("element {}{shown} ({kind})", index + 1) };
     if name.is_some() && called.is_none() {
-        return Err(item.fail(Problem::Keys { message: "name must be text".to_owned() }));
+        return Err(item.fail(ElementProblem::Keys { message: "name must be text".to_owned() }));
     }
     let at = match table.remove("at") {
         None => None,
@@ -87,7 +87,7 @@ fn parse(
             Ok(at) if at.is_finite() => Some(at),
             _ => {
                 let message = "at must be a number, m from the upstream end".to_owned();
-                return Err(item.fail(Problem::Keys { message }));
+                return Err(item.fail(ElementProblem::Keys { message }));
             }
         },
     };

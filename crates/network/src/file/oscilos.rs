@@ -4,7 +4,7 @@
 //! the exact law is used: boundary 11 is Levine and Schwinger's integral, 12 Rayleigh's piston in a baffle.
 //! Entropy waves are left out, as in that program's own remarks (no indirect noise).
 
-use crate::flow_chain::{Effect, FlowChain, FlowDuct, FlowEnd, FlowState};
+use crate::flow_chain::{ActionKind, FlowChain, FlowDuct, FlowEnd, FlowState};
 use crate::laws::Law;
 use crate::plane::region::Region;
 use rijke_numerics::C64;
@@ -199,7 +199,7 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
             if k == 0 {
                 duct = duct.heated(heat);
                 if let Some(law) = &flame {
-                    duct = duct.with(Effect::Flame, law.clone());
+                    duct = duct.with(ActionKind::Flame, law.clone());
                 }
             }
             ducts.push(duct);

@@ -3,7 +3,7 @@
 /// What is wrong with one element.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Problem {
+pub enum ElementProblem {
     /// An unknown key or type, or a value of the wrong type.
     #[error("{message}")]
     Keys {

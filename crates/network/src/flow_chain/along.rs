@@ -13,9 +13,9 @@ use super::number::{Number, Seeded};
 use super::passage::State;
 use super::sensitivity::{Back, EFFECTS, Passed, Row, dot, fixed, through};
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use crate::sense::along::{Station, of_loudest};
+use rijke_numerics::ComplexDual;
 use rijke_numerics::{C64, JetSpace, Order};
 
 /// By columns: what unit p, u and e become.
@@ -26,7 +26,7 @@ struct Effects {
     area: Change,
     temperature: Change,
     /// By effect: what a unit of it adds to the state.
-    devices: [State<Dual>; 5],
+    devices: [State<ComplexDual>; 5],
     impedance: f64,
 }
 
@@ -44,7 +44,7 @@ impl FlowChain {
     /// The same with the chain as `basis` has it.
     pub(super) fn along_with(
         &self,
-        basis: &Basis<Dual>,
+        basis: &Basis<ComplexDual>,
         root: &Root,
         samples: usize,
     ) -> Result<Vec<Station>, NetworkError> {
@@ -53,7 +53,7 @@ impl FlowChain {
         let (mut stations, mut start) = (Vec::new(), 0.0);
         let last = samples.max(2) - 1;
         for i in 0..self.ducts.len() {
-            let (effects, length) = (self.effects(&passed.basis, i, root.s)?, basis.length[i].v.re);
+            let (effects, length) = (self.effects(&passed.basis, i, root.s)?, basis.length[i].value.re);
             for k in 0..=last {
                 let within = length * (k as f64 / last as f64);
                 let station = self.station(&passed, &back, &effects, i, within);
@@ -66,33 +66,33 @@ impl FlowChain {
 
     fn station(&self, passed: &Passed<'_>, back: &Back, effects: &Effects, i: usize, within: f64) -> Station {
         let (basis, s) = (&passed.basis, &passed.s);
-        let real = |v: f64| Dual::constant(C64::new(v, 0.0));
+        let real = |v: f64| ComplexDual::constant(C64::new(v, 0.0));
         let here = self.convey(basis, i, &fixed(&passed.behind[i]), s, &real(within));
-        let left = real(basis.length[i].v.re - within);
+        let left = real(basis.length[i].value.re - within);
         let mut row = through(&back.ends[i], |x| self.convey(basis, i, x, s, &left));
-        for (ear, weight) in self.ears.iter().zip(&back.heard).filter(|(e, _)| e.duct == i) {
-            let distance = ear.offset(basis).v.re - within;
+        for (point, weight) in self.references.iter().zip(&back.weights).filter(|(e, _)| e.duct == i) {
+            let distance = point.offset(basis).value.re - within;
             if distance >= 0.0 {
-                let heard = |[p, u, _]: &State<Dual>| {
+                let velocity = |[p, u, _]: &State<ComplexDual>| {
                     let [_, velocity] = self.carry(basis, i, [p, u], s, &real(distance));
                     [velocity, *s, *s]
                 };
-                let added = through(&[*weight, C64::ZERO, C64::ZERO], heard);
+                let added = through(&[*weight, C64::ZERO, C64::ZERO], velocity);
                 row = std::array::from_fn(|k| row[k] + added[k]);
             }
         }
         let by = |effect: usize| {
-            let cause = if EFFECTS[effect].of_velocity() { here[1].v } else { here[0].v };
+            let cause = if EFFECTS[effect].of_velocity() { here[1].value } else { here[0].value };
             dot(&row, &effects.devices[effect]) * cause
         };
         let changed = |change: &Change| -> C64 {
-            (0..3).map(|k| here[k].v * (0..3).map(|r| row[r] * change[k][r]).sum::<C64>()).sum()
+            (0..3).map(|k| here[k].value * (0..3).map(|r| row[r] * change[k][r]).sum::<C64>()).sum()
         };
         Station {
             x: within,
             segment: i,
-            pressure: here[0].v,
-            velocity: here[1].v * effects.impedance,
+            pressure: here[0].value,
+            velocity: here[1].value * effects.impedance,
             feedback: [by(0), by(1), by(2), by(3)],
             branch: by(4),
             impedance: effects.impedance,
@@ -101,12 +101,12 @@ impl FlowChain {
         }
     }
 
-    fn effects(&self, basis: &Basis<Dual>, i: usize, s: C64) -> Result<Effects, NetworkError> {
+    fn effects(&self, basis: &Basis<ComplexDual>, i: usize, s: C64) -> Result<Effects, NetworkError> {
         let state = state_of(&basis.after[i]);
         let plain = FlowDuct { actions: Vec::new(), ratio: 1.0, ..self.ducts[i].clone() };
         let ends = [FlowEnd::Choked, FlowEnd::Choked];
         let mut local = Self::new(self.gamma, state, vec![plain.clone(), plain.clone(), plain], ends)?;
-        local.losses = vec![basis.loss[i].map_or([C64::ZERO; 2], |loss| loss.map(|k| k.v)); 3];
+        local.losses = vec![basis.loss[i].map_or([C64::ZERO; 2], |loss| loss.map(|k| k.value)); 3];
         let constant = &local.basis;
         let devices = EFFECTS.map(|effect| local.effect(constant, 1, effect, 0));
         let impedance = state.density * state.sound_speed(self.gamma);

@@ -1,13 +1,13 @@
 //! The chain with flow, put together: mean states follow from the inlet and the balances.
 
 use super::ducts::{FlowDuct, FlowEnd, FlowState};
-use super::ear::Ear;
 use super::gate::Basis;
 use super::mean::state_of;
+use super::reference_point::ReferencePoint;
 use super::slots::Attached;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// A chain of ducts with mean flow.
 ///
@@ -29,12 +29,12 @@ pub struct FlowChain {
     pub(super) ends: [FlowEnd; 2],
     pub(super) entropy_waves: bool,
     pub(super) states: Vec<FlowState>,
-    pub(super) ears: Vec<Ear>,
+    pub(super) references: Vec<ReferencePoint>,
     pub(super) attached: Vec<Attached>,
     /// Constant losses per metre beside those of walls: viscous, thermal.
     pub(super) losses: Vec<[C64; 2]>,
     /// The chain without laws of a caller.
-    pub(super) basis: Basis<Dual>,
+    pub(super) basis: Basis<ComplexDual>,
 }
 
 impl FlowChain {
@@ -71,14 +71,25 @@ impl FlowChain {
                 return Err(NetworkError::ActionAtInlet);
             }
         }
-        let ears = Ear::all(&ducts)?;
-        let one = Dual::constant(C64::ONE);
+        let references = ReferencePoint::all(&ducts)?;
+        let one = ComplexDual::constant(C64::ONE);
         let basis = Basis::plain(&one, gamma, inlet, &ducts);
         let states: Vec<FlowState> = basis.after.iter().map(state_of).collect();
         basis.check(gamma)?;
         let losses = vec![[C64::ZERO; 2]; ducts.len()];
         let attached = Vec::new();
-        Ok(Self { gamma, inlet, ducts, ends, entropy_waves: true, states, ears, attached, losses, basis })
+        Ok(Self {
+            gamma,
+            inlet,
+            ducts,
+            ends,
+            entropy_waves: true,
+            states,
+            references,
+            attached,
+            losses,
+            basis,
+        })
     }
 
     /// The same chain with entropy waves that are lost in every duct, as shear and turbulence do to them in
@@ -94,6 +105,12 @@ impl FlowChain {
     #[must_use]
     pub fn with_ends(self, ends: [FlowEnd; 2]) -> Self {
         Self { ends, ..self }
+    }
+
+    /// The ends, upstream and downstream.
+    #[must_use]
+    pub fn ends(&self) -> &[FlowEnd; 2] {
+        &self.ends
     }
 
     /// The ducts, from upstream to downstream.

@@ -1,7 +1,7 @@
 //! Laws of a caller in a chain with flow.
 
 use super::assembly::FlowChain;
-use super::ducts::{Effect, FlowDuct, FlowEnd, FlowState};
+use super::ducts::{ActionKind, FlowDuct, FlowEnd, FlowState};
 use super::gate::Basis;
 use super::number::Number;
 use super::slots::{Attached, FlowSlot};
@@ -9,8 +9,8 @@ use crate::chain::coefficients::{Coefficients, Laws};
 use crate::chain::network::{Network, Segment};
 use crate::error::NetworkError;
 use crate::laws::Law;
-use crate::plane::dual::Dual;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 impl FlowChain {
     /// Adds `weight` times law number `law` to a slot. The laws themselves come with each question, as
@@ -79,9 +79,9 @@ impl FlowChain {
         let scale = |slot: FlowSlot| match slot {
             FlowSlot::Area(i) | FlowSlot::Viscous(i) => g[i].recip(),
             FlowSlot::Thermal(i) => g[i],
-            FlowSlot::At(j, Effect::Mu) => before(j).recip(),
-            FlowSlot::At(j, Effect::Eu) => behind(j) / before(j),
-            FlowSlot::At(j, Effect::Ep) => behind(j),
+            FlowSlot::At(j, ActionKind::Mu) => before(j).recip(),
+            FlowSlot::At(j, ActionKind::Eu) => behind(j) / before(j),
+            FlowSlot::At(j, ActionKind::Ep) => behind(j),
             _ => 1.0,
         };
         let mut ducts: Vec<FlowDuct> = Vec::with_capacity(n);
@@ -90,8 +90,9 @@ impl FlowChain {
             if i > 0 {
                 duct.ratio = (segment.sound_speed / rest.segments[i - 1].sound_speed).powi(2);
             }
-            for (effect, k) in
-                [Effect::Mu, Effect::Mp, Effect::Eu, Effect::Ep].into_iter().zip(rest.feedback[i])
+            for (effect, k) in [ActionKind::Mu, ActionKind::Mp, ActionKind::Eu, ActionKind::Ep]
+                .into_iter()
+                .zip(rest.feedback[i])
             {
                 if k != C64::ZERO {
                     duct = duct.with(effect, Law::Constant(k * scale(FlowSlot::At(i, effect))));
@@ -108,7 +109,7 @@ impl FlowChain {
             .map(|(i, [mu, ep])| [mu * scale(FlowSlot::Viscous(i)), ep * scale(FlowSlot::Thermal(i))])
             .collect();
         for (loss, constant) in chain.basis.loss.iter_mut().zip(&chain.losses) {
-            *loss = (*constant != [C64::ZERO; 2]).then(|| constant.map(Dual::constant));
+            *loss = (*constant != [C64::ZERO; 2]).then(|| constant.map(ComplexDual::constant));
         }
         for (slot, law, weight) in rest.attachments() {
             let slot = FlowSlot::try_from(slot)?;
@@ -179,12 +180,12 @@ impl FlowChain {
         &self,
         laws: &Laws,
         names: &dyn Coefficients,
-    ) -> Result<Basis<Dual>, NetworkError> {
+    ) -> Result<Basis<ComplexDual>, NetworkError> {
         if let Some(a) = self.attached.iter().find(|a| a.slot.is_mean() && laws.slope(a.law) != C64::ZERO) {
             return Err(NetworkError::MeanFlowOfS { law: names.name(a.law) });
         }
-        let law = |k: usize| Dual { v: laws.value(k), d: laws.slope(k) };
-        let one = Dual::constant(C64::ONE);
+        let law = |k: usize| ComplexDual { value: laws.value(k), slope: laws.slope(k) };
+        let one = ComplexDual::constant(C64::ONE);
         if self.attached.iter().any(|a| a.slot.is_mean()) {
             let basis = self.basis_with(&one, &law);
             basis.check(self.gamma)?;
@@ -196,18 +197,18 @@ impl FlowChain {
     }
 
     /// Brings the laws of `basis` to another s; the mean flow stays.
-    pub(super) fn renew(&self, basis: &mut Basis<Dual>, laws: &Laws) {
+    pub(super) fn renew(&self, basis: &mut Basis<ComplexDual>, laws: &Laws) {
         for a in &self.attached {
             if let FlowSlot::Length(i) = a.slot {
-                basis.length[i] = Dual::constant(C64::new(self.ducts[i].length, 0.0));
+                basis.length[i] = ComplexDual::constant(C64::new(self.ducts[i].length, 0.0));
             }
         }
-        let law = |k: usize| Dual { v: laws.value(k), d: laws.slope(k) };
+        let law = |k: usize| ComplexDual { value: laws.value(k), slope: laws.slope(k) };
         for a in &self.attached {
             if let FlowSlot::Length(i) = a.slot {
                 basis.length[i] = basis.length[i] + law(a.law).times(a.weight);
             }
         }
-        self.refresh(basis, &Dual::constant(C64::ONE), &law);
+        self.refresh(basis, &ComplexDual::constant(C64::ONE), &law);
     }
 }

@@ -9,10 +9,10 @@ use super::ducts::FlowState;
 use super::gate::Basis;
 use super::mean::state_of;
 use super::passage::State;
-use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use gauss_quad::GaussLegendre;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 use std::num::NonZeroUsize;
 
 /// Mean power over the energy of the mode, 1/s; positive feeds the mode. Half of each is its share of the
@@ -47,9 +47,9 @@ impl FlowBudget {
     }
 }
 
-fn flux(gamma: f64, mean: &FlowState, [p, u, _]: &State<Dual>) -> f64 {
+fn flux(gamma: f64, mean: &FlowState, [p, u, _]: &State<ComplexDual>) -> f64 {
     let compliance = 1.0 / (gamma * mean.pressure);
-    let (j, m) = flux_factors(mean, compliance, [p.v, u.v]);
+    let (j, m) = flux_factors(mean, compliance, [p.value, u.value]);
     0.5 * (j * m.conj()).re
 }
 
@@ -68,13 +68,13 @@ impl FlowChain {
     /// place, law, power.
     pub(super) fn budget_with(
         &self,
-        basis: &Basis<Dual>,
+        basis: &Basis<ComplexDual>,
         root: &Root,
     ) -> (FlowBudget, Vec<(usize, usize, f64)>) {
-        let s = Dual { v: root.s, d: C64::ONE };
+        let s = ComplexDual { value: root.s, slope: C64::ONE };
         let mut budget = FlowBudget { growth: 2.0 * root.s.re, ..FlowBudget::default() };
         let (mut energy, n) = (0.0, self.ducts.len());
-        let area = |j: usize| basis.area[j].v.re;
+        let area = |j: usize| basis.area[j].value.re;
         let mut shares: Vec<(usize, usize, f64)> = Vec::new();
         self.sweep(basis, &s, |j, before, behind| {
             let incoming = if j > 0 {
@@ -91,7 +91,7 @@ impl FlowChain {
                 budget.upstream = outgoing;
             } else if self.ducts[j].actions.is_empty()
                 && basis.beside[j].is_empty()
-                && basis.ratios[j].v == C64::ONE
+                && basis.ratios[j].value == C64::ONE
             {
                 budget.mean_flow += outgoing - incoming;
             } else {
@@ -127,17 +127,17 @@ impl FlowChain {
     /// of the flux, B(d_k, 2x - D).
     fn shares(
         &self,
-        basis: &Basis<Dual>,
+        basis: &Basis<ComplexDual>,
         j: usize,
-        [before, behind]: [&State<Dual>; 2],
+        [before, behind]: [&State<ComplexDual>; 2],
     ) -> impl Iterator<Item = (usize, f64)> {
         let mean = state_of(&basis.after[j]);
         let compliance = 1.0 / (self.gamma * mean.pressure);
-        let parts = |x: &State<Dual>| flux_factors(&mean, compliance, [x[0].v, x[1].v]);
+        let parts = |x: &State<ComplexDual>| flux_factors(&mean, compliance, [x[0].value, x[1].value]);
         let added = basis.beside[j].iter().map(|(effect, k)| {
-            let cause = if effect.of_velocity() { before[1].v } else { before[0].v };
+            let cause = if effect.of_velocity() { before[1].value } else { before[0].value };
             let unit = parts(&self.effect(basis, j, *effect, j - 1));
-            (unit.0 * k.v * cause, unit.1 * k.v * cause)
+            (unit.0 * k.value * cause, unit.1 * k.value * cause)
         });
         let added: Vec<(C64, C64)> = added.collect();
         let whole = parts(behind);
@@ -150,20 +150,26 @@ impl FlowChain {
 
     /// Energy in duct `i` and what viscosity and conduction at its wall take, from the state at its upstream
     /// end, by Gauss's rule on pieces over which the phase turns by less than one radian.
-    fn integrals(&self, basis: &Basis<Dual>, i: usize, [p, u, _]: &State<Dual>, s: &Dual) -> [f64; 3] {
+    fn integrals(
+        &self,
+        basis: &Basis<ComplexDual>,
+        i: usize,
+        [p, u, _]: &State<ComplexDual>,
+        s: &ComplexDual,
+    ) -> [f64; 3] {
         const POINTS: NonZeroUsize = NonZeroUsize::new(8).unwrap();
         let (duct, mean) = (&self.ducts[i], state_of(&basis.after[i]));
-        let (length, area) = (basis.length[i].v.re, basis.area[i].v.re);
+        let (length, area) = (basis.length[i].value.re, basis.area[i].value.re);
         let compliance = 1.0 / (self.gamma * mean.pressure);
         let slow = mean.sound_speed(self.gamma) - mean.velocity;
-        let pieces = (s.v.norm() * length / slow).ceil().clamp(1.0, 1e4);
+        let pieces = (s.value.norm() * length / slow).ceil().clamp(1.0, 1e4);
         let (mut viscous, mut thermal) = duct.wall.as_ref().map_or((C64::ZERO, C64::ZERO), |wall| {
-            let loss = wall.law.loss(&wall.wall, s.v);
+            let loss = wall.law.loss(&wall.wall, s.value);
             (loss.viscous[0] * wall.factor, loss.thermal[0] * wall.factor)
         });
         if let Some(more) = &basis.loss[i] {
-            viscous += more[0].v;
-            thermal += more[1].v;
+            viscous += more[0].value;
+            thermal += more[1].value;
         }
         let rule = GaussLegendre::new(POINTS);
         let step = length / pieces;
@@ -171,8 +177,8 @@ impl FlowChain {
         for k in 0..pieces as usize {
             for (node, weight) in rule.iter() {
                 let x = step * (k as f64 + 0.5 * (node + 1.0));
-                let x = Dual::constant(C64::new(x, 0.0));
-                let [p, u] = self.carry(basis, i, [p, u], s, &x).map(|v| v.v);
+                let x = ComplexDual::constant(C64::new(x, 0.0));
+                let [p, u] = self.carry(basis, i, [p, u], s, &x).map(|v| v.value);
                 let (j, m) = flux_factors(&mean, compliance, [p, u]);
                 let convected = 2.0 * mean.density * mean.velocity * compliance * (u * p.conj()).re;
                 let density = mean.density * u.norm_sqr() + compliance * p.norm_sqr() + convected;

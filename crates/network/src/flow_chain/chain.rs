@@ -9,7 +9,6 @@ use crate::chain::workspace::Workspace;
 use crate::chains::{Balance, Chain, Power};
 use crate::error::NetworkError;
 use crate::modes::contour::check_analytic;
-use crate::plane::dual::Dual;
 use crate::plane::modes::Modes;
 use crate::plane::newton::{Newton, Root, iterate};
 use crate::plane::region::Region;
@@ -17,6 +16,7 @@ use crate::plane::zeros::zeros;
 use crate::respond::answer::{Places, Response};
 use crate::sense::along::Station;
 use crate::slot::Slot;
+use rijke_numerics::ComplexDual;
 use rijke_numerics::{C64, Jet, Order};
 use std::f64::consts::PI;
 
@@ -27,7 +27,7 @@ impl FlowChain {
         laws: &dyn Coefficients,
         s: C64,
         at_s: &mut Laws,
-    ) -> Result<Basis<Dual>, NetworkError> {
+    ) -> Result<Basis<ComplexDual>, NetworkError> {
         fill(laws, s, at_s);
         self.basis_at(at_s, laws)
     }
@@ -37,12 +37,12 @@ impl FlowChain {
         &self,
         laws: &dyn Coefficients,
         s: C64,
-        basis: &mut Basis<Dual>,
+        basis: &mut Basis<ComplexDual>,
         at_s: &mut Laws,
-    ) -> Dual {
+    ) -> ComplexDual {
         fill(laws, s, at_s);
         self.renew(basis, at_s);
-        self.sweep(basis, &Dual { v: s, d: C64::ONE }, |_, _, _| ())
+        self.sweep(basis, &ComplexDual { value: s, slope: C64::ONE }, |_, _, _| ())
     }
 }
 
@@ -97,7 +97,7 @@ impl Chain for FlowChain {
         let mut basis = self.with_laws(laws, middle, &mut work.laws)?;
         let f = |s: C64| {
             let f = self.characteristic_with(laws, s, &mut basis, &mut work.laws);
-            [f.v, f.d]
+            [f.value, f.slope]
         };
         zeros(f, region, step, poles, inside)
     }

@@ -30,7 +30,7 @@ impl FlowState {
 
 /// What an [`Action`] does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effect {
+pub enum ActionKind {
     /// k_mu: force from velocity.
     Mu,
     /// k_mp: force from pressure.
@@ -46,7 +46,7 @@ pub enum Effect {
     Flame,
 }
 
-impl Effect {
+impl ActionKind {
     /// Whether it answers to velocity.
     pub(super) fn of_velocity(self) -> bool {
         matches!(self, Self::Mu | Self::Eu | Self::Flame)
@@ -67,7 +67,7 @@ pub enum Reference {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Action {
     /// What it does.
-    pub effect: Effect,
+    pub effect: ActionKind,
     /// The coefficient as a function of s.
     pub law: Law,
     /// For effects of velocity: where it is taken.
@@ -118,14 +118,14 @@ impl FlowDuct {
 
     /// With a law acting at its upstream end.
     #[must_use]
-    pub fn with(mut self, effect: Effect, law: Law) -> Self {
+    pub fn with(mut self, effect: ActionKind, law: Law) -> Self {
         self.actions.push(Action { effect, law, reference: Reference::Upstream(0.0) });
         self
     }
 
     /// With a law that answers to the velocity elsewhere.
     #[must_use]
-    pub fn hearing(mut self, effect: Effect, law: Law, reference: Reference) -> Self {
+    pub fn referring(mut self, effect: ActionKind, law: Law, reference: Reference) -> Self {
         self.actions.push(Action { effect, law, reference });
         self
     }

@@ -1,12 +1,12 @@
 //! The places between ducts: mean states on both sides, and the matrices with which disturbances (p, u, e)
 //! pass them.
 
-use super::ducts::{Effect, FlowDuct, FlowState};
+use super::ducts::{ActionKind, FlowDuct, FlowState};
 use super::mean::{Mean, area_step, heat_step, state_of};
 use super::number::Number;
 use super::slots::Attached;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
+use rijke_numerics::ComplexDual;
 
 /// Everything of a chain that may depend on parameters, by duct.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub(super) struct Basis<T> {
     /// How disturbances pass the places before the ducts; the first is empty.
     pub(super) gates: Vec<Gate<T>>,
     /// Feedback beside the actions, by place: what it does, coefficient.
-    pub(super) beside: Vec<Vec<(Effect, T)>>,
+    pub(super) beside: Vec<Vec<(ActionKind, T)>>,
 }
 
 /// A place: matrices on (p, u, e) that need computing once.
@@ -115,9 +115,9 @@ impl<T: Number> Basis<T> {
     }
 
     /// The same for a chain whose mean flow is that of `constant`.
-    pub(super) fn settle_as(&mut self, constant: &Basis<Dual>) {
+    pub(super) fn settle_as(&mut self, constant: &Basis<ComplexDual>) {
         let one = self.inlet.velocity.clone();
-        let like = |k: &Dual| one.like(k.v);
+        let like = |k: &ComplexDual| one.like(k.value);
         self.between = constant.between.iter().map(|m| m.map(like)).collect();
         self.after = constant.after.iter().map(|m| m.map(like)).collect();
         self.gates = constant.gates.iter().map(|g| g.map(like)).collect();
@@ -160,16 +160,17 @@ impl<T: Number> Basis<T> {
     }
 }
 
-impl Basis<Dual> {
+impl Basis<ComplexDual> {
     /// Refuses a flow that is too fast, or chokes.
     pub(super) fn check(&self, gamma: f64) -> Result<(), NetworkError> {
         for (index, mean) in self.after.iter().enumerate() {
             let mut mach = state_of(mean).mach(gamma);
-            if mach.is_nan() || mean.pressure.v.im != 0.0 {
+            if mach.is_nan() || mean.pressure.value.im != 0.0 {
                 // The flow would choke. What it would be at constant density says how far it is from
                 // possible.
-                let [first, here] = [0, index].map(|i| self.area[i].v.re);
-                mach = state_of(&self.inlet).mach(gamma) * first / here * self.ratios[index].v.re.max(1.0);
+                let [first, here] = [0, index].map(|i| self.area[i].value.re);
+                mach =
+                    state_of(&self.inlet).mach(gamma) * first / here * self.ratios[index].value.re.max(1.0);
                 mach = mach.max(1.0);
             }
             if !(0.0..0.3).contains(&mach) {
@@ -181,7 +182,7 @@ impl Basis<Dual> {
 
     /// The same with laws that stay as they are when s moves; mean flow and lengths never move with s.
     pub(super) fn at_rest_in_s(&self) -> Self {
-        let still = |k: &Dual| Dual::constant(k.v);
+        let still = |k: &ComplexDual| ComplexDual::constant(k.value);
         let mut basis = self.clone();
         basis.length.iter_mut().for_each(|k| *k = still(k));
         basis.loss.iter_mut().flatten().flatten().for_each(|k| *k = still(k));

@@ -2,7 +2,7 @@
 
 use super::ducts::FlowState;
 use super::number::Number;
-use crate::plane::dual::Dual;
+use rijke_numerics::ComplexDual;
 
 /// Mean pressure, density and velocity.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +106,10 @@ pub(super) fn heat_step<T: Number>(before: &Mean<T>, ratio: &T) -> Mean<T> {
 }
 
 /// The mean state without its slopes.
-pub(super) fn state_of(mean: &Mean<Dual>) -> FlowState {
-    FlowState { pressure: mean.pressure.v.re, density: mean.density.v.re, velocity: mean.velocity.v.re }
+pub(super) fn state_of(mean: &Mean<ComplexDual>) -> FlowState {
+    FlowState {
+        pressure: mean.pressure.value.re,
+        density: mean.density.value.re,
+        velocity: mean.velocity.value.re,
+    }
 }

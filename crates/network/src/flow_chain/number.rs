@@ -1,7 +1,7 @@
 //! The two numbers that a flow chain is computed in: value and slope in s for searches, jets for parameters.
 
 use crate::laws::Law;
-use crate::plane::dual::Dual;
+use rijke_numerics::ComplexDual;
 use rijke_numerics::{C64, Jet};
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -47,22 +47,15 @@ pub(crate) trait Number:
     }
 }
 
-impl Neg for Dual {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self { v: -self.v, d: -self.d }
-    }
-}
-
-impl Number for Dual {
+impl Number for ComplexDual {
     fn like(&self, value: C64) -> Self {
         Self::constant(value)
     }
     fn value(&self) -> C64 {
-        self.v
+        self.value
     }
     fn compose(&self, [f, slope, _]: [C64; 3]) -> Self {
-        Self { v: f, d: slope * self.d }
+        Self { value: f, slope: slope * self.slope }
     }
 }
 

@@ -1,10 +1,10 @@
 //! How a disturbance (p, u, e) with e = rho' - p/c^2 passes ducts and the places between them.
 
 use super::assembly::FlowChain;
-use super::ducts::{Effect, FlowEnd};
-use super::ear::Ear;
+use super::ducts::{ActionKind, FlowEnd};
 use super::gate::{Basis, Gate, apply, fluxes, inverse};
 use super::number::Number;
+use super::reference_point::ReferencePoint;
 use crate::chain::line::{curvature, line};
 use crate::laws::Law;
 
@@ -40,13 +40,14 @@ impl FlowChain {
         mut x: State<T>,
         mut visit: impl FnMut(usize, &State<T>, &State<T>),
     ) -> T {
-        let mut heard: Vec<Option<T>> = vec![None; self.ears.len()];
+        let mut velocities: Vec<Option<T>> = vec![None; self.references.len()];
         let mut loops: Option<T> = None;
         for i in 0..self.ducts.len() {
-            let behind = if i > 0 { self.cross(basis, i, &x, s, &heard, &mut loops) } else { x.clone() };
-            for (ear, heard) in self.ears.iter().zip(&mut heard).filter(|(e, _)| e.duct == i && !e.is_loop())
+            let behind = if i > 0 { self.cross(basis, i, &x, s, &velocities, &mut loops) } else { x.clone() };
+            for (point, velocity) in
+                self.references.iter().zip(&mut velocities).filter(|(e, _)| e.duct == i && !e.is_loop())
             {
-                *heard = Some(self.hear(basis, ear, &behind, s));
+                *velocity = Some(self.velocity_at(basis, point, &behind, s));
             }
             visit(i, &x, &behind);
             x = self.pass(basis, i, &behind, s);
@@ -158,27 +159,27 @@ impl FlowChain {
         [p, u, e]
     }
 
-    /// The state behind the place before duct `i`, with what its ears have heard; `loops` gathers the factors
-    /// of F.
+    /// The state behind the place before duct `i`, with the velocities of its references; `loops` gathers the
+    /// factors of F.
     fn cross<T: Number>(
         &self,
         basis: &Basis<T>,
         i: usize,
         x: &State<T>,
         s: &T,
-        heard: &[Option<T>],
+        velocities: &[Option<T>],
         loops: &mut Option<T>,
     ) -> State<T> {
         let mut state = self.cross_alone(basis, i, x, s);
-        for (ear, heard) in self.ears.iter().zip(heard).filter(|(e, _)| e.place == i) {
-            let unit = self.amplified(basis, ear, s);
-            let velocity = if ear.is_loop() {
-                let base = self.hear_ahead(basis, ear, state.clone(), s);
-                let open = s.real(1.0) - self.hear_ahead(basis, ear, unit.clone(), s);
+        for (point, known) in self.references.iter().zip(velocities).filter(|(e, _)| e.place == i) {
+            let unit = self.amplified(basis, point, s);
+            let velocity = if point.is_loop() {
+                let base = self.velocity_ahead(basis, point, state.clone(), s);
+                let open = s.real(1.0) - self.velocity_ahead(basis, point, unit.clone(), s);
                 *loops = Some(loops.as_ref().map_or(open.clone(), |l| l.clone() * open.clone()));
                 base.over(&open)
             } else {
-                heard.clone().unwrap_or_else(|| s.real(f64::NAN))
+                known.clone().unwrap_or_else(|| s.real(f64::NAN))
             };
             let [p, u, e] = state;
             let [a, b, c] = unit.map(|v| v * velocity.clone());
@@ -187,26 +188,32 @@ impl FlowChain {
         state
     }
 
-    /// What unit velocity at an ear adds to the state behind its place.
-    pub(super) fn amplified<T: Number>(&self, basis: &Basis<T>, ear: &Ear, s: &T) -> State<T> {
-        let action = &self.ducts[ear.place].actions[ear.action];
-        let k = self.strength(basis, ear.place, ear.action, s);
-        self.effect(basis, ear.place, action.effect, ear.duct).map(|v| v * k.clone())
+    /// What unit velocity at a reference adds to the state behind its place.
+    pub(super) fn amplified<T: Number>(&self, basis: &Basis<T>, point: &ReferencePoint, s: &T) -> State<T> {
+        let action = &self.ducts[point.place].actions[point.action];
+        let k = self.strength(basis, point.place, point.action, s);
+        self.effect(basis, point.place, action.effect, point.duct).map(|v| v * k.clone())
     }
 
-    /// What an ear hears of the state at the upstream end of its duct.
-    pub(super) fn hear<T: Number>(&self, basis: &Basis<T>, ear: &Ear, [p, u, _]: &State<T>, s: &T) -> T {
-        let [_, velocity] = self.carry(basis, ear.duct, [p, u], s, &ear.offset(basis));
+    /// The velocity at a reference, from the state at the upstream end of its duct.
+    pub(super) fn velocity_at<T: Number>(
+        &self,
+        basis: &Basis<T>,
+        point: &ReferencePoint,
+        [p, u, _]: &State<T>,
+        s: &T,
+    ) -> T {
+        let [_, velocity] = self.carry(basis, point.duct, [p, u], s, &point.offset(basis));
         velocity
     }
 
-    /// What the ear of a loop hears of the state behind its place.
-    fn hear_ahead<T: Number>(&self, basis: &Basis<T>, ear: &Ear, x: State<T>, s: &T) -> T {
+    /// The velocity at the reference of a loop, from the state behind its place.
+    fn velocity_ahead<T: Number>(&self, basis: &Basis<T>, point: &ReferencePoint, x: State<T>, s: &T) -> T {
         let mut x = x;
-        for i in ear.place..ear.duct {
+        for i in point.place..point.duct {
             x = self.cross_alone(basis, i + 1, &self.pass(basis, i, &x, s), s);
         }
-        self.hear(basis, ear, &x, s)
+        self.velocity_at(basis, point, &x, s)
     }
 
     /// The coefficient of action `k` of duct `i`.
@@ -217,22 +224,24 @@ impl FlowChain {
         total * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp()
     }
 
-    /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `heard` is
-    /// the duct of its velocity.
-    fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: Effect, heard: usize) -> [T; 3] {
+    /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `reference`
+    /// is the duct of its velocity.
+    fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: ActionKind, reference: usize) -> [T; 3] {
         let gamma = self.gamma;
         let (between, after) = (&basis.between[i], &basis.after[i]);
         let one = between.density.real(1.0);
         let zero = one.real(0.0);
         match effect {
-            Effect::Mu | Effect::Mp => [zero.clone(), -one, zero],
-            Effect::Eu | Effect::Ep => [zero.clone(), zero, -between.pressure.times(gamma / (gamma - 1.0))],
-            Effect::Flame => {
+            ActionKind::Mu | ActionKind::Mp => [zero.clone(), -one, zero],
+            ActionKind::Eu | ActionKind::Ep => {
+                [zero.clone(), zero, -between.pressure.times(gamma / (gamma - 1.0))]
+            }
+            ActionKind::Flame => {
                 let heated = after.enthalpy(gamma) - between.enthalpy(gamma);
                 let mean = between.density.clone() * between.velocity.clone() * heated;
-                [zero.clone(), zero, mean.over(&basis.after[heard].velocity)]
+                [zero.clone(), zero, mean.over(&basis.after[reference].velocity)]
             }
-            Effect::Branch => {
+            ActionKind::Branch => {
                 let taken = -between.density.clone();
                 let [force, energy] =
                     [between.velocity.clone(), between.enthalpy(gamma)].map(|v| taken.clone() * v);
@@ -246,17 +255,17 @@ impl FlowChain {
         &self,
         basis: &Basis<T>,
         i: usize,
-        effect: Effect,
-        heard: usize,
+        effect: ActionKind,
+        reference: usize,
     ) -> State<T> {
-        let push = self.push(basis, i, effect, heard);
+        let push = self.push(basis, i, effect, reference);
         match &basis.gates[i] {
             Gate::Active { behind, .. } => apply(behind, &push),
             _ => apply(&inverse(&fluxes(self.gamma, &basis.after[i], true)), &push),
         }
     }
 
-    /// The state behind the place before duct `i`, without what its ears hear.
+    /// The state behind the place before duct `i`, without the velocities of its references.
     pub(super) fn cross_alone<T: Number>(&self, basis: &Basis<T>, i: usize, x: &State<T>, s: &T) -> State<T> {
         let (step, into, behind) = match &basis.gates[i] {
             Gate::Open => return x.clone(),
@@ -265,7 +274,7 @@ impl FlowChain {
         };
         let stepped = step.as_ref().map_or_else(|| x.clone(), |step| apply(step, x));
         let mut flux = apply(into, &stepped);
-        let mut act = |effect: Effect, k: T| {
+        let mut act = |effect: ActionKind, k: T| {
             let cause = if effect.of_velocity() { &x[1] } else { &x[0] };
             let amount = k * cause.clone();
             let added = self.push(basis, i, effect, i - 1);
@@ -274,7 +283,7 @@ impl FlowChain {
             }
         };
         for (k, action) in self.ducts[i].actions.iter().enumerate() {
-            if !self.ears.iter().any(|e| e.place == i && e.action == k) {
+            if !self.references.iter().any(|e| e.place == i && e.action == k) {
                 act(action.effect, self.strength(basis, i, k, s));
             }
         }
@@ -290,15 +299,15 @@ mod tests {
     use super::*;
     use crate::flow_chain::ducts::{FlowDuct, FlowState};
     use crate::flow_chain::mean::{Mean, area_step, heat_step};
-    use crate::plane::dual::Dual;
     use rijke_numerics::C64;
+    use rijke_numerics::ComplexDual;
 
     const GAMMA: f64 = 1.4;
 
     /// The state behind a step of area and heat `power` per area before, from p, u, rho before it: the
     /// nonlinear balances, not linearised.
     fn behind([p, u, rho]: [f64; 3], areas: [f64; 2], power: f64) -> [f64; 3] {
-        let one = Dual::constant(C64::ONE);
+        let one = ComplexDual::constant(C64::ONE);
         let mean = |v: f64| one.real(v);
         let before = Mean { pressure: mean(p), velocity: mean(u), density: mean(rho) };
         let stepped = area_step(GAMMA, &before, [&mean(areas[0]), &mean(areas[1])], false);
@@ -308,12 +317,12 @@ mod tests {
         for _ in 0..200 {
             let ratio = 0.5 * (low + high);
             let heated = heat_step(&stepped, &mean(ratio));
-            let taken = (heated.enthalpy(GAMMA) - stepped.enthalpy(GAMMA)).v.re;
+            let taken = (heated.enthalpy(GAMMA) - stepped.enthalpy(GAMMA)).value.re;
             if taken > per_mass { high = ratio } else { low = ratio }
         }
         let ratio = 0.5 * (low + high);
         let heated = if power > 0.0 { heat_step(&stepped, &mean(ratio)) } else { stepped };
-        [heated.pressure, heated.velocity, heated.density].map(|v| v.v.re)
+        [heated.pressure, heated.velocity, heated.density].map(|v| v.value.re)
     }
 
     #[test]
@@ -329,16 +338,20 @@ mod tests {
             let ducts = vec![FlowDuct::new(1.0, areas[0]), FlowDuct::new(1.0, areas[1]).heated(ratio)];
             let closed = || FlowEnd::Reflection(Law::Constant(C64::ONE));
             let chain = FlowChain::new(GAMMA, inlet, ducts, [closed(), closed()]).unwrap();
-            let s = Dual::constant(C64::new(0.0, 100.0));
+            let s = ComplexDual::constant(C64::new(0.0, 100.0));
             for k in 0..3 {
                 // Unit p, u or rho before the place: e = rho - p/c^2.
                 let square = GAMMA * inlet.pressure / inlet.density;
                 let mut x = [0.0; 3];
                 x[k] = 1.0;
                 x[2] -= x[0] / square;
-                let got =
-                    chain.cross_alone(&chain.basis, 1, &x.map(|v| Dual::constant(C64::new(v, 0.0))), &s);
-                let [p, u, e] = got.map(|v| v.v.re);
+                let got = chain.cross_alone(
+                    &chain.basis,
+                    1,
+                    &x.map(|v| ComplexDual::constant(C64::new(v, 0.0))),
+                    &s,
+                );
+                let [p, u, e] = got.map(|v| v.value.re);
                 let got = [p, u, e + p * base[2] / (GAMMA * base[0])];
                 let h = 1e-4 * at[k];
                 let nudged = |sign: f64| {

@@ -2,14 +2,14 @@
 //! the whole chain, mean states included.
 
 use super::assembly::FlowChain;
-use super::ducts::Effect;
+use super::ducts::ActionKind;
 use super::gate::Basis;
 use super::number::Seeded;
 use crate::chain::coefficients::Laws;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use crate::respond::answer::{Places, Response, implicit};
+use rijke_numerics::ComplexDual;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 
 /// A real quantity of a flow chain to differentiate by. Ducts are numbered from 0; "at" a duct means at its
@@ -31,8 +31,8 @@ pub enum FlowParameter {
     Wall(usize),
     /// Factor (1) on everything that acts at a duct.
     Gain(usize),
-    /// A coefficient (0) of weak feedback at a duct, beside what acts there already: [`Effect`] says which.
-    Weak(usize, Effect),
+    /// A coefficient (0) of weak feedback at a duct, beside what acts there: [`ActionKind`] says which.
+    Weak(usize, ActionKind),
     /// Delay (0) added to everything that acts at a duct, s.
     Delay(usize),
     /// ln |R| of the upstream (0) or downstream (1) reflection coefficient.
@@ -170,26 +170,28 @@ impl FlowChain {
     /// The same with laws of a caller, which `basis` has too.
     pub(super) fn condition_with(
         &self,
-        basis: &Basis<Dual>,
+        basis: &Basis<ComplexDual>,
         root: &Root,
         laws: Option<&Laws>,
     ) -> Result<f64, NetworkError> {
         use FlowParameter as P;
         let mut parameters = vec![
-            (P::Velocity, basis.inlet.velocity.v.re),
-            (P::Density, basis.inlet.density.v.re),
+            (P::Velocity, basis.inlet.velocity.value.re),
+            (P::Density, basis.inlet.density.value.re),
             (P::LogModulus(0), 1.0),
         ];
         parameters.push((P::LogModulus(1), 1.0));
         for (i, duct) in self.ducts.iter().enumerate() {
-            parameters.extend([(P::Length(i), basis.length[i].v.re), (P::Area(i), basis.area[i].v.re)]);
+            parameters
+                .extend([(P::Length(i), basis.length[i].value.re), (P::Area(i), basis.area[i].value.re)]);
             if duct.wall.is_some() || basis.loss[i].is_some() {
                 parameters.push((P::Wall(i), 1.0));
             }
             if !duct.actions.is_empty() {
                 parameters.push((P::Gain(i), 1.0));
             }
-            parameters.extend(basis.beside[i].iter().map(|(effect, k)| (P::Weak(i, *effect), k.v.norm())));
+            parameters
+                .extend(basis.beside[i].iter().map(|(effect, k)| (P::Weak(i, *effect), k.value.norm())));
         }
         let mut total = 0.0;
         // A few seeds at a time: the cost of a jet grows with their number.

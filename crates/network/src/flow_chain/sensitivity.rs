@@ -2,20 +2,20 @@
 //! once.
 //!
 //! As in [`crate::Network::sensitivities`] a row Lambda on (p, u, e) goes back through the chain, one for
-//! each output. A velocity that is heard elsewhere takes its own weight along: mu = Lambda x_1 k, what it
-//! adds at its place, enters Lambda where it is heard. For a loop mu is needed before it is known; Lambda is
+//! each output. A velocity that is taken elsewhere takes its own weight along: mu = Lambda x_1 k, what it
+//! adds at its place, enters Lambda at the reference. For a loop mu is needed before it is known; Lambda is
 //! affine in it, and mu = a + b mu follows.
 
 use super::assembly::FlowChain;
-use super::ducts::{Effect, FlowEnd};
+use super::ducts::{ActionKind, FlowEnd};
 use super::gate::Basis;
 use super::mean::state_of;
 use super::passage::State;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use crate::respond::answer::Places;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// Derivatives of one output of a chain with flow.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,7 +41,8 @@ pub struct FlowSensitivities {
 }
 
 /// In the order of [`FlowDerivatives::feedback`].
-pub(super) const EFFECTS: [Effect; 5] = [Effect::Mu, Effect::Mp, Effect::Eu, Effect::Ep, Effect::Branch];
+pub(super) const EFFECTS: [ActionKind; 5] =
+    [ActionKind::Mu, ActionKind::Mp, ActionKind::Eu, ActionKind::Ep, ActionKind::Branch];
 
 pub(super) type Row = [C64; 3];
 
@@ -49,13 +50,13 @@ pub(super) type Row = [C64; 3];
 pub(super) struct Passed<'a> {
     pub(super) chain: &'a FlowChain,
     /// The chain at this s, all constants.
-    pub(super) basis: Basis<Dual>,
-    pub(super) s: Dual,
+    pub(super) basis: Basis<ComplexDual>,
+    pub(super) s: ComplexDual,
     /// States before and behind every place; the same at the outlet.
-    pub(super) before: Vec<State<Dual>>,
-    pub(super) behind: Vec<State<Dual>>,
+    pub(super) before: Vec<State<ComplexDual>>,
+    pub(super) behind: Vec<State<ComplexDual>>,
     /// F without the factors of loops, and its derivative in s.
-    f: Dual,
+    f: ComplexDual,
 }
 
 /// The way back of one output.
@@ -63,25 +64,25 @@ pub(super) struct Back {
     /// Lambda at the downstream end of every duct, and behind the place before it.
     pub(super) ends: Vec<Row>,
     pub(super) starts: Vec<Row>,
-    /// Weight of what every ear hears.
-    pub(super) heard: Vec<C64>,
+    /// Weight of the velocity at every reference.
+    pub(super) weights: Vec<C64>,
     inlet: Row,
 }
 
 /// A constant.
-pub(super) fn fixed(x: &State<Dual>) -> State<Dual> {
-    x.map(|v| Dual::constant(v.v))
+pub(super) fn fixed(x: &State<ComplexDual>) -> State<ComplexDual> {
+    x.map(|v| ComplexDual::constant(v.value))
 }
 
-pub(super) fn dot(row: &Row, x: &State<Dual>) -> C64 {
-    row[0] * x[0].v + row[1] * x[1].v + row[2] * x[2].v
+pub(super) fn dot(row: &Row, x: &State<ComplexDual>) -> C64 {
+    row[0] * x[0].value + row[1] * x[1].value + row[2] * x[2].value
 }
 
 /// row M of a linear map M.
-pub(super) fn through(row: &Row, map: impl Fn(&State<Dual>) -> State<Dual>) -> Row {
+pub(super) fn through(row: &Row, map: impl Fn(&State<ComplexDual>) -> State<ComplexDual>) -> Row {
     std::array::from_fn(|k| {
-        let mut unit = [Dual::constant(C64::ZERO); 3];
-        unit[k] = Dual::constant(C64::ONE);
+        let mut unit = [ComplexDual::constant(C64::ZERO); 3];
+        unit[k] = ComplexDual::constant(C64::ONE);
         dot(row, &map(&unit))
     })
 }
@@ -91,16 +92,27 @@ fn add_sources(row: &mut Row, place: usize, sources: &[(usize, C64)]) {
 }
 
 impl<'a> Passed<'a> {
-    pub(super) fn new(chain: &'a FlowChain, basis: &Basis<Dual>, root: &Root) -> Result<Self, NetworkError> {
-        let s = Dual { v: root.s, d: C64::ONE };
+    pub(super) fn new(
+        chain: &'a FlowChain,
+        basis: &Basis<ComplexDual>,
+        root: &Root,
+    ) -> Result<Self, NetworkError> {
+        let s = ComplexDual { value: root.s, slope: C64::ONE };
         let (mut before, mut behind) = (Vec::new(), Vec::new());
         chain.sweep(basis, &s, |_, x, y| {
             before.push(*x);
             behind.push(*y);
         });
         let f = chain.finish(basis, &before[chain.ducts.len()], &s);
-        if f.d.is_finite() && f.d != C64::ZERO {
-            Ok(Self { chain, basis: basis.at_rest_in_s(), s: Dual::constant(root.s), before, behind, f })
+        if f.slope.is_finite() && f.slope != C64::ZERO {
+            Ok(Self {
+                chain,
+                basis: basis.at_rest_in_s(),
+                s: ComplexDual::constant(root.s),
+                before,
+                behind,
+                f,
+            })
         } else {
             Err(NetworkError::NotFinite { s: root.s })
         }
@@ -108,31 +120,33 @@ impl<'a> Passed<'a> {
 
     /// The row of the eigenvalue.
     pub(super) fn eigenvalue(&self) -> Back {
-        self.back(-self.f.d.inv(), &[])
+        self.back(-self.f.slope.inv(), &[])
     }
 
     /// The row of `factor` times F plus sources times the pressure before places.
     fn back(&self, factor: C64, sources: &[(usize, C64)]) -> Back {
         let (chain, n) = (self.chain, self.chain.ducts.len());
-        let unit = |x: &State<Dual>| [chain.finish(&self.basis, x, &self.s), self.s, self.s];
+        let unit = |x: &State<ComplexDual>| [chain.finish(&self.basis, x, &self.s), self.s, self.s];
         let mut row = through(&[factor, C64::ZERO, C64::ZERO], unit);
         add_sources(&mut row, n, sources);
         let mut back = Back {
             ends: vec![[C64::ZERO; 3]; n],
             starts: vec![[C64::ZERO; 3]; n],
-            heard: vec![C64::ZERO; chain.ears.len()],
+            weights: vec![C64::ZERO; chain.references.len()],
             inlet: row,
         };
         for j in (0..n).rev() {
             back.ends[j] = row;
-            for (e, _) in chain.ears.iter().enumerate().filter(|(_, e)| e.duct == j && e.is_loop()) {
-                back.heard[e] = self.loop_weight(e, row, &back.heard, sources);
+            for (e, _) in chain.references.iter().enumerate().filter(|(_, e)| e.duct == j && e.is_loop()) {
+                back.weights[e] = self.loop_weight(e, row, &back.weights, sources);
             }
-            row = self.to_start(j, row, &back.heard);
+            row = self.to_start(j, row, &back.weights);
             back.starts[j] = row;
             if j > 0 {
-                for (e, ear) in chain.ears.iter().enumerate().filter(|(_, e)| e.place == j && !e.is_loop()) {
-                    back.heard[e] = dot(&row, &chain.amplified(&self.basis, ear, &self.s));
+                for (e, point) in
+                    chain.references.iter().enumerate().filter(|(_, e)| e.place == j && !e.is_loop())
+                {
+                    back.weights[e] = dot(&row, &chain.amplified(&self.basis, point, &self.s));
                 }
                 row = self.through_place(j, &row);
             }
@@ -143,11 +157,12 @@ impl<'a> Passed<'a> {
     }
 
     /// From the downstream end of duct `j` to its upstream end.
-    fn to_start(&self, j: usize, row: Row, heard: &[C64]) -> Row {
+    fn to_start(&self, j: usize, row: Row, weights: &[C64]) -> Row {
         let basis = &self.basis;
         let mut out = through(&row, |x| self.chain.pass(basis, j, x, &self.s));
-        for (ear, weight) in self.chain.ears.iter().zip(heard).filter(|(e, _)| e.duct == j) {
-            let unit = |x: &State<Dual>| [self.chain.hear(basis, ear, x, &self.s), self.s, self.s];
+        for (point, weight) in self.chain.references.iter().zip(weights).filter(|(e, _)| e.duct == j) {
+            let unit =
+                |x: &State<ComplexDual>| [self.chain.velocity_at(basis, point, x, &self.s), self.s, self.s];
             let added = through(&[*weight, C64::ZERO, C64::ZERO], unit);
             out = std::array::from_fn(|k| out[k] + added[k]);
         }
@@ -158,54 +173,55 @@ impl<'a> Passed<'a> {
         through(row, |x| self.chain.cross_alone(&self.basis, j, x, &self.s))
     }
 
-    /// Weight of what the ear of a loop hears, from the row at the downstream end of the duct in which it
-    /// hears.
-    fn loop_weight(&self, index: usize, row: Row, heard: &[C64], sources: &[(usize, C64)]) -> C64 {
-        let ear = &self.chain.ears[index];
-        let unit = self.chain.amplified(&self.basis, ear, &self.s);
-        let at_place = |row: Row, heard: &[C64], sources: &[(usize, C64)]| {
+    /// Weight of the velocity at the reference of a loop, from the row at the downstream end of the duct in
+    /// which it lies.
+    fn loop_weight(&self, index: usize, row: Row, weights: &[C64], sources: &[(usize, C64)]) -> C64 {
+        let point = &self.chain.references[index];
+        let unit = self.chain.amplified(&self.basis, point, &self.s);
+        let at_place = |row: Row, weights: &[C64], sources: &[(usize, C64)]| {
             let mut row = row;
-            for j in (ear.place..=ear.duct).rev() {
-                row = self.to_start(j, row, heard);
-                if j > ear.place {
+            for j in (point.place..=point.duct).rev() {
+                row = self.to_start(j, row, weights);
+                if j > point.place {
                     row = self.through_place(j, &row);
                     add_sources(&mut row, j, sources);
                 }
             }
             dot(&row, &unit)
         };
-        let mut alone = vec![C64::ZERO; heard.len()];
+        let mut alone = vec![C64::ZERO; weights.len()];
         alone[index] = C64::ONE;
-        at_place(row, heard, sources) / (1.0 - at_place([C64::ZERO; 3], &alone, &[]))
+        at_place(row, weights, sources) / (1.0 - at_place([C64::ZERO; 3], &alone, &[]))
     }
 
     fn derivatives(&self, back: &Back, factor: C64) -> FlowDerivatives {
         let (chain, n) = (self.chain, self.chain.ducts.len());
         let mut basis = self.basis.clone();
         let mut out = FlowDerivatives { feedback: vec![[C64::ZERO; 5]; n], ..FlowDerivatives::default() };
-        let behind: Vec<State<Dual>> = self.behind.iter().map(fixed).collect();
+        let behind: Vec<State<ComplexDual>> = self.behind.iter().map(fixed).collect();
         for j in 0..n {
             if j > 0 {
                 out.feedback[j] = EFFECTS.map(|effect| {
-                    let cause = if effect.of_velocity() { self.before[j][1].v } else { self.before[j][0].v };
+                    let cause =
+                        if effect.of_velocity() { self.before[j][1].value } else { self.before[j][0].value };
                     dot(&back.starts[j], &chain.effect(&basis, j, effect, j - 1)) * cause
                 });
             }
-            // What a seed in the basis changes: the passage of this duct, and what ears hear.
-            let local = |basis: &Basis<Dual>| {
+            // What a seed in the basis changes: the passage of this duct, and the velocities at references.
+            let local = |basis: &Basis<ComplexDual>| {
                 let passed = chain.pass(basis, j, &behind[j], &self.s);
-                let mut total: C64 = (0..3).map(|k| back.ends[j][k] * passed[k].d).sum();
-                for (ear, weight) in chain.ears.iter().zip(&back.heard) {
-                    total += weight * chain.hear(basis, ear, &behind[ear.duct], &self.s).d;
+                let mut total: C64 = (0..3).map(|k| back.ends[j][k] * passed[k].slope).sum();
+                for (point, weight) in chain.references.iter().zip(&back.weights) {
+                    total += weight * chain.velocity_at(basis, point, &behind[point.duct], &self.s).slope;
                 }
                 total
             };
-            basis.length[j].d = C64::ONE;
+            basis.length[j].slope = C64::ONE;
             out.lengths.push(local(&basis));
-            basis.length[j].d = C64::ZERO;
-            basis.wall[j].d = C64::ONE;
+            basis.length[j].slope = C64::ZERO;
+            basis.wall[j].slope = C64::ONE;
             out.walls.push(local(&basis));
-            basis.wall[j].d = C64::ZERO;
+            basis.wall[j].slope = C64::ZERO;
         }
         if matches!(chain.ends[0], FlowEnd::Reflection(_)) {
             let mean = state_of(&self.basis.after[0]);
@@ -216,7 +232,7 @@ impl<'a> Passed<'a> {
             let mean = state_of(&self.basis.after[n - 1]);
             let impedance = mean.density * mean.sound_speed(chain.gamma);
             let [p, u, _] = &self.before[n];
-            out.ends[1] = -0.5 * factor * (p.v + impedance * u.v);
+            out.ends[1] = -0.5 * factor * (p.value + impedance * u.value);
         }
         out
     }
@@ -239,18 +255,18 @@ impl FlowChain {
         let passed = Passed::new(self, &self.basis, root)?;
         let pressure = |j: usize| passed.before[j][0];
         let reference = pressure(places.reference);
-        let loudest = places.at.iter().map(|&j| pressure(j).v.norm()).fold(0.0, f64::max);
-        if !places.at.is_empty() && reference.v.norm() <= 1e-12 * loudest {
+        let loudest = places.at.iter().map(|&j| pressure(j).value.norm()).fold(0.0, f64::max);
+        if !places.at.is_empty() && reference.value.norm() <= 1e-12 * loudest {
             return Err(NetworkError::SilentReference { place: places.reference });
         }
         let output =
             |factor: C64, sources: &[(usize, C64)]| passed.derivatives(&passed.back(factor, sources), factor);
         let pressures = places.at.iter().map(|&place| {
             let p = pressure(place);
-            let (relative, scale) = (p.v / reference.v, reference.v.inv());
-            let in_s = (p.d - relative * reference.d) * scale;
-            output(-in_s / passed.f.d, &[(place, scale), (places.reference, -relative * scale)])
+            let (relative, scale) = (p.value / reference.value, reference.value.inv());
+            let in_s = (p.slope - relative * reference.slope) * scale;
+            output(-in_s / passed.f.slope, &[(place, scale), (places.reference, -relative * scale)])
         });
-        Ok(FlowSensitivities { s: output(-passed.f.d.inv(), &[]), pressures: pressures.collect() })
+        Ok(FlowSensitivities { s: output(-passed.f.slope.inv(), &[]), pressures: pressures.collect() })
     }
 }

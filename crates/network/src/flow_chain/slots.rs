@@ -1,6 +1,6 @@
 //! The numbers of a chain with flow that laws attach to.
 
-use super::ducts::Effect;
+use super::ducts::ActionKind;
 use crate::error::NetworkError;
 use crate::slot::Slot;
 
@@ -25,7 +25,7 @@ pub enum FlowSlot {
     /// Thermal loss per metre of a duct, 1/(Pa s).
     Thermal(usize),
     /// Feedback at a place from the velocity or pressure in front of it.
-    At(usize, Effect),
+    At(usize, ActionKind),
     /// The coefficient of an action that the duct has: duct, number of the action. It hears where the action
     /// does.
     Action(usize, usize),
@@ -53,10 +53,10 @@ impl TryFrom<Slot> for FlowSlot {
             Slot::Area(i) => Self::Area(i),
             Slot::Viscous(i) => Self::Viscous(i),
             Slot::Thermal(i) => Self::Thermal(i),
-            Slot::Mu(j) => Self::At(j, Effect::Mu),
-            Slot::Mp(j) => Self::At(j, Effect::Mp),
-            Slot::Eu(j) => Self::At(j, Effect::Eu),
-            Slot::Ep(j) => Self::At(j, Effect::Ep),
+            Slot::Mu(j) => Self::At(j, ActionKind::Mu),
+            Slot::Mp(j) => Self::At(j, ActionKind::Mp),
+            Slot::Eu(j) => Self::At(j, ActionKind::Eu),
+            Slot::Ep(j) => Self::At(j, ActionKind::Ep),
             Slot::Upstream => Self::Upstream,
             Slot::Downstream => Self::Downstream,
             Slot::SoundSpeed(_) | Slot::Density(_) => return Err(NetworkError::SlotOfRest { slot }),

@@ -3,12 +3,12 @@
 use super::assembly::FlowChain;
 use super::ducts::FlowEnd;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use crate::plane::modes::Modes;
 use crate::plane::newton::{Newton, Root, iterate};
 use crate::plane::region::Region;
 use crate::plane::zeros::zeros;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 impl FlowChain {
     /// Every mode in `region`, counted as by [`crate::Network::modes`].
@@ -46,14 +46,14 @@ impl FlowChain {
     pub fn solve(&self, guess: C64, settings: &Newton) -> Result<Root, NetworkError> {
         let spacing = std::f64::consts::PI / self.travel_time();
         iterate(guess, spacing, settings, |s| {
-            self.sweep(&self.basis, &Dual { v: s, d: C64::ONE }, |_, _, _| ())
+            self.sweep(&self.basis, &ComplexDual { value: s, slope: C64::ONE }, |_, _, _| ())
         })
     }
 
     /// F(s) = g - R_d f at the outlet for g = 1 and no entropy wave at the inlet, and dF/ds.
     #[must_use]
     pub fn characteristic(&self, s: C64) -> [C64; 2] {
-        let f = self.sweep(&self.basis, &Dual { v: s, d: C64::ONE }, |_, _, _| ());
-        [f.v, f.d]
+        let f = self.sweep(&self.basis, &ComplexDual { value: s, slope: C64::ONE }, |_, _, _| ());
+        [f.value, f.slope]
     }
 }

@@ -76,7 +76,7 @@ pub enum Leg {
 
 impl SideHole {
     pub(super) fn at(&self, s: &Jet, space: JetSpace) -> Jet {
-        let [pressure, velocity] = self.mouth(s, space);
+        let [pressure, velocity] = self.opening(s, space);
         let y = (&velocity / &pressure).scale(C64::new(self.area_ratio, 0.0));
         let z = s.scale(C64::new(self.gas.density * self.series, 0.0));
         let yz = &y * &z;
@@ -89,7 +89,7 @@ impl SideHole {
     }
 
     /// Pressure in the tube and velocity in the hole, of a wave 1 that reaches the outer end.
-    pub(super) fn mouth(&self, s: &Jet, space: JetSpace) -> [Jet; 2] {
+    pub(super) fn opening(&self, s: &Jet, space: JetSpace) -> [Jet; 2] {
         let Wall { density, sound_speed, .. } = self.gas;
         let real = |v: f64| C64::new(v, 0.0);
         let mut z = s.scale(real(density));

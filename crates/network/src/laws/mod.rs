@@ -4,18 +4,18 @@
 
 mod batch;
 mod ends;
-mod heard;
 mod holes;
 pub mod levine_schwinger;
 mod probe;
+mod remote;
 mod roots;
 pub mod wall;
 
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
-pub use heard::{Heard, Unheard};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
-pub use probe::{Part, Probe, Side, Stretch};
-pub use rijke_numerics::rational::{Entry, Table, TableError, phase_slope};
+pub use probe::{PathDuct, Probe, Side, SourceCoefficient};
+pub use remote::{NoReference, RemoteSource};
+pub use rijke_numerics::rational::{Table, TableError, TableRow, phase_slope};
 pub use wall::WallLaw;
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
@@ -176,7 +176,7 @@ impl Law {
             Self::Probe(probe) if probe.side == Side::Upstream => probe.transfer.poles_in(region)?,
             // Both coefficients of a closed loop have its poles, but the network only once: k_eu declares
             // them. At a pole of the transfer function the coefficients are finite.
-            Self::Probe(probe) if probe.of == Part::Pressure => Vec::new(),
+            Self::Probe(probe) if probe.of == SourceCoefficient::Pressure => Vec::new(),
             Self::Probe(probe) => {
                 let poles = probe.transfer.poles_in(&region.widened(1.0))?;
                 let time = probe.transfer.delay() + probe.travel_time();
@@ -197,7 +197,7 @@ impl Law {
                 let omega = [region.omega[0].max(LOWEST), region.omega[1]];
                 let upper = Region { omega, ..*region };
                 let poles = hole.outlet.poles_in(&upper.widened(1.0))?;
-                roots_of(|s, space| hole.mouth(s, space)[0].clone(), &upper, hole.travel_time(), &poles)?
+                roots_of(|s, space| hole.opening(s, space)[0].clone(), &upper, hole.travel_time(), &poles)?
             }
             // Poles of R are the zeros of z + 1.
             Self::Impedance(z) => match z.as_ref() {
@@ -309,7 +309,7 @@ impl Coefficients for LawSet {
     fn name(&self, law: usize) -> String {
         self.laws.get(law).map_or_else(|| format!("law {law}"), |l| l.0.clone())
     }
-    fn hears_at(&self, law: usize) -> Option<f64> {
+    fn reference_at(&self, law: usize) -> Option<f64> {
         match &self.laws.get(law)?.1 {
             Law::Probe(probe) => Some(probe.distance()),
             _ => None,

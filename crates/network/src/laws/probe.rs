@@ -17,16 +17,16 @@ pub struct Probe {
     /// T.
     pub transfer: Law,
     /// The ducts from the source to the reference, in that order.
-    pub path: Vec<Stretch>,
+    pub path: Vec<PathDuct>,
     /// The coefficient wanted.
-    pub of: Part,
+    pub of: SourceCoefficient,
     /// Where the reference lies; downstream with r, the area before over the area behind the source.
     pub side: Side,
 }
 
 /// Which coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum SourceCoefficient {
     /// k_eu.
     Velocity,
     /// k_ep.
@@ -47,7 +47,7 @@ pub enum Side {
 
 /// A uniform duct on the way from the source to the reference.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stretch {
+pub struct PathDuct {
     /// The duct, of the length that is passed.
     pub segment: Segment,
     /// Velocity on entering over velocity on leaving the stretch before: the inverse ratio of areas. 1 for
@@ -59,16 +59,16 @@ pub struct Stretch {
 
 impl Side {
     /// A coefficient from T and the row (beta, alpha) of the reference's velocity on (p, u) at the source.
-    pub(super) fn coefficient(self, of: Part, t: &Jet, alpha: &Jet, beta: &Jet) -> Jet {
+    pub(super) fn coefficient(self, of: SourceCoefficient, t: &Jet, alpha: &Jet, beta: &Jet) -> Jet {
         match (self, of) {
-            (Self::Upstream, Part::Velocity) => -&(t * alpha),
-            (Self::Upstream, Part::Pressure) => -&(t * beta),
+            (Self::Upstream, SourceCoefficient::Velocity) => -&(t * alpha),
+            (Self::Upstream, SourceCoefficient::Pressure) => -&(t * beta),
             (Self::Downstream { ratio }, part) => {
                 let loop_gain = t * alpha;
                 let open = (-&loop_gain).shift(C64::ONE);
                 match part {
-                    Part::Velocity => (&loop_gain / &open).scale(C64::new(-ratio, 0.0)),
-                    Part::Pressure => -&(&(t * beta) / &open),
+                    SourceCoefficient::Velocity => (&loop_gain / &open).scale(C64::new(-ratio, 0.0)),
+                    SourceCoefficient::Pressure => -&(&(t * beta) / &open),
                 }
             }
         }
@@ -99,14 +99,14 @@ impl Probe {
     }
 
     fn row(&self, s: &Jet, space: JetSpace) -> [Jet; 2] {
-        let lost = |p: &Stretch| p.losses.as_ref().map(|all| all.each_ref().map(|law| law.at(s, space)));
+        let lost = |p: &PathDuct| p.losses.as_ref().map(|all| all.each_ref().map(|law| law.at(s, space)));
         let stretches: Vec<_> = self.path.iter().map(|p| (p.segment, p.ratio, lost(p))).collect();
         row(&stretches, self.side, s, space)
     }
 }
 
 /// beta and alpha: the velocity at the reference as a row on (p, u) at the source. The path has segments,
-/// ratios and losses as [`Stretch`].
+/// ratios and losses as [`PathDuct`].
 pub(super) fn row(
     path: &[(Segment, f64, Option<[Jet; 2]>)],
     side: Side,

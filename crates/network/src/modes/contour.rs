@@ -10,8 +10,7 @@ use crate::chain::coefficients::{At, Coefficients, Pole};
 use crate::chain::network::Network;
 use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::plane::modes::{Mode, Modes};
-use crate::plane::newton::{Newton, Root};
+use crate::plane::modes::Modes;
 use crate::plane::region::Region;
 use crate::plane::zeros::zeros;
 use rijke_numerics::C64;
@@ -41,34 +40,9 @@ impl Network {
         poles.retain(|p| wide.contains(p.0));
         let f = |s: C64| {
             let f = self.characteristic(coefficients, s, &mut work.laws);
-            [f.v, f.d]
+            [f.value, f.slope]
         };
         zeros(f, region, step, poles, pole_count)
-    }
-
-    /// Newton from `guess`, and the modes that are nearer to the guess than the root found; normally none.
-    ///
-    /// # Errors
-    /// As [`Network::solve`] and [`Network::modes`].
-    pub fn solve_nearest<K: Coefficients + ?Sized>(
-        &self,
-        coefficients: &K,
-        guess: C64,
-        settings: &Newton,
-        work: &mut Workspace,
-    ) -> Result<(Root, Vec<Mode>), NetworkError> {
-        let root = self.solve(coefficients, guess, settings, work)?;
-        let radius = (root.s - guess).norm();
-        if radius <= 1e-6 * root.s.norm() {
-            return Ok((root, Vec::new()));
-        }
-        let region = Region {
-            sigma: [guess.re - radius, guess.re + 0.999 * radius],
-            omega: [guess.im - 0.998 * radius, guess.im + 0.997 * radius],
-        };
-        let mut nearer = self.modes(coefficients, &region, work)?.modes;
-        nearer.retain(|m| (m.s - guess).norm() < radius * (1.0 - 1e-6));
-        Ok((root, nearer))
     }
 
     /// Poles of F with their orders: those of every law that acts at a place or an end. All that lie in

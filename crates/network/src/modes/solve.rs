@@ -34,6 +34,6 @@ impl Network {
         work: &mut Workspace,
     ) -> [C64; 2] {
         let f = self.characteristic(coefficients, s, &mut work.laws);
-        [f.v, f.d]
+        [f.value, f.slope]
     }
 }

@@ -3,7 +3,6 @@
 //!
 //! Knows analytic functions of s, and no chain.
 
-pub(crate) mod dual;
 pub(crate) mod modes;
 pub(crate) mod newton;
 pub(crate) mod region;

@@ -1,8 +1,8 @@
 //! Newton's iteration on an analytic function, from a guess to the zero nearby.
 
-use super::dual::Dual;
 use crate::error::NetworkError;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// How Newton's iteration is bounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,13 +44,13 @@ const QUADRATIC: f64 = 0.1;
 ///
 /// With d = (s1 - s0)/(F1 - F0) and m = 1/F': s = s1 - m1 F1 + (m1 - d)/(F1 - F0) F1^2
 /// - (m0 - 2d + m1)/(F1 - F0)^2 F1^2 F0. It saves the third sweep of Newton's iteration from a warm start.
-fn inverse_cubic(s0: C64, f0: Dual, s1: C64, f1: Dual) -> (C64, f64) {
-    let (m0, m1) = (f0.d.inv(), f1.d.inv());
-    let h = (f1.v - f0.v).inv();
+fn inverse_cubic(s0: C64, f0: ComplexDual, s1: C64, f1: ComplexDual) -> (C64, f64) {
+    let (m0, m1) = (f0.slope.inv(), f1.slope.inv());
+    let h = (f1.value - f0.value).inv();
     let d = (s1 - s0) * h;
-    let square = f1.v * f1.v * h;
-    let cubic = (m0 - 2.0 * d + m1) * h * square * f0.v;
-    (-m1 * f1.v + (m1 - d) * square - cubic, cubic.norm())
+    let square = f1.value * f1.value * h;
+    let cubic = (m0 - 2.0 * d + m1) * h * square * f0.value;
+    (-m1 * f1.value + (m1 - d) * square - cubic, cubic.norm())
 }
 
 /// Newton's iteration on an analytic function whose zeros lie about `spacing` apart.
@@ -59,15 +59,15 @@ pub(crate) fn iterate(
     guess: C64,
     spacing: f64,
     settings: &Newton,
-    mut f: impl FnMut(C64) -> Dual,
+    mut f: impl FnMut(C64) -> ComplexDual,
 ) -> Result<Root, NetworkError> {
     let longest = settings.max_step.unwrap_or(0.5 * spacing);
     let mut s = guess;
-    let mut last: Option<(C64, Dual)> = None;
+    let mut last: Option<(C64, ComplexDual)> = None;
     let mut residual = f64::INFINITY;
     for steps in 1..=settings.max_steps {
         let at = f(s);
-        let newton = -at.v / at.d;
+        let newton = -at.value / at.slope;
         if !newton.is_finite() {
             return Err(NetworkError::NotFinite { s });
         }

@@ -23,10 +23,10 @@ impl Network {
         self.sweep(coefficients, root.s, &mut work.laws, |step| {
             if let Step::Joint { j, p, .. } = step {
                 if j == places.reference {
-                    reference = p.v;
+                    reference = p.value;
                 }
                 for (to, _) in pressures.iter_mut().zip(&places.at).filter(|(_, place)| **place == j) {
-                    *to = p.v;
+                    *to = p.value;
                 }
             }
         });

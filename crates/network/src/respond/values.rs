@@ -37,7 +37,8 @@ impl<'a> Values<'a> {
 
     /// rho c of segment `i`.
     pub(super) fn impedance(&self, i: usize) -> C64 {
-        let [density, speed] = [DENSITY, SOUND_SPEED].map(|kind| self.network.property(i, kind, self.laws).v);
+        let [density, speed] =
+            [DENSITY, SOUND_SPEED].map(|kind| self.network.property(i, kind, self.laws).value);
         density * speed
     }
 
@@ -173,8 +174,8 @@ impl<V: FnMut(usize, usize, &mut Columns)> Pass<'_, V> {
                 attached[i] = take(&mut rest, 1 + 2 * j);
                 let here = take(&mut rest, 2 + 2 * j);
                 let ([p, q], _) = network.line_coefficients(j, values.s, here, values.laws);
-                lines.p.set(i, p.v);
-                lines.q.set(i, q.v);
+                lines.p.set(i, p.value);
+                lines.q.set(i, q.value);
             }
             lines.compute(simd, count);
             for i in 0..count {

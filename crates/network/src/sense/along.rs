@@ -7,19 +7,19 @@
 //! du/dx, so that by parts ds is the integral of (Lambda_u u)' a, with (Lambda_u u)' = Lambda_p Z u -
 //! Lambda_u Y p.
 //!
-//! Between a source and a velocity that it hears at a distance ([`Coefficients::hears_at`]) its coefficients
-//! k_eu, k_ep, which stand for that velocity, change too: see `Hearing`.
+//! Between a source and a velocity at a distance to which it answers ([`Coefficients::reference_at`]) its
+//! coefficients k_eu, k_ep, which stand for that velocity, change too: see `DistantReference`.
 
-use super::hearing::Change;
+use super::distant_reference::Change;
 use super::piece::Piece;
 use crate::chain::coefficients::Coefficients;
 use crate::chain::network::Network;
 use crate::chain::sweep::Step;
 use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// The mode and the sensitivities at one x.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,29 +91,29 @@ impl Network {
         let mut end = [C64::ZERO; 2];
         let f = self.sweep(coefficients, root.s, &mut work.laws, |step| match step {
             Step::Joint { p, u, jump, .. } => {
-                let (p, u) = (p.v, u.v);
+                let (p, u) = (p.value, u.value);
                 state = jump.map_or([p, u], |(k, ratio)| {
-                    let [mu, mp, eu, ep] = k.map(|k: Dual| k.v);
-                    [p - mu * u - mp * p, ratio.v * u - eu * u - ep * p]
+                    let [mu, mp, eu, ep] = k.map(|k: ComplexDual| k.value);
+                    [p - mu * u - mp * p, ratio.value * u - eu * u - ep * p]
                 });
-                jumps.push(jump.map(|(k, ratio)| (k.map(|k| k.v), ratio.v)));
+                jumps.push(jump.map(|(k, ratio)| (k.map(|k| k.value), ratio.value)));
             }
             Step::Segment { coefficients: [p, q], bare: [l, density, compliance], .. } => {
                 pieces.push(Piece {
                     start: state,
-                    impedance: p.v / l,
-                    admittance: q.v / l,
+                    impedance: p.value / l,
+                    admittance: q.value / l,
                     length: l.re,
                     rho_c: (density.re / compliance.re).sqrt(),
                     inertia: root.s * density,
                 })
             }
             Step::End { impedances, reflections, .. } => {
-                let z = impedances[1].v;
-                end = [0.5 * (1.0 - reflections[1].v), -0.5 * (1.0 + reflections[1].v) * z];
+                let z = impedances[1].value;
+                end = [0.5 * (1.0 - reflections[1].value), -0.5 * (1.0 + reflections[1].value) * z];
             }
         });
-        let factor = -f.d.inv();
+        let factor = -f.slope.inv();
         let mut row = end.map(|r| r * factor);
         // Lambda at the upstream end of every segment.
         let mut rows = vec![[C64::ZERO; 2]; pieces.len()];
@@ -127,8 +127,8 @@ impl Network {
         }
         let mut changes: Vec<Change> = Vec::new();
         for place in 0..=pieces.len() {
-            for hearing in self.hearings(coefficients, place, &work.laws) {
-                changes.extend(hearing.changes(&pieces, &jumps, &rows));
+            for reference in self.distant_references(coefficients, place, &work.laws) {
+                changes.extend(reference.changes(&pieces, &jumps, &rows));
             }
         }
         let last = samples.max(2) - 1;

@@ -8,9 +8,9 @@ use crate::chain::coefficients::Coefficients;
 use crate::chain::network::Network;
 use crate::chain::sweep::Step;
 use crate::chain::workspace::Workspace;
-use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// Mean power by mechanism over the energy of the mode, 1/s; positive feeds the mode. Half of each is its
 /// share of the growth rate.
@@ -75,17 +75,17 @@ impl Network {
         let mut joints: Vec<([C64; 3], [f64; 2])> = Vec::new();
         self.sweep(coefficients, s, &mut work.laws, |step| match step {
             Step::Joint { j, p, u, jump } => {
-                let (p1, u1) = (p.v, u.v);
+                let (p1, u1) = (p.value, u.value);
                 if j == 0 {
                     budget.upstream = 0.5 * area * (p1 * u1.conj()).re;
                 }
                 state = [p1, u1];
                 if let Some((k, ratio)) = jump {
-                    let [mu, mp, eu, ep] = k.map(|k: Dual| k.v);
+                    let [mu, mp, eu, ep] = k.map(|k: ComplexDual| k.value);
                     let p2 = p1 - mu * u1 - mp * p1;
-                    state = [p2, ratio.v * u1 - eu * u1 - ep * p1];
+                    state = [p2, ratio.value * u1 - eu * u1 - ep * p1];
                     let before = area;
-                    area /= ratio.v.re;
+                    area /= ratio.value.re;
                     let after = area;
                     let power = [
                         -0.5 * before * (mu * u1 * u1.conj()).re,
@@ -101,7 +101,7 @@ impl Network {
             }
             Step::Segment { coefficients: [p, q], bare, .. } => {
                 let [l, density, compliance] = bare.map(|v| v.re);
-                let (z, y) = (p.v / l, q.v / l);
+                let (z, y) = (p.value / l, q.value / l);
                 let [pressure, velocity] = square_integrals(z, y, l, state);
                 energy += 0.25 * area * (density * velocity + compliance * pressure);
                 budget.viscous -= 0.5 * area * (z - s * density).re * velocity;
@@ -109,7 +109,7 @@ impl Network {
             }
             Step::End { p, u, .. } => {
                 // The sweep is past the jump at place N: this is the intensity that leaves.
-                budget.downstream = -0.5 * area * (p.v * u.v.conj()).re;
+                budget.downstream = -0.5 * area * (p.value * u.value.conj()).re;
             }
         });
         let per_energy = energy.recip();

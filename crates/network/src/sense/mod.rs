@@ -5,6 +5,6 @@
 
 pub(crate) mod along;
 pub(crate) mod budget;
-mod hearing;
+mod distant_reference;
 mod piece;
 pub(crate) mod sensitivity;

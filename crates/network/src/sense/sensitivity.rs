@@ -10,11 +10,11 @@ use crate::chain::network::Network;
 use crate::chain::sweep::Step;
 use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
-use crate::plane::dual::Dual;
 use crate::plane::newton::Root;
 use crate::respond::answer::Places;
 use crate::slot::Slot;
 use rijke_numerics::C64;
+use rijke_numerics::ComplexDual;
 
 /// Derivatives of one output with respect to every local coefficient, in the primitive form of the adjoint.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,7 +50,7 @@ struct Record {
     at: C64,
     first_area: f64,
     /// State upstream of each place, with its derivative in s.
-    before: Vec<[Dual; 2]>,
+    before: Vec<[ComplexDual; 2]>,
     jumps: Vec<Option<([C64; 4], C64)>>,
     lines: Vec<Passage>,
     /// rho c upstream and downstream, R_u, R_d, p and u at the downstream end.
@@ -176,8 +176,8 @@ impl Network {
         let f = self.sweep(coefficients, root.s, &mut work.laws, |step| match step {
             Step::Joint { p, u, jump, .. } => {
                 record.before.push([p, u]);
-                state = [p.v, u.v];
-                let jump = jump.map(|(k, ratio)| (k.map(|k| k.v), ratio.v));
+                state = [p.value, u.value];
+                let jump = jump.map(|(k, ratio)| (k.map(|k| k.value), ratio.value));
                 if let Some(([mu, mp, eu, ep], ratio)) = &jump {
                     let [p, u] = state;
                     state = [p - mu * u - mp * p, ratio * u - eu * u - ep * p];
@@ -186,7 +186,7 @@ impl Network {
             }
             Step::Segment { line: Line { c, s, s1 }, coefficients: [p, q], bare, .. } => {
                 let [pressure, velocity] = state;
-                let (p, q) = (p.v, q.v);
+                let (p, q) = (p.value, q.value);
                 // C' = S/2 and (P S)' by q = PQ.
                 let (half, diagonal) = (0.5 * s, s + p * q * s1);
                 let by_p =
@@ -198,27 +198,27 @@ impl Network {
                 record.lines.push(passage);
             }
             Step::End { p, u, impedances: [a, b], reflections: [up, down] } => {
-                record.end = [a.v, b.v, up.v, down.v, p.v, u.v];
+                record.end = [a.value, b.value, up.value, down.value, p.value, u.value];
             }
         });
-        if !(f.d.is_finite() && f.d != C64::ZERO) {
+        if !(f.slope.is_finite() && f.slope != C64::ZERO) {
             return Err(NetworkError::NotFinite { s: root.s });
         }
         let reference = record.before[places.reference][0];
-        let loudest = places.at.iter().map(|&j| record.before[j][0].v.norm()).fold(0.0, f64::max);
-        if !places.at.is_empty() && reference.v.norm() <= 1e-12 * loudest {
+        let loudest = places.at.iter().map(|&j| record.before[j][0].value.norm()).fold(0.0, f64::max);
+        if !places.at.is_empty() && reference.value.norm() <= 1e-12 * loudest {
             return Err(NetworkError::SilentReference { place: places.reference });
         }
         out.pressures.resize_with(places.at.len(), Derivatives::default);
-        let eigenvalue = Output { factor: -f.d.inv(), sources: None };
+        let eigenvalue = Output { factor: -f.slope.inv(), sources: None };
         backward(&out.record, &eigenvalue, &mut out.s);
         for (&place, target) in places.at.iter().zip(&mut out.pressures) {
             let p = out.record.before[place][0];
-            let relative = p.v / reference.v;
-            let in_s = (p.d - relative * reference.d) / reference.v;
-            let scale = reference.v.inv();
+            let relative = p.value / reference.value;
+            let in_s = (p.slope - relative * reference.slope) / reference.value;
+            let scale = reference.value.inv();
             let sources = [(place, scale), (places.reference, -relative * scale)];
-            let output = Output { factor: -in_s / f.d, sources: Some(sources) };
+            let output = Output { factor: -in_s / f.slope, sources: Some(sources) };
             backward(&out.record, &output, target);
         }
         Ok(())
@@ -248,7 +248,7 @@ fn backward(record: &Record, output: &Output, out: &mut Derivatives) {
             out.lines[j] = [row[0] * by_p[0] + row[1] * by_p[1], row[0] * by_q[0] + row[1] * by_q[1]];
             row = [row[0] * c - row[1] * e, row[1] * c - row[0] * b];
         }
-        let [p, u] = [record.before[j][0].v, record.before[j][1].v];
+        let [p, u] = [record.before[j][0].value, record.before[j][1].value];
         out.feedback[j] = [-row[0] * u, -row[0] * p, -row[1] * u, -row[1] * p];
         if let Some(([mu, mp, eu, ep], ratio)) = &record.jumps[j] {
             row = [row[0] * (1.0 - mp) - row[1] * ep, row[1] * (ratio - eu) - row[0] * mu];

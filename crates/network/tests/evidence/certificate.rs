@@ -156,25 +156,6 @@ fn exact_laws_that_are_not_analytic_are_refused_by_name() {
 }
 
 #[test]
-fn exact_a_nearer_mode_is_reported() {
-    let net = closed_by(-0.95);
-    let mut work = Workspace::default();
-    let guess = c(-17.0, 1400.0);
-    let (root, nearer) = net.solve_nearest(&Constant, guess, &Newton::default(), &mut work).unwrap();
-    let modes =
-        net.modes(&Constant, &Region { sigma: [-50.0, 50.0], omega: [500.0, 3000.0] }, &mut work).unwrap();
-    let closest = modes.modes.iter().map(|m| (m.s - guess).norm()).fold(f64::INFINITY, f64::min);
-    assert_eq!(nearer.is_empty(), (root.s - guess).norm() <= closest * (1.0 + 1e-9));
-    // With a source that repels modes Newton often lands on a farther one: somewhere in a scan it is told.
-    let told = (0..200).any(|k| {
-        let guess = c(60.0, 1100.0 + 10.0 * f64::from(k));
-        let settings = Newton { max_step: Some(1e9), radius: Some(1e9), ..Newton::default() };
-        net.solve_nearest(&Constant, guess, &settings, &mut work).is_ok_and(|(_, nearer)| !nearer.is_empty())
-    });
-    assert!(told);
-}
-
-#[test]
 fn exact_following_a_mode_keeps_its_branch() {
     // Lengthening a tube from 1 m to 3 m: the third mode passes the frequencies where others were.
     let net = closed_by(-0.95);

@@ -3,7 +3,9 @@
 
 use crate::common_laws::{Given, c, given};
 use crate::mean_flow::{GAMMA, delayed, end, everything, inlet};
-use rijke_network::flow_chain::{Effect, FlowChain, FlowDuct, FlowEnd, FlowParameter, FlowSlot, Reference};
+use rijke_network::flow_chain::{
+    ActionKind, FlowChain, FlowDuct, FlowEnd, FlowParameter, FlowSlot, Reference,
+};
 use rijke_network::laws::{Law, LawSet};
 use rijke_network::{
     At, Chain, Constant, Laws, Network, NetworkError, Newton, Places, Region, Response, Root, Segment, Slot,
@@ -162,7 +164,7 @@ fn talkative() -> (FlowChain, Vec<(FlowSlot, FlowParameter)>) {
     use FlowParameter as P;
     let (state, mut ducts, ends) = everything(8.0);
     ducts[2].actions[0].reference = Reference::Upstream(0.35);
-    ducts[3] = ducts[3].clone().hearing(Effect::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
+    ducts[3] = ducts[3].clone().referring(ActionKind::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
     let chain = FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves();
     let pairs = vec![
         (FlowSlot::Velocity, P::Velocity),
@@ -170,9 +172,9 @@ fn talkative() -> (FlowChain, Vec<(FlowSlot, FlowParameter)>) {
         (FlowSlot::Length(2), P::Length(2)),
         (FlowSlot::Area(1), P::Area(1)),
         (FlowSlot::Ratio(2), P::Ratio(2)),
-        (FlowSlot::At(3, Effect::Branch), P::Weak(3, Effect::Branch)),
-        (FlowSlot::At(4, Effect::Mu), P::Weak(4, Effect::Mu)),
-        (FlowSlot::At(2, Effect::Flame), P::Weak(2, Effect::Flame)),
+        (FlowSlot::At(3, ActionKind::Branch), P::Weak(3, ActionKind::Branch)),
+        (FlowSlot::At(4, ActionKind::Mu), P::Weak(4, ActionKind::Mu)),
+        (FlowSlot::At(2, ActionKind::Flame), P::Weak(2, ActionKind::Flame)),
     ];
     (chain, pairs)
 }
@@ -234,8 +236,8 @@ fn oracle_laws_and_the_same_built_in_answer_alike() {
         Chain::attach(&mut free, slot, law, 1.0).unwrap();
     }
     let mut ducts = wide;
-    ducts[2] = ducts[2].clone().with(Effect::Mu, screen);
-    ducts[1] = ducts[1].clone().with(Effect::Eu, heater);
+    ducts[2] = ducts[2].clone().with(ActionKind::Mu, screen);
+    ducts[1] = ducts[1].clone().with(ActionKind::Eu, heater);
     let built = FlowChain::new(GAMMA, inlet(340.0, 10.0), ducts, ends).unwrap().without_entropy_waves();
     let (free, mut work): (&dyn Chain, _) = (&free, Workspace::default());
     let (one, two) = (free.modes(&set, &REGION, &mut work).unwrap(), built.modes(&REGION).unwrap());
@@ -276,7 +278,7 @@ fn message_what_a_chain_with_flow_refuses() {
         rest.attach(slot, 0, 1.0).unwrap();
         assert_eq!(FlowChain::of(&rest, GAMMA, 3.0).err(), Some(NetworkError::SlotOfRest { slot }));
     }
-    assert_eq!(chain.attach(FlowSlot::At(0, Effect::Mu), 0, 1.0), Err(NetworkError::ActionAtInlet));
+    assert_eq!(chain.attach(FlowSlot::At(0, ActionKind::Mu), 0, 1.0), Err(NetworkError::ActionAtInlet));
     assert!(matches!(chain.attach(FlowSlot::Length(2), 0, 1.0), Err(NetworkError::NoDuct { .. })));
     let mut choked = chain.clone().with_ends([FlowEnd::Choked, FlowEnd::Choked]);
     let refused = choked.attach(FlowSlot::Downstream, 0, 1.0).unwrap_err().to_string();

@@ -3,9 +3,9 @@
 
 use crate::common_laws::{c, given};
 use crate::mean_flow::{GAMMA, end, inlet};
-use rijke_network::file::{OscilosTexts, read, read_oscilos};
-use rijke_network::flow_chain::{Effect, FlowChain, FlowDuct};
-use rijke_network::laws::{Entry, Law, Table, TableError, choked_inlet, choked_outlet};
+use rijke_network::file::{OscilosTexts, by_the_rule_of_oscilos, read, read_oscilos};
+use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct};
+use rijke_network::laws::{Law, Table, TableError, TableRow, choked_inlet, choked_outlet};
 use rijke_network::{At, Laws, Network, NetworkError, Region, Segment, Slot, Workspace, levine_schwinger};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
@@ -83,13 +83,13 @@ fn behaviour_undeclared_poles_are_refused() {
 #[test]
 fn behaviour_tables_with_growing_poles_are_refused() {
     for growth in [5.0, 200.0] {
-        let rows: Vec<Entry> = (1..60)
+        let rows: Vec<TableRow> = (1..60)
             .map(|k| {
                 let frequency = 10.0 * f64::from(k);
                 let s = c(0.0, 2.0 * PI * frequency);
                 let pole = c(growth, 2.0 * PI * 300.0);
                 let v = 200.0 / (s - pole) + 200.0 / (s - pole.conj()) + 0.5;
-                Entry { frequency, gain: v.norm(), phase: v.arg() }
+                TableRow { frequency, gain: v.norm(), phase: v.arg() }
             })
             .collect();
         let refused = Table::fit(&rows, 1e-6);
@@ -125,8 +125,10 @@ fn exact_a_branch_takes_the_momentum_of_the_stream() {
     // dp = rho U v/(1 - M^2), du = -v/(1 - M^2).
     let (speed, velocity, k) = (340.0, 70.0, 1e-3);
     let state = inlet(speed, velocity);
-    let ducts =
-        vec![FlowDuct::new(0.4, 1.0), FlowDuct::new(0.6, 1.0).with(Effect::Branch, Law::Constant(c(k, 0.0)))];
+    let ducts = vec![
+        FlowDuct::new(0.4, 1.0),
+        FlowDuct::new(0.6, 1.0).with(ActionKind::Branch, Law::Constant(c(k, 0.0))),
+    ];
     let chain = FlowChain::new(GAMMA, state, ducts, [end(0.9), end(-0.8)]).unwrap().without_entropy_waves();
     let by_hand = |s: C64| {
         let z = state.density * speed;
@@ -199,6 +201,28 @@ fn oracle_oscilos_ends_11_are_unflanged_and_12_flanged() {
         let longer = 0.5 * PI * speed(293.0) / first - 2.0;
         assert!((longer / 0.05 - correction).abs() < 0.01, "{kind}: {longer}");
     }
+}
+
+#[test]
+fn oracle_oscilos_own_rule_takes_open_ends_at_the_frequency_alone() {
+    // BC_subfc.m, polyLevineSchwingerBC, with its s imaginary or not: R is that of Im s.
+    let case = oscilos("5 0.3 0 0", "11 - - -", "0");
+    let end = |omega: f64| {
+        let ka = omega * 0.05 / speed(293.0);
+        let modulus = (1.0 + 0.2 * ka - 0.084 * ka * ka) / (1.0 + 0.2 * ka + (0.5 - 0.084) * ka * ka);
+        let length = (0.6133 + 0.027 * ka * ka) / (1.0 + 0.19 * ka * ka);
+        -modulus * C64::new(0.0, -2.0 * ka * length).exp()
+    };
+    for mode in case.0.modes(&case.1).unwrap().modes {
+        let s = by_the_rule_of_oscilos(&case.0, mode.s).unwrap().unwrap();
+        let off = uniform(s, C64::new(0.3, 0.0), end(s.im)).norm();
+        assert!(off < 1e-3, "{s}: {off}");
+        // Strongly damped modes differ from those of the exact end, and not by much.
+        let apart = (s - mode.s).norm();
+        assert!(apart > 0.05 && apart < 5.0, "{} {s}", mode.s);
+    }
+    let closed = oscilos("2 - - -", "1 - - -", "0");
+    assert_eq!(by_the_rule_of_oscilos(&closed.0, c(0.0, 800.0)).unwrap(), None);
 }
 
 /// Closed ends, three times as hot behind 0.8 m, a flame Q'/Q of u'/U there.

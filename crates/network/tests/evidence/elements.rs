@@ -2,8 +2,8 @@
 //! places, flow.
 
 use crate::common_laws::c;
-use rijke_network::file::{Built, FileError, Problem, Warning, read};
-use rijke_network::laws::{Entry, Law, Table, TableError};
+use rijke_network::file::{Built, ElementProblem, FileError, Warning, read};
+use rijke_network::laws::{Law, Table, TableError, TableRow};
 use rijke_network::{Modes, Workspace};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
@@ -123,10 +123,10 @@ fn exact_references_cross_ducts_and_need_them_free() {
 }
 
 /// Rows of a table of F(i omega) for the file.
-fn rows(f: impl Fn(C64) -> C64, hertz: impl Iterator<Item = f64>) -> Vec<Entry> {
+fn rows(f: impl Fn(C64) -> C64, hertz: impl Iterator<Item = f64>) -> Vec<TableRow> {
     let row = |h: f64| {
         let v = f(c(0.0, 2.0 * PI * h));
-        Entry { frequency: h, gain: v.norm(), phase: v.arg() }
+        TableRow { frequency: h, gain: v.norm(), phase: v.arg() }
     };
     hertz.map(row).collect()
 }
@@ -148,10 +148,10 @@ fn exact_tables_of_rational_functions_are_recovered() {
     let s = c(60.0, 1300.0);
     assert!((law.analytic(s)[0] - f(s)).norm() < 1e-6 * f(s).norm());
     // Noise is not fitted: the tolerance says how much there is.
-    let noisy: Vec<Entry> = rows(f, (1..=40).map(|k| 10.0 * f64::from(k)))
+    let noisy: Vec<TableRow> = rows(f, (1..=40).map(|k| 10.0 * f64::from(k)))
         .into_iter()
         .enumerate()
-        .map(|(k, e)| Entry { gain: e.gain * (1.0 + 0.01 * (k as f64 * 7.3).sin()), ..e })
+        .map(|(k, e)| TableRow { gain: e.gain * (1.0 + 0.01 * (k as f64 * 7.3).sin()), ..e })
         .collect();
     assert!(Table::fit(&noisy, 0.03).unwrap().terms.len() <= 6);
     let short = Table::fit(&noisy[..2], 0.03).unwrap_err();
@@ -277,7 +277,7 @@ fn order_files_with_flow_tend_to_files_without() {
     let said = |text: &str| read(text).unwrap_err();
     assert!(matches!(
         said(&format!("{text}[flow]\nmach = 0.3\n")),
-        FileError::Flow { problem: Problem::TooFast { .. }, .. }
+        FileError::Flow { problem: ElementProblem::TooFast { .. }, .. }
     ));
     let narrow = text.replace("diameter = 0.15\ntemperature", "diameter = 0.04\ntemperature");
     // Here the contraction would choke the flow.

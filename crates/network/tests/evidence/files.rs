@@ -2,7 +2,7 @@
 
 use crate::common_laws::c;
 use crate::eigenvalues::eigenvalues;
-use rijke_network::file::{FileError, Problem, Warning, read};
+use rijke_network::file::{ElementProblem, FileError, Warning, read};
 use rijke_network::laws::{Law, LawSet};
 use rijke_network::{At, Coefficients, Laws, NetworkError, Workspace, levine_schwinger};
 use rijke_numerics::C64;
@@ -271,10 +271,14 @@ fn exact_mistakes_in_files_are_named() {
     let far = format!("{ENDS}{duct}[[element]]\ntype = \"flame\"\ngain = 1\nreference = 2.0\n{duct}");
     assert!(matches!(
         read(&far),
-        Err(FileError::Element { line: 10, problem: Problem::ReferenceOutside { length: 1.0, .. }, .. })
+        Err(FileError::Element {
+            line: 10,
+            problem: ElementProblem::ReferenceOutside { length: 1.0, .. },
+            ..
+        })
     ));
     let choked = format!("[upstream]\ntype = \"open\"\n[downstream]\ntype = \"choked\"\nmach = 0.4\n{duct}");
-    assert!(matches!(read(&choked), Err(FileError::Element { problem: Problem::TooFast { .. }, .. })));
+    assert!(matches!(read(&choked), Err(FileError::Element { problem: ElementProblem::TooFast { .. }, .. })));
     let both = said(&format!("{ENDS}{duct}area = 0.1\n"));
     assert!(both.ends_with("give either diameter or area"), "{both}");
     assert!(said("[upstream\n").contains("line 1"));

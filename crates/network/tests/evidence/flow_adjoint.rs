@@ -3,7 +3,7 @@
 use crate::common_laws::c;
 use crate::mean_flow::{GAMMA, delayed, end, everything, inlet, modes};
 use rijke_network::file::read;
-use rijke_network::flow_chain::{Effect, FlowChain, FlowDuct, FlowParameter, FlowState, Reference};
+use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct, FlowParameter, FlowState, Reference};
 use rijke_network::laws::Law;
 use rijke_network::{Device, NetworkError, Newton, Places, Region, Root, Workspace};
 use rijke_numerics::check::{slopes_from, slopes_near};
@@ -15,7 +15,7 @@ const WIDE: Region = Region { sigma: [-150.0, 150.0], omega: [300.0, 4000.0] };
 fn talkative(velocity: f64) -> FlowChain {
     let (state, mut ducts, ends) = everything(velocity);
     ducts[2].actions[0].reference = Reference::Upstream(0.35);
-    ducts[3] = ducts[3].clone().hearing(Effect::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
+    ducts[3] = ducts[3].clone().referring(ActionKind::Eu, delayed(0.3, 1e-3), Reference::Downstream(0.28));
     FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves()
 }
 
@@ -24,7 +24,8 @@ fn solve(chain: &FlowChain, guess: C64) -> Root {
     chain.solve(guess, &newton).unwrap()
 }
 
-const EFFECTS: [Effect; 5] = [Effect::Mu, Effect::Mp, Effect::Eu, Effect::Ep, Effect::Branch];
+const EFFECTS: [ActionKind; 5] =
+    [ActionKind::Mu, ActionKind::Mp, ActionKind::Eu, ActionKind::Ep, ActionKind::Branch];
 
 #[test]
 fn oracle_adjoint_with_flow_agrees_with_jets_through_the_chain() {
@@ -63,7 +64,7 @@ fn oracle_adjoint_with_flow_agrees_with_jets_through_the_chain() {
         }
     }
     assert!(matches!(
-        chain.respond(&root, &[P::Weak(0, Effect::Mu)], &places, Order::First),
+        chain.respond(&root, &[P::Weak(0, ActionKind::Mu)], &places, Order::First),
         Err(NetworkError::ActionAtInlet)
     ));
 }
@@ -71,8 +72,12 @@ fn oracle_adjoint_with_flow_agrees_with_jets_through_the_chain() {
 #[test]
 fn order_taylor_remainders_of_feedback_that_is_not_there_yet() {
     use FlowParameter as P;
-    let weak =
-        [(1, Effect::Mu, 40.0), (3, Effect::Ep, 2e-4), (4, Effect::Branch, 2e-4), (2, Effect::Eu, 0.1)];
+    let weak = [
+        (1, ActionKind::Mu, 40.0),
+        (3, ActionKind::Ep, 2e-4),
+        (4, ActionKind::Branch, 2e-4),
+        (2, ActionKind::Eu, 0.1),
+    ];
     let mut parameters: Vec<P> = weak.iter().map(|w| P::Weak(w.0, w.1)).collect();
     parameters.extend([P::Length(2), P::Length(3), P::Area(1)]);
     let shifts = [0.01, 0.01, 3e-5];
@@ -116,8 +121,8 @@ fn with_piece(
     piece: f64,
     change: &dyn Fn(&mut FlowDuct, &mut FlowDuct),
 ) -> FlowChain {
-    let flame = FlowDuct::new(0.5, 1.4e-3).heated(1.8).hearing(
-        Effect::Flame,
+    let flame = FlowDuct::new(0.5, 1.4e-3).heated(1.8).referring(
+        ActionKind::Flame,
         delayed(0.8, 1.5e-3),
         Reference::Upstream(0.45),
     );
@@ -155,9 +160,9 @@ fn oracle_small_changes_anywhere_with_flow_do_what_stations_say() {
             };
             let z = here.impedance;
             for (device, effect, unit) in [
-                (Device::Drag, Effect::Mu, z),
-                (Device::Heat, Effect::Eu, -1.0),
-                (Device::Leak, Effect::Branch, 1.0 / z),
+                (Device::Drag, ActionKind::Mu, z),
+                (Device::Heat, ActionKind::Eu, -1.0),
+                (Device::Leak, ActionKind::Branch, 1.0 / z),
             ] {
                 let put = |h: f64| {
                     with_piece(entropy, at, 1e-9, &|middle, _| {
@@ -248,7 +253,7 @@ fn exact_a_loop_with_flow_against_its_own_equation() {
     let state: FlowState = inlet(speed, velocity);
     let law = delayed(0.9, 3e-3);
     let ducts = |reference| {
-        let flame = FlowDuct::new(0.2, 1.0).hearing(Effect::Eu, law.clone(), reference);
+        let flame = FlowDuct::new(0.2, 1.0).referring(ActionKind::Eu, law.clone(), reference);
         vec![FlowDuct::new(before, 1.0), flame, FlowDuct::new(behind - 0.2, 1.0)]
     };
     let chain =
@@ -290,7 +295,7 @@ fn exact_a_loop_with_flow_against_its_own_equation() {
     let far = FlowChain::new(GAMMA, state, ducts(Reference::Downstream(2.0)), [end(0.9), end(-0.8)]);
     assert!(matches!(far, Err(NetworkError::Outside { .. })));
     let mut crossed = ducts(Reference::Downstream(distance));
-    crossed[2] = crossed[2].clone().hearing(Effect::Mu, law.clone(), Reference::Upstream(0.1));
+    crossed[2] = crossed[2].clone().referring(ActionKind::Mu, law.clone(), Reference::Upstream(0.1));
     let crossed = FlowChain::new(GAMMA, state, crossed, [end(0.9), end(-0.8)]);
     assert_eq!(crossed.unwrap_err(), NetworkError::ReferenceCrossed { place: 1, other: 2 });
 }

@@ -1,7 +1,7 @@
 //! Orifices, side holes, screens, ideal ends, and what a temperature slope does at flames and ends.
 
 use crate::common_laws::c;
-use rijke_network::file::{FileError, Problem, read};
+use rijke_network::file::{ElementProblem, FileError, read};
 use rijke_network::levine_schwinger;
 use rijke_network::{Chain, Places, Workspace};
 use rijke_numerics::{C64, Order};
@@ -64,7 +64,10 @@ fn oracle_orifices_have_two_corrections_less_in_narrow_tubes() {
     }
     let refused =
         read(&cut("[[element]]\ntype = 'orifice'\ndiameter = 0.06\nthickness = 1e-4\n")).unwrap_err();
-    assert!(matches!(refused, FileError::Element { problem: Problem::HoleTooWide { .. }, .. }), "{refused}");
+    assert!(
+        matches!(refused, FileError::Element { problem: ElementProblem::HoleTooWide { .. }, .. }),
+        "{refused}"
+    );
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::common_laws::c;
 use crate::eigenvalues::eigenvalues;
 use rijke_network::flow_chain::{
-    Action, Effect, FlowChain, FlowDuct, FlowEnd, FlowParameter, FlowState, FlowWall, Reference,
+    Action, ActionKind, FlowChain, FlowDuct, FlowEnd, FlowParameter, FlowState, FlowWall, Reference,
 };
 use rijke_network::laws::{Law, LawSet, WallLaw};
 use rijke_network::wall::Wall;
@@ -114,17 +114,17 @@ pub(crate) fn everything(velocity: f64) -> (FlowState, Vec<FlowDuct>, [FlowEnd; 
         FlowDuct {
             ratio: 2.5,
             actions: vec![Action {
-                effect: Effect::Eu,
+                effect: ActionKind::Eu,
                 law: delayed(-0.6, 2e-3),
                 reference: Reference::Upstream(0.1),
             }],
             ..FlowDuct::new(0.4, 1.7e-3)
         },
-        FlowDuct::new(0.2, 0.9e-3).with(Effect::Mu, Law::Constant(c(20.0, 5.0))),
+        FlowDuct::new(0.2, 0.9e-3).with(ActionKind::Mu, Law::Constant(c(20.0, 5.0))),
         FlowDuct::new(0.15, 0.9e-3)
-            .with(Effect::Branch, RESONATOR)
-            .with(Effect::Mp, Law::Constant(c(0.02, 0.01))),
-        FlowDuct::new(0.1, 0.9e-3).with(Effect::Ep, Law::Constant(c(1e-5, 0.0))),
+            .with(ActionKind::Branch, RESONATOR)
+            .with(ActionKind::Mp, Law::Constant(c(0.02, 0.01))),
+        FlowDuct::new(0.1, 0.9e-3).with(ActionKind::Ep, Law::Constant(c(1e-5, 0.0))),
     ];
     let ends = [
         FlowEnd::Reflection(Law::Constant(c(0.95, 0.0))),
@@ -158,16 +158,16 @@ fn order_slow_flow_tends_to_no_flow() {
     }
     // The flame's reference: 0.1 m before it in the second duct, losses included, cut there.
     let probe = |of| {
-        use rijke_network::laws::{Probe, Side, Stretch};
+        use rijke_network::laws::{PathDuct, Probe, Side};
         let segment = Segment { length: 0.1, ..still.segments()[1] };
         let scaled = |law| Law::Scaled(Box::new(law), c(2.0, 0.0));
         let losses =
             [Law::Viscous(WallLaw::Kirchhoff, AIR), Law::Thermal(WallLaw::Kirchhoff, AIR)].map(scaled);
-        let path = vec![Stretch { segment, ratio: 1.0, losses: Some(losses) }];
+        let path = vec![PathDuct { segment, ratio: 1.0, losses: Some(losses) }];
         Law::Probe(Box::new(Probe { transfer: delayed(0.6, 2e-3), path, of, side: Side::Upstream }))
     };
-    use rijke_network::laws::Part;
-    let (eu, ep) = (probe(Part::Velocity), probe(Part::Pressure));
+    use rijke_network::laws::SourceCoefficient;
+    let (eu, ep) = (probe(SourceCoefficient::Velocity), probe(SourceCoefficient::Pressure));
     let attached = [
         (Slot::Eu(2), eu),
         (Slot::Ep(2), ep),

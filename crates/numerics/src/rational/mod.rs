@@ -7,5 +7,5 @@ mod relocate;
 mod rows;
 mod table;
 
-pub use rows::{Doubt, Entry, doubt, phase_slope};
+pub use rows::{Doubt, TableRow, doubt, phase_slope};
 pub use table::{Table, TableError};

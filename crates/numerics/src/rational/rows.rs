@@ -10,7 +10,7 @@ const RISES: f64 = 1.0;
 
 /// A row of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
+pub struct TableRow {
     /// Hz.
     pub frequency: f64,
     /// Modulus.
@@ -19,7 +19,7 @@ pub struct Entry {
     pub phase: f64,
 }
 
-impl From<[f64; 3]> for Entry {
+impl From<[f64; 3]> for TableRow {
     fn from([frequency, gain, phase]: [f64; 3]) -> Self {
         Self { frequency, gain, phase }
     }
@@ -33,6 +33,13 @@ pub enum Doubt {
         /// The median of the steps, rad.
         step: f64,
     },
+    /// Neighbours are so far apart that a delay cannot be told from one of another turn for each step.
+    Coarse {
+        /// The median of the steps of the phase, to the nearest turn, rad.
+        step: f64,
+        /// Delay by which another reading of the phases differs, s.
+        other: f64,
+    },
     /// The phase rises: the answer comes before the question.
     Rises {
         /// By how much over the table, rad.
@@ -42,7 +49,7 @@ pub enum Doubt {
 
 /// What is doubtful about the table of a flame or an end.
 #[must_use]
-pub fn doubt(rows: &[Entry]) -> Option<Doubt> {
+pub fn doubt(rows: &[TableRow]) -> Option<Doubt> {
     let (first, last) = (rows.first()?, rows.last()?);
     let mut steps: Vec<f64> = rows.windows(2).map(|w| (w[1].phase - w[0].phase).abs()).collect();
     steps.sort_by(f64::total_cmp);
@@ -50,13 +57,24 @@ pub fn doubt(rows: &[Entry]) -> Option<Doubt> {
         return Some(Doubt::Degrees { step });
     }
     let rise = phase_slope(rows) * 2.0 * PI * (last.frequency - first.frequency);
-    (rise > RISES).then_some(Doubt::Rises { rise })
+    if rise > RISES {
+        return Some(Doubt::Rises { rise });
+    }
+    let nearest = |w: &[TableRow]| {
+        let turn = (w[1].phase - w[0].phase) / (2.0 * PI);
+        2.0 * PI * (turn - turn.round()).abs()
+    };
+    let mut steps: Vec<f64> = rows.windows(2).map(nearest).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().filter(|step| *step > 0.5 * PI)?;
+    let width = (last.frequency - first.frequency) / (rows.len() - 1) as f64;
+    Some(Doubt::Coarse { step, other: 1.0 / width })
 }
 
 /// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s:
 /// minus the mean delay; 0 where the rows have none.
 #[must_use]
-pub fn phase_slope(rows: &[Entry]) -> f64 {
+pub fn phase_slope(rows: &[TableRow]) -> f64 {
     let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
     let Some(first) = rows.first() else { return 0.0 };
     let mut phase = first.phase;
@@ -81,12 +99,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn behaviour_phases_that_rise_or_turn_fast_are_doubted() {
+        let of = |delay: f64| -> Vec<TableRow> {
+            let row = |k: i32| {
+                let frequency = 50.0 * f64::from(k);
+                let phase = -2.0 * PI * frequency * delay;
+                TableRow { frequency, gain: 1.0, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
+            };
+            (1..10).map(row).collect()
+        };
+        assert_eq!(doubt(&of(3e-3)), None);
+        assert!(matches!(doubt(&of(-3e-3)), Some(Doubt::Rises { .. })));
+        // 7 ms turn the phase by 2.2 rad for each step; numbers for exp(-i omega t) would tell 13 ms.
+        let Some(Doubt::Coarse { step, other }) = doubt(&of(7e-3)) else { panic!() };
+        assert!((step - 0.7 * PI).abs() < 1e-9 && (other - 0.02).abs() < 1e-12, "{step} {other}");
+        let Some(Doubt::Coarse { .. }) = doubt(&of(-13e-3)) else { panic!() };
+    }
+
+    #[test]
     fn exact_the_mean_delay_of_a_pure_delay_is_that_delay() {
         // Unequal steps and gains; the phase is kept within one turn.
         let delay = 3e-3;
         let row = |(frequency, gain): (f64, f64)| {
             let phase = -2.0 * PI * frequency * delay + 0.4;
-            Entry { frequency, gain, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
+            TableRow { frequency, gain, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
         };
         let rows = [(20.0, 1.2), (110.0, 0.4), (150.0, 2.0), (290.0, 0.7), (430.0, 0.1)].map(row);
         assert!((phase_slope(&rows) / -delay - 1.0).abs() < 1e-12, "{}", phase_slope(&rows));

@@ -3,7 +3,7 @@
 //! better ones and the residues.
 
 use super::relocate::{Samples, relocate, residues, spread, upper};
-use super::rows::{COARSE, Entry, phase_slope};
+use super::rows::{COARSE, TableRow, phase_slope};
 use crate::{C64, DenseError, Jet, JetSpace, Matrix, complex_eigenvalues, least_direction};
 use std::f64::consts::PI;
 
@@ -82,7 +82,7 @@ impl Table {
     ///
     /// # Errors
     /// [`TableError`].
-    pub fn fit(rows: &[Entry], tolerance: f64) -> Result<Self, TableError> {
+    pub fn fit(rows: &[TableRow], tolerance: f64) -> Result<Self, TableError> {
         if !(tolerance > 0.0 && tolerance <= COARSE) {
             return Err(TableError::Tolerance { value: tolerance });
         }
@@ -112,8 +112,8 @@ impl Table {
         }
     }
 
-    fn with_delay(rows: &[Entry], omega: &[f64], delay: f64, tolerance: f64) -> Result<Self, TableError> {
-        let value = |(e, w): (&Entry, &f64)| C64::from_polar(e.gain, e.phase + w * delay);
+    fn with_delay(rows: &[TableRow], omega: &[f64], delay: f64, tolerance: f64) -> Result<Self, TableError> {
+        let value = |(e, w): (&TableRow, &f64)| C64::from_polar(e.gain, e.phase + w * delay);
         let values: Vec<C64> = rows.iter().zip(omega).map(value).collect();
         let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
         let range = [omega[0], omega[omega.len() - 1]];

@@ -1,5 +1,7 @@
 //! A small writer of scientific figures in SVG: axes, curves, bars, contours, legends, and labels with sub-
 //! and superscripts. Why our own: `docs/decisions/figures.md`.
+//!
+//! Knows numbers, labels and looks. Knows neither a study nor the page.
 
 mod axis;
 mod field;
@@ -13,6 +15,7 @@ pub(crate) use field::{Field, Lines};
 pub(crate) use figure::{Figure, Key, Mark};
 pub(crate) use panel::{COLUMN, DOT, Panel};
 pub(crate) use style::{INK, Stroke, fill_colour, model_stroke, scale_colour, scale_stroke};
+pub use text::escape;
 pub(crate) use text::{fixed, html};
 
 /// A coordinate with one decimal, the same bytes on every run.

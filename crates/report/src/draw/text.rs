@@ -125,8 +125,9 @@ fn typeset(run: &Run) -> String {
     if run.level == Level::Above { text.replace('-', "\u{2212}") } else { text }
 }
 
-/// Text that is safe inside an element or an attribute.
-pub(super) fn escape(text: &str) -> String {
+/// Text that is safe inside an element or an attribute of HTML, or of SVG.
+#[must_use]
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

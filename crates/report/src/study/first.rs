@@ -3,7 +3,7 @@
 use super::numbers::{two_digits, with_uncertainty};
 use super::tables::{chosen, formula};
 use crate::draw::html;
-use rijke_engine::run::{MeasuredRecord, Missing, ParameterRecord, StageRecord};
+use rijke_engine::run::{MeasuredRecord, Missing, StageRecord, TrainedParameter};
 
 /// The stage whose model the first screen shows: the last that ranked several models, else the last.
 pub(super) fn stage(stages: &[StageRecord]) -> Option<&StageRecord> {
@@ -18,7 +18,7 @@ pub(super) fn section(stage: &StageRecord, figure: &str) -> String {
         format!("<li>{} = <code>{}</code></li>\n", html(place), formula(law))
     };
     let laws: String = model.laws.iter().map(law).collect();
-    let number = |p: &ParameterRecord| {
+    let number = |p: &TrainedParameter| {
         let unit = if p.unit == "1" { String::new() } else { format!(" {}", html(&p.unit)) };
         format!("<code>{}</code> = {}{unit}", html(&p.name), with_uncertainty(p.value, p.sd))
     };

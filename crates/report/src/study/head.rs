@@ -1,7 +1,7 @@
 //! What the page of a study says beside its stages.
 
 use rijke_rig::DataKind;
-use rijke_study::{Claims, Observations, Study};
+use rijke_study::{Claims, ObservedModes, Study};
 
 /// What a page says of a study, beside its stages.
 #[derive(Clone, Debug)]
@@ -18,12 +18,15 @@ pub struct StudyHead {
     pub factors: Vec<(String, String)>,
     /// What others published of the rig.
     pub claims: Claims,
+    /// Path of the page of stages that train on responses, if the study has such stages beside those of
+    /// modes.
+    pub beside: Option<String>,
 }
 
 impl StudyHead {
     /// The head of the page of a study.
     #[must_use]
-    pub fn of(study: &Study, observations: &Observations) -> Self {
+    pub fn of(study: &Study, observations: &ObservedModes) -> Self {
         Self {
             name: study.plan.name.clone(),
             question: study.plan.question.clone(),
@@ -31,6 +34,7 @@ impl StudyHead {
             source: observations.source.clone(),
             factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit_in_print())).collect(),
             claims: study.claims.clone(),
+            beside: (!study.plan.responses.is_empty()).then(|| "responses/index.html".to_owned()),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::head::StudyHead;
 use super::numbers::{chance, with_uncertainty};
 use crate::draw::html;
-use rijke_engine::run::{CarriedOn, ModelRecord, ParameterRecord, StageRecord};
+use rijke_engine::run::{CarriedOn, ModelRecord, StageRecord, TrainedParameter};
 use std::collections::BTreeMap;
 
 /// The model that goes on.
@@ -139,12 +139,12 @@ pub(super) fn parameters(model: &ModelRecord) -> String {
 }
 
 /// A row per parameter.
-pub(super) fn parameter_table(parameters: &[ParameterRecord]) -> String {
+pub(super) fn parameter_table(parameters: &[TrainedParameter]) -> String {
     if parameters.is_empty() {
         return String::new();
     }
     let averaged = parameters.iter().any(|p| p.averaged.is_some());
-    let row = |p: &ParameterRecord| {
+    let row = |p: &TrainedParameter| {
         let over = p.averaged.map_or(String::new(), |[value, sd]| with_uncertainty(value, sd));
         let over = if averaged { format!("<td class=\"n\">{over}</td>") } else { String::new() };
         let unit = if p.unit == "1" { "" } else { &p.unit };
@@ -171,7 +171,7 @@ pub(super) fn conflicts(model: &ModelRecord) -> Vec<String> {
     let before: Vec<String> =
         model.parameters.iter().filter(|p| p.is_as_before()).map(|p| html(&p.symbol)).collect();
     let nothing = (!before.is_empty())
-        .then(|| format!("These data tell nothing of {}: the posterior is the prior.", before.join(", ")));
+        .then(|| format!("Not identified by these data, as their priors: {}.", before.join(", ")));
     let far = model.parameters.iter().filter_map(|p| Some((p, p.conflict()?)));
     far.map(|(p, z)| {
         format!(

@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// All operating points of a campaign, in the order of its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Default)]
-pub struct Campaign {
+pub struct TubeCampaign {
     /// What the campaign is called in reports.
     pub name: String,
     /// The operating points.
@@ -49,7 +49,7 @@ struct Row {
     positions_cm: Vec<f64>,
 }
 
-impl Campaign {
+impl TubeCampaign {
     /// Reads and validates a campaign file (TOML, one `[[row]]` per row of the paper's Table 1), and the file
     /// of ramps that it may name.
     ///
@@ -67,10 +67,10 @@ impl Campaign {
         Self::parse(text, Path::new("juniper-yoko-2022.toml")).expect("the campaign of the paper is valid")
     }
 
-    /// As [`Campaign::read`], from text; `path` appears in messages only.
+    /// As [`TubeCampaign::read`], from text; `path` appears in messages only.
     ///
     /// # Errors
-    /// As [`Campaign::read`].
+    /// As [`TubeCampaign::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, RigError> {
         let file: CampaignFile = parse_toml(text, path)?;
         let mut points = Vec::new();
@@ -124,8 +124,8 @@ impl Campaign {
         Ok(())
     }
 
-    /// The campaign as a file: [`Campaign::parse`] gives the same points back, provided that the points of a
-    /// row differ only in position and their names follow from it. Its ramps are those of the file
+    /// The campaign as a file: [`TubeCampaign::parse`] gives the same points back, provided that the points
+    /// of a row differ only in position and their names follow from it. Its ramps are those of the file
     /// [`Ramp::FILE`] beside it.
     #[must_use]
     pub fn to_toml(&self) -> String {
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn paper_table_1_has_175_operating_points() {
-        let campaign = Campaign::juniper_yoko_2022();
+        let campaign = TubeCampaign::juniper_yoko_2022();
         let count = |row: &str| campaign.row(row).count();
         assert_eq!([count("C1"), count("C2"), count("C3"), count("H0")], [15, 19, 20, 16]);
         let hot = campaign.points.iter().filter(|p| p.power > 0.0).count();
@@ -202,13 +202,13 @@ mod tests {
 
     #[test]
     fn exact_campaign_survives_a_round_trip() {
-        let campaign = Campaign::juniper_yoko_2022();
-        assert_eq!(Campaign::parse(&campaign.to_toml(), Path::new("x")).unwrap(), campaign);
+        let campaign = TubeCampaign::juniper_yoko_2022();
+        assert_eq!(TubeCampaign::parse(&campaign.to_toml(), Path::new("x")).unwrap(), campaign);
     }
 
     #[test]
     fn exact_messages_of_a_wrong_campaign() {
-        let message = |text: &str| Campaign::parse(text, Path::new("c.toml")).unwrap_err().to_string();
+        let message = |text: &str| TubeCampaign::parse(text, Path::new("c.toml")).unwrap_err().to_string();
         assert_eq!(
             message("name = 'x'"),
             "c.toml: campaign: is empty; give at least one [[row]] with one position"

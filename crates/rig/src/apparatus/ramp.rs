@@ -191,7 +191,7 @@ fn unlike(point: &OperatingPoint, first: Option<&OperatingPoint>, power: f64) ->
     }
     let first = first.filter(|f| (f.position, f.thermometers) != (point.position, point.thermometers))?;
     Some(format!(
-        "`{id}` has the heater or the thermometers elsewhere than `{}`; a ramp is one run of one setting, so give them ramps of their own",
+        "`{id}` has the heater or the thermometers elsewhere than `{}`; a ramp is one run of one assembly, so give them ramps of their own",
         first.id
     ))
 }
@@ -199,10 +199,10 @@ fn unlike(point: &OperatingPoint, first: Option<&OperatingPoint>, power: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::apparatus::campaign::Campaign;
+    use crate::apparatus::campaign::TubeCampaign;
 
     fn read(text: &str, name: &str) -> Result<Vec<Ramp>, String> {
-        let campaign = Campaign::juniper_yoko_2022();
+        let campaign = TubeCampaign::juniper_yoko_2022();
         let folder = std::env::temp_dir().join(format!("rijke-ramps-{}-{name}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join(Ramp::FILE), text).unwrap();

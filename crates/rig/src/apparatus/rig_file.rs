@@ -1,12 +1,12 @@
 //! Reading a rig from its file, and checking it.
 
-use super::geometry::Rig;
+use super::geometry::TubeRig;
 use crate::error::RigError;
 use crate::files::{in_range, parse_toml, read_text};
 use crate::problem::Problem;
 use std::path::Path;
 
-impl Rig {
+impl TubeRig {
     /// Reads and validates a rig file (TOML).
     ///
     /// # Errors
@@ -15,10 +15,10 @@ impl Rig {
         Self::parse(&read_text(path)?, path)
     }
 
-    /// As [`Rig::read`], from text; `path` appears in messages only.
+    /// As [`TubeRig::read`], from text; `path` appears in messages only.
     ///
     /// # Errors
-    /// As [`Rig::read`].
+    /// As [`TubeRig::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, RigError> {
         let rig: Self = parse_toml(text, path)?;
         rig.validate().map_err(|(place, problem)| RigError::invalid(path, place, problem))?;
@@ -49,6 +49,9 @@ impl Rig {
         in_range("recording.click_rate_hz", self.recording.click_rate_hz, 1.0, 1e7, "Hz")?;
         let setting = self.recording.arrival_setting_sd_s;
         in_range("recording.arrival_setting_sd_s", setting, 0.0, 1e-2, "s")?;
+        if let Some(times) = self.recording.ping_decay_times {
+            in_range("recording.ping_decay_times", times, 2.0, 16.0, "decay times")?;
+        }
         if self.microphones.positions.is_empty() {
             return Err(("microphones.positions".into(), Problem::Empty { need: "one position" }));
         }
@@ -102,17 +105,18 @@ mod tests {
     fn refused(old: &str, new: &str, message: &str) {
         let text = paper();
         assert!(text.contains(old), "{old}");
-        let error = Rig::parse(&text.replacen(old, new, 1), Path::new("a/rig.toml")).unwrap_err().to_string();
+        let error =
+            TubeRig::parse(&text.replacen(old, new, 1), Path::new("a/rig.toml")).unwrap_err().to_string();
         assert_eq!(error, message);
     }
 
     #[test]
     fn paper_rig_is_read_and_survives_a_round_trip() {
-        let rig = Rig::juniper_yoko_2022();
+        let rig = TubeRig::juniper_yoko_2022();
         assert_eq!(rig.microphones.positions.len(), 8);
         assert_eq!(rig.microphones.positions[rig.microphones.reference], 0.75);
         assert_eq!(rig.gas, crate::apparatus::gas::Gas::air());
-        let again = Rig::parse(&toml::to_string(&rig).unwrap(), Path::new("x")).unwrap();
+        let again = TubeRig::parse(&toml::to_string(&rig).unwrap(), Path::new("x")).unwrap();
         assert_eq!(again, rig);
     }
 

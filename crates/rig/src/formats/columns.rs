@@ -81,13 +81,6 @@ impl Columns {
         !matches!(named(&self.headings, name), Err(Problem::NoSuchHeading { .. }))
     }
 
-    /// The first of several spellings that the file has; the first of all if it has none, so that asking for
-    /// it says what is missing.
-    #[must_use]
-    pub fn spelling<'n>(&self, names: &[&'n str]) -> &'n str {
-        names.iter().find(|name| self.has(name)).or(names.first()).copied().unwrap_or("")
-    }
-
     /// A column in the SI unit `wanted` ([`Unit::of`]); numbers without a unit are taken to be in it.
     ///
     /// # Errors
@@ -112,22 +105,6 @@ impl Columns {
             complex_cell(&cells[column]).ok_or_else(|| self.bad(row, name, cells[column].clone()))
         };
         rows.iter().enumerate().map(cell).collect()
-    }
-
-    /// A column as [`Columns::numbers`] gives it, in which a cell may be empty.
-    ///
-    /// # Errors
-    /// Those of [`Columns::numbers`].
-    pub fn some_numbers(&self, name: &str, wanted: &str) -> Result<Vec<Option<f64>>, RigError> {
-        let column = self.column(name)?;
-        let Rows::Text { split, decimal, rows } = &self.rows else {
-            return Ok(self.numbers(name, wanted)?.into_iter().map(Some).collect());
-        };
-        let full = |row: &&(usize, Vec<String>)| !row.1[column].is_empty();
-        let filled = rows.iter().filter(full).cloned().collect();
-        let rest = Rows::Text { split: *split, decimal: *decimal, rows: filled };
-        let mut values = Self { rows: rest, ..self.clone() }.numbers(name, wanted)?.into_iter();
-        Ok(rows.iter().map(|row| if full(&row) { values.next() } else { None }).collect())
     }
 
     /// A column as [`Columns::numbers`] gives it, whose numbers must ascend, each once: a key.

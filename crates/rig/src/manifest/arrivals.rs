@@ -1,6 +1,6 @@
 //! Records that are still being made: which of the files that a manifest lists are there, whole and readable.
 
-use crate::{Campaign, RecordFolder, RecordSource, Rig, RigError};
+use crate::{RecordFolder, RecordSource, RigError, TubeCampaign, TubeRig};
 use std::collections::BTreeMap;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -11,7 +11,7 @@ use std::time::SystemTime;
 #[derive(Debug)]
 pub struct Arrivals {
     folder: PathBuf,
-    described: Option<(Rig, Campaign)>,
+    described: Option<(TubeRig, TubeCampaign)>,
     manifest: Option<(Stamp, RecordFolder)>,
     /// What was wrong with the manifest at the last look.
     fault: Option<String>,
@@ -49,7 +49,7 @@ enum State {
 impl Arrivals {
     /// Of a folder that may still be empty; `described` as in [`RecordFolder::open_of`].
     #[must_use]
-    pub fn new(folder: &Path, described: Option<(Rig, Campaign)>) -> Self {
+    pub fn new(folder: &Path, described: Option<(TubeRig, TubeCampaign)>) -> Self {
         Self { folder: folder.to_owned(), described, manifest: None, fault: None, files: BTreeMap::new() }
     }
 

@@ -1,8 +1,8 @@
 //! A folder of records: `manifest.toml`, the rig, the campaign, and the files it lists.
 
 use super::keys::{HEADER, Manifest};
-use crate::apparatus::campaign::Campaign;
-use crate::apparatus::geometry::Rig;
+use crate::apparatus::campaign::TubeCampaign;
+use crate::apparatus::geometry::TubeRig;
 use crate::apparatus::ramp::Ramp;
 use crate::error::RigError;
 use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
@@ -10,7 +10,7 @@ use crate::problem::Problem;
 use crate::read::layout::Layout;
 use crate::read::span::{Event, read_event};
 use crate::records::record::Record;
-use crate::records::set::{RecordSet, RecordSource, Stretch};
+use crate::records::set::{RecordSet, RecordSource, RecordTiming};
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hasher};
 use std::io::Read;
@@ -39,7 +39,7 @@ impl RecordFolder {
     ///
     /// # Errors
     /// As [`RecordFolder::open`].
-    pub fn open_of(folder: &Path, described: Option<(Rig, Campaign)>) -> Result<Self, RigError> {
+    pub fn open_of(folder: &Path, described: Option<(TubeRig, TubeCampaign)>) -> Result<Self, RigError> {
         let opened = Self::expected(folder, described)?;
         for file in opened.files() {
             let at = opened.folder.join(file);
@@ -60,7 +60,7 @@ impl RecordFolder {
     ///
     /// # Errors
     /// Those of the manifest.
-    pub fn expected(folder: &Path, described: Option<(Rig, Campaign)>) -> Result<Self, RigError> {
+    pub fn expected(folder: &Path, described: Option<(TubeRig, TubeCampaign)>) -> Result<Self, RigError> {
         let path = folder.join("manifest.toml");
         if !path.is_file() {
             return Err(RigError::NotARecordSet { path });
@@ -69,7 +69,7 @@ impl RecordFolder {
         let own_campaign = manifest.campaign.is_some();
         let (rig, campaign) = match (&manifest.rig, &manifest.campaign, described) {
             (Some(rig), Some(campaign), _) => {
-                (Rig::read(&folder.join(rig))?, Campaign::read(&folder.join(campaign))?)
+                (TubeRig::read(&folder.join(rig))?, TubeCampaign::read(&folder.join(campaign))?)
             }
             (None, None, Some(both)) => both,
             _ => {
@@ -150,7 +150,7 @@ impl RecordFolder {
         Ok(twins)
     }
 
-    fn read(&self, name: &str, day: usize, stretch: Stretch, event: Event) -> Result<Record, RigError> {
+    fn read(&self, name: &str, day: usize, stretch: RecordTiming, event: Event) -> Result<Record, RigError> {
         let path = self.folder.join(name);
         let layout = self.set.layout(stretch);
         let layout = match self.set.acquisition.exception(day, name) {
@@ -199,8 +199,8 @@ impl RecordSource for RecordFolder {
 impl RecordSet {
     /// How the files of one kind are to be read.
     #[must_use]
-    pub fn layout(&self, stretch: Stretch) -> Layout<'_> {
-        let Stretch { rate_hz, quiet } = stretch;
+    pub fn layout(&self, stretch: RecordTiming) -> Layout<'_> {
+        let RecordTiming { rate_hz, quiet } = stretch;
         let Self { channels, arrays, full_scale, .. } = self;
         let reading = &self.acquisition.reading;
         Layout { channels, full_scale: *full_scale, rate_hz, quiet, arrays, reading }
@@ -215,7 +215,7 @@ impl RecordSet {
         make_folder(folder)?;
         write_toml(&self.rig, "# SI units; x = 0 is the bottom of the tube.\n\n", &folder.join("rig.toml"))?;
         let points = self.points.iter().map(|p| p.point.clone()).collect();
-        let campaign = Campaign { name: self.source.clone(), points, ramps: self.ramps.clone() };
+        let campaign = TubeCampaign { name: self.source.clone(), points, ramps: self.ramps.clone() };
         Ramp::write_within(&self.ramps, folder)?;
         write_whole(&folder.join("campaign.toml"), campaign.to_toml().as_bytes())?;
         write_toml(&Manifest::of(self), HEADER, &folder.join("manifest.toml"))

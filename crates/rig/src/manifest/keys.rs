@@ -2,7 +2,7 @@
 
 use crate::formats::text::TextForm;
 use crate::records::reading::{Arrays, Column};
-use crate::records::set::{DataKind, Day, Stretch};
+use crate::records::set::{DataKind, Day, RecordTiming};
 use crate::units::{Given, Unit};
 use serde::de::value::{F64Deserializer, I64Deserializer, StrDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
@@ -38,9 +38,9 @@ pub(super) struct Manifest {
     #[serde(default, skip_serializing_if = "is_default")]
     pub(super) arrays: Arrays,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) ping: Option<Stretch>,
+    pub(super) ping: Option<RecordTiming>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) click: Option<Stretch>,
+    pub(super) click: Option<RecordTiming>,
     #[serde(default, skip_serializing_if = "is_default")]
     pub(super) microphones: MicrophoneKeys,
     pub(super) day: Vec<Day>,

@@ -2,14 +2,14 @@
 
 use super::keys::{CalibrationEntry, ExceptionEntry, Listed, Manifest, PointEntry, unit};
 use super::microphones::Channels;
-use crate::apparatus::campaign::Campaign;
-use crate::apparatus::geometry::Rig;
+use crate::apparatus::campaign::TubeCampaign;
+use crate::apparatus::geometry::TubeRig;
 use crate::apparatus::ramp::Ramp;
 use crate::files::in_range;
 use crate::problem::Problem;
 use crate::records::acquisition::{Acquisition, Exception};
 use crate::records::reading::Reading;
-use crate::records::set::{Calibration, PointRecords, RecordSet, Stretch};
+use crate::records::set::{Calibration, PointRecords, RecordSet, RecordTiming};
 use crate::units::{Given, Quantity, Unit};
 use std::collections::BTreeMap;
 
@@ -20,8 +20,8 @@ impl Manifest {
     /// rig.
     pub(super) fn resolve(
         self,
-        mut rig: Rig,
-        campaign: &Campaign,
+        mut rig: TubeRig,
+        campaign: &TubeCampaign,
         channels: Channels,
     ) -> Result<RecordSet, Wrong> {
         let (numbers, removed) = remove_dead(&mut rig, &self.dead)?;
@@ -58,7 +58,7 @@ impl Manifest {
         for (k, entry) in self.calibration.into_iter().enumerate() {
             let day = day_index(format!("calibration[{k}].day"), &entry.day)?;
             in_range(&format!("calibration[{k}].rate_hz"), entry.rate_hz, 1.0, 1e9, "Hz")?;
-            let stretch = Stretch { rate_hz: entry.rate_hz, quiet: entry.quiet_samples };
+            let stretch = RecordTiming { rate_hz: entry.rate_hz, quiet: entry.quiet_samples };
             calibrations.push(Calibration { day, stretch, clicks: entry.clicks });
         }
         let mut exceptions = Vec::with_capacity(self.exception.len());
@@ -113,7 +113,7 @@ impl Manifest {
     }
 
     /// How pings and clicks are taken. A kind of which there is no record needs no entry.
-    fn stretches(&self) -> Result<(Stretch, Stretch), Wrong> {
+    fn stretches(&self) -> Result<(RecordTiming, RecordTiming), Wrong> {
         let (mut pings, mut clicks) = (false, false);
         for point in &self.point {
             (pings, clicks) = (pings || !point.pings.is_empty(), clicks || !point.clicks.is_empty());
@@ -230,7 +230,7 @@ impl ExceptionEntry {
 }
 
 /// The ramps of the campaign, as far as their points have records.
-fn ramps(campaign: &Campaign, points: &[PointRecords]) -> Vec<Ramp> {
+fn ramps(campaign: &TubeCampaign, points: &[PointRecords]) -> Vec<Ramp> {
     Ramp::restricted(&campaign.ramps, &|id| points.iter().any(|p| p.point.id == id))
 }
 
@@ -238,7 +238,7 @@ fn ramps(campaign: &Campaign, points: &[PointRecords]) -> Vec<Ramp> {
 type Removed = (Vec<Option<usize>>, Vec<(usize, f64)>);
 
 /// Takes microphones out of the rig.
-fn remove_dead(rig: &mut Rig, dead: &[usize]) -> Result<Removed, Wrong> {
+fn remove_dead(rig: &mut TubeRig, dead: &[usize]) -> Result<Removed, Wrong> {
     let count = rig.microphones.positions.len();
     let place = || "dead".to_owned();
     for &index in dead {

@@ -2,6 +2,7 @@
 
 use super::channels::ChannelErrors;
 use super::observation::{Click, Observations, Ping};
+use super::rows::ModeRows;
 use rijke_numerics::{C64, Matrix};
 
 impl Ping {
@@ -15,7 +16,7 @@ impl Ping {
         }
         let reference = known[self.reference];
         let others = known.iter().filter(|m| **m != reference);
-        let place = |m: &usize| 2 + 2 * (m - usize::from(*m > reference));
+        let place = |m: &usize| ModeRows::pressure(m - usize::from(*m > reference));
         let places: Vec<usize> =
             [0, 1].into_iter().chain(others.flat_map(|m| [place(m), place(m) + 1])).collect();
         let covariance = spread(&self.covariance, &places, 2 * count, f64::NAN);
@@ -26,7 +27,7 @@ impl Ping {
     /// reference is one.
     #[must_use]
     pub fn only(&self, kept: &[usize]) -> Self {
-        let place = |m: &usize| 2 + 2 * (m - usize::from(*m > self.reference));
+        let place = |m: &usize| ModeRows::pressure(m - usize::from(*m > self.reference));
         let others = kept.iter().filter(|m| **m != self.reference);
         let places: Vec<usize> =
             [0, 1].into_iter().chain(others.flat_map(|m| [place(m), place(m) + 1])).collect();

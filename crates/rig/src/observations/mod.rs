@@ -6,4 +6,5 @@ pub(crate) mod channels;
 mod dead;
 pub(crate) mod observation;
 mod row;
+pub(crate) mod rows;
 mod table;

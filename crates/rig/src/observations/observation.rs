@@ -1,7 +1,7 @@
 //! What signal processing makes of records.
 
 use super::channels::ChannelErrors;
-use crate::apparatus::geometry::Rig;
+use crate::apparatus::geometry::TubeRig;
 use crate::apparatus::point::OperatingPoint;
 use crate::apparatus::ramp::Ramp;
 use crate::records::set::{DataKind, Day};
@@ -61,7 +61,7 @@ pub struct Rejection {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observations {
     /// The rig.
-    pub rig: Rig,
+    pub rig: TubeRig,
     /// Measured or virtual.
     pub kind: DataKind,
     /// Where the data come from.

@@ -9,7 +9,7 @@
 use super::channels::ChannelErrors;
 use super::observation::{Click, Observations, Ping, PointObservations, Rejection};
 use super::row::{Row, by_name, read_csv, read_csv_if_there};
-use crate::apparatus::geometry::Rig;
+use crate::apparatus::geometry::TubeRig;
 use crate::apparatus::ramp::Ramp;
 use crate::error::RigError;
 use crate::files::{make_folder, parse_toml, read_text, write_through, write_toml};
@@ -90,7 +90,7 @@ impl Observations {
     pub fn read(folder: &Path) -> Result<Self, RigError> {
         let path = folder.join("observations.toml");
         let Origin { kind, source } = parse_toml(&read_text(&path)?, &path)?;
-        let rig = Rig::read(&folder.join("rig.toml"))?;
+        let rig = TubeRig::read(&folder.join("rig.toml"))?;
         let path = folder.join("points.csv");
         let mut points = Vec::new();
         let names = POINTS.map(String::from);

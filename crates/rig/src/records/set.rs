@@ -3,7 +3,7 @@
 use super::acquisition::Acquisition;
 use super::reading::{Arrays, Reading};
 use super::record::Record;
-use crate::apparatus::geometry::Rig;
+use crate::apparatus::geometry::TubeRig;
 use crate::apparatus::point::OperatingPoint;
 use crate::apparatus::ramp::Ramp;
 use crate::error::RigError;
@@ -44,7 +44,7 @@ impl Day {
 /// How records of one kind are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Stretch {
+pub struct RecordTiming {
     /// Sampling rate, Hz.
     pub rate_hz: f64,
     /// Samples before the loudspeaker acts; see [`Record::quiet`].
@@ -71,7 +71,7 @@ pub struct Calibration {
     /// Index into [`RecordSet::days`].
     pub day: usize,
     /// How they were recorded.
-    pub stretch: Stretch,
+    pub stretch: RecordTiming,
     /// Files of the clicks.
     pub clicks: Vec<String>,
 }
@@ -80,7 +80,7 @@ pub struct Calibration {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordSet {
     /// The rig.
-    pub rig: Rig,
+    pub rig: TubeRig,
     /// Measured or virtual.
     pub kind: DataKind,
     /// Who recorded it, when, where; appears in reports.
@@ -93,9 +93,9 @@ pub struct RecordSet {
     /// ([`Reading::full_scale_in_volts`]); infinite if not stated.
     pub full_scale: f64,
     /// How pings are taken.
-    pub ping: Stretch,
+    pub ping: RecordTiming,
     /// How clicks are taken.
-    pub click: Stretch,
+    pub click: RecordTiming,
     /// The days.
     pub days: Vec<Day>,
     /// The records, operating point by operating point.

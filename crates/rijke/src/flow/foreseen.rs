@@ -5,7 +5,7 @@ use crate::failure::{Classify, Failure};
 use crate::ui::Ui;
 use rijke_flow::{BaseStates, Closures, PROFILES, Pipe, settled};
 use rijke_rig::{Day, Observations, OperatingPoint, PointObservations};
-use rijke_study::{BaseState, Campaign, Cause, Point, Study, plan::Base, read_states};
+use rijke_study::{Campaign, Cause, Point, PointState, Study, plan::Base, read_states};
 use std::collections::BTreeMap;
 
 /// Standard deviations of the mass flow up to which two fits of the same flow are the same: each ends a
@@ -40,7 +40,7 @@ pub(crate) fn foresee(study: &mut Study, places: &[usize], ui: &Ui) -> Result<()
     let progress = ui.progress("base flow of points that were not measured", 1);
     let make = |heater: f64| Pipe::new(&observations.rig, &Closures::default(), heater, 1);
     let runs = settled::runs(&observations, &readings, &make).or_bad_input().map_err(|f| f.at(&folder))?;
-    let fit = settled::Fit::new(&runs).map_err(super::blame)?;
+    let fit = settled::JointFit::new(&runs).map_err(super::blame)?;
     let points = fit.base_states().or_failed()?.into_iter().collect();
     drop(progress);
     let found = BaseStates { kind: observations.kind, source: observations.source.clone(), points };
@@ -75,8 +75,8 @@ const CAUSES: f64 = 0.05;
 
 /// For every cause whether it has the same sign in both; none if the states or the causes are not the same.
 fn signs(
-    known: &BTreeMap<String, BaseState>,
-    found: &BTreeMap<String, BaseState>,
+    known: &BTreeMap<String, PointState>,
+    found: &BTreeMap<String, PointState>,
 ) -> Option<BTreeMap<Cause, bool>> {
     // Of every cause the squares of both changes, and their product.
     let mut sums: BTreeMap<Cause, [f64; 3]> = BTreeMap::new();

@@ -1,7 +1,7 @@
 //! What inferred flows are said to be.
 
 use crate::ui::Ui;
-use rijke_flow::assimilate::{RunReport, Tension, Warning};
+use rijke_flow::assimilate::{ClosureTension, FlowWarning, RunReport};
 use rijke_flow::settled::SettlingReport;
 
 /// What a run says of its place of the heater.
@@ -36,12 +36,12 @@ pub(super) fn summary(run: &RunReport, ui: &Ui) {
 
 /// What all places of the heater together say of closures.
 pub(super) fn all_places(runs: &[RunReport], ui: &Ui) {
-    let runs: Vec<&[Tension]> =
+    let runs: Vec<&[ClosureTension]> =
         runs.iter().filter_map(|r| r.health.as_ref()).map(|h| h.tensions.as_slice()).collect();
     if runs.len() < 2 {
         return;
     }
-    for t in Tension::together(&runs).iter().filter(|t| t.is_wrong()) {
+    for t in ClosureTension::together(&runs).iter().filter(|t| t.is_wrong()) {
         ui.say(format!(
             "all places together prefer {} = {:.3} +- {:.3} to {:.3} ({:.1} sd): change it with --closures, or add 5 % to the sd of U_h",
             t.closure,
@@ -53,22 +53,22 @@ pub(super) fn all_places(runs: &[RunReport], ui: &Ui) {
     }
 }
 
-fn words(warning: &Warning) -> String {
+fn words(warning: &FlowWarning) -> String {
     match warning {
-        Warning::PoorFit { chi_squared } => {
+        FlowWarning::PoorFit { chi_squared } => {
             format!("chi-squared per datum is {chi_squared:.2}, so the model misses more than the noise")
         }
-        Warning::Pattern { sensor, correlation } => {
+        FlowWarning::Pattern { sensor, correlation } => {
             format!(
                 "the residuals of sensor {sensor} follow a pattern in time (correlation {correlation:.2})"
             )
         }
-        Warning::Closure { name, value, preferred, z } => format!(
+        FlowWarning::Closure { name, value, preferred, z } => format!(
             "the readings prefer {name} = {preferred:.3} to {value:.3} ({:.1} sd): this closure, or what looks like it, is wrong",
             z.abs()
         ),
-        Warning::AtBound { name } => format!("{name} is held by the bound of its prior"),
-        Warning::NotConverged => "the search for the most probable unknowns gave up".into(),
+        FlowWarning::AtBound { name } => format!("{name} is held by the bound of its prior"),
+        FlowWarning::NotConverged => "the search for the most probable unknowns gave up".into(),
     }
 }
 

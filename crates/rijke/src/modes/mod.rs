@@ -1,4 +1,6 @@
 //! `rijke modes`: every acoustic mode of a network file.
+//!
+//! Knows options and what is printed; modes and their derivatives are found in `rijke-network`.
 
 mod advice;
 mod chain;
@@ -11,8 +13,8 @@ use rijke_report::{ModeCurves, ModesFigure};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-/// Find every acoustic mode of a network in a region of growth rate and frequency, counted by a contour
-/// integral, with its residual, its condition number and where its energy goes.
+/// Find every acoustic mode of a network in a region of growth rate and frequency. A contour integral counts
+/// them. Each mode comes with its residual, its condition number and its energy budget.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700\n  rijke modes examples/quarter-wave --point e1-0\n  \
@@ -107,7 +109,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             print::table(&case, &modes, &lines, ui);
             advice::print(&stations, &advice, ui);
         }
-        Format::Csv => print::csv(&lines, ui),
+        Format::Csv => print::csv(&lines, ui)?,
         Format::Json => print::json(&case, &modes, lines, &advice, ui)?,
     }
     if let Some(path) = &args.along {

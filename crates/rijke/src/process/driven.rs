@@ -2,6 +2,7 @@
 //! channels, pressures, transmission.
 
 use super::made::{Made, head, point_of};
+use super::switched;
 use crate::{
     failure::{Classify, Failure},
     ui::Ui,
@@ -67,6 +68,7 @@ pub(super) fn driven(
     } else {
         let gains = made.switched()?;
         pairs = tell(&gains, names, ui);
+        switched::say_inverted(&gains, driven, names, ui);
         files.push(("gains.csv".to_owned(), gains_table(&gains, names)));
         Gains::Switched(gains)
     };
@@ -179,8 +181,13 @@ impl Records<'_> {
             |s: &rijke_rig::SwitchedRecord| Ok((s.channel, self.spectra(std::slice::from_ref(&s.file))?));
         let switched: Vec<(usize, Spectra)> =
             self.driven.switched.iter().map(one).collect::<Result<_, Failure>>()?;
-        SwitchedGains::new(&straight, &switched, self.names.len(), self.driven.polynomials)
-            .map_err(|fault| Failure::bad_input(fault).at(&self.records.path))
+        let polynomials = self.driven.polynomials;
+        let gains = SwitchedGains::new(&straight, &switched, self.names.len(), polynomials)
+            .map_err(|fault| Failure::bad_input(fault).at(&self.records.path))?;
+        match gains.doubt(&straight, &switched, polynomials) {
+            Some(doubt) => Err(switched::failure(&doubt, self.driven, self.names).at(&self.records.path)),
+            None => Ok(gains),
+        }
     }
 
     /// What the microphones hear in the records of an operating point.

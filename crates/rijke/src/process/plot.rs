@@ -2,7 +2,7 @@
 
 use crate::failure::{Classify, Failure};
 use crate::figure::both;
-use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, gallery};
+use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, escape, gallery};
 use rijke_rig::RecordSource;
 use rijke_signal::{
     ChannelDelays, ClickPicture, LiveRecord, PingFit, PingOptions, ProcessOptions, Processed, Trace,
@@ -114,10 +114,6 @@ fn of_click(
         Ok(picture) => click_panels(&picture),
         Err(_) => raw_panels(&trace),
     })
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
 fn title(name: &str, reason: Option<&str>) -> String {

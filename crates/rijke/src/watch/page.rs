@@ -4,6 +4,7 @@
 use crate::failure::Failure;
 use crate::staging::write_whole;
 use rijke_engine::run::{Lead, Leads, Next};
+use rijke_report::escape;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -132,15 +133,15 @@ impl Status {
             self.whole,
             self.whole + self.awaited,
             self.points,
-            html(&self.said)
+            escape(&self.said)
         );
-        body.extend(self.settling.iter().map(|said| format!("<p>{}.</p>\n", html(said))));
+        body.extend(self.settling.iter().map(|said| format!("<p>{}.</p>\n", escape(said))));
         if !self.last.is_empty() {
             let figure = self.part(live, Part::Last, "The last record with its fit");
             let _ = writeln!(
                 body,
                 "<section id=\"last\"><h2>Last record</h2><p>{}</p>{figure}</section>",
-                html(&self.last)
+                escape(&self.last)
             );
         }
         if !self.stages.is_empty() {
@@ -154,7 +155,7 @@ impl Status {
         }
         if !self.next.is_empty() {
             let figure = self.part(live, Part::Next, "What further points would tell");
-            let items = self.next.iter().map(|said| format!("<li>{}</li>", html(said)));
+            let items = self.next.iter().map(|said| format!("<li>{}</li>", escape(said)));
             let _ = writeln!(
                 body,
                 "<section id=\"next\"><h2>What to measure next</h2><ul>{}</ul>{figure}</section>",
@@ -177,15 +178,11 @@ impl Status {
     }
 }
 
-fn html(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;")
-}
-
 fn list(title: &str, of: Vec<(&String, &String)>) -> String {
     if of.is_empty() {
         return String::new();
     }
-    let items = of.iter().map(|(f, why)| format!("<li><code>{}</code>: {}</li>", html(f), html(why)));
+    let items = of.iter().map(|(f, why)| format!("<li><code>{}</code>: {}</li>", escape(f), escape(why)));
     format!(
         "<details><summary>{title}: {}</summary><ul>{}</ul></details>",
         of.len(),
@@ -197,15 +194,15 @@ fn list(title: &str, of: Vec<(&String, &String)>) -> String {
 fn table(leads: &Leads, open: bool) -> String {
     let first = leads.models.first().map_or(0.0, |m| m.ln_evidence);
     let row = |model: &Lead| {
-        let shown = |p: &rijke_engine::run::ParameterRecord| {
-            format!("{} = {}", html(&p.name), html(&crate::number::with_sd(p.value, p.sd)))
+        let shown = |p: &rijke_engine::run::TrainedParameter| {
+            format!("{} = {}", escape(&p.name), escape(&crate::number::with_sd(p.value, p.sd)))
         };
         let mut parameters: Vec<String> = model.parameters.iter().take(SHOWN).map(shown).collect();
         let more = model.parameters.len().saturating_sub(SHOWN);
         parameters.extend((more > 0).then(|| format!("{more} more")));
         format!(
             "<tr><td>{}</td><td>{:.1}</td><td>{}</td></tr>",
-            html(&model.id),
+            escape(&model.id),
             first - model.ln_evidence,
             parameters.join(", ")
         )
@@ -217,7 +214,7 @@ fn table(leads: &Leads, open: bool) -> String {
     format!(
         "<details{}><summary>{}{new}</summary><table><tr><th>model</th><th>nats behind</th><th>parameters</th></tr>{}</table></details>\n",
         if open { " open" } else { "" },
-        html(&leads.title),
+        escape(&leads.title),
         leads.models.iter().map(row).collect::<String>()
     )
 }

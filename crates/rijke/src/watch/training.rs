@@ -10,7 +10,7 @@ use crate::{
 use rijke_engine::EngineError;
 use rijke_engine::run::{Leading, Next, Run, Sequence, Trusted, Wish, so_far, verdicts};
 use rijke_report::{StudyHead, StudyPage};
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -187,7 +187,7 @@ impl Work {
 /// What the points of a stage would tell of its model's parameters.
 fn suggested(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     run: &Run,
     id: &str,
 ) -> Result<(Next, String), EngineError> {

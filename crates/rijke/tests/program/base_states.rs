@@ -4,26 +4,27 @@
 use crate::{rijke, scratch};
 use rijke_flow::BaseStates;
 use rijke_lab::{Truth, VirtualRig};
-use rijke_rig::{Campaign, RecordSource, Rig};
+use rijke_rig::{RecordSource, TubeCampaign, TubeRig};
 use rijke_signal::{ProcessOptions, process};
 use std::path::Path;
 
 const CAMPAIGN: [f64; 3] = [0.0, 30.0, 180.0];
 
-fn campaign() -> Campaign {
+fn campaign() -> TubeCampaign {
     let rows = CAMPAIGN.map(|power| {
         format!(
             "[[row]]\nid = \"H{power}\"\nplates = true\nthermometers = true\npower_w = {power:?}\nrepeats = 3\n\
              positions_cm = [25, 60]\n"
         )
     });
-    Campaign::parse(&format!("name = \"two positions\"\n{}", rows.concat()), Path::new("campaign")).unwrap()
+    TubeCampaign::parse(&format!("name = \"two positions\"\n{}", rows.concat()), Path::new("campaign"))
+        .unwrap()
 }
 
 #[test]
 fn lab_base_states_are_true_within_their_errors() {
-    let lab =
-        VirtualRig::new(&Rig::juniper_yoko_2022(), &campaign(), &Truth::standard(), &[], None, 1).unwrap();
+    let lab = VirtualRig::new(&TubeRig::juniper_yoko_2022(), &campaign(), &Truth::standard(), &[], None, 1)
+        .unwrap();
     let processed = process(&lab, &ProcessOptions::default(), &|| {}).unwrap();
     let work = scratch("base-states");
     let observations = work.join("observations");
@@ -60,9 +61,9 @@ fn lab_states_of_a_ramp_are_true_within_their_errors() {
     )
     .unwrap();
     std::fs::write(work.join("log.csv"), log).unwrap();
-    let campaign = Campaign::read(&work.join("campaign.toml")).unwrap();
+    let campaign = TubeCampaign::read(&work.join("campaign.toml")).unwrap();
     let lab =
-        VirtualRig::new(&Rig::juniper_yoko_2022(), &campaign, &Truth::standard(), &[], None, 1).unwrap();
+        VirtualRig::new(&TubeRig::juniper_yoko_2022(), &campaign, &Truth::standard(), &[], None, 1).unwrap();
     // Through files: what the laboratory writes is read with its ramps, and observations keep them.
     for command in [
         &["lab", "--campaign", "campaign.toml", "--out", "records"][..],

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_numerics::{C64, Streams};
 use rijke_rig::{
-    Acquisition, Arrays, Calibration, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, RigError,
-    Stretch,
+    Acquisition, Arrays, Calibration, DataKind, Day, PointRecords, Record, RecordSet, RecordSource,
+    RecordTiming, RigError,
 };
-use rijke_signal::{ProcessOptions, StatedChannels, process};
+use rijke_signal::{ChannelPriors, ProcessOptions, process};
 use rijke_study::Study;
 use std::{collections::BTreeMap, f64::consts::PI, fs, path::Path};
 
@@ -57,7 +57,7 @@ const NOISES: [Noise; 6] = [
 /// Microphones, m; the second is the reference. Standard deviation of their gains and delays (s), which are
 /// stated.
 const PLACES: [f64; 3] = [0.15, 0.4, 0.7];
-const STATED: StatedChannels = StatedChannels { gain_sd: 0.01, delay_sd: 2e-6 };
+const STATED: ChannelPriors = ChannelPriors { gain_sd: 0.01, delay_sd: 2e-6 };
 /// Peak of a ping, and of a click, over the white noise.
 const RATIO: f64 = 150.0;
 /// Samples of a ping: quiet, forced, ringing; of a click.
@@ -156,7 +156,7 @@ impl Tube {
             pings: names(&format!("{}-ping", p.id), repeats),
             clicks: names(&format!("{}-click", p.id), clicks),
         });
-        let click = Stretch { rate_hz: CLICK.1, quiet: CLICK.0[0] };
+        let click = RecordTiming { rate_hz: CLICK.1, quiet: CLICK.0[0] };
         let calibration = Calibration { day: 0, stretch: click, clicks: names("calibration", 6) };
         let mut stream = Streams::new(seed).stream(&format!("coverage {} {repeats}", noise.name));
         let mut off = |sd: f64| sd * normal(&mut stream);
@@ -181,7 +181,7 @@ impl Tube {
             channels: (0..PLACES.len()).map(Some).collect(),
             arrays: Arrays::default(),
             full_scale: f64::INFINITY,
-            ping: Stretch { rate_hz: PING.1, quiet: PING.0[0] },
+            ping: RecordTiming { rate_hz: PING.1, quiet: PING.0[0] },
             click,
             days: vec![day],
             points: points.collect(),
@@ -193,7 +193,7 @@ impl Tube {
     }
 
     /// What is heard, and the noise of each channel.
-    fn record(&self, name: &str, stretch: Stretch, heard: impl Fn(usize) -> Vec<f64>) -> Record {
+    fn record(&self, name: &str, stretch: RecordTiming, heard: impl Fn(usize) -> Vec<f64>) -> Record {
         let repeats = self.set.points[0].pings.len();
         let stream = format!("coverage {} {repeats} {name}", self.noise.name);
         let mut stream = Streams::new(self.seed).stream(&stream);
@@ -210,7 +210,7 @@ impl Tube {
     }
 
     /// An impulse (1.5 kHz, Ricker) that leaves 1 ms after the trigger.
-    fn click_of(&self, name: &str, stretch: Stretch) -> Record {
+    fn click_of(&self, name: &str, stretch: RecordTiming) -> Record {
         let heard = |m: usize| {
             let [gain, delay] = self.channels[m];
             let at = |n: usize| {

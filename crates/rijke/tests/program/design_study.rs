@@ -8,7 +8,7 @@ use rijke_engine::SavedModel;
 use rijke_engine::run::{Aim, Next, OpenModel, Run, StageRecord, Trusted, Wish, forecast, next};
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::Streams;
-use rijke_rig::{Campaign, Observations, OperatingPoint, RecordSource, Rig};
+use rijke_rig::{Observations, OperatingPoint, RecordSource, TubeCampaign, TubeRig};
 use rijke_signal::{ProcessOptions, process};
 use rijke_study::Study;
 use std::{fs, path::PathBuf};
@@ -62,7 +62,7 @@ pub(crate) struct Bench {
 /// What is known after a layout.
 pub(crate) struct Found {
     study: Study,
-    observations: rijke_study::Observations,
+    observations: rijke_study::ObservedModes,
     stages: Vec<StageRecord>,
     /// The model that goes on from the last stage, and its rival.
     saved: (SavedModel, Vec<OpenModel>),
@@ -114,9 +114,9 @@ impl Bench {
             let on_the_grid = p.position.is_some_and(|x| PLACES.contains(&((100.0 * x).round() as u32)));
             p.id == "C3-E" || p.row == "C1" || p.row == "H0" || (p.power > 0.0 && on_the_grid)
         };
-        let mut campaign = Campaign::juniper_yoko_2022();
+        let mut campaign = TubeCampaign::juniper_yoko_2022();
         campaign.points.retain(wanted);
-        let (rig, truth) = (Rig::juniper_yoko_2022(), Truth::standard());
+        let (rig, truth) = (TubeRig::juniper_yoko_2022(), Truth::standard());
         let lab = VirtualRig::new(&rig, &campaign, &truth, &[], Some(REPEATS), seed).unwrap();
         let all = process(&lab, &ProcessOptions::default(), &|| {}).unwrap().observations;
         let hot = lab.set().points.iter().enumerate().filter(|(_, p)| p.point.power > 0.0);

@@ -181,6 +181,59 @@ fn oracle_a_made_tube_gives_its_gains_and_lets_all_through() {
     assert!(error.contains("operating point `nothing`") && error.contains("empty, specimen"), "{error}");
 }
 
+#[test]
+fn message_exchanged_and_inverted_records_of_a_tube() {
+    let folder = example("transmission-tube", "exchanged-transmission-tube");
+    here(
+        &folder,
+        "rate_hz = 4096",
+        &[("segment = 16384", "segment = 1024"), ("polynomials = 6", "polynomials = 2")],
+    );
+    let names = [
+        "00_11_22_33_44_55",
+        "01_10_22_33_44_55",
+        "02_11_20_33_44_55",
+        "03_11_22_30_44_55",
+        "04_11_22_33_40_55",
+        "05_11_22_33_44_50",
+    ];
+    let path = |k: usize| folder.join(format!("records/empty_{}.csv", names[k]));
+    let sound: Vec<String> = (0..6).map(|k| noise_record(k, k as u32)).collect();
+    fs::write(folder.join("records/measurement.csv"), &sound[0]).unwrap();
+    let turned = |text: &str, column: usize| -> String {
+        let cells = |line: &str| -> String {
+            let turn = |(k, cell): (usize, &str)| match cell.parse::<f64>() {
+                Ok(value) if k == column => (-value).to_string(),
+                _ => cell.to_owned(),
+            };
+            line.split(',').enumerate().map(turn).collect::<Vec<_>>().join(",") + "\n"
+        };
+        text.lines().map(cells).collect()
+    };
+    let process = |records: &[String]| {
+        records.iter().enumerate().for_each(|(k, text)| fs::write(path(k), text).unwrap());
+        let output = rijke(&folder, &["process", ".", "--force"]);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = process(&sound);
+    assert!(code == Some(0) && !said.contains("near -1") && !said.contains("exchanging"), "{said}");
+    let mut exchanged = sound.clone();
+    exchanged.swap(2, 4);
+    let (code, said) = process(&exchanged);
+    assert_eq!(code, Some(2), "{said}");
+    let files = format!("exchanging the files empty_{}.csv and empty_{}.csv brings", names[2], names[4]);
+    assert!(said.contains(&files) && said.contains("in the manifest"), "{said}");
+    let mut inverted = sound.clone();
+    inverted[3] = turned(&sound[3], 3);
+    let (code, said) = process(&inverted);
+    assert_eq!(code, Some(2), "{said}");
+    let names_it = format!("upside down in empty_{}.csv", names[3]);
+    assert!(said.contains("turning microphone") && said.contains(&names_it), "{said}");
+    let always: Vec<String> = sound.iter().map(|text| turned(text, 2)).collect();
+    let (code, said) = process(&always);
+    assert!(code == Some(0) && said.contains("is near -1: is it inverted in all records"), "{said}");
+}
+
 fn here_points(folder: &Path) {
     let path = folder.join("records/manifest.toml");
     let text = fs::read_to_string(&path).unwrap();

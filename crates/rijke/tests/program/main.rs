@@ -5,6 +5,8 @@ mod at_once;
 mod bad_input;
 mod base_states;
 mod book;
+mod calibration_clicks;
+mod chain;
 mod coverage_study;
 mod design_few;
 mod design_figure;

@@ -118,6 +118,37 @@ fn behaviour_the_study_says_where_the_mode_lies_and_how_warm_it_was() {
 }
 
 #[test]
+fn behaviour_the_rig_says_how_much_of_a_ring_down_is_fitted() {
+    let folder = study("own-window");
+    let rig = fs::read_to_string(folder.join("rig.toml")).unwrap();
+    let sd = |times: &str| {
+        fs::write(folder.join("rig.toml"), format!("{rig}\n[recording]\nping_decay_times = {times}\n"))
+            .unwrap();
+        let (code, said) = process(&folder, &["--force"]);
+        assert_eq!(code, Some(0), "{said}");
+        cell(&folder, "pings.csv", "e-0", "growth_rate_per_s")
+    };
+    let (short, usual) = (sd("2.5"), sd("7"));
+    assert!(short != usual && (short - usual).abs() < 0.05, "{short} {usual}");
+    fs::write(folder.join("rig.toml"), &rig).unwrap();
+    assert_eq!(process(&folder, &["--force"]).0, Some(0));
+    assert_eq!(cell(&folder, "pings.csv", "e-0", "growth_rate_per_s"), usual);
+    let line = rig.lines().count() + 3;
+    for (text, part) in [
+        ("ping_decay_times = 0", "ping_decay_times"),
+        ("ping_decay_times = 40.0", "from 2 to 16 decay times"),
+        ("ping_decay_times = nan", "from 2 to 16 decay times"),
+        ("ping_decay_times = \"7 s\"", "expected f64"),
+        ("ping_decay_time = 7.0", "unknown field `ping_decay_time`"),
+    ] {
+        fs::write(folder.join("rig.toml"), format!("{rig}\n[recording]\n{text}\n")).unwrap();
+        let (code, said) = process(&folder, &["--force"]);
+        assert!(code == Some(2) && said.contains(part) && said.contains("rig.toml"), "{text}: {said}");
+        assert!(said.contains(&format!("line {line}")), "{text}: {said}");
+    }
+}
+
+#[test]
 fn behaviour_a_dead_microphone_keeps_the_others_names_in_the_study() {
     let folder = study("own-dead");
     manifest(&folder, &format!("dead = [3]\n{MANIFEST}"));

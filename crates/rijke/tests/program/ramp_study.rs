@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rijke_flow::BaseStates;
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::Streams;
-use rijke_rig::{Campaign, Logged, Observations, OperatingPoint, Ramp, RecordSource, Rig};
+use rijke_rig::{Logged, Observations, OperatingPoint, Ramp, RecordSource, TubeCampaign, TubeRig};
 use rijke_signal::{ProcessOptions, process};
 use serde_json::Value;
 use std::{collections::BTreeMap, fs, path::Path};
@@ -148,7 +148,7 @@ fn one_rig(seed: u64) -> Vec<Found> {
     }
     near(&mut c.heater_lag, 0.15);
     near(&mut c.wall_heat_capacity, 0.04);
-    let lab = VirtualRig::new(&Rig::juniper_yoko_2022(), &campaign, &truth, &[], None, seed).unwrap();
+    let lab = VirtualRig::new(&TubeRig::juniper_yoko_2022(), &campaign, &truth, &[], None, seed).unwrap();
     let all = process(&lab, &ProcessOptions::default(), &|| {}).unwrap().observations;
     let arm = |(k, (rows, _, moves)): (usize, &(&str, f64, bool))| {
         let mine = |p: &OperatingPoint| p.power == 0.0 || p.id.starts_with(rows);
@@ -166,8 +166,8 @@ fn one_rig(seed: u64) -> Vec<Found> {
 
 /// The cold rows of the paper, and three rows of each power with the heater at 0.25 m: settled, and from
 /// ramps of two hours and of one.
-fn campaign() -> Campaign {
-    let paper = Campaign::juniper_yoko_2022();
+fn campaign() -> TubeCampaign {
+    let paper = TubeCampaign::juniper_yoko_2022();
     let (cold, hot): (Vec<_>, Vec<_>) = paper.points.into_iter().partition(|p| p.power == 0.0);
     let hot: Vec<_> = hot.into_iter().filter(|p| p.position == Some(0.25)).collect();
     let mut points: Vec<_> = cold.into_iter().map(|p| OperatingPoint { repeats: 4, ..p }).collect();
@@ -191,7 +191,7 @@ fn campaign() -> Campaign {
             ramps.push(Ramp { id: rows.into(), log: log.collect() });
         }
     }
-    Campaign { name: "ramps".into(), points, ramps }
+    TubeCampaign { name: "ramps".into(), points, ramps }
 }
 
 /// What the program finds of these observations.

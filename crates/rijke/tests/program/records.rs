@@ -1,6 +1,8 @@
 //! A small folder of records, to be spoilt by the tests.
 
-use rijke_rig::{Calibration, Campaign, DataKind, Day, PointRecords, RecordSet, Rig, Samples24, Stretch};
+use rijke_rig::{
+    Calibration, DataKind, Day, PointRecords, RecordSet, RecordTiming, Samples24, TubeCampaign, TubeRig,
+};
 use std::path::Path;
 
 pub(crate) const PING: &str = "C3-E/ping-0.wav";
@@ -8,11 +10,11 @@ pub(crate) const PING: &str = "C3-E/ping-0.wav";
 /// Writes two operating points with two pings and two clicks each, and one calibration click per rate:
 /// readable, and without meaning.
 pub(crate) fn write(folder: &Path) {
-    let points = Campaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(2);
-    let stretch = |rate_hz| Stretch { rate_hz, quiet: 20 };
+    let points = TubeCampaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(2);
+    let stretch = |rate_hz| RecordTiming { rate_hz, quiet: 20 };
     let named = |id: &str, kind: &str| (0..2).map(|r| format!("{id}/{kind}-{r}.wav")).collect::<Vec<_>>();
     let set = RecordSet {
-        rig: Rig::juniper_yoko_2022(),
+        rig: TubeRig::juniper_yoko_2022(),
         kind: DataKind::Virtual,
         source: "a test".into(),
         channels: (0..8).map(Some).collect(),

@@ -88,7 +88,7 @@ fn message_options_of_rank_are_obeyed_or_refused() {
         &["rank", ".", "--until", "nope"],
         &["study.toml", "no stage called `nope`", "wall, second"],
     );
-    refused(&folder, &["rank", ".", "--referee", "nested"], &["--referee", "responses", "Leave it out"]);
+    refused(&folder, &["rank", ".", "--sampler", "nested"], &["--sampler", "responses", "Leave it out"]);
     assert!(!folder.join("results").exists());
     let (code, said, error) = told(&folder, &["rank", ".", "--until", "wall", "--json"]);
     assert_eq!(code, Some(0), "{error}");

@@ -2,9 +2,9 @@
 
 use crate::measured::{model, parameter, stage};
 use crate::{rijke, scratch};
-use rijke_lab::{Truth, VirtualRig, mouths};
+use rijke_lab::{Truth, VirtualRig, open_ends};
 use rijke_numerics::C64;
-use rijke_rig::{Campaign, Rig};
+use rijke_rig::{TubeCampaign, TubeRig};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -117,11 +117,11 @@ fn study(name: &str, seed: u64) -> std::path::PathBuf {
 /// laboratory: at ka = 0.2, where a thin one is longer by 0.606379597 radii (the exact integrals of Levine &
 /// Schwinger; crates/lab/fixtures/reference/levine_schwinger.csv).
 fn truth(folder: &Path, seed: u64) -> [f64; 2] {
-    let (rig, truth) = (Rig::juniper_yoko_2022(), Truth::standard());
-    let campaign = Campaign::read(&folder.join("lab.toml")).unwrap();
+    let (rig, truth) = (TubeRig::juniper_yoko_2022(), Truth::standard());
+    let campaign = TubeCampaign::read(&folder.join("lab.toml")).unwrap();
     let point = campaign.row("C3").next().unwrap().clone();
     let lab = VirtualRig::new(&rig, &campaign, &truth, &[], None, seed).unwrap();
-    let [_, top] = mouths(&rig, &truth, &point, seed);
+    let [_, top] = open_ends(&rig, &truth, &point, seed);
     let gas = rig.gas.at(lab.true_temperature(0), rig.pressure);
     let reflection = top.reflection(&gas, C64::new(0.0, 0.2 * gas.sound_speed / top.inner_radius));
     [lab.true_temperature(0), top.inner_radius * (-(-reflection).arg() / 0.4 - 0.606_379_597)]

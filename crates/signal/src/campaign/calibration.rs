@@ -7,7 +7,7 @@ use crate::click::{ClickFit, ClickOptions, Extent, fit_click};
 use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
 use crate::{Fault, Trace};
 use rayon::prelude::*;
-use rijke_rig::{RecordSource, Rejection, RigError};
+use rijke_rig::{Calibration, RecordSet, RecordSource, Rejection, RigError};
 
 /// What is known of the channels.
 #[derive(Clone, Debug)]
@@ -56,7 +56,9 @@ pub(super) fn calibrate(
             }
             Err(cause) => {
                 let first = rejections.get(before).map(|r| format!("{}: {}", r.record, r.reason));
-                return Err(ProcessError::Calibration { rate_hz, cause, first_rejection: first });
+                let cause = cause.numbered(&set.acquisition.numbers(set.rig.microphones.positions.len()));
+                let records = files(set, rate_hz);
+                return Err(ProcessError::Calibration { rate_hz, records, cause, first_rejection: first });
             }
         };
         Ok((None, Some(cause)))
@@ -120,6 +122,22 @@ pub(super) fn calibrate(
     Ok(Calibrated { pings, clicks, click, rejections, notes, records })
 }
 
+/// The calibrations of one sampling rate, and their numbers.
+fn of_rate(set: &RecordSet, rate_hz: f64) -> impl Iterator<Item = (usize, &Calibration)> {
+    let same = move |c: &Calibration| (c.stretch.rate_hz - rate_hz).abs() < 1e-6 * rate_hz;
+    set.calibrations.iter().enumerate().filter(move |(_, c)| same(c))
+}
+
+/// The first of the files of one sampling rate, and how many more there are.
+fn files(set: &RecordSet, rate_hz: f64) -> String {
+    let names: Vec<&String> = of_rate(set, rate_hz).flat_map(|(_, c)| &c.clicks).collect();
+    match names.as_slice() {
+        [] => String::new(),
+        [one] => (*one).clone(),
+        [first, others @ ..] => format!("{first} and {} more", others.len()),
+    }
+}
+
 struct Found {
     delays: ChannelDelays,
     options: ClickOptions,
@@ -135,13 +153,9 @@ fn at_rate(
     records: &mut usize,
 ) -> Result<Result<Found, CalibrationError>, ProcessError> {
     let set = source.set();
-    let jobs: Vec<(usize, usize)> = set
-        .calibrations
-        .iter()
-        .enumerate()
-        .filter(|(_, c)| (c.stretch.rate_hz - rate_hz).abs() < 1e-6 * rate_hz)
-        .flat_map(|(k, c)| (0..c.clicks.len()).map(move |n| (k, n)))
-        .collect();
+    let numbers = set.acquisition.numbers(set.rig.microphones.positions.len());
+    let jobs: Vec<(usize, usize)> =
+        of_rate(set, rate_hz).flat_map(|(k, c)| (0..c.clicks.len()).map(move |n| (k, n))).collect();
     *records += jobs.len();
     let known =
         |which: usize, click: &ClickOptions| click_options(set, set.calibrations[which].day, None, click);
@@ -178,7 +192,7 @@ fn at_rate(
                     speed_sd: 0.5 * day.ambient_temperature_sd / day.ambient_temperature,
                 });
             }
-            Err(fault) => rejections.push(rejection(&calibration.clicks[repeat], &fault)),
+            Err(fault) => rejections.push(rejection(&calibration.clicks[repeat], &fault.numbered(&numbers))),
         }
     }
     let spread = options.gain_spread.unwrap_or(crate::delays::GAIN_SPREAD);

@@ -37,6 +37,8 @@ impl Fault {
         | Self::NoSignal { channel, .. }
         | Self::NoImpulse { channel, .. }
         | Self::LongImpulse { channel, .. }
+        | Self::ShortImpulse { channel, .. }
+        | Self::ImpulseAtEdge { channel, .. }
         | Self::Coarse { channel, .. }
         | Self::Saturated { channel, .. }
         | Self::SteadyHum { channel, .. }

@@ -1,7 +1,7 @@
 //! How a campaign is processed, and what processing gives.
 
 use crate::click::ClickOptions;
-use crate::delays::{CalibrationError, ChannelDelays, StatedChannels};
+use crate::delays::{CalibrationError, ChannelDelays, ChannelPriors};
 use crate::ping::PingOptions;
 use crate::repeats::Repeats;
 use rijke_rig::{Observations, Rejection, RigError};
@@ -17,7 +17,7 @@ pub struct ProcessOptions {
     pub click: ClickOptions,
     /// What is known of the channels at the pings' sampling rate without calibration clicks at that rate:
     /// used if there are none.
-    pub stated: Option<StatedChannels>,
+    pub stated: Option<ChannelPriors>,
     /// How far the gains of the channels may lie from their median, relative to it; none for 30 %.
     pub gain_spread: Option<f64>,
 }
@@ -60,10 +60,12 @@ pub enum ProcessError {
     #[error(transparent)]
     Record(#[from] RigError),
     /// The calibration clicks cannot be used.
-    #[error("calibration at {rate_hz} Hz: {cause}{}", first_rejection.as_deref().map(|r| format!("; first rejected record: {r}")).unwrap_or_default())]
+    #[error("calibration at {rate_hz} Hz ({records}): {cause}{}", first_rejection.as_deref().map(|r| format!("; first rejected record: {r}")).unwrap_or_default())]
     Calibration {
         /// The sampling rate, Hz.
         rate_hz: f64,
+        /// Its files: the first, and how many more.
+        records: String,
         /// The reason.
         cause: CalibrationError,
         /// Why the first of the rejected records was rejected.

@@ -2,21 +2,21 @@
 
 use crate::click::{ClickOptions, Reflection};
 use rijke_numerics::Matrix;
-use rijke_rig::{OperatingPoint, RecordSet, Rig};
+use rijke_rig::{OperatingPoint, RecordSet, TubeRig};
 
 /// Relative standard deviation of the boundary layers of the insert: threads and fabric have a larger surface
 /// than smooth cylinders, by how much is not known.
 const INSERT_SURFACE_SD: f64 = 0.5;
 
 /// Wetted perimeter over twice the open area, 1/m, of the tube and of the tube with insert.
-fn wetted(rig: &Rig) -> [f64; 2] {
+fn wetted(rig: &TubeRig) -> [f64; 2] {
     let (tube, insert) = (&rig.tube, &rig.insert);
     let with = (tube.perimeter() + insert.perimeter()) / (2.0 * (tube.area() - insert.area()));
     [tube.radius().recip(), with]
 }
 
 /// Length of the insert at `point`, m: they reach from the bottom to the plates.
-fn insert_length(rig: &Rig, point: &OperatingPoint) -> f64 {
+fn insert_length(rig: &TubeRig, point: &OperatingPoint) -> f64 {
     let half = if point.plates { 0.5 * rig.plates.length() } else { 0.0 };
     point.position.map_or(0.0, |position| (position - half).max(0.0))
 }
@@ -46,15 +46,18 @@ pub fn click_options(
     let positions = &rig.microphones.positions;
     let ([bare, with], loss) = (wetted(rig), kirchhoff(set, day));
     let insert = point.map_or(0.0, |p| insert_length(rig, p));
+    let way = |x: f64| loss * (x * bare + x.min(insert) * (with - bare));
     ClickOptions {
-        dispersion: positions.iter().map(|x| loss * (x * bare + x.min(insert) * (with - bare))).collect(),
+        dispersion: positions.iter().map(|x| way(*x)).collect(),
         reflection: Some(Reflection {
             lags: positions.iter().map(|x| 2.0 * (end - x) / sound_speed).collect(),
             strength: -1.0,
             smoothing: radius / sound_speed,
             tolerance: 0.1,
             pace_sd: if point.is_some_and(|p| p.power > 0.0) { 0.2 } else { 0.0 },
+            dispersion: positions.iter().map(|x| 2.0 * (way(rig.tube.length) - way(*x))).collect(),
         }),
+        leaning: point.is_none(),
         ..options.clone()
     }
 }
@@ -77,13 +80,13 @@ mod tests {
 
     #[test]
     fn exact_bare_tube_has_kirchhoffs_layer_and_an_insert_adds_its_own() {
-        let rig = Rig::juniper_yoko_2022();
+        let rig = TubeRig::juniper_yoko_2022();
         let [bare, with] = wetted(&rig);
         assert!((bare - 2.0 / 0.0474).abs() < 1e-12);
         let (perimeter, area) =
             (0.0474 + 2.0 * 0.003 + 2.0 * 0.004, 0.0474_f64.powi(2) - 2.0 * (9e-6 + 16e-6));
         assert!((with - 2.0 * perimeter / area).abs() < 1e-9, "{with}");
-        let mut point = rijke_rig::Campaign::juniper_yoko_2022().points.remove(0);
+        let mut point = rijke_rig::TubeCampaign::juniper_yoko_2022().points.remove(0);
         (point.position, point.plates) = (Some(0.4), true);
         assert!((insert_length(&rig, &point) - (0.4 - 0.5 * rig.plates.length())).abs() < 1e-12);
         (point.position, point.plates) = (None, false);

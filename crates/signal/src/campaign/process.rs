@@ -54,7 +54,11 @@ pub fn process_again(
 ) -> Result<Processed, ProcessError> {
     let set = source.set();
     let options = &ProcessOptions {
-        ping: PingOptions { reference: set.rig.microphones.reference, ..options.ping.clone() },
+        ping: PingOptions {
+            reference: set.rig.microphones.reference,
+            decay_times: set.rig.recording.ping_decay_times.unwrap_or(options.ping.decay_times),
+            ..options.ping.clone()
+        },
         ..options.clone()
     };
     let has = |count: fn(&rijke_rig::PointRecords) -> usize| set.points.iter().any(|p| count(p) > 0);

@@ -1,4 +1,4 @@
-//! How the open end of a thin pipe reflects.
+//! How the open end of a pipe reflects.
 
 use rijke_numerics::C64;
 
@@ -11,7 +11,15 @@ pub(crate) fn unflanged(ka: f64) -> C64 {
     C64::from_polar(-size, -2.0 * ka * (extension(ka) - 0.61))
 }
 
-/// End correction over the radius.
+/// The same of a pipe that ends in an infinite flange, referred to the same plane: fits of the same authors.
+pub(crate) fn flanged(ka: f64) -> C64 {
+    let k = ka.min(3.8).powi(2);
+    let size = (1.0 + 0.73 * k) / (1.0 + 1.73 * k + 0.372 * k * k + 0.0231 * k * k * k);
+    let longer = 0.8216 * (1.0 + 0.244 * k) / (1.0 + 0.723 * k - 0.0198 * k * k + 0.00366 * k * k * k);
+    C64::from_polar(-size, -2.0 * ka * (longer - 0.61))
+}
+
+/// End correction over the radius, without a flange.
 fn extension(ka: f64) -> f64 {
     let k = ka.min(3.8).powi(2);
     0.6133 * (1.0 + 0.0599 * k) / (1.0 + 0.238 * k - 0.0153 * k * k + 0.0015 * k * k * k)

@@ -36,6 +36,12 @@ const BELOW: f64 = 5e-3;
 const ABOVE: f64 = 5e-4;
 /// Power of a bin over that of noise, above which it counts.
 const ABOVE_NOISE: f64 = 8.0;
+/// Frequencies over the sampling rate just below half of it, and the share of the largest amplitude that an
+/// impulse may still have there: half of what a Ricker wavelet has at its centre.
+const HIGHEST: (f64, f64) = (0.38, 0.48);
+const CUT: f64 = 0.5;
+/// Where these are looked at, on both sides of the peak, s.
+const AROUND: f64 = 1.5e-3;
 /// Window and band of the options are kept if the impulse needs no more than so much of them, and no less of
 /// the band.
 const ENOUGH: f64 = 1.1;
@@ -47,7 +53,8 @@ impl Extent {
     /// for longest.
     ///
     /// # Errors
-    /// [`Fault::NoImpulse`], or [`Fault::LongImpulse`] if it has not ended when its reflection comes.
+    /// [`Fault::NoImpulse`], [`Fault::LongImpulse`] if it has not ended when its reflection comes, or
+    /// [`Fault::ShortImpulse`] if the sampling rate cuts its spectrum off.
     pub fn of(trace: &Trace<'_>, options: &ClickOptions) -> Result<Self, Fault> {
         trace.screen(64)?;
         let lags = options.reflection.as_ref().map_or(&[][..], |r| &r.lags);
@@ -93,14 +100,20 @@ impl Extent {
         let before = wider * (peak - (0..=peak).find(loud).unwrap_or(peak)).max(1) as f64 / trace.rate_hz;
         let last = (peak + samples((room - MARGIN * before).max(0.0))).clamp(peak + 1, z.len());
         let after = wider * ((peak..last).rfind(loud).unwrap_or(peak) - peak).max(1) as f64 / trace.rate_hz;
+        let part = |n: f64| samples(MARGIN * n);
+        let whole = &z[peak.saturating_sub(part(before))
+            ..(peak + part(after).max(2)).min(last.max(peak + 3)).min(z.len())];
+        // One that the sampling rate cuts off rings before and after it, and looks long.
+        let near = &z[peak.saturating_sub(samples(AROUND))..(peak + samples(AROUND).max(8)).min(z.len())];
+        let share = band(near, noise, trace.rate_hz)?.1;
+        if share > CUT {
+            return Err(Fault::ShortImpulse { channel, rate_hz: trace.rate_hz, share });
+        }
         let (need, have) = (MARGIN * before + 0.4 * MARGIN * after, room);
         if need > have {
             return Err(Fault::LongImpulse { channel, before, after, room });
         }
-        let part = |n: f64| samples(MARGIN * n);
-        let whole = &z[peak.saturating_sub(part(before))
-            ..(peak + part(after).max(2)).min(last.max(peak + 3)).min(z.len())];
-        Ok(Self { before, after, band_hz: band(whole, noise, trace.rate_hz)? })
+        Ok(Self { before, after, band_hz: band(whole, noise, trace.rate_hz)?.0 })
     }
 
     /// The extent that the middle one of several has in every respect. None if there is none.
@@ -134,8 +147,9 @@ impl ClickOptions {
     }
 }
 
-/// Frequencies between which the energy of `y` lies, in white noise of the given deviation.
-fn band(y: &[f64], noise: f64, rate_hz: f64) -> Result<(f64, f64), Fault> {
+/// Frequencies between which the energy of `y` lies, in white noise of the given deviation, and the largest
+/// amplitude just below half the sampling rate over that of all.
+fn band(y: &[f64], noise: f64, rate_hz: f64) -> Result<((f64, f64), f64), Fault> {
     let length = (8 * y.len()).max(1024).next_power_of_two();
     let forward = transform::forward(length);
     let (mut series, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
@@ -160,5 +174,10 @@ fn band(y: &[f64], noise: f64, rate_hz: f64) -> Result<(f64, f64), Fault> {
     };
     let frequency = |k: Option<usize>| k.unwrap_or(1) as f64 * rate_hz / length as f64;
     let (low, high) = (frequency(place(BELOW)), frequency(place(1.0 - ABOVE)));
-    Ok((0.8 * low.max(50.0), 1.15 * high.max(100.0)))
+    let top = |from: f64, to: f64| -> f64 {
+        let bin = |share: f64| ((share * length as f64) as usize).min(powers.len());
+        powers[bin(from)..bin(to)].iter().copied().fold(0.0, f64::max)
+    };
+    let cut = (top(HIGHEST.0, HIGHEST.1) / top(0.0, 1.0).max(f64::MIN_POSITIVE)).sqrt();
+    Ok(((0.8 * low.max(50.0), 1.15 * high.max(100.0)), cut))
 }

@@ -14,7 +14,7 @@ use super::hum::loud_hum;
 use super::model::{Model, Rows};
 use super::options::{ClickFit, ClickOptions};
 use super::picture::ClickPicture;
-use super::pulse::Bursts;
+use super::pulse::{Bursts, Located};
 use super::segment::Segment;
 use super::steps::Steps;
 use super::waveform::comparison_frequencies;
@@ -38,6 +38,12 @@ const PACES: usize = 2;
 const SAME_PACE: f64 = 0.02;
 /// Lags to try when those stated lead nowhere: gas at 450 K instead of 293 K.
 const EARLIER: f64 = 0.8;
+/// Step (in sd) below which the record is first rid of what the taps do not reflect, and how often at most.
+const RID: f64 = 0.5;
+const RIDS: usize = 6;
+/// Distance from where sound arrives, in periods of the highest frequency, beyond which another place is
+/// tried.
+const FAR: f64 = 0.4;
 /// Residual energy over impulse energy above which the channels do not show the same impulse.
 const MISFIT: f64 = 0.05;
 
@@ -70,12 +76,23 @@ fn fitted(trace: &Trace<'_>, options: &ClickOptions) -> Result<Fitting, Fault> {
     if options.free() {
         placed.hasten(bursts.locate(options).pace(options));
     }
-    match Fitting::at_pace(trace, &bursts, placed) {
+    let first = bursts.locate(&placed);
+    let elsewhere = bursts.expected(&first, options, FAR / options.band_hz.1);
+    let result = Fitting::from(trace, &first, placed);
+    if let Some(elsewhere) = elsewhere {
+        let other = Fitting::from(trace, &elsewhere, options.clone());
+        return match (result, other) {
+            (Ok(first), Ok(other)) if other.squares < first.squares => Ok(other),
+            (Err(_), Ok(other)) => Ok(other),
+            (first, _) => first,
+        };
+    }
+    match result {
         // Far too late a reflection is heard where none is expected: start from an earlier one.
         Err(_) if options.free() => {
             let mut placed = options.clone();
             placed.hasten(EARLIER);
-            Fitting::at_pace(trace, &bursts, placed)
+            Fitting::from(trace, &bursts.locate(&placed), placed)
         }
         result => result,
     }
@@ -93,11 +110,10 @@ struct Fitting {
 }
 
 impl Fitting {
-    /// Fits, from the stated lags.
-    fn at_pace(trace: &Trace<'_>, bursts: &Bursts, options: ClickOptions) -> Result<Self, Fault> {
-        let located = bursts.locate(&options);
+    /// Fits, from these places and the stated lags.
+    fn from(trace: &Trace<'_>, located: &Located, options: ClickOptions) -> Result<Self, Fault> {
         let segment = Segment::new(trace, &located.times, &options)?;
-        let model = Model::start(&located, &segment, options);
+        let model = Model::start(located, &segment, options);
         let (rows, normal) = (Rows::new(), Matrix::zeros(0, 0));
         Self { model, segment, rows, normal, squares: 0.0, freedom: 1.0 }.settled(trace)
     }
@@ -108,6 +124,7 @@ impl Fitting {
         let Self { model, segment, .. } = &mut self;
         let mut rows = segment.windows(&model.times, &model.options);
         let (mut settled, mut length, mut paces) = (None, f64::INFINITY, 0);
+        let (raw, mut rids, mut since) = (segment.clone(), 0, 0);
         let mut steps = Steps::default();
         for step_number in 0..MAX_STEPS {
             let moving = step_number < MOVING_STEPS;
@@ -119,6 +136,17 @@ impl Fitting {
             let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
             length = gain.sqrt();
             model.advance(&steps.next(step, &gradient));
+            since += 1;
+            let rid = match rids {
+                0 => !moving && length < RID,
+                _ => rids < RIDS && length < SMALL_STEP && since > 1,
+            };
+            if let Some(changed) = if rid { model.without_rest(&raw, &rows) } else { None } {
+                *segment = changed;
+                (rids, since) = (rids + 1, 0);
+                steps.restart();
+                continue;
+            }
             if moving {
                 model.centre();
                 model.settle_pace();

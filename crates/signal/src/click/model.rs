@@ -277,7 +277,8 @@ impl Model {
         let joint = Matrix::from_fn(joint.rows(), joint.rows(), |i, j| excess * joint[(i, j)]);
         let values = spectrum.times(&self.waveform.coefficients);
         ClickFit {
-            leaning: vec![[0.0; 2]; channels],
+            leaning: Vec::new(),
+            overlapped: (0..channels).map(|m| self.options.overlaps(m)).collect(),
             misfit: 0.0,
             covariance: Matrix::from_fn(channels, channels, |i, j| joint[(i, j)]),
             times: self.times,

@@ -19,6 +19,9 @@ pub struct ClickOptions {
     pub dispersion: Vec<f64>,
     /// The first reflection, if there is one that may overlap the impulse.
     pub reflection: Option<Reflection>,
+    /// Whether to say how far times and gains lean on what is not known of the end ([`ClickFit::leaning`]),
+    /// as a calibration needs.
+    pub leaning: bool,
 }
 
 /// What is known beforehand about the first reflection, such as that at the far end of a tube.
@@ -36,6 +39,9 @@ pub struct Reflection {
     /// Relative standard deviation of the lags, which have one factor in common: 0 if the speed of sound
     /// between channels and end is known, some 0.2 if the gas there is hot.
     pub pace_sd: f64,
+    /// Dispersion of the way from each channel to the end and back, s^{1/2}: see
+    /// [`ClickOptions::dispersion`]. Empty for none.
+    pub dispersion: Vec<f64>,
 }
 
 impl Default for ClickOptions {
@@ -47,6 +53,7 @@ impl Default for ClickOptions {
             window: (0.8e-3, 0.8e-3),
             dispersion: Vec::new(),
             reflection: None,
+            leaning: true,
         }
     }
 }
@@ -104,11 +111,14 @@ pub struct ClickFit {
     pub waveform: Vec<C64>,
     /// Taps of the reflection; empty if none was fitted.
     pub reflection: Vec<f64>,
-    /// Error of the time (s) and relative error of the gain of each channel, if the far end reflects as an
-    /// unflanged pipe does (Levine & Schwinger 1948) instead of as the taps expect: where the reflection
-    /// overlaps the impulse, both lean on the model of the reflection. Zero where it does not, and where the
-    /// lag of the reflection is not known.
-    pub leaning: Vec<[f64; 2]>,
+    /// Error of the time (s) and relative error of the gain of each channel, if the far end is another one
+    /// than the fit takes it for: a list for an end that is as much longer as a flange makes it, for one with
+    /// a flange, and for one that takes 2 % of the amplitude. Where the reflection overlaps the impulse,
+    /// times and gains lean on what is not known of the end. Empty where it overlaps nowhere, and where its
+    /// lag is not known.
+    pub leaning: Vec<Vec<[f64; 2]>>,
+    /// Whether the reflection overlaps the impulse at each channel.
+    pub overlapped: Vec<bool>,
     /// Root of (energy over noise energy) per channel: the amplitude that a matched filter sees.
     pub signal_to_noise: Vec<f64>,
     /// Sum of squared residuals over its number of degrees of freedom.

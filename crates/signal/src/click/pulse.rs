@@ -81,13 +81,33 @@ impl Bursts {
         }
         let margin = ((options.window.0 + options.window.1 + scale * REACH) * rate_hz) as usize;
         let length = channels[0].z.len();
-        if found.iter().any(|&(n, _)| n < margin || n + margin >= length) {
-            let (have, need) = (length * factor, 2 * margin * factor);
-            return Err(Fault::TooShort { what: "record around the impulse", have, need });
+        if let Some(channel) = found.iter().position(|&(n, _)| n < margin || n + margin >= length) {
+            let seconds = |samples: usize| samples as f64 / rate_hz;
+            let before = seconds(found[channel].0 + begin);
+            let after = trace.len() as f64 / trace.rate_hz - before;
+            return Err(Fault::ImpulseAtEdge { channel, before, after, need: seconds(margin + begin) });
         }
         // The mean over `factor` samples belongs to their middle.
         let first = (begin * factor) as f64 + 0.5 * (factor - 1) as f64 - quiet as f64;
         Ok(Self { channels, found, first: first / trace.rate_hz, rate_hz, spread, scale })
+    }
+
+    /// Where a channel whose impulse is overlapped by its reflection lies by more than `far` (s) from where
+    /// sound in known gas arrives, or upside down: the impulses with such channels where sound arrives. None
+    /// if there is no such channel. Impulse and reflection together look like another impulse, upside down
+    /// and later.
+    pub(crate) fn expected(&self, located: &Located, options: &ClickOptions, far: f64) -> Option<Located> {
+        let reflection = options.reflection.as_ref().filter(|r| r.pace_sd == 0.0)?;
+        let (pivot, mut other) = (located.pivot, located.clone());
+        let mut changed = false;
+        for m in (0..located.times.len()).filter(|m| options.overlaps(*m) && *m != pivot) {
+            // The reflection goes there and back.
+            let time = located.times[pivot] + 0.5 * (reflection.lags[pivot] - reflection.lags[m]);
+            if located.gains[m] < 0.0 || (located.times[m] - time).abs() > far {
+                (other.times[m], other.gains[m], changed) = (time, 1.0, true);
+            }
+        }
+        changed.then_some(other)
     }
 
     /// Brings the channels in phase.

@@ -3,13 +3,13 @@
 use super::error::CalibrationError;
 use super::error::{median_of, plausible};
 use super::place::{Placed, absolute, place};
-use super::stated::StatedChannels;
+use super::stated::ChannelPriors;
 use crate::Fault;
 use crate::click::ClickFit;
 use crate::ping::PingFit;
 use crate::repeats::{Group, variances_of_means};
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::{ChannelErrors, Click, Ping};
+use rijke_rig::{ChannelErrors, Click, ModeRows, Ping};
 
 /// What the acquisition system does to each channel at one sampling rate, with its uncertainty.
 ///
@@ -142,8 +142,10 @@ impl ChannelDelays {
         for p in &placed {
             covariance = covariance.plus(inflation / (count * count) as f64, &p.covariance);
         }
-        for m in 0..channels {
-            covariance[(m, m)] += mean(&|n, m| clicks[n].fit.leaning[m][0], m).powi(2);
+        let leaning = leaning(clicks, channels);
+        for errors in &leaning {
+            covariance = covariance
+                .plus(1.0, &Matrix::from_fn(channels, channels, |i, j| errors[i][0] * errors[j][0]));
         }
         for (share, sd, expected) in groups(clicks) {
             covariance = covariance.plus(
@@ -151,7 +153,7 @@ impl ChannelDelays {
                 &Matrix::from_fn(channels, channels, |i, j| expected[i] * expected[j]),
             );
         }
-        plausible(&delays, &gains, &first.expected, spread)?;
+        plausible(&delays, &gains, &first.expected, spread, &first.fit.overlapped)?;
         let misfit = median_of(&clicks.iter().map(|c| c.fit.misfit).collect::<Vec<f64>>());
         if misfit > MISFIT {
             return Err(CalibrationError::Misfit { share: misfit, limit: MISFIT });
@@ -166,19 +168,22 @@ impl ChannelDelays {
                 Group { within: mean(&noise, m), squares, count }
             })
             .collect();
-        let gain_variances: Vec<f64> = variances_of_means(&groups)
-            .into_iter()
-            .enumerate()
-            .map(|(m, variance)| {
-                let leaning = gains[m] * mean(&|n, m| clicks[n].fit.leaning[m][1], m);
-                (variance + leaning * leaning) / (unit * unit)
-            })
-            .collect();
+        let mut gain_covariance = Matrix::diagonal(&variances_of_means(&groups));
+        for errors in &leaning {
+            // Gains count from their mean square.
+            let common = (0..channels).map(|m| gains[m].powi(2) * errors[m][1]).sum::<f64>()
+                / (channels as f64 * unit * unit);
+            let error = |m: usize| gains[m] * (errors[m][1] - common);
+            gain_covariance =
+                gain_covariance.plus(1.0, &Matrix::from_fn(channels, channels, |i, j| error(i) * error(j)));
+        }
         let frequencies = first.fit.frequencies.clone();
         Ok(Self {
             rate_hz,
             delays,
-            gain_covariance: Matrix::diagonal(&gain_variances),
+            gain_covariance: Matrix::from_fn(channels, channels, |i, j| {
+                gain_covariance[(i, j)] / (unit * unit)
+            }),
             gains: gains.iter().map(|g| g / unit).collect(),
             covariance,
             clicks: count,
@@ -189,7 +194,7 @@ impl ChannelDelays {
     }
 
     /// Channels of which no click tells: gains of 1 and delays of 0, as well known as stated.
-    pub(crate) fn stated(channels: usize, rate_hz: f64, stated: StatedChannels) -> Self {
+    pub(crate) fn stated(channels: usize, rate_hz: f64, stated: ChannelPriors) -> Self {
         let diagonal = |sd: f64| Matrix::diagonal(&vec![sd * sd; channels]);
         Self {
             rate_hz,
@@ -210,7 +215,7 @@ impl ChannelDelays {
         let squares = |values: &mut dyn Iterator<Item = f64>| {
             Matrix::diagonal(&values.map(|sd| sd * sd).collect::<Vec<_>>())
         };
-        let none = StatedChannels { gain_sd: 0.0, delay_sd: 0.0 };
+        let none = ChannelPriors { gain_sd: 0.0, delay_sd: 0.0 };
         Self {
             delays: delays.clone(),
             gains: gains.clone(),
@@ -236,7 +241,7 @@ impl ChannelDelays {
     /// `delay_sd`.
     pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
         let channels = self.gains.len();
-        let stated = Self::stated(channels, rate_hz, StatedChannels { gain_sd: 0.0, delay_sd });
+        let stated = Self::stated(channels, rate_hz, ChannelPriors { gain_sd: 0.0, delay_sd });
         Self { gains: self.gains.clone(), gain_covariance: self.gain_covariance.clone(), ..stated }
     }
 
@@ -291,7 +296,7 @@ impl ChannelDelays {
         };
         let pressures: Vec<C64> = ping.pressures.iter().enumerate().map(|(m, p)| p * factor(m)).collect();
         let others: Vec<usize> = (0..pressures.len()).filter(|&m| m != reference).collect();
-        let size = 2 + 2 * others.len();
+        let size = ModeRows::count(others.len());
         let mut map = Matrix::zeros(size, size);
         let set = |map: &mut Matrix, row: usize, column: usize, z: C64| {
             map[(row, column)] = z.re;
@@ -301,8 +306,9 @@ impl ChannelDelays {
         };
         set(&mut map, 0, 0, C64::ONE);
         for (i, &m) in others.iter().enumerate() {
-            set(&mut map, 2 + 2 * i, 2 + 2 * i, factor(m));
-            set(&mut map, 2 + 2 * i, 0, pressures[m] * (self.delays[m] - self.delays[reference]));
+            let row = ModeRows::pressure(i);
+            set(&mut map, row, row, factor(m));
+            set(&mut map, row, 0, pressures[m] * (self.delays[m] - self.delays[reference]));
         }
         let mut covariance = map.product(&ping.covariance).product(&map.transpose());
         if !alone {
@@ -314,8 +320,8 @@ impl ChannelDelays {
                     let delay = pressures[m] * ping.s * sign;
                     let gain = pressures[m] * (-sign / self.gains[n]);
                     for (column, z) in [(n, delay), (channels + n, gain)] {
-                        common[(2 + 2 * i, column)] += z.re;
-                        common[(3 + 2 * i, column)] += z.im;
+                        common[(ModeRows::pressure(i), column)] += z.re;
+                        common[(ModeRows::pressure(i) + 1, column)] += z.im;
                     }
                 }
             }
@@ -352,6 +358,18 @@ impl ChannelDelays {
         let true_amplitude = |(m, a): (usize, &C64)| a * (fit.ping.s * self.delays[m]).exp() / self.gains[m];
         fit.amplitudes.iter().enumerate().map(true_amplitude).collect()
     }
+}
+
+/// Mean over the clicks of how far times and gains lean on each end that the tube may have: the same in all.
+fn leaning(clicks: &[KnownClick], channels: usize) -> Vec<Vec<[f64; 2]>> {
+    let ends = clicks.iter().map(|c| c.fit.leaning.len()).max().unwrap_or(0);
+    let mut mean = vec![vec![[0.0; 2]; channels]; ends];
+    for (end, errors) in clicks.iter().flat_map(|c| c.fit.leaning.iter().enumerate()) {
+        for (sum, error) in mean[end].iter_mut().zip(errors) {
+            *sum = [0, 1].map(|i| sum[i] + error[i] / clicks.len() as f64);
+        }
+    }
+    mean
 }
 
 /// Share of all clicks, sd of the sound speed, and expected times of each group.

@@ -35,8 +35,8 @@ pub enum CalibrationError {
     },
     /// A gain that no calibration explains.
     #[error(
-        "channel {channel} has a gain of {gain:.3} where the median of the channels has {median:.3}: either its wires are swapped or its sensitivity is wrong, or the clicks are not one impulse that passes all microphones; gains may differ by {:.0} %",
-        100.0 * spread
+        "channel {channel} has a gain of {gain:.3} where the median of the channels has {median:.3}, and gains may differ by {:.0} %: {}",
+        100.0 * spread, gain_remedy(*gain / *median, *overlapped)
     )]
     ImplausibleGain {
         /// The channel.
@@ -47,6 +47,8 @@ pub enum CalibrationError {
         median: f64,
         /// Difference from the median that is allowed, relative to it.
         spread: f64,
+        /// Whether the reflection of the end overlaps the impulse at this channel.
+        overlapped: bool,
     },
     /// A delay that belongs to another place.
     #[error(
@@ -66,17 +68,50 @@ pub enum CalibrationError {
     Waveform(#[from] Fault),
 }
 
-/// Refuses delays and gains that are none of channels.
+/// What to do about a gain that lies by this factor from the median.
+fn gain_remedy(ratio: f64, overlapped: bool) -> String {
+    let cause = if (ratio + 1.0).abs() < 0.3 {
+        "look whether its wires are swapped"
+    } else {
+        "look after the sensitivity that is stated for it"
+    };
+    let overlap = "; the reflection of the end overlaps the click there, and the two may have been mistaken for one another: a \
+                   click of another length will tell";
+    format!("{cause}{}", if overlapped { overlap } else { "" })
+}
+
+impl CalibrationError {
+    /// The same with a channel under the number that `numbers` has for it.
+    pub(crate) fn numbered(mut self, numbers: &[usize]) -> Self {
+        if let Self::ImplausibleGain { channel, .. } | Self::ImplausibleDelay { channel, .. } = &mut self
+            && let Some(number) = numbers.get(*channel)
+        {
+            *channel = *number;
+        }
+        self
+    }
+}
+
+/// Refuses delays and gains that are none of channels; `overlapped` says of each whether the reflection of
+/// the end overlaps its impulse.
 pub(super) fn plausible(
     delays: &[f64],
     gains: &[f64],
     expected: &[f64],
     spread: f64,
+    overlapped: &[bool],
 ) -> Result<(), CalibrationError> {
     let median = median_of(gains);
     let unlike = |gain: &f64| gain / median <= 0.0 || (gain / median - 1.0).abs() > spread;
     if let Some(channel) = gains.iter().position(unlike) {
-        return Err(CalibrationError::ImplausibleGain { channel, gain: gains[channel], median, spread });
+        let overlapped = overlapped.get(channel).copied().unwrap_or(false);
+        return Err(CalibrationError::ImplausibleGain {
+            channel,
+            gain: gains[channel],
+            median,
+            spread,
+            overlapped,
+        });
     }
     let mut sorted = expected.to_vec();
     sorted.sort_by(f64::total_cmp);

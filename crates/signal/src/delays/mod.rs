@@ -9,4 +9,4 @@ mod stated;
 pub(crate) use channels::GAIN_SPREAD;
 pub use channels::{ChannelDelays, KnownClick};
 pub use error::CalibrationError;
-pub use stated::StatedChannels;
+pub use stated::ChannelPriors;

@@ -5,7 +5,7 @@ use super::forcing::{Envelope, FORCED, strongest};
 use super::options::PingOptions;
 use super::search::{Search, floor};
 use super::verdict::tone;
-use crate::ringdown::{Component, Kind, SEARCHING, White};
+use crate::ringdown::{Component, Kind, SEARCHING, White, glance, solve};
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
@@ -13,6 +13,8 @@ use std::f64::consts::TAU;
 /// Least share of the forcing that a tone after it must have to be called a leak. Neighbours and drift leave
 /// less.
 const LEAK: f64 = 2e-3;
+/// Share of the energy that a leak must have, up to which one step says that there is none.
+const FAR_BELOW: f64 = 0.5;
 /// Share of the forcing below which no decay begins that follows it.
 const FAINT: f64 = 0.15;
 /// Share of the forcing from which steady hum is called strong, and how alike it must be at both ends of the
@@ -60,16 +62,17 @@ pub(crate) fn still_driven(
     }
     let mut components = modes.to_vec();
     components.insert(1, Component { s: C64::new(0.0, omega), kind: Kind::Tone });
-    let found = crate::ringdown::solve(decay, &components, SEARCHING).ok()?;
+    let needed = 3.0 * floor(white.channels);
+    if glance(decay, &components).is_ok_and(|g| g.energies[1] + g.gain < FAR_BELOW * needed) {
+        return None;
+    }
+    let found = solve(decay, &components, SEARCHING).ok()?;
     let lasts = -found.components[0].s.re * decay.rows() as f64 * white.step;
     let energy = found.energies().ok()?[1];
     let tone_now = found.components[1].s.im;
     // A mode that hardly decays is no leak.
     let apart = 2.0 * TAU / (FORCED.min(forcing.rows() as f64 * white.step));
-    if lasts < 1.5
-        || (tone_now - omega).abs() > apart
-        || energy < 3.0 * floor(white.channels) * found.variance().max(1.0)
-    {
+    if lasts < 1.5 || (tone_now - omega).abs() > apart || energy < needed * found.variance().max(1.0) {
         return None;
     }
     let share = size(&found.amplitudes[1]) / forced;

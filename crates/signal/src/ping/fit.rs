@@ -61,8 +61,6 @@ const NOISE_ALONE: f64 = 1.3;
 /// The first part of the decay in which neighbours are sought, s: they die away sooner than the mode of
 /// interest, and a longer stretch would bury them in noise.
 const EARLY: f64 = 0.25;
-/// Decay times kept: beyond them lies 0.03 % of the information on the growth rate.
-const DECAY_TIMES: f64 = 7.0;
 /// Fewest decay times, unless there is so much time, s: a stretch of forcing with a little decay at its end
 /// looks like a slow decay.
 const LEAST_DECAY: f64 = 0.7;
@@ -204,8 +202,8 @@ fn fit_whitened(
         need: need as f64 * step,
         frequency_hz: envelope.omega / std::f64::consts::TAU,
     };
-    // A tail shorter than this cannot be told from forcing that fades.
     let safe = envelope.safe_start();
+    // A tail shorter than this cannot be told from forcing that fades.
     if white.rows() < safe + need && envelope.regrowth().is_none() {
         return Err(too_short(safe));
     }
@@ -240,7 +238,7 @@ fn fit_whitened(
     let until = quiet + whitener.order() + from;
     let before: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet..until].to_vec()).collect();
     driven::check(&before, step, mode_hz, options.band_hz, options.mains_hz)?;
-    let length = (DECAY_TIMES / (-growth_rate * step)).ceil() as usize;
+    let length = (options.decay_times / (-growth_rate * step)).ceil() as usize;
     let mut to = white.rows().min(from + length.max(need));
     let mut solution = search.solve(white.slice(from, to), early(from), components, SETTLING)?;
     if least_amplitude > 0.0 {

@@ -1,7 +1,7 @@
 //! From white amplitudes to pressures relative to one channel.
 
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::Ping;
+use rijke_rig::{ModeRows, Ping};
 
 /// Pressures relative to the reference channel and their covariance, by the chain rule from the white
 /// amplitudes: a = U(s) b, p_m = a_m / a_ref. Every map is analytic, so each complex derivative is a 2 x 2
@@ -18,7 +18,7 @@ pub(super) fn relative(
     let base = amplitudes[reference];
     let pressures: Vec<C64> = amplitudes.iter().map(|a| a / base).collect();
     let others: Vec<usize> = (0..amplitudes.len()).filter(|&m| m != reference).collect();
-    let size = 2 + 2 * others.len();
+    let size = ModeRows::count(others.len());
     let mut map = Matrix::zeros(size, covariance.rows());
     for i in 0..2 {
         map[(i, i)] = 1.0;
@@ -30,11 +30,11 @@ pub(super) fn relative(
         map[(row + 1, column + 1)] = d.re;
     };
     for (i, &m) in others.iter().enumerate() {
-        let row = 2 + 2 * i;
+        let row = ModeRows::pressure(i);
         set(&mut map, row, 0, pressures[m] * (log_slopes[m] - log_slopes[reference]));
         for n in 0..amplitudes.len() {
             let d = (unwhiten[m][n] - pressures[m] * unwhiten[reference][n]) / base;
-            set(&mut map, row, 2 + 2 * n, d);
+            set(&mut map, row, ModeRows::pressure(n), d);
         }
     }
     let full = map.product(covariance).product(&map.transpose());

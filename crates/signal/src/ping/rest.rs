@@ -1,7 +1,8 @@
 //! When the loudspeaker has come to rest: a fit of a free decay does not depend on where it begins.
 
 use super::search::Search;
-use crate::ringdown::{SETTLING, Solution, White};
+use crate::ringdown::{SETTLING, Solution, White, glance};
+use rijke_numerics::C64;
 
 /// How much later the fits begin with which the first one is compared, s: a loudspeaker comes to rest within
 /// some milliseconds.
@@ -11,10 +12,15 @@ const KEPT: f64 = 0.5;
 /// Distance by which the start is moved on at a time, s, and how often.
 const MOVE: f64 = 0.002;
 const MOVES: usize = 12;
+/// Distance by which a start that was moved on is moved on at last, s: two times what a loudspeaker takes
+/// that comes to rest with 3 ms.
+const FURTHER: f64 = 0.006;
 /// Deviations of the difference beyond which fits disagree (chance does this to one pair in forty), and those
 /// at which a start that cannot be moved on any more refuses the record.
 const DISAGREE: f64 = 2.24;
 const REFUSED: f64 = 4.5;
+/// Share of [`DISAGREE`] below which one step says that fits agree, and no fit is made.
+const ALIKE: f64 = 0.75;
 /// Share of the first fit's covariance that is added to that of a difference: neighbours may be fitted in one
 /// fit alone.
 const SLACK: f64 = 0.05;
@@ -48,7 +54,10 @@ pub(crate) fn at_rest(
         let least = (need / 2).max((KEPT * (to - from) as f64) as usize);
         let away = |later: usize| {
             let start = from + later;
-            let late = if start + least > to { None } else { refit(start, &found) }?;
+            if start + least > to || agrees(search, white.slice(start, to), &found) {
+                return None;
+            }
+            let late = refit(start, &found)?;
             let growth_rates = [found.components[0].s.re, late.components[0].s.re];
             Some(Disagreement { rows: [from, start], growth_rates, distance: distance(&found, &late) })
         };
@@ -62,13 +71,31 @@ pub(crate) fn at_rest(
             _ => break,
         }
     }
-    Ok((from, found))
+    // What is left of a loudspeaker that was still moving then is too little to be seen, and up to half a
+    // standard deviation: it falls by a further factor.
+    let (next, moved) = (from + rows(FURTHER), from > first);
+    let later = if moved && next + need <= to { refit(next, &found) } else { None };
+    Ok(later.map_or((from, found), |later| (next, later)))
 }
 
 /// Difference of two growth rates over its standard deviation. A frequency may drift.
 fn distance(early: &Solution, late: &Solution) -> f64 {
-    let difference = late.components[0].s.re - early.components[0].s.re;
-    let variance = late.covariance[(0, 0)] - (1.0 - SLACK) * early.covariance[(0, 0)];
+    apart(early, late.components[0].s, late.covariance[(0, 0)])
+}
+
+/// The same from the first frequency of the later fit and the variance of its growth rate, for unit noise.
+fn apart(early: &Solution, late: C64, variance: f64) -> f64 {
+    let difference = late.re - early.components[0].s.re;
+    let variance = variance - (1.0 - SLACK) * early.covariance[(0, 0)];
     // The later fit may have fewer neighbours than the earlier one: nothing can be said then.
     if variance > 0.0 { difference.abs() / (early.variance() * variance).sqrt() } else { 0.0 }
+}
+
+/// Whether one step from the fit `early` towards that of a later `part` stays so short that a fit would not
+/// disagree. Not where the step would end a neighbour: the fit would be one of other components.
+fn agrees(search: &Search<'_>, part: White<'_>, early: &Solution) -> bool {
+    glance(part, &early.components).is_ok_and(|late| {
+        search.are_modes(&late.components)
+            && apart(early, late.components[0].s, late.variance) < ALIKE * DISAGREE
+    })
 }

@@ -73,16 +73,22 @@ impl Search<'_> {
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(self.decimated(early).white(), &components));
                 }
-                Ok(solution) => {
-                    let no_mode = |s: C64| s.re >= 0.0 || !self.may_be_mode(s);
-                    match (1..count).find(|&k| no_mode(solution.components[k].s)) {
-                        Some(k) => drop(components.remove(k)),
-                        None => return Ok(solution),
-                    }
-                }
+                Ok(solution) => match (1..count).find(|&k| self.is_no_mode(solution.components[k].s)) {
+                    Some(k) => drop(components.remove(k)),
+                    None => return Ok(solution),
+                },
                 Err(fault) => return Err(fault),
             }
         }
+    }
+
+    /// Whether all neighbours are modes that decay.
+    pub(crate) fn are_modes(&self, components: &[Component]) -> bool {
+        (1..modes(components)).all(|k| !self.is_no_mode(components[k].s))
+    }
+
+    fn is_no_mode(&self, s: C64) -> bool {
+        s.re >= 0.0 || !self.may_be_mode(s)
     }
 
     fn decimated(&self, early: White<'_>) -> Decimated {

@@ -1,11 +1,13 @@
 //! Random noise, sweeps and periodic excitations: transfer functions between channels, and what follows from
 //! them. Must not know pings or clicks.
 
+mod doubts;
 mod spectra;
 mod swept;
 mod switched;
 mod transmission;
 
+pub use doubts::{SwitchedDoubt, SwitchedFault};
 pub use spectra::{Spectra, TransferEstimate};
 pub use swept::{Field, Swept, SweptOptions};
 pub use switched::{GainPair, SwitchedGains};

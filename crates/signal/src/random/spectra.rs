@@ -90,6 +90,28 @@ impl Spectra {
         Ok(Self { frequency_hz: bins.iter().map(|k| *k as f64 * spacing).collect(), averages, cross })
     }
 
+    /// The same with one channel upside down.
+    pub(super) fn inverted(&self, channel: usize) -> Self {
+        let mut other = self.clone();
+        for sums in &mut other.cross {
+            for (i, row) in sums.iter_mut().enumerate() {
+                let odd = |j: &usize| (i == channel) != (*j == channel);
+                row.iter_mut().enumerate().filter(|(j, _)| odd(j)).for_each(|(_, sum)| *sum = -*sum);
+            }
+        }
+        other
+    }
+
+    /// The same with two channels in each other's place.
+    pub(super) fn exchanged(&self, a: usize, b: usize) -> Self {
+        let mut other = self.clone();
+        for sums in &mut other.cross {
+            sums.swap(a, b);
+            sums.iter_mut().for_each(|row| row.swap(a, b));
+        }
+        other
+    }
+
     /// The transfer function from one channel to another. Its error is that of Bendat & Piersol, Random Data
     /// (4th ed. 2010), chapter 9.
     #[must_use]

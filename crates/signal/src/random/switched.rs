@@ -78,15 +78,16 @@ impl SwitchedGains {
             let mut curves: Vec<(usize, Curve)> = Vec::new();
             for m in (1..channels).filter(|m| *m != c) {
                 let (a, b) = (straight.transfer(0, m), record.transfer(c, m));
-                let ratio = |(a, b): (&TransferEstimate, &TransferEstimate)| {
-                    ((a.even() / b.even()).ln(), a.relative_sd.hypot(b.relative_sd))
-                };
-                curves.push((m, Curve::fitted(&basis, a.iter().zip(&b).map(ratio).collect())?));
+                let ratios: Vec<C64> = a.iter().zip(&b).map(|(a, b)| a.even() / b.even()).collect();
+                let sds = a.iter().zip(&b).map(|(a, b)| a.relative_sd.hypot(b.relative_sd));
+                curves.push((m, Curve::fitted(&basis, logarithms(&ratios).into_iter().zip(sds).collect())?));
             }
             let (a, b) = (straight.transfer(0, c), record.transfer(0, c));
             let near = mean(&curves);
+            let products: Vec<C64> = a.iter().zip(&b).map(|(a, b)| a.even() * b.even()).collect();
+            let roots = logarithms(&products);
             let product = |(k, (a, b)): (usize, (&TransferEstimate, &TransferEstimate))| {
-                let root = 0.5 * (a.even() * b.even()).ln();
+                let root = 0.5 * roots[k];
                 // The root has two values: the one next to what the others say.
                 let turns = near.as_ref().map_or(0.0, |near| ((near.values[k] - root).im / PI).round());
                 (root + C64::new(0.0, PI * turns), 0.5 * a.relative_sd.hypot(b.relative_sd))
@@ -115,6 +116,14 @@ impl SwitchedGains {
         }
         Ok(all)
     }
+}
+
+/// Logarithms of numbers that belong together. Those of an inverted channel lie about -1, where the usual one
+/// jumps.
+fn logarithms(values: &[C64]) -> Vec<C64> {
+    let middle: C64 = values.iter().map(|v| v / v.norm().max(f64::MIN_POSITIVE)).sum();
+    let turned = |v: &C64| if middle.re < 0.0 { (-v).ln() + C64::new(0.0, PI) } else { v.ln() };
+    values.iter().map(turned).collect()
 }
 
 /// The logarithm of a gain over frequency.

@@ -8,5 +8,5 @@ mod sums;
 mod white;
 
 pub(crate) use component::{Component, Kind};
-pub(crate) use solve::{SEARCHING, SETTLING, Solution, energies, solve};
+pub(crate) use solve::{SEARCHING, SETTLING, Solution, energies, glance, solve};
 pub(crate) use white::White;

@@ -14,6 +14,7 @@ use crate::dsp::kernels::{Powers, run};
 use crate::dsp::scaled::inverse_scaled;
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
+use rijke_rig::ModeRows;
 
 /// The maximum of the likelihood and its curvature.
 #[derive(Clone, Debug)]
@@ -102,18 +103,33 @@ pub(crate) fn solve(white: White<'_>, start: &[Component], close: f64) -> Result
     if last < SETTLED { state.finish() } else { Err(Fault::NotConverged { steps: MAX_STEPS, step: last }) }
 }
 
+/// Where a first guess would lead, to first order: one step, not taken.
+pub(crate) struct Glance {
+    /// Where the components would be.
+    pub(crate) components: Vec<Component>,
+    /// Variance of the growth rate of the first one, for unit noise.
+    pub(crate) variance: f64,
+    /// Energy that each component explains at the frequencies of the guess: see [`energies`].
+    pub(crate) energies: Vec<f64>,
+    /// By how much the step would lower the sum of squares left over.
+    pub(crate) gain: f64,
+}
+
+/// One Gauss-Newton step from the given components: a third of the cost of a fit.
+pub(crate) fn glance(white: White<'_>, start: &[Component]) -> Result<Glance, Fault> {
+    let state = State::new(white, start.to_vec(), 0.0)?;
+    let (information, gradient) = state.information();
+    let covariance = inverse_scaled(&information)?;
+    let step = covariance.times(&gradient);
+    let gain = step.iter().zip(&gradient).map(|(a, b)| a * b).sum::<f64>().max(0.0);
+    let (components, variance) = (state.moved(&step, 1.0), covariance[(0, 0)]);
+    Ok(Glance { components, variance, energies: state.energies()?, gain })
+}
+
 /// Energy that each component alone explains when all are fitted with their frequencies as given: the squares
 /// of its amplitudes over their variances, summed over channels.
 pub(crate) fn energies(white: White<'_>, components: &[Component]) -> Result<Vec<f64>, Fault> {
-    let state = State::new(white, components.to_vec(), 0.0)?;
-    energies_of(
-        &state.linear,
-        |k, m| {
-            let c = state.coefficients.row(m);
-            C64::new(c[2 * k], c[2 * k + 1])
-        },
-        white.channels,
-    )
+    State::new(white, components.to_vec(), 0.0)?.energies()
 }
 
 /// The same from the inverse Gram matrix and the amplitude of component k in channel m.
@@ -179,6 +195,14 @@ impl State {
         let freedom = (rows * white.channels) as f64 - (white.channels * size + free.len()) as f64;
         let residual = energy - explained;
         Ok(Self { components, free, coefficients, slopes, linear, mixed, projected, residual, freedom })
+    }
+
+    fn energies(&self) -> Result<Vec<f64>, Fault> {
+        let amplitude = |k: usize, m: usize| {
+            let c = self.coefficients.row(m);
+            C64::new(c[2 * k], c[2 * k + 1])
+        };
+        energies_of(&self.linear, amplitude, self.coefficients.rows())
     }
 
     /// Derivative of the model of channel `m` in the derivative columns: `(free frequency, column, value)`
@@ -301,7 +325,7 @@ impl Solution {
         let free = parameters(&self.components);
         let rows: Vec<usize> = (0..2).filter_map(|d| free.iter().position(|&p| p == (k, d))).collect();
         // Rows of the map from free frequencies to the numbers wanted.
-        let map = Matrix::from_fn(2 + 2 * channels, free.len(), |i, j| {
+        let map = Matrix::from_fn(ModeRows::count(channels), free.len(), |i, j| {
             if i < 2 {
                 f64::from(u8::from(rows.get(i) == Some(&j)))
             } else {
@@ -310,9 +334,10 @@ impl Solution {
         });
         let mut covariance = map.product(&self.covariance).product(&map.transpose());
         for m in 0..channels {
+            let first = ModeRows::pressure(m);
             for i in 0..2 {
                 for j in 0..2 {
-                    covariance[(2 + 2 * m + i, 2 + 2 * m + j)] += self.linear[(2 * k + i, 2 * k + j)];
+                    covariance[(first + i, first + j)] += self.linear[(2 * k + i, 2 * k + j)];
                 }
             }
         }

@@ -47,6 +47,7 @@ proptest! {
             smoothing: 7e-5,
             tolerance: 0.1,
             pace_sd: 0.2,
+            dispersion: Vec::new(),
         };
         for reflection in [None, Some(reflection)] {
             if let Ok(extent) = Extent::of(&trace, &ClickOptions { reflection: reflection.clone(), ..ClickOptions::default() }) {

@@ -24,6 +24,7 @@ fn fit_paced(
         smoothing: 3.1e-5,
         tolerance: 0.1,
         pace_sd,
+        dispersion: Vec::new(),
     };
     fit_click(&trace, &ClickOptions { reflection: Some(reflection), ..ClickOptions::default() })
 }

@@ -1,8 +1,12 @@
 //! Random noise and blows, against closed forms, plain sums and the truth.
 
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 use rijke_numerics::{C64, Stream, Streams};
-use rijke_signal::{BlowOptions, Spectra, SwitchedGains, TransmissionTube, combine_blows, fit_blow};
+use rijke_signal::{
+    BlowOptions, Spectra, SwitchedDoubt, SwitchedFault, SwitchedGains, TransmissionTube, combine_blows,
+    fit_blow,
+};
 use std::f64::consts::{PI, TAU};
 
 fn normal(stream: &mut Stream) -> f64 {
@@ -110,6 +114,69 @@ fn coverage_gains_of_switched_channels_lie_within_their_errors() {
     }
     let share = f64::from(within) / f64::from(all);
     assert!((0.88..=1.0).contains(&share), "{within} of {all}");
+}
+
+/// Records of channels that changed places, straight first; what `change` does to them; and what is said of
+/// them.
+fn doubt_of(seed: u64, change: impl Fn(&mut Vec<Vec<Vec<f64>>>)) -> (SwitchedGains, Option<SwitchedDoubt>) {
+    let mut stream = Streams::new(seed).stream("doubts");
+    let orders = [[0, 1, 2], [1, 0, 2], [2, 1, 0]];
+    let mut records: Vec<Vec<Vec<f64>>> = orders.iter().map(|order| record(order, &mut stream)).collect();
+    change(&mut records);
+    let spectra = |k: usize| Spectra::welch(&records[k], 1e4, 2048, [300.0, 3000.0]).unwrap();
+    let (straight, switched) = (spectra(0), [(1, spectra(1)), (2, spectra(2))]);
+    let gains = SwitchedGains::new(&straight, &switched, 3, 4).unwrap();
+    let doubt = gains.doubt(&straight, &switched, 4);
+    (gains, doubt)
+}
+
+fn turn(channel: &mut [f64]) {
+    channel.iter_mut().for_each(|v| *v = -*v);
+}
+
+#[test]
+fn behaviour_sound_records_of_switched_channels_raise_no_alarm_over_200_seeds() {
+    let alarms: Vec<u64> = (0..200_u64)
+        .into_par_iter()
+        .filter(|seed| {
+            let (gains, doubt) = doubt_of(*seed, |_| ());
+            doubt.is_some() || !gains.inverted().is_empty()
+        })
+        .collect();
+    assert!(alarms.is_empty(), "{alarms:?}");
+}
+
+#[test]
+fn behaviour_exchanged_and_inverted_records_are_named() {
+    let told = |fault: SwitchedFault, change: &dyn Fn(&mut Vec<Vec<Vec<f64>>>)| {
+        for seed in 0..5 {
+            let (_, doubt) = doubt_of(seed, change);
+            let doubt = doubt.unwrap_or_else(|| panic!("{fault:?}: nothing is said"));
+            assert_eq!(doubt.fault, fault, "{doubt:?}");
+            assert!(doubt.before > 0.1 && doubt.after < 0.01, "{doubt:?}");
+        }
+    };
+    told(SwitchedFault::Records([1, 2]), &|r| r.swap(1, 2));
+    told(SwitchedFault::Records([0, 1]), &|r| r.swap(0, 1));
+    told(SwitchedFault::Channels { record: 1, channels: [0, 2] }, &|r| r[1].swap(0, 2));
+    for (record, channel) in [(0, 1), (0, 2), (1, 1), (2, 2), (2, 0)] {
+        let fault = SwitchedFault::Inverted { record: Some(record), channel };
+        told(fault, &|r| turn(&mut r[record][channel]));
+    }
+}
+
+#[test]
+fn behaviour_a_channel_that_is_always_inverted_has_a_gain_of_minus_one() {
+    let (sound, _) = doubt_of(3, |_| ());
+    let (gains, doubt) = doubt_of(3, |r| r.iter_mut().for_each(|record| turn(&mut record[2])));
+    assert_eq!((gains.inverted(), doubt), (vec![2], None));
+    for (a, b) in gains.gains[2].iter().zip(&sound.gains[2]) {
+        assert!((a + b).norm() < 1e-9, "{a} {b}");
+    }
+    // Of three microphones two estimates cannot tell whether another one was inverted while this one changed
+    // places.
+    let (gains, doubt) = doubt_of(3, |r| turn(&mut r[1][2]));
+    assert_eq!((gains.inverted(), doubt), (vec![1], None));
 }
 
 /// Microphones 0.5, 0.3 and 0.2 m before and behind a thin mass at 1 m, and the pressures there with an end

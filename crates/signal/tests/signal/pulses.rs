@@ -118,8 +118,14 @@ impl Tube {
 
     fn options() -> ClickOptions {
         let lags = Self::positions().iter().map(|x| 2.0 * (1.0 + 0.61 * RADIUS - x) / SOUND).collect();
-        let reflection =
-            Reflection { lags, strength: -1.0, smoothing: RADIUS / SOUND, tolerance: 0.1, pace_sd: 0.0 };
+        let reflection = Reflection {
+            lags,
+            strength: -1.0,
+            smoothing: RADIUS / SOUND,
+            tolerance: 0.1,
+            pace_sd: 0.0,
+            dispersion: Vec::new(),
+        };
         ClickOptions { reflection: Some(reflection), ..ClickOptions::default() }
     }
 

@@ -4,7 +4,7 @@ use crate::driven::Driven;
 use rand::RngExt;
 use rayon::prelude::*;
 use rijke_numerics::{C64, Streams};
-use rijke_signal::{Fault, PingFit};
+use rijke_signal::{Fault, PingFit, PingOptions, Trace, fit_ping};
 use std::f64::consts::TAU;
 
 /// Any rig: rate, mode, decay, number of channels and level of noise by lot, with a tail of so many decay
@@ -115,6 +115,45 @@ fn coverage_of_short_tails() {
 #[ignore = "long: 200 records at each of 24 settings"]
 fn coverage_of_tails_of_all_lengths_over_200_seeds() {
     check(&tails(200, &[0.3, 0.5, 1.0, 2.0, 3.0, 6.0]));
+}
+
+/// Why rigs without a fault are refused, by the first words of the reason.
+#[test]
+#[ignore = "a count: 200 records at each of two settings"]
+fn coverage_reasons_for_which_sound_rigs_are_refused() {
+    for (coast, tail) in [(0.0, 6.0), (0.003, 6.0)] {
+        let rig = |seed| Driven { coast, ..any(seed, tail) };
+        let tally = Tally::of(200, rig, |seed, driven| driven.fit(seed));
+        tally.show(&format!("at rest after {} ms", 1e3 * coast));
+        for seed in 0..200 {
+            let driven = rig(seed);
+            if let Err(fault) = driven.fit(seed) {
+                let (mode_hz, tail) = (driven.modes[0].0.im / TAU, driven.end - driven.switched[0].1);
+                println!(
+                    "{:.1} periods, {:.0} samples, {mode_hz:.0} Hz, {} modes, {} channels: {fault}",
+                    tail * mode_hz,
+                    tail * driven.rate_hz,
+                    driven.modes.len(),
+                    driven.channels
+                );
+                // Modes above the highest frequency at which neighbours are sought are no part of the fit.
+                if matches!(fault, Fault::Residual { .. }) {
+                    let record = driven.record(seed);
+                    let quiet = (driven.quiet * driven.rate_hz) as usize;
+                    let (channels, rate_hz) = (&record, driven.rate_hz);
+                    let trace = Trace { channels, rate_hz, quiet, full_scale: f64::INFINITY };
+                    let (band_hz, highest_hz) = ((0.8 * mode_hz, 1.15 * mode_hz), 4.3 * mode_hz);
+                    let options = PingOptions { band_hz, highest_hz, ..PingOptions::default() };
+                    let again = fit_ping(&trace, &options).map(|fit| {
+                        (fit.ping.s.re - driven.modes[0].0.re) / fit.ping.covariance[(0, 0)].sqrt()
+                    });
+                    println!("   with neighbours up to {highest_hz:.0} Hz: {again:?}");
+                    assert!(again.is_err() || again.is_ok_and(|error| error.abs() < 4.0));
+                }
+            }
+        }
+        assert!(tally.used > 150, "{} used", tally.used);
+    }
 }
 
 #[test]

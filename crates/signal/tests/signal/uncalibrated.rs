@@ -4,9 +4,10 @@
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{C64, Streams};
 use rijke_rig::{
-    Arrays, Campaign, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, Rig, RigError, Stretch,
+    Arrays, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, RecordTiming, RigError,
+    TubeCampaign, TubeRig,
 };
-use rijke_signal::{ProcessOptions, StatedChannels, process};
+use rijke_signal::{ChannelPriors, ProcessOptions, process};
 
 /// Pings at two points of the paper's rig; nothing else.
 struct Pings {
@@ -19,7 +20,7 @@ const S: C64 = C64::new(-9.0, 1085.0);
 impl Pings {
     fn new(rate_hz: f64, repeats: usize) -> Self {
         let quiet = (0.2 * rate_hz) as usize;
-        let campaign = Campaign::juniper_yoko_2022();
+        let campaign = TubeCampaign::juniper_yoko_2022();
         let point = |k: usize| PointRecords {
             point: campaign.points[k].clone(),
             day: 0,
@@ -28,14 +29,14 @@ impl Pings {
         };
         let set = RecordSet {
             acquisition: rijke_rig::Acquisition::default(),
-            rig: Rig::juniper_yoko_2022(),
+            rig: TubeRig::juniper_yoko_2022(),
             kind: DataKind::Measured,
             source: "a rig without clicks".into(),
             channels: (0..8).map(Some).collect(),
             arrays: Arrays::default(),
             full_scale: 50.0,
-            ping: Stretch { rate_hz, quiet },
-            click: Stretch { rate_hz: 62_500.0, quiet: 1250 },
+            ping: RecordTiming { rate_hz, quiet },
+            click: RecordTiming { rate_hz: 62_500.0, quiet: 1250 },
             days: vec![Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 }],
             points: vec![point(0), point(1)],
             calibrations: Vec::new(),
@@ -111,7 +112,7 @@ fn behaviour_growth_rate_and_frequency_need_no_click() {
 
 #[test]
 fn behaviour_stated_channels_carry_the_shapes() {
-    let stated = Some(StatedChannels { gain_sd: 0.02, delay_sd: 1e-5 });
+    let stated = Some(ChannelPriors { gain_sd: 0.02, delay_sd: 1e-5 });
     let options = ProcessOptions { stated, ..ProcessOptions::default() };
     let done = process(&Pings::new(1e4, 3), &options, &|| ()).unwrap();
     assert!(done.notes[0].contains("gains as equal to 2.0 % and all delays to 10 us"), "{:?}", done.notes);
@@ -148,7 +149,7 @@ fn behaviour_channels_that_the_manifest_states_carry_the_shapes() {
     assert!((ping.pressures[0].re / expected - 1.0).abs() < 1e-3, "{}", ping.pressures[0]);
     assert_eq!(done.observations.channels.as_ref().unwrap().gains.rows(), 7);
     // The command line counts first.
-    let own = Some(StatedChannels { gain_sd: 0.01, delay_sd: 1e-5 });
+    let own = Some(ChannelPriors { gain_sd: 0.01, delay_sd: 1e-5 });
     let done = process(&pings, &ProcessOptions { stated: own, ..ProcessOptions::default() }, &|| ()).unwrap();
     assert!(done.notes[0].contains("as equal to 1.0 %"), "{:?}", done.notes);
 }
@@ -187,7 +188,7 @@ impl RecordSource for Dead {
 
 #[test]
 fn behaviour_a_dead_microphone_costs_its_channel_only_and_moves_no_number() {
-    let stated = Some(StatedChannels { gain_sd: 0.02, delay_sd: 1e-5 });
+    let stated = Some(ChannelPriors { gain_sd: 0.02, delay_sd: 1e-5 });
     let options = ProcessOptions { stated, ..ProcessOptions::default() };
     let whole = process(&Pings::new(1e4, 3), &options, &|| ()).unwrap();
     // Dead on one day only, in one repeat only, and, by the manifest, in all records.

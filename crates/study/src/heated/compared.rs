@@ -1,7 +1,7 @@
 //! What the readings say of the heat, and how they fit the heated gas.
 
 use super::fit::Found;
-use super::gas::Reading;
+use super::gas::GasReading;
 
 /// The heat by the readings, beside what was known before, and every thermometer.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +33,8 @@ impl HeatedFit {
     pub(super) fn new(
         found: &Found,
         prior: [[f64; 2]; 2],
-        readings: &[Reading],
-        against: impl Fn(&Reading) -> Option<[f64; 2]>,
+        readings: &[GasReading],
+        against: impl Fn(&GasReading) -> Option<[f64; 2]>,
     ) -> Self {
         let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
         places.sort_by(f64::total_cmp);
@@ -94,11 +94,11 @@ mod tests {
 
     #[test]
     fn behaviour_a_thermometer_that_reads_otherwise_is_named() {
-        let at = |at: f64| Reading { point: 0, at, temperature: 350.0, sd: 0.5 };
+        let at = |at: f64| GasReading { point: 0, at, temperature: 350.0, sd: 0.5 };
         let readings = [at(0.1), at(0.5), at(0.5), at(0.7)];
         let prior = [[0.9, 0.15], [5.0, 3.0]];
         let warnings = |share: [f64; 2], off: f64| {
-            let against = |r: &Reading| Some([if r.at == 0.5 { off } else { 0.3 }, 0.2]);
+            let against = |r: &GasReading| Some([if r.at == 0.5 { off } else { 0.3 }, 0.2]);
             let covariance =
                 Matrix::from_fn(2, 2, |i, j| if i == j { [share[1], 1.0][i].powi(2) } else { 0.0 });
             let found = Found { values: [share[0], 6.0], covariance, scatter: 0.01, within: [0.0, 0.02] };

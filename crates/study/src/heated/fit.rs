@@ -10,8 +10,8 @@
 //! Analysis 1, 515 (2006), section 2.2); a half-Cauchy has no variance to hand on. It is centred at zero,
 //! which it does not exclude.
 
-use super::gas::{Heated, Reading};
-use crate::Problem;
+use super::gas::{GasReading, Heated};
+use crate::StudyProblem;
 use crate::base::Cause;
 use rijke_numerics::Matrix;
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ const NODES: usize = 128;
 const STEPS: usize = 12;
 
 /// Hot readings, by the error of the ambient temperature and by point.
-type Groups<'a> = BTreeMap<&'a Cause, BTreeMap<usize, (&'a Heated, Vec<&'a Reading>)>>;
+type Groups<'a> = BTreeMap<&'a Cause, BTreeMap<usize, (&'a Heated, Vec<&'a GasReading>)>>;
 
 /// Share and heat transfer given tau.
 #[derive(Clone, Copy)]
@@ -54,9 +54,9 @@ struct Given {
 /// What `readings` say of points, given means and standard deviations before them.
 pub(super) fn fit(
     all: &[Option<Heated>],
-    readings: &[Reading],
+    readings: &[GasReading],
     prior: [[f64; 2]; 2],
-) -> Result<Found, Problem> {
+) -> Result<Found, StudyProblem> {
     let mut groups = Groups::new();
     for r in readings {
         let heated = all.get(r.point).and_then(Option::as_ref);
@@ -64,7 +64,7 @@ pub(super) fn fit(
         let of_the_day = groups.entry(&h.cause).or_default();
         of_the_day.entry(r.point).or_insert_with(|| (h, Vec::new())).1.push(r);
     }
-    let wrong = || Problem::Covariance { of: "the readings".into() };
+    let wrong = || StudyProblem::Covariance { of: "the readings".into() };
     // tau = SCALE tan(pi u/2), u uniform: half a Cauchy distribution, weighted to that of Student.
     let mut nodes = Vec::with_capacity(NODES);
     let mut values = prior.map(|p| p[0]);

@@ -34,7 +34,7 @@ impl Heated {
 
 /// A reading of a thermometer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
+pub struct GasReading {
     /// Operating point, by its place in the campaign.
     pub point: usize,
     /// Place, m.

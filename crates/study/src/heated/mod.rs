@@ -7,6 +7,8 @@
 //! number each for all points, with the priors of `study.toml`; their error is shared by all. What the
 //! readings of a point differ by from that, beyond their own errors, is an error of its rise: that of meters
 //! of power and flow, and of gas that is not mixed. Its size is inferred too.
+//!
+//! Knows temperatures and flow. Knows no sound and no observation of it.
 
 mod compared;
 mod fit;
@@ -15,15 +17,15 @@ mod gas;
 mod tests;
 
 pub use compared::HeatedFit;
-pub use gas::Reading;
+pub use gas::GasReading;
 
-use crate::base::{BaseError, BaseState, Cause, Sharing};
+use crate::base::{BaseError, Cause, PointState, Sharing};
 use crate::campaign::{COLDEST, Campaign};
 use crate::names::LENGTH;
 use crate::plan::HeatedFlow;
-use crate::rig::{Layout, PartAt, Rig};
+use crate::rig::{PartAt, Rig, RigAtPoint};
 use crate::source::Source;
-use crate::{Problem, StudyError};
+use crate::{StudyError, StudyProblem};
 use gas::Heated;
 use rijke_numerics::{Matrix, symmetric_eigen};
 use rijke_rig::{Heading, Unit};
@@ -39,7 +41,7 @@ const NODES: usize = 16;
 ///
 /// # Errors
 /// File, line and remedy.
-pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, StudyError> {
+pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<GasReading>, StudyError> {
     let source = Source::read_table(path)?;
     let mut reader = source.table();
     let wrong = |error: csv::Error| source.csv(&error);
@@ -47,17 +49,17 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
     let find = |name: &str, unit: &str| -> Result<(usize, Unit), StudyError> {
         for (k, text) in header.iter().enumerate() {
             let heading = Heading::parse(text).map_err(|e| {
-                source.at_line(source.header_line(), Problem::Unit { key: text.to_owned(), source: e })
+                source.at_line(source.header_line(), StudyProblem::Unit { key: text.to_owned(), source: e })
             })?;
             if heading.name == name {
                 let unit = heading.of(unit).map_err(|e| {
-                    source.at_line(source.header_line(), Problem::Unit { key: name.into(), source: e })
+                    source.at_line(source.header_line(), StudyProblem::Unit { key: name.into(), source: e })
                 })?;
                 return Ok((k, unit));
             }
         }
         let need = "columns point, at [m], temperature [K], sd [K]";
-        Err(source.at_line(source.header_line(), Problem::Missing { key: name.to_owned(), need }))
+        Err(source.at_line(source.header_line(), StudyProblem::Missing { key: name.to_owned(), need }))
     };
     let [point, at, temperature, sd] =
         [find("point", "1")?, find("at", "m")?, find("temperature", "K")?, find("sd", "K")?];
@@ -70,7 +72,8 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
         let found = found.ok_or_else(|| {
             let known =
                 crate::source::listed(campaign.points.iter().take(8).map(|p| p.id.as_str())) + ", ...";
-            source.at_line(line, Problem::Unknown { what: "operating point", name: id.to_owned(), known })
+            source
+                .at_line(line, StudyProblem::Unknown { what: "operating point", name: id.to_owned(), known })
         })?;
         let number = |k: usize, key: &str| -> Result<f64, StudyError> {
             let text = record.get(k).unwrap_or_default();
@@ -78,11 +81,11 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
                 let (key, value) = (key.to_owned(), text.to_owned());
                 source.at_line(
                     line,
-                    Problem::Value { key, value, need: "a finite number with a decimal point" },
+                    StudyProblem::Value { key, value, need: "a finite number with a decimal point" },
                 )
             })
         };
-        let read = Reading {
+        let read = GasReading {
             point: found,
             at: at.1.to_si(number(at.0, "at")?),
             temperature: temperature.1.to_si(number(temperature.0, "temperature")?),
@@ -92,7 +95,7 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<Reading>, S
             let (key, value) = ("sd, temperature".to_owned(), format!("{}, {}", read.sd, read.temperature));
             return Err(source.at_line(
                 line,
-                Problem::Value {
+                StudyProblem::Value {
                     key,
                     value,
                     need: "a positive sd and a temperature above 100 K, in the units of the heading",
@@ -112,17 +115,17 @@ pub fn heated_states(
     rig: &Rig,
     campaign: &Campaign,
     plan: &HeatedFlow,
-    readings: &[Reading],
+    readings: &[GasReading],
     ambient: &[Option<[f64; 2]>],
-    layouts: &[Option<Layout>],
-) -> Result<(Vec<Option<BaseState>>, HeatedFit), Problem> {
+    layouts: &[Option<RigAtPoint>],
+) -> Result<(Vec<Option<PointState>>, HeatedFit), StudyProblem> {
     let factor = |name: &str| {
         let k = campaign.known_factor(name)?;
         if campaign.factors[k].stated {
             return Ok(k);
         }
         let (key, value) = (name.to_owned(), "a column without unit".to_owned());
-        Err(Problem::Value {
+        Err(StudyProblem::Value {
             key,
             value,
             need: "its unit in brackets in campaign.csv, such as Q [W] or flow [L/min]",
@@ -130,7 +133,7 @@ pub fn heated_states(
     };
     let (power, flow) = (factor(&plan.power)?, factor(&plan.flow)?);
     let part = rig.part(&plan.at).map(|(k, _)| k);
-    let heated = |p: usize| -> Result<Option<Heated>, Problem> {
+    let heated = |p: usize| -> Result<Option<Heated>, StudyProblem> {
         let (Some(ambient), Some(layout)) = (ambient[p], &layouts[p]) else { return Ok(None) };
         let point = &campaign.points[p];
         let value = |k: usize| Some(point.factors[k]).filter(|v| !v.is_nan()).unwrap_or(0.0);
@@ -144,7 +147,7 @@ pub fn heated_states(
         // Of such a point no state is known, which matters if it is asked for.
         if value(power) < 0.0 {
             let (key, value) = (format!("{} of {}", plan.power, point.id), format!("{} W", value(power)));
-            return Err(Problem::Value { key, value, need: "zero or more: it heats the gas" });
+            return Err(StudyProblem::Value { key, value, need: "zero or more: it heats the gas" });
         }
         if mass_flow < 0.0 || (watts > 0.0 && mass_flow <= 0.0) {
             return Ok(None);
@@ -160,7 +163,11 @@ pub fn heated_states(
             && !(0.0..=layout.length).contains(&r.at)
         {
             let (key, value) = (format!("at of {}", campaign.points[r.point].id), format!("{} m", r.at));
-            return Err(Problem::Value { key, value, need: "on the ducts, from 0 to their total length" });
+            return Err(StudyProblem::Value {
+                key,
+                value,
+                need: "on the ducts, from 0 to their total length",
+            });
         }
         if let Some(layout) = &layouts[r.point]
             && !rig.thermometers.at.is_empty()
@@ -171,7 +178,7 @@ pub fn heated_states(
                 .any(|at| (at.at(&layout.numbers) - r.at).abs() <= NEAR * layout.length)
         {
             let (key, value) = (format!("at of {}", campaign.points[r.point].id), format!("{} m", r.at));
-            return Err(Problem::Value {
+            return Err(StudyProblem::Value {
                 key,
                 value,
                 need: "the place of one of the [thermometers] of rig.toml",
@@ -187,7 +194,7 @@ pub fn heated_states(
         Some(state(rig, &campaign.points[p].id, heated, layout.length, values, &shared, found.scatter))
     };
     let states = all.iter().enumerate().map(state).collect();
-    let against = |r: &Reading| {
+    let against = |r: &GasReading| {
         let heated = all.get(r.point)?.as_ref()?;
         Some([r.temperature - heated.temperature(r.at, values)[0], heated.ambient[1]])
     };
@@ -195,10 +202,10 @@ pub fn heated_states(
 }
 
 /// Independent directions of the error of eta and h, one standard deviation each.
-fn components(covariance: &Matrix) -> Result<Vec<[f64; 2]>, Problem> {
+fn components(covariance: &Matrix) -> Result<Vec<[f64; 2]>, StudyProblem> {
     let symmetric = Matrix::from_fn(2, 2, |i, j| 0.5 * (covariance[(i, j)] + covariance[(j, i)]));
     let (values, vectors) =
-        symmetric_eigen(&symmetric).map_err(|_| Problem::Covariance { of: "the readings".into() })?;
+        symmetric_eigen(&symmetric).map_err(|_| StudyProblem::Covariance { of: "the readings".into() })?;
     Ok((0..2).map(|k| [0, 1].map(|i| vectors[(i, k)] * values[k].max(0.0).sqrt())).collect())
 }
 
@@ -210,9 +217,9 @@ fn state(
     values: [f64; 2],
     shared: &[[f64; 2]],
     scatter: f64,
-) -> BaseState {
+) -> PointState {
     let mut state =
-        BaseState::uniform(rig, length, heated.ambient[0], heated.ambient[1], heated.cause.clone());
+        PointState::uniform(rig, length, heated.ambient[0], heated.ambient[1], heated.cause.clone());
     state.mass_flow = heated.mass_flow;
     if heated.rise == 0.0 || heated.at >= length {
         return state;

@@ -1,7 +1,7 @@
 //! Share, heat transfer and scatter from readings that a known gas makes.
 
 use super::fit::{Found, fit};
-use super::gas::{Heated, Reading};
+use super::gas::{GasReading, Heated};
 use crate::base::{Cause, Sharing};
 use rand_distr::{Distribution, StandardNormal, StudentT};
 use rijke_numerics::{Cholesky, Matrix, Stream, Streams};
@@ -25,7 +25,7 @@ fn heated(power: f64, flow: f64, day: &str) -> Heated {
 struct Drawn {
     points: Vec<Option<Heated>>,
     errors: Vec<[f64; 2]>,
-    readings: Vec<Reading>,
+    readings: Vec<GasReading>,
 }
 
 fn normal(stream: &mut Stream) -> f64 {
@@ -41,7 +41,7 @@ fn drawn(count: usize, truth: [f64; 2], scatter: f64, stream: &mut Stream) -> Dr
         let error = [days[point % 2], scatter * normal(stream)];
         for at in [0.35, 0.5, 0.7].into_iter().filter(|_| point < count) {
             let temperature = gas(&h, at, truth, error) + 0.5 * normal(stream);
-            readings.push(Reading { point, at, temperature, sd: 0.5 });
+            readings.push(GasReading { point, at, temperature, sd: 0.5 });
         }
         points.push(Some(h));
         errors.push(error);
@@ -124,8 +124,8 @@ fn oracle_moments_by_sums_over_a_grid() {
 
 /// ln of the density of readings times the priors, tau by its logarithm.
 fn density(all: &Drawn, values: [f64; 2], tau: f64) -> f64 {
-    let of = |r: &Reading| all.points[r.point].as_ref().unwrap();
-    let rise = |r: &Reading| of(r).temperature(r.at, values)[0] - of(r).ambient[0];
+    let of = |r: &GasReading| all.points[r.point].as_ref().unwrap();
+    let rise = |r: &GasReading| of(r).temperature(r.at, values)[0] - of(r).ambient[0];
     let covariance = Matrix::from_fn(all.readings.len(), all.readings.len(), |i, j| {
         let (a, b) = (&all.readings[i], &all.readings[j]);
         let own = if i == j { a.sd.powi(2) } else { 0.0 };
@@ -147,11 +147,13 @@ fn density(all: &Drawn, values: [f64; 2], tau: f64) -> f64 {
 #[test]
 fn behaviour_the_scatter_has_no_step() {
     let all = drawn(20, [0.85, 6.0], 0.0, &mut Streams::new(3).stream("heated"));
-    let exact = |r: &Reading| all.points[r.point].as_ref().unwrap().temperature(r.at, [0.85, 6.0])[0];
+    let exact = |r: &GasReading| all.points[r.point].as_ref().unwrap().temperature(r.at, [0.85, 6.0])[0];
     let scatter = |k: f64| {
-        let moved =
-            |r: &Reading| Reading { temperature: exact(r) + k * (r.temperature - exact(r)), ..r.clone() };
-        let readings: Vec<Reading> = all.readings.iter().map(moved).collect();
+        let moved = |r: &GasReading| GasReading {
+            temperature: exact(r) + k * (r.temperature - exact(r)),
+            ..r.clone()
+        };
+        let readings: Vec<GasReading> = all.readings.iter().map(moved).collect();
         fit(&all.points, &readings, PRIOR).unwrap().scatter
     };
     let by: Vec<f64> = (0..=40).map(|k| scatter(0.05 * f64::from(k))).collect();

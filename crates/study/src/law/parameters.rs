@@ -1,6 +1,6 @@
 //! Parameters with their priors, as files have them.
 
-use crate::Problem;
+use crate::StudyProblem;
 use crate::names::free;
 use crate::source::Outcome;
 use rijke_formula::Scope;
@@ -40,26 +40,28 @@ pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Param
         let parsed = match rijke_rig::Unit::parse(&unit) {
             Ok(parsed) => parsed,
             Err(_) if of_a_power => rijke_rig::Unit::one(),
-            Err(source) => return Err((at, Problem::Unit { key: format!("unit of {name}"), source })),
+            Err(source) => return Err((at, StudyProblem::Unit { key: format!("unit of {name}"), source })),
         };
         // Formulas compute with the number as it stands: 3 ms would be 3 s.
         if (parsed.to_si(0.0), parsed.to_si(1.0)) != (0.0, 1.0) {
             let si = crate::campaign::si_text(&parsed);
             let need = "an SI unit without prefix; formulas compute with the number as it stands, so write prior and unit in SI";
             let value = if si.is_empty() { unit } else { format!("{unit}, where {si} is due") };
-            return Err((at, Problem::Value { key: format!("unit of {name}"), value, need }));
+            return Err((at, StudyProblem::Value { key: format!("unit of {name}"), value, need }));
         }
         let parameter = Parameter::new(name, symbol, unit, prior);
         // The checks on priors are those of the inference, where they are used.
         match rijke_inference::Parameters::new(vec![parameter.clone()]) {
             Ok(_) => Ok((parameter, at)),
-            Err(error) => Err((at, Problem::Prior { parameter: parameter.name, reason: error.to_string() })),
+            Err(error) => {
+                Err((at, StudyProblem::Prior { parameter: parameter.name, reason: error.to_string() }))
+            }
         }
     };
     specs.into_iter().map(read).collect()
 }
 
-pub(crate) fn check_name(what: &'static str, name: &str, scope: &Scope) -> Result<(), Problem> {
+pub(crate) fn check_name(what: &'static str, name: &str, scope: &Scope) -> Result<(), StudyProblem> {
     let good = name.starts_with(|c: char| c.is_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_alphanumeric() || c == '_');
     let why = if !good {
@@ -69,5 +71,5 @@ pub(crate) fn check_name(what: &'static str, name: &str, scope: &Scope) -> Resul
     } else {
         return free(scope, what, name);
     };
-    Err(Problem::Name { what, name: name.to_owned(), why })
+    Err(StudyProblem::Name { what, name: name.to_owned(), why })
 }

@@ -1,7 +1,7 @@
 //! Measured functions of frequency as texts of formulas. Must not know where they act.
 
-use crate::Problem;
-use rijke_numerics::rational::{Doubt, Entry, Table, doubt};
+use crate::StudyProblem;
+use rijke_numerics::rational::{Doubt, Table, TableRow, doubt};
 use rijke_rig::Columns;
 use std::path::Path;
 use toml::Value as Toml;
@@ -31,22 +31,22 @@ impl Measured {
     /// `of` is the formula that stands in the place of s.
     ///
     /// # Errors
-    /// [`Problem::Value`], [`Problem::Csv`], [`Problem::Table`].
+    /// [`StudyProblem::Value`], [`StudyProblem::Csv`], [`StudyProblem::Table`].
     pub(crate) fn read(
         value: &Toml,
         tolerance: Option<&Toml>,
         of: &str,
         folder: &Path,
-    ) -> Result<Self, Problem> {
+    ) -> Result<Self, StudyProblem> {
         let key = "table".to_owned();
         let need = "a list of [frequency in Hz, gain, phase in rad], or the name of a file with the columns frequency [Hz], gain and \
                     phase [rad]";
-        let wrong = |value: String| Problem::Value { key: key.clone(), value, need };
+        let wrong = |value: String| StudyProblem::Value { key: key.clone(), value, need };
         let rows = match value {
             Toml::Array(list) => {
-                let row = |row: &Toml| -> Option<Entry> {
+                let row = |row: &Toml| -> Option<TableRow> {
                     let numbers: Option<Vec<f64>> = row.as_array()?.iter().map(number).collect();
-                    <[f64; 3]>::try_from(numbers?).ok().map(Entry::from)
+                    <[f64; 3]>::try_from(numbers?).ok().map(TableRow::from)
                 };
                 list.iter()
                     .map(|v| row(v).ok_or_else(|| wrong(v.to_string())))
@@ -57,18 +57,18 @@ impl Measured {
         };
         let tolerance = match tolerance {
             None => TOLERANCE,
-            Some(value) => number(value).ok_or_else(|| Problem::Value {
+            Some(value) => number(value).ok_or_else(|| StudyProblem::Value {
                 key: "tolerance".into(),
                 value: value.to_string(),
                 need: "a number: the deviation that is allowed, over the largest gain",
             })?,
         };
-        let table =
-            Table::fit(&rows, tolerance).map_err(|source| Problem::Table { key: key.clone(), source })?;
+        let table = Table::fit(&rows, tolerance)
+            .map_err(|source| StudyProblem::Table { key: key.clone(), source })?;
         if table.terms.len() > 2 * MOST_PAIRS {
             let need =
                 "met by a function of at most 60 poles: raise `tolerance` to the error of the measurement";
-            return Err(Problem::Value {
+            return Err(StudyProblem::Value {
                 key,
                 value: format!("a table of {} poles", table.terms.len()),
                 need,
@@ -92,16 +92,17 @@ fn number(value: &Toml) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
-fn from_file(path: &Path) -> Result<Vec<Entry>, Problem> {
-    let columns = Columns::read(path).map_err(|error| Problem::Csv(error.to_string()))?;
-    let column =
-        |name: &str, unit: &str| columns.numbers(name, unit).map_err(|error| Problem::Csv(error.to_string()));
+fn from_file(path: &Path) -> Result<Vec<TableRow>, StudyProblem> {
+    let columns = Columns::read(path).map_err(|error| StudyProblem::Csv(error.to_string()))?;
+    let column = |name: &str, unit: &str| {
+        columns.numbers(name, unit).map_err(|error| StudyProblem::Csv(error.to_string()))
+    };
     let (frequency, gain, phase) =
         (column("frequency", "Hz")?, column("gain", "1")?, column("phase", "rad")?);
     Ok(frequency
         .into_iter()
         .zip(gain.into_iter().zip(phase))
-        .map(|(f, (g, p))| Entry::from([f, g, p]))
+        .map(|(f, (g, p))| TableRow::from([f, g, p]))
         .collect())
 }
 
@@ -111,9 +112,14 @@ fn said(doubt: Doubt) -> String {
             "half of the steps of its table's phase are larger than {step:.0} rad, so that the phases seem to be in degrees: give them in \
              rad"
         ),
+        Doubt::Coarse { step, other } => format!(
+            "half of the steps of its table's phase are larger than {step:.1} rad: such steps cannot tell a delay from one that is {:.2} ms longer or \
+             shorter, nor numbers that vary as exp(i omega t), which are taken, from those for exp(-i omega t); give finer frequencies",
+            1e3 * other
+        ),
         Doubt::Rises { rise } => format!(
             "its phase rises by {rise:.1} rad over its table, so that it answers before it is asked: an answer later by tau has the phase \
-             -omega tau"
+             -omega tau; if the numbers are for exp(-i omega t), turn the signs of the phases"
         ),
     }
 }

@@ -3,7 +3,7 @@
 use super::place::Place;
 use crate::names::{LEVINE_SCHWINGER, WALL_EP, WALL_MU};
 use crate::source::Outcome;
-use crate::{Problem, names};
+use crate::{StudyProblem, names};
 use rijke_formula::{Context, Formula, Scope};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -46,7 +46,7 @@ impl Words<'_> {
             self.parameters.iter().map(|p| if hidden(p) { format!("${p}") } else { p.clone() }).collect();
         let context = Context { scope, here: &here, parameters: &parameters, definitions: &definitions };
         Formula::parse(text, &context)
-            .map_err(|source| (at, Problem::Formula { key: key.to_owned(), source }))
+            .map_err(|source| (at, StudyProblem::Formula { key: key.to_owned(), source }))
     }
 
     /// The definitions that `text` needs, directly or through others, in order; numbers of the part first.

@@ -2,7 +2,7 @@
 
 use super::ids::{known_stage, short_id};
 use super::{Plan, Selection};
-use crate::{Campaign, Point, Problem};
+use crate::{Campaign, Point, StudyProblem};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -36,15 +36,15 @@ impl MapGrid {
     /// none are given.
     ///
     /// # Errors
-    /// [`Problem::Value`] where one factor is named twice, or its ends are no two ascending numbers.
+    /// [`StudyProblem::Value`] where one factor is named twice, or its ends are no two ascending numbers.
     pub fn new(
         campaign: &Campaign,
         factors: [usize; 2],
         ends: [Option<[f64; 2]>; 2],
-    ) -> Result<Self, Problem> {
+    ) -> Result<Self, StudyProblem> {
         let name = |k: usize| campaign.factors[factors[k]].name.clone();
         if factors[0] == factors[1] {
-            return Err(Problem::Value {
+            return Err(StudyProblem::Value {
                 key: "the factors of a map".into(),
                 value: format!("{0}, {0}", name(0)),
                 need: "two factors that differ",
@@ -63,7 +63,7 @@ impl MapGrid {
                 None => "a factor with several values in the campaign, or the ends of its range",
             };
             let value = ends[k].map_or("one value only".into(), |[low, high]| format!("{low} to {high}"));
-            Err(Problem::Value { key: name(k), value, need })
+            Err(StudyProblem::Value { key: name(k), value, need })
         };
         Ok(Self { factors, values: [axis(0)?, axis(1)?] })
     }
@@ -115,17 +115,17 @@ pub(super) struct MapFile {
 
 impl MapFile {
     /// The map, every name of it checked.
-    pub(super) fn question(self, plan: &Plan, campaign: &Campaign) -> Result<MapQuestion, Problem> {
+    pub(super) fn question(self, plan: &Plan, campaign: &Campaign) -> Result<MapQuestion, StudyProblem> {
         short_id(&self.id)?;
         known_stage(plan, &self.stage)?;
         if plan.answers().any(|id| *id == self.id) {
-            return Err(Problem::Duplicate { what: "stage, question or map", name: self.id });
+            return Err(StudyProblem::Duplicate { what: "stage, question or map", name: self.id });
         }
         let [x, y] = &self.over;
         let factors = [campaign.known_factor(x)?, campaign.known_factor(y)?];
         if let Some(other) = self.range.keys().find(|name| *name != x && *name != y) {
             let known = crate::source::listed(self.over.iter().map(String::as_str));
-            return Err(Problem::Unknown { what: "factor of the map", name: other.clone(), known });
+            return Err(StudyProblem::Unknown { what: "factor of the map", name: other.clone(), known });
         }
         let ends = [x, y].map(|name| self.range.get(name).copied());
         let grid = MapGrid::new(campaign, factors, ends)?;

@@ -98,9 +98,9 @@ pub struct NoiseSpec {
     /// Whether the measured covariance is added.
     pub measured: bool,
     /// Parameters that come out a little different in every installation.
-    pub varying: Vec<Varying>,
+    pub varying: Vec<PlannedVarying>,
     /// A relative error of the laws of a role.
-    pub law: Option<LawError>,
+    pub law: Option<PlannedLawError>,
 }
 
 impl Default for NoiseSpec {
@@ -130,7 +130,7 @@ impl NoiseSpec {
 /// A parameter that scatters between installations about the value that is inferred.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Varying {
+pub struct PlannedVarying {
     /// Its name; one that a model does not have is passed over.
     pub parameter: String,
     /// Its standard deviation between installations.
@@ -140,7 +140,7 @@ pub struct Varying {
 /// A complex relative error of the laws of a role, the same at all points of one value of a factor.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LawError {
+pub struct PlannedLawError {
     /// The role.
     pub role: String,
     /// Standard deviation of its real and of its imaginary part.

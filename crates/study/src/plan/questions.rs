@@ -2,7 +2,7 @@
 
 use super::{NoiseSpec, Selection};
 use crate::source::listed;
-use crate::{Campaign, Problem, Rig};
+use crate::{Campaign, Rig, StudyProblem};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -95,10 +95,10 @@ const KINDS: [(&str, &[&str]); 4] = [
 
 impl Asked {
     /// The question, every name of it checked but those of stages and candidates.
-    pub(super) fn question(self, rig: &Rig, campaign: &Campaign) -> Result<Question, Problem> {
+    pub(super) fn question(self, rig: &Rig, campaign: &Campaign) -> Result<Question, StudyProblem> {
         let Some((_, keys)) = KINDS.iter().find(|(kind, _)| *kind == self.ask) else {
             let known = listed(KINDS.iter().map(|(kind, _)| *kind));
-            return Err(Problem::Unknown { what: "kind of question", name: self.ask, known });
+            return Err(StudyProblem::Unknown { what: "kind of question", name: self.ask, known });
         };
         for (key, given) in [
             ("sets", self.sets.is_some()),
@@ -113,13 +113,13 @@ impl Asked {
         ] {
             if given && !keys.contains(&key) {
                 let name = format!("{key}` of `ask = \"{}\"", self.ask);
-                return Err(Problem::Unknown { what: "key", name, known: listed(keys.iter().copied()) });
+                return Err(StudyProblem::Unknown { what: "key", name, known: listed(keys.iter().copied()) });
             }
         }
         let factor = |name: Option<String>| name.map(|n| campaign.known_factor(&n)).transpose();
         let microphone = |name: &String| {
             let names = &rig.microphones.names;
-            names.iter().position(|n| n == name).ok_or_else(|| Problem::Unknown {
+            names.iter().position(|n| n == name).ok_or_else(|| StudyProblem::Unknown {
                 what: "microphone",
                 name: name.clone(),
                 known: listed(names.iter().map(String::as_str)),
@@ -138,7 +138,7 @@ impl Asked {
                 Ask::Prediction { points: self.points.unwrap_or_default(), trained_on: self.trained_on }
             }
             _ => {
-                let with = self.with.filter(|with| !with.is_empty()).ok_or(Problem::Missing {
+                let with = self.with.filter(|with| !with.is_empty()).ok_or(StudyProblem::Missing {
                     key: "with".into(),
                     need: "name the role and the candidate that is free at every point",
                 })?;
@@ -156,7 +156,7 @@ impl Asked {
         let good = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
         if self.id.is_empty() || !self.id.chars().all(good) {
             let why = "it is also the name of files, so give letters, digits, - and _";
-            return Err(Problem::Name { what: "question", name: self.id, why });
+            return Err(StudyProblem::Name { what: "question", name: self.id, why });
         }
         Ok(Question {
             title: self.title.unwrap_or_else(|| self.id.clone()),

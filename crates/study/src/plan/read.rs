@@ -3,9 +3,10 @@
 use super::ids::{known_stage, short_id};
 use super::maps::MapFile;
 use super::questions::Asked;
+use super::stands::{counted_once, known_ground};
 use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
-use crate::{Campaign, Catalogue, Problem, Rig, StudyError};
+use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
 use rijke_rig::Given;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -18,8 +19,7 @@ struct File {
     name: String,
     #[serde(default)]
     question: String,
-    #[serde(default)]
-    base: BaseChoice,
+    base: Option<Spanned<BaseChoice>>,
     #[serde(default)]
     stage: Vec<Spanned<StageFile>>,
     #[serde(default)]
@@ -39,14 +39,18 @@ struct CostFile {
 }
 
 impl CostFile {
-    fn cost(&self) -> Result<Cost, Problem> {
+    fn cost(&self) -> Result<Cost, StudyProblem> {
         let seconds = |key: &str, given: &Given, least: f64| {
             let key = format!("cost.{key}");
-            let value = given.of("s").map_err(|source| Problem::Unit { key: key.clone(), source })?;
+            let value = given.of("s").map_err(|source| StudyProblem::Unit { key: key.clone(), source })?;
             if value.is_finite() && value >= least {
                 return Ok(value);
             }
-            Err(Problem::Value { key, value: value.to_string(), need: "a time, of a point at least 1 s" })
+            Err(StudyProblem::Value {
+                key,
+                value: value.to_string(),
+                need: "a time, of a point at least 1 s",
+            })
         };
         let installation = self.installation.as_ref().map(|given| seconds("installation", given, 0.0));
         Ok(Cost {
@@ -121,8 +125,7 @@ struct StageFile {
     rows: Vec<Vec<String>>,
     #[serde(default)]
     hold: BTreeMap<String, f64>,
-    #[serde(default = "three")]
-    decides: f64,
+    decides: Option<f64>,
     #[serde(default)]
     prefer: Prefer,
     #[serde(default)]
@@ -137,9 +140,7 @@ struct StageFile {
 }
 
 /// Three nats are odds of twenty to one.
-fn three() -> f64 {
-    3.0
-}
+const THREE: f64 = 3.0;
 
 #[derive(Default, Deserialize)]
 #[serde(untagged)]
@@ -181,22 +182,24 @@ impl Plan {
         catalogue: &Catalogue,
     ) -> Result<Self, StudyError> {
         let file: File = source.toml()?;
-        let base = match file.base {
+        let base_at = file.base.as_ref().map_or(0, |base| base.span().start);
+        let base = match file.base.map(Spanned::into_inner).unwrap_or_default() {
             BaseChoice::Ambient => Base::Ambient,
             BaseChoice::Rig => Base::Rig,
             BaseChoice::States(points) => {
-                points.check(campaign).map_err(|problem| source.fail(0, problem))?;
+                points.check(campaign).map_err(|problem| source.fail(base_at, problem))?;
                 Base::States(points)
             }
             BaseChoice::HeatedFlow(heated) => {
                 let check = Check { rig, campaign, catalogue };
-                check.heated(&heated).map_err(|problem| source.fail(0, problem))?;
+                let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
+                check.heated(&heated).map_err(fail)?;
                 Base::HeatedFlow(heated)
             }
         };
         let hot = |part: &&crate::Part| matches!(&part.shape, crate::Shape::Duct(duct) if !duct.temperatures.is_empty());
         if let Some(part) = rig.parts.iter().find(hot).filter(|_| !matches!(base, Base::Rig)) {
-            return Err(source.fail(0, Problem::UnusedTemperature { part: part.name.clone() }));
+            return Err(source.fail(0, StudyProblem::UnusedTemperature { part: part.name.clone() }));
         }
         let (name, question) = (file.name, file.question);
         let cost = file.cost.map(|cost| {
@@ -213,12 +216,6 @@ impl Plan {
             maps: Vec::new(),
             cost: cost.transpose()?,
         };
-        for stage in file.stage {
-            let at = stage.span().start;
-            let check = Check { rig, campaign, catalogue };
-            let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
-            plan.stages.push(stage);
-        }
         for stage in file.responses {
             let at = stage.span().start;
             let stage = stage.into_inner();
@@ -229,8 +226,14 @@ impl Plan {
                 .map_err(|problem| source.fail(at, problem))?;
             plan.responses.push(stage);
         }
+        for stage in file.stage {
+            let at = stage.span().start;
+            let check = Check { rig, campaign, catalogue };
+            let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
+            plan.stages.push(stage);
+        }
         if plan.stages.is_empty() && plan.responses.is_empty() {
-            return Err(source.fail(0, Problem::Empty { what: "stage", need: "add a [[stage]]" }));
+            return Err(source.fail(0, StudyProblem::Empty { what: "stage", need: "add a [[stage]]" }));
         }
         for asked in file.asked {
             let at = asked.span().start;
@@ -239,7 +242,10 @@ impl Plan {
             short_id(&question.id).map_err(fail)?;
             known_stage(&plan, &question.stage).map_err(fail)?;
             if plan.answers().any(|id| *id == question.id) {
-                return Err(fail(Problem::Duplicate { what: "stage, question or map", name: question.id }));
+                return Err(fail(StudyProblem::Duplicate {
+                    what: "stage, question or map",
+                    name: question.id,
+                }));
             }
             let check = Check { rig, campaign, catalogue };
             check.question(&question, &plan).map_err(fail)?;
@@ -254,17 +260,17 @@ impl Plan {
     }
 }
 
-fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), Problem> {
+fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), StudyProblem> {
     match catalogue.get(id) {
         Some(c) if c.role == role => Ok(()),
-        Some(c) => Err(Problem::Value {
+        Some(c) => Err(StudyProblem::Value {
             key: format!("with.{role}"),
             value: format!("{id}, whose role is {}", c.role),
             need: "a candidate of that role",
         }),
         None => {
             let known = listed(catalogue.competing(role).iter().map(|c| c.id.as_str()));
-            Err(Problem::Unknown { what: "candidate", name: id.to_owned(), known })
+            Err(StudyProblem::Unknown { what: "candidate", name: id.to_owned(), known })
         }
     }
 }
@@ -276,7 +282,7 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn question(&self, question: &Question, plan: &Plan) -> Result<(), Problem> {
+    fn question(&self, question: &Question, plan: &Plan) -> Result<(), StudyProblem> {
         if let Ask::PointByPoint(one) = &question.ask {
             one.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
             self.noise(&one.noise, plan)?;
@@ -284,60 +290,67 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn heated(&self, heated: &HeatedFlow) -> Result<(), Problem> {
+    /// The key that is wrong, and what is wrong with it.
+    fn heated(&self, heated: &HeatedFlow) -> Result<(), (&'static str, StudyProblem)> {
         for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
-            let factor = &self.campaign.factors[self.campaign.known_factor(name)?];
+            let factor = self.campaign.known_factor(name).map_err(|problem| (key, problem))?;
+            let factor = &self.campaign.factors[factor];
             // A factor without a unit in its heading is taken as it is.
             if factor.stated {
-                let key = format!("base.heated-flow.{key} = {name}");
-                factor.shown.of(wanted).map_err(|source| Problem::Unit { key, source })?;
+                let full = format!("base.heated-flow.{key} = {name}");
+                factor.shown.of(wanted).map_err(|source| (key, StudyProblem::Unit { key: full, source }))?;
             }
         }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
-                let (key, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
-                return Err(Problem::Value { key, value, need: "[mean, standard deviation], both positive" });
+                let (full, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
+                let need = "[mean, standard deviation], both positive";
+                return Err((key, StudyProblem::Value { key: full, value, need }));
             }
         }
         if self.rig.part(&heated.at).is_none() {
             let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
-            return Err(Problem::Unknown { what: "part", name: heated.at.clone(), known });
+            return Err(("at", StudyProblem::Unknown { what: "part", name: heated.at.clone(), known }));
         }
         Ok(())
     }
 
-    fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, Problem> {
+    fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, StudyProblem> {
         short_id(&file.id)?;
-        if plan.stage(&file.id).is_some() {
-            return Err(Problem::Duplicate { what: "stage", name: file.id });
+        if plan.stage(&file.id).is_some() || plan.response(&file.id).is_some() {
+            return Err(StudyProblem::Duplicate { what: "stage", name: file.id });
         }
         file.points.check(self.campaign)?;
         let on = file.on.list();
         let heard_through = file.heard_through.list();
-        on.iter().chain(&heard_through).try_for_each(|id| known_stage(plan, id))?;
+        on.iter().try_for_each(|id| known_ground(plan, id))?;
+        heard_through.iter().try_for_each(|id| known_stage(plan, id))?;
         file.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
         let compete = file.compete.list();
         for role in &compete {
             if self.catalogue.competing(role).is_empty() {
                 let known = listed(self.catalogue.roles());
-                return Err(Problem::Unknown { what: "role", name: role.clone(), known });
+                return Err(StudyProblem::Unknown { what: "role", name: role.clone(), known });
             }
         }
         for id in file.among.iter().chain(file.rows.iter().flatten()) {
             if self.catalogue.get(id).is_none() {
                 let known = listed(self.catalogue.candidates().iter().map(|c| c.id.as_str()));
-                return Err(Problem::Unknown { what: "candidate", name: id.clone(), known });
+                return Err(StudyProblem::Unknown { what: "candidate", name: id.clone(), known });
             }
         }
         for noise in [Some(&file.noise), file.noise_of_predictions.as_ref()].into_iter().flatten() {
             self.noise(noise, plan)?;
         }
         self.rig.microphones.have(&file.microphones)?;
-        if !(file.decides >= 0.0 && file.decides.is_finite()) {
-            let (key, value) = ("decides".into(), file.decides.to_string());
-            return Err(Problem::Value { key, value, need: "a number of nats, zero or more" });
+        // Models that responses leave open are not decided here by less.
+        let open = on.iter().filter_map(|id| plan.response(id)).map(|r| r.decides).fold(THREE, f64::max);
+        let decides = file.decides.unwrap_or(open);
+        if !(decides >= 0.0 && decides.is_finite()) {
+            let (key, value) = ("decides".into(), decides.to_string());
+            return Err(StudyProblem::Value { key, value, need: "a number of nats, zero or more" });
         }
-        Ok(Stage {
+        let stage = Stage {
             title: file.title.unwrap_or_else(|| file.id.clone()),
             id: file.id,
             points: file.points,
@@ -349,17 +362,19 @@ impl Check<'_> {
             among: file.among,
             rows: file.rows,
             hold: file.hold,
-            decides: file.decides,
+            decides,
             prefer: file.prefer,
             noise: file.noise,
             noise_of_predictions: file.noise_of_predictions,
             base_errors: file.base_errors,
             channels: file.channels,
             microphones: file.microphones,
-        })
+        };
+        counted_once(plan, &stage)?;
+        Ok(stage)
     }
 
-    fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), Problem> {
+    fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), StudyProblem> {
         for sd in noise.all() {
             if let SdSpec::Like { stage, .. } = sd {
                 known_stage(plan, stage)?;
@@ -369,7 +384,7 @@ impl Check<'_> {
             self.campaign.known_factor(&law.over)?;
             if self.catalogue.competing(&law.role).is_empty() {
                 let known = listed(self.catalogue.roles());
-                return Err(Problem::Unknown { what: "role", name: law.role.clone(), known });
+                return Err(StudyProblem::Unknown { what: "role", name: law.role.clone(), known });
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Which operating points are meant.
 
 use crate::source::listed;
-use crate::{Campaign, Point, Problem};
+use crate::{Campaign, Point, StudyProblem};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -86,8 +86,8 @@ impl Selection {
     /// Checks that everything it names exists.
     ///
     /// # Errors
-    /// [`Problem::Unknown`].
-    pub fn check(&self, campaign: &Campaign) -> Result<(), Problem> {
+    /// [`StudyProblem::Unknown`].
+    pub fn check(&self, campaign: &Campaign) -> Result<(), StudyProblem> {
         for name in self.factors.keys() {
             campaign.known_factor(name)?;
         }
@@ -95,13 +95,13 @@ impl Selection {
         for row in &self.rows {
             if !rows.contains(&row.as_str()) {
                 let known = listed(rows.iter().copied());
-                return Err(Problem::Unknown { what: "row of the campaign", name: row.clone(), known });
+                return Err(StudyProblem::Unknown { what: "row of the campaign", name: row.clone(), known });
             }
         }
         for id in &self.points {
             if campaign.point(id).is_none() {
                 let known = listed(campaign.points.iter().take(8).map(|p| p.id.as_str())) + ", ...";
-                return Err(Problem::Unknown { what: "operating point", name: id.clone(), known });
+                return Err(StudyProblem::Unknown { what: "operating point", name: id.clone(), known });
             }
         }
         Ok(())

@@ -2,7 +2,7 @@
 //! arrays.
 
 use super::doubts::{self, Angle, Rows};
-use crate::{Problem, StudyError};
+use crate::{StudyError, StudyProblem};
 use rijke_numerics::C64;
 use rijke_rig::{Columns, Heading, Unit};
 use std::path::Path;
@@ -40,10 +40,10 @@ const ROLES: [(&str, Role); 7] = [
 
 /// Reads the key `columns`: a list of headings of a text without any, or a table of heading and name in the
 /// file.
-pub(super) fn declared(value: &Toml) -> Result<Vec<Column>, Problem> {
+pub(super) fn declared(value: &Toml) -> Result<Vec<Column>, StudyProblem> {
     let need =
         "a list as [\"f [Hz]\", \"re [1]\", \"im [1]\"], or a table as { \"f [Hz]\" = \"name in the file\" }";
-    let wrong = |value: String| Problem::Value { key: "columns".into(), value, need };
+    let wrong = |value: String| StudyProblem::Value { key: "columns".into(), value, need };
     let columns = match value {
         Toml::Array(list) => list
             .iter()
@@ -67,14 +67,14 @@ pub(super) fn declared(value: &Toml) -> Result<Vec<Column>, Problem> {
     Ok(columns)
 }
 
-fn column(text: &str, name: Option<String>) -> Result<Column, Problem> {
+fn column(text: &str, name: Option<String>) -> Result<Column, StudyProblem> {
     if text.trim() == "-" {
         return Ok(Column { role: Role::Ignored, unit: None, name });
     }
     let (bare, unit_text) =
         text.split_once('[').map_or((text, None), |(a, b)| (a.trim(), b.strip_suffix(']')));
     let found = ROLES.iter().find(|(known, _)| *known == bare.trim()).map(|(_, role)| *role);
-    let role = found.ok_or_else(|| Problem::Unknown {
+    let role = found.ok_or_else(|| StudyProblem::Unknown {
         what: "column of a response",
         name: text.to_owned(),
         known: ROLES.map(|r| r.0).join(", "),
@@ -82,17 +82,18 @@ fn column(text: &str, name: Option<String>) -> Result<Column, Problem> {
     if role == Role::Modulus && unit_text.map(str::trim) == Some("dB") {
         return Ok(Column { role: Role::Level, unit: None, name });
     }
-    let heading = Heading::parse(text).map_err(|source| Problem::Unit { key: text.to_owned(), source })?;
+    let heading =
+        Heading::parse(text).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
     let Some(unit) = heading.unit else {
         let need = "write it in brackets behind the name: f [Hz], re [1], abs [dB], arg [deg]";
-        return Err(Problem::Missing { key: format!("unit of `{text}`"), need });
+        return Err(StudyProblem::Missing { key: format!("unit of `{text}`"), need });
     };
     let wanted = match role {
         Role::Frequency => "Hz",
         Role::Phase => "rad",
         _ => "1",
     };
-    let unit = unit.of(wanted).map_err(|source| Problem::Unit { key: text.to_owned(), source })?;
+    let unit = unit.of(wanted).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
     Ok(Column { role, unit: Some(unit), name })
 }
 
@@ -101,19 +102,19 @@ const LOUDEST: f64 = 300.0;
 
 /// Reads a file by its declared columns.
 pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> {
-    let fail = |line: Option<usize>, problem: Problem| StudyError {
+    let fail = |line: Option<usize>, problem: StudyProblem| StudyError {
         file: path.display().to_string(),
         line,
         problem: Box::new(problem),
     };
     let (numbers, lines) = if columns.iter().any(|c| c.name.is_some()) {
-        let table = Columns::read(path).map_err(|e| fail(None, Problem::Csv(e.to_string())))?;
+        let table = Columns::read(path).map_err(|e| fail(None, StudyProblem::Csv(e.to_string())))?;
         let read = |c: &Column| match &c.name {
             Some(name) if c.role != Role::Ignored => {
                 // The unit is the declared one: what stands behind a name in the file must not contradict it.
                 let wanted =
                     if c.role == Role::Level { "1" } else { c.unit.as_ref().map_or("1", Unit::text) };
-                table.numbers(name, wanted).map_err(|e| fail(None, Problem::Csv(e.to_string())))
+                table.numbers(name, wanted).map_err(|e| fail(None, StudyProblem::Csv(e.to_string())))
             }
             _ => Ok(Vec::new()),
         };
@@ -133,7 +134,7 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
     let frequency_hz = of(Role::Frequency).unwrap_or_default();
     let n = frequency_hz.len();
     if let Some((k, v)) = of(Role::Level).iter().flatten().enumerate().find(|(_, v)| v.abs() > LOUDEST) {
-        let problem = Problem::Value {
+        let problem = StudyProblem::Value {
             key: "abs".into(),
             value: format!("{v} dB"),
             need: "a level between -300 and 300 dB",
@@ -145,7 +146,7 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
     });
     if let Some((k, v)) = modulus.iter().flatten().enumerate().find(|(_, v)| **v < 0.0) {
         let need = "zero or more; if it is a level, write abs [dB] in `columns`";
-        let problem = Problem::Value { key: "abs".into(), value: v.to_string(), need };
+        let problem = StudyProblem::Value { key: "abs".into(), value: v.to_string(), need };
         return Err(fail(lines.get(k).copied(), problem));
     }
     let values: Vec<C64> = match (modulus, of(Role::Phase), of(Role::Real), of(Role::Imaginary)) {
@@ -156,7 +157,7 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
         _ => Vec::new(),
     };
     if values.len() != n {
-        let problem = Problem::Value {
+        let problem = StudyProblem::Value {
             key: "columns".into(),
             value: format!("{n} frequencies and {} numbers", values.len()),
             need: "columns of one length",
@@ -174,9 +175,9 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
 /// Columns of a text of numbers alone, and the line of each row.
 type Numbers = (Vec<Vec<f64>>, Vec<usize>);
 
-fn text(path: &Path, width: usize) -> Result<Numbers, (Option<usize>, Problem)> {
+fn text(path: &Path, width: usize) -> Result<Numbers, (Option<usize>, StudyProblem)> {
     let text = rijke_numerics::read_text(path)
-        .map_err(|error| (None, Problem::Unreadable(std::io::Error::other(error.to_string()))))?;
+        .map_err(|error| (None, StudyProblem::Unreadable(std::io::Error::other(error.to_string()))))?;
     let (mut columns, mut lines) = (vec![Vec::new(); width], Vec::new());
     for (k, line) in text.lines().enumerate() {
         let line = line.trim();
@@ -187,7 +188,7 @@ fn text(path: &Path, width: usize) -> Result<Numbers, (Option<usize>, Problem)> 
         if cells.len() != width {
             let need = "as many columns as `columns` in observations.toml lists";
             let value = format!("{} numbers", cells.len());
-            return Err((Some(k + 1), Problem::Value { key: "row".into(), value, need }));
+            return Err((Some(k + 1), StudyProblem::Value { key: "row".into(), value, need }));
         }
         for (column, cell) in columns.iter_mut().zip(cells) {
             match cell.parse::<f64>() {
@@ -195,7 +196,7 @@ fn text(path: &Path, width: usize) -> Result<Numbers, (Option<usize>, Problem)> 
                 _ => {
                     let need = "a finite number with a decimal point";
                     let (key, value) = ("row".into(), cell.to_owned());
-                    return Err((Some(k + 1), Problem::Value { key, value, need }));
+                    return Err((Some(k + 1), StudyProblem::Value { key, value, need }));
                 }
             }
         }

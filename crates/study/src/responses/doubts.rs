@@ -1,7 +1,7 @@
 //! What is wrong or doubtful about numbers over frequency.
 
 use super::ObservedResponse;
-use crate::Problem;
+use crate::StudyProblem;
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -39,15 +39,15 @@ const PASSIVE: f64 = 1.02;
 const RISES: f64 = 1.0;
 
 /// Refuses frequencies that are none, that stand twice or that do not ascend: the line, and what is wrong.
-pub(super) fn refuse(rows: &Rows) -> Result<(), (usize, Problem)> {
+pub(super) fn refuse(rows: &Rows) -> Result<(), (usize, StudyProblem)> {
     let line = |k: usize| rows.lines.get(k).copied().unwrap_or(0);
     let value = |k: usize, need| {
         let (key, value) = ("f".to_owned(), format!("{} Hz", rows.frequency_hz[k]));
-        Err((line(k), Problem::Value { key, value, need }))
+        Err((line(k), StudyProblem::Value { key, value, need }))
     };
     if let Some((k, sd)) = rows.sd.iter().enumerate().find(|(_, sd)| **sd <= 0.0) {
         let need = "above zero, or left out: write `-` for the column in `columns` if no standard deviation was measured";
-        return Err((line(k), Problem::Value { key: "sd".into(), value: sd.to_string(), need }));
+        return Err((line(k), StudyProblem::Value { key: "sd".into(), value: sd.to_string(), need }));
     }
     if let Some(k) = rows.frequency_hz.iter().position(|f| *f <= 0.0) {
         return value(k, "above zero");
@@ -151,8 +151,18 @@ pub(super) fn early(rows: &Rows) -> Option<String> {
     let steps = || rows.values.windows(2).map(|pair| pair[1] * pair[0].conj());
     let (sum, sizes) = (steps().sum::<C64>(), steps().map(|z| z.norm()).sum::<f64>());
     let (step, n) = (sum.arg(), rows.values.len().saturating_sub(1) as f64);
-    // Steps of a quarter turn and more, or of any size, tell no direction.
-    let told = sum.norm() > 0.5 * sizes && step < 0.5 * PI;
+    // Steps of any size tell no direction; those of a quarter turn and more may be another turn.
+    let told = sum.norm() > 0.5 * sizes;
+    if told && step.abs() >= 0.5 * PI && n > 1.0 {
+        let width = (rows.frequency_hz[rows.values.len() - 1] - rows.frequency_hz[0]) / n;
+        return Some(format!(
+            "the phase {} by {:.1} rad from frequency to frequency: such steps cannot tell a delay from one that is {:.2} ms longer or shorter, nor \
+             numbers that vary as exp(i omega t), which are taken, from those for exp(-i omega t); give finer frequencies, or a prior that knows the delay",
+            if step > 0.0 { "rises" } else { "falls" },
+            step.abs(),
+            1e3 / width
+        ));
+    }
     (told && step * n > RISES).then(|| {
         format!(
             "the phase rises by {:.1} rad from {} to {} Hz, but a delay lowers it: rijke takes numbers that vary as exp(i omega t); if these \

@@ -2,7 +2,7 @@
 
 use crate::plan::{SdSpec, Selection};
 use crate::source::listed;
-use crate::{Campaign, Catalogue, Problem};
+use crate::{Campaign, Catalogue, StudyProblem};
 use rijke_inference::Kernel;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -91,14 +91,19 @@ impl ResponseStage {
         campaign: &Campaign,
         catalogue: &Catalogue,
         earlier: &[Self],
-    ) -> Result<(), Problem> {
-        let value = |key: &str, value: String, need| Err(Problem::Value { key: key.into(), value, need });
+    ) -> Result<(), StudyProblem> {
+        let value =
+            |key: &str, value: String, need| Err(StudyProblem::Value { key: key.into(), value, need });
         let known_stages = || listed(earlier.iter().map(|s| s.id.as_str()));
         if earlier.iter().any(|s| s.id == self.id) {
-            return Err(Problem::Duplicate { what: "stage", name: self.id.clone() });
+            return Err(StudyProblem::Duplicate { what: "stage", name: self.id.clone() });
         }
         if let Some(id) = self.on.iter().find(|id| !earlier.iter().any(|s| s.id == **id)) {
-            return Err(Problem::Unknown { what: "earlier stage", name: id.clone(), known: known_stages() });
+            return Err(StudyProblem::Unknown {
+                what: "earlier stage",
+                name: id.clone(),
+                known: known_stages(),
+            });
         }
         self.points.check(campaign)?;
         if let Some(factor) = &self.session {
@@ -107,13 +112,13 @@ impl ResponseStage {
         for role in &self.compete {
             if catalogue.competing(role).is_empty() {
                 let known = listed(catalogue.roles());
-                return Err(Problem::Unknown { what: "role", name: role.clone(), known });
+                return Err(StudyProblem::Unknown { what: "role", name: role.clone(), known });
             }
         }
         for id in self.with.values().chain(&self.among) {
             if catalogue.get(id).is_none() {
                 let known = listed(catalogue.candidates().iter().map(|c| c.id.as_str()));
-                return Err(Problem::Unknown { what: "candidate", name: id.clone(), known });
+                return Err(StudyProblem::Unknown { what: "candidate", name: id.clone(), known });
             }
         }
         if let Some([low, high]) = self.band_hz

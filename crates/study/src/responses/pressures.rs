@@ -3,7 +3,7 @@
 
 use super::doubts::{self, Angle, Rows};
 use crate::source::listed;
-use crate::{Problem, StudyError};
+use crate::{StudyError, StudyProblem};
 use rijke_numerics::C64;
 use rijke_rig::{Columns, Heading, RigError};
 use std::path::Path;
@@ -43,10 +43,10 @@ pub(super) struct Heard {
 
 /// Reads the key `columns`: headings, and their names in the file. `names` are the microphones of the rig;
 /// `sources` how many waves are unknown.
-pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result<Table, Problem> {
+pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result<Table, StudyProblem> {
     let need = "a table as { \"f [Hz]\" = \"frequency\", excitation = \"case\", p1 = \"Mic1\", ... } with p1, or p1_re and p1_im, or \
                 p1_abs and p1_arg [deg], of more microphones than waves are unknown; p1_sd of all of them or of none";
-    let wrong = || Problem::Value { key: "columns".into(), value: value.to_string(), need };
+    let wrong = || StudyProblem::Value { key: "columns".into(), value: value.to_string(), need };
     let table = value.as_table().ok_or_else(wrong)?;
     let (mut frequency, mut excitation) = (None, None);
     // By microphone: the whole, its parts re, im, abs, arg, and its standard deviation.
@@ -67,7 +67,7 @@ pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result
             Some((microphone, k))
         };
         let known = ["", "_re", "_im", "_abs", "_arg", "_sd"].into_iter().enumerate().find_map(part);
-        let (microphone, k) = known.ok_or_else(|| Problem::Unknown {
+        let (microphone, k) = known.ok_or_else(|| StudyProblem::Unknown {
             what: "column of pressures",
             name: text.clone(),
             known: listed(["f", "excitation"].into_iter().chain(names.iter().map(String::as_str))),
@@ -97,13 +97,13 @@ pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result
     }
 }
 
-fn column(text: &str, name: String, wanted: &'static str, needed: bool) -> Result<Column, Problem> {
-    let fail = |source| Problem::Unit { key: text.to_owned(), source };
+fn column(text: &str, name: String, wanted: &'static str, needed: bool) -> Result<Column, StudyProblem> {
+    let fail = |source| StudyProblem::Unit { key: text.to_owned(), source };
     let (factor, stated) = match Heading::parse(text).map_err(fail)?.unit {
         Some(unit) => (unit.of(wanted).map_err(fail)?.to_si(1.0), Some(wanted)),
         None if needed => {
             let need = "write it in brackets behind the name: f [Hz], p1_arg [deg]";
-            return Err(Problem::Missing { key: format!("unit of `{text}`"), need });
+            return Err(StudyProblem::Missing { key: format!("unit of `{text}`"), need });
         }
         None => (1.0, None),
     };
@@ -117,12 +117,12 @@ pub(super) fn read(
     table: &Table,
     band: [f64; 2],
 ) -> Result<(Vec<Heard>, Vec<String>), StudyError> {
-    let fail = |line: Option<usize>, problem: Problem| StudyError {
+    let fail = |line: Option<usize>, problem: StudyProblem| StudyError {
         file: path.display().to_string(),
         line,
         problem: Box::new(problem),
     };
-    let told = |error: RigError| fail(None, Problem::Csv(error.to_string()));
+    let told = |error: RigError| fail(None, StudyProblem::Csv(error.to_string()));
     let file = Columns::read(path).map_err(told)?;
     let agrees = |column: &Column| {
         let (Some(wanted), Some(unit)) = (column.stated, file.unit(&column.name).map_err(told)?) else {
@@ -130,13 +130,17 @@ pub(super) fn read(
         };
         let factor = unit
             .of(wanted)
-            .map_err(|source| fail(None, Problem::Unit { key: column.name.clone(), source }))?
+            .map_err(|source| fail(None, StudyProblem::Unit { key: column.name.clone(), source }))?
             .to_si(1.0);
         if (factor / column.factor - 1.0).abs() > 1e-9 {
             let (key, value) = (format!("heading `{}`", column.name), unit.text().to_owned());
             return Err(fail(
                 None,
-                Problem::Value { key, value, need: "the unit that `columns` of the study states for it" },
+                StudyProblem::Value {
+                    key,
+                    value,
+                    need: "the unit that `columns` of the study states for it",
+                },
             ));
         }
         Ok(())
@@ -146,7 +150,7 @@ pub(super) fn read(
         let cells = file.complex(&column.name).map_err(told)?;
         if let Some(k) = cells.iter().position(|z| z.im != 0.0) {
             let problem =
-                Problem::Value { key: column.name.clone(), value: cells[k].to_string(), need: "real" };
+                StudyProblem::Value { key: column.name.clone(), value: cells[k].to_string(), need: "real" };
             return Err(fail(Some(file.line(k)), problem));
         }
         Ok(cells.iter().map(|z| z.re * column.factor).collect::<Vec<f64>>())
@@ -167,7 +171,7 @@ pub(super) fn read(
             let cells = number(column)?;
             if let Some(k) = cells.iter().position(|sd| !(sd.is_finite() && *sd > 0.0)) {
                 let (key, value) = (column.name.clone(), cells[k].to_string());
-                return Err(fail(Some(file.line(k)), Problem::Value { key, value, need: "above zero" }));
+                return Err(fail(Some(file.line(k)), StudyProblem::Value { key, value, need: "above zero" }));
             }
             sds.push(cells);
         }
@@ -187,7 +191,7 @@ pub(super) fn read(
                     let (key, value) = (modulus.name.clone(), r[k].to_string());
                     return Err(fail(
                         Some(file.line(k)),
-                        Problem::Value { key, value, need: "zero or more" },
+                        StudyProblem::Value { key, value, need: "zero or more" },
                     ));
                 }
                 r.into_iter().zip(a).map(|(r, a)| C64::from_polar(r, a)).collect()
@@ -212,7 +216,7 @@ pub(super) fn read(
         };
         if let Some(k) = keep.iter().find(|k| level(**k) == 0.0) {
             let need = "of some microphone other than zero";
-            let problem = Problem::Value { key: "pressure".into(), value: "0".into(), need };
+            let problem = StudyProblem::Value { key: "pressure".into(), value: "0".into(), need };
             return Err(fail(Some(file.line(*k)), problem));
         }
         let of_microphone = |p: &Vec<C64>| -> Vec<C64> { keep.iter().map(|&k| p[k] / level(k)).collect() };

@@ -3,7 +3,7 @@
 use super::{ObservedResponse, ResponseKind, Responses, columns, doubts, pressures};
 use crate::law::Place;
 use crate::source::{Source, listed};
-use crate::{Coefficient, Problem, Study, StudyError};
+use crate::{Coefficient, Study, StudyError, StudyProblem};
 use rijke_formula::{Context, Formula, Kind};
 use rijke_numerics::C64;
 use rijke_rig::{DataKind, Elsewhere, Quantity as Number};
@@ -58,7 +58,7 @@ impl Study {
     /// The responses that `observations/observations.toml` declares.
     ///
     /// # Errors
-    /// File, line and remedy; [`Problem::Elsewhere`] if the data are other people's and not here.
+    /// File, line and remedy; [`StudyProblem::Elsewhere`] if the data are other people's and not here.
     pub fn responses(&self) -> Result<Responses, StudyError> {
         let folder = self.folder.join("observations");
         let source = Source::read(&folder.join("observations.toml"))?;
@@ -67,7 +67,7 @@ impl Study {
             None => folder,
             Some(elsewhere) => elsewhere.find().ok_or_else(|| {
                 let Elsewhere { variable, folder, obtain } = elsewhere.clone();
-                source.fail(0, Problem::Elsewhere { variable, folder, obtain })
+                source.fail(0, StudyProblem::Elsewhere { variable, folder, obtain })
             })?,
         };
         let mut all =
@@ -129,29 +129,29 @@ impl Study {
             }
         }
         if all.list.is_empty() {
-            return Err(source.fail(0, Problem::Empty { what: "response", need: "add a [[response]]" }));
+            return Err(source.fail(0, StudyProblem::Empty { what: "response", need: "add a [[response]]" }));
         }
         Ok(all)
     }
 
     /// Operating points and files of an entry.
-    fn places(&self, entry: &Entry, data: &Path) -> Result<Vec<(usize, PathBuf)>, Problem> {
+    fn places(&self, entry: &Entry, data: &Path) -> Result<Vec<(usize, PathBuf)>, StudyProblem> {
         let place = |(point, name): (&String, &String)| match self.campaign.point(point) {
             Some((point, _)) => Ok((point, data.join(name))),
             None => {
                 let known = listed(self.campaign.points.iter().take(8).map(|p| p.id.as_str()));
-                Err(Problem::Unknown { what: "operating point", name: point.clone(), known })
+                Err(StudyProblem::Unknown { what: "operating point", name: point.clone(), known })
             }
         };
         entry.files.iter().map(place).collect()
     }
 
     /// Adds a response that is not there yet.
-    fn add(&self, observed: ObservedResponse, path: &Path, all: &mut Responses) -> Result<(), Problem> {
+    fn add(&self, observed: ObservedResponse, path: &Path, all: &mut Responses) -> Result<(), StudyProblem> {
         if let Some(frequency_hz) = all.list.iter().find_map(|before| doubts::twice(before, &observed)) {
             let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let point = self.campaign.points[observed.point].id.clone();
-            return Err(Problem::Twice { file, point, frequency_hz });
+            return Err(StudyProblem::Twice { file, point, frequency_hz });
         }
         all.list.push(observed);
         Ok(())
@@ -163,7 +163,7 @@ impl Study {
         entry: &Entry,
         point: usize,
         path: &Path,
-        fail: &dyn Fn(Problem) -> StudyError,
+        fail: &dyn Fn(StudyProblem) -> StudyError,
         all: &mut Responses,
     ) -> Result<(), StudyError> {
         let sources = match &entry.sources {
@@ -173,7 +173,11 @@ impl Study {
         if sources.is_empty() || sources.len() > 2 || sources.first() == sources.get(1) {
             let (key, value) =
                 ("sources".to_owned(), format!("{:?}", entry.sources.clone().unwrap_or_default()));
-            return Err(fail(Problem::Value { key, value, need: "one or both of upstream, downstream" }));
+            return Err(fail(StudyProblem::Value {
+                key,
+                value,
+                need: "one or both of upstream, downstream",
+            }));
         }
         let names = &self.rig.microphones.names;
         let table = pressures::declared(&entry.columns, names, sources.len()).map_err(fail)?;
@@ -200,11 +204,11 @@ impl Study {
         Ok(())
     }
 
-    fn quantity(&self, entry: &Entry) -> Result<ResponseKind, Problem> {
+    fn quantity(&self, entry: &Entry) -> Result<ResponseKind, StudyProblem> {
         let value =
-            |key: &str, value: &str, need| Problem::Value { key: key.into(), value: value.into(), need };
+            |key: &str, value: &str, need| StudyProblem::Value { key: key.into(), value: value.into(), need };
         let need = "name the place, or the microphone, of the response";
-        let named = entry.at.as_ref().ok_or_else(|| Problem::Missing { key: "at".into(), need })?;
+        let named = entry.at.as_ref().ok_or_else(|| StudyProblem::Missing { key: "at".into(), need })?;
         match entry.kind {
             KindOf::Impedance | KindOf::Reflection => {
                 let at = Place::parse(named, &self.rig.parts)?;
@@ -212,7 +216,7 @@ impl Study {
                     return Err(value("at", named, "upstream: the port is where the rig begins"));
                 }
                 let diameter = entry.reference_diameter.as_deref().map(|text| {
-                    let fail = |source| Problem::Unit { key: "reference_diameter".into(), source };
+                    let fail = |source| StudyProblem::Unit { key: "reference_diameter".into(), source };
                     Number::parse(text).and_then(|number| number.of("m")).map_err(fail)
                 });
                 let diameter = diameter.transpose()?;
@@ -230,9 +234,9 @@ impl Study {
                 let microphone = |name: &str| {
                     let names = &self.rig.microphones.names;
                     self.rig.microphones.have(&[name.to_owned()])?;
-                    Ok::<_, Problem>(names.iter().position(|n| n == name).unwrap_or(0))
+                    Ok::<_, StudyProblem>(names.iter().position(|n| n == name).unwrap_or(0))
                 };
-                let over = entry.over.as_deref().ok_or_else(|| Problem::Missing {
+                let over = entry.over.as_deref().ok_or_else(|| StudyProblem::Missing {
                     key: "over".into(),
                     need: "name the microphone by which is divided",
                 })?;
@@ -250,7 +254,7 @@ impl Study {
                 let at = Place::parse(named, &self.rig.parts)?;
                 let name = entry.coefficient.as_deref().unwrap_or("eu");
                 let coefficient = Coefficient::ALL.iter().find(|(known, _)| *known == name).map(|(_, c)| *c);
-                let coefficient = coefficient.ok_or_else(|| Problem::Unknown {
+                let coefficient = coefficient.ok_or_else(|| StudyProblem::Unknown {
                     what: "coefficient",
                     name: name.to_owned(),
                     known: Coefficient::ALL.map(|c| c.0).join(", "),
@@ -260,7 +264,7 @@ impl Study {
                 let context =
                     Context { scope: &self.rig.scope, here: &here, parameters: &[], definitions: &own };
                 let factor = Formula::parse(entry.factor.as_deref().unwrap_or("-1"), &context)
-                    .map_err(|source| Problem::Formula { key: "factor".into(), source })?;
+                    .map_err(|source| StudyProblem::Formula { key: "factor".into(), source })?;
                 Ok(ResponseKind::Law { at, coefficient, factor })
             }
         }
@@ -268,17 +272,17 @@ impl Study {
 }
 
 /// What is said of a band without a frequency of the file.
-const OUTSIDE: Problem = Problem::Empty {
+const OUTSIDE: StudyProblem = StudyProblem::Empty {
     what: "frequency of the file in the band",
     need: "choose `band_hz` so that it holds some frequencies",
 };
 
 /// An end at which a wave of unknown pressure enters.
-fn source(name: &str) -> Result<Place, Problem> {
+fn source(name: &str) -> Result<Place, StudyProblem> {
     match name {
         "upstream" => Ok(Place::Upstream),
         "downstream" => Ok(Place::Downstream),
-        other => Err(Problem::Unknown {
+        other => Err(StudyProblem::Unknown {
             what: "source",
             name: other.to_owned(),
             known: "upstream, downstream".to_owned(),

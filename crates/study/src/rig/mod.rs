@@ -14,6 +14,6 @@ mod whole;
 
 pub use gas::GasModel;
 pub use part::{Duct, Instruments, PIECES, Part, Shape};
-pub use resolve::{DuctAt, Layout, PartAt};
+pub use resolve::{DuctAt, PartAt, RigAtPoint};
 pub use value::Value;
 pub use whole::Rig;

@@ -6,7 +6,7 @@
 //! refused.
 
 use crate::source::Source;
-use crate::{Problem, StudyError};
+use crate::{StudyError, StudyProblem};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -40,12 +40,12 @@ impl Numbers {
             let Some(numbers) = numbers.filter(|n| n.len() >= columns) else {
                 let (key, value) = ("the line".to_owned(), line.trim().to_owned());
                 let need = "the numbers of OSCILOS_lite, as its manual lists them";
-                return Err(source.at_line(k + 1, Problem::Value { key, value, need }));
+                return Err(source.at_line(k + 1, StudyProblem::Value { key, value, need }));
             };
             rows.push((k + 1, numbers));
         }
         if rows.is_empty() {
-            return Err(source.at_line(2, Problem::Empty { what: "line of numbers", need: "add one" }));
+            return Err(source.at_line(2, StudyProblem::Empty { what: "line of numbers", need: "add one" }));
         }
         Ok(Self { source, rows })
     }
@@ -66,12 +66,12 @@ impl Numbers {
             return Ok(());
         }
         let (key, value) = (key.to_owned(), value.to_string());
-        Err(self.source.at_line(self.rows[0].0, Problem::Value { key, value, need }))
+        Err(self.source.at_line(self.rows[0].0, StudyProblem::Value { key, value, need }))
     }
 
     fn unknown(&self, row: usize, what: &'static str, value: f64, known: &str) -> StudyError {
         let (name, known) = (value.to_string(), known.to_owned());
-        self.source.at_line(self.rows[row].0, Problem::Unknown { what, name, known })
+        self.source.at_line(self.rows[row].0, StudyProblem::Unknown { what, name, known })
     }
 }
 
@@ -113,7 +113,7 @@ pub(super) fn read(folder: &Path) -> Result<Folder, StudyError> {
             ([0, 1, 2, 3].map(|i| pair[0].1[i]), [0, 1].map(|i| pair[1].1[i]));
         if x_end <= x {
             let (key, value) = ("x".to_owned(), x_end.to_string());
-            let problem = Problem::Value { key, value, need: "larger than in the line before" };
+            let problem = StudyProblem::Value { key, value, need: "larger than in the line before" };
             return Err(geometry.source.at_line(pair[1].0, problem));
         }
         match section {
@@ -147,7 +147,7 @@ pub(super) fn read(folder: &Path) -> Result<Folder, StudyError> {
         elements.push(duct);
     }
     if elements.is_empty() {
-        let problem = Problem::Empty { what: "section", need: "give at least two positions" };
+        let problem = StudyProblem::Empty { what: "section", need: "give at least two positions" };
         return Err(geometry.source.at_line(geometry.rows[0].0, problem));
     }
     let ends = [end(folder, "Inlet.txt")?, end(folder, "Outlet.txt")?];

@@ -1,7 +1,7 @@
 //! The pieces of a rig.
 
 use super::value::Value;
-use crate::Problem;
+use crate::StudyProblem;
 use crate::source::listed;
 use rijke_formula::{Formula, Scope};
 
@@ -84,10 +84,10 @@ pub struct Instruments {
 
 impl Instruments {
     /// Refuses a name that none of them has.
-    pub(crate) fn have(&self, names: &[String]) -> Result<(), Problem> {
+    pub(crate) fn have(&self, names: &[String]) -> Result<(), StudyProblem> {
         let Some(name) = names.iter().find(|name| !self.names.contains(name)) else { return Ok(()) };
         let known = listed(self.names.iter().map(String::as_str));
-        Err(Problem::Unknown { what: "microphone", name: name.clone(), known })
+        Err(StudyProblem::Unknown { what: "microphone", name: name.clone(), known })
     }
 }
 

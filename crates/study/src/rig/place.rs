@@ -1,13 +1,13 @@
 //! Places by the names of a rig's parts.
 
 use super::part::{Part, Shape};
-use crate::Problem;
+use crate::StudyProblem;
 use crate::law::Place;
 use crate::source::listed;
 
 impl Place {
     /// Reads `gauze`, `gauze.middle`, `rods.end`, `ducts`, `upstream`, `ends`.
-    pub(crate) fn parse(text: &str, parts: &[Part]) -> Result<Self, Problem> {
+    pub(crate) fn parse(text: &str, parts: &[Part]) -> Result<Self, StudyProblem> {
         match text {
             "upstream" => return Ok(Self::Upstream),
             "downstream" => return Ok(Self::Downstream),
@@ -40,7 +40,7 @@ impl Place {
                 .chain(["ducts", "upstream", "downstream", "ends"].map(str::to_owned))
                 .collect();
             let known = listed(all.iter().map(String::as_str));
-            Problem::Unknown { what: "place", name: text.to_owned(), known }
+            StudyProblem::Unknown { what: "place", name: text.to_owned(), known }
         })
     }
 }

@@ -3,9 +3,11 @@
 mod element;
 mod ends;
 mod owner;
+mod recording;
 mod shapes;
 mod transfer;
 
+use self::recording::Recording;
 use super::gas::GasModel;
 use super::oscilos::Folder;
 use super::part::{Instruments, Part, Shape};
@@ -17,7 +19,7 @@ use crate::law::{
 };
 use crate::names::{FACTOR, add, built_in};
 use crate::source::{Outcome, Source, listed};
-use crate::{Campaign, Problem};
+use crate::{Campaign, StudyProblem};
 use rijke_formula::{Kind as NameKind, Name, Scope};
 use serde::Deserialize;
 use std::collections::BTreeSet;
@@ -45,9 +47,8 @@ pub(super) struct File {
     unknown: Parameters,
     #[serde(default)]
     base: BaseNumbers,
-    /// How records are taken: for the readers of records.
-    #[serde(default, rename = "recording")]
-    _recording: Table,
+    #[serde(default)]
+    recording: Recording,
 }
 
 /// Numbers that base states bring for laws, with their units.
@@ -181,11 +182,11 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
     }
     if !reading.parts.iter().any(|p| matches!(p.shape, Shape::Duct(_))) {
         let need = "add an [[element]] with type = \"duct\" and a length";
-        return Err((gas_at, Problem::Empty { what: "duct", need }));
+        return Err((gas_at, StudyProblem::Empty { what: "duct", need }));
     }
     for (place, end) in [("upstream", file.upstream), ("downstream", file.downstream)] {
         let need = "a table with the type of this end";
-        let end = end.ok_or_else(|| (0..0, Problem::Missing { key: format!("[{place}]"), need }))?;
+        let end = end.ok_or_else(|| (0..0, StudyProblem::Missing { key: format!("[{place}]"), need }))?;
         reading.end(place, end)?;
     }
     let microphones = reading.instruments(file.microphones, "p")?;
@@ -198,7 +199,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
     }
     if let Some((unknown, at)) = unknowns.iter().find(|(p, _)| !used.contains(&p.name)) {
         let (name, place) = (format!("${}", unknown.name), "the file".to_owned());
-        return Err((at.clone(), Problem::Unused { name, place }));
+        return Err((at.clone(), StudyProblem::Unused { name, place }));
     }
     let search = file.search.unwrap_or(Search { growth_rate: None, frequency_hz: None });
     let hertz = search.frequency_hz.unwrap_or([10.0, 1000.0]);
@@ -235,6 +236,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         scope: reading.scope,
         factors,
         brought,
+        ping_decay_times: file.recording.decay_times()?,
         search_is_stated: search.frequency_hz.is_some(),
         search: [search.growth_rate.unwrap_or([-500.0, 500.0]), hertz],
     })
@@ -252,7 +254,8 @@ impl Reading<'_> {
                 if value > 0.0 && value.is_finite() {
                     return Ok(value);
                 }
-                let problem = Problem::Value { key: key.into(), value: value.to_string(), need: "positive" };
+                let problem =
+                    StudyProblem::Value { key: key.into(), value: value.to_string(), need: "positive" };
                 Err((at.clone(), problem))
             }
         };
@@ -262,7 +265,7 @@ impl Reading<'_> {
             let (key, value) = ("temperature".to_owned(), format!("{temperature} K"));
             return Err((
                 at,
-                Problem::Value { key, value, need: "100 to 4000 K; say the unit, as in \"20 degC\"" },
+                StudyProblem::Value { key, value, need: "100 to 4000 K; say the unit, as in \"20 degC\"" },
             ));
         }
         if table.contains_key("molar_mass") {
@@ -272,8 +275,8 @@ impl Reading<'_> {
                 table.insert("molar_mass".into(), Toml::Float(mass));
             }
             let gas = rijke_rig::Gas::deserialize(Toml::Table(table))
-                .map_err(|error| (at.clone(), Problem::Toml(error.message().to_owned())))?;
-            gas.validate().map_err(|(key, problem)| (at, Problem::Toml(format!("{key}: {problem}"))))?;
+                .map_err(|error| (at.clone(), StudyProblem::Toml(error.message().to_owned())))?;
+            gas.validate().map_err(|(key, problem)| (at, StudyProblem::Toml(format!("{key}: {problem}"))))?;
             return Ok((GasModel::Real(gas), pressure, temperature));
         }
         let gamma = number(&mut table, "gamma", "1", 1.4)?;
@@ -281,14 +284,15 @@ impl Reading<'_> {
         let viscosity = number(&mut table, "viscosity", "Pa s", 1.813e-5)?;
         let prandtl = number(&mut table, "prandtl", "1", 0.71)?;
         if gamma <= 1.0 {
-            let problem = Problem::Value { key: "gamma".into(), value: gamma.to_string(), need: "above 1" };
+            let problem =
+                StudyProblem::Value { key: "gamma".into(), value: gamma.to_string(), need: "above 1" };
             return Err((at, problem));
         }
         if let Some(key) = table.keys().next() {
             let known = "pressure, temperature, gamma, gas_constant, viscosity, prandtl; or molar_mass, heat_capacity, \
                          viscosity, conductivity"
                 .into();
-            return Err((at, Problem::Unknown { what: "key of [gas]", name: key.clone(), known }));
+            return Err((at, StudyProblem::Unknown { what: "key of [gas]", name: key.clone(), known }));
         }
         Ok((
             GasModel::Perfect { gamma, constant, viscosity: [viscosity, temperature], prandtl },
@@ -310,7 +314,7 @@ impl Reading<'_> {
         };
         let places = list.iter().map(place).collect::<Outcome<Vec<_>>>()?;
         if places.is_empty() {
-            return Err(wrong(Problem::Missing { key: "at".into(), need: "a list of places" }));
+            return Err(wrong(StudyProblem::Missing { key: "at".into(), need: "a list of places" }));
         }
         let names: Vec<String> = match table.remove("names") {
             None => (1..=places.len()).map(|k| format!("{letter}{k}")).collect(),
@@ -320,7 +324,7 @@ impl Reading<'_> {
         };
         if names.len() != places.len() {
             let (value, need) = (format!("{} names", names.len()), "one name for every place of `at`");
-            return Err(wrong(Problem::Value { key: "names".into(), value, need }));
+            return Err(wrong(StudyProblem::Value { key: "names".into(), value, need }));
         }
         let mut reference = 0;
         match table.remove("reference") {
@@ -332,13 +336,13 @@ impl Reading<'_> {
                 let name = v.as_str().map_or_else(|| v.to_string(), str::to_owned);
                 reference = names.iter().position(|n| *n == name).ok_or_else(|| {
                     let known = listed(names.iter().map(String::as_str));
-                    wrong(Problem::Unknown { what: "microphone", name, known })
+                    wrong(StudyProblem::Unknown { what: "microphone", name, known })
                 })?;
             }
         }
         if let Some(key) = table.keys().next() {
             let known = "at, names, reference".into();
-            return Err(wrong(Problem::Unknown { what: "key of this table", name: key.clone(), known }));
+            return Err(wrong(StudyProblem::Unknown { what: "key of this table", name: key.clone(), known }));
         }
         Ok(Instruments { names, at: places, reference })
     }

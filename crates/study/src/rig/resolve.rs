@@ -4,14 +4,14 @@ use super::part::{PIECES, Shape};
 use super::whole::Rig;
 use crate::law::Place;
 use crate::names::{AMBIENT, LENGTH};
-use crate::{Point, Problem};
+use crate::{Point, StudyProblem};
 
 /// Places closer than this part of the length are the same.
 const SAME: f64 = 1e-9;
 
 /// Where everything is at one operating point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
+pub struct RigAtPoint {
     /// Value of every name of the scope that is the same everywhere; NaN for all others.
     pub numbers: Vec<f64>,
     /// Total length, m.
@@ -73,7 +73,7 @@ impl Rig {
     ///
     /// # Errors
     /// A length, an area or a place that is impossible there.
-    pub fn at(&self, point: &Point, ambient: f64) -> Result<Layout, Problem> {
+    pub fn at(&self, point: &Point, ambient: f64) -> Result<RigAtPoint, StudyProblem> {
         self.at_factors(&point.factors, ambient)
     }
 
@@ -81,9 +81,9 @@ impl Rig {
     ///
     /// # Errors
     /// As [`Rig::at`].
-    pub fn at_factors(&self, factors: &[f64], ambient: f64) -> Result<Layout, Problem> {
+    pub fn at_factors(&self, factors: &[f64], ambient: f64) -> Result<RigAtPoint, StudyProblem> {
         let mut numbers = self.numbers(factors, ambient);
-        let wrong = |key: String, value: f64, need: &'static str| Problem::Value {
+        let wrong = |key: String, value: f64, need: &'static str| StudyProblem::Value {
             key,
             value: value.to_string(),
             need,
@@ -157,19 +157,19 @@ impl Rig {
             inside(name, x, end)?;
             microphones.push(x);
         }
-        Ok(Layout { numbers, length: end, ducts, parts, microphones })
+        Ok(RigAtPoint { numbers, length: end, ducts, parts, microphones })
     }
 }
 
-fn inside(name: &str, x: f64, length: f64) -> Result<(), Problem> {
+fn inside(name: &str, x: f64, length: f64) -> Result<(), StudyProblem> {
     if (-SAME * length..=length * (1.0 + SAME)).contains(&x) {
         return Ok(());
     }
     let (key, value) = (format!("{name}: at"), format!("{x} m"));
-    Err(Problem::Value { key, value, need: "on the ducts, from 0 to their total length" })
+    Err(StudyProblem::Value { key, value, need: "on the ducts, from 0 to their total length" })
 }
 
-impl Layout {
+impl RigAtPoint {
     /// The places of a kind of place, and the share of the law at each; along a stretch nothing.
     #[must_use]
     pub fn places(&self, place: &Place) -> Vec<(f64, f64)> {

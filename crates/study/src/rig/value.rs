@@ -1,6 +1,6 @@
 //! A number of a rig: known, or a formula of factors and of other numbers, or a table over a factor.
 
-use crate::Problem;
+use crate::StudyProblem;
 use crate::names::factors;
 use crate::source::{Outcome, listed};
 use rijke_formula::{Context, Formula, Kind, Scope};
@@ -68,7 +68,7 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn fail<T>(&self, problem: Problem) -> Outcome<T> {
+    fn fail<T>(&self, problem: StudyProblem) -> Outcome<T> {
         Err((self.at.clone(), problem))
     }
 
@@ -85,7 +85,7 @@ impl Reader<'_> {
             known.filter(|(name, _)| crate::law::words(&text).any(|w| w == name)).collect();
         let read = |parameters: &[String], definitions: &[(String, String)]| {
             let context = Context { scope: self.scope, here: &here, parameters, definitions };
-            let fail = |source| (self.at.clone(), Problem::Formula { key: key.to_owned(), source });
+            let fail = |source| (self.at.clone(), StudyProblem::Formula { key: key.to_owned(), source });
             Formula::parse(&text, &context).map_err(fail)
         };
         Ok(Value::Unknown(read(self.unknowns, &[])?, read(&[], &known)?))
@@ -100,7 +100,7 @@ impl Reader<'_> {
             Toml::Boolean(v) if key == "open" => Ok(Given::Value(Value::Number(f64::from(u8::from(*v))))),
             Toml::String(text) => self.text(key, text, unit),
             Toml::Table(table) => self.table(key, table).map(Given::Value),
-            other => self.fail(Problem::Value {
+            other => self.fail(StudyProblem::Value {
                 key: key.to_owned(),
                 value: other.to_string(),
                 need: "a number, a quantity such as \"12 mm\", a formula, \"$unknown\", or { over = ..., rows = ... }",
@@ -112,7 +112,7 @@ impl Reader<'_> {
     pub(super) fn value(&self, key: &str, value: &Toml, unit: &str) -> Outcome<Value> {
         match self.given(key, value, unit)? {
             Given::Value(value) => Ok(value),
-            Given::Law(text) => self.fail(Problem::Value {
+            Given::Law(text) => self.fail(StudyProblem::Value {
                 key: key.to_owned(),
                 value: text,
                 need: "known at every operating point: a number, or a formula of factors and of numbers of parts",
@@ -128,7 +128,7 @@ impl Reader<'_> {
                 _ if plain => Ok(quantity.value),
                 unit => quantity.of(unit),
             };
-            let wrong = |source| (self.at.clone(), Problem::Unit { key: key.to_owned(), source });
+            let wrong = |source| (self.at.clone(), StudyProblem::Unit { key: key.to_owned(), source });
             return si.map(|v| Given::Value(Value::Number(v))).map_err(wrong);
         }
         // A number with a unit that is none would be read as a formula and fail with less of a reason.
@@ -136,7 +136,7 @@ impl Reader<'_> {
             && let Err(source) = Quantity::parse(text)
             && !text.contains(['*', '/', '+', '-', '^', '('])
         {
-            return self.fail(Problem::Unit { key: key.to_owned(), source });
+            return self.fail(StudyProblem::Unit { key: key.to_owned(), source });
         }
         let plain = self.without_dollars(text)?;
         let unknown = crate::law::words(&plain).any(|w| self.unknowns.iter().any(|u| u == w));
@@ -151,7 +151,7 @@ impl Reader<'_> {
             Ok(formula) if !unknown => {
                 let fault = if unit.is_empty() { None } else { formula.unit_fault(self.scope, &[], unit) };
                 match fault {
-                    Some(fault) => self.fail(Problem::UnitOfLaw {
+                    Some(fault) => self.fail(StudyProblem::UnitOfLaw {
                         key: key.to_owned(),
                         place: "this part".into(),
                         fault,
@@ -168,7 +168,7 @@ impl Reader<'_> {
         for part in text.split('$').skip(1) {
             let name = crate::law::words(part).next().filter(|name| part.starts_with(*name)).unwrap_or("");
             if !self.unknowns.iter().any(|u| u == name) && !factors(self.scope).any(|f| f == name) {
-                return self.fail(Problem::Unknown {
+                return self.fail(StudyProblem::Unknown {
                     what: "unknown or factor",
                     name: format!("${name}"),
                     known: listed(self.unknowns.iter().map(String::as_str).chain(factors(self.scope))),
@@ -179,7 +179,7 @@ impl Reader<'_> {
     }
 
     fn table(&self, key: &str, table: &toml::Table) -> Outcome<Value> {
-        let wrong = |value: String| Problem::Value {
+        let wrong = |value: String| StudyProblem::Value {
             key: key.to_owned(),
             value,
             need: "{ over = \"factor\", rows = [[x, y], ...] } with x increasing, in SI units",
@@ -191,7 +191,7 @@ impl Reader<'_> {
         };
         let Some(factor) = self.scope.find(over) else {
             let known = listed(factors(self.scope));
-            return self.fail(Problem::Unknown { what: "factor", name: over.clone(), known });
+            return self.fail(StudyProblem::Unknown { what: "factor", name: over.clone(), known });
         };
         let number = |v: &Toml| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
         let row = |row: &Toml| match row.as_array().map(Vec::as_slice) {

@@ -44,6 +44,8 @@ pub struct Rig {
     pub search: [[f64; 2]; 2],
     /// Whether the file states these frequencies: then a measured mode lies between them.
     pub search_is_stated: bool,
+    /// Decay times of a ring-down that the fit of a ping uses, if stated.
+    pub ping_decay_times: Option<f64>,
 }
 
 impl Rig {

@@ -1,5 +1,7 @@
 //! The answers to a study's questions: tables of numbers, and which of them a figure shows. A new kind of
 //! question is a file here and a line in [`Run::answer`].
+//!
+//! Knows trained stages, and neither how they were trained nor how a figure is drawn.
 
 mod axes;
 mod contours;
@@ -13,7 +15,7 @@ pub use stability::stability;
 
 use super::course::Run;
 use super::frame::{Frame, FrameRow};
-use super::record::ParameterRecord;
+use super::record::TrainedParameter;
 use crate::EngineError;
 use rijke_study::plan::{Ask, Question};
 use serde::{Deserialize, Serialize};
@@ -28,7 +30,7 @@ pub struct Answer {
     /// What the tables hold, in a sentence or two.
     pub caption: String,
     /// The parameters of the model, if there is one.
-    pub parameters: Vec<ParameterRecord>,
+    pub parameters: Vec<TrainedParameter>,
     /// The tables; claims are about the first.
     pub frames: Vec<Frame>,
     /// What a figure shows of them.
@@ -97,14 +99,21 @@ pub enum LayerLook {
 }
 
 impl Run {
-    /// The models of a stage that has run against what was measured, over the factor with the most values.
+    /// The models of a stage that has run against what was measured, over the factor with the most values;
+    /// what the model that goes on predicts at the points of a stage that had nothing to train on.
     ///
     /// # Errors
     /// As [`Run::answer`].
     pub fn overview(&self, stage: &str) -> Result<Answer, EngineError> {
         let title = self.study.plan.stage(stage).map_or(stage, |(_, s)| &s.title).to_owned();
+        let ask = match (self.study.plan.stage(stage), self.chosen(stage)) {
+            (Some((_, plan)), Some(chosen)) if chosen.observed.is_empty() => {
+                Ask::Prediction { points: plan.points.clone(), trained_on: None }
+            }
+            _ => Ask::Ranking,
+        };
         let (id, stage) = (stage.to_owned(), stage.to_owned());
-        self.answer(&Question { id, title, stage, over: None, series: None, ask: Ask::Ranking })
+        self.answer(&Question { id, title, stage, over: None, series: None, ask })
     }
 
     /// The answer to a question, once its stage has run.
@@ -130,4 +139,4 @@ impl Run {
 }
 
 /// Tables, panels, parameters and caption.
-type Found = (Vec<Frame>, Vec<AnswerPanel>, Vec<ParameterRecord>, String);
+type Found = (Vec<Frame>, Vec<AnswerPanel>, Vec<TrainedParameter>, String);

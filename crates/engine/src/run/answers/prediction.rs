@@ -8,14 +8,14 @@ use super::super::inputs::{conditions, selected};
 use super::super::record::parameters;
 use super::axes::{apart, axis_label, growth_and_frequency, measured, measured_columns};
 use super::{Found, LayerLook};
-use crate::{Conditions, EngineError, Misfit, Observed, Trained, train};
+use crate::{Conditions, EngineError, Misfit, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_numerics::C64;
 use rijke_study::plan::{Question, Selection, Stage};
 use std::sync::Arc;
 
 /// Where a mode is predicted, its label, where it is sought, and what was measured of it.
-type One<'a> = (Arc<Conditions>, &'a str, Option<C64>, Option<&'a Observed>);
+type One<'a> = (Arc<Conditions>, String, Option<C64>, Option<&'a Observed>);
 
 impl Run {
     pub(super) fn prediction(
@@ -53,12 +53,15 @@ impl Run {
         });
         let used: Vec<String> = few.iter().map(|o| o.conditions.id.clone()).collect();
         let followed = Followed::of(&self.study, &self.observed, &used);
-        let every = unseen.flat_map(|c| {
-            let labels = followed.labels().iter().map(|label| label.as_str());
-            labels.map(|label| (c.clone(), label, followed.near(label, &c), None)).collect::<Vec<_>>()
-        });
-        let seen = seen.iter().map(|o| (o.conditions.clone(), o.mode.label.as_str(), Some(o.near), Some(o)));
-        let all: Vec<One<'_>> = seen.chain(every).collect();
+        let mut all: Vec<One<'_>> = seen
+            .iter()
+            .map(|o| (o.conditions.clone(), o.mode.label.clone(), Some(o.near), Some(o)))
+            .collect();
+        let values = &trained.values[..trained.own];
+        for c in unseen {
+            let sought = followed.sought(&chosen.assembly, values, &c)?;
+            all.extend(sought.into_iter().map(|(label, near)| (c.clone(), label, near, None)));
+        }
         if all.is_empty() {
             return Err(no_point());
         }
@@ -114,7 +117,7 @@ impl Run {
         let layer =
             (0, LayerLook::Band, [predicted, predicted + 2], [Some(predicted + 1), Some(predicted + 3)]);
         let panels = axis.map_or_else(Vec::new, |k| {
-            let modes = apart(all.iter().map(|(c, mode, ..)| (*mode, c.point.factors[k])));
+            let modes = apart(all.iter().map(|(c, mode, ..)| (mode.as_str(), c.point.factors[k])));
             growth_and_frequency(&axis_label(&columns[k]), k, first, &[layer], &modes)
         });
         let caption = format!(
@@ -192,8 +195,13 @@ impl Run {
     fn kept(&self, stage: &Stage, choice: &Choice, chosen: &Chosen, trained: &Trained) -> crate::SavedModel {
         let mut points: Vec<String> = chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
-        let (hold, law) = (stage.hold.clone(), self.law_error(&stage.id));
-        crate::SavedModel::of(&stage.id, choice.clone(), hold, points, trained, law, added(stage))
+        let (hold, law) = (stage.hold.clone(), self.law_in_predictions(stage, choice));
+        let grounds = self.study.plan.grounds(stage).into_iter().filter_map(|id| self.ground(id)?.band_hz);
+        let measured_hz = grounds.reduce(|[a, b], [low, high]| [a.max(low), b.min(high)]);
+        let of = crate::SavedModel::of;
+        let mut saved = of(&stage.id, choice.clone(), hold, points, trained, law, added(stage));
+        saved.measured_hz = measured_hz;
+        saved
     }
 
     fn trained_with_noise_of_predictions(
@@ -202,7 +210,9 @@ impl Run {
         chosen: &Chosen,
         points: &[Observed],
     ) -> Result<Trained, EngineError> {
-        let noise = self.noise(stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise))?;
+        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
+        let choice = chosen.choice();
+        let noise = Noise { law: self.law_of(stage, spec, &choice)?, ..self.noise(spec)? };
         let training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
         train(&chosen.assembly, points, &training)
     }
@@ -236,9 +246,13 @@ impl Run {
     #[must_use]
     pub fn law_error(&self, id: &str) -> Option<crate::LawError> {
         let (_, stage) = self.study.plan.stage(id)?;
-        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).law.as_ref()?;
-        let over = self.study.campaign.factor(&spec.over)?;
-        Some(crate::LawError { role: spec.role.clone(), sd: spec.sd, over })
+        self.law_in_predictions(stage, &self.stage_done(id)?.choice)
+    }
+
+    fn law_in_predictions(&self, stage: &Stage, choice: &Choice) -> Option<crate::LawError> {
+        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
+        // Training has refused what can be refused here.
+        self.law_of(stage, spec, choice).ok().flatten()
     }
 }
 

@@ -6,6 +6,8 @@
 //! term, whose strength has the prior of unit information; noise that floats is chosen again. Probabilities
 //! are those of the largest gain of all terms in data drawn by the model itself, so that looking elsewhere is
 //! paid for (R. Davies, Biometrika 74 (1987) 33, by simulation).
+//!
+//! Knows one trained model and its data, and no candidate but its own: a term that is found is a description.
 
 mod judge;
 mod library;

@@ -7,7 +7,8 @@ use crate::run::average::OpenModel;
 use crate::{EngineError, SavedModel};
 use rayon::prelude::*;
 use rijke_numerics::{C64, Matrix};
-use rijke_study::{Layout, Observations, Study, Value};
+use rijke_rig::ModeRows;
+use rijke_study::{ObservedModes, RigAtPoint, Study, Value};
 use serde::Serialize;
 
 /// A microphone, and what it brings.
@@ -59,7 +60,7 @@ const PARTS: usize = 20;
 /// [`EngineError::NothingToMeasure`], [`EngineError::Damaged`], and those of the files.
 pub fn microphones(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     model: &SavedModel,
     rivals: &[OpenModel],
     wish: &Wish,
@@ -128,7 +129,7 @@ pub fn microphones(
 fn tried(study: &Study, wish: &Wish, places: &[f64]) -> Result<Vec<f64>, String> {
     let at = |factors: &[f64]| study.rig.at_factors(factors, study.rig.temperature).ok();
     let points = &study.campaign.points;
-    let layouts: Vec<Layout> = points.iter().filter_map(|p| at(&p.factors)).collect();
+    let layouts: Vec<RigAtPoint> = points.iter().filter_map(|p| at(&p.factors)).collect();
     let shortest = layouts.iter().map(|l| l.length).fold(f64::INFINITY, f64::min);
     if let Some(x) = places.iter().find(|x| !(0.0..=shortest).contains(*x)) {
         let what = format!("a microphone at {x} m is asked for, beyond the ducts");
@@ -148,7 +149,8 @@ fn tried(study: &Study, wish: &Wish, places: &[f64]) -> Result<Vec<f64>, String>
 /// Picks growth rate, angular frequency and the pressures of `set` out of a reading of `others`.
 fn rows(set: &[usize], others: &[usize], size: usize) -> Matrix {
     let places = set.iter().filter_map(|m| others.iter().position(|other| other == m));
-    let keep: Vec<usize> = [0, 1].into_iter().chain(places.flat_map(|i| [2 + 2 * i, 3 + 2 * i])).collect();
+    let keep: Vec<usize> =
+        [0, 1].into_iter().chain(places.map(ModeRows::pressure).flat_map(|row| [row, row + 1])).collect();
     Matrix::from_fn(keep.len(), size, |i, j| f64::from(u8::from(keep[i] == j)))
 }
 
@@ -165,7 +167,7 @@ fn relative_to(second: usize, now: &[usize], others: &[usize], numbers: &Numbers
         _ if j == k => -pressures[kept[i]] / (r * r),
         _ => C64::ZERO,
     };
-    let t = Matrix::from_fn(2 + 2 * kept.len(), n.values.len(), |i, j| {
+    let t = Matrix::from_fn(ModeRows::count(kept.len()), n.values.len(), |i, j| {
         let (Some(a), Some(b)) = (i.checked_sub(2), j.checked_sub(2)) else {
             return f64::from(u8::from(i == j));
         };
@@ -179,7 +181,8 @@ fn relative_to(second: usize, now: &[usize], others: &[usize], numbers: &Numbers
     let mut relative = n.through(&t);
     for (i, kept) in kept.iter().enumerate() {
         let q = pressures[*kept] / r;
-        (relative.values[2 + 2 * i], relative.values[3 + 2 * i]) = (q.re, q.im);
+        let row = ModeRows::pressure(i);
+        (relative.values[row], relative.values[row + 1]) = (q.re, q.im);
     }
     relative
 }

@@ -1,5 +1,7 @@
 //! What to measure next: what further measurements would tell of parameters, of which model is right, and of
 //! a quantity.
+//!
+//! Knows trained models to first order. It trains none, and reads no record.
 
 mod microphones;
 mod place;
@@ -19,7 +21,7 @@ use crate::{EngineError, SavedModel};
 use place::Place;
 use plan::Worth;
 use predictive::Numbers;
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use told::Told;
@@ -100,11 +102,12 @@ pub struct Next {
 /// [`EngineError::NothingToMeasure`], [`EngineError::Damaged`], and those of the files.
 pub fn next(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     model: &SavedModel,
     rivals: &[OpenModel],
     wish: &Wish,
 ) -> Result<Next, EngineError> {
+    measured_once(model)?;
     let place = Place::new(study, observations, study.channels()?)?;
     let mut microphones = if wish.without_pressures { BTreeSet::new() } else { place.heard(model) };
     if !microphones.is_empty() {
@@ -123,6 +126,16 @@ pub fn next(
     found.points.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
     found.left_out = able.left_out;
     Ok(found)
+}
+
+/// Refuses a model that no mode trained: nothing says by how much a measurement of its modes will scatter.
+fn measured_once(model: &SavedModel) -> Result<(), EngineError> {
+    if !model.trained_on.is_empty() {
+        return Ok(());
+    }
+    let reason = "no mode was measured at its points, so that nothing says how far a measurement scatters about the model; measure one \
+                  point first";
+    Err(EngineError::NothingToMeasure { stage: model.stage.clone(), reason: reason.into() })
 }
 
 /// Points that can be judged.

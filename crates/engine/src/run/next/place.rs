@@ -13,9 +13,9 @@ use crate::run::rows::assembly_of;
 use crate::{Assembly, Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
 use rayon::prelude::*;
 use rijke_numerics::Matrix;
-use rijke_rig::ChannelErrors;
+use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::plan::Stage;
-use rijke_study::{BaseState, Observations, Study};
+use rijke_study::{ObservedModes, PointState, Study};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Least share of the variance of a misfit that is drawn anew: what was measured without error could else not
@@ -50,7 +50,7 @@ struct Known<'m> {
 pub(super) struct Place<'a> {
     study: &'a Study,
     observed: Vec<Observed>,
-    states: BTreeMap<usize, BaseState>,
+    states: BTreeMap<usize, PointState>,
     ambient: Vec<Option<[f64; 2]>>,
     channels: Option<ChannelErrors>,
 }
@@ -59,7 +59,7 @@ impl<'a> Place<'a> {
     /// `channels` are the errors of the microphones of the study's folder; the study may have more of them.
     pub(super) fn new(
         study: &'a Study,
-        observations: &Observations,
+        observations: &ObservedModes,
         channels: Option<ChannelErrors>,
     ) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);
@@ -70,8 +70,8 @@ impl<'a> Place<'a> {
     /// Where the states of the gas are known.
     pub(super) fn of_states(
         study: &'a Study,
-        observations: &Observations,
-        states: BTreeMap<usize, BaseState>,
+        observations: &ObservedModes,
+        states: BTreeMap<usize, PointState>,
         channels: Option<ChannelErrors>,
     ) -> Result<Self, EngineError> {
         let ambient = ambient_of_all(study, observations);
@@ -117,7 +117,7 @@ impl<'a> Place<'a> {
         let seen = self.observed.iter().find(|o| o.conditions.id == conditions.id);
         let first = followed.labels().first();
         let near = seen.map(|o| o.near).or_else(|| followed.near(first?, &conditions));
-        let (known, law) = (&posterior.knowledge, model.law.as_ref());
+        let (known, law) = (&posterior.gaussian, model.law.as_ref());
         let linear = posterior.linear(known, assembly, &conditions, microphones, near, law)?;
         // Repeated visits of a point share the errors of its gas: some of them are made anew, but this
         // promises less.
@@ -156,7 +156,7 @@ impl<'a> Place<'a> {
         let rig = &self.study.rig;
         let channels = self.channels.as_ref();
         let listening =
-            |errors| Listening::of(self.study, stage, channels, &trained, &posterior.knowledge, errors);
+            |errors| Listening::of(self.study, stage, channels, &trained, &posterior.gaussian, errors);
         let heard = listening(measured)?;
         // Where the measured errors do not come on top of the misfit, they are the part of it that a repeat
         // draws anew.
@@ -194,7 +194,8 @@ impl<'a> Place<'a> {
             let place = |row: usize| match row.checked_sub(2) {
                 None => row,
                 Some(k) => {
-                    2 + 2 * others.iter().position(|m| *m == used.others[k / 2]).unwrap_or_default() + k % 2
+                    let asked = others.iter().position(|m| *m == used.others[k / 2]).unwrap_or_default();
+                    ModeRows::pressure(asked) + k % 2
                 }
             };
             let read = used.rows.iter().map(|row| place(*row)).zip(&used.values);
@@ -238,7 +239,7 @@ impl<'a> Place<'a> {
         let expected = |rival: &OpenModel| self.expected(stage, &rival.model, &wish.candidates, microphones);
         let theirs = rivals.iter().map(expected).collect::<Result<Vec<_>, _>>()?;
         let mut theirs: Vec<_> = theirs.into_iter().map(Vec::into_iter).collect();
-        let known = |m: &SavedModel| Ok::<_, EngineError>(m.posterior()?.knowledge.covariance);
+        let known = |m: &SavedModel| Ok::<_, EngineError>(m.posterior()?.gaussian.covariance);
         let mut able = Measurable {
             kept: Vec::new(),
             own: Vec::new(),

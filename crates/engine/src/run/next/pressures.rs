@@ -3,10 +3,10 @@
 
 use super::predictive::{Numbers, Shared};
 use crate::errors::Channels;
-use crate::{EngineError, Knowledge, Observed};
+use crate::{EngineError, NamedGaussian, Observed};
 use rijke_inference::relative_noise;
 use rijke_numerics::{C64, Cholesky, Matrix};
-use rijke_rig::ChannelErrors;
+use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::Study;
 use rijke_study::plan::Stage;
 use std::collections::BTreeMap;
@@ -38,7 +38,7 @@ impl Listening {
         stage: &Stage,
         errors: Option<&ChannelErrors>,
         trained: &[Observed],
-        known: &Knowledge,
+        known: &NamedGaussian,
         measured: bool,
     ) -> Result<Self, EngineError> {
         let instruments = &study.rig.microphones;
@@ -124,8 +124,8 @@ impl Listening {
             let Some(errors) = self.channels.get(m) else { continue };
             for (slope, error) in [p * s, -p].into_iter().zip(errors) {
                 let add = |to: &mut Vec<f64>, factor: f64| {
-                    to[2 + 2 * i] += slope.re * factor;
-                    to[3 + 2 * i] += slope.im * factor;
+                    to[ModeRows::pressure(i)] += slope.re * factor;
+                    to[ModeRows::pressure(i) + 1] += slope.im * factor;
                 };
                 for (cause, factor) in &error.shared {
                     let to = numbers.shared.entry(cause.clone()).or_insert_with(|| vec![0.0; size]);
@@ -153,7 +153,7 @@ fn calibrated(
     stage: &Stage,
     errors: &ChannelErrors,
     channels: &Channels,
-    known: &Knowledge,
+    known: &NamedGaussian,
 ) -> Result<BTreeMap<usize, [Calibrated; 2]>, EngineError> {
     let n = channels.microphones.len();
     let place = |name: &str| known.names.iter().position(|other| other == name);

@@ -11,13 +11,13 @@ use super::place::Place;
 use super::predictive::{Numbers, Predictive};
 use crate::run::course::{Chosen, Done, Run};
 use crate::run::inputs::selected;
-use crate::run::record::{ModelRecord, ParameterRecord};
+use crate::run::record::{ModelRecord, TrainedParameter};
 use crate::{EngineError, Observed, SavedModel};
 use rayon::prelude::*;
 use rijke_numerics::{Cholesky, Matrix, dot};
 use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
-use rijke_study::{BaseState, Observations, Study};
+use rijke_study::{ObservedModes, PointState, Study};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -25,7 +25,7 @@ use std::f64::consts::TAU;
 /// The leading models of a stage as they were trained.
 pub struct Sequence {
     stage: Stage,
-    states: BTreeMap<usize, BaseState>,
+    states: BTreeMap<usize, PointState>,
     channels: Option<ChannelErrors>,
     models: Vec<(ModelRecord, Chosen, SavedModel)>,
 }
@@ -38,7 +38,7 @@ pub struct Lead {
     /// ln evidence, nats.
     pub ln_evidence: f64,
     /// Its own parameters.
-    pub parameters: Vec<ParameterRecord>,
+    pub parameters: Vec<TrainedParameter>,
 }
 
 /// The leading models of a stage with what was measured since their training, the most evidence first.
@@ -96,7 +96,7 @@ impl Sequence {
     ///
     /// # Errors
     /// Those of the files and of the models; new points without a temperature.
-    pub fn with(&self, study: &Study, observations: &Observations) -> Result<Leads, EngineError> {
+    pub fn with(&self, study: &Study, observations: &ObservedModes) -> Result<Leads, EngineError> {
         let place = Place::of_states(study, observations, self.states.clone(), self.channels.clone())?;
         let now = selected(study, place.observed(), &self.stage.points);
         let known: Vec<&String> = self.models.iter().flat_map(|(.., saved)| &saved.trained_on).collect();
@@ -139,7 +139,7 @@ impl Sequence {
         }
         let after = |k: usize| trained.parameters[k].physical(working(k) + step[k])[0];
         let parameters =
-            (0..trained.own).map(|k| ParameterRecord::of(&trained.parameters[k], after(k), sd[k])).collect();
+            (0..trained.own).map(|k| TrainedParameter::of(&trained.parameters[k], after(k), sd[k])).collect();
         Ok(Lead { id: model.id.clone(), ln_evidence, parameters })
     }
 
@@ -151,7 +151,7 @@ impl Sequence {
         step: &[f64],
         new: &[&Observed],
     ) -> Result<Read, EngineError> {
-        let sigma = saved.posterior()?.knowledge.covariance;
+        let sigma = saved.posterior()?.gaussian.covariance;
         let campaign = &place.study().campaign;
         let at: Vec<usize> =
             new.iter().filter_map(|o| campaign.point(&o.conditions.id).map(|(k, _)| k)).collect();

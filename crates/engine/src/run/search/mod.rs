@@ -4,6 +4,8 @@
 //! The ln evidence of a combination is the sum of those of its stages, each given what the earlier ones
 //! found: the chain rule of probability. It is that of all data together as far as the posterior of a stage
 //! is the Gaussian that it hands on, and the misfit of one stage is independent of those of the others.
+//!
+//! Knows how stages stand on each other, and not what a candidate says.
 
 mod found;
 mod models;
@@ -16,7 +18,7 @@ pub use record::{Combination, GivenUp, GreedyChoice, RoleChoice, SearchNode, Sea
 
 use super::course::{CONTENDS, Choice, Chosen, Run, Trusted};
 use crate::EngineError;
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -83,7 +85,7 @@ impl Search {
     /// it does not stand.
     pub fn new(
         mut study: Study,
-        observations: &Observations,
+        observations: &ObservedModes,
         options: SearchOptions,
     ) -> Result<Self, EngineError> {
         study.plan = chain(&study.plan, options.stage.as_deref())?;

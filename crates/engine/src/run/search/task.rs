@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What a task found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,9 +72,6 @@ pub(super) fn hash(texts: &[&str]) -> String {
 /// The folder in which results of tasks are kept, a file each; without one nothing is kept.
 pub(super) struct Kept(pub(super) Option<PathBuf>);
 
-/// Two threads may write one file at a time, each under a name of its own.
-static WRITTEN: AtomicU64 = AtomicU64::new(0);
-
 impl Kept {
     /// A file that cannot be read is as one that is not there.
     pub(super) fn read<T: DeserializeOwned>(&self, task: &str) -> Option<T> {
@@ -87,13 +83,10 @@ impl Kept {
     pub(super) fn write(&self, task: &str, what: &impl Serialize) -> Result<(), EngineError> {
         let Some(folder) = &self.0 else { return Ok(()) };
         let path = folder.join(format!("{task}.json"));
-        let count = WRITTEN.fetch_add(1, Ordering::Relaxed);
-        let partial = folder.join(format!(".{task}.partial-{}-{count}", std::process::id()));
         let fail = |problem: String| EngineError::File { file: path.display().to_string(), problem };
         let text = serde_json::to_string(what).map_err(|e| fail(e.to_string()))?;
         let written = std::fs::create_dir_all(folder)
-            .and_then(|()| std::fs::write(&partial, text + "\n"))
-            .and_then(|()| std::fs::rename(&partial, &path));
+            .and_then(|()| rijke_numerics::write_whole(&path, (text + "\n").as_bytes()));
         written.map_err(|e| fail(e.to_string()))
     }
 }

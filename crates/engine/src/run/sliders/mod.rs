@@ -16,7 +16,7 @@ use crate::{Assembly, Conditions, EngineError, Misfit, Observed, PointModel, Sav
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
-use rijke_study::{Observations, Study};
+use rijke_study::{ObservedModes, Study};
 use script::{Script, ka};
 use serde::Serialize;
 use table::Table;
@@ -52,6 +52,8 @@ pub struct Sliders {
     /// How far the tabulated states move growth rates (1/s) and angular frequencies (rad/s) from those of the
     /// states themselves, at most.
     pub tabulated: [f64; 2],
+    /// Misfit of the growth rate that counts for stability, 1/s.
+    pub misfit: f64,
     table: Table,
     script: Script,
     /// Settings: number of the mode, axes, parameters, and s of this engine there. No part of what a page
@@ -116,7 +118,7 @@ struct Solved {
 /// A sentence that says why a page cannot solve it.
 pub fn sliders(
     study: &Study,
-    observations: &Observations,
+    observations: &ObservedModes,
     record: &StageRecord,
     saved: &SavedModel,
 ) -> Result<Sliders, String> {
@@ -141,6 +143,9 @@ pub fn sliders(
         if points.iter().all(|p| p.conditions.id != o.conditions.id) {
             points.push(o);
         }
+    }
+    if points.is_empty() {
+        return Err("no mode was measured at its points".to_owned());
     }
     let (table, order) = Table::of(&points)?;
     let mut modes: Vec<String> = Vec::new();
@@ -194,6 +199,7 @@ pub fn sliders(
         modes,
         nodes,
         tabulated,
+        misfit: short(Misfit::of_growth(&model.posterior.noise)),
         table,
         script,
         checks,
@@ -221,7 +227,7 @@ struct Model<'a> {
 impl<'a> Model<'a> {
     fn of(assembly: &'a Assembly, saved: &'a SavedModel) -> Result<Self, EngineError> {
         let posterior = saved.posterior()?;
-        let known = posterior.knowledge.in_a_new_installation(&posterior.noise);
+        let known = posterior.gaussian.in_a_new_installation(&posterior.noise);
         let place = |name: &str| {
             let unknown =
                 || EngineError::UnknownParameter { name: name.to_owned(), known: known.names.join(", ") };

@@ -1,7 +1,7 @@
 //! States of the gas tabulated over the factors: nodes on a grid, and the state between them.
 
 use crate::{Conditions, EngineError, Observed};
-use rijke_study::{BaseState, Point, Rig};
+use rijke_study::{Point, PointState, Rig};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -137,7 +137,7 @@ impl Table {
         let edges: Vec<f64> = [&[0.0], &borders[..], &[layout.length]].concat();
         let place = |(zone, share): (usize, &f64)| edges[zone] + share * (edges[zone + 1] - edges[zone]);
         let zones = self.shares.iter().enumerate();
-        let base = BaseState {
+        let base = PointState {
             mass_flow: number(&|s| s.mass_flow),
             numbers: self.brought.iter().copied().zip(list(&|s| &s.numbers)).collect(),
             places: zones.flat_map(|(z, shares)| shares.iter().map(move |s| place((z, s)))).collect(),
@@ -152,7 +152,7 @@ impl Table {
 }
 
 /// Where zones meet: borders of fast changes, and steps.
-fn borders(base: &BaseState) -> Vec<f64> {
+fn borders(base: &PointState) -> Vec<f64> {
     let steps = base.places.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0]);
     let mut all: Vec<f64> = base.kinks.iter().flatten().copied().chain(steps).collect();
     all.sort_by(f64::total_cmp);

@@ -1,6 +1,6 @@
 //! The ambient temperature from a noisy thermometer.
 
-use super::record::Record;
+use super::record::FlowRecord;
 use rijke_numerics::Matrix;
 
 /// The smoothed ambient temperature, and the error that is left.
@@ -19,7 +19,7 @@ pub struct Ambient {
 /// 1/noise on the diagonal plus the second difference over the walk's variance per step. The constant error
 /// of the thermometer is one of the unknowns and not part of this.
 #[must_use]
-pub fn smooth_ambient(record: &Record) -> Ambient {
+pub fn smooth_ambient(record: &FlowRecord) -> Ambient {
     let noise = record.ambient_sd.powi(2).max(1e-12);
     let walk = (record.ambient_drift.powi(2) * record.interval).max(1e-12);
     let n = record.samples.len();
@@ -77,9 +77,9 @@ mod tests {
     use crate::infer::assimilate::record::Sample;
     use rijke_numerics::Cholesky;
 
-    fn record(readings: &[f64]) -> Record {
+    fn record(readings: &[f64]) -> FlowRecord {
         let sample = |&ambient: &f64| Sample { power: 0.0, ambient, readings: Vec::new() };
-        Record {
+        FlowRecord {
             interval: 15.0,
             sensors: Vec::new(),
             ambient_sd: 0.1,

@@ -2,14 +2,14 @@
 
 use crate::base::state::{BaseState, ErrorComponent};
 use crate::error::FlowError;
-use crate::infer::health::Health;
+use crate::infer::health::FlowHealth;
 use crate::infer::scores::physical;
 use crate::tube::parameters::{UNKNOWNS, Unknowns};
 use crate::tube::pipe::Pipe;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_inference::Parameter;
-use rijke_numerics::{Matrix, Streams, symmetric_eigen};
+use rijke_numerics::{Matrix, Streams, principal_directions, symmetric_eigen};
 
 /// What is known of the scores: unknowns first, then constant errors of sensors in units of their own sd.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub struct Estimate {
     /// Covariance of the scores.
     pub covariance: Matrix,
     /// What the method says of its own result; none for a method that cannot tell.
-    pub health: Option<Health>,
+    pub health: Option<FlowHealth>,
     /// Draws that know the mean as well as independent ones; none for a method whose posterior is taken as
     /// Gaussian.
     pub effective_draws: Option<f64>,
@@ -215,15 +215,16 @@ fn principal(mut rows: Vec<Vec<f64>>) -> Result<(Vec<f64>, Vec<Vec<f64>>), FlowE
     let gram =
         Matrix::from_fn(count, count, |i, j| if j <= i { dot(&rows[i], &rows[j]) / freedom } else { 0.0 });
     let gram = Matrix::from_fn(count, count, |i, j| gram[(i.max(j), i.min(j))]);
-    let (values, vectors) = symmetric_eigen(&gram)?;
-    let total: f64 = values.iter().map(|v| v.max(0.0)).sum();
+    let directions = principal_directions(&gram)?;
+    let total: f64 = directions.iter().map(|(value, _)| value).sum();
     let (mut carried, mut causes) = (0.0, Vec::new());
-    for k in (0..count).rev() {
-        if values[k] <= 0.0 || carried > CARRIED * total {
+    for (value, along) in directions {
+        if value <= 0.0 || carried > CARRIED * total {
             break;
         }
-        carried += values[k];
-        let entry = |j: usize| (0..count).map(|i| vectors[(i, k)] * rows[i][j]).sum::<f64>() / freedom.sqrt();
+        carried += value;
+        let entry =
+            |j: usize| along.iter().zip(&rows).map(|(a, row)| a * row[j]).sum::<f64>() / freedom.sqrt();
         causes.push((0..size).map(entry).collect());
     }
     Ok((mean, causes))
@@ -234,11 +235,11 @@ mod tests {
     use super::*;
     use crate::tube::closures::Closures;
     use crate::tube::parameters::unknowns;
-    use rijke_rig::Rig;
+    use rijke_rig::TubeRig;
 
     #[test]
     fn oracle_base_state_errors_are_derivatives_along_the_unknowns() {
-        let pipe = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap();
+        let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap();
         let names: Vec<String> = unknowns().iter().map(|p| p.name.clone()).collect();
         // Some small covariance with correlations.
         let root = Matrix::from_fn(UNKNOWNS, UNKNOWNS, |i, j| 2e-3 * ((3 * i + 7 * j + i * j) as f64).sin());

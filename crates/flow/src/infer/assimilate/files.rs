@@ -1,10 +1,10 @@
 //! Records on disk: `flow.toml` and one CSV of samples per heater position.
 
-use super::record::{Record, Sample};
+use super::record::{FlowRecord, Sample};
 use crate::error::FlowError;
 use crate::infer::sensor::{Sensor, SensorKind};
 use crate::tube::pipe::Pipe;
-use rijke_rig::{DataKind, Rig};
+use rijke_rig::{DataKind, TubeRig};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -14,9 +14,9 @@ pub struct Records {
     /// Whether the data were measured.
     pub kind: DataKind,
     /// The rig.
-    pub rig: Rig,
+    pub rig: TubeRig,
     /// Place of the heater, m, and what was recorded there.
-    pub runs: Vec<(f64, Record)>,
+    pub runs: Vec<(f64, FlowRecord)>,
 }
 
 /// `flow.toml`.
@@ -31,12 +31,12 @@ struct Manifest {
     ambient_drift_k_per_root_s: f64,
     power_sd: f64,
     sensors: Vec<Sensor>,
-    runs: Vec<Run>,
+    runs: Vec<SettledRun>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Run {
+struct SettledRun {
     heater_m: f64,
     samples: String,
 }
@@ -52,14 +52,14 @@ impl Records {
         let text = rijke_numerics::read_text(&path).map_err(|e| problem(&path, &e))?;
         let manifest: Manifest = toml::from_str(&text).map_err(|e| problem(&path, &e))?;
         let rig_path = folder.join(&manifest.rig);
-        let rig = Rig::read(&rig_path).map_err(|e| problem(&rig_path, &e))?;
+        let rig = TubeRig::read(&rig_path).map_err(|e| problem(&rig_path, &e))?;
         if manifest.runs.is_empty() {
             return Err(problem(&path, &"it lists no runs; add a [[runs]] table with heater_m and samples"));
         }
         let mut runs = Vec::with_capacity(manifest.runs.len());
         for run in &manifest.runs {
             let file = folder.join(&run.samples);
-            let record = Record {
+            let record = FlowRecord {
                 interval: manifest.interval_s,
                 sensors: manifest.sensors.clone(),
                 ambient_sd: manifest.ambient_sd_k,
@@ -100,7 +100,7 @@ impl Records {
             ambient_drift_k_per_root_s: first.ambient_drift,
             power_sd: first.power_sd,
             sensors: first.sensors.clone(),
-            runs: self.runs.iter().map(|(x, _)| Run { heater_m: *x, samples: name(*x) }).collect(),
+            runs: self.runs.iter().map(|(x, _)| SettledRun { heater_m: *x, samples: name(*x) }).collect(),
         };
         write(&folder.join("flow.toml"), &manifest)?;
         write(&folder.join("rig.toml"), &self.rig)?;

@@ -20,20 +20,21 @@ mod record;
 mod run;
 mod twin;
 
-pub use super::health::{Health, Warning};
+pub use super::health::{FlowHealth, FlowWarning};
 pub use super::report::{
-    Method, NamedStates, PointReport, PowerReport, ResidualReport, RunReport, SnapshotReport, UnknownReport,
+    AssimilationMethod, NamedStates, PointReport, PowerReport, ResidualReport, RunReport, SnapshotReport,
+    UnknownReport,
 };
 pub use super::scores::physical;
 pub use super::sensor::{Sensor, SensorKind};
-pub use super::tension::Tension;
+pub use super::tension::ClosureTension;
 pub use ambient::{Ambient, smooth_ambient};
 pub use batch::model::Batch;
 pub use ensemble::filter::{FilterOptions, FilterRun, Snapshot, Variant, filter};
 pub use ensemble::smoother::smooth;
 pub use estimate::Estimate;
 pub use files::Records;
-pub use record::{Record, Sample};
+pub use record::{FlowRecord, Sample};
 pub use run::assimilate;
 pub use twin::{Twin, TwinOptions, staircase};
 

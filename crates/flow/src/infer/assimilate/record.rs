@@ -21,7 +21,7 @@ pub struct Sample {
 
 /// A run with one heater position: samples at equal intervals, from a cold start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct FlowRecord {
     /// Time between samples, s; also the time step of the model.
     pub interval: f64,
     /// What is measured.
@@ -36,7 +36,7 @@ pub struct Record {
     pub samples: Vec<Sample>,
 }
 
-impl Record {
+impl FlowRecord {
     /// Refuses a record from which nothing can be inferred.
     ///
     /// # Errors

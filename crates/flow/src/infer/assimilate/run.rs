@@ -5,17 +5,19 @@ use super::batch::model::Batch;
 use super::ensemble::filter::{FilterOptions, Snapshot, Variant, filter};
 use super::ensemble::smoother::smooth;
 use super::estimate::Estimate;
-use super::record::Record;
+use super::record::FlowRecord;
 use crate::error::FlowError;
-use crate::infer::health::Health;
-use crate::infer::report::{Method, NamedStates, PowerReport, RunReport, SnapshotReport, UnknownReport};
+use crate::infer::health::FlowHealth;
+use crate::infer::report::{
+    AssimilationMethod, NamedStates, PowerReport, RunReport, SnapshotReport, UnknownReport,
+};
 use crate::infer::scores::physical;
 use crate::tube::closures::Closures;
 use crate::tube::parameters::{UNKNOWNS, unknowns};
 use crate::tube::pipe::Pipe;
 use rijke_inference::{Parameter, ensemble::Smoother};
 use rijke_numerics::Streams;
-use rijke_rig::Rig;
+use rijke_rig::TubeRig;
 
 /// Assimilates one run, and evaluates the base state at every power of its record. The operating points are
 /// named as in the campaign of the paper: `H180-25` for 180 W at 0.25 m.
@@ -23,21 +25,24 @@ use rijke_rig::Rig;
 /// # Errors
 /// Those of the method.
 pub fn assimilate(
-    rig: &Rig,
+    rig: &TubeRig,
     closures: &Closures,
     heater: f64,
-    record: &Record,
-    method: Method,
+    record: &FlowRecord,
+    method: AssimilationMethod,
     streams: &Streams,
 ) -> Result<(RunReport, NamedStates), FlowError> {
     let pipe = Pipe::new(rig, closures, heater, 1)?;
     let mut history = Vec::new();
     let (mut innovation_chi_squared, mut effective_rank, mut failed_members) = (None, None, 0);
     let estimate = match method {
-        Method::Batch => Batch::new(&pipe, record, BIN)?.fit()?,
-        Method::Smoother => smooth(&Batch::new(&pipe, record, BIN)?, 100, &Smoother::default(), streams)?,
-        Method::Paper | Method::SquareRoot => {
-            let variant = if method == Method::Paper { Variant::Paper } else { Variant::SquareRoot };
+        AssimilationMethod::Batch => Batch::new(&pipe, record, BIN)?.fit()?,
+        AssimilationMethod::Smoother => {
+            smooth(&Batch::new(&pipe, record, BIN)?, 100, &Smoother::default(), streams)?
+        }
+        AssimilationMethod::Paper | AssimilationMethod::SquareRoot => {
+            let variant =
+                if method == AssimilationMethod::Paper { Variant::Paper } else { Variant::SquareRoot };
             let run = filter(&pipe, record, &FilterOptions { variant, ..FilterOptions::default() }, streams)?;
             history = run.history.iter().map(SnapshotReport::new).collect::<Result<_, _>>()?;
             innovation_chi_squared = Some(run.innovations.chi_squared_per_datum());
@@ -49,7 +54,7 @@ pub fn assimilate(
     let list = unknowns();
     let report = |(k, p): (usize, &Parameter)| UnknownReport::new(p, estimate.mean[k], sd(k));
     let unknowns = list.iter().enumerate().map(report).collect::<Result<_, FlowError>>()?;
-    let warnings = estimate.health.as_ref().map(Health::warnings).unwrap_or_default();
+    let warnings = estimate.health.as_ref().map(FlowHealth::warnings).unwrap_or_default();
     let (powers, states) = stages(&pipe, record, &estimate)?;
     let health = estimate.health.clone();
     let report = RunReport {
@@ -74,7 +79,7 @@ const BIN: usize = 10;
 
 fn stages(
     pipe: &Pipe,
-    record: &Record,
+    record: &FlowRecord,
     estimate: &Estimate,
 ) -> Result<(Vec<PowerReport>, NamedStates), FlowError> {
     let ambient = smooth_ambient(record).temperature;

@@ -1,7 +1,7 @@
 //! Twin experiments: records of the model itself, with truth drawn from the prior, for tests of calibration.
 
 use super::batch::model::Batch;
-use super::record::{Record, Sample, observe};
+use super::record::{FlowRecord, Sample, observe};
 use crate::error::FlowError;
 use crate::infer::scores::unknowns_from;
 use crate::infer::sensor::{Sensor, SensorKind};
@@ -59,7 +59,7 @@ pub fn staircase(powers: &[f64], clicks: usize) -> Vec<f64> {
 #[derive(Clone, Debug)]
 pub struct Twin {
     /// What the instruments say.
-    pub record: Record,
+    pub record: FlowRecord,
     /// True scores: unknowns, then constant errors.
     pub scores: Vec<f64>,
     /// True ambient temperature at every sample, K, with the thermometer's constant error taken out.
@@ -112,7 +112,7 @@ impl Twin {
             wander = keep * wander + sd * (1.0 - keep * keep).sqrt() * normal();
             ambient = options.ambient + wander;
         }
-        let record = Record {
+        let record = FlowRecord {
             interval: options.interval,
             sensors,
             ambient_sd: options.ambient_sd,
@@ -135,8 +135,8 @@ impl Batch<'_> {
         sensors: &[Sensor],
         scores: &[f64],
         streams: &Streams,
-    ) -> Result<Record, FlowError> {
-        let mut record = Record { sensors: sensors.to_vec(), ..self.record.clone() };
+    ) -> Result<FlowRecord, FlowError> {
+        let mut record = FlowRecord { sensors: sensors.to_vec(), ..self.record.clone() };
         let mut other = self.clone();
         other.record = &record;
         let seen = other.run(scores)?;

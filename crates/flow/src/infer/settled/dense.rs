@@ -1,7 +1,7 @@
 //! The slow route to a joint fit: all scores of all runs in one dense posterior, searched by a trust region.
 
-use super::fit::{Fit, Settled};
-use super::run::Run;
+use super::fit::{JointFit, Settled};
+use super::run::SettledRun;
 use super::tests::{SD, arrivals, empty, pipe, read};
 use super::unknowns::{FIXED, shared_share};
 use crate::tube::pipe::Pipe;
@@ -15,7 +15,7 @@ use rijke_numerics::{Matrix, Order, Streams};
 struct Dense<'a>(Vec<(Settled<'a>, Matrix)>);
 
 impl Dense<'_> {
-    fn new(runs: &[(Pipe, Run)]) -> Dense<'_> {
+    fn new(runs: &[(Pipe, SettledRun)]) -> Dense<'_> {
         let models: Vec<Settled> = runs.iter().map(|(pipe, run)| Settled::at_prior(pipe, run)).collect();
         let size = FIXED + models.iter().map(|m| m.priors.len()).sum::<usize>();
         let mut first = FIXED;
@@ -58,7 +58,7 @@ impl Forward for Dense<'_> {
 #[test]
 fn oracle_joint_fit_by_one_dense_posterior() {
     let mut stream = Streams::new(5).stream("dense");
-    let runs: Vec<(Pipe, Run)> = [0.25, 0.5, 0.7]
+    let runs: Vec<(Pipe, SettledRun)> = [0.25, 0.5, 0.7]
         .map(|heater| {
             let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
             read(&pipe, &mut run, SD, &mut stream);
@@ -72,7 +72,7 @@ fn oracle_joint_fit_by_one_dense_posterior() {
         Parameter::new(&name, &name, "1", Prior::Normal { mean: 0.0, sd: 1.0 })
     };
     let parameters = Parameters::new((0..size).map(score).collect()).unwrap();
-    let observation = |(_, run): &(Pipe, Run)| {
+    let observation = |(_, run): &(Pipe, SettledRun)| {
         let readings = run.states.iter().flat_map(|s| s.readings.iter().copied()).collect();
         Observation::new(format!("heater at {} m", run.heater), readings).with_floor(run.covariance())
     };
@@ -81,7 +81,7 @@ fn oracle_joint_fit_by_one_dense_posterior() {
     let search = TrustRegion { tolerance: 1e-8, ..TrustRegion::default() };
     let best = posterior.map(&MapOptions { search, start: None }).unwrap();
     let covariance = posterior.laplace(&best).unwrap().covariance;
-    let fit = Fit::new(&runs).unwrap();
+    let fit = JointFit::new(&runs).unwrap();
     for (run, (_, turn)) in fit.runs.iter().zip(&dense.0) {
         assert!(run.misfit.converged);
         let (mean, own) = (turn.times(&best.working), turn.product(&covariance).product(&turn.transpose()));

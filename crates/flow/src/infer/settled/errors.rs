@@ -1,18 +1,18 @@
 //! Base states with their errors, from a joint posterior.
 
-use super::fit::{Fit, Settled};
+use super::fit::{JointFit, Settled};
 use super::joint::Arrow;
 use super::run::State;
 use super::unknowns::FIXED;
 use crate::base::state::{BaseState, ErrorComponent};
 use crate::error::FlowError;
 use crate::infer::report::NamedStates;
-use rijke_numerics::{Matrix, dot, symmetric_eigen};
+use rijke_numerics::{Matrix, dot, principal_directions, symmetric_eigen};
 
 /// Share of the variance that causes carry, of the common ones and of a run's own.
 const ENOUGH: f64 = 0.99999;
 
-impl Fit<'_> {
+impl JointFit<'_> {
     /// The base state of every operating point, run by run. The errors are named causes that the points
     /// share.
     ///
@@ -153,14 +153,14 @@ fn largest(c: &Matrix, gram: &Matrix, rest: f64) -> Result<Vec<Vec<f64>>, FlowEr
     let seen: Vec<usize> = (0..c.rows()).filter(|&k| values[k] > 1e-12 * top).collect();
     let root = Matrix::from_fn(c.rows(), seen.len(), |i, k| vectors[(i, seen[k])] * values[seen[k]].sqrt());
     let carried = c.product(&root);
-    let (values, vectors) = symmetric_eigen(&root.transpose().product(&carried))?;
-    let (mut left, mut list) = (values.iter().map(|v| v.max(0.0)).sum::<f64>(), Vec::new());
-    for k in (0..seen.len()).rev() {
-        if values[k] <= 0.0 || left < rest {
+    let directions = principal_directions(&root.transpose().product(&carried))?;
+    let (mut left, mut list) = (directions.iter().map(|(value, _)| value).sum::<f64>(), Vec::new());
+    for (value, along) in directions {
+        if value <= 0.0 || left < rest {
             break;
         }
-        left -= values[k];
-        let direction: Vec<f64> = (0..seen.len()).map(|i| vectors[(i, k)] / values[k].sqrt()).collect();
+        left -= value;
+        let direction: Vec<f64> = along.iter().map(|a| a / value.sqrt()).collect();
         list.push(carried.times(&direction));
     }
     Ok(list)

@@ -3,7 +3,7 @@
 use super::joint::{Arrow, Scores};
 use super::prediction::Predicted;
 use super::readings::Readings;
-use super::run::Run;
+use super::run::SettledRun;
 use super::unknowns::unknowns;
 use crate::error::FlowError;
 use crate::infer::sensor::SensorKind;
@@ -20,7 +20,7 @@ use rijke_numerics::{Cholesky, Matrix, dot};
 /// with s_k shared by all runs and o_pk its own, both standard normal a priori: the prior of each run by
 /// itself is unchanged. With one run this is a fit of that run alone.
 #[derive(Clone, Debug)]
-pub struct Fit<'a> {
+pub struct JointFit<'a> {
     /// The runs, each with its own part of the posterior.
     pub runs: Vec<Settled<'a>>,
 }
@@ -29,7 +29,7 @@ pub struct Fit<'a> {
 #[derive(Clone, Debug)]
 pub struct Settled<'a> {
     pub(crate) pipe: &'a Pipe,
-    pub(crate) run: &'a Run,
+    pub(crate) run: &'a SettledRun,
     /// The unknowns and their priors.
     pub priors: Vec<Parameter>,
     /// Mean of the normal scores.
@@ -37,7 +37,7 @@ pub struct Settled<'a> {
     /// Their covariance.
     pub covariance: Matrix,
     /// How well the readings are met.
-    pub misfit: Misfit,
+    pub misfit: ReadingMisfit,
     pub(crate) predicted: Vec<Predicted>,
     /// Derivatives of the base vectors in the scores, one state after the other.
     pub(crate) base_slopes: Matrix,
@@ -59,7 +59,7 @@ struct Linear {
 
 /// How well the readings of a run are met.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Misfit {
+pub struct ReadingMisfit {
     /// Twice the cost at the maximum without its constant: squares of residuals over their sd, and of the
     /// run's scores. Its expectation is the number of readings.
     pub chi_squared: f64,
@@ -69,16 +69,16 @@ pub struct Misfit {
     pub converged: bool,
 }
 
-impl<'a> Fit<'a> {
-    /// Fits `runs`, which must have been [`Run::checked`], together: Gauss and Newton's method, damped after
-    /// Levenberg and Marquardt.
+impl<'a> JointFit<'a> {
+    /// Fits `runs`, which must have been [`SettledRun::checked`], together: Gauss and Newton's method, damped
+    /// after Levenberg and Marquardt.
     ///
     /// Cost: some eight linearisations, each of two steady states per unknown and state: 0.2 s of CPU per run
     /// of eight states, and the algebra of 27 unknowns per run; at most thirty linearisations.
     ///
     /// # Errors
     /// [`FlowError::FarOff`] for readings that no flow near the priors has, and those of [`Pipe::steady`].
-    pub fn new(runs: &'a [(Pipe, Run)]) -> Result<Self, FlowError> {
+    pub fn new(runs: &'a [(Pipe, SettledRun)]) -> Result<Self, FlowError> {
         let mut fit = Self { runs: runs.iter().map(|(pipe, run)| Settled::at_prior(pipe, run)).collect() };
         let noise =
             runs.iter().map(|(_, run)| Cholesky::new(&run.covariance())).collect::<Result<Vec<_>, _>>()?;
@@ -203,7 +203,7 @@ impl<'a> Fit<'a> {
 }
 
 impl<'a> Settled<'a> {
-    pub(crate) fn at_prior(pipe: &'a Pipe, run: &'a Run) -> Self {
+    pub(crate) fn at_prior(pipe: &'a Pipe, run: &'a SettledRun) -> Self {
         let priors = unknowns(run, pipe);
         let size = priors.len();
         Self {
@@ -212,7 +212,7 @@ impl<'a> Settled<'a> {
             priors,
             mean: vec![0.0; size],
             covariance: Matrix::identity(size),
-            misfit: Misfit::default(),
+            misfit: ReadingMisfit::default(),
             predicted: Vec::new(),
             base_slopes: Matrix::zeros(0, 0),
             information: Matrix::zeros(0, 0),
@@ -284,7 +284,7 @@ const HELD: f64 = 1e10;
 /// Standard deviations by which half of the readings may miss the model.
 const FAR: f64 = 5.0;
 
-impl Run {
+impl SettledRun {
     /// Covariance of all readings, one state after the other.
     pub(crate) fn covariance(&self) -> Matrix {
         let place: Vec<(usize, usize)> = self

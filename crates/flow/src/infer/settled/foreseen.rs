@@ -1,7 +1,7 @@
 //! Tests of states that are foreseen beside those that were read.
 
-use super::fit::Fit;
-use super::run::{Run, State};
+use super::fit::JointFit;
+use super::run::{SettledRun, State};
 use super::tests::{SD, arrivals, empty, pipe, read};
 use crate::tube::pipe::Pipe;
 use rijke_numerics::{Matrix, Streams};
@@ -16,7 +16,7 @@ fn exact_a_state_that_was_not_read_is_one_of_hopeless_readings() {
         read(&pipe, &mut run, SD, &mut stream);
         (pipe, run)
     });
-    let known = Fit::new(&[near.clone(), far.clone()]).unwrap().base_states().unwrap();
+    let known = JointFit::new(&[near.clone(), far.clone()]).unwrap().base_states().unwrap();
     let mut found = Vec::new();
     for read in [true, false] {
         for state in near.1.states[2..3].iter_mut().chain(&mut far.1.states) {
@@ -26,9 +26,9 @@ fn exact_a_state_that_was_not_read_is_one_of_hopeless_readings() {
                 (state.sensors, state.readings, state.noise) = (Vec::new(), Vec::new(), Matrix::zeros(0, 0));
             }
         }
-        let checked = |(pipe, run): (Pipe, Run)| (pipe.clone(), run.checked(&pipe).unwrap());
+        let checked = |(pipe, run): (Pipe, SettledRun)| (pipe.clone(), run.checked(&pipe).unwrap());
         let runs = [near.clone(), far.clone()].map(checked);
-        let (reports, states) = Fit::new(&runs).unwrap().report().unwrap();
+        let (reports, states) = JointFit::new(&runs).unwrap().report().unwrap();
         assert_eq!(
             reports.len(),
             if read { 2 } else { 1 },
@@ -56,14 +56,14 @@ fn exact_a_state_that_was_not_read_is_one_of_hopeless_readings() {
 #[test]
 fn exact_foreseen_states_leave_the_causes_of_the_others_alone() {
     let mut stream = Streams::new(7).stream("asked");
-    let mut runs: Vec<(Pipe, Run)> = [0.25, 0.7]
+    let mut runs: Vec<(Pipe, SettledRun)> = [0.25, 0.7]
         .map(|heater| {
             let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
             read(&pipe, &mut run, SD, &mut stream);
             (pipe, run)
         })
         .into();
-    let known = Fit::new(&runs).unwrap().base_states().unwrap();
+    let known = JointFit::new(&runs).unwrap().base_states().unwrap();
     let asked = |state: &State| State {
         id: format!("asked {}", state.id),
         sensors: Vec::new(),
@@ -76,7 +76,7 @@ fn exact_foreseen_states_leave_the_causes_of_the_others_alone() {
     let mut between = empty(0.5, &arrivals(), SD);
     between.states = between.states.iter().map(asked).collect();
     runs.insert(1, (pipe(0.5), between));
-    let wider = Fit::new(&runs).unwrap().base_states().unwrap();
+    let wider = JointFit::new(&runs).unwrap().base_states().unwrap();
     assert!(wider.len() > known.len() + 2);
     for (id, old) in &known {
         let new = &wider.iter().find(|(other, _)| other == id).unwrap().1;

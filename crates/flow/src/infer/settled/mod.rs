@@ -11,7 +11,7 @@
 //! # Likelihood
 //!
 //! All readings of all states together are one Gaussian vector, with noise per state ([`State::noise`]) and
-//! an error of the arrival times that is common to all states ([`Run::common`]).
+//! an error of the arrival times that is common to all states ([`SettledRun::common`]).
 
 #[cfg(test)]
 mod dense;
@@ -31,8 +31,8 @@ mod tests;
 mod unknowns;
 
 pub use super::report::SettlingReport;
-pub use fit::{Fit, Misfit, Settled};
+pub use fit::{JointFit, ReadingMisfit, Settled};
 pub use observed::runs;
 pub use readings::Readings;
-pub use run::{Run, State};
+pub use run::{SettledRun, State};
 pub use unknowns::unknowns;

@@ -1,10 +1,10 @@
 //! Runs of settled states from the observations of a campaign.
 
 use super::readings::Readings;
-use super::run::{Run, State};
+use super::run::{SettledRun, State};
 use crate::error::FlowError;
 use crate::infer::sensor::SensorKind;
-use crate::tube::parameters::Parameters;
+use crate::tube::parameters::TubeParameters;
 use crate::tube::pipe::Pipe;
 use rijke_numerics::{Cholesky, Matrix};
 use rijke_rig::{Observations, PointObservations, Ramp};
@@ -33,20 +33,20 @@ const SHAPE_SD: f64 = 0.5e-6;
 ///
 /// Errors of an arrival time beyond those stated for it:
 /// * the stated covariance counts twice, as noise of the state and as error common to all states, because
-///   observations do not say how much of it is calibration; but for the shift of the setting, which the rig
-///   declares and all states share;
+///   observations do not say how much of it is calibration; but for the shift of the installation, which the
+///   rig declares and all states share;
 /// * the heater reflects: up to a window's length below it, and within it, the direct click is shifted by
 ///   about 30 us in all states alike, of which a tenth may change with temperature;
 /// * the open end reflects, up to 60 us where its reflection overlaps the window wholly: signal processing
 ///   models it, and may miss a quarter in all states alike, and a tenth that changes with temperature.
 ///
 /// # Errors
-/// Those of [`Run::checked`], with the heater's place, and of the model.
+/// Those of [`SettledRun::checked`], with the heater's place, and of the model.
 pub fn runs(
     observations: &Observations,
     along: &Readings,
     pipe: &dyn Fn(f64) -> Result<Pipe, FlowError>,
-) -> Result<Vec<(Pipe, Run)>, FlowError> {
+) -> Result<Vec<(Pipe, SettledRun)>, FlowError> {
     let passed = |id: &str| observations.ramps.iter().any(|ramp| ramp.time_of(id).is_some());
     let read = |p: &&PointObservations| {
         let planned = p.ping.is_none() && p.click.is_none();
@@ -62,7 +62,7 @@ pub fn runs(
         }
     }
     places.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let setting = observations.rig.recording.arrival_setting_sd_s;
+    let installation = observations.rig.recording.arrival_setting_sd_s;
     let one = |&(heater, thermometers): &(f64, bool)| {
         let pipe = pipe(heater)?;
         let mine = points
@@ -70,7 +70,7 @@ pub fn runs(
             .filter(|p| p.point.position == Some(heater) && p.point.thermometers == thermometers);
         let mine: Vec<&&PointObservations> = mine.collect();
         let mut states: Vec<State> =
-            mine.iter().map(|p| state(p, along, &pipe, setting)).collect::<Result<_, _>>()?;
+            mine.iter().map(|p| state(p, along, &pipe, installation)).collect::<Result<_, _>>()?;
         let clicks = mine.iter().filter_map(|p| Some((p.point.power, p.click.as_ref()?)));
         let coldest = clicks.min_by(|a, b| a.0.total_cmp(&b.0));
         let count = pipe.microphones.len();
@@ -91,10 +91,10 @@ pub fn runs(
             let times = ramps.iter().enumerate().filter_map(|(k, ramp)| Some((k, ramp.time_of(&state.id)?)));
             state.moment = { times }.next();
         }
-        let run = Run { heater, states, common, ramps }.checked(&pipe)?;
+        let run = SettledRun { heater, states, common, ramps }.checked(&pipe)?;
         Ok((pipe, run))
     };
-    let runs = places.iter().map(one).collect::<Result<Vec<(Pipe, Run)>, FlowError>>()?;
+    let runs = places.iter().map(one).collect::<Result<Vec<(Pipe, SettledRun)>, FlowError>>()?;
     Ok(if runs.iter().any(|(_, run)| run.is_read()) { runs } else { Vec::new() })
 }
 
@@ -112,8 +112,13 @@ fn overlap(pipe: &Pipe, x: f64, c: f64) -> f64 {
     (1.0 - lag / WINDOW).max(0.0)
 }
 
-/// One point; `setting` is the sd of the shift of all its arrival times that the run has in common, s.
-fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> Result<State, FlowError> {
+/// One point; `installation` is the sd of the shift of all its arrival times that the run has in common, s.
+fn state(
+    p: &PointObservations,
+    along: &Readings,
+    pipe: &Pipe,
+    installation: f64,
+) -> Result<State, FlowError> {
     let power = p.point.power;
     let ambient = p.ambient.ambient_temperature;
     let (mut sensors, mut readings) = (Vec::new(), Vec::new());
@@ -121,14 +126,14 @@ fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> 
     if let Some(click) = &p.click {
         sensors.extend((0..click.arrival_times.len()).map(|microphone| SensorKind::Arrival { microphone }));
         readings.extend(&click.arrival_times);
-        let shared = stated_setting(&click.covariance, setting);
+        let shared = stated_installation(&click.covariance, installation);
         clicks = Matrix::from_fn(click.covariance.rows(), click.covariance.rows(), |i, j| {
             click.covariance[(i, j)] - shared
         });
     }
     if power > 0.0 && p.click.is_some() {
         let at = |source| FlowError::Point { id: p.point.id.clone(), source: Box::new(source) };
-        let guess = pipe.steady(&Parameters::default(), power, ambient).map_err(at)?;
+        let guess = pipe.steady(&TubeParameters::default(), power, ambient).map_err(at)?;
         let top = guess.gas.march.face.last().copied().unwrap_or(ambient);
         let hot = pipe.air.sound_speed(top);
         for (m, &(x, _)) in pipe.microphones.iter().enumerate() {
@@ -163,14 +168,14 @@ fn state(p: &PointObservations, along: &Readings, pipe: &Pipe, setting: f64) -> 
     })
 }
 
-/// The variance of a common shift that a stated covariance holds: that of the setting, unless it is too small
-/// to hold it, such as one prepared by hand.
-fn stated_setting(covariance: &Matrix, setting: f64) -> f64 {
+/// The variance of a common shift that a stated covariance holds: that of the installation, unless it is too
+/// small to hold it, such as one prepared by hand.
+fn stated_installation(covariance: &Matrix, installation: f64) -> f64 {
     let count = covariance.rows();
     let smaller = Matrix::from_fn(count, count, |i, j| {
         let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-        (covariance[(i, j)] - setting.powi(2)) / scale
+        (covariance[(i, j)] - installation.powi(2)) / scale
     });
     let held = (0..count).all(|i| smaller[(i, i)] > 0.0) && Cholesky::new(&smaller).is_ok();
-    if held { setting.powi(2) } else { 0.0 }
+    if held { installation.powi(2) } else { 0.0 }
 }

@@ -1,6 +1,6 @@
 //! What the sensors read and what the flow is, at given unknowns.
 
-use super::run::{Run, State};
+use super::run::{SettledRun, State};
 use super::unknowns::Filled;
 use crate::error::FlowError;
 use crate::infer::sensor::SensorKind;
@@ -9,6 +9,7 @@ use crate::tube::parameters::Unknowns;
 use crate::tube::pipe::Pipe;
 use crate::tube::steady::Steady;
 use rijke_inference::Parameter;
+use rijke_numerics::interpolate;
 use std::collections::BTreeMap;
 
 /// One state as predicted.
@@ -21,7 +22,7 @@ pub(crate) struct Predicted {
     pub(crate) steady: Option<Steady>,
 }
 
-impl Run {
+impl SettledRun {
     /// All states of the tube `pipe` at `scores` of the unknowns `priors`; `near` are steady states to start
     /// from.
     pub(crate) fn predict(
@@ -124,11 +125,4 @@ fn arrivals(pipe: &Pipe, gas: &Draught<f64>, filled: &Filled, paths: &[f64], ind
         interpolate(&pipe.faces, &at_faces, x) + excess + orifice * beyond(x) - dispersion
     };
     pipe.microphones.iter().zip(paths).map(time).collect()
-}
-
-/// Linear interpolation in a table with ascending places.
-fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
-    let upper = places.partition_point(|&p| p <= x).clamp(1, places.len() - 1);
-    let share = ((x - places[upper - 1]) / (places[upper] - places[upper - 1])).clamp(0.0, 1.0);
-    values[upper - 1] * (1.0 - share) + values[upper] * share
 }

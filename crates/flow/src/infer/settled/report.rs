@@ -1,18 +1,18 @@
 //! A fitted run as numbers for figures, and its base states by name.
 
-use super::fit::{Fit, Settled};
+use super::fit::{JointFit, Settled};
 use super::run::SIX;
 use super::unknowns::FIXED;
 use crate::base::state::BaseState;
 use crate::error::FlowError;
-use crate::infer::health::Health;
+use crate::infer::health::FlowHealth;
 use crate::infer::report::{NamedStates, PowerReport, ResidualReport, RunReport, UnknownReport};
 
-impl Fit<'_> {
+impl JointFit<'_> {
     /// One report per run that was read, and the base state of every operating point.
     ///
     /// # Errors
-    /// Those of [`Fit::base_states`].
+    /// Those of [`JointFit::base_states`].
     pub fn report(&self) -> Result<(Vec<RunReport>, NamedStates), FlowError> {
         let states = self.base_states()?;
         let mut rest = states.as_slice();
@@ -61,7 +61,7 @@ impl Settled<'_> {
             (0..SIX).filter(|&k| test(k)).map(|k| self.priors[k].name.clone()).collect()
         };
         let readings = self.misfit.readings as f64;
-        let health = Health {
+        let health = FlowHealth {
             chi_squared: self.misfit.chi_squared / readings,
             chi_squared_sd: (2.0 / readings).sqrt(),
             whiteness: Vec::new(),

@@ -25,14 +25,14 @@ pub struct State {
     pub readings: Vec<f64>,
     /// Covariance of the readings' own noise.
     pub noise: Matrix,
-    /// The run over time in which it was passed, by its place in [`Run::ramps`], and when, s; none if it is
-    /// settled.
+    /// The run over time in which it was passed, by its place in [`SettledRun::ramps`], and when, s; none if
+    /// it is settled.
     pub moment: Option<(usize, f64)>,
 }
 
 /// All states with the heater at one place.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Run {
+pub struct SettledRun {
     /// Centre of the heater, m.
     pub heater: f64,
     /// The states, in any order.
@@ -45,13 +45,13 @@ pub struct Run {
 }
 
 impl State {
-    /// The run over time in which it was passed, by its place in [`Run::ramps`].
+    /// The run over time in which it was passed, by its place in [`SettledRun::ramps`].
     pub(crate) fn ramp(&self) -> Option<usize> {
         self.moment.map(|(ramp, _)| ramp)
     }
 }
 
-impl Run {
+impl SettledRun {
     /// Whether a heated state was read; if not, all of them are foreseen from other places of the heater.
     pub(crate) fn is_read(&self) -> bool {
         self.states.iter().any(|s| s.power > 0.0 && !s.sensors.is_empty())

@@ -67,7 +67,7 @@ const FLOW: usize = 2;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::infer::settled::Fit;
+    use crate::infer::settled::JointFit;
     use crate::infer::settled::tests::{SD, pipe, ramped, read};
     use rijke_numerics::Streams;
 
@@ -78,7 +78,7 @@ mod tests {
         let mut run = ramped();
         read(&pipe, &mut run, SD, &mut Streams::new(1).stream("ramp settles"));
         let runs = [(pipe.clone(), run.clone().checked(&pipe).unwrap())];
-        let fit = Fit::new(&runs).unwrap();
+        let fit = JointFit::new(&runs).unwrap();
         let (reports, _) = fit.report().unwrap();
         let [said] = &reports[0].settling[..] else { panic!("one ramp") };
         assert_eq!((said.ramp.as_str(), said.power_w, said.time_s), ("a", 180.0, 600.0));

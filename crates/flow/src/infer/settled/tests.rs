@@ -1,7 +1,7 @@
 //! Settled runs made by the model itself, with truth drawn from the prior.
 
-use super::fit::{Fit, Settled};
-use super::run::{Run, State};
+use super::fit::{JointFit, Settled};
+use super::run::{SettledRun, State};
 use super::unknowns::unknowns;
 use crate::infer::sensor::SensorKind;
 use crate::tube::closures::Closures;
@@ -9,17 +9,17 @@ use crate::tube::pipe::Pipe;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_numerics::{Matrix, Streams};
-use rijke_rig::{Logged, Ramp, Rig};
+use rijke_rig::{Logged, Ramp, TubeRig};
 
 const POWERS: [f64; 4] = [0.0, 30.0, 80.0, 180.0];
 pub(super) const SD: f64 = 0.5e-6;
 
 pub(super) fn pipe(heater: f64) -> Pipe {
-    Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), heater, 1).unwrap()
+    Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), heater, 1).unwrap()
 }
 
 /// A run with empty readings.
-pub(super) fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> Run {
+pub(super) fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> SettledRun {
     let n = sensors.len();
     let state = |&power: &f64| State {
         id: format!("H{power}-{heater}"),
@@ -33,7 +33,7 @@ pub(super) fn empty(heater: f64, sensors: &[SensorKind], sd: f64) -> Run {
         moment: None,
     };
     let (states, common) = (POWERS.iter().map(state).collect(), Matrix::diagonal(&[1e-12; 8]));
-    Run { heater, states, common, ramps: vec![] }
+    SettledRun { heater, states, common, ramps: vec![] }
 }
 
 pub(super) fn arrivals() -> Vec<SensorKind> {
@@ -41,7 +41,12 @@ pub(super) fn arrivals() -> Vec<SensorKind> {
 }
 
 /// Fills the readings with those at scores drawn from `stream`; returns the scores.
-pub(super) fn read(pipe: &Pipe, run: &mut Run, sd: f64, stream: &mut rijke_numerics::Stream) -> Vec<f64> {
+pub(super) fn read(
+    pipe: &Pipe,
+    run: &mut SettledRun,
+    sd: f64,
+    stream: &mut rijke_numerics::Stream,
+) -> Vec<f64> {
     let model = Settled::at_prior(pipe, run);
     let scores: Vec<f64> = model.priors.iter().map(|_| StandardNormal.sample(stream)).collect();
     let states = model.states(&scores, None).unwrap();
@@ -85,14 +90,14 @@ fn oracle_differences_agree_with_the_implicit_function_theorem() {
 #[test]
 fn oracle_causes_rebuild_the_posterior_covariance() {
     let mut stream = Streams::new(3).stream("causes");
-    let runs: Vec<(Pipe, Run)> = [0.25, 0.7]
+    let runs: Vec<(Pipe, SettledRun)> = [0.25, 0.7]
         .map(|heater| {
             let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
             read(&pipe, &mut run, SD, &mut stream);
             (pipe, run)
         })
         .into();
-    let fit = Fit::new(&runs).unwrap();
+    let fit = JointFit::new(&runs).unwrap();
     let states = fit.base_states().unwrap();
     let mut all = states.iter();
     for run in &fit.runs {
@@ -113,7 +118,7 @@ fn oracle_causes_rebuild_the_posterior_covariance() {
 
 #[test]
 fn exact_fit_gives_the_same_bytes_for_one_and_two_threads() {
-    let runs: Vec<(Pipe, Run)> = [0.25, 0.45, 0.7]
+    let runs: Vec<(Pipe, SettledRun)> = [0.25, 0.45, 0.7]
         .map(|heater| {
             let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
             read(&pipe, &mut run, SD, &mut Streams::new(4).stream("threads"));
@@ -123,7 +128,7 @@ fn exact_fit_gives_the_same_bytes_for_one_and_two_threads() {
     let fit = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let fit = Fit::new(&runs).unwrap();
+            let fit = JointFit::new(&runs).unwrap();
             (
                 fit.base_states().unwrap(),
                 fit.runs.into_iter().map(|r| (r.mean, r.covariance)).collect::<Vec<_>>(),
@@ -140,12 +145,12 @@ fn message_clicks_of_another_sound_speed_are_refused_before_the_search() {
     read(&pipe, &mut run, SD, &mut Streams::new(2).stream("far off"));
     run.states.iter_mut().for_each(|s| s.readings.iter_mut().for_each(|r| *r *= 0.5));
     let runs = [(pipe, run)];
-    let said = Fit::new(&runs).unwrap_err().to_string();
+    let said = JointFit::new(&runs).unwrap_err().to_string();
     for part in ["operating point H", "-0.45: the arrival at microphone", "no flow fits the readings"] {
         assert!(said.contains(part), "{said}");
     }
     // Nor does a long tube have cells without end.
-    let mut rig = Rig::juniper_yoko_2022();
+    let mut rig = TubeRig::juniper_yoko_2022();
     rig.tube.length = 1000.0;
     assert!(Pipe::new(&rig, &Closures::default(), 0.45, 1).unwrap().size() < 600);
 }
@@ -160,7 +165,7 @@ fn lab_settled_runs_cover_their_truth() {
         let truth = read(&pipe, &mut run, SD, &mut Streams::new(seed).stream("settled twin"));
         let real = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap()[3].base[1];
         let runs = [(pipe.clone(), run)];
-        let fit = Fit::new(&runs).unwrap();
+        let fit = JointFit::new(&runs).unwrap();
         let base = &fit.base_states().unwrap()[3].1;
         squares += ((base.heater_velocity - real) / base.heater_velocity_sd()).powi(2) / 12.0;
         chi += fit.runs[0].misfit.chi_squared / fit.runs[0].misfit.readings as f64 / 12.0;
@@ -171,7 +176,7 @@ fn lab_settled_runs_cover_their_truth() {
 
 /// Two powers in twenty minutes beside two settled states, and a moment without clicks three minutes after a
 /// step.
-pub(super) fn ramped() -> Run {
+pub(super) fn ramped() -> SettledRun {
     let mut run = empty(0.35, &arrivals(), SD);
     run.states[2].moment = Some((0, 550.0));
     run.states[3].moment = Some((0, 1150.0));
@@ -194,7 +199,7 @@ fn coverage_of_moments_of_a_ramp() {
         let truth = read(&pipe, &mut run, SD, &mut Streams::new(seed).stream("ramp coverage"));
         let real = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap();
         let runs = [(pipe.clone(), run.checked(&pipe).unwrap())];
-        let bases = Fit::new(&runs).unwrap().base_states().unwrap();
+        let bases = JointFit::new(&runs).unwrap().base_states().unwrap();
         let off = |k: usize| {
             let (base, real) = (&bases[k].1, &real[k].base);
             let velocity = (base.heater_velocity - real[1]) / base.heater_velocity_sd();
@@ -229,7 +234,7 @@ fn lab_states_of_a_ramp_cover_their_truth_beside_settled_ones() {
         let truth = read(&pipe, &mut run, SD, &mut Streams::new(seed).stream("ramp twin"));
         let real = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap();
         let runs = [(pipe.clone(), run.checked(&pipe).unwrap())];
-        let fit = Fit::new(&runs).unwrap();
+        let fit = JointFit::new(&runs).unwrap();
         let bases = fit.base_states().unwrap();
         for (k, (_, base)) in bases.iter().enumerate().skip(1) {
             let off = (base.heater_velocity - real[k].base[1]) / base.heater_velocity_sd();
@@ -257,7 +262,7 @@ fn lab_thermocouples_and_sound_speeds_serve_instead_of_clicks() {
         let truth = read(&pipe, &mut run, 0.5, &mut Streams::new(5).stream("thermocouples"));
         let real = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap()[3].base.clone();
         let runs = [(pipe.clone(), run.checked(&pipe).unwrap())];
-        let fit = Fit::new(&runs).unwrap();
+        let fit = JointFit::new(&runs).unwrap();
         let base = &fit.base_states().unwrap()[3].1;
         for (k, t) in real[2..].iter().enumerate() {
             let sd = base.errors.iter().map(|e| e.temperature[k].powi(2)).sum::<f64>().sqrt();
@@ -276,12 +281,12 @@ fn exact_unusable_runs_are_refused_with_numbers() {
     let pipe = pipe(0.25);
     let good = empty(0.25, &arrivals(), SD);
     assert!(good.clone().checked(&pipe).is_ok());
-    let broken = |change: &dyn Fn(&mut Run)| {
+    let broken = |change: &dyn Fn(&mut SettledRun)| {
         let mut run = good.clone();
         change(&mut run);
         run.checked(&pipe).unwrap_err()
     };
-    let said = |change: &dyn Fn(&mut Run)| broken(change).to_string();
+    let said = |change: &dyn Fn(&mut SettledRun)| broken(change).to_string();
     let watts = said(&|r| r.states[1].power = -3.0);
     assert!(watts.ends_with("the heater power is -3 W; it must be zero or positive"), "{watts}");
     let cold = said(&|r| r.states[2].ambient = 180.0);
@@ -306,14 +311,14 @@ fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
     use super::observed::runs;
     use super::readings::Readings;
     use crate::error::FlowError;
-    use crate::tube::parameters::Parameters;
-    use rijke_rig::{Campaign, DataKind, Day, Observations, PointObservations};
-    let rig = Rig::juniper_yoko_2022();
-    let truth = Parameters { inner_nusselt: 1.5, heater_drag: 10.0, ..Parameters::default() };
+    use crate::tube::parameters::TubeParameters;
+    use rijke_rig::{DataKind, Day, Observations, PointObservations, TubeCampaign};
+    let rig = TubeRig::juniper_yoko_2022();
+    let truth = TubeParameters { inner_nusselt: 1.5, heater_drag: 10.0, ..TubeParameters::default() };
     let pipe = pipe(0.25);
     let mut readings = Readings::default();
     let mut points = Vec::new();
-    for point in Campaign::juniper_yoko_2022().points {
+    for point in TubeCampaign::juniper_yoko_2022().points {
         if !["H30-25", "H180-25"].contains(&point.id.as_str()) {
             continue;
         }
@@ -336,7 +341,7 @@ fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
     let make = |heater: f64| -> Result<Pipe, FlowError> { Pipe::new(&rig, &Closures::default(), heater, 1) };
     assert!(runs(&observations, &Readings::default(), &make).unwrap().is_empty());
     let runs = runs(&observations, &readings, &make).unwrap();
-    let fit = Fit::new(&runs).unwrap();
+    let fit = JointFit::new(&runs).unwrap();
     for (id, base) in fit.base_states().unwrap() {
         let power = if id == "H30-25" { 30.0 } else { 180.0 };
         let real = pipe.steady(&truth, power, 293.0).unwrap().base_state(&pipe);

@@ -1,10 +1,10 @@
 //! What is unknown of settled states, with priors and their reasons.
 
-use super::run::{Run, SIX};
+use super::run::{SIX, SettledRun};
 use crate::error::FlowError;
 use crate::infer::scores::physical;
 use crate::tube::closures::Closures;
-use crate::tube::parameters::Parameters;
+use crate::tube::parameters::TubeParameters;
 use crate::tube::pipe::Pipe;
 use rijke_inference::{Parameter, Prior};
 
@@ -34,7 +34,7 @@ pub(crate) const FIXED: usize = 19;
 ///   %), and heat capacity of the wall (c_p of AISI 304 rises from 477 to 515 J/(kg K) between 300 and 400 K,
 ///   Incropera table A.1; a wall thickness to 2 %).
 #[must_use]
-pub fn unknowns(run: &Run, pipe: &Pipe) -> Vec<Parameter> {
+pub fn unknowns(run: &SettledRun, pipe: &Pipe) -> Vec<Parameter> {
     let c = &pipe.closures;
     let uniform = |name: &str, symbol: &str, unit: &str, low: f64, high: f64| {
         Parameter::new(name, symbol, unit, Prior::Uniform { low, high })
@@ -96,7 +96,7 @@ const PATH_SD: f64 = 1.5e-3;
 
 /// The unknowns as the model takes them.
 pub(crate) struct Filled {
-    pub(crate) parameters: Parameters,
+    pub(crate) parameters: TubeParameters,
     pub(crate) closures: Closures,
     pub(crate) power_factor: f64,
     pub(crate) heater_shift: f64,
@@ -111,7 +111,7 @@ impl Filled {
         let v: Vec<f64> =
             priors.iter().zip(scores).map(|(p, &z)| physical(p, z)).collect::<Result<_, _>>()?;
         Ok(Self {
-            parameters: Parameters {
+            parameters: TubeParameters {
                 heater_drag: v[0],
                 outer_nusselt: v[1],
                 mount_resistance: v[2],

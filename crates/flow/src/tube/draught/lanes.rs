@@ -4,7 +4,7 @@ use super::{Balanced, Draught, Search, Step, TRIES};
 use crate::error::FlowError;
 use crate::number::{Lanes, Number};
 use crate::tube::march::{Drive, Flow, March};
-use crate::tube::parameters::Parameters;
+use crate::tube::parameters::TubeParameters;
 use crate::tube::pipe::Pipe;
 
 /// Lanes that flow the way of most march together until the last has settled; one that has found its flow
@@ -14,7 +14,7 @@ impl<const L: usize> Balanced for Lanes<L> {
         pipe: &Pipe,
         wall: &[Self],
         drive: Drive<Self>,
-        p: &Parameters<Self>,
+        p: &TubeParameters<Self>,
         tolerance: f64,
         out: &mut Draught<Self>,
     ) -> Result<(), FlowError> {

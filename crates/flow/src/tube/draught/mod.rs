@@ -1,9 +1,11 @@
 //! The draught: buoyancy against losses gives the mass flow.
+//!
+//! Knows a tube, its gas and its walls at one moment. Knows neither readings nor what is uncertain.
 
 mod lanes;
 
 use super::march::{Drive, Flow, March};
-use super::parameters::Parameters;
+use super::parameters::TubeParameters;
 use super::pipe::Pipe;
 use crate::error::FlowError;
 use crate::number::{Number, Single};
@@ -77,7 +79,7 @@ impl Pipe {
         march: &March<N>,
         flow: Flow<N>,
         ambient: N,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
     ) -> Balance<N> {
         let (air, c) = (&self.air, &self.closures);
         let ambient_density = air.volume(ambient).recip();
@@ -115,7 +117,7 @@ impl Pipe {
         &self,
         wall: &[N],
         drive: Drive<N>,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
         tolerance: f64,
         out: &mut Draught<N>,
     ) -> Result<(), FlowError> {
@@ -130,7 +132,7 @@ pub trait Balanced: Number {
         pipe: &Pipe,
         wall: &[Self],
         drive: Drive<Self>,
-        p: &Parameters<Self>,
+        p: &TubeParameters<Self>,
         tolerance: f64,
         out: &mut Draught<Self>,
     ) -> Result<(), FlowError>;
@@ -141,7 +143,7 @@ impl<N: Single> Balanced for N {
         pipe: &Pipe,
         wall: &[N],
         drive: Drive<N>,
-        p: &Parameters<N>,
+        p: &TubeParameters<N>,
         tolerance: f64,
         out: &mut Draught<N>,
     ) -> Result<(), FlowError> {

@@ -1,12 +1,14 @@
 //! The steady state by Newton's method, and its derivatives by the implicit function theorem.
+//!
+//! Knows parameters at given values, and neither priors nor readings.
 
 mod tangent;
 
 use super::draught::Draught;
 use super::march::{Drive, Flow, March};
-use super::parameters::Parameters;
+use super::parameters::TubeParameters;
 use super::pipe::Pipe;
-use super::wall::Budget;
+use super::wall::HeatBalance;
 use crate::base::state::BaseState;
 use crate::error::FlowError;
 use crate::number::{Dual, Number};
@@ -34,11 +36,11 @@ pub struct Steady {
     /// The gas.
     pub gas: Draught<f64>,
     /// Where the power goes, W.
-    pub budget: Budget,
+    pub budget: HeatBalance,
     /// Newton steps taken.
     pub steps: usize,
     drive: Drive<f64>,
-    parameters: Parameters,
+    parameters: TubeParameters,
 }
 
 /// Derivatives of a steady state with respect to one of [`SENSITIVE_TO`].
@@ -60,7 +62,7 @@ impl Pipe {
     /// # Errors
     /// [`FlowError::Power`], [`FlowError::Range`] for input out of range; [`FlowError::NotSteady`],
     /// [`FlowError::NoFlow`] if there is no answer.
-    pub fn steady(&self, p: &Parameters, power: f64, ambient: f64) -> Result<Steady, FlowError> {
+    pub fn steady(&self, p: &TubeParameters, power: f64, ambient: f64) -> Result<Steady, FlowError> {
         let (wall, flow) = self.first_guess(p, power, ambient)?;
         self.steady_from(p, power, ambient, wall, flow)
     }
@@ -71,7 +73,7 @@ impl Pipe {
     /// As [`Pipe::steady`].
     pub fn steady_near(
         &self,
-        p: &Parameters,
+        p: &TubeParameters,
         power: f64,
         ambient: f64,
         near: &Steady,
@@ -82,7 +84,7 @@ impl Pipe {
 
     fn steady_from(
         &self,
-        p: &Parameters,
+        p: &TubeParameters,
         power: f64,
         ambient: f64,
         mut wall: Vec<f64>,
@@ -125,7 +127,12 @@ impl Pipe {
     }
 
     /// Small-difference chimney law for the flow, a uniform hot column for the wall.
-    fn first_guess(&self, p: &Parameters, power: f64, ambient: f64) -> Result<(Vec<f64>, f64), FlowError> {
+    fn first_guess(
+        &self,
+        p: &TubeParameters,
+        power: f64,
+        ambient: f64,
+    ) -> Result<(Vec<f64>, f64), FlowError> {
         if power.is_nan() || power < 0.0 || power.is_infinite() {
             return Err(FlowError::Power { watts: power });
         }
@@ -155,7 +162,7 @@ impl Steady {
         const P: usize = 9;
         let v = |value: f64, index: usize| Dual::<P>::variable(value, index);
         let p = &self.parameters;
-        let parameters = Parameters {
+        let parameters = TubeParameters {
             heater_drag: v(p.heater_drag, 0),
             outer_nusselt: v(p.outer_nusselt, 1),
             mount_resistance: v(p.mount_resistance, 2),

@@ -5,7 +5,7 @@ use crate::number::{Dual, Number};
 use crate::tube::band::Band;
 use crate::tube::draught::GRAVITY;
 use crate::tube::march::{Drive, Flow, March};
-use crate::tube::parameters::Parameters;
+use crate::tube::parameters::TubeParameters;
 use crate::tube::pipe::Pipe;
 
 /// Balances at one wall and mass flow, and Newton's linear system: rows 2i the heat of wall cell i, rows 2i +
@@ -38,7 +38,7 @@ impl Pipe {
         wall: &[f64],
         drive: Drive<f64>,
         flow: f64,
-        p: &Parameters,
+        p: &TubeParameters,
         march: &mut March<f64>,
     ) -> Tangent {
         let n = wall.len();

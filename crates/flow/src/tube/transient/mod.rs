@@ -7,7 +7,7 @@ use super::draught::{Balanced, Draught};
 use super::march::Drive;
 use super::parameters::Unknowns;
 use super::pipe::Pipe;
-use super::wall::Budget;
+use super::wall::HeatBalance;
 use crate::error::FlowError;
 use crate::number::{Lanes, Number};
 
@@ -149,7 +149,7 @@ impl<N: Balanced> Transient<N> {
         power: f64,
         ambient: f64,
         tolerance: f64,
-    ) -> Result<Budget, FlowError> {
+    ) -> Result<HeatBalance, FlowError> {
         self.step_each(pipe, implicit, unknowns, power, N::constant(ambient), tolerance)
     }
 
@@ -162,9 +162,9 @@ impl<N: Balanced> Transient<N> {
         power: f64,
         ambient: N,
         tolerance: f64,
-    ) -> Result<Budget, FlowError> {
+    ) -> Result<HeatBalance, FlowError> {
         let (dt, n, p) = (implicit.dt, self.wall.len(), &unknowns.parameters);
-        let mut energy = Budget::default();
+        let mut energy = HeatBalance::default();
         // k1 from the present state.
         let drive = Drive { released: self.released, ambient: self.ambient };
         let first = pipe.wall_heat(&self.wall, drive, p, &self.gas, &mut self.heat);
@@ -238,7 +238,7 @@ impl<const L: usize> Transient<Lanes<L>> {
 
 impl Implicit {
     /// Adds half a step of one stage: its powers, and what the implicit matrix makes of each loss.
-    fn book<N: Number>(&self, pipe: &Pipe, power: &Budget, k: &[N], energy: &mut Budget) {
+    fn book<N: Number>(&self, pipe: &Pipe, power: &HeatBalance, k: &[N], energy: &mut HeatBalance) {
         let mut implied = [0.0; 3];
         for (i, (slopes, k)) in self.slopes.iter().zip(k).enumerate() {
             let scale = GAMMA * self.dt * pipe.capacity(i) * k.total();

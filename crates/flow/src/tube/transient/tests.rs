@@ -2,9 +2,9 @@
 
 use super::{Lanes, Transient};
 use crate::tube::closures::Closures;
-use crate::tube::parameters::{Parameters, Unknowns};
+use crate::tube::parameters::{TubeParameters, Unknowns};
 use crate::tube::pipe::Pipe;
-use rijke_rig::Rig;
+use rijke_rig::TubeRig;
 use std::array::from_fn;
 
 const L: usize = 4;
@@ -12,7 +12,7 @@ const L: usize = 4;
 fn unknowns(k: usize) -> Unknowns {
     let share = k as f64 / L as f64;
     Unknowns {
-        parameters: Parameters {
+        parameters: TubeParameters {
             heater_drag: 3.0 + 17.0 * share,
             outer_nusselt: 1.8 - share,
             mount_resistance: 1.0 + 15.0 * share,
@@ -29,7 +29,7 @@ fn unknowns(k: usize) -> Unknowns {
 
 #[test]
 fn oracle_lanes_have_to_the_last_bit_what_they_have_alone() {
-    let pipe = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap();
+    let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap();
     let implicit = pipe.implicit(15.0);
     let apart: [Unknowns; L] = from_fn(unknowns);
     let together = Unknowns::from_array(from_fn(|j| Lanes(from_fn(|k| apart[k].values()[j]))));

@@ -65,10 +65,9 @@ fn exact_thread_count_changes_no_byte() {
             };
             let out = ensemble.forecast(0, &mut stream, model).unwrap();
             let predicted = Matrix::from_fn(40, 1, |i, _| out[i]);
-            let noise = Noise::Independent(vec![0.1]);
-            let observed = Observed { predicted: &predicted, measured: &[0.2], noise: &noise };
-            let options = Options { scheme: Scheme::RotatedSquareRoot, ..Options::default() };
-            ensemble.analyse(&observed, &options, &mut stream).unwrap();
+            let noise = NoiseCovariance::Independent(vec![0.1]);
+            let observed = EnsembleData { predicted: &predicted, measured: &[0.2], noise: &noise };
+            ensemble.analyse(&observed, Scheme::RotatedSquareRoot, &mut stream).unwrap();
             ensemble
         })
     };

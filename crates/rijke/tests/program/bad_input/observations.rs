@@ -3,7 +3,7 @@
 use super::{Case, case, edit};
 use crate::short;
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::{Campaign, DataKind, Day, Observations, Ping, PointObservations, Rig};
+use rijke_rig::{DataKind, Day, Observations, Ping, PointObservations, TubeCampaign, TubeRig};
 use std::{fs, path::Path};
 
 const RANK: &str = "rank data --until empty-tube --one-start";
@@ -12,7 +12,7 @@ const RANK: &str = "rank data --until empty-tube --one-start";
 pub(crate) fn write(folder: &Path) {
     short::paper(&folder.join("data"));
     edit(folder, "data/study.toml", "[base.states]\npoints = { where = { Q_h = { above = 0 } } }", "");
-    let rig = Rig::juniper_yoko_2022();
+    let rig = TubeRig::juniper_yoko_2022();
     let size = 2 * rig.microphones.positions.len();
     let ping = |k: f64| {
         let pressures = rig.microphones.positions.iter().map(|x| C64::new((3.0 * x).sin(), 0.0));
@@ -23,7 +23,7 @@ pub(crate) fn write(folder: &Path) {
             covariance: Matrix::from_fn(size, size, |i, j| if i == j { 1e-4 } else { 0.0 }),
         }
     };
-    let points = Campaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(4);
+    let points = TubeCampaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(4);
     let observations = Observations {
         kind: DataKind::Virtual,
         source: "a test".into(),
@@ -210,9 +210,9 @@ pub(super) const CASES: [Case; 20] = [
         ["data/results", "exists already", "--force"],
     ),
     case(
-        "negative error of the referee",
+        "negative error of the sampler",
         |_| (),
-        "rank data --referee nested --referee-error=-1",
-        ["--referee-error", "-1", "--help"],
+        "rank data --sampler nested --sampler-error=-1",
+        ["--sampler-error", "-1", "--help"],
     ),
 ];

@@ -1,7 +1,7 @@
 //! One element of the chain: its name, its numbers, what kind it is.
 
 use super::Reading;
-use crate::Problem;
+use crate::StudyProblem;
 use crate::names::{add, factors};
 use crate::rig::elements::{COMPACT, ENDS, FUNCTION};
 use crate::rig::part::{Part, Shape, own_numbers};
@@ -20,11 +20,12 @@ impl Reading<'_> {
             None => Ok(None),
             Some(Toml::String(text)) => Ok(Some(text)),
             Some(other) => {
-                Err(wrong(Problem::Value { key: key.into(), value: other.to_string(), need: "a text" }))
+                Err(wrong(StudyProblem::Value { key: key.into(), value: other.to_string(), need: "a text" }))
             }
         };
-        let kind = text(&mut table, "type")?
-            .ok_or_else(|| wrong(Problem::Missing { key: "type".into(), need: "say what the element is" }))?;
+        let kind = text(&mut table, "type")?.ok_or_else(|| {
+            wrong(StudyProblem::Missing { key: "type".into(), need: "say what the element is" })
+        })?;
         let name = text(&mut table, "name")?.unwrap_or_else(|| format!("{kind}_{}", index + 1));
         self.check_name(&name).map_err(wrong)?;
         let present = text(&mut table, "present")?;
@@ -32,7 +33,7 @@ impl Reading<'_> {
             None => None,
             Some(factor) => Some(self.scope.find(&factor).ok_or_else(|| {
                 let known = listed(factors(&self.scope));
-                wrong(Problem::Unknown { what: "factor", name: factor, known })
+                wrong(StudyProblem::Unknown { what: "factor", name: factor, known })
             })?),
         };
         let near_field = self.plain(&mut table, "near_field", "1", &at)?;
@@ -41,7 +42,11 @@ impl Reading<'_> {
             Some(Toml::Table(numbers)) => numbers,
             Some(other) => {
                 let need = "a table, { name = value, ... }";
-                return Err(wrong(Problem::Value { key: "numbers".into(), value: other.to_string(), need }));
+                return Err(wrong(StudyProblem::Value {
+                    key: "numbers".into(),
+                    value: other.to_string(),
+                    need,
+                }));
             }
         };
         let part = self.parts.len();
@@ -77,7 +82,7 @@ impl Reading<'_> {
         } else {
             let found = COMPACT.iter().find(|k| k.name == kind).ok_or_else(|| {
                 let known = listed(["duct", "insert"].into_iter().chain(COMPACT.iter().map(|k| k.name)));
-                wrong(Problem::Unknown { what: "type of element", name: kind.clone(), known })
+                wrong(StudyProblem::Unknown { what: "type of element", name: kind.clone(), known })
             })?;
             let places = match table.remove("at") {
                 None => Vec::new(),
@@ -114,19 +119,19 @@ impl Reading<'_> {
             if is_end { &["type"] } else { &["at", "name", "type", "present", "near_field", "numbers"] };
         let all = keys.iter().map(|k| k.name).chain([of_kind]).chain(function.iter().copied());
         let known = listed(all.chain(common.iter().copied()).filter(|name| !name.is_empty()));
-        Err((at.clone(), Problem::Unknown { what: "key of this element", name: key.clone(), known }))
+        Err((at.clone(), StudyProblem::Unknown { what: "key of this element", name: key.clone(), known }))
     }
 
-    pub(super) fn check_name(&self, name: &str) -> Result<(), Problem> {
+    pub(super) fn check_name(&self, name: &str) -> Result<(), StudyProblem> {
         let why = "letters, digits, _ and - only, starting with a letter; upstream, downstream, ends and ducts are taken";
         let good = name.starts_with(|c: char| c.is_alphabetic())
             && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')
             && !["upstream", "downstream", "ends", "ducts"].contains(&name);
         if !good {
-            return Err(Problem::Name { what: "part", name: name.to_owned(), why });
+            return Err(StudyProblem::Name { what: "part", name: name.to_owned(), why });
         }
         if self.parts.iter().any(|p| p.name == name) {
-            return Err(Problem::Duplicate { what: "part", name: name.to_owned() });
+            return Err(StudyProblem::Duplicate { what: "part", name: name.to_owned() });
         }
         Ok(())
     }
@@ -190,7 +195,7 @@ impl Reading<'_> {
     ) -> Outcome<Value> {
         let value = table.remove(key);
         let value = value.ok_or_else(|| {
-            (at.clone(), Problem::Missing { key: key.into(), need: "a number, a quantity or a formula" })
+            (at.clone(), StudyProblem::Missing { key: key.into(), need: "a number, a quantity or a formula" })
         })?;
         self.extent(part, key, &value, unit, at)
     }
@@ -209,7 +214,7 @@ impl Reading<'_> {
             Value::Number(v) => Ok(Some(v)),
             _ => Err((
                 at.clone(),
-                Problem::Value { key: key.into(), value: value.to_string(), need: "a number" },
+                StudyProblem::Value { key: key.into(), value: value.to_string(), need: "a number" },
             )),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::owner::Owner;
 use super::{Reading, complex};
-use crate::Problem;
+use crate::StudyProblem;
 use crate::rig::elements::{CHOKED, ENDS, FUNCTION};
 use crate::source::{Outcome, listed};
 use std::ops::Range;
@@ -16,7 +16,7 @@ impl Reading<'_> {
         let kind = kind.as_ref().and_then(Toml::as_str).unwrap_or("?");
         let found = ENDS.iter().find(|k| k.name == kind).ok_or_else(|| {
             let known = listed(ENDS.iter().map(|k| k.name));
-            (at.clone(), Problem::Unknown { what: "type of end", name: kind.to_owned(), known })
+            (at.clone(), StudyProblem::Unknown { what: "type of end", name: kind.to_owned(), known })
         })?;
         // `calibration` = [modulus, angle], as network files have it.
         if kind == "unflanged"
@@ -29,7 +29,7 @@ impl Reading<'_> {
             else {
                 let need = "[modulus, angle in rad], without `modulus` and `angle` beside it";
                 let value = calibration.to_string();
-                return Err((at, Problem::Value { key: "calibration".into(), value, need }));
+                return Err((at, StudyProblem::Value { key: "calibration".into(), value, need }));
             };
             table.extend([("modulus".to_owned(), modulus), ("angle".to_owned(), angle)]);
         }
@@ -47,7 +47,7 @@ impl Reading<'_> {
                     (None, Some(default)) => (Toml::String(default.to_owned()), key.unit),
                     (None, None) => {
                         let need = "a number, a quantity, a formula, or \"$unknown\"";
-                        return Err((at.clone(), Problem::Missing { key: key.name.into(), need }));
+                        return Err((at.clone(), StudyProblem::Missing { key: key.name.into(), need }));
                     }
                 };
                 definitions.extend(self.defined(owner, key.name, unit, &value, &at)?);
@@ -85,13 +85,13 @@ impl Reading<'_> {
             } else {
                 "a list of coefficients, ascending powers of s"
             };
-            return Err((at.clone(), Problem::Missing { key: (*key).into(), need }));
+            return Err((at.clone(), StudyProblem::Missing { key: (*key).into(), need }));
         }
         if kind == "impedance"
             && !["numerator", "denominator", "table"].iter().any(|k| table.contains_key(*k))
         {
             let need = "a number, a formula or \"$unknown\"; or give numerator and denominator, or table";
-            return Err((at.clone(), Problem::Missing { key: "impedance".into(), need }));
+            return Err((at.clone(), StudyProblem::Missing { key: "impedance".into(), need }));
         }
         let mut all = self.transfer(owner, table, keys, at)?;
         if kind == "impedance" {

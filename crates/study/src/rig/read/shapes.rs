@@ -2,8 +2,8 @@
 
 use super::owner::Owner;
 use super::{Reading, Waiting, complex};
-use crate::Problem;
-use crate::law::{Coefficient, Hears};
+use crate::StudyProblem;
+use crate::law::{Coefficient, Hears, words};
 use crate::names::add;
 use crate::rig::Duct;
 use crate::rig::elements::{
@@ -19,7 +19,7 @@ impl Reading<'_> {
     pub(super) fn duct(&mut self, part: usize, table: &mut Table, at: &Range<usize>) -> Outcome<Duct> {
         let length = self.needed(part, table, "length", "m", at)?;
         let one_of = |what: &'static str| {
-            (at.clone(), Problem::Missing { key: what.into(), need: "give one of the two" })
+            (at.clone(), StudyProblem::Missing { key: what.into(), need: "give one of the two" })
         };
         let mut area = |round: &'static str, plain: &'static str| -> Outcome<Option<Value>> {
             match (table.remove(round), table.remove(plain)) {
@@ -55,7 +55,10 @@ impl Reading<'_> {
         if let Some(value) = table.remove("temperatures") {
             let list = value.as_array().filter(|_| temperatures.is_empty()).cloned().ok_or_else(|| {
                 let need = "a list, without `temperature` beside it";
-                (at.clone(), Problem::Value { key: "temperatures".into(), value: value.to_string(), need })
+                (
+                    at.clone(),
+                    StudyProblem::Value { key: "temperatures".into(), value: value.to_string(), need },
+                )
             })?;
             for value in &list {
                 temperatures.push(self.read(part, "temperatures", value, "K", at)?);
@@ -66,7 +69,7 @@ impl Reading<'_> {
         if temperature_sd.is_nan() || temperature_sd < 0.0 || stands_alone {
             let (key, value) = ("temperature_sd".into(), temperature_sd.to_string());
             let need = "positive, beside a `temperature` of this duct";
-            return Err((at.clone(), Problem::Value { key, value, need }));
+            return Err((at.clone(), StudyProblem::Value { key, value, need }));
         }
         let pieces = self.plain(table, "pieces", "1", at)?;
         let pieces = match pieces {
@@ -76,7 +79,7 @@ impl Reading<'_> {
                 let need = "a whole number from 1 to 100000";
                 return Err((
                     at.clone(),
-                    Problem::Value { key: "pieces".into(), value: n.to_string(), need },
+                    StudyProblem::Value { key: "pieces".into(), value: n.to_string(), need },
                 ));
             }
         };
@@ -97,7 +100,7 @@ impl Reading<'_> {
                     let known = listed(["none"].into_iter().chain(WALLS.iter().map(|w| w.0)));
                     return Err((
                         at.clone(),
-                        Problem::Unknown { what: "law of the wall", name: wanted.into(), known },
+                        StudyProblem::Unknown { what: "law of the wall", name: wanted.into(), known },
                     ));
                 }
             }
@@ -125,6 +128,19 @@ impl Reading<'_> {
         }
     }
 
+    /// Refuses an unknown that is called as a number of the element and is not it: formulas of the element
+    /// would take the one for the other.
+    fn no_clash(&self, table: &Table, at: &Range<usize>) -> Outcome<()> {
+        let texts = table.values().filter_map(Toml::as_str);
+        for name in texts.flat_map(|text| text.split('$').skip(1)).filter_map(|rest| words(rest).next()) {
+            let other = table.get(name).filter(|v| v.as_str().is_none_or(|t| t.trim() != format!("${name}")));
+            if other.is_some() && self.unknowns.iter().any(|u| u == name) {
+                return Err((at.clone(), StudyProblem::Clash { name: name.to_owned() }));
+            }
+        }
+        Ok(())
+    }
+
     pub(super) fn wait(
         &mut self,
         at: &Range<usize>,
@@ -145,6 +161,7 @@ impl Reading<'_> {
         table: &mut Table,
         at: &Range<usize>,
     ) -> Outcome<()> {
+        self.no_clash(table, at)?;
         let mut definitions = Vec::new();
         if kind.name == "feedback" {
             return self.feedback(part, kind, table, at);
@@ -159,7 +176,7 @@ impl Reading<'_> {
         {
             if table.contains_key("loss") {
                 let need = "give one of the two";
-                return Err((at.clone(), Problem::Missing { key: "loss or open_area".into(), need }));
+                return Err((at.clone(), StudyProblem::Missing { key: "loss or open_area".into(), need }));
             }
             definitions.extend(self.definition(part, "open_area", "1", &open_area, at)?);
             definitions.push(("loss".into(), SCREEN_LOSS.into()));
@@ -204,7 +221,7 @@ impl Reading<'_> {
             Some("downstream") => true,
             Some(other) => {
                 let (what, known) = ("side of a reference", "upstream, downstream".to_owned());
-                return Err((at.clone(), Problem::Unknown { what, name: other.to_owned(), known }));
+                return Err((at.clone(), StudyProblem::Unknown { what, name: other.to_owned(), known }));
             }
         };
         let distance = table.remove("reference").unwrap_or(Toml::Integer(0));
@@ -212,7 +229,7 @@ impl Reading<'_> {
             Value::Number(v) if v < 0.0 => {
                 let (key, value) = ("reference".to_owned(), v.to_string());
                 let need = "a distance: zero or more; `reference_side` says where";
-                Err((at.clone(), Problem::Value { key, value, need }))
+                Err((at.clone(), StudyProblem::Value { key, value, need }))
             }
             Value::Number(0.0) if !downstream => Ok(None),
             _ => {
@@ -243,7 +260,7 @@ impl Reading<'_> {
                     let mut all = self.transfer(owner, &mut function, keys, at)?;
                     if let Some(other) = function.keys().next() {
                         let (what, known) = ("key of a coupling", listed(keys.iter().copied()));
-                        return Err((at.clone(), Problem::Unknown { what, name: other.clone(), known }));
+                        return Err((at.clone(), StudyProblem::Unknown { what, name: other.clone(), known }));
                     }
                     all.push((coupling, format!("{prefix}transfer")));
                     all
@@ -270,7 +287,7 @@ impl Reading<'_> {
             (None, Some(default)) => Toml::Float(default.parse().unwrap_or(f64::NAN)),
             (None, None) => {
                 let need = "a number, a quantity, a formula, or \"$unknown\"";
-                return Err((at.clone(), Problem::Missing { key: key.name.into(), need }));
+                return Err((at.clone(), StudyProblem::Missing { key: key.name.into(), need }));
             }
         };
         self.definition(part, key.name, key.unit, &value, at)
@@ -288,7 +305,7 @@ impl Reading<'_> {
             if table.contains_key("gain") {
                 return Err((
                     at.clone(),
-                    Problem::Missing { key: "gain or n".into(), need: "give one of the two" },
+                    StudyProblem::Missing { key: "gain or n".into(), need: "give one of the two" },
                 ));
             }
             all.extend(self.definition(part, "n", "1", &n, at)?);
@@ -347,7 +364,7 @@ fn in_range(key: &str, given: &Given, at: &Range<usize>) -> Outcome<()> {
     match fault_of(key, *value) {
         None => Ok(()),
         Some(need) => {
-            Err((at.clone(), Problem::Value { key: key.to_owned(), value: value.to_string(), need }))
+            Err((at.clone(), StudyProblem::Value { key: key.to_owned(), value: value.to_string(), need }))
         }
     }
 }
@@ -378,6 +395,6 @@ fn one_of_these(
     let found = laws.iter().find(|(name, _)| *name == wanted).map(|(_, law)| (*law).to_owned());
     found.ok_or_else(|| {
         let known = listed(laws.iter().map(|law| law.0));
-        (at.clone(), Problem::Unknown { what: key, name: wanted, known })
+        (at.clone(), StudyProblem::Unknown { what: key, name: wanted, known })
     })
 }

@@ -2,7 +2,7 @@
 
 use super::Reading;
 use super::owner::Owner;
-use crate::Problem;
+use crate::StudyProblem;
 use crate::law::Measured;
 use crate::rig::elements::transfer;
 use crate::rig::value::{Given, Value};
@@ -28,13 +28,16 @@ impl Reading<'_> {
         let fail = |problem| Err((at.clone(), problem));
         if rows.is_some() && (cutoff.is_some() || numerator.is_some() || denominator.is_some()) {
             let key = "table, or cutoff_hz, numerator and denominator".into();
-            return fail(Problem::Missing {
+            return fail(StudyProblem::Missing {
                 key,
                 need: "give one of the two; `delay` may stand beside both",
             });
         }
         if rows.is_none() && tolerance.is_some() {
-            return fail(Problem::Missing { key: "table".into(), need: "a tolerance is that of a table" });
+            return fail(StudyProblem::Missing {
+                key: "table".into(),
+                need: "a tolerance is that of a table",
+            });
         }
         let mut factors = Vec::new();
         if let Some(rows) = rows {
@@ -83,7 +86,10 @@ impl Reading<'_> {
         }
         if vanishes {
             let need = "a list of coefficients, ascending powers of s, not all zero";
-            return Err((at.clone(), Problem::Value { key: key.into(), value: value.to_string(), need }));
+            return Err((
+                at.clone(),
+                StudyProblem::Value { key: key.into(), value: value.to_string(), need },
+            ));
         }
         Ok(names)
     }

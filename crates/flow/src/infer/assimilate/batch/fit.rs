@@ -5,7 +5,7 @@ use super::model::Batch;
 use super::shape::Shape;
 use crate::error::FlowError;
 use crate::infer::assimilate::estimate::Estimate;
-use crate::infer::health::Health;
+use crate::infer::health::FlowHealth;
 use crate::tube::parameters::UNKNOWNS;
 use rijke_inference::{
     Data, Forward, ForwardError, MapOptions, Observation, Parameter, Parameters, Posterior, Prediction,
@@ -82,7 +82,7 @@ impl Batch<'_> {
         predicted: &[f64],
         slopes: &Matrix,
         converged: bool,
-    ) -> Result<Health, FlowError> {
+    ) -> Result<FlowHealth, FlowError> {
         let sensors = self.record.sensors.len();
         let (mut chi, mut lagged, mut squares) = (0.0, vec![0.0; sensors], vec![0.0; sensors]);
         let mut last = vec![0.0; sensors];
@@ -99,7 +99,7 @@ impl Batch<'_> {
         let named = |test: &dyn Fn(usize) -> bool| {
             (0..UNKNOWNS).filter(|&i| test(i)).map(|i| self.priors[i].name.clone()).collect()
         };
-        Ok(Health {
+        Ok(FlowHealth {
             chi_squared: chi / (data - scores.len() as f64),
             chi_squared_sd: (2.0 / data).sqrt(),
             whiteness: lagged.iter().zip(&squares).map(|(l, s)| l / s).collect(),

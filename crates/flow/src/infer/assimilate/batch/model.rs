@@ -4,7 +4,7 @@
 use super::whitening::Whitening;
 use crate::error::FlowError;
 use crate::infer::assimilate::ambient::smooth_ambient;
-use crate::infer::assimilate::record::{Record, observe};
+use crate::infer::assimilate::record::{FlowRecord, observe};
 use crate::infer::scores::unknowns_from;
 use crate::number::{Dual, Number};
 use crate::tube::draught::Balanced;
@@ -21,7 +21,7 @@ use rijke_inference::Parameter;
 #[derive(Clone, Debug)]
 pub struct Batch<'a> {
     pub(crate) pipe: &'a Pipe,
-    pub(crate) record: &'a Record,
+    pub(crate) record: &'a FlowRecord,
     pub(crate) priors: [Parameter; UNKNOWNS],
     pub(crate) ambient: Vec<f64>,
     pub(crate) bin: usize,
@@ -33,12 +33,12 @@ pub struct Batch<'a> {
 }
 
 impl<'a> Batch<'a> {
-    /// Averages over `bin` samples (10 is a good choice); `record` must have been [`Record::checked`].
+    /// Averages over `bin` samples (10 is a good choice); `record` must have been [`FlowRecord::checked`].
     ///
     /// # Errors
     /// Those of the model at the middle of the priors, where its response to the ambient temperature is
     /// taken.
-    pub fn new(pipe: &'a Pipe, record: &'a Record, bin: usize) -> Result<Self, FlowError> {
+    pub fn new(pipe: &'a Pipe, record: &'a FlowRecord, bin: usize) -> Result<Self, FlowError> {
         let bin = bin.max(1);
         let smoothed = smooth_ambient(record);
         let (mut means, mut sd) = (Vec::new(), Vec::new());

@@ -8,7 +8,7 @@
 
 use super::model::Batch;
 use crate::error::FlowError;
-use crate::infer::tension::Tension;
+use crate::infer::tension::ClosureTension;
 use crate::tube::closures::Closures;
 use rijke_numerics::{Cholesky, Matrix};
 
@@ -29,7 +29,7 @@ const OPEN: [Open; 8] = [
 impl Batch<'_> {
     /// The test for every closure that handbooks leave open, at the most probable `scores`, with `slopes` of
     /// the whitened readings there. Responses to closures are differences of rough predictions.
-    pub(crate) fn tensions(&self, scores: &[f64], slopes: &Matrix) -> Result<Vec<Tension>, FlowError> {
+    pub(crate) fn tensions(&self, scores: &[f64], slopes: &Matrix) -> Result<Vec<ClosureTension>, FlowError> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let fitted = self.whitened(scores)?;
         let data = self.whitening.apply(self.means.clone());
@@ -55,9 +55,12 @@ impl Batch<'_> {
             let score = dot(&change, &residual) - dot(&absorbed, &left);
             let sd = information.sqrt().recip();
             let preferred = value + unit * score * sd * sd;
-            Ok(Tension { closure: (*name).to_owned(), value, preferred, sd: unit * sd, z: score * sd })
+            Ok(ClosureTension { closure: (*name).to_owned(), value, preferred, sd: unit * sd, z: score * sd })
         };
-        OPEN.iter().map(one).filter(|t| t.as_ref().map_or(true, |t: &Tension| t.z.is_finite())).collect()
+        OPEN.iter()
+            .map(one)
+            .filter(|t| t.as_ref().map_or(true, |t: &ClosureTension| t.z.is_finite()))
+            .collect()
     }
 }
 
@@ -69,10 +72,10 @@ mod tests {
     use crate::tube::parameters::UNKNOWNS;
     use crate::tube::pipe::Pipe;
     use rijke_numerics::Streams;
-    use rijke_rig::Rig;
+    use rijke_rig::TubeRig;
 
     fn worst(truth: &Closures) -> (String, f64, usize) {
-        let pipe = |closures: &Closures| Pipe::new(&Rig::juniper_yoko_2022(), closures, 0.25, 1).unwrap();
+        let pipe = |closures: &Closures| Pipe::new(&TubeRig::juniper_yoko_2022(), closures, 0.25, 1).unwrap();
         let options = TwinOptions { powers: staircase(&[0.0, 30.0, 180.0], 100), ..TwinOptions::default() };
         let scores = vec![0.0; UNKNOWNS + 8];
         let twin = Twin::new(&pipe(truth), &options, &Streams::new(3), Some(&scores)).unwrap();

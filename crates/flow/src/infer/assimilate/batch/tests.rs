@@ -13,7 +13,7 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use rijke_inference::Forward;
 use rijke_numerics::{Cholesky, Matrix, Order, Streams, symmetric_eigen};
-use rijke_rig::Rig;
+use rijke_rig::TubeRig;
 
 /// A batch taken to first order at the truth.
 struct Linear {
@@ -69,7 +69,7 @@ fn linear(pipe: &Pipe, options: &TwinOptions, seed: u64) -> ([Linear; 3], Vec<f6
 }
 
 fn pipe() -> Pipe {
-    Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap()
+    Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap()
 }
 
 fn mean_square(values: impl Iterator<Item = f64>) -> f64 {

@@ -82,12 +82,12 @@ const SEEN: f64 = 1e-4;
 mod tests {
     use super::*;
     use crate::infer::assimilate::ambient::smooth_ambient;
-    use crate::infer::assimilate::record::{Record, Sample};
+    use crate::infer::assimilate::record::{FlowRecord, Sample};
 
     #[test]
     fn oracle_whitens_the_dense_covariance() {
         let sample = |k: usize| Sample { power: 0.0, ambient: 293.0 + 0.01 * k as f64, readings: Vec::new() };
-        let record = Record {
+        let record = FlowRecord {
             interval: 15.0,
             sensors: Vec::new(),
             ambient_sd: 0.1,

@@ -3,13 +3,13 @@
 use super::members::{GROUP, Layout, Members};
 use crate::error::FlowError;
 use crate::infer::assimilate::estimate::Estimate;
-use crate::infer::assimilate::record::Record;
+use crate::infer::assimilate::record::FlowRecord;
 use crate::tube::parameters::{UNKNOWNS, unknowns};
 use crate::tube::pipe::Pipe;
 use rand_distr::{Distribution, StandardNormal};
 use rijke_inference::Parameter;
 use rijke_inference::ensemble::{
-    Diagnostics, Ensemble, Noise, Observed, Options, Scheme, effective_rank, orthogonal_forcing,
+    Diagnostics, Ensemble, EnsembleData, NoiseCovariance, Scheme, effective_rank, orthogonal_forcing,
 };
 use rijke_numerics::{Matrix, Streams};
 
@@ -82,7 +82,7 @@ pub struct FilterRun {
 /// [`FlowError::Ensemble`] if most members fail, and those of the model.
 pub fn filter(
     pipe: &Pipe,
-    record: &Record,
+    record: &FlowRecord,
     options: &FilterOptions,
     streams: &Streams,
 ) -> Result<FilterRun, FlowError> {
@@ -92,11 +92,10 @@ pub fn filter(
     let mut stream = streams.stream("flow/filter");
     let (mut ensemble, members) = Members::draw(pipe, record, &priors, layout, options.members, &mut stream)?;
     let walk = record.ambient_drift.powi(2) * record.interval;
-    let noise = Noise::Independent(
+    let noise = NoiseCovariance::Independent(
         record.sensors.iter().map(|s| s.sd.powi(2)).chain([record.ambient_sd.powi(2)]).collect(),
     );
     let scheme = if options.variant == Variant::Paper { Scheme::Stochastic } else { Scheme::SquareRoot };
-    let analysis = Options { scheme, ..Options::default() };
     let (mut innovations, mut history) = (Diagnostics::default(), Vec::new());
     let mut recent = Diagnostics::default();
     for (step, sample) in record.samples.iter().enumerate() {
@@ -106,10 +105,10 @@ pub fn filter(
         let predicted =
             Matrix::from_fn(options.members, record.sensors.len() + 1, |i, j| runs[i].readings[j]);
         let measured: Vec<f64> = sample.readings.iter().copied().chain([sample.ambient]).collect();
-        let observed = Observed { predicted: &predicted, measured: &measured, noise: &noise };
+        let observed = EnsembleData { predicted: &predicted, measured: &measured, noise: &noise };
         let frozen = options.variant == Variant::SquareRoot && sample.power == 0.0;
         let before = frozen.then(|| ensemble.members().clone());
-        let innovation = ensemble.analyse(&observed, &analysis, &mut stream)?;
+        let innovation = ensemble.analyse(&observed, scheme, &mut stream)?;
         innovations.record(&innovation);
         recent.record(&innovation);
         if let Some(before) = before {

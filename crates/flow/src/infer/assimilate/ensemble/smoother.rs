@@ -3,7 +3,7 @@
 use crate::error::FlowError;
 use crate::infer::assimilate::batch::model::Batch;
 use crate::infer::assimilate::estimate::Estimate;
-use rijke_inference::ensemble::{Ensemble, Noise, Smoother, smooth as smooth_ensemble};
+use rijke_inference::ensemble::{Ensemble, NoiseCovariance, Smoother, smooth as smooth_ensemble};
 use rijke_numerics::{Matrix, Streams};
 
 /// The estimate from `members` members (100 by default in the paper) and the passes of `smoother`.
@@ -19,7 +19,7 @@ pub fn smooth(
     streams: &Streams,
 ) -> Result<Estimate, FlowError> {
     let measured = batch.whitening.apply(batch.means.clone());
-    let noise = Noise::Independent(vec![1.0; measured.len()]);
+    let noise = NoiseCovariance::Independent(vec![1.0; measured.len()]);
     let prior =
         Ensemble::standard_normal(members, batch.scores(), &mut streams.stream("flow/smoother/prior"))?;
     let smoothed = smooth_ensemble(prior, &measured, &noise, smoother, streams, |scores| {

@@ -4,7 +4,7 @@
 mod tests;
 
 use crate::error::FlowError;
-use crate::infer::assimilate::record::{Record, observe};
+use crate::infer::assimilate::record::{FlowRecord, observe};
 use crate::infer::scores::unknowns_from;
 use crate::number::Lanes;
 use crate::tube::air::in_range;
@@ -51,7 +51,7 @@ impl Layout {
 /// starts.
 pub(super) struct Members<'a> {
     pipe: &'a Pipe,
-    record: &'a Record,
+    record: &'a FlowRecord,
     priors: &'a [Parameter; UNKNOWNS],
     layout: Layout,
     implicit: Implicit,
@@ -70,7 +70,7 @@ impl<'a> Members<'a> {
     /// `count` draws from the prior, cold.
     pub(super) fn draw(
         pipe: &'a Pipe,
-        record: &'a Record,
+        record: &'a FlowRecord,
         priors: &'a [Parameter; UNKNOWNS],
         layout: Layout,
         count: usize,

@@ -6,11 +6,11 @@ use crate::infer::assimilate::twin::{Twin, TwinOptions, staircase};
 use crate::tube::closures::Closures;
 use crate::tube::parameters::unknowns;
 use rijke_numerics::Streams;
-use rijke_rig::Rig;
+use rijke_rig::TubeRig;
 
 /// A heater far up the tube and samples every `interval` seconds: a step too long for members whose wall
 /// follows quickly.
-fn record(pipe: &Pipe, interval: f64) -> Record {
+fn record(pipe: &Pipe, interval: f64) -> FlowRecord {
     let options = TwinOptions { powers: staircase(&[0.0, 180.0], 10), interval, ..TwinOptions::default() };
     Twin::new(pipe, &options, &Streams::new(0), Some(&[0.0; 18])).unwrap().record
 }
@@ -18,8 +18,8 @@ fn record(pipe: &Pipe, interval: f64) -> Record {
 #[test]
 fn oracle_failed_members_are_those_that_fail_alone_and_are_drawn_from_the_others() {
     const MEMBERS: usize = 12;
-    let pipe = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.85, 1).unwrap();
-    let (record, priors) = (Record { interval: 900.0, ..record(&pipe, 600.0) }, unknowns());
+    let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.85, 1).unwrap();
+    let (record, priors) = (FlowRecord { interval: 900.0, ..record(&pipe, 600.0) }, unknowns());
     let layout = Layout { scores: UNKNOWNS + record.biased().count(), walls: pipe.size() };
     let mut counts = [0; 2];
     for seed in 0..4 {
@@ -104,7 +104,7 @@ fn remove(from: &mut [f64], unit: &[f64]) {
 
 #[test]
 fn exact_a_filter_with_failed_members_counts_them_and_goes_on() {
-    let pipe = Pipe::new(&Rig::juniper_yoko_2022(), &Closures::default(), 0.85, 1).unwrap();
+    let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.85, 1).unwrap();
     let run = |interval: f64| {
         filter(&pipe, &record(&pipe, interval), &FilterOptions::default(), &Streams::new(0)).unwrap()
     };

@@ -1,6 +1,6 @@
 //! A source of a chain at rest that answers to the velocity elsewhere, by laws of a caller.
 
-use super::probe::{Part, Side, row};
+use super::probe::{Side, SourceCoefficient, row};
 use crate::chain::coefficients::{At, Laws};
 use crate::chain::network::{Network, Segment};
 use crate::slot::Slot;
@@ -9,7 +9,7 @@ use rijke_numerics::{C64, Jet};
 /// A source u2 - r u1 = T u_ref, where T is a law times a factor and only ducts lie between the source and
 /// u_ref: its k_eu and k_ep.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Heard {
+pub struct RemoteSource {
     /// Number of the law that is T.
     pub law: usize,
     /// What it is multiplied by.
@@ -30,9 +30,9 @@ struct Passed {
     losses: [Vec<(usize, f64)>; 2],
 }
 
-/// Why a velocity cannot be heard.
+/// Why a source cannot have its reference where it is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Unheard {
+pub enum NoReference {
     /// The reference lies outside.
     #[error("which lies outside of the ducts: give a smaller distance")]
     Outside,
@@ -49,15 +49,15 @@ impl Network {
     /// the laws that it has attached for k_eu and k_ep. Ask when all else is attached.
     ///
     /// # Errors
-    /// [`Unheard`].
-    pub fn heard(
+    /// [`NoReference`].
+    pub fn remote_source(
         &self,
         place: usize,
         distance: f64,
         downstream: bool,
         law: usize,
         own: [usize; 2],
-    ) -> Result<Heard, Unheard> {
+    ) -> Result<RemoteSource, NoReference> {
         let n = self.segments.len();
         let acts = |at: usize| {
             self.attachments().any(|(slot, law, _)| {
@@ -66,7 +66,7 @@ impl Network {
             })
         };
         if downstream && acts(place) {
-            return Err(Unheard::NotAlone);
+            return Err(NoReference::NotAlone);
         }
         let way: Vec<usize> = if downstream { (place..n).collect() } else { (0..place).rev().collect() };
         let total: f64 = self.segments.iter().map(|s| s.length).sum();
@@ -77,7 +77,7 @@ impl Network {
             }
             let between = if downstream { i } else { i + 1 };
             if !path.is_empty() && acts(between) {
-                return Err(Unheard::Blocked);
+                return Err(NoReference::Blocked);
             }
             let mut segment = self.segments[i];
             let ratio = path.last().map_or(1.0, |p| p.segment.area / segment.area);
@@ -94,18 +94,18 @@ impl Network {
             path.push(Passed { index: i, segment, ratio, losses });
         }
         if left > 1e-9 * total {
-            return Err(Unheard::Outside);
+            return Err(NoReference::Outside);
         }
         let inside = place > 0 && place < n;
         let ratio = if inside { self.segments[place - 1].area / self.segments[place].area } else { 1.0 };
         let (side, distance) =
             if downstream { (Side::Downstream { ratio }, distance) } else { (Side::Upstream, -distance) };
-        Ok(Heard { law, factor: 1.0, distance, side, path })
+        Ok(RemoteSource { law, factor: 1.0, distance, side, path })
     }
 }
 
-impl Heard {
-    /// The segment in which the velocity is heard; none where it is that at the source.
+impl RemoteSource {
+    /// The segment in which the reference lies; none where it is that at the source.
     #[must_use]
     pub fn segment(&self) -> Option<usize> {
         self.path.last().map(|p| p.index)
@@ -121,7 +121,8 @@ impl Heard {
     #[must_use]
     pub fn coefficients(&self, at: &At, laws: &Laws) -> [Jet; 2] {
         let [t, beta, alpha] = self.parts(at, laws);
-        [Part::Velocity, Part::Pressure].map(|of| self.side.coefficient(of, &t, &alpha, &beta))
+        [SourceCoefficient::Velocity, SourceCoefficient::Pressure]
+            .map(|of| self.side.coefficient(of, &t, &alpha, &beta))
     }
 
     /// 1 - T alpha, whose zeros are poles of the coefficients if the reference lies downstream; none

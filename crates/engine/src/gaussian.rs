@@ -8,7 +8,7 @@ use rijke_rig::ChannelErrors;
 /// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of
 /// the next.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Knowledge {
+pub struct NamedGaussian {
     /// Names of the parameters.
     pub names: Vec<String>,
     /// Most probable values.
@@ -25,7 +25,7 @@ pub struct Training {
     /// What is assumed of noise and model error.
     pub noise: Noise,
     /// What earlier stages found; parameters that the assembly does not have are ignored.
-    pub known: Vec<Knowledge>,
+    pub known: Vec<NamedGaussian>,
     /// What the observations share of the channels' calibration, if that is known: delays and gains are then
     /// parameters beside the model's.
     pub channels: Option<ChannelErrors>,
@@ -35,6 +35,8 @@ pub struct Training {
     /// others as a systematic covariance. Costs a second fit: their effect is taken at the result of a first
     /// one that ignores them.
     pub base_errors: bool,
+    /// Assemblies of the rig of which later stages have points too: what is learnt of their errors goes on.
+    pub assemblies: Vec<String>,
     /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some
     /// hundred calls of the model.
     pub checks: Option<AssessOptions>,

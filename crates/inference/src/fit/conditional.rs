@@ -8,7 +8,7 @@ use crate::problem::NoiseMode;
 use rijke_numerics::Order;
 
 /// The posterior with all coordinates held but those that are `free`.
-pub(crate) struct Held<'a> {
+pub(crate) struct Conditional<'a> {
     pub(crate) posterior: &'a Posterior<'a>,
     /// A value for every coordinate; those of the free ones are not read.
     pub(crate) whole: Vec<f64>,
@@ -17,7 +17,7 @@ pub(crate) struct Held<'a> {
     factors: Option<Vec<Factor>>,
 }
 
-impl<'a> Held<'a> {
+impl<'a> Conditional<'a> {
     pub(crate) fn new(posterior: &'a Posterior<'a>, whole: Vec<f64>, free: Vec<usize>) -> Self {
         let floats = free.iter().any(|i| *i >= posterior.parameters().len());
         // A covariance that cannot be factored says so at every evaluation.
@@ -35,7 +35,7 @@ impl<'a> Held<'a> {
     }
 }
 
-impl Objective for Held<'_> {
+impl Objective for Conditional<'_> {
     fn size(&self) -> usize {
         self.free.len()
     }

@@ -1,11 +1,11 @@
-//! Referees: slow ways to the evidence and the posterior that do not rest on Laplace's approximation.
+//! Samplers: slow ways to the evidence and the posterior that do not rest on Laplace's approximation.
 
 use crate::density::Calls;
 use crate::error::InferenceError;
 use serde::{Deserialize, Serialize};
 
 /// A way to the evidence that needs no Gaussian approximation. Object safe.
-pub trait Referee: Sync {
+pub trait Sampler: Sync {
     /// Name in tables.
     fn name(&self) -> &'static str;
 
@@ -13,7 +13,7 @@ pub trait Referee: Sync {
     ///
     /// # Errors
     /// Errors of the target that are not recoverable; recoverable ones count as probability zero.
-    fn judge(&self, target: &dyn Target) -> Result<Judged, InferenceError>;
+    fn integrate(&self, target: &dyn Target) -> Result<Integrated, InferenceError>;
 }
 
 /// A likelihood over a prior that is a standard normal in every coordinate xi.
@@ -37,9 +37,9 @@ pub trait Target: Sync {
     fn working(&self, xi: &[f64]) -> Vec<f64>;
 }
 
-/// What a referee found.
+/// What a sampler found.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Judged {
+pub struct Integrated {
     /// ln of the evidence, nats.
     pub ln_marginal: f64,
     /// Its statistical error as the method states it, nats.
@@ -54,14 +54,14 @@ pub struct Judged {
     pub calls: Calls,
 }
 
-/// What a referee said of one evidence.
+/// What a sampler said of one evidence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// Which referee.
-    pub referee: String,
+    /// Which sampler.
+    pub sampler: String,
     /// ln of the evidence, nats.
     pub ln_marginal: f64,
-    /// Its statistical error as the referee states it, nats.
+    /// Its statistical error as the sampler states it, nats.
     pub standard_error: f64,
     /// Calls of the model.
     pub calls: usize,
@@ -71,8 +71,8 @@ pub struct Verdict {
 
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { referee, ln_marginal, standard_error, calls, finished } = self;
+        let Self { sampler, ln_marginal, standard_error, calls, finished } = self;
         let end = if *finished { "" } else { ", not finished" };
-        write!(f, "{referee}: ln ML {ln_marginal:.3} +- {standard_error:.3} nats, {calls} model calls{end}")
+        write!(f, "{sampler}: ln ML {ln_marginal:.3} +- {standard_error:.3} nats, {calls} model calls{end}")
     }
 }

@@ -1,19 +1,19 @@
-//! The two mouths of the tube as they are at one setting of the rig.
+//! The two open ends of the tube as they are at one installation of the rig.
 
 use crate::acoustics::radiation::OpenEnd;
 use crate::truth::Truth;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::Streams;
-use rijke_rig::{OperatingPoint, Rig};
+use rijke_rig::{OperatingPoint, TubeRig};
 
 /// The bottom and the top of the tube at `point` in the laboratory of `seed`.
 ///
 /// Every time the rig is set anew, that is at every cold point and at every position of the hot heater, the
-/// mouths come out a little different, both alike ([`crate::Ends::absorption_sd`],
-/// [`crate::Ends::extension_sd`]); all powers at one position share one setting.
+/// open ends come out a little different, both alike ([`crate::Ends::absorption_sd`],
+/// [`crate::Ends::extension_sd`]); all powers at one position share one installation.
 #[must_use]
-pub fn mouths(rig: &Rig, truth: &Truth, point: &OperatingPoint, seed: u64) -> [OpenEnd; 2] {
+pub fn open_ends(rig: &TubeRig, truth: &Truth, point: &OperatingPoint, seed: u64) -> [OpenEnd; 2] {
     let setting = match (point.thermometers, point.id.rsplit_once('-')) {
         (true, Some((_, position))) => format!("hot-{position}"),
         _ => point.id.clone(),

@@ -12,11 +12,11 @@ use crate::error::NetworkError;
 
 /// An action that answers to the velocity elsewhere.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Ear {
+pub(super) struct ReferencePoint {
     /// The place, and which of its actions.
     pub(super) place: usize,
     pub(super) action: usize,
-    /// The duct in which it hears.
+    /// The duct in which its reference lies.
     pub(super) duct: usize,
     reference: Reference,
 }
@@ -27,9 +27,9 @@ impl Action {
     }
 }
 
-impl Ear {
+impl ReferencePoint {
     pub(super) fn all(ducts: &[FlowDuct]) -> Result<Vec<Self>, NetworkError> {
-        let mut ears: Vec<Self> = Vec::new();
+        let mut references: Vec<Self> = Vec::new();
         for (place, duct) in ducts.iter().enumerate() {
             for (action, of) in duct.actions.iter().enumerate().filter(|(_, a)| a.is_remote()) {
                 let reference = of.reference;
@@ -48,23 +48,23 @@ impl Ear {
                     reached
                 });
                 let duct = way.last().copied().unwrap_or(place);
-                ears.push(Self { place, action, duct, reference });
+                references.push(Self { place, action, duct, reference });
             }
         }
-        for loops in ears.iter().filter(|e| e.is_loop()) {
+        for loops in references.iter().filter(|e| e.is_loop()) {
             let between = loops.place..=loops.duct;
-            if let Some(other) = ears.iter().find(|e| *e != loops && between.contains(&e.place)) {
+            if let Some(other) = references.iter().find(|e| *e != loops && between.contains(&e.place)) {
                 return Err(NetworkError::ReferenceCrossed { place: loops.place, other: other.place });
             }
         }
-        Ok(ears)
+        Ok(references)
     }
 
     pub(super) fn is_loop(&self) -> bool {
         matches!(self.reference, Reference::Downstream(_))
     }
 
-    /// Where it hears: m from the upstream end of its duct.
+    /// Where it lies: m from the upstream end of its duct.
     pub(super) fn offset<T: Number>(&self, basis: &Basis<T>) -> T {
         let sum = |range: std::ops::Range<usize>| {
             basis.length[range].iter().fold(basis.length[0].real(0.0), |sum, l| sum + l.clone())

@@ -4,45 +4,45 @@ use crate::problems::{Linear, design, normal, numbers, ringing};
 use rijke_inference::*;
 use rijke_numerics::Streams;
 
-fn compare(posterior: &Posterior<'_>, error: f64, allowed: f64) -> (Calls, Judged) {
+fn compare(posterior: &Posterior<'_>, error: f64, allowed: f64) -> (Calls, Integrated) {
     let found = posterior.assess(&AssessOptions::default()).unwrap();
     let laplace = found.laplace.as_ref().unwrap();
     let information = -laplace.evidence.ln_occam;
     let target = LikelihoodTarget::new(posterior, &found.fit).unwrap();
     let nested = Nested::with_error(error, information, target.size(), Streams::new(3));
-    let judged = nested.judge(&target).unwrap();
+    let sampled = nested.integrate(&target).unwrap();
     println!(
         "laplace {:.4} ({:?}), corrected {:?}\nnested {:.4} +- {:.4} ({:?} calls)",
         laplace.evidence.ln_marginal,
         found.fit.calls,
         found.health.importance,
-        judged.ln_marginal,
-        judged.standard_error,
-        judged.calls.value
+        sampled.ln_marginal,
+        sampled.standard_error,
+        sampled.calls.value
     );
-    assert!(judged.finished);
+    assert!(sampled.finished);
     assert!(
-        (laplace.evidence.ln_marginal - judged.ln_marginal).abs() < allowed * judged.standard_error,
+        (laplace.evidence.ln_marginal - sampled.ln_marginal).abs() < allowed * sampled.standard_error,
         "Laplace {} against {} +- {}",
         laplace.evidence.ln_marginal,
-        judged.ln_marginal,
-        judged.standard_error
+        sampled.ln_marginal,
+        sampled.standard_error
     );
-    (found.fit.calls, judged)
+    (found.fit.calls, sampled)
 }
 
 #[test]
 fn oracle_nested_sampling_of_a_linear_model() {
     let (model, data, parameters) = linear(0.3);
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
-    let (_, judged) = compare(&posterior, 0.1, 3.0);
+    let (_, found) = compare(&posterior, 0.1, 3.0);
     // The draws must have the exact posterior mean and sd.
     let fit = posterior.map(&MapOptions::default()).unwrap();
     let laplace = posterior.laplace(&fit).unwrap();
     for (i, sd) in laplace.sd().into_iter().enumerate() {
-        let n = judged.draws.len() as f64;
-        let mean = judged.draws.iter().map(|z| z[i]).sum::<f64>() / n;
-        let found = (judged.draws.iter().map(|z| (z[i] - mean).powi(2)).sum::<f64>() / n).sqrt();
+        let n = found.draws.len() as f64;
+        let mean = found.draws.iter().map(|z| z[i]).sum::<f64>() / n;
+        let found = (found.draws.iter().map(|z| (z[i] - mean).powi(2)).sum::<f64>() / n).sqrt();
         assert!((mean - fit.parameters[i]).abs() < 0.15 * sd, "{mean} {} {sd}", fit.parameters[i]);
         assert!((found / sd - 1.0).abs() < 0.15, "{found} {sd}");
     }
@@ -76,8 +76,8 @@ fn exact_nested_sampling_states_its_own_error() {
     let pulls: Vec<f64> = (0..40)
         .map(|seed| {
             let nested = Nested::with_error(0.35, 8.0, 3, Streams::new(seed));
-            let judged = nested.judge(&target).unwrap();
-            (judged.ln_marginal - exact) / judged.standard_error
+            let found = nested.integrate(&target).unwrap();
+            (found.ln_marginal - exact) / found.standard_error
         })
         .collect();
     let mean = pulls.iter().sum::<f64>() / 40.0;
@@ -133,9 +133,9 @@ fn oracle_nuts_states_its_own_error() {
     let target = LikelihoodTarget::new(&posterior, &fit).unwrap();
     let pulls: Vec<f64> = (0..20)
         .map(|seed| {
-            let judged = Nuts::with_error(0.1, Streams::new(seed)).judge(&target).unwrap();
-            assert!(judged.finished && judged.standard_error <= 0.1);
-            (judged.ln_marginal - laplace.evidence.ln_marginal) / judged.standard_error
+            let found = Nuts::with_error(0.1, Streams::new(seed)).integrate(&target).unwrap();
+            assert!(found.finished && found.standard_error <= 0.1);
+            (found.ln_marginal - laplace.evidence.ln_marginal) / found.standard_error
         })
         .collect();
     let scatter = (pulls.iter().map(|p| p * p).sum::<f64>() / 20.0).sqrt();
@@ -152,11 +152,11 @@ fn oracle_nuts_on_a_curved_model() {
     let found = posterior.assess(&AssessOptions { draws: 4000, ..AssessOptions::default() }).unwrap();
     let exact = found.health.importance.unwrap();
     let target = LikelihoodTarget::new(&posterior, &found.fit).unwrap();
-    let judged = Nuts::with_error(0.05, Streams::new(3)).judge(&target).unwrap();
-    let error = judged.standard_error.hypot(exact.standard_error);
+    let found = Nuts::with_error(0.05, Streams::new(3)).integrate(&target).unwrap();
+    let error = found.standard_error.hypot(exact.standard_error);
     println!(
         "NUTS {} +- {}, {:?}; importance {exact:?}",
-        judged.ln_marginal, judged.standard_error, judged.calls
+        found.ln_marginal, found.standard_error, found.calls
     );
-    assert!((judged.ln_marginal - exact.ln_marginal).abs() < 4.0 * error);
+    assert!((found.ln_marginal - exact.ln_marginal).abs() < 4.0 * error);
 }

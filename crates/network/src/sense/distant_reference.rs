@@ -1,4 +1,4 @@
-//! Sources that hear a velocity at a distance, in sensitivities along x.
+//! Sources that answer to a velocity at a distance, in sensitivities along x.
 //!
 //! The coefficients k_eu and k_ep of such a source say what the velocity v at its reference is in terms of
 //! the state beside the source, for ducts as they are in between. A change in between makes that untrue. With
@@ -7,7 +7,8 @@
 //! * upstream, the source adds -k_eu u - k_ep p, which a change in between does not reach: the row that these
 //!   coefficients put upstream of the source is taken away again up to the reference;
 //! * downstream, u2 = r u1 + T v, so that k_eu = -r T alpha/(1 - T alpha) and k_ep = -T beta/(1 - T alpha): a
-//!   change in between is also heard, which adds Lambda_u T/(1 - T alpha) times (beta, alpha) to the row.
+//!   change in between changes the reference too, which adds Lambda_u T/(1 - T alpha) times (beta, alpha) to
+//!   the row.
 
 use super::piece::Piece;
 use crate::chain::coefficients::{Coefficients, Laws};
@@ -15,8 +16,8 @@ use crate::chain::network::Network;
 use rijke_numerics::C64;
 use std::ops::RangeInclusive;
 
-/// k_eu and k_ep of one source, and how far downstream it hears, m (upstream if negative).
-pub(crate) struct Hearing {
+/// k_eu and k_ep of one source, and how far downstream its reference lies, m (upstream if negative).
+pub(crate) struct DistantReference {
     place: usize,
     coefficients: [C64; 2],
     distance: f64,
@@ -31,23 +32,23 @@ pub(crate) struct Change {
 }
 
 impl Network {
-    /// The sources at `place` that hear at a distance, with the laws as they are in `laws`.
-    pub(crate) fn hearings<K: Coefficients + ?Sized>(
+    /// The sources at `place` whose reference lies at a distance, with the laws as they are in `laws`.
+    pub(crate) fn distant_references<K: Coefficients + ?Sized>(
         &self,
         coefficients: &K,
         place: usize,
         laws: &Laws,
-    ) -> Vec<Hearing> {
-        let mut all: Vec<Hearing> = Vec::new();
+    ) -> Vec<DistantReference> {
+        let mut all: Vec<DistantReference> = Vec::new();
         for a in self.attached(1 + 2 * place).iter().filter(|a| a.kind >= 2) {
-            let Some(distance) = coefficients.hears_at(a.law) else { continue };
+            let Some(distance) = coefficients.reference_at(a.law) else { continue };
             let k = a.weight * laws.value(a.law);
             match all.iter_mut().find(|h| h.distance == distance) {
                 Some(known) => known.coefficients[a.kind - 2] += k,
                 None => {
                     let mut both = [C64::ZERO; 2];
                     both[a.kind - 2] = k;
-                    all.push(Hearing { place, coefficients: both, distance });
+                    all.push(DistantReference { place, coefficients: both, distance });
                 }
             }
         }
@@ -55,7 +56,7 @@ impl Network {
     }
 }
 
-impl Hearing {
+impl DistantReference {
     pub(crate) fn changes(
         &self,
         pieces: &[Piece],
