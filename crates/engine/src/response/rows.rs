@@ -1,6 +1,6 @@
 //! The rows of the table of a stage of responses.
 
-use crate::run::{are_possible, with_candidates};
+use crate::run::{are_possible, id_of, with_candidates};
 use rijke_study::responses::ResponseStage;
 use rijke_study::{Candidate, Study};
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ pub(crate) struct Row {
 impl Row {
     /// What the table calls it.
     pub(super) fn id(&self) -> String {
-        self.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ")
+        id_of(&self.own)
     }
 }
 

@@ -26,8 +26,16 @@ pub(super) struct Row {
 impl Row {
     /// What the table calls it.
     pub(super) fn id(&self) -> String {
-        self.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ")
+        id_of(&self.own)
     }
+}
+
+/// What a table calls the model of these candidates; without any it is that of the rig alone.
+pub(crate) fn id_of(own: &[Candidate]) -> String {
+    if own.is_empty() {
+        return "the rig".to_owned();
+    }
+    own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ")
 }
 
 /// The rows of the table of a stage; `before` is what each earlier stage chose, and after it what it left
