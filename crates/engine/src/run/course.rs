@@ -88,9 +88,6 @@ pub(super) struct Beside {
     pub(super) chosen: Chosen,
 }
 
-/// Role and candidate: what a model consists of.
-pub(super) type Choice = BTreeMap<String, String>;
-
 /// What a row stands on: the posteriors of earlier stages, and the observations as heard through the channels
 /// that they found.
 #[derive(Clone)]
