@@ -1,6 +1,7 @@
 //! Which candidates make the model, and which of their parameters are free.
 
 use crate::EngineError;
+use crate::noise::Added;
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_study::{Candidate, Coefficient, Effect, MeanFlow, Rig, RigAtPoint};
@@ -20,8 +21,17 @@ pub struct Assembly {
     /// ascending.
     seeds: Vec<Vec<usize>>,
     seeds_of_wall: Vec<usize>,
-    /// The candidates whose laws are in error by a factor of which the last two parameters say how far.
-    erring: Vec<usize>,
+    /// The candidate whose laws are in error, of which its last two parameters say how far.
+    erring: Option<(usize, Erring)>,
+}
+
+/// What the error of a candidate's laws is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Erring {
+    /// A factor 1 + e of every law.
+    Relative,
+    /// A term e of the law of the effect of this number.
+    Added(usize),
 }
 
 /// Names of the real and the imaginary part of the relative error of laws: no formula can use them.
@@ -100,7 +110,7 @@ impl Assembly {
             all
         };
         let seeds = sources.iter().map(with_wall).collect();
-        Ok(Self { rig, candidates, sources, free, seeds, seeds_of_wall, erring: Vec::new() })
+        Ok(Self { rig, candidates, sources, free, seeds, seeds_of_wall, erring: None })
     }
 
     /// The free parameters with their priors, in the order in which values are given.
@@ -121,24 +131,40 @@ impl Assembly {
         &self.candidates
     }
 
-    /// The assembly with the laws of a role times 1 + e, whose real and imaginary parts are two more
-    /// parameters; none for a model without that role.
+    /// The assembly with the laws of a role times 1 + e, or one of them plus e; the real and the imaginary
+    /// part of e are two more parameters. None for a model without that role or law.
     ///
     /// # Errors
     /// Those of [`Assembly::new`].
-    pub(crate) fn with_law_error(&self, role: &str) -> Result<Option<Self>, EngineError> {
+    pub(crate) fn with_law_error(
+        &self,
+        role: &str,
+        added: Option<&Added>,
+    ) -> Result<Option<Self>, EngineError> {
         let Some(erring) = self.candidates.iter().position(|c| c.role == role) else { return Ok(None) };
+        let how = match added {
+            None => Erring::Relative,
+            Some(law) => {
+                let it = |e: &Effect| e.coefficient.name() == law.coefficient && e.place_text == law.place;
+                let Some(effect) = self.candidates[erring].effects.iter().position(it) else {
+                    return Ok(None);
+                };
+                Erring::Added(effect)
+            }
+        };
         let mut candidates = self.candidates.clone();
         let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
         candidates[erring].parameters.extend(LAW_ERROR.map(|name| Parameter::new(name, "", "1", prior)));
         let own = candidates.iter().filter(|c| c.role == "rig").count();
         let rest = candidates.into_iter().skip(own).collect();
-        Ok(Some(Self { erring: vec![erring], ..Self::new(self.rig.clone(), rest, &self.held())? }))
+        Ok(Some(Self { erring: Some((erring, how)), ..Self::new(self.rig.clone(), rest, &self.held())? }))
     }
 
-    /// Whether the laws of candidate `k` are in error by 1 + e, the parts of e being its last two parameters.
-    pub(crate) fn is_erring(&self, k: usize) -> bool {
-        self.erring.contains(&k)
+    /// How the law of effect `effect` of candidate `k` is in error by e, if it is; the parts of e are the
+    /// candidate's last two parameters.
+    pub(crate) fn erring(&self, k: usize, effect: usize) -> Option<Erring> {
+        let (_, how) = self.erring.filter(|(candidate, _)| *candidate == k)?;
+        matches!(how, Erring::Relative).then_some(how).or(Some(how).filter(|h| *h == Erring::Added(effect)))
     }
 
     /// Refuses propagation constants of waves where a model is none of pressures, or where the ducts of

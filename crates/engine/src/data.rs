@@ -1,8 +1,8 @@
 //! Observations as the data of an inference.
 
-use crate::errors::{BaseErrors, Scatter};
+use crate::errors::{Assemblies, BaseErrors, Scatter};
 use crate::groups::Groups;
-use crate::noise::Noise;
+use crate::noise::{NONE, Noise};
 use crate::observed::{Observed, Used, same_installation};
 use crate::{Conditions, EngineError};
 use rijke_inference::{Data, Observation, relative_noise};
@@ -20,6 +20,8 @@ pub(crate) struct Blocks<'a> {
     pub(crate) noise: &'a Noise,
     /// Parameters that vary between installations.
     pub(crate) scatter: &'a [Scatter],
+    /// Errors of assemblies that an earlier stage knows: they are no noise.
+    pub(crate) assemblies: &'a Assemblies,
 }
 
 impl Blocks<'_> {
@@ -94,9 +96,21 @@ impl Blocks<'_> {
     pub(crate) fn together(&self, errors: &BaseErrors) -> Result<Ordered, EngineError> {
         let same = |a: usize, b: usize| same_installation(&self.observed[a], &self.observed[b]);
         let (groups, near) = self.groups();
-        let groups = groups.shared(self.there(), self.noise).varying(self.scatter);
+        let knows = |kind: usize, p: usize| self.assemblies.knows(kind, &self.observed[p]);
+        let anew = |kind: usize| (0..self.observed.len()).any(|p| !knows(kind, p));
+        let there = self.there();
+        let mut groups = groups.shared([0, 1].map(|k| there[k] && anew(k)), self.noise).varying(self.scatter);
+        for k in (0..self.scatter.len()).filter(|k| !anew(2 + k)) {
+            groups.list[groups.varying + k].mode = NONE;
+        }
         let varying = |numbers: &[(usize, usize)]| -> Vec<(usize, Matrix)> {
-            (groups.varying..).zip(self.scatter.iter().map(|s| s.structure(numbers, same))).collect()
+            let one = |(k, s): (usize, &Scatter)| {
+                let of = s.structure(numbers, same);
+                let known = |i: usize| knows(2 + k, numbers[i].0);
+                let n = numbers.len();
+                Matrix::from_fn(n, n, |i, j| if known(i) || known(j) { 0.0 } else { of[(i, j)] })
+            };
+            (groups.varying..).zip(self.scatter.iter().enumerate().map(one)).collect()
         };
         let offsets = self.offsets();
         let measured = if self.noise.measured { 1.0 } else { 0.0 };
@@ -123,7 +137,8 @@ impl Blocks<'_> {
             let shared = |row: usize| {
                 Matrix::from_fn(n, n, |i, j| {
                     let ((a, _, r), (b, _, s)) = (numbers[i], numbers[j]);
-                    f64::from(u8::from(r == row && s == row && (a == b || same(a, b))))
+                    let own = r == row && s == row && (a == b || same(a, b));
+                    f64::from(u8::from(own && !knows(row, a)))
                 })
             };
             let block = Observation::new(names.join(" "), values)

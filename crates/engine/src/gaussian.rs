@@ -35,6 +35,8 @@ pub struct Training {
     /// others as a systematic covariance. Costs a second fit: their effect is taken at the result of a first
     /// one that ignores them.
     pub base_errors: bool,
+    /// Assemblies of the rig of which later stages have points too: what is learnt of their errors goes on.
+    pub assemblies: Vec<String>,
     /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some
     /// hundred calls of the model.
     pub checks: Option<AssessOptions>,

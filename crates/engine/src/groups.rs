@@ -43,7 +43,7 @@ impl Groups {
         self
     }
 
-    /// And those that the points of one installation share.
+    /// And those that the points of one installation share, of growth rates and frequencies that are `there`.
     pub(crate) fn shared(mut self, there: [bool; 2], noise: &Noise) -> Self {
         if noise.of_an_installation != [NONE; 2] {
             let first = self.list.len();

@@ -23,7 +23,7 @@ pub use assembly::Assembly;
 pub use conditions::Conditions;
 pub use error::EngineError;
 pub use gaussian::{NamedGaussian, Training};
-pub use noise::{LawError, Misfit, Noise, Varying};
+pub use noise::{Added, LawError, Misfit, Noise, Varying};
 pub use observed::Observed;
 pub use point::PointModel;
 pub use prediction::{PointPrediction, TrainedPosterior};

@@ -21,7 +21,7 @@ pub struct Noise {
     pub measured: bool,
     /// Parameters that come out a little different in every installation.
     pub varying: Vec<Varying>,
-    /// A relative error of the laws of one role; enters with the errors of the base states only.
+    /// An error of the laws of one role; a relative one enters with the errors of the base states only.
     pub law: Option<LawError>,
 }
 
@@ -39,15 +39,48 @@ pub struct Varying {
     pub sd: NoiseMode,
 }
 
-/// A complex relative error of the laws of a role, the same at all points of one value of a factor.
+/// A complex error of the laws of a role, the same at all points of one value of a factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LawError {
     /// The role.
     pub role: String,
     /// Standard deviation of its real and of its imaginary part.
     pub sd: f64,
-    /// Place of the factor among those of the campaign.
-    pub over: usize,
+    /// Place of the factor among those of the campaign; none for an error that all points share.
+    pub over: Option<usize>,
+    /// The law to which it is added, in the unit of that law; none for a relative error of all laws of the
+    /// role.
+    #[serde(default)]
+    pub added: Option<Added>,
+}
+
+/// A law, by what it acts on and where.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Added {
+    /// The coefficient, `eu`.
+    pub coefficient: String,
+    /// The place, as the file of its candidate has it.
+    pub place: String,
+    /// How far along frequency its error is about the same, Hz: the length of a squared exponential.
+    pub length_hz: f64,
+}
+
+/// Nodes of such an error in its length: the sum over them is the kernel to 1e-4 of it.
+const NODES: f64 = 1.5;
+
+impl Added {
+    /// Nodes along frequency, each an error of unit variance of its own, and their weights in the error at
+    /// `hertz`: sums over u of exp(-(f - u)^2/l^2) exp(-(g - u)^2/l^2) are in proportion to exp(-(f -
+    /// g)^2/(2 l^2)).
+    pub(crate) fn nodes(&self, hertz: f64) -> Vec<(i64, f64)> {
+        let at = hertz / self.length_hz;
+        let near = (at * NODES).round() as i64;
+        let far = (3.0 * NODES) as i64 + 1;
+        let weight = |k: i64| (k, (-(at - k as f64 / NODES).powi(2)).exp());
+        let all: Vec<(i64, f64)> = (near - far..=near + far).map(weight).collect();
+        let size = all.iter().map(|(_, w)| w * w).sum::<f64>().sqrt();
+        all.into_iter().map(|(k, w)| (k, w / size)).collect()
+    }
 }
 
 impl Noise {
@@ -102,6 +135,15 @@ impl Misfit {
 }
 
 impl Misfit {
+    /// The misfit of the growth rate that counts for stability, 1/s: what the noise that a training found, of
+    /// the point and of its installation, says of the model's own error. What was measured of the noise of
+    /// records is no part of it, unless the stage was told to leave that out (`measured = false`).
+    #[must_use]
+    pub fn of_growth(noise: &[NoiseEstimate]) -> f64 {
+        let of = |n: &&NoiseEstimate| n.name.strip_suffix(BETWEEN).unwrap_or(&n.name) == MEASURED[0];
+        noise.iter().filter(of).map(|n| n.sd * n.sd * n.few[0]).sum::<f64>().sqrt()
+    }
+
     /// What an interval of a new measurement must be wide by: with the root mean square of the measured
     /// standard deviations of `points`, where these are no part of the noise that was found, and what few
     /// data leave unknown of that noise (Satterthwaite 1946, as [`rijke_inference::Few`]).

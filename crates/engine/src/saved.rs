@@ -40,6 +40,9 @@ pub struct SavedModel {
     /// What is taken for certain, though the evidence does not decide it.
     #[serde(default)]
     pub assumes: Vec<String>,
+    /// Frequencies from and to, Hz, at which stages of responses measured its laws; none if none did.
+    #[serde(default)]
+    pub measured_hz: Option<[f64; 2]>,
 }
 
 impl SavedModel {
@@ -70,6 +73,7 @@ impl SavedModel {
             law,
             measured,
             assumes: Vec::new(),
+            measured_hz: None,
         }
     }
 

@@ -1,7 +1,10 @@
 //! From observations to the most probable parameters and the evidence.
 
 use crate::data::Blocks;
-use crate::errors::{BaseErrors, Channels, Common, Heard, LawErrors, Scatter, any_varies};
+use crate::errors::{
+    Assemblies, BaseErrors, Carried, Channels, Common, Heard, LawErrors, Learned, OF_INSTALLATION, Scatter,
+    any_varies,
+};
 use crate::gaussian::{NamedGaussian, Training};
 use crate::observed::{Observed, Used};
 use crate::predictor::{Predictor, Reordered};
@@ -23,6 +26,8 @@ pub struct Trained {
     pub own: usize,
     /// What the errors of the base states among them are.
     pub(crate) common: Option<Common>,
+    /// What was learnt of the errors of assemblies that later stages have points of.
+    pub(crate) learned: Learned,
     /// Their most probable values.
     pub values: Vec<f64>,
     /// Their covariance, wider where few data chose the noise ([`rijke_inference::Few`]).
@@ -78,43 +83,58 @@ pub fn train(
     let heard = |inner, own| Heard::new(inner, own, channels.as_ref(), observed, used);
     let through = heard(&predictor as &dyn Forward, own);
     let fit = Fitting { assembly, training, model: &through, parameters: &parameters, common: None };
-    let blocks = Blocks { rig, observed, used, noise, scatter: &[] };
+    let nothing = Assemblies::default();
+    let blocks = Blocks { rig, observed, used, noise, scatter: &[], assemblies: &nothing };
     let (data, order) = blocks.apart()?;
     let mut search = training.search.clone();
     if let Some(start) = &mut search.start {
         // That of the model's own parameters is given.
         start.extend(parameters.list().iter().skip(start.len()).map(|p| p.prior.quantile(0.5)));
     }
-    if !training.base_errors && !any_varies(assembly, training) {
+    // A relative error of a law comes with those of the gas; the misfit of a law that was measured, always.
+    let law = noise.law.as_ref().filter(|law| training.base_errors || law.added.is_some());
+    let law = law.map(|error| LawErrors::of(assembly, error)).transpose()?.flatten();
+    let law = law.filter(|_| !observed.is_empty());
+    if !training.base_errors && law.is_none() && !any_varies(assembly, training) {
         return fit.finish(&data, order, search, observed.len());
     }
     let rough = fit.search(&data, order.clone(), &search)?;
     let values = &rough.parameters[..own];
     let scatter = Scatter::of(assembly, observed, used, training, values)?;
-    let blocks = Blocks { scatter: &scatter, ..blocks };
-    if !training.base_errors {
+    let assemblies = match training.base_errors {
+        true => Assemblies::of(observed, used, training, &scatter),
+        false => Assemblies::default(),
+    };
+    let blocks = Blocks { scatter: &scatter, assemblies: &assemblies, ..blocks };
+    if !training.base_errors && law.is_none() {
         let (data, order) = blocks.apart()?;
         return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
-    let law = noise.law.as_ref().map(|error| LawErrors::of(assembly, error)).transpose()?.flatten();
     // The effect of the errors is taken at `at`, parameters of the model and then of the channels.
     let with_errors = |at: &[f64]| {
         let (values, of_channels) = at.split_at(own);
-        let errors = BaseErrors::new(assembly, observed, used, values)?;
+        let errors = match training.base_errors {
+            true => BaseErrors::new(assembly, observed, used, values)?,
+            false => BaseErrors::none(observed.len()),
+        };
         let errors = match &law {
             Some(law) => errors.and(law.changes(observed, used, values)?),
             None => errors,
         };
         let (common, errors) = Common::of(errors, observed, used)?;
-        let (data, order) = blocks.together(&errors)?;
-        let shared = common.parameters();
+        let alone = !training.base_errors && errors.is_none();
+        let (data, order) = if alone { blocks.apart() } else { blocks.together(&errors) }?;
+        let shared = [common.parameters(), assemblies.parameters()].concat();
+        let slopes = assemblies.behind(common.slopes());
         let parameters = self::parameters(assembly, &shared, channels.as_ref(), training)?;
-        let carried = common.carried_by(&predictor, own);
+        let carried = Carried { inner: &predictor, own, slopes: &slopes };
         let through = Heard::new(&carried, own + shared.len(), channels.as_ref(), observed, used);
         let start = [values, &vec![0.0; shared.len()], of_channels].concat();
         let options = training.search.clone().from(&start);
-        Fitting { assembly, training, model: &through, parameters: &parameters, common: Some(&common) }
-            .finish(&data, order, options, observed.len())
+        let fitting =
+            Fitting { assembly, training, model: &through, parameters: &parameters, common: Some(&common) };
+        let trained = fitting.finish(&data, order, options, observed.len())?;
+        Ok::<_, EngineError>(Trained { learned: assemblies.learned(&trained), ..trained })
     };
     let trained = with_errors(&rough.parameters)?;
     // Other starts may have found a maximum that the fit without errors missed: then their effect is taken
@@ -145,6 +165,9 @@ fn parameters(
     }
     // Not the directions of base states, which are others in each training.
     let shared = channels.iter().flat_map(|c| &c.parameters);
+    let assemblies = common.iter().filter(|p| training.known.iter().any(|k| k.names.contains(&p.name)));
+    let assemblies = assemblies.filter(|p| p.name.contains(OF_INSTALLATION));
+    let shared = shared.chain(assemblies);
     let handed_on: Vec<&str> = assembly.parameters().iter().chain(shared).map(|p| p.name.as_str()).collect();
     for known in &training.known {
         let keep: Vec<usize> =
@@ -215,6 +238,7 @@ impl Fitting<'_> {
             parameters: self.parameters.list().to_vec(),
             own: self.assembly.parameters().len(),
             common: self.common.cloned(),
+            learned: Learned::default(),
             values: fit.parameters,
             covariance,
             noise: noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
@@ -233,7 +257,8 @@ impl Trained {
     #[must_use]
     pub fn gaussian(&self) -> NamedGaussian {
         let names = self.parameters.iter().map(|p| p.name.clone()).collect();
-        NamedGaussian { names, mean: self.values.clone(), covariance: self.covariance.clone() }
+        let own = NamedGaussian { names, mean: self.values.clone(), covariance: self.covariance.clone() };
+        self.learned.beside(own)
     }
 
     /// Whether the most probable values lie far from these of the model's parameters.

@@ -24,7 +24,7 @@ pub use evidence::{
     Tension, probabilities, rank,
 };
 pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
-pub use linearised::{Drawn, Few, LeftOut, Linearised, Moved, Told, gain, student};
+pub use linearised::{Causes, Drawn, Few, LeftOut, Linearised, Moved, Told, gain, student};
 pub use maxima::{Apart, Maximum, OtherMaximum};
 pub use numbers::{chi_squared_sds, normal_cdf, normal_quantile};
 pub use problem::{

@@ -159,6 +159,7 @@ fn map(growth: &dyn Fn(f64, f64) -> f64) -> Answer {
 
 fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) {
     let head = StudyHead {
+        beside: None,
         name: "A rig".into(),
         question: "Which law?".into(),
         kind,
@@ -221,6 +222,7 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
 #[test]
 fn message_a_page_that_cannot_solve_its_model_says_why() {
     let head = StudyHead {
+        beside: None,
         name: "t".into(),
         question: "q".into(),
         kind: DataKind::Virtual,

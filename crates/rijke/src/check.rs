@@ -6,7 +6,7 @@ mod records;
 use crate::{
     failure::Failure,
     number,
-    study::{measured, observations, of_the_engine, open},
+    study::{measured, observations, of_the_engine, open, warn_of_doubts},
     study_responses,
     ui::Ui,
 };
@@ -56,8 +56,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let [growth, frequency, pressure] = args.sd[..] else {
         return Err(Failure::bad_input("--sd takes three numbers"));
     };
+    let mut of_responses = None;
     if !study.plan.responses.is_empty() {
-        return study_responses::check(study, ui);
+        let found = study_responses::check(study.clone(), ui)?;
+        if study.plan.stages.is_empty() {
+            return ui.result(&found);
+        }
+        of_responses = Some(found);
     }
     let recorded = dir.join("records");
     let recorded = if recorded.is_dir() { Some(records::records_of(&recorded, ui)?) } else { None };
@@ -76,8 +81,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         plan.questions.len(),
         if plan.maps.is_empty() { String::new() } else { format!(", {} maps", plan.maps.len()) }
     ));
-    let doubts = study.rig.doubts.iter().chain(&study.catalogue.doubts);
-    study.unused().iter().chain(doubts).for_each(|said| ui.note(format!("warning: {said}")));
+    study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
+    warn_of_doubts(ui, &study);
     match (&observed, &recorded) {
         (Some(o), _) => ui.say(format!("observations: {} modes", o.modes.len())),
         (None, Some(_)) => ui.say("no record is processed yet"),
@@ -87,7 +92,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         .map_err(|e| of_the_engine(&e, dir))?;
     for stage in &found {
         ui.say(format!("{} ({} operating points)", stage.title, stage.points));
-        if stage.observed == Some(0) {
+        let grounds = study.plan.stage(&stage.id).map_or_else(Vec::new, |(_, plan)| study.plan.grounds(plan));
+        if !grounds.is_empty() {
+            ui.say(format!("  these widths leave out what {} tells", grounds.join(", ")));
+        }
+        if stage.observed == Some(0) && !grounds.is_empty() {
+            ui.say("  none of them was observed: its modes are predicted, and nothing is trained");
+        } else if stage.observed == Some(0) {
             ui.say("  none of them was observed: `rijke rank` needs --until an earlier stage");
         }
         if stage.assumed > 0 {
@@ -123,7 +134,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             }
         }
     }
-    ui.result(&json!({ "name": plan.name, "points": study.campaign.points.len(), "records": recorded, "stages": found }))
+    let mut result = json!({ "name": plan.name, "points": study.campaign.points.len(), "records": recorded, "stages": found });
+    if let Some(found) = of_responses {
+        result["responses"] = found;
+    }
+    ui.result(&result)
 }
 
 /// How many installations have several points of a stage.

@@ -7,6 +7,7 @@ mod said;
 mod states;
 
 use crate::{
+    csv_table::{csv_table, texts},
     failure::{Classify, Failure},
     number,
     staging::StagedFolder,
@@ -16,7 +17,8 @@ use document::Document;
 pub(crate) use foreseen::foresee;
 use rayon::prelude::*;
 use rijke_flow::assimilate::{
-    AssimilationMethod, NamedStates, Records, RunReport, Twin, TwinOptions, assimilate, staircase,
+    AssimilationMethod, NamedStates, PowerReport, Records, RunReport, Twin, TwinOptions, UnknownReport,
+    assimilate, staircase,
 };
 use rijke_flow::settled;
 use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
@@ -24,7 +26,6 @@ use rijke_numerics::Streams;
 use rijke_rig::{DataKind, Observations, TubeRig};
 use rijke_study::{Study, plan::Base};
 use said::{all_places, settles, summary};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Infer velocity, temperature and sound speed along the tube from clicks (or thermometers) over time.
@@ -135,8 +136,8 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<St
         write("states.json", serde_json::to_string(&file).or_failed()? + "\n")?;
     }
     write("flow.json", serde_json::to_string_pretty(&document).or_failed()? + "\n")?;
-    write("unknowns.csv", unknowns_table(&document.runs))?;
-    write("velocity.csv", velocity_table(&document.runs))?;
+    write("unknowns.csv", unknowns_table(&document.runs)?)?;
+    write("velocity.csv", velocity_table(&document.runs)?)?;
     if args.plot {
         plot::write(&document, &beside, staged.path())?;
     }
@@ -290,33 +291,35 @@ fn gather(
     (document, BaseStates { kind, source, points })
 }
 
-fn unknowns_table(runs: &[RunReport]) -> String {
-    let mut text = String::from("heater_m,unknown,unit,value,low_2sd,high_2sd,posterior_over_prior_sd\n");
-    for run in runs {
-        for u in &run.unknowns {
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{},{},{}",
-                run.heater_m, u.name, u.unit, u.value, u.low, u.high, u.shrinkage
-            );
-        }
-    }
-    text
+fn unknowns_table(runs: &[RunReport]) -> Result<String, Failure> {
+    let head = ["heater_m", "unknown", "unit", "value", "low_2sd", "high_2sd", "posterior_over_prior_sd"];
+    let row = |run: &RunReport, u: &UnknownReport| {
+        let [at, value, low, high, shrinkage] =
+            [run.heater_m, u.value, u.low, u.high, u.shrinkage].map(|v| v.to_string());
+        vec![at, u.name.clone(), u.unit.clone(), value, low, high, shrinkage]
+    };
+    let rows = runs.iter().flat_map(|run| run.unknowns.iter().map(move |u| row(run, u)));
+    csv_table(std::iter::once(texts(&head)).chain(rows))
 }
 
-fn velocity_table(runs: &[RunReport]) -> String {
-    let mut text = String::from(
-        "heater_m,power_w,ambient_k,heater_velocity_m_per_s,sd_m_per_s,highest_sound_speed_m_per_s,sd_m_per_s\n",
-    );
-    for run in runs {
-        for p in &run.powers {
-            let hottest = p.profile.iter().max_by(|a, b| a.sound_speed.total_cmp(&b.sound_speed));
-            let (c, sd) = hottest.map_or((f64::NAN, f64::NAN), |h| (h.sound_speed, h.sound_speed_sd));
-            let (u, u_sd) = (p.heater_velocity, p.heater_velocity_sd);
-            let _ = writeln!(text, "{},{},{},{u},{u_sd},{c},{sd}", run.heater_m, p.power_w, p.ambient_k);
-        }
-    }
-    text
+fn velocity_table(runs: &[RunReport]) -> Result<String, Failure> {
+    let head = [
+        "heater_m",
+        "power_w",
+        "ambient_k",
+        "heater_velocity_m_per_s",
+        "heater_velocity_sd_m_per_s",
+        "highest_sound_speed_m_per_s",
+        "highest_sound_speed_sd_m_per_s",
+    ];
+    let row = |run: &RunReport, p: &PowerReport| {
+        let hottest = p.profile.iter().max_by(|a, b| a.sound_speed.total_cmp(&b.sound_speed));
+        let (c, sd) = hottest.map_or((f64::NAN, f64::NAN), |h| (h.sound_speed, h.sound_speed_sd));
+        let numbers = [run.heater_m, p.power_w, p.ambient_k, p.heater_velocity, p.heater_velocity_sd, c, sd];
+        numbers.map(|v| v.to_string()).to_vec()
+    };
+    let rows = runs.iter().flat_map(|run| run.powers.iter().map(move |p| row(run, p)));
+    csv_table(std::iter::once(texts(&head)).chain(rows))
 }
 
 /// A virtual record: the model itself at the centre of its priors, with noise, for the paper's staircase of

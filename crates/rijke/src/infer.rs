@@ -6,7 +6,7 @@ use crate::{
     number,
     results::far_beyond,
     staging::{StagedFolder, write_whole},
-    study::of_the_engine,
+    study::{of_the_engine, warn_of_doubts},
     ui::Ui,
 };
 use rijke_engine::run::{EvidenceRecord, ModelRecord, Run, StageRecord, Trusted};
@@ -80,6 +80,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Ok((file, table, read))
     });
     let studies = studies.collect::<Result<Vec<_>, _>>()?;
+    studies.iter().for_each(|(_, _, (study, _))| warn_of_doubts(ui, study));
     let progress = ui.progress("networks", studies.len() as u64);
     let trusted = if args.one_start { Trusted::Laplace } else { Trusted::Checked };
     let (mut found, mut without) = (Vec::new(), Vec::new());
@@ -196,28 +197,67 @@ fn fitted(best: &Found) -> Result<String, Failure> {
     toml::to_string(&table).or_failed()
 }
 
-/// Puts numbers in the place of `"$name"`, and of names in formulas.
+/// Keys whose texts are names and no formulas.
+const WORDS: [&str; 8] = ["name", "type", "present", "wall", "outlet", "reference_side", "source", "oscilos"];
+
+/// Puts numbers in the place of names in formulas, with or without the sign of an unknown.
 fn fill(value: &mut Value, numbers: &[(&str, f64)]) {
     match value {
         Value::String(text) => {
-            let alone = numbers.iter().find(|(name, _)| text.strip_prefix('$').unwrap_or(text) == *name);
-            if let Some((_, number)) = alone {
-                *value = Value::Float(*number);
-            } else if text.contains('$') {
-                for (name, number) in numbers {
-                    *text = text.replace(&format!("${name}"), &format!("({number:e})"));
-                }
-                let (scope, all) = (Scope::new(), |_| true);
-                let nothing = Context { scope: &scope, here: &all, parameters: &[], definitions: &[] };
-                // What still names something, such as the gas, stays a formula.
-                let number = Formula::parse(text, &nothing).map(|formula| formula.real(&[f64::NAN]));
-                if let Some(number) = number.ok().filter(|number| number.is_finite()) {
-                    *value = Value::Float(number);
-                }
+            let filled = filled(text, numbers);
+            if filled == *text {
+                return;
             }
+            let (scope, all) = (Scope::new(), |_| true);
+            let nothing = Context { scope: &scope, here: &all, parameters: &[], definitions: &[] };
+            // What still names something, such as the gas, stays a formula.
+            let number = Formula::parse(&filled, &nothing).map(|formula| formula.real(&[f64::NAN]));
+            *value = match number.ok().filter(|number| number.is_finite()) {
+                Some(number) => Value::Float(number),
+                None => Value::String(filled),
+            };
         }
         Value::Array(list) => list.iter_mut().for_each(|v| fill(v, numbers)),
-        Value::Table(table) => table.iter_mut().for_each(|(_, v)| fill(v, numbers)),
+        Value::Table(table) => {
+            table
+                .iter_mut()
+                .filter(|(key, _)| !WORDS.contains(&key.as_str()))
+                .for_each(|(_, v)| fill(v, numbers));
+        }
         _ => {}
+    }
+}
+
+/// A formula with numbers in the place of these names, each a word of its own.
+fn filled(text: &str, numbers: &[(&str, f64)]) -> String {
+    let inside = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let length = rest.find(|c| !inside(c)).unwrap_or(rest.len()).max(c.len_utf8());
+        let (word, after) = rest.split_at(length);
+        rest = after;
+        match numbers.iter().find(|(name, _)| *name == word) {
+            Some((_, number)) => {
+                let plain = out.strip_suffix('$').map_or(out.len(), str::len);
+                out.truncate(plain);
+                out += &format!("({number:e})");
+            }
+            None => out += word,
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::filled;
+
+    #[test]
+    fn exact_names_are_filled_in_as_words() {
+        let numbers = [("tau", 2.0), ("tau2", 3.0), ("load", 4.0)];
+        assert_eq!(filled("$tau2*load/$tau + loads", &numbers), "(3e0)*(4e0)/(2e0) + loads");
+        assert_eq!(filled("12 mm", &numbers), "12 mm");
+        assert_eq!(filled("$tau", &numbers), "(2e0)");
     }
 }

@@ -1,7 +1,8 @@
 //! `rijke predict`: what a trained model says of operating points, measured or not.
 
 use crate::{
-    failure::{Classify, Failure},
+    csv_table::csv_table,
+    failure::Failure,
     figure,
     flow::foresee,
     map,
@@ -29,7 +30,8 @@ use std::path::PathBuf;
     rijke predict examples/quarter-wave --map x_g=0.05:0.6,Q=0:80 --plot beyond.pdf --out beyond.csv\n\n\
     Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
     the nearest point of the stage. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
-    new installation, the second that of the model alone; the probability takes the growth rate as normal with the second.\n\
+    new installation, the second that of the model alone; the probability takes the growth rate as normal with\n\
+    the second and the misfit of growth rates that the stage found.\n\
     Where the evidence leaves other models open, here or in earlier stages, columns averaged_... count them too.")]
 pub(crate) struct Args {
     /// Folder of a study that was ranked.
@@ -84,9 +86,31 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return Err(wrong(left_out.swap_remove(0).why));
     }
     for assumed in &model.assumes {
-        ui.note(format!("warning: this model stands on what is not decided: {assumed}; `rijke search` weighs all combinations"));
+        let search =
+            if study.plan.responses.is_empty() { "; `rijke search` weighs all combinations" } else { "" };
+        ui.note(format!("warning: this model stands on what is not decided: {assumed}{search}"));
     }
     warn_of_missing(dir, &stage.id, ui);
+    if model.trained_on.is_empty() {
+        ui.note(
+            "no mode was measured at the points of this stage: its model is as earlier stages have it, modes are numbered from the lowest \
+             frequency, and nothing is known of the noise of a measurement, which both standard deviations leave out",
+        );
+    }
+    if let Some([low, high]) = model.measured_hz {
+        let hertz = |f: &Forecast| f.angular_frequency[0] / std::f64::consts::TAU;
+        let far: Vec<&Forecast> = found.iter().filter(|f| !(low..=high).contains(&hertz(f))).collect();
+        if let Some(first) = far.first() {
+            ui.note(format!(
+                "warning: {} of {} modes lie beyond the frequencies at which a law of this model was measured, {low} to {high} Hz: it is extrapolated \
+                 there; the first is at {}, {:.1} Hz",
+                far.len(),
+                found.len(),
+                first.point,
+                hertz(first)
+            ));
+        }
+    }
     if map.is_none() {
         beyond(&study, &model, &places).iter().for_each(|said| ui.note(format!("warning: {said}")));
     }
@@ -181,7 +205,6 @@ pub(crate) fn values(flag: &str, text: &str) -> Result<BTreeMap<String, f64>, Fa
 }
 
 fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
-    let mut table = csv::Writer::from_writer(Vec::new());
     let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print()));
     let numbers = [
         "growth_rate [1/s]",
@@ -212,8 +235,7 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         .chain(factors)
         .chain(numbers.map(String::from))
         .chain(averaged.iter().map(|n| (*n).to_owned()));
-    table.write_record(head).or_failed()?;
-    for f in found {
+    let row = |f: &Forecast| {
         let factors = f.factors.iter().map(|v| v.map_or(String::new(), |v| v.to_string()));
         let numbers = f.growth_rate.iter().chain(&f.angular_frequency).map(|v| format!("{v:.6}"));
         let mode = several.then(|| f.mode.clone());
@@ -223,9 +245,7 @@ fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
         let all = f.averaged.as_ref().map(over).unwrap_or_else(|| vec![f64::NAN; averaged.len()]);
         let cell = |v: f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
         let averaged = all.into_iter().take(averaged.len()).map(cell);
-        let row = row.chain([format!("{:.6}", f.unstable)]).chain(other).chain(averaged);
-        table.write_record(row).or_failed()?;
-    }
-    let bytes = table.into_inner().map_err(|e| Failure::failed(e.to_string()))?;
-    String::from_utf8(bytes).or_failed()
+        row.chain([format!("{:.6}", f.unstable)]).chain(other).chain(averaged).collect()
+    };
+    csv_table(std::iter::once(head.collect()).chain(found.iter().map(row)))
 }

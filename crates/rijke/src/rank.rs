@@ -13,6 +13,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 
 use crate::results::{Trust, kept, no_stage, rank_first};
+use crate::study_responses::{before_modes, shorts};
 
 /// Train the stages of a study, rank their models by evidence, and answer the questions of study.toml.
 #[derive(clap::Args)]
@@ -43,12 +44,19 @@ pub(crate) struct Results {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let mut study = open(dir)?;
-    if !study.plan.responses.is_empty() {
+    if study.plan.stages.is_empty() {
         return crate::study_responses::run(study, args.trust, args.until.as_deref(), args.force, ui);
     }
     let observations = observations(&study)?;
     let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?;
     warn_of(ui, &study, &observations)?;
+    if let Some(id) = args.until.as_ref().filter(|id| study.plan.response(id).is_some()) {
+        return Err(Failure::bad_input(format!(
+            "--until {id}: that stage trains on responses, and these all run before those of modes"
+        ))
+        .at(&dir.join("study.toml"))
+        .remedy("Name a stage of modes, or keep the stages of responses in a study folder of their own."));
+    }
     if let Some(id) = &args.until {
         let Some((k, _)) = study.plan.stage(id) else { return Err(no_stage(id, &study.plan, dir)) };
         let whole = study.plan.clone();
@@ -57,13 +65,17 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         study.plan.questions.retain(|q| has_run(&q.stage));
         study.plan.maps.retain(|m| has_run(&m.stage));
     }
+    let (mut responses, mut grounds) = (Vec::new(), Vec::new());
+    if !study.plan.responses.is_empty() {
+        (responses, grounds) = before_modes(study.clone(), args.trust, staged.path(), ui)?;
+    }
     let (plan, claims) = (study.plan.clone(), study.claims.clone());
     // Maps add points to it.
     let mapped = (!plan.maps.is_empty()).then(|| study.clone());
     let steps = 2 * plan.stages.len() + plan.questions.len() + plan.maps.len();
     let progress = ui.progress("stages", steps as u64);
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
-    let mut run = Run::new(study, &observations, args.trust.trusted()?).map_err(wrong)?;
+    let mut run = Run::on_responses(study, &observations, args.trust.trusted()?, grounds).map_err(wrong)?;
     warn_of_left_out(ui, &run.left_out);
     if let Some(heat) = &run.heat {
         ui.note(format!(
@@ -138,7 +150,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for v in &verdicts {
         ui.say(format!("{}: {} ({})", if v.holds { "holds" } else { "fails" }, v.statement, v.figure));
     }
-    ui.result(&json!({ "dir": dir.join("results"), "stages": stages, "claims": verdicts }))
+    let mut result = json!({ "dir": dir.join("results"), "stages": stages, "claims": verdicts });
+    if !responses.is_empty() {
+        result["responses"] = shorts(&responses).into();
+    }
+    ui.result(&result)
 }
 
 /// A search that does not end costs what stands on it, and nothing else; any other error ends the ranking.
@@ -234,10 +250,12 @@ fn table(ui: &Ui, stage: &StageRecord) {
             ui.say(format!("      stands on what is not decided: {assumed}"));
         }
         let [growth, frequency, pressure] = model.misfit.map(f64::abs);
-        ui.say(format!(
+        let trained = !stage.measured.is_empty();
+        let misfit = format!(
             "      misfit beyond the measured errors: {growth:.2e} 1/s, {:.2e} Hz, {pressure:.1e} of relative pressures",
             frequency / std::f64::consts::TAU
-        ));
+        );
+        ui.say(if trained { misfit } else { "      no mode was measured: nothing was trained".to_owned() });
         if let Some(said) = crate::results::far_beyond(&stage.measured, model) {
             ui.say(format!("      {said}"));
         }
@@ -246,6 +264,9 @@ fn table(ui: &Ui, stage: &StageRecord) {
                 format!("; {} averaged over what earlier stages leave open", number::with_sd(value, sd))
             });
             ui.say(format!("      {} = {} {}{averaged}", p.name, number::with_sd(p.value, p.sd), p.unit));
+            if trained {
+                crate::results::not_identified(ui, p);
+            }
             crate::results::warn_of_prior(ui, p);
         }
     }

@@ -35,8 +35,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 /// Writes the page of a study that was ranked.
 pub(crate) fn draw(dir: &Path) -> Result<PathBuf, Failure> {
     let study = open(dir)?;
-    if !study.plan.responses.is_empty() {
+    if study.plan.stages.is_empty() {
         return crate::study_responses::report(&study);
+    }
+    if !study.plan.responses.is_empty() {
+        crate::study_responses::report(&study)?;
     }
     let observations = observations(&study)?;
     let Results { stages, answers, verdicts } = Results::read(dir, &study.plan)?;

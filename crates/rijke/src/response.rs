@@ -3,6 +3,7 @@
 mod answer;
 
 use crate::{
+    csv_table::csv_table,
     failure::{Classify, Failure},
     figure, number,
     ui::Ui,
@@ -83,12 +84,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             serde_json::json!({ "name": driven.title, "frequency_hz": frequencies, "responses": all });
         ui.document(serde_json::to_string_pretty(&document).or_failed()?);
     } else if args.csv {
-        let names = columns.iter().map(|(name, _)| format!(",{name} re,{name} im")).collect::<String>();
-        ui.say(format!("frequency_hz{names}"));
-        for (k, f) in frequencies.iter().enumerate() {
-            let row = columns.iter().map(|(_, z)| format!(",{},{}", z[k].re, z[k].im)).collect::<String>();
-            ui.say(format!("{f}{row}"));
-        }
+        let names = columns.iter().flat_map(|(name, _)| [format!("{name} re"), format!("{name} im")]);
+        let head = std::iter::once("frequency_hz".to_owned()).chain(names).collect();
+        let row = |(k, f): (usize, &f64)| {
+            let numbers = columns.iter().flat_map(|(_, z)| [z[k].re, z[k].im]);
+            std::iter::once(*f).chain(numbers).map(|v| v.to_string()).collect()
+        };
+        let rows = frequencies.iter().enumerate().map(row);
+        ui.say(csv_table(std::iter::once(head).chain(rows))?.trim_end());
     } else {
         table(&driven, &frequencies, &columns, ui);
     }

@@ -157,11 +157,15 @@ pub(crate) fn warn_of_missing(dir: &Path, stage: &str, ui: &Ui) {
     }
 }
 
+/// Says of a parameter that the data tell next to nothing of it.
+pub(crate) fn not_identified(ui: &Ui, p: &TrainedParameter) {
+    if p.is_as_before() {
+        ui.say(format!("          not identified by these data: {} is as its prior", p.name));
+    }
+}
+
 /// Warns of a parameter that lies far from its prior.
 pub(crate) fn warn_of_prior(ui: &Ui, p: &TrainedParameter) {
-    if p.is_as_before() {
-        ui.say(format!("          these data tell nothing of {}: it is as its prior", p.name));
-    }
     if let Some(z) = p.conflict() {
         ui.note(format!(
             "warning: {} lies {z:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",

@@ -31,7 +31,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
-    if !study.plan.responses.is_empty() {
+    if study.plan.stages.is_empty() {
         processed(dir, args.force, ui)?;
         return crate::study_responses::run(study, args.trust, None, args.force, ui);
     }

@@ -1,11 +1,12 @@
 //! `rijke search`: every allowed combination of candidates, in one run or in shards that `rijke merge` joins.
 
 use crate::{
+    csv_table::csv_table,
     failure::{Classify, Failure},
     number,
     results::Trust,
     staging::write_whole,
-    study::{observations, of_the_engine, open, warn_of_left_out},
+    study::{observations, of_the_engine, open, warn_of_left_out, without_responses},
     ui::Ui,
 };
 use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
@@ -71,6 +72,7 @@ const SHOWN: usize = 12;
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
+    without_responses(&study, "a search")?;
     let observations = observations(&study)?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let out = dir.join("search");
@@ -133,14 +135,14 @@ fn write(found: &SearchRecord, out: &Path, ui: &Ui) -> Result<(), Failure> {
         let row = std::iter::once((k + 1).to_string()).chain(numbers.map(|v| v.to_string())).chain(named);
         rows.push(row.chain(c.stages.iter().map(f64::to_string)).collect());
     }
-    table(&tables.join("combinations.csv"), &rows)?;
+    table(&tables.join("combinations.csv"), rows)?;
     let mut rows = vec![["role", "candidate", "probability"].map(str::to_owned).to_vec()];
     for choice in &found.choices {
         rows.extend(
             choice.candidates.iter().map(|(id, p)| vec![choice.role.clone(), id.clone(), p.to_string()]),
         );
     }
-    table(&tables.join("choices.csv"), &rows)?;
+    table(&tables.join("choices.csv"), rows)?;
     keep(&out.join("search.json"), found)?;
     print(found, &roles, ui);
     ui.note(format!("wrote {}", out.join("search.json").display()));
@@ -207,11 +209,8 @@ fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
     }
 }
 
-fn table(path: &Path, rows: &[Vec<String>]) -> Result<(), Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    rows.iter().try_for_each(|row| writer.write_record(row)).or_failed().map_err(|f| f.at(path))?;
-    let text = writer.into_inner().or_failed().map_err(|f| f.at(path))?;
-    put(path, &text)
+fn table(path: &Path, rows: Vec<Vec<String>>) -> Result<(), Failure> {
+    put(path, csv_table(rows).map_err(|f| f.at(path))?.as_bytes())
 }
 
 fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failure> {

@@ -15,14 +15,31 @@ pub(crate) fn open(dir: &Path) -> Result<Study, Failure> {
     Study::open(dir).map_err(|error| bad(&error))
 }
 
-/// Refuses a study whose stages train on responses, for a command of modes.
-pub(crate) fn of_modes(study: &Study) -> Result<(), Failure> {
+/// Refuses a study with stages of responses, for a command that runs stages of modes without them.
+pub(crate) fn without_responses(study: &Study, command: &str) -> Result<(), Failure> {
+    of_modes(study)?;
     if study.plan.responses.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::bad_input(format!("{command} takes no study with stages of responses, on which those of modes may stand"))
+        .at(&study.folder.join("study.toml"))
+        .remedy("Take `rijke rank`, `rijke run`, `rijke predict` or `rijke next`, or keep the stages of responses in a study folder of their own."))
+}
+
+/// Refuses a study all of whose stages train on responses, for a command of modes.
+pub(crate) fn of_modes(study: &Study) -> Result<(), Failure> {
+    if !study.plan.stages.is_empty() {
         return Ok(());
     }
     Err(Failure::bad_input("the stages of this study train on responses, and this command is for studies of modes")
         .at(&study.folder.join("study.toml"))
         .remedy("Take `rijke check`, `rijke rank`, `rijke run` or `rijke report`; for the answers of a network file `rijke response`."))
+}
+
+/// Says what is doubtful about the files of rig and candidates.
+pub(crate) fn warn_of_doubts(ui: &Ui, study: &Study) {
+    let doubts = study.rig.doubts.iter().chain(&study.catalogue.doubts);
+    doubts.for_each(|said| ui.note(format!("warning: {said}")));
 }
 
 /// Reads what was observed.
@@ -50,6 +67,7 @@ const UNLIKE: f64 = 15.0;
 /// Warns of what has no effect, and of statements of a study that contradict its observations.
 pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> Result<(), Failure> {
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
+    warn_of_doubts(ui, study);
     if study.channels().map_err(|error| bad(&error))?.is_some()
         && !study.plan.stages.iter().any(|s| s.channels)
     {

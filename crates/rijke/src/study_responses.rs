@@ -1,4 +1,4 @@
-//! A study folder whose stages train on responses, run from its files to its page.
+//! Stages of a study folder that train on responses, run from its files to their page.
 
 mod check;
 
@@ -8,10 +8,11 @@ use crate::{
     failure::{Classify, Failure},
     results::{Trust, kept, known_stage, warn_of_prior},
     staging::{Lock, StagedFolder, write_whole},
+    study::warn_of_doubts,
     ui::Ui,
 };
 use rijke_engine::EngineError;
-use rijke_engine::response::{ResponseModelRecord, ResponseRun, ResponseStageRecord};
+use rijke_engine::response::{Ground, ResponseModelRecord, ResponseRun, ResponseStageRecord};
 use rijke_report::{StudyHead, response_page};
 use rijke_rig::DataKind;
 use rijke_study::Study;
@@ -31,15 +32,8 @@ struct Data {
 /// The file of it, within the results.
 const DATA: &str = "data.json";
 
-/// Refuses a study that has stages of modes as well.
-fn of_one_kind(study: &Study) -> Result<(), Failure> {
-    if study.plan.stages.is_empty() {
-        return Ok(());
-    }
-    Err(Failure::bad_input("study.toml has stages of modes and of responses")
-        .at(&study.folder)
-        .remedy("Put the stages of modes into a study folder of their own."))
-}
+/// Where the results of stages of responses are, within those of a study that has stages of modes as well.
+const BESIDE_MODES: &str = "responses";
 
 /// Runs the stages of a study in order, and writes their numbers and the page into its folder `results`.
 pub(crate) fn run(
@@ -50,7 +44,6 @@ pub(crate) fn run(
     ui: &Ui,
 ) -> Result<(), Failure> {
     let dir = study.folder.clone();
-    of_one_kind(&study)?;
     if trust.has_sampler() {
         return Err(Failure::bad_input("--sampler: the stages of this study train on responses, whose evidence has no sampler")
             .at(&dir)
@@ -61,19 +54,57 @@ pub(crate) fn run(
         let last = known_stage(id, &ids, &dir)?;
         study.plan.responses.truncate(last + 1);
     }
+    let results = dir.join("results");
+    let staged = StagedFolder::new(&results, "index.html", force)?;
+    let (stages, _) = trained(study, trust, staged.path(), ui)?;
+    staged.commit()?;
+    stages.iter().for_each(|stage| table(ui, stage));
+    ui.result(&json!({ "page": results.join("index.html"), "stages": shorts(&stages) }))
+}
+
+/// Trains the stages of responses of a study that has stages of modes as well, and writes their numbers and
+/// their page into a folder of their own within `results`.
+pub(crate) fn before_modes(
+    study: Study,
+    trust: Trust,
+    results: &Path,
+    ui: &Ui,
+) -> Result<(Vec<ResponseStageRecord>, Vec<Ground>), Failure> {
+    if trust.has_sampler() {
+        ui.note("--sampler judges the stages of modes alone: evidence of responses has no sampler");
+    }
+    let found = trained(study, trust, &results.join(BESIDE_MODES), ui)?;
+    found.0.iter().for_each(|stage| table(ui, stage));
+    Ok(found)
+}
+
+/// Every stage without its curves.
+pub(crate) fn shorts(stages: &[ResponseStageRecord]) -> Vec<serde_json::Value> {
+    stages.iter().map(short).collect()
+}
+
+/// Trains the stages of responses in order; numbers and page go into `folder`.
+fn trained(
+    mut study: Study,
+    trust: Trust,
+    folder: &Path,
+    ui: &Ui,
+) -> Result<(Vec<ResponseStageRecord>, Vec<Ground>), Failure> {
+    let dir = study.folder.clone();
     if trust.is_one_start() {
         study.plan.responses.iter_mut().for_each(|stage| stage.checked = false);
     }
     let observed = study.responses().or_bad_input()?;
+    if study.plan.stages.is_empty() {
+        warn_of_doubts(ui, &study);
+    }
     for warning in &observed.warnings {
         ui.note(format!("warning: {warning}"));
     }
     let data =
         Data { kind: observed.kind, source: observed.source.clone(), doubts: observed.warnings.clone() };
     let plan = study.plan.clone();
-    let results = dir.join("results");
     let mut run = ResponseRun::new(study, observed).map_err(|e| fault(&e, &dir))?;
-    let staged = StagedFolder::new(&results, "index.html", force)?;
     let progress = ui.progress("stages", plan.responses.len() as u64);
     let mut stages: Vec<ResponseStageRecord> = Vec::new();
     while let Some(stage) = run.next_stage().map_err(|e| fault(&e, &dir))? {
@@ -81,28 +112,28 @@ pub(crate) fn run(
         stages.push(stage);
     }
     drop(progress);
-    write(&staged.path().join(DATA), &(serde_json::to_string(&data).or_failed()? + "\n"))?;
+    write(&folder.join(DATA), &(serde_json::to_string(&data).or_failed()? + "\n"))?;
     for stage in &stages {
-        let path = staged.path().join("numbers").join(format!("{}.json", stage.id));
+        let path = folder.join("numbers").join(format!("{}.json", stage.id));
         write(&path, &(serde_json::to_string(stage).or_failed()? + "\n"))?;
     }
-    page(&plan, data, &stages, staged.path())?;
-    staged.commit()?;
-    stages.iter().for_each(|stage| table(ui, stage));
-    ui.result(&json!({ "page": results.join("index.html"), "stages": stages.iter().map(short).collect::<Vec<_>>() }))
+    page(&plan, data, &stages, folder)?;
+    Ok((stages, run.grounds()))
 }
 
 /// Draws the page of a study again from the numbers of its ranking.
 pub(crate) fn report(study: &Study) -> Result<PathBuf, Failure> {
-    of_one_kind(study)?;
     let dir = &study.folder;
-    let results = dir.join("results");
+    let whole = dir.join("results");
+    let beside = !study.plan.stages.is_empty();
+    let results = if beside { whole.join(BESIDE_MODES) } else { whole.clone() };
+    let within = |folder: &str| if beside { format!("{BESIDE_MODES}/{folder}") } else { folder.to_owned() };
     let stages = study.plan.responses.iter().map(|s| s.id.as_str());
     let there = |id: &&str| results.join("numbers").join(format!("{id}.json")).is_file();
     let stages: Vec<ResponseStageRecord> =
-        stages.filter(there).map(|id| kept(dir, "numbers", id)).collect::<Result<_, _>>()?;
-    let data: Data = kept(dir, "", DATA.trim_end_matches(".json"))?;
-    let _lock = Lock::take(&results)?;
+        stages.filter(there).map(|id| kept(dir, &within("numbers"), id)).collect::<Result<_, _>>()?;
+    let data: Data = kept(dir, &within(""), DATA.trim_end_matches(".json"))?;
+    let _lock = Lock::take(&whole)?;
     page(&study.plan, data, &stages, &results)?;
     Ok(results.join("index.html"))
 }
@@ -116,6 +147,7 @@ fn page(plan: &Plan, data: Data, stages: &[ResponseStageRecord], folder: &Path) 
         source: data.source,
         claims: rijke_study::Claims::default(),
         factors: Vec::new(),
+        beside: None,
     };
     for (name, content) in response_page(&head, &data.doubts, stages).or_failed()? {
         let path = folder.join(name);

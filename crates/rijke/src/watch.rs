@@ -10,7 +10,7 @@ use crate::{
     results::Trust,
     run,
     staging::{Lock, keep_others},
-    study::{observations, of_modes, open},
+    study::{observations, open, without_responses},
     ui::Ui,
 };
 use page::{Part, Status};
@@ -73,7 +73,7 @@ struct Watch<'a> {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let study = open(dir)?;
-    of_modes(&study)?;
+    without_responses(&study, "a watch")?;
     let live = dir.join("live");
     // One watch at a time; what it calls takes locks of its own.
     let _lock = Lock::take(&live)?;

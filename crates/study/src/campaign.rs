@@ -93,6 +93,11 @@ impl Campaign {
                 );
             }
         }
+        let known = |name: &str| columns.iter().any(|c| c.name == name && !RESERVED.contains(&name));
+        let of = |c: &Factor| c.name.strip_suffix("_sd").filter(|name| known(name)).map(str::to_owned);
+        if let Some(factor) = columns.iter().find_map(of) {
+            return Err(source.at_line(top, StudyProblem::SdOfFactor { factor }));
+        }
         if !columns.iter().any(|c| c.name == "point") {
             let need = "give every operating point a name in a column `point`";
             return Err(source.at_line(top, StudyProblem::Missing { key: "point".into(), need }));
@@ -313,6 +318,9 @@ mod tests {
             message("point,x [m]\na,1\na,2\n"),
             "campaign.csv, line 3: a second point is called `a`; every name must be different"
         );
+        let of_a_factor = message("point,x [m],x_sd [mm]\na,1,2\n");
+        assert!(of_a_factor.starts_with("campaign.csv, line 1: `x_sd` would be"), "{of_a_factor}");
+        assert!(of_a_factor.contains("[unknown.x]"), "{of_a_factor}");
         assert!(message("id,x\na,1\n").starts_with("campaign.csv, line 1: `point` is missing; "));
         assert!(message("point,x [furlong]\na,1\n").contains("furlong"));
         assert!(message("point,x [m]\na,1;2\n").contains("`x` is `1;2`, but must be a finite number"));

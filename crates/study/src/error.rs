@@ -74,6 +74,25 @@ pub enum StudyProblem {
         /// What is wrong with it.
         source: UnitError,
     },
+    /// A column that would be the error of a factor, which is a known number.
+    #[error(
+        "`{factor}_sd` would be the standard deviation of the factor `{factor}`, and factors are known numbers: nothing would use it. Take the \
+         column out; if the error matters and is the same at all points, write an unknown in the place of the factor in rig.toml, as \
+         \"{factor} + $off\" with [unknown.off], or \"${factor}\" with [unknown.{factor}] if it has one value"
+    )]
+    SdOfFactor {
+        /// The factor.
+        factor: String,
+    },
+    /// An unknown that has the name of another number of the same element.
+    #[error(
+        "the unknown `${name}` is called as the key `{name}` of this element, which is another number: formulas here would take one for the \
+         other; call the unknown {name}_1, say, there and in [unknown.{name}]"
+    )]
+    Clash {
+        /// The name.
+        name: String,
+    },
     /// A name that nothing has.
     #[error("there is no {what} called `{name}`; known: {known}")]
     Unknown {

@@ -39,6 +39,19 @@ struct Origin {
     source: String,
 }
 
+impl Origin {
+    /// Of a file that declares responses as well, which [`Study::responses`] checks.
+    fn beside_responses(source: &Source) -> Result<Self, StudyError> {
+        #[derive(Deserialize)]
+        struct Part {
+            kind: DataKind,
+            source: String,
+        }
+        let Part { kind, source } = source.toml()?;
+        Ok(Self { kind, source })
+    }
+}
+
 impl Study {
     /// Reads `rig.toml`, `campaign.csv`, `candidates/*.toml`, `study.toml` and, if there, `paper.toml`; the
     /// observations are read by [`Study::observations`], because a study is checked before anything is
@@ -89,7 +102,8 @@ impl Study {
         unused.into_iter().map(said).chain(idle).collect()
     }
 
-    /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it.
+    /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it. A study
+    /// that has stages of responses too may lack both: then no mode was observed.
     ///
     /// # Errors
     /// File, line and remedy. Points of `ramps.csv` are refused where their states would be taken for
@@ -97,10 +111,13 @@ impl Study {
     pub fn observations(&self) -> Result<ObservedModes, StudyError> {
         let folder = self.folder.join("observations");
         self.knows_states_of(&folder.join(Ramp::FILE))?;
-        let origin: Origin = Source::read(&folder.join("observations.toml"))?.toml()?;
+        let source = Source::read(&folder.join("observations.toml"))?;
+        let responses = !self.plan.responses.is_empty();
+        let origin = if responses { Origin::beside_responses(&source) } else { source.toml() }?;
         let table = folder.join("modes.csv");
         let table = if table.is_file() { table } else { folder.join("pings.csv") };
-        let modes = read_modes(&table, &self.rig, &self.campaign)?;
+        let there = table.is_file() || !responses;
+        let modes = if there { read_modes(&table, &self.rig, &self.campaign)? } else { Vec::new() };
         let points = folder.join("points.csv");
         let ambient = if points.is_file() { read_ambient(&points, &self.campaign)? } else { BTreeMap::new() };
         Ok(ObservedModes { kind: origin.kind, source: origin.source, modes, ambient })

@@ -50,6 +50,19 @@ impl Source {
         1 + self.text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count()
     }
 
+    /// The first place behind `at` where a line gives `key`, or `at`.
+    pub(crate) fn key_after(&self, at: usize, key: &str) -> usize {
+        let mut place = at;
+        for line in self.text.get(at..).unwrap_or_default().split_inclusive('\n') {
+            let mut words = line.split('=').map(str::trim);
+            if words.next() == Some(key) && words.next().is_some() {
+                return place;
+            }
+            place += line.len();
+        }
+        at
+    }
+
     pub(crate) fn fail(&self, at: usize, problem: StudyProblem) -> StudyError {
         let (file, line) = (self.file.clone(), Some(self.line(at)));
         StudyError { file, line, problem: Box::new(problem) }

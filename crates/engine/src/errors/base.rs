@@ -41,6 +41,16 @@ impl BaseErrors {
         Ok(Self { points: observed.par_iter().zip(used).map(at).collect::<Result<_, _>>()? })
     }
 
+    /// No error at any of so many points.
+    pub(crate) fn none(points: usize) -> Self {
+        Self { points: vec![Vec::new(); points] }
+    }
+
+    /// Whether there is no error at any point.
+    pub(crate) fn is_none(&self) -> bool {
+        self.points.iter().all(Vec::is_empty)
+    }
+
     /// With more causes of error, for each point.
     pub(crate) fn and(mut self, more: Vec<Changes>) -> Self {
         self.points.iter_mut().zip(more).for_each(|(list, more)| list.extend(more));

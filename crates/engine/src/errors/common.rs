@@ -121,9 +121,9 @@ impl Common {
         self.causes.contains(cause)
     }
 
-    /// A model whose base states have these errors, which are parameters after its `own`.
-    pub(crate) fn carried_by<'a>(&'a self, inner: &'a dyn Forward, own: usize) -> Carried<'a> {
-        Carried { inner, own, slopes: &self.slopes }
+    /// The change of each number of each point, point after point, per direction.
+    pub(crate) fn slopes(&self) -> &Matrix {
+        &self.slopes
     }
 }
 
@@ -132,11 +132,11 @@ fn name(k: usize) -> String {
     format!("error of the base states {}", k + 1)
 }
 
-/// A model with errors of its base states, to first order.
+/// A model with errors that its points share, to first order; they are parameters after its `own`.
 pub(crate) struct Carried<'a> {
-    inner: &'a dyn Forward,
-    own: usize,
-    slopes: &'a Matrix,
+    pub(crate) inner: &'a dyn Forward,
+    pub(crate) own: usize,
+    pub(crate) slopes: &'a Matrix,
 }
 
 impl Forward for Carried<'_> {
@@ -221,7 +221,7 @@ mod tests {
         let own: Vec<Parameter> =
             ["a", "b"].map(|n| Parameter::new(n, n, "1", Prior::Normal { mean: 0.5, sd: 1.0 })).into();
         let common = common();
-        let carried = common.carried_by(&Bent, 2);
+        let carried = Carried { inner: &Bent, own: 2, slopes: common.slopes() };
         let (evidence, values, covariance) =
             posterior_of(&carried, [own.clone(), common.parameters()].concat(), None);
         let shared = common.slopes.product(&common.slopes.transpose());
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn exact_derivatives_of_a_carried_model_are_those_of_its_parts() {
         let common = common();
-        let carried = common.carried_by(&Bent, 2);
+        let carried = Carried { inner: &Bent, own: 2, slopes: common.slopes() };
         let at = [0.4, 0.7, 0.5, -0.2];
         let here = carried.predict(&at, Order::Second).unwrap();
         let h = 1e-4;

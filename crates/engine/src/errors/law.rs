@@ -1,4 +1,4 @@
-//! What an error of the laws of a role does to predictions: the law times 1 + e, e complex.
+//! What an error of the laws of a role does to predictions: the law times 1 + e, or plus e, e complex.
 
 use super::Changes;
 use crate::assembly::LAW_ERROR;
@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
 use rijke_study::Cause;
+use std::f64::consts::TAU;
 
-/// A model whose laws of one role are in error by the factor 1 + e, whose parts are two more parameters.
+/// A model whose laws of one role are in error by e, whose parts are two more parameters.
 pub(crate) struct LawErrors {
     erring: Assembly,
     /// Places of the two among the parameters of `erring`.
@@ -19,19 +20,22 @@ pub(crate) struct LawErrors {
 }
 
 impl LawErrors {
-    /// Nothing for a model without that role.
+    /// Nothing for a model without that role or law.
     ///
     /// # Errors
     /// Those of an assembly.
     pub(crate) fn of(assembly: &Assembly, error: &LawError) -> Result<Option<Self>, EngineError> {
-        let Some(erring) = assembly.with_law_error(&error.role)? else { return Ok(None) };
+        let Some(erring) = assembly.with_law_error(&error.role, error.added.as_ref())? else {
+            return Ok(None);
+        };
         let place = |name: &str| erring.parameters().iter().position(|p| p.name == name);
         let [Some(re), Some(im)] = LAW_ERROR.map(place) else { return Ok(None) };
         Ok(Some(Self { erring, places: [re, im], error: error.clone() }))
     }
 
     /// The changes of the prediction of every point per standard deviation of the real and the imaginary part
-    /// of e, which all points of one value of the factor share.
+    /// of e, which all points of one value of the factor share; of one that is added to a law, by the nodes
+    /// of its frequencies ([`Added::nodes`](crate::Added)).
     ///
     /// # Errors
     /// Those of the model.
@@ -59,12 +63,24 @@ impl LawErrors {
             .collect();
         let point = PointModel::new(&self.erring, conditions, microphones)?.starting_from(near);
         let response = point.respond(&values, Order::First, &mut Workspace::default())?;
-        let level = format!("{:e}", conditions.point.factors[self.error.over]);
+        let level = |k: usize| format!("{:e}", conditions.point.factors[k]);
+        let level = self.error.over.map_or("all".to_owned(), level);
+        // An error that is added to a law is another one at another frequency.
+        let hertz = response.s.value().im / TAU;
+        let apart = self.error.added.as_ref().map(|added| added.nodes(hertz));
+        let levels: Vec<(String, f64)> = match apart {
+            None => vec![(level, 1.0)],
+            Some(nodes) => nodes.into_iter().map(|(k, w)| (format!("{level} {k}"), w)).collect(),
+        };
         let change = |(part, k): (usize, usize)| {
             let slope = point.slope(&response, k);
-            let (role, level) = (self.error.role.clone(), level.clone());
-            (Cause::Law { role, part, level }, slope.into_iter().map(|d| d * self.error.sd).collect())
+            let one = move |(level, weight): &(String, f64)| {
+                let size = self.error.sd * weight;
+                let (role, level) = (self.error.role.clone(), level.clone());
+                (Cause::Law { role, part, level }, slope.iter().map(|d| d * size).collect())
+            };
+            levels.iter().map(one).collect::<Changes>()
         };
-        Ok(self.places.into_iter().enumerate().map(change).collect())
+        Ok(self.places.into_iter().enumerate().flat_map(change).collect())
     }
 }

@@ -2,6 +2,7 @@
 //! installations. What many data share is inferred with the model; the rest is covariance. Must not know
 //! which candidates compete.
 
+mod assemblies;
 mod base;
 mod channels;
 mod common;
@@ -9,8 +10,9 @@ mod law;
 mod principal;
 mod varying;
 
+pub(crate) use assemblies::{Assemblies, Learned, OF_INSTALLATION};
 pub(crate) use base::{BaseErrors, Changes, changes};
 pub(crate) use channels::{Channels, Heard};
-pub(crate) use common::Common;
+pub(crate) use common::{Carried, Common};
 pub(crate) use law::LawErrors;
 pub(crate) use varying::{Scatter, any_varies};

@@ -2,7 +2,7 @@
 
 use super::model::{LawAt, PointModel};
 use super::poles::{Acting, poles};
-use crate::assembly::part_of_wall;
+use crate::assembly::{Erring, part_of_wall};
 use rijke_formula::{Formula, Here};
 use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region, laws::Law, levine_schwinger};
 use rijke_numerics::{C64, ComplexDual, Jet, JetSpace, Order};
@@ -62,11 +62,16 @@ impl<'m> Filled<'m> {
             let here = Here { space: JetSpace::new(1, Order::First), numbers: around, analytic: &analytic };
             let parameters = &self.numbers[law.candidate];
             let mut found = self.law_number(k).evaluate_in_s(&here, parameters);
-            if self.model.assembly.is_erring(law.candidate)
+            if let Some(how) = self.model.assembly.erring(law.candidate, law.effect)
                 && let [.., re, im] = parameters[..]
             {
-                let factor = C64::new(1.0 + re, im);
-                found = ComplexDual { value: found.value * factor, slope: found.slope * factor };
+                let e = C64::new(re, im);
+                found = match how {
+                    Erring::Relative => {
+                        ComplexDual { value: found.value * (e + 1.0), slope: found.slope * (e + 1.0) }
+                    }
+                    Erring::Added(_) => ComplexDual { value: found.value + e, slope: found.slope },
+                };
             }
             laws.set_analytic(k, [found.value, found.slope, C64::ZERO]);
             if let Some(part) = part {
@@ -104,11 +109,14 @@ impl<'m> Filled<'m> {
             let here = Here { space: space_here, numbers: around, analytic: &analytic };
             let parameters = &parameters[law.candidate];
             let mut value = self.law_number(k).evaluate(&here, parameters);
-            if model.assembly.is_erring(law.candidate)
+            if let Some(how) = model.assembly.erring(law.candidate, law.effect)
                 && let [.., re, im] = &parameters[..]
             {
-                let factor = &(&space_here.real(1.0) + re) + &im.scale(C64::I);
-                value = &value * &factor;
+                let e = re + &im.scale(C64::I);
+                value = match how {
+                    Erring::Relative => &value * &e.shift(C64::ONE),
+                    Erring::Added(_) => &value + &e,
+                };
             }
             laws.set_among(k, &value, own);
             if let Some(part) = part {

@@ -5,6 +5,7 @@ use super::data::Blocks;
 use super::head::Heard;
 use super::predict::{Responses, Told};
 use super::record::{ForeseenModel, ResponseForesight};
+use super::rows::rows_of;
 use super::select::Selected;
 use super::stage::ResponseRun;
 use crate::{Assembly, EngineError};
@@ -32,12 +33,12 @@ impl ResponseRun {
         let mut all = Vec::new();
         for stage in &self.study.plan.responses {
             let data = Selected::new(&self.study, &self.observed, stage)?;
-            let rows = self.rows(stage, &chosen);
+            let rows = rows_of(&self.study, stage, &chosen);
             let mut models = Vec::new();
             for row in &rows {
                 let (assembly, errors) = self.assembled(stage, row)?;
                 let responses = self.models(&assembly, &data)?;
-                let id = row.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ");
+                let id = row.id();
                 let (widths, remark) = match widths(stage, &data, &assembly, &responses, &errors) {
                     Ok(widths) => (widths, None),
                     Err(error) => (Vec::new(), Some(error.to_string())),

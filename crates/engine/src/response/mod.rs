@@ -4,15 +4,19 @@
 
 mod data;
 mod foresight;
+mod ground;
 mod head;
 mod measured;
 mod predict;
 mod record;
 mod residual;
+mod rows;
 mod select;
 mod sources;
 mod stage;
 mod train;
 
+pub use ground::{Ground, GroundModel};
 pub use record::{ForeseenModel, LoadRecord, ResponseForesight, ResponseModelRecord, ResponseStageRecord};
+pub(crate) use rows::rows_of;
 pub use stage::ResponseRun;

@@ -1,15 +1,17 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
+use super::ground::{Ground, law_error};
 use super::head::Rest;
 use super::measured::Measured;
 use super::predict::{Load, Responses};
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::left;
+use super::rows::{Row, rows_of};
 use super::select::{self, Selected};
 use super::train::Training;
 use crate::run::{EvidenceRecord, TrainedParameter, conditions_at};
 use crate::shape::ShapeModel;
-use crate::{Assembly, Conditions, EngineError, NamedGaussian};
+use crate::{Assembly, Conditions, EngineError, LawError, NamedGaussian};
 use rijke_inference::Parameters;
 use rijke_numerics::C64;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
@@ -32,14 +34,11 @@ pub struct ResponseRun {
     pub(super) observed: Observed,
     /// What every stage before found, with the candidates that it chose.
     known: BTreeMap<String, (BTreeMap<String, String>, NamedGaussian)>,
-    next: usize,
+    grounds: Vec<Ground>,
 }
 
-/// One row of a table: the candidates in question, and role and candidate of the whole model.
-pub(super) struct Row {
-    pub(super) own: Vec<Candidate>,
-    pub(super) choice: BTreeMap<String, String>,
-}
+/// What a row found that stages after it need: the posterior, and the misfit of its law.
+type Learned = Option<(NamedGaussian, Option<LawError>)>;
 
 impl ResponseRun {
     /// A study with its responses.
@@ -49,7 +48,7 @@ impl ResponseRun {
     /// which it stands again.
     pub fn new(study: Study, observed: Observed) -> Result<Self, EngineError> {
         select::check(&study, &observed)?;
-        Ok(Self { study, observed, known: BTreeMap::new(), next: 0 })
+        Ok(Self { study, observed, known: BTreeMap::new(), grounds: Vec::new() })
     }
 
     /// Runs the next stage; none after the last.
@@ -58,13 +57,17 @@ impl ResponseRun {
     /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Response`]. A model that cannot be
     /// fitted is a row without evidence.
     pub fn next_stage(&mut self) -> Result<Option<ResponseStageRecord>, EngineError> {
-        let Some(stage) = self.study.plan.responses.get(self.next).cloned() else { return Ok(None) };
-        self.next += 1;
+        let Some(stage) = self.study.plan.responses.get(self.grounds.len()).cloned() else { return Ok(None) };
         let data = Selected::new(&self.study, &self.observed, &stage)?;
         let mut models = Vec::new();
-        let mut found: Vec<Option<NamedGaussian>> = Vec::new();
+        let mut found: Vec<Learned> = Vec::new();
         let chosen = self.known.iter().map(|(id, (choice, _))| (id.clone(), choice.clone())).collect();
-        let rows = self.rows(&stage, &chosen);
+        let rows = rows_of(&self.study, &stage, &chosen);
+        if rows.is_empty() {
+            let problem = "every candidate that competes extends one that is in none of its models: name that one in `with`, or in a stage \
+                           on which this one stands";
+            return Err(EngineError::Refused { stage: stage.id, problem: problem.to_owned() });
+        }
         for row in &rows {
             let (record, gaussian) = self.row(&stage, row, &data)?;
             models.push(record);
@@ -77,8 +80,8 @@ impl ResponseRun {
             let remark = models.iter().find_map(|m| m.remark.clone()).unwrap_or_default();
             return Err(EngineError::NoWinner { stage: stage.id, remark });
         };
-        if let Some(gaussian) = found[best].take() {
-            self.known.insert(stage.id.clone(), (rows[best].choice.clone(), gaussian));
+        if let Some((knowledge, _)) = &found[best] {
+            self.known.insert(stage.id.clone(), (rows[best].choice.clone(), knowledge.clone()));
         }
         let load = |((m, what), rows): ((&Measured, &ResponseKind), &usize)| LoadRecord {
             point: m.label.clone(),
@@ -87,49 +90,27 @@ impl ResponseRun {
             frequency_hz: m.frequency_hz.clone(),
             measured: pairs(&m.values),
         };
-        Ok(Some(ResponseStageRecord {
+        let record = ResponseStageRecord {
             id: stage.id.clone(),
             title: if stage.title.is_empty() { stage.id.clone() } else { stage.title.clone() },
             loads: data.measured.iter().zip(&data.whats).zip(&data.rows).map(load).collect(),
             winner: models[best].id.clone(),
             models,
             decides: stage.decides,
-        }))
+        };
+        let before = self.grounds.iter().filter(|g| stage.on.contains(&g.id));
+        let assumes = |g: &Ground| {
+            g.assumes.iter().cloned().chain(g.models.first().and_then(|m| g.undecided(m))).collect::<Vec<_>>()
+        };
+        let assumes = before.flat_map(assumes).collect();
+        self.grounds.push(Ground::of(&record, found, assumes));
+        Ok(Some(record))
     }
 
-    /// The rows of a stage, with what earlier ones `chose`.
-    pub(super) fn rows(
-        &self,
-        stage: &ResponseStage,
-        chosen: &BTreeMap<String, BTreeMap<String, String>>,
-    ) -> Vec<Row> {
-        let catalogue = &self.study.catalogue;
-        let mut base: BTreeMap<String, String> = BTreeMap::new();
-        for choice in stage.on.iter().filter_map(|id| chosen.get(id)) {
-            base.extend(choice.clone());
-        }
-        base.extend(stage.with.clone());
-        let mut lists: Vec<Vec<Candidate>> = vec![Vec::new()];
-        for role in &stage.compete {
-            let named = |c: &&Candidate| stage.among.is_empty() || stage.among.contains(&c.id);
-            let competing: Vec<Candidate> =
-                catalogue.competing(role).into_iter().filter(named).cloned().collect();
-            lists = lists
-                .into_iter()
-                .flat_map(|list| competing.iter().map(move |c| [list.clone(), vec![c.clone()]].concat()))
-                .collect();
-        }
-        let row = |own: Vec<Candidate>| {
-            let mut choice = base.clone();
-            choice.extend(own.iter().map(|c| (c.role.clone(), c.id.clone())));
-            let own = if own.is_empty() {
-                stage.with.values().filter_map(|id| catalogue.get(id).cloned()).collect()
-            } else {
-                own
-            };
-            Row { own, choice }
-        };
-        lists.into_iter().map(row).collect()
+    /// What the stages that have run found, for stages of modes that stand on them.
+    #[must_use]
+    pub fn grounds(&self) -> Vec<Ground> {
+        self.grounds.clone()
     }
 
     fn row(
@@ -137,13 +118,11 @@ impl ResponseRun {
         stage: &ResponseStage,
         row: &Row,
         data: &Selected,
-    ) -> Result<(ResponseModelRecord, Option<NamedGaussian>), EngineError> {
+    ) -> Result<(ResponseModelRecord, Learned), EngineError> {
         let measured = &data.measured;
-        let joined =
-            |word: fn(&Candidate) -> &str, by: &str| row.own.iter().map(word).collect::<Vec<_>>().join(by);
         let mut record = ResponseModelRecord {
-            id: joined(|c| &c.id, " + "),
-            label: joined(|c| &c.name, "; "),
+            id: row.id(),
+            label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
             candidates: row.choice.clone(),
             parameters: Vec::new(),
             noise: Vec::new(),
@@ -196,8 +175,11 @@ impl ResponseRun {
                 left.ratio, left.size
             ));
         }
+        let share = left.size / left.of_the_data;
+        if share > POOR {
+            remarks.extend(training.turned(evidence.ln_marginal)?);
+        }
         if left.neighbours_sds > NOT_NOISE {
-            let share = left.size / left.of_the_data;
             let remedy = match &stage.misfit {
                 _ if share > POOR => "this model does not describe these data",
                 None => {
@@ -215,13 +197,28 @@ impl ResponseRun {
                 left.neighbours_sds
             ));
         }
+        let untold = record.parameters.iter().filter(|p| p.is_as_before()).map(|p| p.name.as_str());
+        let untold: Vec<&str> = untold.collect();
+        if !untold.is_empty() {
+            let both = |what: &ResponseKind| matches!(what, ResponseKind::Pressure { sources, .. } if sources.len() > 1);
+            let hint = if data.whats.iter().any(both) {
+                "; waves of unknown strength enter at both ends, so that nothing is told of what these reflect: if only one end drives, write \
+                 sources = [\"upstream\"]"
+            } else {
+                ""
+            };
+            remarks
+                .push(format!("not identified by these data, as their priors: {}{hint}", untold.join(", ")));
+        }
         record.predicted = found.answers.iter().map(|a| pairs(a)).collect();
         record.heard = left.heard.iter().map(|a| pairs(a)).collect();
         (record.residual, record.neighbours) = (left.size, left.neighbours);
         record.remark = Some(remarks.join("; ")).filter(|r| !r.is_empty());
         let names = parameters.list().iter().map(|p| p.name.clone()).collect();
-        let gaussian = NamedGaussian { names, mean: fit.parameters, covariance: laplace.physical_covariance };
-        Ok((record, Some(gaussian)))
+        let knowledge =
+            NamedGaussian { names, mean: fit.parameters.clone(), covariance: laplace.physical_covariance };
+        let law = law_error(&self.study, &row.choice, &responses.loads, &fit.noise);
+        Ok((record, Some((knowledge, law))))
     }
 
     /// The model of a row, and the errors of its head.

@@ -11,7 +11,8 @@ use super::record::{CarriedOn, CarriedStage, ModelRecord};
 use super::rows::Row;
 use crate::EngineError;
 use rayon::prelude::*;
-use rijke_study::plan::{Plan, Stage};
+use rijke_study::plan::{NoiseSpec, Plan, Stage};
+use std::collections::BTreeSet;
 
 /// The most models of a stage that are carried on.
 const MOST: usize = 8;
@@ -125,6 +126,29 @@ impl Run {
             }
         }
         Ok(found)
+    }
+}
+
+impl Run {
+    /// The installations of a stage of which stages that stand on it have points too, and count what
+    /// installations differ by.
+    pub(super) fn assemblies(&self, stage: &Stage) -> Vec<String> {
+        let (plan, campaign) = (&self.study.plan, &self.study.campaign);
+        let later = standing_on(plan, &stage.id);
+        let counts = |s: &&Stage| {
+            let noises = [Some(&s.noise), s.noise_of_predictions.as_ref()];
+            let differs = |n: &NoiseSpec| n.installation.is_some() || !n.varying.is_empty();
+            later.contains(&s.id) && s.base_errors && noises.into_iter().flatten().any(differs)
+        };
+        let points = |s: &Stage| {
+            let of = campaign.points.iter().filter(|p| s.points.holds(campaign, p));
+            of.map(|p| p.installation.clone()).collect::<BTreeSet<String>>()
+        };
+        if !stage.base_errors {
+            return Vec::new();
+        }
+        let theirs: BTreeSet<String> = plan.stages.iter().filter(counts).flat_map(points).collect();
+        points(stage).intersection(&theirs).cloned().collect()
     }
 }
 

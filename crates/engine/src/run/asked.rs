@@ -5,7 +5,7 @@ use super::course::Choice;
 use super::followed::Followed;
 use super::inputs::{ambient_of_all, conditions, observed, states};
 use super::predicted::{Forecast, averaged};
-use super::rows::{assembly_of, rows_of};
+use super::rows::{assembly_of, first_of_responses, rows_of};
 use crate::{
     Assembly, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum,
     TrainedPosterior,
@@ -147,9 +147,9 @@ pub fn modes_at(
             (assembly, values)
         }
         None => {
-            let mut done: BTreeMap<String, Choice> = BTreeMap::new();
+            let mut done: BTreeMap<String, Choice> = first_of_responses(study);
             for stage in &study.plan.stages {
-                let rows = rows_of(study, stage, &|id| done.get(id).cloned());
+                let rows = rows_of(study, stage, &|id| done.get(id).cloned().into_iter().collect());
                 if let Some(row) = rows.into_iter().next() {
                     done.insert(stage.id.clone(), row.choice);
                 }
@@ -186,17 +186,22 @@ pub fn forecast(
 ) -> Result<(Vec<Forecast>, Vec<Unpredicted>), EngineError> {
     let known = Known::of(study, observations)?;
     let asked = Asked::of(&known, model)?;
-    let (mut forecasts, failures) = asked.forecasts(points);
+    let (sought, lost) = asked.sought(points);
+    let (mut forecasts, mut failures) = asked.forecasts(&sought);
+    failures.extend(lost);
     let other = |k: &usize| Some((study.campaign.points[*k].id.clone(), asked.other(*k, &forecasts)?));
     let others: BTreeMap<String, [f64; 2]> = points.par_iter().filter_map(other).collect();
     forecasts.iter_mut().for_each(|f| f.other = others.get(&f.point).copied());
-    let of = |o: &OpenModel| Ok((o.odds, Asked::of(&known, &o.model)?.forecasts(points).0));
+    let of = |o: &OpenModel| Ok((o.odds, Asked::of(&known, &o.model)?.forecasts(&sought).0));
     let open: Vec<(f64, Vec<Forecast>)> = open.par_iter().map(of).collect::<Result<_, EngineError>>()?;
     if !open.is_empty() {
         forecasts.iter_mut().for_each(|own| own.averaged = averaged(own, &open));
     }
     Ok((forecasts, failures))
 }
+
+/// A mode at a point of the campaign: its place, the label of the mode, and where the mode is sought.
+type Sought = (usize, String, Option<C64>);
 
 /// What is known of the points of a study, whatever the model.
 struct Known<'a> {
@@ -223,6 +228,8 @@ struct Asked<'a> {
     assembly: Assembly,
     posterior: TrainedPosterior,
     misfit: Misfit,
+    /// Misfit of the growth rate, without the errors of a measurement, 1/s.
+    own_error: f64,
     /// Ambient temperature of a point that was not measured: nothing else is known of it.
     usual: Option<[f64; 2]>,
 }
@@ -240,6 +247,7 @@ impl<'a> Asked<'a> {
             followed: Followed::of(study, observed, &model.trained_on),
             assembly: assembly_of(study, &model.candidates, &model.hold)?,
             misfit: Misfit::of_a_new_measurement(&posterior.noise, &used, model.measured),
+            own_error: Misfit::of_growth(&posterior.noise),
             posterior,
             usual: trained().find_map(|k| ambient[k]),
         })
@@ -250,14 +258,28 @@ impl<'a> Asked<'a> {
         conditions(study, &study.campaign.points[k], states.get(&k), ambient[k].or(self.usual))
     }
 
-    /// Of every mode at these points, without the other modes.
-    fn forecasts(&self, points: &[usize]) -> (Vec<Forecast>, Vec<Unpredicted>) {
-        let labels = self.followed.labels();
-        let all: Vec<(usize, &String)> =
-            points.iter().flat_map(|k| labels.iter().map(move |label| (*k, label))).collect();
-        let found: Vec<_> = all.par_iter().map(|(k, label)| self.one(*k, label)).collect();
+    /// The modes at these points, and the points that cannot have any.
+    fn sought(&self, points: &[usize]) -> (Vec<Sought>, Vec<Unpredicted>) {
+        let values = &self.posterior.gaussian.mean[..self.assembly.parameters().len()];
+        let of = |k: &usize| self.followed.sought(&self.assembly, values, &self.conditions(*k)?);
+        let found: Vec<_> = points.par_iter().map(of).collect();
+        let (mut all, mut lost) = (Vec::new(), Vec::new());
+        for (k, found) in points.iter().zip(found) {
+            match found {
+                Ok(modes) => all.extend(modes.into_iter().map(|(label, near)| (*k, label, near))),
+                Err(why) => {
+                    lost.push(Unpredicted { point: self.known.study.campaign.points[*k].id.clone(), why });
+                }
+            }
+        }
+        (all, lost)
+    }
+
+    /// Of these modes, without the others.
+    fn forecasts(&self, sought: &[Sought]) -> (Vec<Forecast>, Vec<Unpredicted>) {
+        let found: Vec<_> = sought.par_iter().map(|(k, label, near)| self.one(*k, label, *near)).collect();
         let (mut forecasts, mut failures) = (Vec::new(), Vec::new());
-        for ((k, _), found) in all.iter().zip(found) {
+        for ((k, ..), found) in sought.iter().zip(found) {
             let apart = |own: Forecast| match forecasts.iter().find(|f: &&Forecast| own.is_of_the_mode_of(f))
             {
                 Some(other) => Err(EngineError::ModesMet {
@@ -277,16 +299,18 @@ impl<'a> Asked<'a> {
             }
         }
         // Of modes that met, neither label is known to be the right one.
-        let met = |u: &Unpredicted| matches!(u.why, EngineError::ModesMet { .. });
-        forecasts.retain(|f| !failures.iter().any(|u| u.point == f.point && met(u)));
+        let met = |u: &Unpredicted, f: &Forecast| match &u.why {
+            EngineError::ModesMet { first, .. } => u.point == f.point && *first == f.mode,
+            _ => false,
+        };
+        forecasts.retain(|f| !failures.iter().any(|u| met(u, f)));
         (forecasts, failures)
     }
 
-    fn one(&self, k: usize, label: &str) -> Result<Forecast, EngineError> {
+    fn one(&self, k: usize, label: &str, near: Option<C64>) -> Result<Forecast, EngineError> {
         let conditions = self.conditions(k)?;
         let microphones = &self.known.study.rig.microphones;
         let heard = Some(microphones.reference).filter(|_| !microphones.at.is_empty());
-        let near = self.followed.near(label, &conditions);
         let law = self.model.law.as_ref();
         let p: PointPrediction =
             self.posterior.predict(&self.assembly, &conditions, heard.as_slice(), near, law)?;
@@ -295,13 +319,15 @@ impl<'a> Asked<'a> {
         if growth_rate.iter().chain(&number(1)).any(|v| !v.is_finite()) {
             return Err(EngineError::Damaged { stage: self.model.stage.clone() });
         }
+        let stability_sd = growth_rate[2].hypot(self.own_error);
         Ok(Forecast {
             point: point.id.clone(),
             mode: label.to_owned(),
             factors: point.factors.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
             growth_rate,
             angular_frequency: number(1),
-            unstable: normal_cdf(growth_rate[0] / growth_rate[2]),
+            stability_sd,
+            unstable: normal_cdf(growth_rate[0] / stability_sd),
             averaged: None,
             other: None,
         })

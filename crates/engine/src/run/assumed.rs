@@ -1,13 +1,14 @@
 //! What a stage assumes of its misfit: the plan's words with the numbers of earlier stages.
 
-use super::course::{Chosen, Run};
+use super::course::{Choice, Chosen, Run};
 use crate::EngineError;
 use crate::noise::{LawError, Noise, Varying};
 use rijke_inference::NoiseMode;
-use rijke_study::plan::{NoiseSpec, SdSpec};
+use rijke_study::plan::{NoiseSpec, SdSpec, Stage};
 
 impl Run {
-    /// The plan's words, with what earlier stages found in the place of their names.
+    /// The plan's words, with what earlier stages found in the place of their names; without the error of a
+    /// law, for which see [`Run::law_of`].
     pub(super) fn noise(&self, spec: &NoiseSpec) -> Result<Noise, EngineError> {
         let of =
             |stage: &str| self.chosen(stage).ok_or_else(|| EngineError::NoPoint { stage: stage.to_owned() });
@@ -48,10 +49,6 @@ impl Run {
             };
             Ok(Varying { parameter: v.parameter.clone(), sd: mode(&v.sd, None, &found)? })
         };
-        let law = |l: &rijke_study::plan::PlannedLawError| {
-            let over = self.study.campaign.factor(&l.over)?;
-            Some(LawError { role: l.role.clone(), sd: l.sd, over })
-        };
         Ok(Noise {
             of_a_point: [
                 number(&spec.growth_rate, 0)?,
@@ -61,12 +58,43 @@ impl Run {
             of_an_installation,
             measured: spec.measured,
             varying: spec.varying.iter().map(varying).collect::<Result<_, _>>()?,
-            law: spec.law.as_ref().and_then(law),
+            law: None,
         })
     }
 }
 
 impl Run {
+    /// The error of a law that enters the model `choice` of a stage: what `spec` states, else the misfit of
+    /// the law that a stage of responses measured on which the stage stands.
+    ///
+    /// # Errors
+    /// [`EngineError::Refused`] where several laws have such a misfit.
+    pub(super) fn law_of(
+        &self,
+        stage: &Stage,
+        spec: &NoiseSpec,
+        choice: &Choice,
+    ) -> Result<Option<LawError>, EngineError> {
+        if let Some(stated) = &spec.law {
+            let law =
+                |over| LawError { role: stated.role.clone(), sd: stated.sd, over: Some(over), added: None };
+            return Ok(self.study.campaign.factor(&stated.over).map(law));
+        }
+        let mut all = Vec::new();
+        for ground in self.study.plan.grounds(stage).into_iter().filter_map(|id| self.ground(id)) {
+            let law = ground.with(choice, &stage.id)?.law.as_ref();
+            all.extend(law.filter(|law| choice.contains_key(&law.role)).cloned());
+        }
+        if let [first, second, ..] = &all[..] {
+            let problem = format!(
+                "it stands on misfits of laws of two roles, {} and {}, and takes one: state the larger of their effects as `law` of [stage.noise]",
+                first.role, second.role
+            );
+            return Err(EngineError::Refused { stage: stage.id.clone(), problem });
+        }
+        Ok(all.pop())
+    }
+
     /// How far growth rate (1/s) and angular frequency (rad/s) differ between installations by the parameters
     /// that vary, as a root mean square over the points that trained.
     fn between_installations(&self, like: &Chosen) -> Result<[f64; 2], EngineError> {

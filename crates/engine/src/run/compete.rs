@@ -17,7 +17,7 @@ impl Run {
         wanted: &dyn Fn(&Row) -> bool,
     ) -> Result<(Vec<Row>, Vec<Found>), EngineError> {
         let points = selected(&self.study, &self.observed, &stage.points);
-        if points.is_empty() {
+        if points.is_empty() && self.study.plan.grounds(stage).is_empty() {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
         }
         let rows: Vec<Row> = self.rows(stage).into_iter().filter(wanted).collect();

@@ -2,6 +2,7 @@
 
 use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
 use super::record::{CarriedOn, ModelRecord, TrainedParameter};
+use crate::response::Ground;
 use crate::{Assembly, EngineError, NamedGaussian, Observed, Trained};
 use rijke_inference::SamplerKind;
 use rijke_rig::ChannelErrors;
@@ -42,6 +43,14 @@ pub struct Chosen {
     pub(super) known: Arc<Vec<NamedGaussian>>,
     /// The misfit, what was measured included.
     pub(super) misfit: [f64; 3],
+}
+
+impl Chosen {
+    /// Its candidates by their roles, without what the rig itself says.
+    pub(super) fn choice(&self) -> Choice {
+        let own = self.assembly.candidates().iter().filter(|c| c.role != "rig");
+        own.map(|c| (c.role.clone(), c.id.clone())).collect()
+    }
 }
 
 /// The parameters that models of later stages found, by stage and model.
@@ -111,6 +120,8 @@ pub struct Run {
     pub(super) observed: Vec<Observed>,
     pub(super) channels: Option<ChannelErrors>,
     pub(super) trusted: Trusted,
+    /// What stages of responses found, on which stages may stand.
+    pub(super) grounds: Vec<Ground>,
     pub(super) done: Vec<Done>,
     /// What the readings say of the heat, where a part heats the gas.
     pub heat: Option<HeatedFit>,
@@ -132,15 +143,42 @@ impl Run {
     /// Reads what a study needs before its first stage.
     ///
     /// # Errors
-    /// Those of the files; an operating point without temperature or frequency.
+    /// Those of the files; an operating point without temperature or frequency; a stage that stands on one of
+    /// responses, for which see [`Run::on_responses`].
     pub fn new(study: Study, observations: &ObservedModes, trusted: Trusted) -> Result<Self, EngineError> {
+        Self::on_responses(study, observations, trusted, Vec::new())
+    }
+
+    /// As [`Run::new`], with what the study's stages of responses found
+    /// ([`ResponseRun::grounds`](crate::response::ResponseRun::grounds)). A stage that stands on them may
+    /// have no observed point: its models are as the responses have them.
+    ///
+    /// # Errors
+    /// As [`Run::new`].
+    pub fn on_responses(
+        study: Study,
+        observations: &ObservedModes,
+        trusted: Trusted,
+        grounds: Vec<Ground>,
+    ) -> Result<Self, EngineError> {
+        for stage in &study.plan.stages {
+            let known = |id: &str| grounds.iter().any(|g| g.id == id);
+            if let Some(id) = study.plan.grounds(stage).into_iter().find(|id| !known(id)) {
+                let problem = format!(
+                    "it stands on `{id}`, which trains on responses: train that first, with `rijke rank`"
+                );
+                return Err(EngineError::Refused { stage: stage.id.clone(), problem });
+            }
+        }
         let (rig, channels) = (Arc::new(study.rig.clone()), study.channels()?);
         let ambient = ambient_of_all(&study, observations);
         let (states, heat) = states_and_heat(&study, &ambient, true)?;
         let observed = observed(&study, observations, &states, &ambient)?;
         let left_out = left_out(&study, observations, &states);
         // Before anything is trained.
-        let idle = |stage: &&Stage| selected(&study, &observed, &stage.points).is_empty();
+        let idle = |stage: &&Stage| {
+            selected(&study, &observed, &stage.points).is_empty() && study.plan.grounds(stage).is_empty()
+        };
         if let Some(stage) = study.plan.stages.iter().find(idle) {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
         }
@@ -150,6 +188,7 @@ impl Run {
             observed,
             channels,
             trusted,
+            grounds,
             done: Vec::new(),
             heat,
             left_out,
@@ -169,6 +208,7 @@ impl Run {
             observed: self.observed.clone(),
             channels: self.channels.clone(),
             trusted: self.trusted,
+            grounds: self.grounds.clone(),
             done,
             heat: self.heat.clone(),
             left_out: self.left_out.clone(),
@@ -192,6 +232,11 @@ impl Run {
     #[must_use]
     pub fn chosen(&self, id: &str) -> Option<&Chosen> {
         self.stage_done(id).map(|done| &done.chosen)
+    }
+
+    /// What the stage of responses called `id` found.
+    pub(super) fn ground(&self, id: &str) -> Option<&Ground> {
+        self.grounds.iter().find(|g| g.id == id)
     }
 
     pub(super) fn stage_done(&self, id: &str) -> Option<&Done> {

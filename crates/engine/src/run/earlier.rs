@@ -30,14 +30,25 @@ impl<'a> Earlier<'a> {
         choice: &Choice,
         points: &[Observed],
     ) -> Result<StandsOn, EngineError> {
-        let on = stage.on.iter().map(|id| self.key(id, choice));
+        let (grounds, stages): (Vec<&String>, Vec<&String>) =
+            stage.on.iter().partition(|id| self.run.ground(id).is_some());
+        let on = stages.iter().map(|id| self.key(id, choice));
         // Channels are those that the stage found with the model that it chose, whatever the model here.
         let heard = stage.heard_through.iter().map(|id| self.key(id, &Choice::new()));
-        let keys: Vec<Key> = on.chain(heard).collect::<Result<_, _>>()?;
+        let mut keys: Vec<Key> = on.chain(heard).collect::<Result<_, _>>()?;
+        let trained_before = keys.len();
+        let mut measured: Vec<NamedGaussian> = Vec::new();
+        for (k, ground) in grounds.into_iter().filter_map(|id| self.run.ground(id)).enumerate() {
+            let model = ground.with(choice, &stage.id)?;
+            measured.push(model.gaussian(&ground.id)?);
+            // No place of a stage of modes.
+            keys.push((usize::MAX - k, model.candidates.clone()));
+        }
         if let Some(ready) = self.ready.get(&keys) {
             return Ok(ready.clone());
         }
-        let trained: Vec<Chosen> = keys.iter().map(|key| self.trained(key)).collect::<Result<_, _>>()?;
+        let trained: Vec<Chosen> =
+            keys[..trained_before].iter().map(|key| self.trained(key)).collect::<Result<_, _>>()?;
         let mut known: Vec<NamedGaussian> = trained.iter().map(|c| c.trained.gaussian()).collect();
         let mut points = points.to_vec();
         if !stage.channels {
@@ -45,7 +56,8 @@ impl<'a> Earlier<'a> {
                 points = points.iter().map(|o| known.without_channels(&self.run.rig, o)).collect();
             }
         }
-        known.truncate(stage.on.len());
+        known.truncate(stages.len());
+        known.extend(measured);
         let ready = StandsOn { known: Arc::new(known), points: Arc::new(points) };
         self.ready.insert(keys, ready.clone());
         Ok(ready)

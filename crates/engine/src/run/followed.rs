@@ -1,6 +1,6 @@
 //! Which mode a prediction is of, and where it is sought at a point where it was not measured.
 
-use crate::{Conditions, Observed};
+use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
 use rijke_numerics::C64;
 use rijke_study::Study;
 
@@ -24,7 +24,8 @@ pub(super) struct Followed {
 }
 
 impl Followed {
-    /// Of what was observed, those at the points that `trained`; all where none of them was observed.
+    /// Of what was observed, those at the points that `trained`; all where none of them was observed, none
+    /// for a model that no point trained.
     pub(super) fn of(study: &Study, observed: &[Observed], trained: &[String]) -> Self {
         let campaign = &study.campaign;
         let range = |k: usize| {
@@ -41,7 +42,7 @@ impl Followed {
         };
         let used = |o: &&Observed| trained.contains(&o.conditions.id);
         let mut seen: Vec<Seen> = observed.iter().filter(used).map(one).collect();
-        if seen.is_empty() {
+        if seen.is_empty() && !trained.is_empty() {
             seen = observed.iter().map(one).collect();
         }
         let mut labels: Vec<String> = Vec::new();
@@ -51,6 +52,30 @@ impl Followed {
             }
         }
         Self { seen, labels, ranges: (0..campaign.factors.len()).map(range).collect() }
+    }
+
+    /// The modes that are sought under `conditions`, and where: those that the model was trained on, or,
+    /// where no mode was ever measured, all that it has in the region of the rig at these `values` of its
+    /// parameters, numbered from the lowest frequency.
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub(super) fn sought(
+        &self,
+        assembly: &Assembly,
+        values: &[f64],
+        conditions: &Conditions,
+    ) -> Result<Vec<(String, Option<C64>)>, EngineError> {
+        if !self.labels.is_empty() {
+            return Ok(self
+                .labels
+                .iter()
+                .map(|label| (label.clone(), self.near(label, conditions)))
+                .collect());
+        }
+        let mut modes = PointModel::new(assembly, conditions, &[])?.modes(values)?;
+        modes.sort_by(|a, b| a.im.total_cmp(&b.im));
+        Ok(modes.into_iter().zip(1..).map(|(s, k)| (k.to_string(), Some(s))).collect())
     }
 
     /// The labels of the modes.

@@ -3,7 +3,7 @@
 use super::course::Choice;
 use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
 use super::record::UNIDENTIFIED;
-use super::rows::{Row, assembly_of, rows_of};
+use super::rows::{Row, assembly_of, first_of_responses, rows_of};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_inference::Parameters;
@@ -75,6 +75,7 @@ pub fn foresight(
     };
     let known: Vec<Option<[f64; 2]>> = known.into_iter().map(|t| t.or(Some([ambient, 0.0]))).collect();
     let states = states(study, &known, observations.is_some())?;
+    let grounds = first_of_responses(study);
     let mut done: BTreeMap<String, (Choice, Information)> = BTreeMap::new();
     let mut all = Vec::new();
     for stage in &study.plan.stages {
@@ -89,7 +90,10 @@ pub fn foresight(
         if points.is_empty() {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
         }
-        let rows = rows_of(study, stage, &|id| done.get(id).map(|(choice, _)| choice.clone()));
+        let rows = rows_of(study, stage, &|id| {
+            let stage = done.get(id).map(|(choice, _)| choice);
+            stage.or(grounds.get(id)).cloned().into_iter().collect()
+        });
         let before: Vec<&Information> = stage.on.iter().filter_map(|id| Some(&done.get(id)?.1)).collect();
         let one = |row: &Row| foreseen(study, stage, row, &points, &before, sd);
         let found = rows.par_iter().map(one).collect::<Result<Vec<_>, EngineError>>()?;

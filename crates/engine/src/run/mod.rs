@@ -25,6 +25,7 @@ mod predicted;
 mod record;
 mod rows;
 mod search;
+mod signs;
 mod sliders;
 mod so_far;
 mod stages;
@@ -47,6 +48,7 @@ pub use predicted::{Averaged, Forecast};
 pub use record::{
     CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, TrainedParameter,
 };
+pub(crate) use rows::{are_possible, with_candidates};
 pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,
     SearchRecord, merge_searches,

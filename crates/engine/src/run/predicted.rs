@@ -16,8 +16,11 @@ pub struct Forecast {
     pub growth_rate: [f64; 3],
     /// Angular frequency, rad/s, likewise.
     pub angular_frequency: [f64; 3],
-    /// Probability that the growth rate of this mode is above zero, taken as normal, without the noise of a
+    /// Standard deviation of the growth rate that counts for stability, 1/s: that of the model and the misfit
+    /// that its training found ([`Misfit::of_growth`](crate::Misfit::of_growth)), without the errors of a
     /// measurement.
+    pub stability_sd: f64,
+    /// Probability that the growth rate of this mode is above zero, taken as normal with that deviation.
     pub unstable: f64,
     /// The same averaged over the models that the evidence leaves open, where it does.
     pub averaged: Option<Averaged>,
@@ -43,6 +46,8 @@ pub struct Averaged {
     pub growth_rate: [f64; 3],
     /// Angular frequency, rad/s, likewise.
     pub angular_frequency: [f64; 3],
+    /// Standard deviation of the growth rate that counts for stability, 1/s.
+    pub stability_sd: f64,
     /// Probability that the growth rate of this mode is above zero.
     pub unstable: f64,
 }
@@ -62,6 +67,7 @@ pub(super) fn averaged(own: &Forecast, open: &[(f64, Vec<Forecast>)]) -> Option<
     Some(Averaged {
         growth_rate: over(&|f| f.growth_rate),
         angular_frequency: over(&|f| f.angular_frequency),
+        stability_sd: mixed(all.iter().map(|(w, f)| [*w, f.growth_rate[0], f.stability_sd]))[1],
         unstable: mixed(all.iter().map(|(w, f)| [*w, f.unstable, 0.0]))[0],
     })
 }

@@ -5,6 +5,7 @@ use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use crate::noise::{Noise, floats, measured_sd};
+use crate::observed::Used;
 use crate::{Assembly, EngineError, Misfit, NamedGaussian, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_network::Workspace;
@@ -29,12 +30,14 @@ impl Row {
     }
 }
 
-/// The rows of the table of a stage; `before` is what each earlier stage chose.
-pub(super) fn rows_of(study: &Study, stage: &Stage, before: &dyn Fn(&str) -> Option<Choice>) -> Vec<Row> {
+/// The rows of the table of a stage; `before` is what each earlier stage chose, and after it what it left
+/// open, if the stage must weigh that.
+pub(super) fn rows_of(study: &Study, stage: &Stage, before: &dyn Fn(&str) -> Vec<Choice>) -> Vec<Row> {
     let catalogue = &study.catalogue;
     // What it takes from stages before it, and what it names itself.
     let mut base = Choice::new();
-    stage.on.iter().filter_map(|id| before(id)).for_each(|choice| base.extend(choice));
+    let before: Vec<Vec<Choice>> = stage.on.iter().map(|id| before(id)).collect();
+    before.iter().filter_map(|all| all.first()).for_each(|choice| base.extend(choice.clone()));
     base.retain(|role, _| !stage.without.contains(role));
     base.extend(stage.with.clone());
     let mut lists: Vec<Vec<Candidate>> = Vec::new();
@@ -53,16 +56,58 @@ pub(super) fn rows_of(study: &Study, stage: &Stage, before: &dyn Fn(&str) -> Opt
     for ids in &stage.rows {
         lists.push(ids.iter().filter_map(|id| catalogue.get(id).cloned()).collect());
     }
+    let open: Vec<Vec<Vec<Candidate>>> =
+        before.iter().map(|all| left_open(study, stage, all)).filter(|all| !all.is_empty()).collect();
+    if lists.is_empty() && !open.is_empty() {
+        lists.push(Vec::new());
+    }
+    for all in &open {
+        let with = |list: Vec<Candidate>| all.iter().map(move |own| [own.clone(), list.clone()].concat());
+        lists = lists.into_iter().flat_map(with).collect();
+    }
     if lists.is_empty() {
         // A stage that trains one model: the candidates that it names, in question together.
         lists.push(stage.with.values().filter_map(|id| catalogue.get(id).cloned()).collect());
     }
-    // A candidate that extends another can be part of no model without it.
-    let possible = |own: &Vec<Candidate>| {
-        own.iter().all(|c| c.extends.as_ref().is_none_or(|id| base.values().any(|b| b == id)))
-    };
     let row = |own: Vec<Candidate>| Row { choice: with_candidates(base.clone(), &own), own };
-    lists.into_iter().filter(possible).map(row).collect()
+    lists.into_iter().filter(|own| are_possible(own, &base)).map(row).collect()
+}
+
+/// The first model of every stage of responses, before anything is trained.
+pub(super) fn first_of_responses(study: &Study) -> BTreeMap<String, Choice> {
+    let mut chosen: BTreeMap<String, Choice> = BTreeMap::new();
+    for stage in &study.plan.responses {
+        let first = crate::response::rows_of(study, stage, &chosen).into_iter().next();
+        chosen.extend(first.map(|row| (stage.id.clone(), row.choice)));
+    }
+    chosen
+}
+
+/// The candidates by which the models that an earlier stage leaves open differ, one list for each of them;
+/// none where there is one only, or where candidates of these roles are named by the stage.
+fn left_open(study: &Study, stage: &Stage, all: &[Choice]) -> Vec<Vec<Candidate>> {
+    let Some((first, others)) = all.split_first().filter(|(_, others)| !others.is_empty()) else {
+        return Vec::new();
+    };
+    let role = |id: &String| study.catalogue.get(id).map(|c| c.role.as_str());
+    let rows = stage.rows.iter().flatten().filter_map(role);
+    let named: Vec<&str> = stage
+        .compete
+        .iter()
+        .chain(stage.with.keys())
+        .chain(&stage.without)
+        .map(String::as_str)
+        .chain(rows)
+        .collect();
+    let differs = |role: &&String| others.iter().any(|o| o.get(*role) != first.get(*role));
+    let roles: Vec<&String> = first.keys().filter(differs).collect();
+    if roles.iter().any(|role| named.contains(&role.as_str())) {
+        return Vec::new();
+    }
+    let of = |choice: &Choice| {
+        roles.iter().filter_map(|role| study.catalogue.get(choice.get(*role)?).cloned()).collect()
+    };
+    all.iter().map(of).collect()
 }
 
 /// The model of one candidate per role.
@@ -78,7 +123,30 @@ pub(super) fn assembly_of(
 impl Run {
     /// The rows of the table of a stage.
     pub(super) fn rows(&self, stage: &Stage) -> Vec<Row> {
-        rows_of(&self.study, stage, &|id| self.stage_done(id).map(|done| done.choice.clone()))
+        rows_of(&self.study, stage, &|id| match self.ground(id) {
+            Some(ground) => ground.open().map(|m| m.candidates.clone()).collect(),
+            None => self.stage_done(id).map(|done| done.choice.clone()).into_iter().collect(),
+        })
+    }
+
+    /// What stages of responses on which `stage` stands say for a model of `choice`: its evidence less that
+    /// of their best, ln best fit, ln Occam factor and ln marginal; and in words.
+    fn of_the_responses(
+        &self,
+        stage: &Stage,
+        choice: &Choice,
+    ) -> Result<([f64; 3], Vec<String>), EngineError> {
+        let (mut sum, mut words) = ([0.0; 3], Vec::new());
+        for ground in stage.on.iter().filter_map(|id| self.ground(id)) {
+            let (model, best) = (ground.with(choice, &stage.id)?, &ground.models[0]);
+            let three = |e: &EvidenceRecord| [e.ln_best_fit, e.ln_occam, e.ln_marginal];
+            let [own, most] = [three(&model.evidence), three(&best.evidence)];
+            (0..3).for_each(|k| sum[k] += own[k] - most[k]);
+            if model.id != best.id {
+                words.push(format!("{:.1} nats of these are those of `{}`", own[2] - most[2], ground.id));
+            }
+        }
+        Ok((sum, words))
     }
 
     /// Trains a row; a row that cannot be fitted has no evidence.
@@ -112,7 +180,14 @@ impl Run {
             }
         };
         let Chosen { assembly, trained, .. } = &found;
-        record.evidence = Some(EvidenceRecord::of(trained));
+        let ([best_fit, occam, marginal], counted) = self.of_the_responses(stage, &row.choice)?;
+        let own = EvidenceRecord::of(trained);
+        record.evidence = Some(EvidenceRecord {
+            ln_best_fit: own.ln_best_fit + best_fit,
+            ln_occam: own.ln_occam + occam,
+            ln_marginal: own.ln_marginal + marginal,
+            ..own
+        });
         record.parameters = parameters(trained, assembly.parameters());
         record.misfit = misfit(trained);
         let values = &trained.values[..trained.own];
@@ -132,10 +207,30 @@ impl Run {
         });
         let said: Vec<String> =
             trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
-        let doubts = doubts(&found.observed, &record.predicted, record.misfit, floats(&trained.noise));
-        let remarks: Vec<String> = trained.warnings.iter().cloned().chain(said).chain(doubts).collect();
+        let fitted = self.fitted(stage, &found, &record.predicted);
+        let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
+        if trusted == Trusted::Laplace || self.trusted != Trusted::Laplace {
+            doubts.extend(self.turned(stage, row, &found)?);
+        }
+        let remarks: Vec<String> =
+            trained.warnings.iter().cloned().chain(said).chain(doubts).chain(counted).collect();
         record.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
         Ok((record, Some(found)))
+    }
+
+    /// What a model says of growth rates and frequencies, with the errors that training found beside its
+    /// parameters; as `predicted` where a number was not measured.
+    fn fitted(&self, stage: &Stage, found: &Chosen, predicted: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let (microphones, reference) = (self.microphones(stage), self.rig.microphones.reference);
+        let used: Vec<Used> = found.observed.iter().map(|o| o.used(&microphones, reference)).collect();
+        let mut fitted = predicted.to_vec();
+        for ((k, row), residual) in found.rows(&used).into_iter().zip(&found.trained.linear.0.residuals) {
+            let mode = &found.observed[k].mode;
+            if let Some(Some(measured)) = [mode.growth_rate, mode.angular_frequency].get(row) {
+                fitted[k][row] = measured - residual;
+            }
+        }
+        fitted
     }
 
     /// The microphones that a stage uses.
@@ -157,7 +252,9 @@ impl Run {
         trusted: Trusted,
     ) -> Result<Chosen, EngineError> {
         let assembly = assembly_of(&self.study, &row.choice, &stage.hold)?;
-        let mut training = self.training(stage, self.noise(&stage.noise)?, known.to_vec(), trusted);
+        let noise =
+            Noise { law: self.law_of(stage, &stage.noise, &row.choice)?, ..self.noise(&stage.noise)? };
+        let mut training = self.training(stage, noise, known.to_vec(), trusted);
         if let Some(found) = self.near.get(&[stage.id.clone(), row.id()]) {
             let value = |p: &Parameter| {
                 let same = found.iter().find(|q| q.name == p.name);
@@ -215,13 +312,19 @@ impl Run {
             channels: self.channels.clone().filter(|_| stage.channels),
             search,
             base_errors: stage.base_errors,
+            assemblies: self.assemblies(stage),
             checks,
         }
     }
 }
 
+/// Whether a model of these candidates can be: one that extends another can be part of no model without it.
+pub(crate) fn are_possible(own: &[Candidate], base: &Choice) -> bool {
+    own.iter().all(|c| c.extends.as_ref().is_none_or(|id| base.values().any(|b| b == id)))
+}
+
 /// A model with some candidates in the places of others.
-pub(super) fn with_candidates(mut choice: Choice, own: &[Candidate]) -> Choice {
+pub(crate) fn with_candidates(mut choice: Choice, own: &[Candidate]) -> Choice {
     for candidate in own {
         if let Some(extended) = &candidate.extends {
             choice.retain(|_, id| id != extended);

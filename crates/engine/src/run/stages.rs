@@ -77,7 +77,7 @@ impl Run {
             self.done.push(Done { choice, chosen: goes_on, rows, assumes, open, beside });
         }
         let (mut missing, mut checks) = (None, None);
-        if let Some(done) = self.done.last() {
+        if let Some(done) = self.done.last().filter(|done| !done.chosen.observed.is_empty()) {
             missing = self.missing(&stage, &done.chosen)?;
             let rival = done.rival().map(|(model, found)| (model.id.as_str(), found));
             checks = Some(self.checks(&stage, &done.chosen, rival)?);
@@ -107,6 +107,10 @@ impl Run {
             if !all.contains(said) {
                 all.push(said.clone());
             }
+        }
+        for ground in stage.on.iter().filter_map(|id| self.ground(id)) {
+            // What it leaves open itself are rows here, or candidates that the stage names.
+            all.extend(ground.assumes.iter().cloned());
         }
         for (done, before) in self.done.iter().zip(&self.study.plan.stages) {
             for (_, open) in &done.open {

@@ -37,6 +37,7 @@ fn oracle_points_foreseen_from_all_others_against_trainings_without_them() {
             channels: None,
             search: MapOptions::default(),
             base_errors: false,
+            assemblies: Vec::new(),
             checks: None,
         };
         let evidence =

@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
 mod bench;
+mod chain;
+mod extends;
 mod head;
 mod pressures;
 mod temperatures;

@@ -1,6 +1,7 @@
 //! From a start to the neighbourhood of a maximum, in turns of parameters and noise.
 
 use super::conditional::Conditional;
+use super::map::Fit;
 use super::posterior::Posterior;
 use super::settle::Settled;
 use crate::density::{Calls, Gaussian, Method, Minimum, SAME_MODE, TrustRegion, minimise};
@@ -18,6 +19,8 @@ const FIRST_TURN: f64 = 0.5;
 /// Change of ln sd at which the alternation ends: a share of its own standard deviation, which is 1/sqrt(2 n)
 /// for n data.
 const SETTLED: f64 = 0.02;
+/// The share of floated noises that [`Posterior::with_less_noise`] leaves.
+const LESS: f64 = 0.05;
 /// Gauss-Newton evaluations per stage before exact Hessians take over, each of which costs as much as some
 /// p/3 of them.
 const QUICK: usize = 60;
@@ -104,6 +107,33 @@ impl Posterior<'_> {
             }
         }
         Ok(Approach { z, small, calls, cost, ln_likelihood, settled })
+    }
+
+    /// The parameters (physical) that are most probable if floated noises are far smaller than at `fit`; none
+    /// where no noise floats, or if the model fails.
+    ///
+    /// A floated noise that is large hides what the data could tell, so that parameters stay at their priors,
+    /// residuals stay large, and the noise with them: a maximum. There may be another, at which parameters
+    /// have left their priors and the noise is small. A search from here finds it.
+    pub(crate) fn with_less_noise(&self, fit: &Fit) -> Option<Vec<f64>> {
+        let p = self.parameters().len();
+        let floats = |group: &usize| self.data().groups()[*group].floats();
+        let mut whole = fit.working.clone();
+        let floated: Vec<usize> =
+            (0..self.floating().len()).filter(|k| floats(&self.floating()[*k])).collect();
+        if floated.is_empty() || p == 0 {
+            return None;
+        }
+        floated.iter().for_each(|k| whole[p + k] += LESS.ln());
+        let held = Conditional::new(self, whole, (0..p).collect());
+        let quick = TrustRegion {
+            method: Method::GaussNewton,
+            max_evaluations: QUICK,
+            tolerance: FIRST_TURN,
+            ..TrustRegion::default()
+        };
+        let minimum = minimise(&held, &fit.working[..p], &quick).ok()?;
+        Some(self.parameters().physical(&minimum.z))
     }
 
     /// A rough search over the parameters with the noise held. Newton's exact Hessians are dear: Gauss-Newton

@@ -114,15 +114,20 @@ impl Posterior<'_> {
         found
     }
 
-    /// The floated noises that have become negligible beside the floor everywhere.
+    /// The floated noises that have become negligible everywhere beside the floor and the other noises.
     pub(crate) fn vanished(&self, z: &[f64]) -> Vec<Settled> {
-        let p = self.parameters().len();
+        let (p, sds) = (self.parameters().len(), self.noise_sd(z));
         let settled = |(k, g): (usize, usize)| {
             let floated = matches!(self.data().groups()[g].mode, NoiseMode::Floated);
             let lowest = self.data().observations().iter().flat_map(|o| {
                 let own = o.noise.iter().filter(move |(h, _)| *h == g);
+                let sds = &sds;
                 own.flat_map(move |(_, s)| {
-                    let known = move |i: usize| o.floor.as_ref().map_or(0.0, |f| f[(i, i)]) / s[(i, i)];
+                    let others = o.noise.iter().filter(move |(h, _)| *h != g);
+                    let known = move |i: usize| {
+                        let beside = others.clone().map(|(h, s)| sds[*h].powi(2) * s[(i, i)]).sum::<f64>();
+                        (o.floor.as_ref().map_or(0.0, |f| f[(i, i)]) + beside) / s[(i, i)]
+                    };
                     (0..o.values.len()).filter(move |&i| s[(i, i)] > 0.0).map(known)
                 })
             });

@@ -9,6 +9,7 @@
 //!
 //! Knows one fit and the derivatives there: no model is called again.
 
+mod causes;
 mod few;
 mod left_out;
 mod moved;
@@ -17,6 +18,7 @@ use crate::covariance::dense_enough;
 use crate::{Fit, InferenceError, Laplace, NoiseMode, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, Stream, dot, symmetric_eigen};
 
+pub use causes::Causes;
 pub use few::{Few, student};
 pub use left_out::LeftOut;
 pub use moved::Moved;

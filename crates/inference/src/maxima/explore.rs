@@ -28,7 +28,8 @@ pub(crate) trait Ground: Sync {
     /// The coordinates of a point that an evidence integrates over.
     fn inner(&self, z: &[f64]) -> Vec<f64>;
 
-    /// Starts at which the model is known to predict nearly the same as at this end of a search.
+    /// Starts at which the model is known to predict nearly the same as at this end of a search, and those to
+    /// which it could not go for its noise.
     fn images(&self, fit: &Self::Fit) -> Vec<Vec<f64>>;
 
     /// Starts spread over the prior, from `count` points of a unit cube; none if the prior is improper.

@@ -62,7 +62,10 @@ impl Ground for Terrain<'_> {
     }
 
     fn images(&self, (fit, _): &Fitted) -> Vec<Vec<f64>> {
-        self.posterior.parameters().images(&fit.parameters, |a| self.posterior.forward().aliases(a))
+        let mut all =
+            self.posterior.parameters().images(&fit.parameters, |a| self.posterior.forward().aliases(a));
+        all.extend(self.posterior.with_less_noise(fit));
+        all
     }
 
     fn spread(&self, count: usize) -> Vec<Vec<f64>> {

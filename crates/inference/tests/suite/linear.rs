@@ -276,3 +276,28 @@ fn oracle_what_few_data_leave_against_the_restricted_likelihood() {
         assert_relative_eq!(few.parameters[k], wanted, max_relative = 1e-4);
     }
 }
+
+/// A noise that two others explain away, with no floor beside them: it is none, and the search ends.
+#[test]
+fn behaviour_a_floated_noise_that_others_explain_is_none() {
+    let common = [1.0, -1.0, 2.0, -2.0, 0.6, -0.6, 1.4, -1.4];
+    let own = [0.5, 0.5, -0.4, -0.4, 0.2, 0.2, -0.3, -0.3];
+    let along = |a: f64, b: f64| Matrix::from_fn(2, 2, |i, j| [a, b][i] * [a, b][j]);
+    let block = |k: usize| {
+        Observation::new(format!("{k}"), vec![0.45 * common[k] + own[k], common[k]])
+            .with_noise(0, Matrix::diagonal(&[1.0, 0.0]))
+            .with_noise(1, Matrix::diagonal(&[0.0, 1.0]))
+            .with_noise(2, along(0.4, 1.0))
+    };
+    let groups = ["first", "second", "shared"].map(|name| NoiseGroup::floated(name, "V")).to_vec();
+    let data = Data::new((0..8).map(block).collect(), groups).unwrap();
+    let parameters = Parameters::new(vec![normal("a", 0.0, 1.0)]).unwrap();
+    let model = Linear(Matrix::from_fn(16, 1, |i, _| if i % 2 == 0 { 1.0 } else { 0.0 }));
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    assert!(fit.stop.converged(), "{:?} {:?}", fit.stop, fit.noise);
+    let [_, second, shared] = [0, 1, 2].map(|k| fit.noise[k].sd);
+    assert!(second < 1e-6 * shared, "{:?}", fit.noise);
+    let rms = (common.iter().map(|c| c * c).sum::<f64>() / 8.0).sqrt();
+    assert!((shared / rms - 1.0).abs() < 0.05, "{shared} {rms}");
+}

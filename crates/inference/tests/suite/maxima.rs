@@ -196,3 +196,25 @@ fn exact_a_mirrored_model_and_its_image_share_the_evidence() {
     let gain = a.evidence.unwrap().ln_marginal - a.laplace.unwrap().evidence.ln_marginal;
     assert_abs_diff_eq!(gain, std::f64::consts::LN_2, epsilon = 1e-6);
 }
+
+/// Four exact data 5 prior standard deviations from the prior of their one parameter. With a large floated
+/// noise the parameter stays near its prior, and the noise large; with a small one it goes to the data.
+#[test]
+fn behaviour_a_floated_noise_hides_no_better_maximum() {
+    let design = Matrix::from_fn(4, 1, |_, _| 1.0);
+    let values = vec![5.001, 4.999, 5.0005, 4.9995];
+    let observation = Observation::new("exact", values)
+        .with_floor(Matrix::diagonal(&[1e-8; 4]))
+        .with_independent_noise(0, &[0, 1, 2, 3]);
+    let data = Data::new(vec![observation], vec![NoiseGroup::floated("misfit", "1")]).unwrap();
+    let parameters = Parameters::new(vec![normal("a", 0.0, 1.0)]).unwrap();
+    let model = crate::problems::Linear(design);
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    // One search from the centre of the prior ends at the large noise.
+    let alone = posterior.map(&MapOptions::default()).unwrap();
+    assert!(alone.noise[0].sd > 1.0 && alone.parameters[0] < 2.0, "{:?}", alone.parameters);
+    let options = AssessOptions { random_starts: 0, draws: 0, ..AssessOptions::default() };
+    let found = posterior.assess(&options).unwrap();
+    assert!(found.fit.noise[0].sd < 0.01, "{:?}", found.fit.noise);
+    assert!((found.fit.parameters[0] - 5.0).abs() < 0.01 && found.fit.cost < alone.cost - 10.0);
+}

@@ -64,6 +64,7 @@ impl Assembly<'_> {
         let Item { line, place } = item.clone();
         self.warnings.extend(doubt(&rows).map(|doubt| match doubt {
             Doubt::Degrees { step } => Warning::Degrees { line, place, step },
+            Doubt::Coarse { step, other } => Warning::Coarse { line, place, step, other_ms: 1e3 * other },
             Doubt::Rises { rise } => Warning::Rises { line, place, rise },
         }));
     }

@@ -55,6 +55,22 @@ pub enum Warning {
         /// From the first frequency to the last, by a straight line, rad.
         rise: f64,
     },
+    /// The phase of a table turns far from row to row.
+    #[error(
+        "line {line}: {place}: half of the steps of the table's phase are larger than {step:.1} rad: such steps cannot tell a delay from one that \
+         is {other_ms:.2} ms longer or shorter, nor numbers that vary as exp(i omega t), which are taken, from those for exp(-i omega t); give \
+         finer frequencies"
+    )]
+    Coarse {
+        /// Line in the file.
+        line: usize,
+        /// Which element or end.
+        place: String,
+        /// Median difference of neighbours, to the nearest turn, rad.
+        step: f64,
+        /// Delay by which another reading of the phases differs, ms.
+        other_ms: f64,
+    },
     /// The search goes beyond a table.
     #[error(
         "line {line}: {place}: the table ends at {low_hz} and {high_hz} Hz, but the search does not: modes beyond rest \

@@ -107,6 +107,12 @@ impl FlowChain {
         Self { ends, ..self }
     }
 
+    /// The ends, upstream and downstream.
+    #[must_use]
+    pub fn ends(&self) -> &[FlowEnd; 2] {
+        &self.ends
+    }
+
     /// The ducts, from upstream to downstream.
     #[must_use]
     pub fn ducts(&self) -> &[FlowDuct] {

@@ -3,7 +3,7 @@
 
 use crate::common_laws::{c, given};
 use crate::mean_flow::{GAMMA, end, inlet};
-use rijke_network::file::{OscilosTexts, read, read_oscilos};
+use rijke_network::file::{OscilosTexts, by_the_rule_of_oscilos, read, read_oscilos};
 use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct};
 use rijke_network::laws::{Law, Table, TableError, TableRow, choked_inlet, choked_outlet};
 use rijke_network::{At, Laws, Network, NetworkError, Region, Segment, Slot, Workspace, levine_schwinger};
@@ -201,6 +201,28 @@ fn oracle_oscilos_ends_11_are_unflanged_and_12_flanged() {
         let longer = 0.5 * PI * speed(293.0) / first - 2.0;
         assert!((longer / 0.05 - correction).abs() < 0.01, "{kind}: {longer}");
     }
+}
+
+#[test]
+fn oracle_oscilos_own_rule_takes_open_ends_at_the_frequency_alone() {
+    // BC_subfc.m, polyLevineSchwingerBC, with its s imaginary or not: R is that of Im s.
+    let case = oscilos("5 0.3 0 0", "11 - - -", "0");
+    let end = |omega: f64| {
+        let ka = omega * 0.05 / speed(293.0);
+        let modulus = (1.0 + 0.2 * ka - 0.084 * ka * ka) / (1.0 + 0.2 * ka + (0.5 - 0.084) * ka * ka);
+        let length = (0.6133 + 0.027 * ka * ka) / (1.0 + 0.19 * ka * ka);
+        -modulus * C64::new(0.0, -2.0 * ka * length).exp()
+    };
+    for mode in case.0.modes(&case.1).unwrap().modes {
+        let s = by_the_rule_of_oscilos(&case.0, mode.s).unwrap().unwrap();
+        let off = uniform(s, C64::new(0.3, 0.0), end(s.im)).norm();
+        assert!(off < 1e-3, "{s}: {off}");
+        // Strongly damped modes differ from those of the exact end, and not by much.
+        let apart = (s - mode.s).norm();
+        assert!(apart > 0.05 && apart < 5.0, "{} {s}", mode.s);
+    }
+    let closed = oscilos("2 - - -", "1 - - -", "0");
+    assert_eq!(by_the_rule_of_oscilos(&closed.0, c(0.0, 800.0)).unwrap(), None);
 }
 
 /// Closed ends, three times as hot behind 0.8 m, a flame Q'/Q of u'/U there.

@@ -33,6 +33,13 @@ pub enum Doubt {
         /// The median of the steps, rad.
         step: f64,
     },
+    /// Neighbours are so far apart that a delay cannot be told from one of another turn for each step.
+    Coarse {
+        /// The median of the steps of the phase, to the nearest turn, rad.
+        step: f64,
+        /// Delay by which another reading of the phases differs, s.
+        other: f64,
+    },
     /// The phase rises: the answer comes before the question.
     Rises {
         /// By how much over the table, rad.
@@ -50,7 +57,18 @@ pub fn doubt(rows: &[TableRow]) -> Option<Doubt> {
         return Some(Doubt::Degrees { step });
     }
     let rise = phase_slope(rows) * 2.0 * PI * (last.frequency - first.frequency);
-    (rise > RISES).then_some(Doubt::Rises { rise })
+    if rise > RISES {
+        return Some(Doubt::Rises { rise });
+    }
+    let nearest = |w: &[TableRow]| {
+        let turn = (w[1].phase - w[0].phase) / (2.0 * PI);
+        2.0 * PI * (turn - turn.round()).abs()
+    };
+    let mut steps: Vec<f64> = rows.windows(2).map(nearest).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().filter(|step| *step > 0.5 * PI)?;
+    let width = (last.frequency - first.frequency) / (rows.len() - 1) as f64;
+    Some(Doubt::Coarse { step, other: 1.0 / width })
 }
 
 /// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s:
@@ -79,6 +97,24 @@ pub fn phase_slope(rows: &[TableRow]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn behaviour_phases_that_rise_or_turn_fast_are_doubted() {
+        let of = |delay: f64| -> Vec<TableRow> {
+            let row = |k: i32| {
+                let frequency = 50.0 * f64::from(k);
+                let phase = -2.0 * PI * frequency * delay;
+                TableRow { frequency, gain: 1.0, phase: phase - 2.0 * PI * (phase / (2.0 * PI)).round() }
+            };
+            (1..10).map(row).collect()
+        };
+        assert_eq!(doubt(&of(3e-3)), None);
+        assert!(matches!(doubt(&of(-3e-3)), Some(Doubt::Rises { .. })));
+        // 7 ms turn the phase by 2.2 rad for each step; numbers for exp(-i omega t) would tell 13 ms.
+        let Some(Doubt::Coarse { step, other }) = doubt(&of(7e-3)) else { panic!() };
+        assert!((step - 0.7 * PI).abs() < 1e-9 && (other - 0.02).abs() < 1e-12, "{step} {other}");
+        let Some(Doubt::Coarse { .. }) = doubt(&of(-13e-3)) else { panic!() };
+    }
 
     #[test]
     fn exact_the_mean_delay_of_a_pure_delay_is_that_delay() {

@@ -349,7 +349,8 @@ class Stage:
         -------
         pandas.DataFrame
             A row per point and mode: growth rate (1/s) and angular frequency (rad/s), each with the sd of a new measurement in a
-            new installation (``_sd``) and that of the model alone (``_model_sd``), ``probability_of_instability``, and the same
+            new installation (``_sd``) and that of the model alone (``_model_sd``), ``probability_of_instability`` (with the latter and the misfit of
+            growth rates that the stage found), and the same
             ``averaged_`` over the models that the evidence leaves open, where it leaves any. Points of which nothing can be said
             are in ``frame.attrs["left_out"]`` with the reason.
         """

@@ -18,6 +18,9 @@ pub struct StudyHead {
     pub factors: Vec<(String, String)>,
     /// What others published of the rig.
     pub claims: Claims,
+    /// Path of the page of stages that train on responses, if the study has such stages beside those of
+    /// modes.
+    pub beside: Option<String>,
 }
 
 impl StudyHead {
@@ -31,6 +34,7 @@ impl StudyHead {
             source: observations.source.clone(),
             factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit_in_print())).collect(),
             claims: study.claims.clone(),
+            beside: (!study.plan.responses.is_empty()).then(|| "responses/index.html".to_owned()),
         }
     }
 }

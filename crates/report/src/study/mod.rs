@@ -113,11 +113,17 @@ impl StudyPage {
         let text = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
              initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<main>\n<h1>{name}</h1>\n<p>{question}</p>\n{answer}\
-             <p class=\"data\">{data}. Source: {source}.</p>\n{top}{contents}{body}</main>\n\
+             <p class=\"data\">{data}. Source: {source}.</p>\n{beside}{top}{contents}{body}</main>\n\
              <script type=\"application/json\" id=\"points\">{points}</script>\n<script>\n{SCRIPT}</script>\n{scripts}</body></html>\n",
             name = html(&head.name),
             question = html(&head.question),
             source = html(&head.source),
+            beside = head.beside.as_ref().map_or(String::new(), |path| {
+                format!(
+                    "<p>Stages that train on responses have <a href=\"{}\">a page of their own</a>.</p>\n",
+                    html(path)
+                )
+            }),
             contents = contents(
                 stages,
                 answers,
@@ -234,7 +240,11 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
     let points = stage.measured.iter().map(|m| &m.point).collect::<std::collections::BTreeSet<_>>().len();
     let points =
         if points == 1 { "one operating point".to_owned() } else { format!("{points} operating points") };
-    text += &format!("<p>Trained on {modes} at {points}.</p>\n");
+    text += &if n == 0 {
+        "<p>No mode was measured at its points: the model is as earlier stages have it.</p>\n".to_owned()
+    } else {
+        format!("<p>Trained on {modes} at {points}.</p>\n")
+    };
     for assumed in &stage.assumes {
         text += &format!("<p class=\"warn\">Stands on what is not decided. {}.</p>\n", html(assumed));
     }

@@ -169,7 +169,7 @@
     const g = rig.slopes(own, p, ownRoot), { covariance } = model;
     let variance = between(setting, (node) => model.nodes[node].modes[mode]?.other_sd ?? NaN) ** 2;
     g.forEach((a, i) => g.forEach((b, j) => { variance += a * covariance[i][j] * b; }));
-    const sd = Math.sqrt(variance), probability = normal(here[0] / sd);
+    const sd = Math.sqrt(variance), probability = normal(here[0] / Math.hypot(sd, model.misfit));
     const chance = probability < 5e-4 ? 'less than 0.001' : probability > 1 - 5e-4 ? 'more than 0.999' : probability.toFixed(3);
     readout.textContent = `Growth rate ${digits(here[0])} \u00b1 ${digits(sd, 2)} 1/s, frequency ${digits(here[1], 6)} Hz. Unstable with probability ${chance}.`;
   };
@@ -270,6 +270,6 @@
   section.dataset.apart = apart;
   make(section, 'p', {}, `At the fit, this page's eigenvalues of the ${compared} measured modes differ from the program's by at most ${digits(apart, 1)} of |s|. `
     + `The page takes the states of the gas from a table, linear between the measured points; that moves growth rates by up to ${digits(model.tabulated[0], 2)} 1/s and frequencies by up to ${digits(model.tabulated[1] * HZ, 2)} Hz there. `
-    + 'The probability is that of a growth rate above zero, if the parameters scatter about the sliders as in the posterior.');
+    + `The probability is that of a growth rate above zero, if the parameters scatter about the sliders as in the posterior, with the misfit that the training found, ${digits(model.misfit, 2)} 1/s.`);
   section.querySelector('.unscripted').remove();
 })();

@@ -132,7 +132,7 @@ pub(super) fn conflicts(model: &ModelRecord) -> Vec<String> {
     let before: Vec<String> =
         model.parameters.iter().filter(|p| p.is_as_before()).map(|p| html(&p.symbol)).collect();
     let nothing = (!before.is_empty())
-        .then(|| format!("These data tell nothing of {}: the posterior is the prior.", before.join(", ")));
+        .then(|| format!("Not identified by these data, as their priors: {}.", before.join(", ")));
     let far = model.parameters.iter().filter_map(|p| Some((p, p.conflict()?)));
     far.map(|(p, z)| {
         format!(

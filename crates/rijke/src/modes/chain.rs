@@ -4,7 +4,9 @@ use super::advice::{CHANGES, Change};
 use crate::failure::{Classify, Failure};
 use rijke_engine::run::modes_at;
 use rijke_engine::{ModeDetails, SavedModel, Spectrum};
-use rijke_network::file::{Account, Built, OscilosTexts, read, read_oscilos, samples_of_each};
+use rijke_network::file::{
+    Account, Built, OscilosTexts, by_the_rule_of_oscilos, read, read_oscilos, samples_of_each,
+};
 use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Device, Mode, Modes, NetworkError, Region, Station};
 use rijke_numerics::C64;
@@ -29,7 +31,7 @@ pub(super) struct Case {
 
 /// What is said of open ends of that program.
 const OPEN_END: &str = "open ends (types 11, 12) are exact here; OSCILOS_lite evaluates a fit at the frequency alone, so that its \
-                        growth rates differ by some 1/s where modes are strongly damped";
+                        growth rates differ by some 1/s where modes are strongly damped: its numbers stand below the table";
 
 enum Chain {
     File(Box<Built>),
@@ -53,6 +55,9 @@ pub(super) struct Line {
     pub(super) by_viscous_loss: f64,
     pub(super) by_thermal_loss: f64,
     pub(super) by_elements: Vec<(String, f64)>,
+    /// Frequency (Hz) and growth rate (1/s) by OSCILOS_lite's own rule for open ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) by_the_rule_of_oscilos: Option<[f64; 2]>,
 }
 
 impl Case {
@@ -222,6 +227,10 @@ impl Case {
             Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Account::default, account)),
         }
         .or_failed()?;
+        let ruled = match &self.chain {
+            Chain::Oscilos(chain, _) => by_the_rule_of_oscilos(chain, mode.s).or_failed()?,
+            _ => None,
+        };
         Ok(Line {
             frequency_hz: mode.s.im / (2.0 * PI),
             growth_rate: mode.s.re,
@@ -233,6 +242,7 @@ impl Case {
             by_viscous_loss: account.viscous,
             by_thermal_loss: account.thermal,
             by_elements: account.elements,
+            by_the_rule_of_oscilos: ruled.map(|s| [s.im / (2.0 * PI), s.re]),
         })
     }
 

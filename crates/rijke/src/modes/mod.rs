@@ -109,7 +109,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             print::table(&case, &modes, &lines, ui);
             advice::print(&stations, &advice, ui);
         }
-        Format::Csv => print::csv(&lines, ui),
+        Format::Csv => print::csv(&lines, ui)?,
         Format::Json => print::json(&case, &modes, lines, &advice, ui)?,
     }
     if let Some(path) = &args.along {

@@ -3,6 +3,7 @@
 use super::advice::{Advice, CHANGES};
 use super::chain::{Case, Line};
 use crate::{
+    csv_table::{csv_table, texts},
     failure::{Classify, Failure},
     ui::Ui,
 };
@@ -88,6 +89,12 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
     if !lines.is_empty() {
         ui.say(table.to_string());
         ui.say("The columns between growth and condition are its parts, in 1/s; they add up to it.");
+        let ruled = lines.iter().filter_map(|l| l.by_the_rule_of_oscilos);
+        let ruled: Vec<String> =
+            ruled.map(|[frequency, growth]| format!("{frequency:.4} Hz {growth:+.4} 1/s")).collect();
+        if !ruled.is_empty() {
+            ui.say(format!("With open ends by OSCILOS_lite's own rule: {}.", ruled.join(", ")));
+        }
     }
     let poles = if modes.poles > 0 {
         format!(
@@ -104,27 +111,31 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
     ));
 }
 
-pub(super) fn csv(lines: &[Line], ui: &Ui) {
-    ui.say(
-        "frequency_hz,growth_rate_per_s,residual,condition,multiplicity,upstream_end_per_s,downstream_end_per_s,\
-         viscous_wall_per_s,thermal_wall_per_s,elements_per_s",
-    );
-    for l in lines {
+pub(super) fn csv(lines: &[Line], ui: &Ui) -> Result<(), Failure> {
+    let head = [
+        "frequency_hz",
+        "growth_rate_per_s",
+        "residual",
+        "condition",
+        "multiplicity",
+        "upstream_end_per_s",
+        "downstream_end_per_s",
+        "viscous_wall_per_s",
+        "thermal_wall_per_s",
+        "elements_per_s",
+    ];
+    let row = |l: &Line| {
+        let [frequency, growth] = [l.frequency_hz, l.growth_rate].map(|v| v.to_string());
+        let (residual, multiplicity) = (format!("{:e}", l.residual), l.multiplicity.to_string());
         let elements: f64 = l.by_elements.iter().map(|(_, v)| v).sum();
-        ui.say(format!(
-            "{},{},{:e},{},{},{},{},{},{},{}",
-            l.frequency_hz,
-            l.growth_rate,
-            l.residual,
-            l.condition,
-            l.multiplicity,
-            l.by_upstream_end,
-            l.by_downstream_end,
-            l.by_viscous_loss,
-            l.by_thermal_loss,
-            elements
-        ));
-    }
+        let shares = [l.by_upstream_end, l.by_downstream_end, l.by_viscous_loss, l.by_thermal_loss, elements];
+        [frequency, growth, residual, l.condition.to_string(), multiplicity]
+            .into_iter()
+            .chain(shares.map(|v| v.to_string()))
+            .collect()
+    };
+    ui.say(csv_table(std::iter::once(texts(&head)).chain(lines.iter().map(row)))?.trim_end());
+    Ok(())
 }
 
 /// Shapes and sensitivities along x as CSV. The rows of a mode begin with its keys, whose columns `keys`

@@ -1,6 +1,6 @@
 //! `rijke check` of a study of responses.
 
-use super::{fault, of_one_kind};
+use super::fault;
 use crate::{
     failure::{Classify, Failure},
     ui::Ui,
@@ -8,11 +8,10 @@ use crate::{
 use rijke_engine::response::{ResponseForesight, ResponseRun};
 use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
 use rijke_study::{Study, StudyProblem};
-use serde_json::json;
+use serde_json::{Value, json};
 
-/// Reads all data, and says what every stage trains on and which parameters that can tell.
-pub(crate) fn check(study: Study, ui: &Ui) -> Result<(), Failure> {
-    of_one_kind(&study)?;
+/// Reads all data, and says what every stage of responses trains on and which parameters that can tell.
+pub(crate) fn check(study: Study, ui: &Ui) -> Result<Value, Failure> {
     let dir = study.folder.clone();
     let plan = study.plan.clone();
     let head = format!(
@@ -25,7 +24,7 @@ pub(crate) fn check(study: Study, ui: &Ui) -> Result<(), Failure> {
     ui.say(head);
     let (points, name) = (study.campaign.points.len(), plan.name);
     let Some(observed) = observed(&study, ui)? else {
-        return ui.result(&json!({ "name": name, "points": points, "responses": null, "stages": [] }));
+        return Ok(json!({ "name": name, "points": points, "responses": null, "stages": [] }));
     };
     // Of an excitation one line: its microphones share frequencies and file.
     let named = |o: &ObservedResponse| match &o.what {
@@ -57,7 +56,7 @@ pub(crate) fn check(study: Study, ui: &Ui) -> Result<(), Failure> {
     let run = ResponseRun::new(study, observed).map_err(|e| fault(&e, &dir))?;
     let found = run.foresight().map_err(|e| fault(&e, &dir))?;
     found.iter().for_each(|stage| told(ui, stage));
-    ui.result(&json!({ "name": name, "points": points, "responses": responses, "stages": found }))
+    Ok(json!({ "name": name, "points": points, "responses": responses, "stages": found }))
 }
 
 /// The responses; none where nothing is measured yet or the data are other people's and not here.

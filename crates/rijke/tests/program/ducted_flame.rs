@@ -58,6 +58,25 @@ fn lab_the_transfer_function_of_a_ducted_flame_is_found() {
     fs::write(folder.join("formula.toml"), named).unwrap();
     let words = ["infer", "formula.toml", "--data", modes, "--fitted", "numbers.toml"];
     assert!(rijke(&folder, &words).status.success());
+    // An unknown that is called as another key of its element is refused.
+    fs::write(folder.join("clash.toml"), text.replace("\"$delay\"", "\"2*$delay\"")).unwrap();
+    let output = rijke(&folder, &["infer", "clash.toml", "--data", modes]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("call the unknown delay_1"), "{said}");
+    // A factor in a formula, with and without the sign of an unknown, among names that begin alike.
+    let table = fs::read_to_string(modes).unwrap();
+    let with_factor = |line: &str| match line.starts_with('#') || line.is_empty() {
+        true => format!("{line}\n"),
+        false => format!("{line},{}\n", if line.contains("growth_rate") { "tau_of" } else { "0.5" }),
+    };
+    fs::write(folder.join("factor.csv"), table.lines().map(with_factor).collect::<String>()).unwrap();
+    let named = text.replace("\"$delay\"", "\"$tau*tau_of/0.5\"").replace("[unknown.delay]", "[unknown.tau]");
+    fs::write(folder.join("factor.toml"), named).unwrap();
+    let output =
+        rijke(&folder, &["infer", "factor.toml", "--data", "factor.csv", "--fitted", "numbers.toml"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let modes_of = rijke(&folder, &["modes", "numbers.toml"]);
+    assert!(modes_of.status.success(), "{}", String::from_utf8_lossy(&modes_of.stderr));
     let modes_of = rijke(&folder, &["modes", "numbers.toml"]);
     assert!(modes_of.status.success(), "{}", String::from_utf8_lossy(&modes_of.stderr));
     // What is inferred is what is true, within the stated errors, and they are small.

@@ -181,3 +181,70 @@ fn message_bad_pressures_are_named_with_place_and_remedy() {
         assert_eq!(error.contains("arg [deg]"), is_said, "{error}");
     }
 }
+
+/// A tube whose ends are both taken for sources, but one of which reflects: nothing is told of what it
+/// reflects, and that is said for every model, in the answer and on the page.
+#[test]
+fn message_ends_that_are_taken_for_sources_are_not_identified() {
+    let folder = crate::scratch("pressures-both-ends");
+    let write = |file: &str, text: &str| {
+        let path = folder.join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    };
+    write(
+        "rig.toml",
+        "name = \"tube\"\n[gas]\ntemperature = 293.15\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"free\"\n[[element]]\n\
+         name = \"tube\"\ntype = \"duct\"\nlength = 1.0\ndiameter = 0.1\nwall = \"none\"\n[microphones]\nat = [0.2, 0.5, 0.65, 0.9]\n",
+    );
+    let candidate = |id: &str, parameter: &str, prior: &str| {
+        format!(
+            "[[candidate]]\nid = \"{id}\"\nrole = \"sample\"\nname = \"{id}\"\ncite = [\"a test\"]\nparameters.{parameter} = {{ prior = {prior} }}\n\
+             [[candidate.effect]]\nacts_at = \"downstream\"\nreflection = \"{parameter}\"\n"
+        )
+    };
+    let all = candidate("normal", "r", "{ normal = { mean = 0.5, sd = 0.3 } }")
+        + &candidate("uniform", "q", "{ uniform = { low = 0.0, high = 1.0 } }");
+    write("candidates/sample.toml", &all);
+    write("campaign.csv", "point\ntube\n");
+    write("study.toml", "name = \"t\"\n[[responses]]\nid = \"s\"\ncompete = [\"sample\"]\n");
+    let origin = |more: &str| {
+        format!(
+            "kind = \"virtual\"\nsource = \"a closed form\"\n[[response]]\nkind = \"pressures\"\n{more}files = {{ tube = \"p.csv\" }}\n\
+             [response.columns]\n\"f [Hz]\" = \"f\"\np1 = \"m1\"\np2 = \"m2\"\np3 = \"m3\"\np4 = \"m4\"\n"
+        )
+    };
+    let c = (1.4 * 287.05 * 293.15_f64).sqrt();
+    let mut text = "f,m1,m2,m3,m4\n".to_owned();
+    for k in 0..30_usize {
+        let f = 200.0 + 20.0 * k as f64;
+        let s = C64::new(0.0, 2.0 * PI * f);
+        let cells = [0.2, 0.5, 0.65, 0.9].iter().enumerate().map(|(m, x)| {
+            let e = 3e-3 * C64::new(noise(8 * k + 2 * m), noise(8 * k + 2 * m + 1));
+            let p = (-s * x / c).exp() + 0.6 * (-s * (2.0 - x) / c).exp() + e;
+            format!(",({:.6e}{:+.6e}j)", p.re, p.im)
+        });
+        text += &format!("{f}{}\n", cells.collect::<String>());
+    }
+    write("observations/p.csv", &text);
+    write("observations/observations.toml", &origin(""));
+    let ranked = || {
+        let output = rijke(&folder, &["rank", ".", "--force", "--json"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<Value>(&output.stdout).unwrap()
+    };
+    let answer = ranked();
+    for (id, parameter) in [("normal", "r"), ("uniform", "q")] {
+        let remark = model(stage(&answer, "s"), id)["remark"].as_str().unwrap_or_default().to_owned();
+        let said =
+            format!("not identified by these data, as their priors: {parameter}; waves of unknown strength");
+        assert!(remark.contains(&said) && remark.contains("sources = "), "{remark}");
+    }
+    let page = fs::read_to_string(folder.join("results/index.html")).unwrap();
+    assert!(page.contains("not identified by these data"));
+    // With one source the other end is told.
+    write("observations/observations.toml", &origin("sources = [\"upstream\"]\n"));
+    let answer = ranked();
+    let [r, sd] = parameter(model(stage(&answer, "s"), "normal"), "r");
+    assert!((r - 0.6).abs() < 4.0 * sd && sd < 0.01, "{r} +- {sd}");
+}

@@ -130,7 +130,19 @@ fn message_what_is_wrong_in_a_study_is_refused_with_file_and_line() {
     refused("rig.toml", "at = \"x_g\"", "at = \"x_h\"", &["line", "`at`"]);
     refused("campaign.csv", "x_g [mm]", "x_g [mn]", &["line 4", "mn"]);
     refused("campaign.csv", "293.8", "20.8", &["line 5", "T_amb [degC]"]);
-    refused("study.toml", "flow = \"flow\"", "flow = \"Q\"", &["base.heated-flow.flow = Q", "m^3/s"]);
+    refused(
+        "study.toml",
+        "flow = \"flow\"",
+        "flow = \"Q\"",
+        &["line 8", "base.heated-flow.flow = Q", "m^3/s"],
+    );
+    refused("study.toml", "power = \"Q\"", "power = \"R\"", &["line 7", "no factor called `R`"]);
+    refused(
+        "campaign.csv",
+        "flow [L/min]",
+        "Q_sd [L/min]",
+        &["`Q_sd` would be", "known numbers", "Take the column out"],
+    );
     refused(
         "study.toml",
         "compete = \"gauze\"",

@@ -19,8 +19,8 @@ pub struct ClickOptions {
     pub dispersion: Vec<f64>,
     /// The first reflection, if there is one that may overlap the impulse.
     pub reflection: Option<Reflection>,
-    /// Whether to say how far times and gains lean on what is not known of the end ([`ClickFit::leaning`]), as a
-    /// calibration needs.
+    /// Whether to say how far times and gains lean on what is not known of the end ([`ClickFit::leaning`]),
+    /// as a calibration needs.
     pub leaning: bool,
 }
 

@@ -12,8 +12,8 @@ const KEPT: f64 = 0.5;
 /// Distance by which the start is moved on at a time, s, and how often.
 const MOVE: f64 = 0.002;
 const MOVES: usize = 12;
-/// Distance by which a start that was moved on is moved on at last, s: two times what a loudspeaker takes that
-/// comes to rest with 3 ms.
+/// Distance by which a start that was moved on is moved on at last, s: two times what a loudspeaker takes
+/// that comes to rest with 3 ms.
 const FURTHER: f64 = 0.006;
 /// Deviations of the difference beyond which fits disagree (chance does this to one pair in forty), and those
 /// at which a start that cannot be moved on any more refuses the record.
@@ -71,8 +71,8 @@ pub(crate) fn at_rest(
             _ => break,
         }
     }
-    // What is left of a loudspeaker that was still moving then is too little to be seen, and up to half a standard
-    // deviation: it falls by a further factor.
+    // What is left of a loudspeaker that was still moving then is too little to be seen, and up to half a
+    // standard deviation: it falls by a further factor.
     let (next, moved) = (from + rows(FURTHER), from > first);
     let later = if moved && next + need <= to { refit(next, &found) } else { None };
     Ok(later.map_or((from, found), |later| (next, later)))

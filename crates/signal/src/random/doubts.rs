@@ -5,8 +5,8 @@ use super::spectra::Spectra;
 use super::switched::SwitchedGains;
 use std::f64::consts::FRAC_PI_2;
 
-/// Why the estimates of the gains disagree. Record 0 is the straight one, record c that in which channels 0 and c
-/// have changed places.
+/// Why the estimates of the gains disagree. Record 0 is the straight one, record c that in which channels 0
+/// and c have changed places.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SwitchedFault {
     /// Two records stand for one another.
@@ -39,11 +39,12 @@ pub struct SwitchedDoubt {
     pub after: f64,
 }
 
-/// Distance of the estimates, relative to the gains, from which a fault is looked for, and the share of it that
-/// undoing one must leave at most.
+/// Distance of the estimates, relative to the gains, from which a fault is looked for, and the share of it
+/// that undoing one must leave at most.
 const UNLIKE: f64 = 0.1;
 const LEFT: f64 = 0.25;
-/// Factor of the least distance up to which faults explain the records equally well: then gains near 1 decide.
+/// Factor of the least distance up to which faults explain the records equally well: then gains near 1
+/// decide.
 const AS_WELL: f64 = 1.5;
 /// Distance of a phase from a right angle that tells of an inverted channel, rad.
 const NEAR: f64 = 0.5;
@@ -56,7 +57,8 @@ impl SwitchedGains {
         (0..self.gains.len()).filter(is_negative).collect()
     }
 
-    /// What is wrong with the records that gave these gains, if their estimates disagree and one fault explains it.
+    /// What is wrong with the records that gave these gains, if their estimates disagree and one fault
+    /// explains it.
     #[must_use]
     pub fn doubt(
         &self,

@@ -119,7 +119,8 @@ fn coverage_gains_of_switched_channels_lie_within_their_errors() {
 /// By record, channel and sample.
 type Records = Vec<Vec<Vec<f64>>>;
 
-/// Records of channels that changed places, straight first; what `change` does to them; and what is said of them.
+/// Records of channels that changed places, straight first; what `change` does to them; and what is said of
+/// them.
 fn doubt_of(seed: u64, change: impl Fn(&mut Records)) -> (SwitchedGains, Option<SwitchedDoubt>) {
     let mut stream = Streams::new(seed).stream("doubts");
     let orders = [[0, 1, 2], [1, 0, 2], [2, 1, 0]];
@@ -175,7 +176,8 @@ fn behaviour_a_channel_that_is_always_inverted_has_a_gain_of_minus_one() {
     for (a, b) in gains.gains[2].iter().zip(&sound.gains[2]) {
         assert!((a + b).norm() < 1e-9, "{a} {b}");
     }
-    // Of three microphones two estimates cannot tell whether another one was inverted while this one changed places.
+    // Of three microphones two estimates cannot tell whether another one was inverted while this one changed
+    // places.
     let (gains, doubt) = doubt_of(3, |r| turn(&mut r[1][2]));
     assert_eq!((gains.inverted(), doubt), (vec![1], None));
 }

@@ -112,9 +112,14 @@ fn said(doubt: Doubt) -> String {
             "half of the steps of its table's phase are larger than {step:.0} rad, so that the phases seem to be in degrees: give them in \
              rad"
         ),
+        Doubt::Coarse { step, other } => format!(
+            "half of the steps of its table's phase are larger than {step:.1} rad: such steps cannot tell a delay from one that is {:.2} ms longer or \
+             shorter, nor numbers that vary as exp(i omega t), which are taken, from those for exp(-i omega t); give finer frequencies",
+            1e3 * other
+        ),
         Doubt::Rises { rise } => format!(
             "its phase rises by {rise:.1} rad over its table, so that it answers before it is asked: an answer later by tau has the phase \
-             -omega tau"
+             -omega tau; if the numbers are for exp(-i omega t), turn the signs of the phases"
         ),
     }
 }

@@ -8,6 +8,7 @@ mod noise;
 mod questions;
 mod read;
 mod select;
+mod stands;
 
 pub use maps::{MapGrid, MapQuestion};
 pub use noise::{NoiseSpec, PlannedLawError, PlannedVarying, SdSpec};
@@ -28,7 +29,7 @@ pub struct Plan {
     pub base: Base,
     /// The stages; each stands on earlier ones only.
     pub stages: Vec<Stage>,
-    /// Stages that train on responses.
+    /// Stages that train on responses; they run before those of modes, which may stand on them.
     pub responses: Vec<crate::responses::ResponseStage>,
     /// What is asked of the stages.
     pub questions: Vec<Question>,
@@ -90,7 +91,7 @@ pub struct Stage {
     pub title: String,
     /// The points that train.
     pub points: Selection,
-    /// Earlier stages whose posterior it takes for known.
+    /// Earlier stages, of modes or of responses, whose posterior it takes for known.
     pub on: Vec<String>,
     /// Earlier stages whose delays and gains of channels are taken for known, besides those of `on`.
     pub heard_through: Vec<String>,
@@ -174,13 +175,31 @@ impl Plan {
         (roles, unused)
     }
 
-    /// The names of everything that has an answer: stages, questions, maps.
-    pub fn answers(&self) -> impl Iterator<Item = &String> {
-        let (stages, questions) = (self.stages.iter(), self.questions.iter());
-        stages.map(|s| &s.id).chain(questions.map(|q| &q.id)).chain(self.maps.iter().map(|m| &m.id))
+    /// The stages of responses on which a stage of modes stands, by itself or through others; one that is
+    /// reached twice stands twice.
+    #[must_use]
+    pub fn grounds(&self, stage: &Stage) -> Vec<&str> {
+        let below = |id: &String| match self.stage(id) {
+            Some((_, other)) => self.grounds(other),
+            None => self.response(id).map(|r| r.id.as_str()).into_iter().collect(),
+        };
+        stage.on.iter().flat_map(below).collect()
     }
 
-    /// The stage called `id`, with its place.
+    /// The stage of responses called `id`.
+    #[must_use]
+    pub fn response(&self, id: &str) -> Option<&crate::responses::ResponseStage> {
+        self.responses.iter().find(|r| r.id == id)
+    }
+
+    /// The names of everything that has an answer: stages of modes and of responses, questions, maps.
+    pub fn answers(&self) -> impl Iterator<Item = &String> {
+        let (stages, questions) = (self.stages.iter(), self.questions.iter());
+        let stages = stages.map(|s| &s.id).chain(self.responses.iter().map(|s| &s.id));
+        stages.chain(questions.map(|q| &q.id)).chain(self.maps.iter().map(|m| &m.id))
+    }
+
+    /// The stage of modes called `id`, with its place.
     #[must_use]
     pub fn stage(&self, id: &str) -> Option<(usize, &Stage)> {
         self.stages.iter().enumerate().find(|(_, s)| s.id == id)

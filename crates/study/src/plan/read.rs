@@ -3,6 +3,7 @@
 use super::ids::{known_stage, short_id};
 use super::maps::MapFile;
 use super::questions::Asked;
+use super::stands::{counted_once, known_ground};
 use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
@@ -18,8 +19,7 @@ struct File {
     name: String,
     #[serde(default)]
     question: String,
-    #[serde(default)]
-    base: BaseChoice,
+    base: Option<Spanned<BaseChoice>>,
     #[serde(default)]
     stage: Vec<Spanned<StageFile>>,
     #[serde(default)]
@@ -125,8 +125,7 @@ struct StageFile {
     rows: Vec<Vec<String>>,
     #[serde(default)]
     hold: BTreeMap<String, f64>,
-    #[serde(default = "three")]
-    decides: f64,
+    decides: Option<f64>,
     #[serde(default)]
     prefer: Prefer,
     #[serde(default)]
@@ -141,9 +140,7 @@ struct StageFile {
 }
 
 /// Three nats are odds of twenty to one.
-fn three() -> f64 {
-    3.0
-}
+const THREE: f64 = 3.0;
 
 #[derive(Default, Deserialize)]
 #[serde(untagged)]
@@ -185,16 +182,18 @@ impl Plan {
         catalogue: &Catalogue,
     ) -> Result<Self, StudyError> {
         let file: File = source.toml()?;
-        let base = match file.base {
+        let base_at = file.base.as_ref().map_or(0, |base| base.span().start);
+        let base = match file.base.map(Spanned::into_inner).unwrap_or_default() {
             BaseChoice::Ambient => Base::Ambient,
             BaseChoice::Rig => Base::Rig,
             BaseChoice::States(points) => {
-                points.check(campaign).map_err(|problem| source.fail(0, problem))?;
+                points.check(campaign).map_err(|problem| source.fail(base_at, problem))?;
                 Base::States(points)
             }
             BaseChoice::HeatedFlow(heated) => {
                 let check = Check { rig, campaign, catalogue };
-                check.heated(&heated).map_err(|problem| source.fail(0, problem))?;
+                let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
+                check.heated(&heated).map_err(fail)?;
                 Base::HeatedFlow(heated)
             }
         };
@@ -217,12 +216,6 @@ impl Plan {
             maps: Vec::new(),
             cost: cost.transpose()?,
         };
-        for stage in file.stage {
-            let at = stage.span().start;
-            let check = Check { rig, campaign, catalogue };
-            let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
-            plan.stages.push(stage);
-        }
         for stage in file.responses {
             let at = stage.span().start;
             let stage = stage.into_inner();
@@ -232,6 +225,12 @@ impl Plan {
                 .and_then(|()| rig.microphones.have(&stage.microphones))
                 .map_err(|problem| source.fail(at, problem))?;
             plan.responses.push(stage);
+        }
+        for stage in file.stage {
+            let at = stage.span().start;
+            let check = Check { rig, campaign, catalogue };
+            let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
+            plan.stages.push(stage);
         }
         if plan.stages.is_empty() && plan.responses.is_empty() {
             return Err(source.fail(0, StudyProblem::Empty { what: "stage", need: "add a [[stage]]" }));
@@ -291,41 +290,41 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn heated(&self, heated: &HeatedFlow) -> Result<(), StudyProblem> {
+    /// The key that is wrong, and what is wrong with it.
+    fn heated(&self, heated: &HeatedFlow) -> Result<(), (&'static str, StudyProblem)> {
         for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
-            let factor = &self.campaign.factors[self.campaign.known_factor(name)?];
+            let factor = self.campaign.known_factor(name).map_err(|problem| (key, problem))?;
+            let factor = &self.campaign.factors[factor];
             // A factor without a unit in its heading is taken as it is.
             if factor.stated {
-                let key = format!("base.heated-flow.{key} = {name}");
-                factor.shown.of(wanted).map_err(|source| StudyProblem::Unit { key, source })?;
+                let full = format!("base.heated-flow.{key} = {name}");
+                factor.shown.of(wanted).map_err(|source| (key, StudyProblem::Unit { key: full, source }))?;
             }
         }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
-                let (key, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
-                return Err(StudyProblem::Value {
-                    key,
-                    value,
-                    need: "[mean, standard deviation], both positive",
-                });
+                let (full, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
+                let need = "[mean, standard deviation], both positive";
+                return Err((key, StudyProblem::Value { key: full, value, need }));
             }
         }
         if self.rig.part(&heated.at).is_none() {
             let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
-            return Err(StudyProblem::Unknown { what: "part", name: heated.at.clone(), known });
+            return Err(("at", StudyProblem::Unknown { what: "part", name: heated.at.clone(), known }));
         }
         Ok(())
     }
 
     fn stage(&self, file: StageFile, plan: &Plan) -> Result<Stage, StudyProblem> {
         short_id(&file.id)?;
-        if plan.stage(&file.id).is_some() {
+        if plan.stage(&file.id).is_some() || plan.response(&file.id).is_some() {
             return Err(StudyProblem::Duplicate { what: "stage", name: file.id });
         }
         file.points.check(self.campaign)?;
         let on = file.on.list();
         let heard_through = file.heard_through.list();
-        on.iter().chain(&heard_through).try_for_each(|id| known_stage(plan, id))?;
+        on.iter().try_for_each(|id| known_ground(plan, id))?;
+        heard_through.iter().try_for_each(|id| known_stage(plan, id))?;
         file.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
         let compete = file.compete.list();
         for role in &compete {
@@ -344,11 +343,14 @@ impl Check<'_> {
             self.noise(noise, plan)?;
         }
         self.rig.microphones.have(&file.microphones)?;
-        if !(file.decides >= 0.0 && file.decides.is_finite()) {
-            let (key, value) = ("decides".into(), file.decides.to_string());
+        // Models that responses leave open are not decided here by less.
+        let open = on.iter().filter_map(|id| plan.response(id)).map(|r| r.decides).fold(THREE, f64::max);
+        let decides = file.decides.unwrap_or(open);
+        if !(decides >= 0.0 && decides.is_finite()) {
+            let (key, value) = ("decides".into(), decides.to_string());
             return Err(StudyProblem::Value { key, value, need: "a number of nats, zero or more" });
         }
-        Ok(Stage {
+        let stage = Stage {
             title: file.title.unwrap_or_else(|| file.id.clone()),
             id: file.id,
             points: file.points,
@@ -360,14 +362,16 @@ impl Check<'_> {
             among: file.among,
             rows: file.rows,
             hold: file.hold,
-            decides: file.decides,
+            decides,
             prefer: file.prefer,
             noise: file.noise,
             noise_of_predictions: file.noise_of_predictions,
             base_errors: file.base_errors,
             channels: file.channels,
             microphones: file.microphones,
-        })
+        };
+        counted_once(plan, &stage)?;
+        Ok(stage)
     }
 
     fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), StudyProblem> {

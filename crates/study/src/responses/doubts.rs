@@ -151,8 +151,18 @@ pub(super) fn early(rows: &Rows) -> Option<String> {
     let steps = || rows.values.windows(2).map(|pair| pair[1] * pair[0].conj());
     let (sum, sizes) = (steps().sum::<C64>(), steps().map(|z| z.norm()).sum::<f64>());
     let (step, n) = (sum.arg(), rows.values.len().saturating_sub(1) as f64);
-    // Steps of a quarter turn and more, or of any size, tell no direction.
-    let told = sum.norm() > 0.5 * sizes && step < 0.5 * PI;
+    // Steps of any size tell no direction; those of a quarter turn and more may be another turn.
+    let told = sum.norm() > 0.5 * sizes;
+    if told && step.abs() >= 0.5 * PI && n > 1.0 {
+        let width = (rows.frequency_hz[rows.values.len() - 1] - rows.frequency_hz[0]) / n;
+        return Some(format!(
+            "the phase {} by {:.1} rad from frequency to frequency: such steps cannot tell a delay from one that is {:.2} ms longer or shorter, nor \
+             numbers that vary as exp(i omega t), which are taken, from those for exp(-i omega t); give finer frequencies, or a prior that knows the delay",
+            if step > 0.0 { "rises" } else { "falls" },
+            step.abs(),
+            1e3 / width
+        ));
+    }
     (told && step * n > RISES).then(|| {
         format!(
             "the phase rises by {:.1} rad from {} to {} Hz, but a delay lowers it: rijke takes numbers that vary as exp(i omega t); if these \

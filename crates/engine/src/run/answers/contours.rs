@@ -19,8 +19,9 @@ impl Run {
         let (_, stage) = self.study.plan.stage(&question.stage).ok_or_else(no_stage)?;
         let chosen = self.chosen(&question.stage).ok_or_else(no_stage)?;
         let found = crate::Misfit::of(&chosen.trained.noise).measured;
-        let mut noise = self.noise(&stage.noise)?;
-        noise = Noise {
+        let noise = self.noise(&stage.noise)?;
+        let noise = Noise {
+            law: self.law_of(stage, &stage.noise, &chosen.choice())?,
             of_a_point: [0, 1, 2].map(|k| match noise.of_a_point[k] {
                 fixed @ NoiseMode::Fixed { .. } => fixed,
                 _ => NoiseMode::Fixed { sd: found[k] },

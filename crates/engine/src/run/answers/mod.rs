@@ -89,14 +89,21 @@ pub enum LayerLook {
 }
 
 impl Run {
-    /// The models of a stage that has run against what was measured, over the factor with the most values.
+    /// The models of a stage that has run against what was measured, over the factor with the most values;
+    /// what the model that goes on predicts at the points of a stage that had nothing to train on.
     ///
     /// # Errors
     /// As [`Run::answer`].
     pub fn overview(&self, stage: &str) -> Result<Answer, EngineError> {
         let title = self.study.plan.stage(stage).map_or(stage, |(_, s)| &s.title).to_owned();
+        let ask = match (self.study.plan.stage(stage), self.chosen(stage)) {
+            (Some((_, plan)), Some(chosen)) if chosen.observed.is_empty() => {
+                Ask::Prediction { points: plan.points.clone(), trained_on: None }
+            }
+            _ => Ask::Ranking,
+        };
         let (id, stage) = (stage.to_owned(), stage.to_owned());
-        self.answer(&Question { id, title, stage, over: None, series: None, ask: Ask::Ranking })
+        self.answer(&Question { id, title, stage, over: None, series: None, ask })
     }
 
     /// The answer to a question, once its stage has run.

@@ -6,7 +6,7 @@ use super::super::inputs::selected;
 use super::super::rows::{assembly_of, with_candidates};
 use super::axes::{axis_label, symbol};
 use super::{AnswerPanel, Found, Layer, LayerLook};
-use crate::{Assembly, EngineError, Observed, Trained, train};
+use crate::{Assembly, EngineError, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_formula::Here;
 use rijke_numerics::{C64, JetSpace, Order};
@@ -40,8 +40,8 @@ impl Run {
         if points.is_empty() {
             return Err(EngineError::NoPoint { stage: question.id.clone() });
         }
-        let mut training =
-            self.training(stage, self.noise(&one.noise)?, vec![known], super::super::Trusted::Laplace);
+        let noise = Noise { law: self.law_of(stage, &one.noise, &done.choice)?, ..self.noise(&one.noise)? };
+        let mut training = self.training(stage, noise, vec![known], super::super::Trusted::Laplace);
         (training.base_errors, training.channels) = (one.base_errors, None);
         // The one that brings a role of its own; the others take the places of those that the stage has.
         let free = own.iter().find(|c| !done.choice.contains_key(&c.role)).or(own.first());

@@ -8,7 +8,7 @@ use super::super::inputs::{conditions, selected};
 use super::super::record::parameters;
 use super::axes::{axis_label, growth_and_frequency, measured, measured_columns};
 use super::{Found, LayerLook};
-use crate::{Conditions, EngineError, Misfit, Observed, Trained, train};
+use crate::{Conditions, EngineError, Misfit, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_numerics::C64;
 use rijke_study::plan::{Question, Selection, Stage};
@@ -50,12 +50,13 @@ impl Run {
         });
         let used: Vec<String> = few.iter().map(|o| o.conditions.id.clone()).collect();
         let followed = Followed::of(&self.study, &self.observed, &used);
-        let every = unseen.flat_map(|c| {
-            let near = followed.labels().iter().map(|label| (followed.near(label, &c), c.clone()));
-            near.map(|(near, c)| (c, near, None)).collect::<Vec<_>>()
-        });
-        let all: Vec<(Arc<Conditions>, Option<C64>, Option<&Observed>)> =
-            seen.iter().map(|o| (o.conditions.clone(), Some(o.near), Some(o))).chain(every).collect();
+        let mut all: Vec<(Arc<Conditions>, Option<C64>, Option<&Observed>)> =
+            seen.iter().map(|o| (o.conditions.clone(), Some(o.near), Some(o))).collect();
+        let values = &trained.values[..trained.own];
+        for c in unseen {
+            let sought = followed.sought(&chosen.assembly, values, &c)?;
+            all.extend(sought.into_iter().map(|(_, near)| (c.clone(), near, None)));
+        }
         if all.is_empty() {
             return Err(no_point());
         }
@@ -187,8 +188,13 @@ impl Run {
     fn kept(&self, stage: &Stage, choice: &Choice, chosen: &Chosen, trained: &Trained) -> crate::SavedModel {
         let mut points: Vec<String> = chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
-        let (hold, law) = (stage.hold.clone(), self.law_error(&stage.id));
-        crate::SavedModel::of(&stage.id, choice.clone(), hold, points, trained, law, added(stage))
+        let (hold, law) = (stage.hold.clone(), self.law_in_predictions(stage, choice));
+        let grounds = self.study.plan.grounds(stage).into_iter().filter_map(|id| self.ground(id)?.band_hz);
+        let measured_hz = grounds.reduce(|[a, b], [low, high]| [a.max(low), b.min(high)]);
+        let of = crate::SavedModel::of;
+        let mut saved = of(&stage.id, choice.clone(), hold, points, trained, law, added(stage));
+        saved.measured_hz = measured_hz;
+        saved
     }
 
     fn trained_with_noise_of_predictions(
@@ -197,7 +203,9 @@ impl Run {
         chosen: &Chosen,
         points: &[Observed],
     ) -> Result<Trained, EngineError> {
-        let noise = self.noise(stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise))?;
+        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
+        let choice = chosen.choice();
+        let noise = Noise { law: self.law_of(stage, spec, &choice)?, ..self.noise(spec)? };
         let training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
         train(&chosen.assembly, points, &training)
     }
@@ -231,9 +239,13 @@ impl Run {
     #[must_use]
     pub fn law_error(&self, id: &str) -> Option<crate::LawError> {
         let (_, stage) = self.study.plan.stage(id)?;
-        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).law.as_ref()?;
-        let over = self.study.campaign.factor(&spec.over)?;
-        Some(crate::LawError { role: spec.role.clone(), sd: spec.sd, over })
+        self.law_in_predictions(stage, &self.stage_done(id)?.choice)
+    }
+
+    fn law_in_predictions(&self, stage: &Stage, choice: &Choice) -> Option<crate::LawError> {
+        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
+        // Training has refused what can be refused here.
+        self.law_of(stage, spec, choice).ok().flatten()
     }
 }
 

@@ -16,9 +16,10 @@ const CERTAIN: f64 = 2.0;
 const TRAINED: &str = "trained";
 
 /// A map from what `model` foresees at the nodes of its grid, whose `places` in the campaign are given row
-/// after row; and what it shows, in a sentence or two. Deviations are those of the model, without the noise
-/// of a measurement; over the models that the evidence leaves open too, where all nodes have that average. At
-/// a node that lacks a mode the map is blank.
+/// after row; and what it shows, in a sentence or two. Deviations are those of the model, those of growth
+/// rates with the misfit that its training found, without the errors of a measurement; over the models that
+/// the evidence leaves open too, where all nodes have that average. At a node that lacks a mode the map is
+/// blank.
 #[must_use]
 pub fn stability(
     study: &Study,
@@ -43,11 +44,15 @@ pub fn stability(
         let here: Vec<Option<&Forecast>> = modes.iter().map(|mode| of.get(&(id, *mode)).copied()).collect();
         for (mode, forecast) in modes.iter().zip(&here) {
             let numbers = forecast.map(|f| match &f.averaged {
-                Some(a) if averaged => [&a.growth_rate[..], &a.angular_frequency, &[a.unstable]].concat(),
-                _ => [&f.growth_rate[..], &f.angular_frequency, &[f.unstable]].concat(),
+                Some(a) if averaged => ([a.growth_rate[0], a.stability_sd], a.angular_frequency, a.unstable),
+                _ => ([f.growth_rate[0], f.stability_sd], f.angular_frequency, f.unstable),
             });
-            // Growth rate and angular frequency with the deviation of the model, and the probability.
-            let shown = [0, 2, 3, 5, 6].map(|i| numbers.as_ref().and_then(|n| finite(n[i])));
+            let shown = match numbers {
+                Some(([growth, sd], [frequency, _, of_it], chance)) => {
+                    [growth, sd, frequency, of_it, chance].map(finite)
+                }
+                None => [None; 5],
+            };
             let values = at.iter().map(|v| Some(*v)).chain(shown).collect();
             rows.push(FrameRow { label: id.to_owned(), series: (*mode).to_owned(), values });
         }
@@ -55,8 +60,8 @@ pub fn stability(
             .iter()
             .map(|f| {
                 f.map(|f| match &f.averaged {
-                    Some(a) if averaged => [a.growth_rate[0], a.growth_rate[2]],
-                    _ => [f.growth_rate[0], f.growth_rate[2]],
+                    Some(a) if averaged => [a.growth_rate[0], a.stability_sd],
+                    _ => [f.growth_rate[0], f.stability_sd],
                 })
             })
             .collect();
@@ -69,7 +74,7 @@ pub fn stability(
     let labels = [0, 1].map(|k| axis_label(&columns[k]));
     let numbers = [
         ("growth_rate", "Growth rate", "1/s"),
-        ("growth_rate_sd", "Growth rate, sd of the model", "1/s"),
+        ("growth_rate_sd", "Growth rate, sd of the model and its misfit", "1/s"),
         ("angular_frequency", "Angular frequency", "rad/s"),
         ("angular_frequency_sd", "Angular frequency, sd of the model", "rad/s"),
         ("probability_of_instability", "Probability of instability", "1"),
@@ -233,7 +238,7 @@ fn whose(asked: &MapQuestion, model: &SavedModel, modes: usize, averaged: bool) 
     let mode = if modes > 1 { "of the mode that grows fastest" } else { "of the mode" };
     format!(
         "Growth rate {mode} and probability that it is positive, by the model of {} ({}){open}. The line is the boundary of stability; its band is where \
-         zero lies within two standard deviations of the model, that is where the probability of instability is 2.3 % to 97.7 %. Dots are the points \
+         zero lies within two standard deviations of the model and its misfit, that is where the probability of instability is 2.3 % to 97.7 %. Dots are the points \
          that trained the model.",
         asked.stage,
         ids.join(", ")

@@ -107,6 +107,7 @@ pub fn next(
     rivals: &[OpenModel],
     wish: &Wish,
 ) -> Result<Next, EngineError> {
+    measured_once(model)?;
     let place = Place::new(study, observations, study.channels()?)?;
     let mut microphones = if wish.without_pressures { BTreeSet::new() } else { place.heard(model) };
     if !microphones.is_empty() {
@@ -125,6 +126,16 @@ pub fn next(
     found.points.sort_by(|a, b| rate(b).total_cmp(&rate(a)));
     found.left_out = able.left_out;
     Ok(found)
+}
+
+/// Refuses a model that no mode trained: nothing says by how much a measurement of its modes will scatter.
+fn measured_once(model: &SavedModel) -> Result<(), EngineError> {
+    if !model.trained_on.is_empty() {
+        return Ok(());
+    }
+    let reason = "no mode was measured at its points, so that nothing says how far a measurement scatters about the model; measure one \
+                  point first";
+    Err(EngineError::NothingToMeasure { stage: model.stage.clone(), reason: reason.into() })
 }
 
 /// Points that can be judged.

@@ -175,7 +175,8 @@ const SPREAD: usize = 8;
 
 fn grow(study: &Study, path: &[Arc<Choice>], add: &mut dyn FnMut(&[Arc<Choice>])) {
     let Some(stage) = study.plan.stages.get(path.len()) else { return add(path) };
-    let before = |id: &str| study.plan.stage(id).and_then(|(k, _)| Some(Choice::clone(path.get(k)?)));
+    let chosen = |id: &str| study.plan.stage(id).and_then(|(k, _)| Some(Choice::clone(path.get(k)?)));
+    let before = |id: &str| chosen(id).into_iter().collect();
     for row in rows_of(study, stage, &before) {
         let mut path = path.to_vec();
         settle(study, stage, &row.choice, &mut path);

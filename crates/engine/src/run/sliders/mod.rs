@@ -52,6 +52,8 @@ pub struct Sliders {
     /// How far the tabulated states move growth rates (1/s) and angular frequencies (rad/s) from those of the
     /// states themselves, at most.
     pub tabulated: [f64; 2],
+    /// Misfit of the growth rate that counts for stability, 1/s.
+    pub misfit: f64,
     table: Table,
     script: Script,
     /// Settings: number of the mode, axes, parameters, and s of this engine there. No part of what a page
@@ -142,6 +144,9 @@ pub fn sliders(
             points.push(o);
         }
     }
+    if points.is_empty() {
+        return Err("no mode was measured at its points".to_owned());
+    }
     let (table, order) = Table::of(&points)?;
     let mut modes: Vec<String> = Vec::new();
     used.iter().for_each(|o| {
@@ -194,6 +199,7 @@ pub fn sliders(
         modes,
         nodes,
         tabulated,
+        misfit: short(Misfit::of_growth(&model.posterior.noise)),
         table,
         script,
         checks,

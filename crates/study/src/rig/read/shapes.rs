@@ -3,7 +3,7 @@
 use super::owner::Owner;
 use super::{Reading, Waiting, complex};
 use crate::StudyProblem;
-use crate::law::{Coefficient, Hears};
+use crate::law::{Coefficient, Hears, words};
 use crate::names::add;
 use crate::rig::Duct;
 use crate::rig::elements::{
@@ -128,6 +128,19 @@ impl Reading<'_> {
         }
     }
 
+    /// Refuses an unknown that is called as a number of the element and is not it: formulas of the element
+    /// would take the one for the other.
+    fn no_clash(&self, table: &Table, at: &Range<usize>) -> Outcome<()> {
+        let texts = table.values().filter_map(Toml::as_str);
+        for name in texts.flat_map(|text| text.split('$').skip(1)).filter_map(|rest| words(rest).next()) {
+            let other = table.get(name).filter(|v| v.as_str().is_none_or(|t| t.trim() != format!("${name}")));
+            if other.is_some() && self.unknowns.iter().any(|u| u == name) {
+                return Err((at.clone(), StudyProblem::Clash { name: name.to_owned() }));
+            }
+        }
+        Ok(())
+    }
+
     pub(super) fn wait(
         &mut self,
         at: &Range<usize>,
@@ -148,6 +161,7 @@ impl Reading<'_> {
         table: &mut Table,
         at: &Range<usize>,
     ) -> Outcome<()> {
+        self.no_clash(table, at)?;
         let mut definitions = Vec::new();
         if kind.name == "feedback" {
             return self.feedback(part, kind, table, at);

@@ -1,0 +1,172 @@
+//! What stages of responses found, for the stages of modes that stand on them: their posteriors are priors
+//! there, their evidence counts, and so does the misfit of the laws that they measured.
+
+use super::predict::Load;
+use super::record::{ResponseModelRecord, ResponseStageRecord};
+use crate::noise::{Added, LawError};
+use crate::run::EvidenceRecord;
+use crate::{EngineError, NamedGaussian};
+use rijke_inference::NoiseEstimate;
+use rijke_numerics::Matrix;
+use rijke_study::Study;
+use rijke_study::responses::ResponseKind;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The most models of a stage of responses that are carried on.
+const MOST: usize = 8;
+
+/// A stage of responses that has run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ground {
+    /// Its name.
+    pub id: String,
+    /// What it is called.
+    pub title: String,
+    /// Nats below which a lead does not decide.
+    pub decides: f64,
+    /// Its models that could be fitted, the most evidence first; never none.
+    pub models: Vec<GroundModel>,
+    /// First and last frequency of the laws that it measured by themselves, Hz; none if it measured none.
+    pub band_hz: Option<[f64; 2]>,
+    /// What the stages of responses on which it stands took for certain, though they do not decide it.
+    pub assumes: Vec<String>,
+}
+
+/// A model of such a stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GroundModel {
+    /// As its table calls it.
+    pub id: String,
+    /// Role and candidate, measuring heads among them.
+    pub candidates: BTreeMap<String, String>,
+    /// Its evidence.
+    pub evidence: EvidenceRecord,
+    names: Vec<String>,
+    mean: Vec<f64>,
+    covariance: Vec<Vec<f64>>,
+    /// The misfit of a law that was measured by itself, as an error of that law.
+    pub law: Option<LawError>,
+}
+
+impl Ground {
+    /// Of a stage and what was learned of each of its models, in its order; `assumes` are what it stands on.
+    pub(super) fn of(
+        stage: &ResponseStageRecord,
+        found: Vec<Option<(NamedGaussian, Option<LawError>)>>,
+        assumes: Vec<String>,
+    ) -> Self {
+        let model = |(m, found): (&ResponseModelRecord, Option<(NamedGaussian, Option<LawError>)>)| {
+            let (known, law) = found?;
+            let n = known.names.len();
+            Some(GroundModel {
+                id: m.id.clone(),
+                candidates: m.candidates.clone(),
+                evidence: m.evidence?,
+                covariance: (0..n).map(|i| (0..n).map(|j| known.covariance[(i, j)]).collect()).collect(),
+                names: known.names,
+                mean: known.mean,
+                law,
+            })
+        };
+        let mut models: Vec<GroundModel> = stage.models.iter().zip(found).filter_map(model).collect();
+        models.sort_by(|a, b| b.evidence.ln_marginal.total_cmp(&a.evidence.ln_marginal));
+        let (id, title) = (stage.id.clone(), stage.title.clone());
+        let laws = stage.loads.iter().filter(|l| l.what == "law");
+        let ends = laws.filter_map(|l| Some([*l.frequency_hz.first()?, *l.frequency_hz.last()?]));
+        let band_hz = ends.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)]);
+        Self { id, title, decides: stage.decides, models, band_hz, assumes }
+    }
+
+    /// The models that its evidence leaves open, the best first.
+    pub(crate) fn open(&self) -> impl Iterator<Item = &GroundModel> {
+        let best = self.models.first().map_or(0.0, |m| m.evidence.ln_marginal);
+        self.models.iter().take_while(move |m| m.evidence.ln_marginal >= best - self.decides).take(MOST)
+    }
+
+    /// The best model that agrees with `choice` in all roles that both have.
+    ///
+    /// # Errors
+    /// [`EngineError::Refused`] for `stage` if it trained none.
+    pub(crate) fn with(
+        &self,
+        choice: &BTreeMap<String, String>,
+        stage: &str,
+    ) -> Result<&GroundModel, EngineError> {
+        let agrees = |m: &&GroundModel| {
+            m.candidates.iter().all(|(role, id)| choice.get(role).is_none_or(|other| other == id))
+        };
+        self.models.iter().find(agrees).ok_or_else(|| {
+            let names = choice.values().map(String::as_str).collect::<Vec<_>>().join(" + ");
+            let problem = format!(
+                "it stands on `{}`, where no model of {names} could be trained: let these candidates compete there, or leave them out here",
+                self.id
+            );
+            EngineError::Refused { stage: stage.to_owned(), problem }
+        })
+    }
+
+    /// What is taken for certain though its evidence does not decide it, if `chosen` goes on.
+    pub(crate) fn undecided(&self, chosen: &GroundModel) -> Option<String> {
+        let at = chosen.evidence.ln_marginal;
+        let others = self.models.iter().filter(|m| m.id != chosen.id);
+        let other = others.max_by(|a, b| a.evidence.ln_marginal.total_cmp(&b.evidence.ln_marginal))?;
+        let behind = at - other.evidence.ln_marginal;
+        let place = format!("{:.1} nats {}", behind.abs(), if behind < 0.0 { "ahead" } else { "behind" });
+        (behind < self.decides)
+            .then(|| format!("{}: {} is taken, though {} is only {place}", self.title, chosen.id, other.id))
+    }
+}
+
+impl GroundModel {
+    /// Its posterior.
+    ///
+    /// # Errors
+    /// [`EngineError::Damaged`] if its lists do not fit together.
+    pub(crate) fn gaussian(&self, stage: &str) -> Result<NamedGaussian, EngineError> {
+        let n = self.names.len();
+        let whole = self.mean.len() == n
+            && self.covariance.len() == n
+            && self.covariance.iter().all(|row| row.len() == n && row.iter().all(|v| v.is_finite()));
+        if !whole {
+            return Err(EngineError::Damaged { stage: stage.to_owned() });
+        }
+        Ok(NamedGaussian {
+            names: self.names.clone(),
+            mean: self.mean.clone(),
+            covariance: Matrix::from_fn(n, n, |i, j| self.covariance[i][j]),
+        })
+    }
+}
+
+/// The misfit of a law that was measured by itself, as an error that is added to that law: of every response
+/// what correlates along frequency, and noise that the data chose, of which nobody said that it is the
+/// measurement's. None for responses that are of no law, or where there is no such misfit.
+pub(super) fn law_error(
+    study: &Study,
+    candidates: &BTreeMap<String, String>,
+    loads: &[Load<'_>],
+    noise: &[NoiseEstimate],
+) -> Option<LawError> {
+    let found = noise.iter().filter(|n| n.name == "misfit" || (n.name == "noise" && n.floats));
+    let sd = found.map(|n| n.sd * n.sd).sum::<f64>().sqrt();
+    let correlated = noise.iter().find(|n| n.name == "length of the misfit").map(|n| n.sd);
+    let of = |load: &Load<'_>| {
+        let ResponseKind::Law { at, coefficient, factor } = &load.what else { return None };
+        let of_it = |id: &String| {
+            let candidate = study.catalogue.get(id)?;
+            let effect =
+                candidate.effects.iter().find(|e| e.coefficient == *coefficient && e.place == *at)?;
+            Some((candidate.role.clone(), effect.place_text.clone()))
+        };
+        let (role, place) = candidates.values().find_map(of_it)?;
+        let sd = sd / factor.real(&load.model.numbers).abs();
+        // Of noise that does not correlate, neighbouring frequencies are apart.
+        let f = &load.frequency_hz;
+        let step = (f.last()? - f.first()?) / (f.len().max(2) - 1) as f64;
+        let length_hz = correlated.unwrap_or(step).max(f64::MIN_POSITIVE);
+        let added = Added { coefficient: coefficient.name().to_owned(), place, length_hz };
+        (sd > 0.0 && sd.is_finite()).then_some(LawError { role, sd, over: None, added: Some(added) })
+    };
+    loads.iter().filter_map(of).max_by(|a, b| a.sd.total_cmp(&b.sd))
+}
