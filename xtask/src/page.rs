@@ -1,8 +1,7 @@
-//! `cargo xtask page`: opens the page of results in headless Chromium as a reader would, wide, narrow and on
-//! paper.
+//! `cargo xtask page`: opens the page of results, and those of the examples, in headless Chromium as a reader
+//! would, wide, narrow and on paper.
 
-use crate::python::program;
-use crate::workspace::{Outcome, root, succeed};
+use crate::workspace::{Outcome, root};
 use browser::{between, command, told};
 use serde_json::Value;
 use std::{
@@ -11,7 +10,9 @@ use std::{
     process::Command,
 };
 
+mod axe;
 mod browser;
+mod examples;
 mod live;
 
 const HARNESS: &str = include_str!("page/harness.html");
@@ -44,10 +45,6 @@ const LOOKS: [Look; 5] = [
 /// may use the machine; how long it took is printed.
 const SLOWEST: f64 = 100.0;
 
-/// Examples whose models their pages must solve too: gas at rest that is heated in a forced flow, one duct
-/// and three.
-const EXAMPLES: [&str; 2] = ["quarter-wave", "ducted-flame-stages"];
-
 /// Bytes of a page at most.
 const LARGEST: u64 = 1_000_000;
 
@@ -63,58 +60,47 @@ pub(crate) fn run() -> Outcome {
     };
     let scratch = root().join("target/page");
     fs::create_dir_all(&scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
-    let drawn = files_of(&page.with_file_name("figures"), "svg")?;
     let mut faults = Vec::new();
     let size = fs::metadata(&page).map_err(|e| format!("{}: {e}", page.display()))?.len();
     if size > LARGEST {
         faults.push(format!("it has {size} bytes, more than {LARGEST}"));
     }
-    let axe = axe(&scratch);
-    let mut said_of_sliders = Vec::new();
-    for look in &LOOKS {
-        let (found, console) = open(browser, &scratch, &page, look, axe)?;
-        if look.timed {
-            said_of_sliders.push(format!("the paper: {}", found["sliders"].as_str().unwrap_or_default()));
-        }
-        let figures = found["figures"].as_u64().unwrap_or(0);
-        if figures != drawn as u64 {
-            faults.push(format!("{}: {figures} figures on the page, {drawn} drawn", look.name));
-        }
-        faults.extend(told(look.name, &found, console));
-    }
-    for name in EXAMPLES {
-        let example = example(name, &scratch)?;
-        for look in LOOKS.iter().filter(|look| look.timed) {
-            let (found, console) = open(browser, &scratch, &example, look, false)?;
-            said_of_sliders.push(format!("{name}: {}", found["sliders"].as_str().unwrap_or_default()));
-            faults.extend(told(name, &found, console));
+    let axe = axe::put_into(&scratch)?;
+    let mut opened = vec![("the paper".to_owned(), page.clone())];
+    opened.extend(examples::pages(&scratch)?);
+    let mut said = Vec::new();
+    for (name, page) in &opened {
+        // The sheets are those of the paper's page, the largest.
+        for look in LOOKS.iter().filter(|look| !look.print || name == "the paper") {
+            let (found, console) = open(browser, &scratch, page, look, axe)?;
+            let name = format!("{name}, {}", look.name);
+            if look.timed {
+                let text = |key: &str| found[key].as_str().unwrap_or_default().to_owned();
+                said.push(format!("{name}: {}; {}", text("painted"), text("sliders")));
+            }
+            let figures = found["figures"].as_u64().unwrap_or(0);
+            let drawn = files_of(&page.with_file_name("figures"), "svg")?;
+            if figures != drawn as u64 {
+                faults.push(format!("{name}: {figures} figures on the page, {drawn} drawn"));
+            }
+            faults.extend(told(&name, &found, console));
         }
     }
     faults.extend(live::faults(browser, &scratch)?);
     let pages = print(browser, &scratch, &page)?;
     if faults.is_empty() {
         println!(
-            "page: {drawn} figures in order at 1280 px, at 360 px, dark, and on {pages} sheets of paper; {size} bytes"
+            "page: {} pages in order at 1280 px, at 360 px and dark, that of the paper on {pages} sheets; it has {size} bytes",
+            opened.len()
         );
         println!("page: the page of `rijke watch` shows a record that came while it was open");
-        said_of_sliders.iter().for_each(|said| println!("page: {said}"));
-        println!(
-            "page: axe-core: {}",
-            if axe { "no violations" } else { "not looked at, because npm could not get it" }
-        );
+        said.iter().for_each(|said| println!("page: {said}"));
+        if axe {
+            println!("page: axe-core {}: no violations", axe::VERSION);
+        }
         return Ok(());
     }
-    Err(format!("the page has {} faults\n  {}", faults.len(), faults.join("\n  ")))
-}
-
-/// The page of an example of the repository, made anew in the scratch folder.
-fn example(name: &str, scratch: &Path) -> Result<PathBuf, String> {
-    let folder = scratch.join(name);
-    // Of an earlier run.
-    let _ = fs::remove_dir_all(&folder);
-    succeed(Command::new("cp").arg("-r").arg(root().join("examples").join(name)).arg(&folder))?;
-    succeed(Command::new(program()?).args(["run", "--one-start"]).arg(&folder))?;
-    Ok(folder.join("results/index.html"))
+    Err(format!("the pages have {} faults\n  {}", faults.len(), faults.join("\n  ")))
 }
 
 /// The first browser of the kind that is installed.
@@ -144,6 +130,7 @@ fn open(
         .replace("@PAGE@", &format!("file://{}", page.display()))
         .replace("@WIDTH@", &look.width.to_string())
         .replace("@SMALLEST@", &look.smallest.to_string())
+        .replace("@TIMED@", &look.timed.to_string())
         .replace("@PRINT@", &look.print.to_string());
     fs::write(&harness, text).map_err(|e| format!("{}: {e}", harness.display()))?;
     let mut command = command(browser, scratch);
@@ -179,21 +166,6 @@ fn print(browser: &str, scratch: &Path, page: &Path) -> Result<usize, String> {
     let text = String::from_utf8_lossy(&bytes);
     let count = text.matches("/Type /Page").count() - text.matches("/Type /Pages").count();
     if count == 0 { Err(format!("printed no sheet\n{}", said())) } else { Ok(count) }
-}
-
-/// Puts axe-core, which looks for barriers to readers with disabilities, beside the harness; false where npm
-/// cannot get it.
-fn axe(scratch: &Path) -> bool {
-    let file = scratch.join("axe.min.js");
-    if !file.is_file() {
-        let pack = ["pack", "--silent", "--pack-destination", ".", "axe-core@4"];
-        let got = Command::new("npm").args(pack).current_dir(scratch).output();
-        let Some(archive) = got.ok().filter(|o| o.status.success()).map(|o| o.stdout) else { return false };
-        let name = String::from_utf8_lossy(&archive).trim().to_owned();
-        let unpack = ["-xf", &name, "--strip-components=1", "package/axe.min.js"];
-        let _ = Command::new("tar").args(unpack).current_dir(scratch).status();
-    }
-    file.is_file()
 }
 
 /// Number of files with an ending.

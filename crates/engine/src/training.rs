@@ -134,7 +134,9 @@ pub fn train(
         let fitting =
             Fitting { assembly, training, model: &through, parameters: &parameters, common: Some(&common) };
         let trained = fitting.finish(&data, order, options, observed.len())?;
-        Ok::<_, EngineError>(Trained { learned: assemblies.learned(&trained), ..trained })
+        let Trained { linear, noise, parameters, values, .. } = &trained;
+        let learned = assemblies.learned(linear, noise, parameters, values);
+        Ok::<_, EngineError>(Trained { learned, ..trained })
     };
     let trained = with_errors(&rough.parameters)?;
     // Other starts may have found a maximum that the fit without errors missed: then their effect is taken

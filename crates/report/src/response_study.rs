@@ -48,8 +48,8 @@ pub fn response_page(
     let doubts: String = doubts.iter().map(|d| format!("<p class=\"warn\">{}</p>\n", html(d))).collect();
     let page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
-         initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<h1>{name}</h1>\n<p>{question}</p>\n{answers}\
-         <p class=\"data\">{data}. Source: {source}.</p>\n{doubts}{body}</body></html>\n",
+         initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<main>\n<h1>{name}</h1>\n<p>{question}</p>\n{answers}\
+         <p class=\"data\">{data}. Source: {source}.</p>\n{doubts}{body}</main></body></html>\n",
         name = html(&head.name),
         question = html(&head.question),
         source = html(&head.source),
@@ -104,10 +104,13 @@ fn ranking(stage: &ResponseStageRecord) -> String {
     let all: usize = stage.loads.iter().map(|l| l.of).sum();
     let rows: String = models.iter().map(row).collect();
     format!(
-        "<p>Trained on {} responses, {count} of the {all} complex numbers in their files.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in \
+        "<p>Trained on {}, {count} of the {all} complex numbers in their files.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in \
          files</th><th>nats behind</th><th>ln best fit</th><th>ln Occam</th><th>residual, rms</th><th>correlation of \
          neighbours</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n",
-        stage.loads.len()
+        match stage.loads.len() {
+            1 => "one response".to_owned(),
+            n => format!("{n} responses"),
+        }
     )
 }
 

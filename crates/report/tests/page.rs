@@ -100,7 +100,13 @@ fn missing() -> Missing {
         moves: [0.4, 0.02],
     };
     let like = vec!["compliance at x = 0.250 m".to_owned()];
-    let family = Family { first: first.clone(), beyond: (11.5, 0.001), like, between: Some([0.25, 0.35]) };
+    let family = Family {
+        first: first.clone(),
+        also: Vec::new(),
+        beyond: (11.5, 0.001),
+        like,
+        between: Some([0.25, 0.35]),
+    };
     let other = Asked { x: Some(0.5), gain: -0.5, ..first.clone() };
     Missing { tried: 700, by_chance: 3.4, families: vec![family], best: vec![first, other] }
 }
@@ -111,6 +117,7 @@ fn answer(look: LayerLook) -> Answer {
         label: format!("p{k}"),
         series: if k < 2 { "Q = 7 W".into() } else { "Q = 50 W".into() },
         values: vec![Some(k as f64), Some(2.0 * k as f64), if k == 1 { None } else { Some(0.1) }],
+        ..FrameRow::default()
     };
     Answer {
         id: "question".into(),
@@ -121,7 +128,7 @@ fn answer(look: LayerLook) -> Answer {
         panels: vec![AnswerPanel {
             x: "x".into(),
             y: "y".into(),
-            layers: vec![Layer { frame: 0, look, x: 0, y: 1, sd: Some(2) }],
+            layers: vec![Layer { frame: 0, look, x: 0, y: 1, sd: Some(2), mode: None }],
         }],
     }
 }
@@ -129,14 +136,15 @@ fn answer(look: LayerLook) -> Answer {
 /// A map over three values of two factors, of two modes.
 fn map(growth: &dyn Fn(f64, f64) -> f64) -> Answer {
     let columns = ["x", "y", "growth_rate", "growth_rate_sd"].map(|name| FrameColumn::new(name, name, "1"));
-    let row = |label: &str, series: &str, values: &[f64]| FrameRow {
+    let row = |label: &str, mode: &str, values: &[f64]| FrameRow {
         label: label.into(),
-        series: series.into(),
+        series: String::new(),
+        mode: mode.into(),
         values: values.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
     };
-    let node = |k: usize, series: &str, below: f64| {
+    let node = |k: usize, mode: &str, below: f64| {
         let (x, y) = ((k % 3) as f64, (k / 3) as f64);
-        row("node", series, &[x, y, growth(x, y) - below, 0.3])
+        row("node", mode, &[x, y, growth(x, y) - below, 0.3])
     };
     let nodes = (0..9).flat_map(|k| [node(k, "1", 0.0), node(k, "2", 5.0)]).collect();
     let others = |row| Frame { columns: columns[..2].to_vec(), rows: vec![row] };
@@ -151,7 +159,7 @@ fn map(growth: &dyn Fn(f64, f64) -> f64) -> Answer {
         layers: [(look, Some(3)), (LayerLook::Dots, None), (LayerLook::Cross, None)]
             .into_iter()
             .enumerate()
-            .map(|(frame, (look, sd))| Layer { frame, look, x: 0, y: 1, sd })
+            .map(|(frame, (look, sd))| Layer { frame, look, x: 0, y: 1, sd, mode: None })
             .collect(),
     });
     Answer { frames, panels: panels.to_vec(), ..answer(LayerLook::Dots) }
@@ -276,6 +284,25 @@ fn behaviour_every_look_is_drawn_without_holes_in_the_text() {
         assert!(map.contains(words) && map.contains("stable: x") && !map.contains("NaN"), "{map}");
         assert!(rijke_report::pdf(&map).unwrap().starts_with(b"%PDF"));
     }
+    // Modes of one point lie far apart: no line leads from one to another, and each has a panel.
+    let mut two = answer(LayerLook::Line);
+    two.frames[0].rows = (0..4)
+        .map(|k| FrameRow {
+            mode: (k % 2).to_string(),
+            values: [(k / 2) as f64, 100.0 * (k % 2) as f64 + (k / 2) as f64, 0.1].map(Some).to_vec(),
+            ..FrameRow::default()
+        })
+        .collect();
+    two.panels = ["0", "1"]
+        .map(|mode| {
+            let mut panel = two.panels[0].clone();
+            panel.layers[0].mode = Some(mode.to_owned());
+            panel
+        })
+        .to_vec();
+    let svg = answer_svg(None, &two).unwrap();
+    assert!(svg.contains(">101<") || svg.contains(">101.0<"), "{svg}");
+    assert_eq!(svg.matches("stroke=\"#0072b2\"").count(), 3, "two lines of one step, and the legend: {svg}");
     let nothing = Answer { panels: Vec::new(), ..answer(LayerLook::Dots) };
     assert!(answer_svg(None, &nothing).is_none());
 }

@@ -44,7 +44,7 @@ pub(crate) fn answered(
     let wrong = |e: rijke_engine::EngineError| crate::study::of_the_engine(&e, &study.folder);
     let all = rijke_study::plan::Selection::default();
     let among = study.plan.stage(&asked.stage).map_or(&all, |(_, stage)| &stage.points);
-    let points = asked.grid.points(&study.campaign);
+    let points = asked.grid.points(&study.campaign, among);
     let (mut wider, places) = with_points(study, among, &points).map_err(wrong)?;
     foresee(&mut wider, &places, ui)?;
     let (found, mut left_out) = forecast(&wider, observed, model, open, &places).map_err(wrong)?;

@@ -61,7 +61,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let map = args.map.as_deref().map(|text| map::parsed(text, &study)).transpose()?;
     let asked = match &map {
-        Some(grid) => grid.points(&study.campaign),
+        Some(grid) => grid.points(&study.campaign, &stage.points),
         None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
     };
     let among = stage.points.clone();

@@ -4,7 +4,7 @@ use crate::{
     failure::{Classify, Failure},
     map, number,
     staging::StagedFolder,
-    study::{observations, of_the_engine, open, warn_of, warn_of_left_out},
+    study::{doubts_of, observations, of_the_engine, open, warn_of, warn_of_left_out},
     ui::Ui,
 };
 use rijke_engine::run::{Answer, Asked, Judgement, Missing, Run, StageRecord, verdicts};
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     if study.plan.stages.is_empty() {
         return crate::study_responses::run(study, args.trust, args.until.as_deref(), args.force, ui);
     }
-    let observations = observations(&study)?;
+    let (observations, doubts) = (observations(&study)?, doubts_of(&study));
     let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?;
     warn_of(ui, &study, &observations)?;
     if let Some(id) = args.until.as_ref().filter(|id| study.plan.response(id).is_some()) {
@@ -150,7 +150,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for v in &verdicts {
         ui.say(format!("{}: {} ({})", if v.holds { "holds" } else { "fails" }, v.statement, v.figure));
     }
-    let mut result = json!({ "dir": dir.join("results"), "stages": stages, "claims": verdicts });
+    let mut result =
+        json!({ "dir": dir.join("results"), "stages": stages, "claims": verdicts, "doubts": doubts });
     if !responses.is_empty() {
         result["responses"] = shorts(&responses).into();
     }

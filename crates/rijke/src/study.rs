@@ -38,8 +38,7 @@ pub(crate) fn of_modes(study: &Study) -> Result<(), Failure> {
 
 /// Says what is doubtful about the files of rig and candidates.
 pub(crate) fn warn_of_doubts(ui: &Ui, study: &Study) {
-    let doubts = study.rig.doubts.iter().chain(&study.catalogue.doubts);
-    doubts.for_each(|said| ui.note(format!("warning: {said}")));
+    doubts_of(study).iter().for_each(|said| ui.note(format!("warning: {said}")));
 }
 
 /// Reads what was observed.
@@ -90,6 +89,11 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> R
         ));
     }
     Ok(())
+}
+
+/// What is doubtful in the files of a rig and its candidates, tables that were measured among them.
+pub(crate) fn doubts_of(study: &Study) -> Vec<String> {
+    study.rig.doubts.iter().chain(&study.catalogue.doubts).cloned().collect()
 }
 
 /// Says which observed points no stage uses because nothing is known of their gas.

@@ -8,7 +8,7 @@ use crate::{
     failure::{Classify, Failure},
     results::{Trust, kept, known_stage, warn_of_prior},
     staging::{Lock, StagedFolder, write_whole},
-    study::warn_of_doubts,
+    study::{doubts_of, warn_of_doubts},
     ui::Ui,
 };
 use rijke_engine::EngineError;
@@ -101,8 +101,8 @@ fn trained(
     for warning in &observed.warnings {
         ui.note(format!("warning: {warning}"));
     }
-    let data =
-        Data { kind: observed.kind, source: observed.source.clone(), doubts: observed.warnings.clone() };
+    let doubts = doubts_of(&study).into_iter().chain(observed.warnings.iter().cloned()).collect();
+    let data = Data { kind: observed.kind, source: observed.source.clone(), doubts };
     let plan = study.plan.clone();
     let mut run = ResponseRun::new(study, observed).map_err(|e| fault(&e, &dir))?;
     let progress = ui.progress("stages", plan.responses.len() as u64);

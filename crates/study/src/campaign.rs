@@ -25,7 +25,15 @@ impl Factor {
     #[must_use]
     pub fn unit_in_print(&self) -> String {
         let one = (self.shown.to_si(1.0) - 1.0).abs() < 1e-12 && self.shown.to_si(0.0).abs() < 1e-12;
-        if one { self.shown.to_string() } else { self.unit.clone() }
+        match self.unit.as_str() {
+            _ if one => self.shown.to_string(),
+            // The names that these have.
+            "kg m^2 s^-3" => "W".to_owned(),
+            "kg m^2 s^-2" => "J".to_owned(),
+            "kg m^-1 s^-2" => "Pa".to_owned(),
+            "kg m s^-2" => "N".to_owned(),
+            base => base.to_owned(),
+        }
     }
 }
 

@@ -2,15 +2,14 @@
 //! whose posterior goes on.
 //!
 //! In the stage that meets an assembly first, its errors are noise that its points share. What that stage
-//! tells of them is computed afterwards ([`Linearised::causes`](rijke_inference::Linearised::causes)) and
-//! handed on with the posterior of the parameters; in a later stage they are parameters beside the model's,
-//! in which the prediction is linear.
+//! tells of them is computed afterwards ([`Linearised::causes`]) and handed on with the posterior of the
+//! parameters; in a later stage they are parameters beside the model's, in which the prediction is linear.
 
 use super::Scatter;
+use crate::gaussian::{NamedGaussian, Training};
 use crate::noise::{BETWEEN, MEASURED, NONE, UNITS};
 use crate::observed::{Observed, Used};
-use crate::{NamedGaussian, Trained, Training};
-use rijke_inference::{Parameter, Prior};
+use rijke_inference::{Linearised, NoiseEstimate, Parameter, Prior};
 use rijke_numerics::Matrix;
 
 /// Between the words for an error and the name of its assembly.
@@ -118,12 +117,18 @@ impl Assemblies {
         })
     }
 
-    /// What a training tells of those that later stages want.
-    pub(crate) fn learned(&self, trained: &Trained) -> Learned {
-        let (linear, order) = (&trained.linear.0, &trained.linear.1);
+    /// What a training tells of those that later stages want: of its parameters with their `values`, its
+    /// noise, and itself to first order, with the place of each datum in the prediction.
+    pub(crate) fn learned(
+        &self,
+        (linear, order): &(Linearised, Vec<usize>),
+        noise: &[NoiseEstimate],
+        parameters: &[Parameter],
+        values: &[f64],
+    ) -> Learned {
         let column = |e: &Effect| order.iter().map(|&place| e.column[place]).collect();
         let columns: Vec<Vec<f64>> = self.wanted.iter().map(column).collect();
-        let sd = |e: &Effect| trained.noise.iter().find(|n| n.name == e.noise).map_or(0.0, |n| n.sd);
+        let sd = |e: &Effect| noise.iter().find(|n| n.name == e.noise).map_or(0.0, |n| n.sd);
         let sds: Vec<f64> = self.wanted.iter().map(sd).collect();
         // One that the data choose to be none, or to which they do not point, has nothing to hand on.
         let told = |k: &usize| sds[*k] > 0.0 && columns[*k].iter().any(|v| *v != 0.0);
@@ -133,14 +138,14 @@ impl Assemblies {
         let causes = linear.causes(&columns, &sds);
         let few = linear.few().parameters;
         let slope = |i: usize| {
-            let (p, value) = (&trained.parameters[i], trained.values[i]);
+            let (p, value) = (&parameters[i], values[i]);
             p.physical(p.working(value))[1] * few[i]
         };
         Learned {
             names: kept.iter().map(|&k| self.wanted[k].name.clone()).collect(),
             mean: causes.mean,
             covariance: causes.covariance,
-            with_parameters: Matrix::from_fn(kept.len(), trained.parameters.len(), |k, i| {
+            with_parameters: Matrix::from_fn(kept.len(), parameters.len(), |k, i| {
                 causes.with_parameters[(k, i)] * slope(i)
             }),
         }

@@ -3,10 +3,11 @@
 
 use super::PointModel;
 use super::model::LawAt;
-use crate::EngineError;
 use crate::shape::LawOf;
+use crate::{Conditions, EngineError};
 use rijke_network::{At, Coefficients, Laws, Slot, Workspace};
 use rijke_numerics::{C64, JetSpace, Order};
+use rijke_study::names::{DENSITY, DIAMETER, GAMMA, PRANDTL, SOUND_SPEED, VISCOSITY};
 
 /// The derivatives of s and of the relative pressures but the reference's, in the order of a prediction.
 pub(crate) struct Probed {
@@ -18,6 +19,9 @@ pub(crate) struct Probed {
     pub(crate) ends: [Option<Vec<C64>>; 2],
     /// With respect to the viscous and the thermal loss per metre of all ducts, in rho c and 1/(rho c).
     pub(crate) walls: [Option<Vec<C64>>; 2],
+    /// With respect to a factor of the losses of thin boundary layers along all ducts (G. Kirchhoff, Annalen
+    /// der Physik 134 (1868) 177), over sqrt(s).
+    pub(crate) layers: Option<Vec<C64>>,
     /// By effect of the model, candidate and number: with respect to e where its law is multiplied by 1 + e.
     pub(crate) laws: Vec<([usize; 2], Vec<C64>)>,
 }
@@ -100,7 +104,12 @@ impl PointModel<'_> {
     ///
     /// # Errors
     /// As [`PointModel::respond`].
-    pub(crate) fn probe(&self, values: &[f64], work: &mut Workspace) -> Result<Probed, EngineError> {
+    pub(crate) fn probe(
+        &self,
+        values: &[f64],
+        conditions: &Conditions,
+        work: &mut Workspace,
+    ) -> Result<Probed, EngineError> {
         let (filled, root) = self.solve(values, self.guess, work)?;
         let mut owners = self.owners();
         let of_laws = owners.clone();
@@ -130,6 +139,16 @@ impl PointModel<'_> {
             segments.map(|(i, s)| (slot(i), impedance(s.density * s.sound_speed))).collect()
         };
         let walls = [law(&along(Slot::Viscous, |z| z)), law(&along(Slot::Thermal, f64::recip))];
+        let (mut layers, mut end) = (Vec::new(), 0.0);
+        for (i, segment) in self.network.segments().iter().enumerate() {
+            let around = conditions.around(end + 0.5 * segment.length);
+            end += segment.length;
+            let viscous = 4.0 / around[DIAMETER] * (around[DENSITY] * around[VISCOSITY]).sqrt();
+            let impedance = around[DENSITY] * around[SOUND_SPEED];
+            let thermal = viscous * (around[GAMMA] - 1.0) / impedance.powi(2) / around[PRANDTL].sqrt();
+            layers.extend([(Slot::Viscous(i), viscous), (Slot::Thermal(i), thermal)]);
+        }
+        let layers = law(&layers);
         let found = chain.respond(&with, &root, &self.places, Order::First, work);
         let found = found.map_err(|source| self.no_answer(source))?;
         let scaling = with.scaling();
@@ -140,6 +159,7 @@ impl PointModel<'_> {
             places: places.into_iter().map(|p| p.map(of)).collect(),
             ends: ends.map(of),
             walls: walls.map(of),
+            layers: of(layers),
             laws: owners.iter().enumerate().map(|(k, owner)| (*owner, slope(k))).collect(),
         })
     }

@@ -97,7 +97,7 @@ pub fn models(stage: &StageRecord) -> Frame {
                 (values[first + 2 * k], values[first + 2 * k + 1]) = (finite(p.value), finite(p.sd));
             }
         }
-        FrameRow { label: m.id.clone(), series: stage.id.clone(), values }
+        FrameRow { label: m.id.clone(), series: stage.id.clone(), values, ..FrameRow::default() }
     };
     let rows = stage.models.iter().zip(stage.probabilities()).map(row).collect();
     Frame { columns, rows }
@@ -191,6 +191,7 @@ mod tests {
             label: label.into(),
             series: String::new(),
             values: vec![Some(x), finite(y)],
+            ..FrameRow::default()
         };
         let rows =
             [("a", 0.0, 1.0), ("b", 1.0, 3.0), ("c", 2.0, 8.0), ("d", 2.0, f64::NAN)].map(row).to_vec();

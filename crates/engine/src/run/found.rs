@@ -19,12 +19,16 @@ pub struct Missing {
 /// Terms that these data cannot tell apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Family {
-    /// The term of the largest gain.
+    /// The most probable term at the most probable place.
     pub first: Asked,
     /// Its gain beyond the families before it, nats, noise as fitted; and the probability that the best of
-    /// all terms does as well by chance.
+    /// all terms does by chance as well as the best of this family.
     pub beyond: (f64, f64),
-    /// Others like it, in words, the most gain first.
+    /// Other terms of the same effect at the same place, its other phase or in proportion to something else,
+    /// that gain beside it, in words.
+    #[serde(default)]
+    pub also: Vec<String>,
+    /// Others like it, in words, the most gain alone first.
     pub like: Vec<String>,
     /// Where along the rig terms of the same effect are like it, m; none for what acts along it.
     pub between: Option<[f64; 2]>,

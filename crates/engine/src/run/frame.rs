@@ -24,12 +24,15 @@ pub struct FrameColumn {
 }
 
 /// A row of a table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameRow {
     /// What it is about: an operating point, a model, a set of microphones.
     pub label: String,
     /// The series to which it belongs.
     pub series: String,
+    /// The mode that it is about, where points have several.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub mode: String,
     /// A number per column; none where there is none.
     pub values: Vec<Option<f64>>,
 }

@@ -163,7 +163,11 @@ impl Run {
             |e: &Effect| (format!("{} at {}", e.coefficient.name(), e.place_text), e.law.source().to_owned());
         let mut record = ModelRecord {
             id: row.id(),
-            label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
+            label: if row.own.is_empty() {
+                "the rig as rig.toml describes it".to_owned()
+            } else {
+                row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; ")
+            },
             candidates: row.choice.clone(),
             laws: effects.map(law).collect(),
             parameters: Vec::new(),

@@ -3,6 +3,7 @@
 
 mod left_out;
 mod record;
+mod seeds;
 mod variants;
 
 use rijke_engine::run::Asked;

@@ -16,16 +16,16 @@ const HEAT: &str = "with = { heat-release = \"heat.king-lighthill\" }\n";
 
 /// An effect that is taken out of the model: its name, the example, the last stage with and without it, what
 /// counts as found, and where that is, m; anywhere if that is no number.
-struct Taken {
-    what: &'static str,
-    example: &'static Example,
-    last: &'static str,
-    change: Change,
-    effects: [&'static str; 2],
+pub(crate) struct Taken {
+    pub(crate) what: &'static str,
+    pub(crate) example: &'static Example,
+    pub(crate) last: &'static str,
+    pub(crate) change: Change,
+    effects: &'static [&'static str],
     x: f64,
 }
 
-enum Change {
+pub(crate) enum Change {
     Without(&'static str),
     Instead(&'static str),
     /// The candidates that stay.
@@ -33,23 +33,23 @@ enum Change {
 }
 
 const FLAME: &str = "with = { flame = \"flame.table\" }\n";
-const DRAG: [&str; 2] = ["inertia", "resistance"];
-const HEATS: [&str; 2] = ["heat release", "heat release"];
-const ENDS: [&str; 2] = ["reflection", "reflection"];
-const WALLS: [&str; 2] = ["friction of walls", "heat to walls"];
+const DRAG: &[&str] = &["inertia", "resistance"];
+const HEATS: &[&str] = &["heat release"];
+const ENDS: &[&str] = &["reflection"];
+const WALLS: &[&str] = &["friction of walls", "heat to walls", "boundary layers"];
 
 const fn taken(
     what: &'static str,
     example: &'static Example,
     last: &'static str,
     change: Change,
-    effects: [&'static str; 2],
+    effects: &'static [&'static str],
     x: f64,
 ) -> Taken {
     Taken { what, example, last, change, effects, x }
 }
 
-static CASES: [Taken; 12] = [
+pub(crate) static CASES: [Taken; 12] = [
     taken("gauze", &QUARTER_WAVE, HEAT, Change::Without("gauze"), DRAG, 0.32),
     taken("heat release", &QUARTER_WAVE, HEAT, Change::Only, HEATS, 0.32),
     taken("loss of the inlet", &QUARTER_WAVE, HEAT, Change::Instead("inlet = \"inlet.rigid\""), ENDS, 0.0),
@@ -87,11 +87,11 @@ impl Taken {
         }
     }
 
-    fn is(&self, asked: &Asked) -> bool {
+    pub(crate) fn is(&self, asked: &Asked) -> bool {
         if self.x.is_nan() {
             return self.effects.iter().any(|e| asked.effect.starts_with(e));
         }
-        is(asked, &self.effects, self.x)
+        is(asked, self.effects, self.x)
     }
 }
 
@@ -282,7 +282,7 @@ fn coverage_data_of_the_model_itself_ask_for_nothing() {
 }
 
 /// Observations as the trained model would give them, with its own noise.
-fn drawn(
+pub(crate) fn drawn(
     chosen: &Chosen,
     like: &ObservedModes,
     streams: &Streams,

@@ -5,6 +5,7 @@ mod delayed;
 #[path = "../common/folder.rs"]
 mod folder;
 mod installations;
+mod misfit;
 #[path = "../common/tube.rs"]
 mod tube;
 
@@ -389,73 +390,4 @@ fn lab_quarter_wave_tube_finds_the_form_of_its_law() {
     assert!(total(&heat.chosen) > total("heat.king-lighthill") + 3.0);
     assert!(total("heat.king-lighthill") > total("heat.king") + 20.0);
     assert!(total("heat.king") > total("heat.constant") + 20.0);
-}
-
-/// Growth rates that scatter by 5 1/s about the model: the misfit counts for stability.
-#[test]
-fn exact_the_probability_of_instability_counts_the_misfit() {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
-    let row = |id: &str, length: f64, off: f64| {
-        let (sigma, hertz) = (c * 0.97_f64.ln() / length + off, 0.5 * c / length);
-        format!("{id},{sigma:.12},0.1,{hertz:.12},0.05\n")
-    };
-    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
-    let rows = ["a", "b", "c", "d"].map(|id| {
-        let k = f64::from(id.as_bytes()[0] - b'a');
-        row(id, 1.0 - 0.1 * k, if id < "c" { 5.0 } else { -5.0 })
-    });
-    let campaign: String = ["a", "b", "c", "d"]
-        .iter()
-        .enumerate()
-        .map(|(k, id)| format!("{id},{},20\n", 100 - 10 * k))
-        .collect();
-    let folder = Folder::new(
-        "misfit-counts",
-        &[
-            ("rig.toml", TUBE),
-            ("campaign.csv", &format!("point,x [cm],T_amb [degC]\n{campaign}")),
-            ("study.toml", "name = \"t\"\n[[stage]]\nid = \"s\"\npoints = {}\n"),
-            ("observations/observations.toml", ORIGIN),
-            ("observations/modes.csv", &format!("{head}{}", rows.concat())),
-        ],
-    );
-    let study = Study::open(&folder.0).unwrap();
-    let observations = study.observations().unwrap();
-    let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
-    let stage = run.next_stage().unwrap().unwrap();
-    let misfit = stage.models[0].misfit[0];
-    assert!(misfit > 3.0 && misfit < 7.0, "{misfit}");
-    let found = forecast(&study, &observations, &run.saved("s").unwrap(), &[], &[0]).unwrap().0;
-    let [growth, measured, model] = found[0].growth_rate;
-    assert!(
-        found[0].stability_sd > 0.99 * misfit.hypot(model) && found[0].stability_sd < measured,
-        "{found:?}"
-    );
-    let chance = rijke_inference::normal_cdf(growth / found[0].stability_sd);
-    assert!((found[0].unstable - chance).abs() < 1e-12 && chance > 1e-3, "{chance}");
-    assert!(rijke_inference::normal_cdf(growth / model) < 0.1 * chance, "{growth} {model}");
-}
-
-#[test]
-fn message_decay_rates_that_were_given_as_positive_numbers_are_told_by_training_again() {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
-    let row = |id: &str, length: f64| {
-        let (decay, hertz) = (-c * 0.9_f64.ln() / length, 0.5 * c / length);
-        format!("{id},{decay:.12},0.5,{hertz:.12},0.05\n")
-    };
-    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
-    let rig = TUBE.replace("sd = 0.2", "sd = 0.01");
-    let folder = Folder::new(
-        "decay-rates",
-        &[
-            ("rig.toml", &rig),
-            ("campaign.csv", CAMPAIGN),
-            ("study.toml", "name = \"t\"\n[[stage]]\nid = \"s\"\npoints = {}\n"),
-            ("observations/observations.toml", ORIGIN),
-            ("observations/modes.csv", &format!("{head}{}{}", row("a", 1.0), row("b", 0.8))),
-        ],
-    );
-    let stages = run(&folder.0).unwrap();
-    let remark = stages[0].models[0].remark.clone().unwrap_or_default();
-    assert!(remark.contains("with the signs of all growth rates turned this model gains"), "{remark}");
 }

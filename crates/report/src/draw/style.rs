@@ -33,7 +33,7 @@ impl Stroke {
 /// Colours that people with any common colour vision tell apart (Okabe and Ito 2008, "Color Universal
 /// Design"), yellow left out because it vanishes on white. Each has dashes of its own, for a grey print and
 /// where lines coincide.
-const MODELS: [Stroke; 7] = [
+const MODELS: [Stroke; 10] = [
     Stroke::solid("#0072b2", 1.6),
     Stroke::dashed("#e69f00", 1.6, "6 3"),
     Stroke::dashed("#009e73", 1.6, "2 2.5"),
@@ -41,9 +41,12 @@ const MODELS: [Stroke; 7] = [
     Stroke::dashed("#56b4e9", 1.8, "1.5 2 6 2"),
     Stroke::dashed("#d55e00", 1.8, "15 4"),
     Stroke::dashed("#6b6b6b", 1.6, "8 2 1.5 2 1.5 2"),
+    Stroke::dashed("#7a4fa3", 1.6, "3 1.5"),
+    Stroke::dashed("#8c6d1f", 1.8, "10 2 4 2"),
+    Stroke::dashed("#1a1a1a", 1.4, "1 3"),
 ];
 
-/// The style of the model at a place in its table; styles repeat after seven.
+/// The style of the model at a place in its table; styles repeat after ten.
 pub(crate) fn model_stroke(index: usize) -> Stroke {
     MODELS[index % MODELS.len()]
 }

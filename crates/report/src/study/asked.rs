@@ -25,7 +25,11 @@ pub(super) fn section(stage: &StageRecord) -> String {
         format!(
             "Of {} further terms, {} of those below {} more than chance would give: {:.1} nats in one of twenty data sets of the model itself.",
             missing.tried,
-            if asked == missing.families.len() { "all".to_owned() } else { format!("the first {asked}") },
+            match asked {
+                1 => "the first".to_owned(),
+                _ if asked == missing.families.len() => "all".to_owned(),
+                _ => format!("the first {asked}"),
+            },
             if asked == 1 { "gains" } else { "gain" },
             missing.by_chance
         )
@@ -36,12 +40,13 @@ pub(super) fn section(stage: &StageRecord) -> String {
         if f.like.len() > NAMED {
             like.push(format!("and {} more", f.like.len() - NAMED));
         }
+        let also: String = f.also.iter().map(|t| format!("<br><small>and {}</small>", html(t))).collect();
         let between = f.between.filter(|b| b[1] > b[0]);
         let range = between
             .map_or(String::new(), |[a, b]| format!("<br><small>between {a:.3} m and {b:.3} m</small>"));
         let unit = if a.unit == "1" { String::new() } else { format!(" {}", html(&a.unit)) };
         format!(
-            "<tr{}><td>{}{range}</td><td class=\"n\">{}{unit}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{}</td>\
+            "<tr{}><td>{}{also}{range}</td><td class=\"n\">{}{unit}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{}</td>\
              <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td><td><small>{}</small></td></tr>\n",
             if f.beyond.1 > Missing::CHANCE { " class=\"failed\"" } else { "" },
             html(&a.words()),
@@ -73,6 +78,7 @@ pub(super) fn along(stage: &StageRecord, missing: &Missing) -> Answer {
         label: label.to_owned(),
         series: series.to_owned(),
         values: vec![Some(x), Some(gain)],
+        ..FrameRow::default()
     };
     // Not those of the ends, which are no function of place.
     let local = || missing.best.iter().filter(|a| !a.place.ends_with(" end"));
@@ -91,7 +97,7 @@ pub(super) fn along(stage: &StageRecord, missing: &Missing) -> Answer {
         panels: vec![AnswerPanel {
             x: "x / m".to_owned(),
             y: "Expected gain / nats".to_owned(),
-            layers: vec![Layer { frame: 0, look: LayerLook::Line, x: 0, y: 1, sd: None }],
+            layers: vec![Layer { frame: 0, look: LayerLook::Line, x: 0, y: 1, sd: None, mode: None }],
         }],
     }
 }

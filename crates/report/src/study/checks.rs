@@ -96,6 +96,7 @@ pub(super) fn points(checks: &Checks) -> Frame {
         label: p.point.clone(),
         series: if p.doubtful { "doubtful".to_owned() } else { String::new() },
         values: vec![p.ln_left_out, p.ahead, Some(p.shift)],
+        ..FrameRow::default()
     };
     Frame {
         columns: columns.map(|(name, label, unit)| FrameColumn::new(name, label, unit)).to_vec(),
@@ -116,7 +117,8 @@ pub(super) fn residuals(factors: &[(String, String)], stage: &StageRecord) -> Op
         let frequency = m.angular_frequency.map(|[v, _]| rijke_study::hertz(v));
         let mut values = m.factors.clone();
         values.extend([frequency, r[k]]);
-        FrameRow { label: m.point.clone(), series: ["growth rate", "frequency"][k].to_owned(), values }
+        let series = ["growth rate", "frequency"][k].to_owned();
+        FrameRow { label: m.point.clone(), series, mode: m.mode.clone(), values }
     };
     let both = || stage.measured.iter().zip(&checks.residuals);
     let rows: Vec<FrameRow> = (0..2).flat_map(|k| both().map(move |pair| row(pair, k))).collect();
@@ -126,7 +128,7 @@ pub(super) fn residuals(factors: &[(String, String)], stage: &StageRecord) -> Op
         values.any(|v| Some(v) != first)
     };
     let shown: Vec<usize> = (0..last).filter(varies).collect();
-    let layer = |k: usize| Layer { frame: 0, look: LayerLook::Dots, x: k, y: last, sd: None };
+    let layer = |k: usize| Layer { frame: 0, look: LayerLook::Dots, x: k, y: last, sd: None, mode: None };
     let panel = |&k: &usize| AnswerPanel {
         x: if columns[k].unit == "1" {
             columns[k].label.clone()

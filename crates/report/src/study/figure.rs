@@ -58,7 +58,7 @@ impl Colours {
     fn of(answer: &Answer) -> Self {
         let mut names: Vec<String> = Vec::new();
         for layer in answer.panels.iter().flat_map(|p| &p.layers).filter(|l| is_coloured(l.look, answer)) {
-            for row in &answer.frames[layer.frame].rows {
+            for row in layer.rows(&answer.frames[layer.frame]) {
                 if !names.contains(&row.series) {
                     names.push(row.series.clone());
                 }
@@ -124,7 +124,7 @@ fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours, siz
     let number = |row: &FrameRow, column: usize| row.values.get(column).copied().flatten();
     let (mut xs, mut ys) = (Vec::new(), Vec::new());
     for layer in &panel.layers {
-        for row in &answer.frames[layer.frame].rows {
+        for row in layer.rows(&answer.frames[layer.frame]) {
             let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) else { continue };
             let half = match (layer.look, layer.sd) {
                 (LayerLook::Ellipse, Some(c)) => {
@@ -162,16 +162,17 @@ fn spans(values: &[(f64, f64)]) -> Vec<f64> {
     values.iter().flat_map(|(v, half)| [v - half.min(room), v + half.min(room)]).collect()
 }
 
-fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colours>, dash: f64) {
+fn draw<'a>(panel: &mut Panel, frame: &'a Frame, layer: &'a Layer, colours: Option<&Colours>, dash: f64) {
     let number = |row: &FrameRow, column: usize| row.values.get(column).copied().flatten();
     let stroke = |row: &FrameRow| colours.map_or(Stroke::solid(INK, 1.2), |c| c.stroke(&row.series));
-    let mut series: Vec<&str> = frame.rows.iter().map(|r| r.series.as_str()).collect();
-    series.dedup();
+    let rows: Vec<&FrameRow> = layer.rows(frame).collect();
+    // No line leads from one mode to another.
+    let mut series: Vec<[&str; 2]> = rows.iter().map(|r| [r.series.as_str(), r.mode.as_str()]).collect();
     match layer.look {
         LayerLook::Dots => {
             let all = || {
-                let at = |row| Some(([number(row, layer.x)?, number(row, layer.y)?], row));
-                frame.rows.iter().filter_map(at)
+                let at = |row: &&'a FrameRow| Some(([number(row, layer.x)?, number(row, layer.y)?], *row));
+                rows.iter().filter_map(at)
             };
             for (at, row) in all() {
                 if let Some(sd) = layer.sd.and_then(|k| number(row, k)) {
@@ -184,7 +185,7 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
             }
         }
         LayerLook::Dashes => {
-            let mut rows: Vec<&FrameRow> = frame.rows.iter().collect();
+            let mut rows = rows;
             rows.sort_by(|a, b| a.series.cmp(&b.series));
             for row in rows {
                 if let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) {
@@ -195,11 +196,11 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
         LayerLook::Line | LayerLook::Band => {
             series.sort_unstable();
             series.dedup();
-            for name in series {
-                let mut rows: Vec<(f64, f64, f64, &FrameRow)> = frame
-                    .rows
+            for [name, mode] in series {
+                let mut rows: Vec<(f64, f64, f64, &FrameRow)> = rows
                     .iter()
-                    .filter(|r| r.series == name)
+                    .copied()
+                    .filter(|r| r.series == name && r.mode == mode)
                     .filter_map(|r| {
                         let sd = layer.sd.and_then(|k| number(r, k)).unwrap_or(0.0);
                         Some((number(r, layer.x)?, number(r, layer.y)?, sd, r))
@@ -220,13 +221,12 @@ fn draw(panel: &mut Panel, frame: &Frame, layer: &Layer, colours: Option<&Colour
         LayerLook::Cross | LayerLook::GrowthMap | LayerLook::ChanceMap => {}
         LayerLook::Ellipse => {
             let Some(c) = layer.sd else { return };
-            for row in &frame.rows {
+            for row in rows.iter().copied() {
                 let all = [layer.x, layer.y, c - 2, c - 1, c].map(|k| number(row, k));
                 let [Some(x), Some(y), Some(xx), Some(yy), Some(xy)] = all else { continue };
-                let sizes: &[f64] = if frame.rows.len() > FEW { &[1.0] } else { &[1.0, 2.0] };
+                let sizes: &[f64] = if rows.len() > FEW { &[1.0] } else { &[1.0, 2.0] };
                 for &size in sizes {
-                    let look =
-                        Stroke { width: if frame.rows.len() > FEW { 0.7 } else { 1.6 }, ..stroke(row) };
+                    let look = Stroke { width: if rows.len() > FEW { 0.7 } else { 1.6 }, ..stroke(row) };
                     panel.ellipse([x, y], [xx, yy, xy].map(|v| size * size * v), &look);
                 }
             }

@@ -81,7 +81,7 @@ impl Nodes {
             let (Some(j), Some(k), Some(sd)) = (place(&x, layer.x), place(&y, layer.y), layer.sd) else {
                 continue;
             };
-            modes.entry(&row.series).or_insert_with(|| nowhere.clone())[k][j] =
+            modes.entry(&row.mode).or_insert_with(|| nowhere.clone())[k][j] =
                 [number(row, sd - 1), number(row, sd)];
         }
         Self { x, y, modes: modes.into_values().collect() }

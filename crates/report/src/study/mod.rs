@@ -170,13 +170,16 @@ impl StudyPage {
     fn table(&mut self, name: &str, frame: &Frame) -> Result<(), ReportError> {
         let mut table = csv::Writer::from_writer(Vec::new());
         let unit = |c: &rijke_engine::run::FrameColumn| format!("{} [{}]", c.name, c.unit);
-        let head = ["name".to_owned(), "series".to_owned()].into_iter().chain(frame.columns.iter().map(unit));
-        table.write_record(head)?;
+        // Where points have several modes.
+        let several = frame.rows.iter().any(|row| !row.mode.is_empty());
+        let own = ["name", "series", "mode"].into_iter().filter(|name| several || *name != "mode");
+        table.write_record(own.map(str::to_owned).chain(frame.columns.iter().map(unit)))?;
         for row in &frame.rows {
             let numbers = row.values.iter().map(|v| v.map_or(String::new(), |v| format!("{v}")));
-            table.write_record([row.label.clone(), row.series.clone()].into_iter().chain(numbers.chain(
-                std::iter::repeat_n(String::new(), frame.columns.len().saturating_sub(row.values.len())),
-            )))?;
+            let own = [row.label.clone(), row.series.clone()].into_iter();
+            let own = own.chain(several.then(|| row.mode.clone()));
+            let lacking = frame.columns.len().saturating_sub(row.values.len());
+            table.write_record(own.chain(numbers).chain(std::iter::repeat_n(String::new(), lacking)))?;
         }
         let bytes = table.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
         self.files.push((format!("tables/{name}.csv"), bytes));

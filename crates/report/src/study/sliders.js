@@ -44,7 +44,12 @@
   });
 
   // What is solved: every measured point, a curve along the axis at the setting, and the setting itself.
-  let mode = 0, setting = settings[Math.floor(settings.length / 2)].slice(), own = null, ownRoot = null, curve = null;
+  // In the middle of the points at which a mode was measured.
+  const seen = (m) => {
+    const all = settings.filter((_, k) => model.nodes[k].modes[m]?.s);
+    return (all.length > 0 ? all : settings)[Math.floor((all.length > 0 ? all : settings).length / 2)].slice();
+  };
+  let mode = 0, setting = seen(0), own = null, ownRoot = null, curve = null;
   const chains = settings.map((s) => rig.chain(s)), roots = model.modes.map(() => []);
   const found = (root) => root && Number.isFinite(root.sr);
   const ofNodes = () => {
@@ -223,7 +228,16 @@
     return select;
   };
   if (model.modes.length > 1) {
-    choose('Mode ', 'slider-mode', model.modes.map((label, k) => [k, label]), (value) => { mode = Number(value); change({ nodes: true, curve: true, own: true }); });
+    choose('Mode ', 'slider-mode', model.modes.map((label, k) => [k, label]), (value) => {
+      mode = Number(value);
+      // A mode that was measured at some points only is shown at one of them.
+      if (model.nodes.some((node) => !node.modes[mode]?.s)) {
+        setting = seen(mode);
+        point.value = '';
+        place.forEach((move, a) => move(setting[a]));
+      }
+      change({ nodes: true, curve: true, own: true });
+    });
   }
   const point = choose(' Measured point ', 'slider-point', [['', 'none'], ...model.nodes.map((node, k) => [k, node.point])], (value) => {
     if (value === '') return;

@@ -45,9 +45,9 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
         let probability = place.and_then(|k| probabilities.get(k)).map_or(String::new(), |p| chance(*p));
         match m.evidence {
             Some(e) => format!(
-                "<tr{class}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{probability}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
+                "<tr{class}>{name}<td class=\"n\">{}</td><td class=\"n\">{probability}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
                  <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td>{}{printed}</tr>\n",
-                e.ln_marginal - best,
+                tenth(e.ln_marginal - best),
                 e.ln_best_fit,
                 e.ln_occam,
                 e.ln_marginal,
@@ -60,12 +60,51 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
             ),
         }
     };
-    let rows: String = models.iter().map(row).collect();
+    let behind = |m: &ModelRecord| total(m).map_or(f64::INFINITY, |all| best - all);
+    let is_shown = |(k, m): (usize, &&ModelRecord)| {
+        let stated = published.is_some_and(|rows| rows.contains_key(&m.id));
+        k < FEW || behind(m) < FAR || m.id == stage.chosen || stated
+    };
+    let (mut shown, mut folded) = (Vec::new(), Vec::new());
+    for (k, m) in models.iter().enumerate() {
+        if is_shown((k, m)) { shown.push(*m) } else { folded.push(*m) }
+    }
+    // A few more are no burden.
+    if folded.len() < FEW / 2 {
+        shown.append(&mut folded);
+    }
     let printed = if published.is_some() { "<th>per point</th><th>published</th>" } else { "" };
-    format!(
-        "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>probability</th><th>ln best fit</th><th>ln Occam</th>\
+    let table = |models: &[&ModelRecord]| {
+        let rows: String = models.iter().map(row).collect();
+        format!(
+            "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>probability</th><th>ln best fit</th><th>ln Occam</th>\
          <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th>{heard}{printed}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
-    )
+        )
+    };
+    let rest = if folded.is_empty() {
+        String::new()
+    } else {
+        let count = folded.len();
+        let nearest = folded.iter().map(|m| behind(m)).fold(f64::INFINITY, f64::min);
+        let said = if nearest.is_finite() {
+            format!("at least {nearest:.1} nats behind")
+        } else {
+            "without evidence".into()
+        };
+        format!("<details><summary>{count} further models, {said}</summary>{}</details>\n", table(&folded))
+    };
+    table(&shown) + &rest
+}
+
+/// Models of a table that are always shown.
+const FEW: usize = 8;
+/// Nats behind the best above which a model may be folded away.
+const FAR: f64 = 6.0;
+
+/// With one decimal; what rounds to zero has no sign.
+fn tenth(value: f64) -> String {
+    let text = format!("{value:.1}");
+    if text == "-0.0" { "0.0".to_owned() } else { text }
 }
 
 /// What later stages make of the models that a stage leaves open.
@@ -77,7 +116,7 @@ pub(super) fn carried_on(stage: &StageRecord) -> String {
     }
     let row = |(c, nats): &(&CarriedOn, Option<f64>)| {
         let class = if c.id == stage.chosen { " class=\"chosen\"" } else { "" };
-        let behind = nats.map_or("cannot be fitted".to_owned(), |nats| format!("{nats:.1}"));
+        let behind = nats.map_or("cannot be fitted".to_owned(), tenth);
         let later: Vec<String> = c.later.iter().map(|l| format!("<code>{}</code>", html(&l.model))).collect();
         format!(
             "<tr{class}><td>{}</td><td><code>{}</code></td><td class=\"n\">{behind}</td><td>{}</td></tr>\n",

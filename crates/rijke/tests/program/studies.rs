@@ -48,7 +48,7 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     // The same on the page, and beside it as a table; here beyond the powers that were measured.
     let mapped = fs::read_to_string(folder.join("rig/results/tables/stability.csv")).unwrap();
     assert!(
-        mapped.starts_with("name,series,x_g [m],Q [W],growth_rate [1/s],growth_rate_sd [1/s],"),
+        mapped.starts_with("name,series,mode,x_g [m],Q [W],growth_rate [1/s],growth_rate_sd [1/s],"),
         "{mapped}"
     );
     assert_eq!(mapped.lines().count(), 1 + 2 * 15 * 15);
@@ -159,4 +159,20 @@ fn message_what_is_wrong_in_a_study_is_refused_with_file_and_line() {
     );
     refused("observations/modes.csv", "frequency [Hz]", "frequency [kg]", &["line 1", "kg"]);
     refused("observations/modes.csv", "p2_re,", "q2_re,", &["no column called `q2_re`", "p2_re"]);
+}
+
+#[test]
+fn message_ranking_says_what_is_doubtful_in_the_files() {
+    let folder = scratch("study-doubts");
+    copy(&example("quarter-wave"), &folder.join("rig"));
+    let table = "[[candidate]]\nid = \"spare.table\"\nrole = \"spare\"\nname = \"table\"\ncite = [\"own judgement\"]\n\
+                 parameters.n = { prior = { normal = { mean = 1, sd = 1 } } }\n\
+                 tables.F = { table = [[20, 1, 0], [60, 1, 0], [100, 1, 0]], tolerance = 0.1 }\n\
+                 [[candidate.effect]]\nacts_at = \"gauze\"\neu = \"-n*F\"\n";
+    fs::write(folder.join("rig/candidates/spare.toml"), table).unwrap();
+    let output = rijke(&folder, &["rank", "rig", "--one-start", "--until", "tube", "--json"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("table `F`"), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["doubts"][0].as_str().is_some_and(|d| d.contains("table `F`")), "{found}");
 }

@@ -6,6 +6,7 @@ use super::{AnswerPanel, Layer, LayerLook};
 use crate::Observed;
 use rijke_study::Point;
 use rijke_study::plan::Question;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Unit and label of what modes are compared by.
 pub(super) const GROWTH_RATE: [&str; 3] = ["growth_rate", "Growth rate", "1/s"];
@@ -54,11 +55,12 @@ impl Run {
             .collect()
     }
 
-    /// A row that begins with the factors of a point.
-    pub(super) fn row_of(&self, question: &Question, point: &Point, numbers: &[f64]) -> FrameRow {
+    /// A row of a mode that begins with the factors of its point.
+    pub(super) fn row_of(&self, question: &Question, point: &Point, mode: &str, numbers: &[f64]) -> FrameRow {
         FrameRow {
             label: point.id.clone(),
             series: self.series(question, point),
+            mode: mode.to_owned(),
             values: point.factors.iter().chain(numbers).map(|v| finite(*v)).collect(),
         }
     }
@@ -131,33 +133,53 @@ fn in_print(unit: &str) -> String {
     }
 }
 
+/// The modes that have panels of their own: all, where each was met at several values of the axis; else none,
+/// and one pair of panels holds them together.
+pub(super) fn apart<'a>(met: impl Iterator<Item = (&'a str, f64)>) -> Vec<Option<&'a str>> {
+    let mut values: BTreeMap<&str, BTreeSet<u64>> = BTreeMap::new();
+    met.filter(|(_, x)| x.is_finite()).for_each(|(mode, x)| {
+        values.entry(mode).or_default().insert(x.to_bits());
+    });
+    if values.len() > 1 && values.values().all(|of| of.len() > 1) {
+        values.into_keys().map(Some).collect()
+    } else {
+        vec![None]
+    }
+}
+
 /// Table, look, and columns of growth rate and angular frequency with those of their standard deviations.
 pub(super) type Below = (usize, LayerLook, [usize; 2], [Option<usize>; 2]);
 
-/// Two panels over column `x`: growth rate and angular frequency, which stand at `first` and two columns
-/// further in table 0; `others` are layers below them.
+/// Two panels over column `x` for every one of `modes`: growth rate and angular frequency, which stand at
+/// `first` and two columns further in table 0; `others` are layers below them.
 pub(super) fn growth_and_frequency(
     x_label: &str,
     x: usize,
     first: usize,
     others: &[Below],
+    modes: &[Option<&str>],
 ) -> Vec<AnswerPanel> {
-    [GROWTH_RATE, ANGULAR_FREQUENCY]
-        .into_iter()
-        .enumerate()
-        .map(|(k, [_, label, unit])| {
+    // Their frequencies lie far apart, next to which nothing else is seen.
+    let both = [GROWTH_RATE, ANGULAR_FREQUENCY];
+    modes
+        .iter()
+        .flat_map(|mode| both.into_iter().enumerate().map(move |(k, names)| (*mode, k, names)))
+        .map(|(mode, k, [_, label, unit])| {
+            let label = mode.map_or(label.to_owned(), |mode| format!("{label} of mode {mode}"));
+            let mode = mode.map(str::to_owned);
             let below = others.iter().map(|(frame, look, y, sd)| Layer {
                 frame: *frame,
                 look: *look,
                 x,
                 y: y[k],
                 sd: sd[k],
+                mode: mode.clone(),
             });
             let y = first + 2 * k;
-            let dots = Layer { frame: 0, look: LayerLook::Dots, x, y, sd: Some(y + 1) };
+            let dots = Layer { frame: 0, look: LayerLook::Dots, x, y, sd: Some(y + 1), mode: mode.clone() };
             AnswerPanel {
                 x: x_label.to_owned(),
-                y: axis_label(&FrameColumn::new("", label, unit)),
+                y: axis_label(&FrameColumn::new("", &label, unit)),
                 layers: below.chain([dots]).collect(),
             }
         })

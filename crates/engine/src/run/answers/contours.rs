@@ -76,7 +76,7 @@ impl Run {
             let label = microphones.iter().map(|m| names[*m].as_str()).collect::<Vec<_>>().join(" ");
             let n = microphones.len();
             let series = if n == 1 { "1 microphone".to_owned() } else { format!("{n} microphones") };
-            FrameRow { label, series, values }
+            FrameRow { label, series, values, ..FrameRow::default() }
         };
         let rows = cases.iter().map(row).collect();
         let prior = |q: &rijke_inference::Parameter| match q.prior {
@@ -87,6 +87,7 @@ impl Run {
             label: "prior".into(),
             series: "prior mean".into(),
             values: [None, None].into_iter().chain(free.iter().flat_map(prior)).collect(),
+            ..FrameRow::default()
         };
         let panels = pairs
             .iter()
@@ -101,8 +102,16 @@ impl Run {
                         x: 2 + 2 * i,
                         y: 2 + 2 * j,
                         sd: Some(2 + 2 * p + 4 * k + 2),
+                        mode: None,
                     },
-                    Layer { frame: 1, look: LayerLook::Dots, x: 2 + 2 * i, y: 2 + 2 * j, sd: None },
+                    Layer {
+                        frame: 1,
+                        look: LayerLook::Dots,
+                        x: 2 + 2 * i,
+                        y: 2 + 2 * j,
+                        sd: None,
+                        mode: None,
+                    },
                 ],
             })
             .collect();

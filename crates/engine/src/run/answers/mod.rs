@@ -14,7 +14,7 @@ pub use axes::{symbol, with_sd};
 pub use stability::stability;
 
 use super::course::Run;
-use super::frame::Frame;
+use super::frame::{Frame, FrameRow};
 use super::record::TrainedParameter;
 use crate::EngineError;
 use rijke_study::plan::{Ask, Question};
@@ -61,6 +61,16 @@ pub struct Layer {
     pub y: usize,
     /// The column of its standard deviation, if it has one.
     pub sd: Option<usize>,
+    /// The mode whose rows are drawn; all rows if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mode: Option<String>,
+}
+
+impl Layer {
+    /// The rows of a table that it draws.
+    pub fn rows<'a>(&'a self, frame: &'a Frame) -> impl Iterator<Item = &'a FrameRow> {
+        frame.rows.iter().filter(|row| self.mode.as_ref().is_none_or(|mode| *mode == row.mode))
+    }
 }
 
 /// How columns are drawn.

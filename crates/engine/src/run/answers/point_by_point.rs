@@ -66,12 +66,12 @@ impl Run {
             columns.push(FrameColumn::new(column, &label, unit));
         }
         let rows = points.iter().zip(&found);
-        let rows = rows.map(|(o, n)| self.row_of(question, &o.conditions.point, n)).collect();
+        let rows = rows.map(|(o, n)| self.row_of(question, &o.conditions.point, &o.mode.label, n)).collect();
         let axis = self.axis(question, points.iter().map(|o| &o.conditions.point));
         let panel = |axis: usize, y: usize| AnswerPanel {
             x: axis_label(&columns[axis]),
             y: axis_label(&columns[y]),
-            layers: vec![Layer { frame: 0, look: LayerLook::Dots, x: axis, y, sd: Some(y + 1) }],
+            layers: vec![Layer { frame: 0, look: LayerLook::Dots, x: axis, y, sd: Some(y + 1), mode: None }],
         };
         let panels = axis.map_or_else(Vec::new, |k| vec![panel(k, first + 2), panel(k, first + 4)]);
         let caption =

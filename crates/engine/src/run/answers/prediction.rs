@@ -6,13 +6,16 @@ use super::super::followed::Followed;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::{conditions, selected};
 use super::super::record::parameters;
-use super::axes::{axis_label, growth_and_frequency, measured, measured_columns};
+use super::axes::{apart, axis_label, growth_and_frequency, measured, measured_columns};
 use super::{Found, LayerLook};
 use crate::{Conditions, EngineError, Misfit, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_numerics::C64;
 use rijke_study::plan::{Question, Selection, Stage};
 use std::sync::Arc;
+
+/// Where a mode is predicted, its label, where it is sought, and what was measured of it.
+type One<'a> = (Arc<Conditions>, String, Option<C64>, Option<&'a Observed>);
 
 impl Run {
     pub(super) fn prediction(
@@ -50,17 +53,19 @@ impl Run {
         });
         let used: Vec<String> = few.iter().map(|o| o.conditions.id.clone()).collect();
         let followed = Followed::of(&self.study, &self.observed, &used);
-        let mut all: Vec<(Arc<Conditions>, Option<C64>, Option<&Observed>)> =
-            seen.iter().map(|o| (o.conditions.clone(), Some(o.near), Some(o))).collect();
+        let mut all: Vec<One<'_>> = seen
+            .iter()
+            .map(|o| (o.conditions.clone(), o.mode.label.clone(), Some(o.near), Some(o)))
+            .collect();
         let values = &trained.values[..trained.own];
         for c in unseen {
             let sought = followed.sought(&chosen.assembly, values, &c)?;
-            all.extend(sought.into_iter().map(|(_, near)| (c.clone(), near, None)));
+            all.extend(sought.into_iter().map(|(label, near)| (c.clone(), label, near, None)));
         }
         if all.is_empty() {
             return Err(no_point());
         }
-        let one = |(conditions, near, observed): &(Arc<Conditions>, Option<C64>, Option<&Observed>)| {
+        let one = |(conditions, mode, near, observed): &One<'_>| {
             let heard = self.reference();
             let p = posterior.predict(&chosen.assembly, conditions, heard.as_slice(), *near, law.as_ref())?;
             let m = observed.map_or([f64::NAN; 4], measured);
@@ -86,7 +91,7 @@ impl Run {
                 &[f64::from(u8::from(used)), helmholtz],
             ]
             .concat();
-            Ok(self.row_of(question, &conditions.point, &numbers))
+            Ok(self.row_of(question, &conditions.point, mode, &numbers))
         };
         let rows = all.par_iter().map(one).collect::<Result<Vec<_>, EngineError>>()?;
         let mut columns = [self.factor_columns(), measured_columns()].concat();
@@ -111,8 +116,10 @@ impl Run {
         let axis = self.axis(question, all.iter().map(|(c, ..)| &c.point));
         let layer =
             (0, LayerLook::Band, [predicted, predicted + 2], [Some(predicted + 1), Some(predicted + 3)]);
-        let panels = axis
-            .map_or_else(Vec::new, |k| growth_and_frequency(&axis_label(&columns[k]), k, first, &[layer]));
+        let panels = axis.map_or_else(Vec::new, |k| {
+            let modes = apart(all.iter().map(|(c, mode, ..)| (mode.as_str(), c.point.factors[k])));
+            growth_and_frequency(&axis_label(&columns[k]), k, first, &[layer], &modes)
+        });
         let caption = format!(
             "Measured modes (dots) and predictions with two standard deviations of a new measurement (bands), by the model {}, trained on {} \
              observations.",

@@ -4,7 +4,7 @@ use super::super::course::{Chosen, Run};
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::inputs::conditions_or_ambient;
 use super::super::record::ModelRecord;
-use super::axes::{axis_label, growth_and_frequency, measured, measured_columns, symbol};
+use super::axes::{apart, axis_label, growth_and_frequency, measured, measured_columns, symbol};
 use super::{Found, LayerLook};
 use crate::{Conditions, EngineError, Observed, PointModel};
 use rijke_network::Workspace;
@@ -26,7 +26,7 @@ impl Run {
         let mut models: Vec<&(ModelRecord, Chosen)> = done.rows.iter().collect();
         models.sort_by(|a, b| b.0.ln_evidence().total_cmp(&a.0.ln_evidence()));
         models.truncate(MOST_MODELS);
-        let row = |o: &Observed| self.row_of(question, &o.conditions.point, &measured(o));
+        let row = |o: &Observed| self.row_of(question, &o.conditions.point, &o.mode.label, &measured(o));
         let columns = [self.factor_columns(), measured_columns()].concat();
         let mut frames = vec![Frame { columns, rows: points.iter().map(row).collect() }];
         let Some(axis) = self.axis(question, points.iter().map(|o| &o.conditions.point)) else {
@@ -49,6 +49,7 @@ impl Run {
                     label: conditions.id.clone(),
                     series: record.label.clone(),
                     values,
+                    ..FrameRow::default()
                 })
             };
             for (conditions, near) in &line {
@@ -58,7 +59,7 @@ impl Run {
                 for (o, s) in points.iter().zip(&record.predicted) {
                     let values = [o.conditions.point.factors[axis], s[0], s[1]].map(finite).to_vec();
                     let (label, series) = (o.conditions.id.clone(), record.label.clone());
-                    rows.push(FrameRow { label, series, values });
+                    rows.push(FrameRow { label, series, mode: o.mode.label.clone(), values });
                 }
             }
         }
@@ -70,7 +71,9 @@ impl Run {
         ];
         frames.push(Frame { columns, rows });
         let first = self.study.campaign.factors.len();
-        let mut panels = growth_and_frequency(&axis_label(&x), axis, first, &[(1, look, [1, 2], [None; 2])]);
+        let modes = apart(points.iter().map(|o| (o.mode.label.as_str(), o.conditions.point.factors[axis])));
+        let below = [(1, look, [1, 2], [None; 2])];
+        let mut panels = growth_and_frequency(&axis_label(&x), axis, first, &below, &modes);
         for layer in panels.iter_mut().flat_map(|p| &mut p.layers).filter(|l| l.frame == 1) {
             layer.x = 0;
         }

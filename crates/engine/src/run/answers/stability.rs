@@ -54,7 +54,8 @@ pub fn stability(
                 None => [None; 5],
             };
             let values = at.iter().map(|v| Some(*v)).chain(shown).collect();
-            rows.push(FrameRow { label: id.to_owned(), series: (*mode).to_owned(), values });
+            let (label, mode) = (id.to_owned(), (*mode).to_owned());
+            rows.push(FrameRow { label, mode, values, ..FrameRow::default() });
         }
         let all: Option<Vec<[f64; 2]>> = here
             .iter()
@@ -89,22 +90,24 @@ pub fn stability(
             label: p.id.clone(),
             series: TRAINED.to_owned(),
             values: at.map(|v| Some(v).filter(|v| v.is_finite())).to_vec(),
+            ..FrameRow::default()
         };
         row.values.iter().all(Option::is_some).then_some(row)
     });
     let extreme = verdict.at.map(|at| FrameRow {
         label: verdict.mark.clone(),
-        series: String::new(),
         values: at.map(Some).to_vec(),
+        ..FrameRow::default()
     });
     let points: Vec<FrameRow> = trained.collect();
-    let said = [verdict.sentence, beyond(&points, values, &columns), others].concat();
+    let said =
+        [verdict.sentence, fixed(study, asked, places), beyond(&points, values, &columns), others].concat();
     let frames = vec![
         Frame { columns: columns.into_iter().chain(numbers).collect(), rows },
         Frame { rows: points, ..empty.clone() },
         Frame { rows: extreme.into_iter().collect(), ..empty },
     ];
-    let layer = |frame, look, sd| Layer { frame, look, x: 0, y: 1, sd };
+    let layer = |frame, look, sd| Layer { frame, look, x: 0, y: 1, sd, mode: None };
     let panels = [LayerLook::GrowthMap, LayerLook::ChanceMap].map(|look| AnswerPanel {
         x: labels[0].clone(),
         y: labels[1].clone(),
@@ -198,6 +201,26 @@ impl Verdict {
         let crossed = mean(most) > 0.0 && mean(least) <= 0.0;
         Self { sentence, mark: if crossed { mark } else { format!("{what}: {mark}") }, at: Some(node.at) }
     }
+}
+
+/// What is the same at all nodes.
+fn fixed(study: &Study, asked: &MapQuestion, places: &[usize]) -> String {
+    let Some(point) = places.first().map(|k| &study.campaign.points[*k]) else { return String::new() };
+    let factors = study.campaign.factors.iter().zip(&point.factors).enumerate();
+    let others = factors.filter(|(k, (_, v))| !asked.grid.factors.contains(k) && v.is_finite());
+    let mut all: Vec<String> = others
+        .map(|(_, (factor, v))| {
+            let unit = factor.unit_in_print();
+            let v = format!("{v:.4e}").parse::<f64>().unwrap_or(*v);
+            if unit == "1" {
+                format!("{} = {v}", factor.name)
+            } else {
+                format!("{} = {v} {unit}", factor.name)
+            }
+        })
+        .collect();
+    all.extend(point.ambient.map(|[kelvin, _]| format!("T_amb = {kelvin} K")));
+    if all.is_empty() { String::new() } else { format!(" Everywhere {}.", all.join(", ")) }
 }
 
 /// Where the map goes beyond the points that trained the model.

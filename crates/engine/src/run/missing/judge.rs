@@ -5,9 +5,17 @@ use crate::run::found::{Asked, Family, Missing, words};
 use rayon::prelude::*;
 use rijke_inference::{Linearised, Told, gain};
 use rijke_numerics::{Matrix, Streams, dot};
+use std::borrow::Borrow;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Directions of a larger correlation belong to one family.
 const ALIKE: f64 = 0.9;
+
+/// Terms by which an effect at a place is judged, at most.
+const OF_AN_EFFECT: usize = 4;
+
+/// Terms that are taken one after the other, at most: several may be of one effect.
+const TAKEN: usize = 24;
 
 /// Families that are told.
 const TOLD: usize = 6;
@@ -60,24 +68,39 @@ pub(super) fn judged(
     };
     let mut families: Vec<Family> = Vec::new();
     let mut left = Left::of(&found, observations);
-    while let Some((k, beyond)) = left.best().filter(|_| families.len() < TOLD) {
+    let expected = expected(&found);
+    // The effects of which these are.
+    let mut effects: Vec<[&str; 2]> = Vec::new();
+    for _ in 0..TAKEN {
+        let Some((k, most)) = left.best().filter(|_| families.len() < TOLD) else { break };
         let first = &found[k];
         let alike = |j: &usize| {
             let product = dot(&found[*j].direction, &first.told.pulled);
             (product * first.told.sd * found[*j].told.sd).abs() > ALIKE
         };
-        let members: Vec<usize> =
-            (0..found.len()).filter(|j| *j != k && !left.taken[*j]).filter(alike).collect();
+        let all: Vec<usize> = (0..found.len()).filter(|j| !left.taken[*j]).filter(alike).collect();
+        let shown = left.most_probable(&found, &all, &expected).unwrap_or(k);
+        let (first, beyond) = (&found[shown], left.gain(shown));
+        let members: Vec<usize> = all.into_iter().filter(|j| *j != shown).collect();
+        left.take(&found, shown, &members);
+        if let Some(family) = effects.iter().position(|e| *e == first.term.whole()) {
+            if probability(most) <= Missing::CHANCE {
+                families[family].also.push(first.term.words());
+            }
+            continue;
+        }
+        effects.push(first.term.whole());
         let xs = members.iter().map(|&j| &found[j].term).filter(|t| t.effect == first.term.effect);
         let xs: Vec<f64> = xs.filter_map(|t| t.x).chain(first.term.x).collect();
         let ends = [f64::min, f64::max].map(|pick| xs.iter().copied().reduce(pick));
         families.push(Family {
-            first: asked(first),
-            beyond: (beyond, probability(beyond)),
+            // Chance is asked of the best term, wherever it is.
+            first: Asked { probability: asked(&found[k]).probability, ..asked(first) },
+            beyond: (beyond, probability(most)),
+            also: Vec::new(),
             like: members.iter().map(|&j| found[j].term.words()).collect(),
             between: ends[0].zip(ends[1]).map(|(low, high)| [low, high]),
         });
-        left.take(&found, k, &members);
     }
     let mut best: Vec<Asked> = Vec::new();
     for f in &found {
@@ -117,19 +140,63 @@ impl Left {
         }
     }
 
-    /// The term of the largest gain beyond those taken, and that gain with the noise as fitted.
-    fn best(&self) -> Option<(usize, f64)> {
-        let gain = |k: usize| {
-            let drop = 0.5 * self.scores[k].powi(2) / self.shares[k];
-            gain(drop, self.free[k] * self.shares[k] * self.observations as f64)
-        };
-        let open = (0..self.taken.len()).filter(|&k| !self.taken[k] && self.shares[k] > OWN);
-        open.map(|k| (k, gain(k))).max_by(|a, b| a.1.total_cmp(&b.1))
+    /// The gain of a term beyond those taken, with the noise as fitted.
+    fn gain(&self, k: usize) -> f64 {
+        let drop = 0.5 * self.scores[k].powi(2) / self.shares[k];
+        gain(drop, self.free[k] * self.shares[k] * self.observations as f64)
     }
 
-    fn take(&mut self, found: &[Found], k: usize, members: &[usize]) {
+    /// The term of the largest gain beyond those taken, and that gain.
+    fn best(&self) -> Option<(usize, f64)> {
+        let open = (0..self.taken.len()).filter(|&k| !self.taken[k] && self.shares[k] > OWN);
+        open.map(|k| (k, self.gain(k))).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Of terms that the data hardly tell apart, the most probable one of the most probable effect at a
+    /// place. The best of hundreds is where noise put it, and what acts at a place has two phases and may
+    /// depend on several factors: an effect is judged by all that its terms gain together.
+    fn most_probable(&self, found: &[Found], all: &[usize], expected: &[f64]) -> Option<usize> {
+        let ln = |j: usize| self.gain(j) + expected[j];
+        let mut best: BTreeMap<[&str; 2], usize> = BTreeMap::new();
+        for &j in all.iter().filter(|j| self.shares[**j] > OWN) {
+            let there = best.entry(found[j].term.whole()).or_insert(j);
+            if ln(j) > ln(*there) {
+                *there = j;
+            }
+        }
+        let whole = |k: usize| ln(k) + self.further(found, k);
+        best.into_values().map(|k| (k, whole(k))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
+    }
+
+    /// What further terms of the effect of a term gain beside it, one after the other; each pays for being
+    /// the best of its effect.
+    fn further(&self, found: &[Found], k: usize) -> f64 {
+        let there = |j: &usize| found[*j].term.whole() == found[k].term.whole() && !self.taken[*j];
+        let there: Vec<usize> = (0..found.len()).filter(there).collect();
+        let mut rest = Self {
+            observations: self.observations,
+            scores: there.iter().map(|&j| self.scores[j]).collect(),
+            shares: there.iter().map(|&j| self.shares[j]).collect(),
+            free: there.iter().map(|&j| self.free[j]).collect(),
+            taken: vec![false; there.len()],
+            inside: self.inside.clone(),
+        };
+        let terms: Vec<&Found> = there.iter().map(|&j| &found[j]).collect();
+        let price = (there.len() as f64).ln();
+        let (mut next, mut sum) = (there.iter().position(|&j| j == k), 0.0);
+        for _ in 1..OF_AN_EFFECT {
+            let Some(own) = next else { break };
+            rest.take(&terms, own, &[]);
+            let gained = rest.best().map(|(j, gain)| (j, gain - price)).filter(|(_, gain)| *gain > 0.0);
+            sum += gained.map_or(0.0, |(_, gain)| gain);
+            next = gained.map(|(j, _)| j);
+        }
+        sum
+    }
+
+    fn take<F: Borrow<Found>>(&mut self, found: &[F], k: usize, members: &[usize]) {
         members.iter().chain([&k]).for_each(|&j| self.taken[j] = true);
-        let own = &found[k];
+        let own: &Found = found[k].borrow();
         let mut pulled: Vec<f64> = own.told.pulled.iter().map(|p| p * own.told.sd).collect();
         for other in &self.inside {
             let along = dot(&own.direction, other) * own.told.sd;
@@ -138,13 +205,30 @@ impl Left {
         let length = self.shares[k].sqrt();
         pulled.iter_mut().for_each(|p| *p /= length);
         let score = self.scores[k] / length;
-        for (j, f) in found.iter().enumerate() {
+        for (j, f) in found.iter().map(|f| -> &Found { f.borrow() }).enumerate() {
             let along = dot(&f.direction, &pulled) * f.told.sd;
             self.scores[j] -= along * score;
             self.shares[j] -= along * along;
         }
         self.inside.push(pulled);
     }
+}
+
+/// ln prior of every term before the data: what is missing sits as soon at a thing that is in the rig, at an
+/// end or along all ducts, as anywhere on the grid, and is as soon the same at all points as in proportion to
+/// something. Within these halves places and factors are alike.
+fn expected(found: &[Found]) -> Vec<f64> {
+    let places = |named: bool| {
+        let all = found.iter().filter(|f| f.term.named == named).map(|f| &f.term.place);
+        all.collect::<BTreeSet<_>>().len().max(1) as f64
+    };
+    let times = found.iter().map(|f| &f.term.times).filter(|t| !t.is_empty());
+    let (times, places) = (times.collect::<BTreeSet<_>>().len().max(1) as f64, [places(false), places(true)]);
+    let of = |f: &Found| {
+        let by = if f.term.times.is_empty() { 1.0 } else { times };
+        -(by * places[usize::from(f.term.named)]).ln()
+    };
+    found.iter().map(of).collect()
 }
 
 /// Share of a direction below which it is one of those taken.
@@ -185,6 +269,11 @@ fn by_chance(linear: &Linearised, found: &[Found], observations: usize) -> Vec<f
 const CHUNK: usize = 128;
 
 impl Term {
+    /// The effect that it is a part of: what acts, and where.
+    fn whole(&self) -> [&str; 2] {
+        [&self.place, &self.acts]
+    }
+
     fn words(&self) -> String {
         words(&self.effect, &self.place, &self.times)
     }

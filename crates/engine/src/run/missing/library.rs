@@ -16,6 +16,10 @@ pub(super) struct Term {
     pub(super) effect: String,
     /// Where.
     pub(super) place: String,
+    /// Whether something is there in the rig: no place of the grid.
+    pub(super) named: bool,
+    /// What acts, both phases of it and whatever it is in proportion to: one effect at one place.
+    pub(super) acts: String,
     /// Mean over the observations of where that is, m; none for what acts along the rig.
     pub(super) x: Option<f64>,
     /// What it is in proportion to; nothing if it is the same at all points.
@@ -80,6 +84,7 @@ const VARIES: f64 = 0.02;
 /// A place of the library, where it is at each observation.
 struct Spot {
     name: String,
+    named: bool,
     at: Vec<Option<f64>>,
 }
 
@@ -98,7 +103,7 @@ impl Library {
         let probe = |(k, (o, u)): (usize, (&Observed, &Used))| -> Result<Probed, EngineError> {
             let xs: Vec<f64> = spots.iter().filter_map(|spot| spot.at[k]).collect();
             let model = PointModel::with_cuts(assembly, &o.conditions, &u.microphones, &xs)?;
-            model.starting_from(o.near).probe(values, &mut Workspace::default())
+            model.starting_from(o.near).probe(values, &o.conditions, &mut Workspace::default())
         };
         let probed: Vec<Probed> =
             observed.par_iter().zip(used).enumerate().map(probe).collect::<Result<_, EngineError>>()?;
@@ -127,6 +132,8 @@ impl Library {
                 let term = Term {
                     effect: (*name).to_owned(),
                     place: spot.name.clone(),
+                    named: spot.named,
+                    acts: coefficient.to_string(),
                     x,
                     times: String::new(),
                     unit,
@@ -143,6 +150,9 @@ impl Library {
         let term = |effect: &str, place: &str, unit| Term {
             effect: effect.to_owned(),
             place: place.to_owned(),
+            named: true,
+            acts: if place == "all ducts" { "walls" } else { effect.rsplit(" of ").next().unwrap_or(effect) }
+                .to_owned(),
             x: None,
             times: String::new(),
             unit,
@@ -153,7 +163,11 @@ impl Library {
                 let length = |c: &Conditions| c.layout.length;
                 let x =
                     observed.iter().map(|o| if end == 0 { 0.0 } else { length(&o.conditions) }).sum::<f64>();
-                Term { x: Some(x / observed.len() as f64), ..term(effect, place, unit) }
+                Term {
+                    x: Some(x / observed.len() as f64),
+                    acts: "end".to_owned(),
+                    ..term(effect, place, unit)
+                }
             };
             add(&at("reflection, real part", "1"), &|k| slope(k).cloned());
             add(&at("reflection, in proportion to s", "s"), &|k| Some(times(slope(k)?, probed[k].s)));
@@ -168,6 +182,10 @@ impl Library {
             let by = |k: usize| probed[k].s / observed[k].conditions.base.at(0.0).sound_speed;
             add(&term(reactive, "all ducts", "1"), &|k| Some(times(slope(k)?, by(k))));
         }
+        // The commonest loss of all: both parts of the walls' loss together, in proportion to sqrt(s).
+        add(&term("boundary layers of walls", "all ducts", "1"), &|k| {
+            Some(times(probed[k].layers.as_ref()?, probed[k].s.sqrt()))
+        });
         let mut owners: Vec<[usize; 2]> = probed.iter().flat_map(|p| p.laws.iter().map(|l| l.0)).collect();
         owners.sort_unstable();
         owners.dedup();
@@ -206,7 +224,7 @@ fn spots(assembly: &Assembly, observed: &[Observed]) -> Vec<Spot> {
             });
             let at: Vec<Option<f64>> = at.collect();
             if at.iter().any(Option::is_some) {
-                spots.push(Spot { name: format!("{}{side}", part.name), at });
+                spots.push(Spot { name: format!("{}{side}", part.name), named: true, at });
             }
         }
     }
@@ -218,7 +236,7 @@ fn spots(assembly: &Assembly, observed: &[Observed]) -> Vec<Spot> {
         let taken = |spot: &Spot| spot.at.iter().all(|at| at.is_some_and(|at| (at - x).abs() < TAKES * step));
         if !spots.iter().any(taken) {
             let at = layouts().map(|l| Some(x).filter(|x| *x < l.length)).collect();
-            spots.push(Spot { name: format!("x = {x:.3} m"), at });
+            spots.push(Spot { name: format!("x = {x:.3} m"), named: false, at });
         }
     }
     spots

@@ -36,7 +36,7 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
     let bare = model(&["wall.kirchhoff", "inlet.rigid", "mouth.thick"]);
     let point = PointModel::with_cuts(&bare, &observed.conditions, &microphones, &[x]).unwrap();
     let point = point.starting_from(observed.near);
-    let found = point.probe(&values(&bare, &[]), &mut Workspace::default()).unwrap();
+    let found = point.probe(&values(&bare, &[]), &observed.conditions, &mut Workspace::default()).unwrap();
     // The slope in a parameter of a model with more.
     let slope = |ids: &[&str], name: &str, given: &[(&str, f64)], observed: &Observed| -> Vec<C64> {
         let assembly = model(ids);
@@ -69,4 +69,7 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
         (0..3).map(|i| found.laws.iter().filter(|l| l.0[0] == 0).map(|l| l.1[i]).sum()).collect();
     let eta = slope(&["wall.kirchhoff", "inlet.rigid", "mouth.thick"], "eta", &[], observed);
     same(&walls, C64::from(1.0 / values(&bare, &[])[0]), &eta);
+    // The boundary layers of the library are those of Kirchhoff's candidate.
+    let layers: Vec<C64> = found.layers.as_ref().unwrap().iter().map(|z| z * found.s.sqrt()).collect();
+    same(&layers, C64::ONE, &eta);
 }

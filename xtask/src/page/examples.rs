@@ -1,0 +1,73 @@
+//! The pages of the examples of the repository, each made anew.
+
+use crate::python::program;
+use crate::workspace::{root, succeed};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+/// Of the paper's rig the page is that of `cargo xtask reproduce`.
+const PAPER: &str = "juniper-yoko-2022";
+
+/// The example whose README makes a study of networks.
+const NETWORKS: &str = "ducted-flame";
+
+/// The example whose later stages take minutes; their figures are as those of the first.
+const SLOW: &str = "side-hole-tube";
+
+/// Where measured data are, which are no part of the repository.
+const MEASURED: &str = "RIJKE_MEASURED";
+
+/// Names and pages of all examples: of those that were measured only where the data are at hand.
+pub(super) fn pages(scratch: &Path) -> Result<Vec<(String, PathBuf)>, String> {
+    let folder = root().join("examples");
+    let entries = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut names: Vec<String> =
+        entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    let at_hand = std::env::var_os(MEASURED).is_some();
+    let mut pages = Vec::new();
+    for name in names.into_iter().filter(|name| name != PAPER) {
+        let example = folder.join(&name);
+        let readme = fs::read_to_string(example.join("README.md")).unwrap_or_default();
+        if readme.contains(MEASURED) && !at_hand {
+            println!("page: {name} is not opened, because {MEASURED} does not say where its data are");
+            continue;
+        }
+        let page = made(&name, &example, &scratch.join(&name))?;
+        pages.push((name, page));
+    }
+    Ok(pages)
+}
+
+/// The page of an example, made in a folder.
+fn made(name: &str, example: &Path, folder: &Path) -> Result<PathBuf, String> {
+    // Of an earlier run.
+    let _ = fs::remove_dir_all(folder);
+    if name == NETWORKS {
+        let mut infer = Command::new(program()?);
+        infer.arg("infer").current_dir(example);
+        infer.args([
+            "n-tau.toml",
+            "n-tau-filter.toml",
+            "second-order.toml",
+            "--data",
+            "modes.csv",
+            "--study",
+        ]);
+        succeed(infer.arg(folder))?;
+    } else {
+        succeed(Command::new("cp").arg("-r").arg(example).arg(folder))?;
+    }
+    let mut run = Command::new(program()?);
+    if name == SLOW {
+        let mut rank = Command::new(program()?);
+        succeed(rank.args(["rank", "--force", "--one-start", "--until", "perfect-head"]).arg(folder))?;
+        return Ok(folder.join("results/index.html"));
+    }
+    // The page is looked at, not the maxima of its posteriors.
+    succeed(run.args(["run", "--force", "--one-start"]).arg(folder))?;
+    Ok(folder.join("results/index.html"))
+}
