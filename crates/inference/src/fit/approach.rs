@@ -109,8 +109,7 @@ impl Posterior<'_> {
     }
 
     /// The parameters (physical) that are most probable if floated noises are far smaller than at `working`,
-    /// the coordinates of a fit; none
-    /// where no noise floats, or if the model fails.
+    /// the coordinates of a fit; none where no noise floats, or if the model fails.
     ///
     /// A floated noise that is large hides what the data could tell, so that parameters stay at their priors,
     /// residuals stay large, and the noise with them: a maximum. There may be another, at which parameters
@@ -132,7 +131,7 @@ impl Posterior<'_> {
             tolerance: FIRST_TURN,
             ..TrustRegion::default()
         };
-        let minimum = minimise(&held, &fit.working[..p], &quick).ok()?;
+        let minimum = minimise(&held, &working[..p], &quick).ok()?;
         Some(self.parameters().physical(&minimum.z))
     }
 
