@@ -3,6 +3,7 @@
 use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
 use super::record::{CarriedOn, ModelRecord, TrainedParameter};
 use crate::response::Ground;
+use crate::rows::Choice;
 use crate::{Assembly, EngineError, NamedGaussian, Observed, Trained};
 use rijke_inference::SamplerKind;
 use rijke_rig::ChannelErrors;

@@ -6,8 +6,7 @@ use super::course::{Beside, Done, Run};
 use super::inputs::selected;
 use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
 use crate::EngineError;
-use crate::rows::Choice;
-use crate::rows::Row;
+use crate::rows::{Choice, Row};
 use rijke_study::plan::Stage;
 
 /// What is taken for certain if the model called `taken` goes on: a sentence that names the other model of
