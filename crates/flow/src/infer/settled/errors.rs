@@ -47,7 +47,7 @@ impl JointFit<'_> {
                 if day(i) || day(j) { 0.0 } else { run.information[(i, j)] }
             }));
         }
-        let given = Arrow::new(without_days.iter())?;
+        let given = Arrow::new(without_days.iter(), 0.0)?;
         let mut gram = [Matrix::zeros(FIXED, FIXED), Matrix::zeros(FIXED, FIXED)];
         let mut along = Vec::new();
         for (p, run) in self.runs.iter().enumerate() {

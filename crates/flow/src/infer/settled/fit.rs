@@ -69,53 +69,6 @@ pub struct ReadingMisfit {
     pub converged: bool,
 }
 
-/// Half the squares of residuals and of normal scores: of the shared scores, and of each run.
-struct Costs {
-    shared: f64,
-    by_run: Vec<f64>,
-}
-
-impl Costs {
-    fn total(&self) -> f64 {
-        self.shared + self.by_run.iter().sum::<f64>()
-    }
-}
-
-/// By how much the precision of the prior is raised to shorten a step: that of the shared scores, and that of
-/// each run's own. One run at a kink of its model holds only itself.
-struct Damping {
-    shared: f64,
-    own: Vec<f64>,
-}
-
-impl Damping {
-    fn none(runs: usize) -> Self {
-        Self { shared: 0.0, own: vec![0.0; runs] }
-    }
-
-    /// After a step that some runs make worse.
-    fn refused(&mut self, worse: impl Fn(usize) -> bool) {
-        self.shared = more(self.shared);
-        self.own.iter_mut().enumerate().filter(|(p, _)| worse(*p)).for_each(|(_, d)| *d = more(*d));
-    }
-
-    /// After a step to lower costs.
-    fn accepted(&mut self, before: &Costs, after: &Costs) {
-        self.shared = less(self.shared);
-        for (own, (before, after)) in self.own.iter_mut().zip(before.by_run.iter().zip(&after.by_run)) {
-            *own = if after > before { more(*own) } else { less(*own) };
-        }
-    }
-}
-
-fn more(damping: f64) -> f64 {
-    (10.0 * damping).max(1.0)
-}
-
-fn less(damping: f64) -> f64 {
-    if damping > 1.0 { 0.1 * damping } else { 0.0 }
-}
-
 impl<'a> JointFit<'a> {
     /// Fits `runs`, which must have been [`SettledRun::checked`], together: Gauss and Newton's method, damped
     /// after Levenberg and Marquardt.
@@ -131,8 +84,8 @@ impl<'a> JointFit<'a> {
             runs.iter().map(|(_, run)| Cholesky::new(&run.covariance())).collect::<Result<Vec<_>, _>>()?;
         let mut scores = Scores::centre(fit.runs.iter().map(|run| run.priors.len()));
         let mut states = fit.states(&scores)?;
-        let mut costs = fit.costs(&scores, &states, &noise);
-        let (mut damping, mut steps) = (Damping::none(runs.len()), 0);
+        let mut cost = fit.cost(&scores, &states, &noise);
+        let (mut damping, mut steps) = (0.0, 0);
         let (at, converged) = loop {
             let at = fit.linear(&scores, std::mem::take(&mut states), &noise)?;
             if steps == 0 {
@@ -140,34 +93,30 @@ impl<'a> JointFit<'a> {
             }
             let down = scores.descent(at.iter().map(|run| run.down.as_slice()));
             let information = || at.iter().map(|run| &run.information);
-            let full = Arrow::new(information())?.step(&down);
+            let full = Arrow::new(information(), 0.0)?.step(&down);
             let left = 0.5 * down.dot(&full) / runs.len() as f64;
             if left < CLOSE || steps == STEPS {
                 break (at, left < CLOSE);
             }
             let mut better = None;
-            while better.is_none() && damping.shared < HELD {
-                let own = damping.own.iter().copied();
-                let step = Arrow::damped(information(), damping.shared, own)?.step(&down);
+            while better.is_none() && damping < HELD {
+                let step = Arrow::new(information(), damping)?.step(&down);
                 let trial = scores.plus(1.0, &step);
-                let found = fit.states(&trial).map(|states| (fit.costs(&trial, &states, &noise), states));
+                let found = fit.states(&trial).map(|states| (fit.cost(&trial, &states, &noise), states));
                 // Where no flow exists, as where the cost rises, a shorter step.
                 match found {
-                    Ok((lower, states)) if lower.total() < costs.total() => {
-                        damping.accepted(&costs, &lower);
-                        better = Some((trial, lower, states));
-                    }
+                    Ok((lower, states)) if lower < cost => better = Some((trial, lower, states)),
                     // The model is piecewise smooth: so near, its kinks alone are left.
                     _ if left < KINKS => break,
-                    Ok((higher, _)) => damping.refused(|p| higher.by_run[p] > costs.by_run[p]),
-                    Err(_) => damping.refused(|_| true),
+                    _ => damping = (10.0 * damping).max(1.0),
                 }
             }
             let Some((trial, lower, found)) = better else { break (at, left < KINKS) };
-            (scores, costs, states) = (trial, lower, found);
+            (scores, cost, states) = (trial, lower, found);
+            damping = if damping > 1.0 { 0.1 * damping } else { 0.0 };
             steps += 1;
         };
-        let joint = Arrow::new(at.iter().map(|run| &run.information))?;
+        let joint = Arrow::new(at.iter().map(|run| &run.information), 0.0)?;
         for (p, (run, at)) in fit.runs.iter_mut().zip(at).enumerate() {
             let (along, own) = joint.of(p);
             run.mean = scores.of(p);
@@ -185,12 +134,13 @@ impl<'a> JointFit<'a> {
         self.runs.par_iter().enumerate().map(|(p, run)| run.states(&scores.of(p), None)).collect()
     }
 
-    fn costs(&self, scores: &Scores, states: &[Vec<Predicted>], noise: &[Cholesky]) -> Costs {
-        let one = |(p, states): (usize, &Vec<Predicted>)| {
-            let white = noise[p].whiten(&self.runs[p].residual(states));
-            0.5 * (dot(&white, &white) + scores.own_square(p))
+    fn cost(&self, scores: &Scores, states: &[Vec<Predicted>], noise: &[Cholesky]) -> f64 {
+        let squares = |((run, states), noise): ((&Settled<'_>, &Vec<Predicted>), &Cholesky)| {
+            let white = noise.whiten(&run.residual(states));
+            dot(&white, &white)
         };
-        Costs { shared: 0.5 * scores.shared_square(), by_run: states.iter().enumerate().map(one).collect() }
+        let misfit: f64 = self.runs.iter().zip(states).zip(noise).map(squares).sum();
+        0.5 * (misfit + scores.dot(scores))
     }
 
     fn linear(

@@ -6,7 +6,7 @@
 //! Loan, Matrix Computations, section 3.4).
 
 use super::unknowns::{FIXED, shared_share};
-use rijke_numerics::{Cholesky, DenseError, Matrix, dot};
+use rijke_numerics::{Cholesky, DenseError, Matrix};
 
 /// Scores, or their changes.
 #[derive(Clone, Debug)]
@@ -72,16 +72,6 @@ impl Scores {
         Self { shared: sum(&self.shared, &other.shared), own }
     }
 
-    /// Sum of squares of the shared scores.
-    pub(super) fn shared_square(&self) -> f64 {
-        dot(&self.shared, &self.shared)
-    }
-
-    /// Sum of squares of the own scores of run `p`.
-    pub(super) fn own_square(&self, p: usize) -> f64 {
-        dot(&self.own[p], &self.own[p])
-    }
-
     pub(super) fn dot(&self, other: &Self) -> f64 {
         let all = |s: &Self| s.shared.iter().chain(s.own.iter().flatten()).copied().collect::<Vec<f64>>();
         all(self).iter().zip(all(other)).map(|(a, b)| a * b).sum()
@@ -89,24 +79,18 @@ impl Scores {
 }
 
 impl Arrow {
-    /// From the `information` of each run.
-    pub(super) fn new<'a>(information: impl Iterator<Item = &'a Matrix>) -> Result<Self, DenseError> {
-        Self::damped(information, 0.0, std::iter::repeat(0.0))
-    }
-
-    /// The same with the precision of the prior at 1 + `shared`, and of each run's own scores at 1 + `own`.
-    pub(super) fn damped<'a>(
+    /// From the `information` of each run, with the precision of the prior at 1 + `damping`.
+    pub(super) fn new<'a>(
         information: impl Iterator<Item = &'a Matrix>,
-        shared: f64,
-        own: impl Iterator<Item = f64>,
+        damping: f64,
     ) -> Result<Self, DenseError> {
-        let identity = |n: usize, damping: f64| Matrix::diagonal(&vec![1.0 + damping; n]);
-        let mut precision = identity(FIXED, shared);
-        let part = |(information, damping): (&Matrix, f64)| {
+        let identity = |n: usize| Matrix::diagonal(&vec![1.0 + damping; n]);
+        let mut precision = identity(FIXED);
+        let part = |information: &Matrix| {
             let n = information.rows();
             let between =
                 |i: usize, j: usize, [a, b]: [usize; 2]| shares(i)[a] * information[(i, j)] * shares(j)[b];
-            let own = identity(n, damping).plus(1.0, &Matrix::from_fn(n, n, |i, j| between(i, j, [1, 1])));
+            let own = identity(n).plus(1.0, &Matrix::from_fn(n, n, |i, j| between(i, j, [1, 1])));
             let coupling = Matrix::from_fn(n, FIXED, |i, j| between(i, j, [1, 0]));
             let own = Cholesky::new(&own)?.inverse();
             let follow = own.product(&coupling);
@@ -114,7 +98,7 @@ impl Arrow {
             precision = precision.plus(-1.0, &coupling.transpose().product(&follow));
             Ok(Part { own, coupling, follow })
         };
-        let parts = information.zip(own).map(part).collect::<Result<Vec<_>, DenseError>>()?;
+        let parts = information.map(part).collect::<Result<Vec<_>, DenseError>>()?;
         Ok(Self { shared: Cholesky::new(&precision)?.inverse(), parts })
     }
 
