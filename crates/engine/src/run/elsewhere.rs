@@ -82,8 +82,8 @@ pub fn over_map(
 /// or any if none of these has a value of every factor.
 ///
 /// A condition that is no point of the campaign has an error of its ambient temperature of its own, of the
-/// standard deviation `T_amb_sd`, or of that of the point that it is like; it shares that of a day if it names
-/// one.
+/// standard deviation `T_amb_sd`, or of that of the point that it is like; it shares that of a day if it
+/// names one.
 ///
 /// # Errors
 /// [`EngineError::Factors`].

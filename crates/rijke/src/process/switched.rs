@@ -47,7 +47,7 @@ fn file(driven: &Driven, record: usize) -> String {
 pub(super) fn say_inverted(gains: &SwitchedGains, driven: &Driven, names: &[String], ui: &Ui) {
     for c in gains.inverted() {
         ui.note(format!(
-            "warning: the gain of microphone {} is near -1: is it inverted in all records, or another one in {} alone? Look at the wires. \
+            "warning: the gain of microphone {} is near -1: is it inverted in all records, or one of them in {} alone? Look at the wires. \
              What is written takes it for inverted in all",
             names[c],
             file(driven, c)

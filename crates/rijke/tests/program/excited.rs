@@ -225,10 +225,13 @@ fn message_exchanged_and_inverted_records_of_a_tube() {
     assert!(said.contains(&files) && said.contains("in the manifest"), "{said}");
     let mut inverted = sound.clone();
     inverted[3] = turned(&sound[3], 3);
+    // All other estimates say that the gain is near -1: both causes are named, with the file.
     let (code, said) = process(&inverted);
-    assert_eq!(code, Some(2), "{said}");
-    let names_it = format!("upside down in empty_{}.csv", names[3]);
-    assert!(said.contains("turning microphone") && said.contains(&names_it), "{said}");
+    let names_it = format!("or one of them in empty_{}.csv alone", names[3]);
+    assert!(
+        code == Some(0) && said.contains("gain of microphone m3 is near -1") && said.contains(&names_it),
+        "{said}"
+    );
     let always: Vec<String> = sound.iter().map(|text| turned(text, 2)).collect();
     let (code, said) = process(&always);
     assert!(code == Some(0) && said.contains("is near -1: is it inverted in all records"), "{said}");

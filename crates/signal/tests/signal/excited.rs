@@ -116,12 +116,15 @@ fn coverage_gains_of_switched_channels_lie_within_their_errors() {
     assert!((0.88..=1.0).contains(&share), "{within} of {all}");
 }
 
+/// By record, channel and sample.
+type Records = Vec<Vec<Vec<f64>>>;
+
 /// Records of channels that changed places, straight first; what `change` does to them; and what is said of
 /// them.
-fn doubt_of(seed: u64, change: impl Fn(&mut Vec<Vec<Vec<f64>>>)) -> (SwitchedGains, Option<SwitchedDoubt>) {
+fn doubt_of(seed: u64, change: impl Fn(&mut Records)) -> (SwitchedGains, Option<SwitchedDoubt>) {
     let mut stream = Streams::new(seed).stream("doubts");
     let orders = [[0, 1, 2], [1, 0, 2], [2, 1, 0]];
-    let mut records: Vec<Vec<Vec<f64>>> = orders.iter().map(|order| record(order, &mut stream)).collect();
+    let mut records: Records = orders.iter().map(|order| record(order, &mut stream)).collect();
     change(&mut records);
     let spectra = |k: usize| Spectra::welch(&records[k], 1e4, 2048, [300.0, 3000.0]).unwrap();
     let (straight, switched) = (spectra(0), [(1, spectra(1)), (2, spectra(2))]);
@@ -148,7 +151,7 @@ fn behaviour_sound_records_of_switched_channels_raise_no_alarm_over_200_seeds() 
 
 #[test]
 fn behaviour_exchanged_and_inverted_records_are_named() {
-    let told = |fault: SwitchedFault, change: &dyn Fn(&mut Vec<Vec<Vec<f64>>>)| {
+    let told = |fault: SwitchedFault, change: &dyn Fn(&mut Records)| {
         for seed in 0..5 {
             let (_, doubt) = doubt_of(seed, change);
             let doubt = doubt.unwrap_or_else(|| panic!("{fault:?}: nothing is said"));
