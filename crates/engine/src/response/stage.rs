@@ -269,15 +269,19 @@ impl ResponseRun {
 
 /// What is said of residuals that are larger than expected.
 fn too_large(stage: &ResponseStage, left: &Left) -> String {
-    let fixed = matches!(stage.noise, SdSpec::Fixed(_));
-    let remedy = if fixed {
-        "state a larger noise, let it be inferred, or look for what the model lacks"
+    let (what, remedy) = if matches!(stage.noise, SdSpec::Fixed(_)) {
+        (
+            "the stated noise lets",
+            "state a larger noise, let it be inferred, or look for what the model lacks",
+        )
     } else {
-        "the noise is inferred already and its prior holds it down: look for what the model lacks, or widen that prior"
+        (
+            "the inferred noise lets",
+            "its prior holds the noise down: look for what the model lacks, or widen that prior",
+        )
     };
     format!(
-        "the residuals are {:.1} times as large as noise, misfit and measured standard deviations let expect (rms {:.2e}): error bars and leads are \
-         too sure by as much; {remedy}",
+        "the residuals are {:.1} times as large as {what} expect (rms {:.2e}): error bars and leads are too sure by as much; {remedy}",
         left.ratio, left.size
     )
 }
