@@ -4,8 +4,8 @@ use super::head::Rest;
 use super::measured::Measured;
 use rijke_numerics::C64;
 
-/// What is left of a training. Every residual counts by the standard deviation that noise, misfit and what was
-/// measured of it have together: one of loud numbers says nothing of quiet ones.
+/// What is left of a training. Every residual counts by the standard deviation that noise, misfit and what
+/// was measured of it have together: one of loud numbers says nothing of quiet ones.
 pub(super) struct Left {
     /// What the head makes of the model's answers, load after load.
     pub(super) heard: Vec<Vec<C64>>,
@@ -61,8 +61,8 @@ mod tests {
     use rijke_numerics::Streams;
     use std::f64::consts::FRAC_1_SQRT_2;
 
-    /// Two hundred numbers of which the second half was measured a hundred times as badly; beside the noise the
-    /// first half is off by `own` and the second by `other` of its standard deviations.
+    /// Two hundred numbers of which the second half was measured a hundred times as badly; beside the noise
+    /// the first half is off by `own` and the second by `other` of its standard deviations.
     fn left_of(own: f64, other: f64) -> Left {
         let mut stream = Streams::new(3).stream("residuals");
         let mut normal = || {

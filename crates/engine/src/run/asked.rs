@@ -27,8 +27,8 @@ pub struct Unpredicted {
 }
 
 /// Every mode of a model at a point of the campaign: of the saved one at its mean, else of the first row of
-/// the last stage at the centre of its priors. Also the places of devices, m, and the temperature at x = 0, K,
-/// as it is stated and as it counts: errors of the base state that points share have the values that the
+/// the last stage at the centre of its priors. Also the places of devices, m, and the temperature at x = 0,
+/// K, as it is stated and as it counts: errors of the base state that points share have the values that the
 /// training inferred, as in predictions.
 ///
 /// # Errors
