@@ -13,6 +13,7 @@ mod point;
 mod prediction;
 mod predictor;
 pub mod response;
+mod rows;
 pub mod run;
 mod saved;
 mod shape;

@@ -6,10 +6,10 @@
 //! standard deviations.
 
 use super::compete::{best_of, goes_on, with_later};
-use super::course::{Beside, Choice, Chosen, Done, Found, Near, Run, Trusted};
+use super::course::{Beside, Chosen, Done, Found, Near, Run, Trusted};
 use super::record::{CarriedOn, CarriedStage, ModelRecord};
-use super::rows::Row;
 use crate::EngineError;
+use crate::rows::{Choice, Row};
 use rayon::prelude::*;
 use rijke_study::plan::{NoiseSpec, Plan, Stage};
 use std::collections::BTreeSet;

@@ -1,11 +1,11 @@
 //! Predictions of a saved model at any values of the factors, measured or not.
 
 use super::average::OpenModel;
-use super::course::Choice;
 use super::followed::Followed;
 use super::inputs::{ambient_of_all, conditions, observed, states};
 use super::predicted::{Forecast, averaged};
 use super::rows::{assembly_of, first_of_responses, rows_of};
+use crate::rows::Choice;
 use crate::{
     Assembly, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum,
     TrainedPosterior,

@@ -1,8 +1,9 @@
 //! What a stage assumes of its misfit: the plan's words with the numbers of earlier stages.
 
-use super::course::{Choice, Chosen, Run};
+use super::course::{Chosen, Run};
 use crate::EngineError;
 use crate::noise::{LawError, Noise, Varying};
+use crate::rows::Choice;
 use rijke_inference::NoiseMode;
 use rijke_study::plan::{NoiseSpec, SdSpec, Stage};
 

@@ -4,8 +4,8 @@ use super::course::{CONTENDS, Chosen, Found, Run, Trusted};
 use super::earlier::Earlier;
 use super::inputs::selected;
 use super::record::{CarriedOn, ModelRecord};
-use super::rows::Row;
 use crate::EngineError;
+use crate::rows::Row;
 use rayon::prelude::*;
 use rijke_study::plan::{Prefer, Stage};
 

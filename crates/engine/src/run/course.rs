@@ -3,6 +3,7 @@
 use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
 use super::record::{CarriedOn, ModelRecord, TrainedParameter};
 use crate::response::Ground;
+use crate::rows::Choice;
 use crate::{Assembly, EngineError, NamedGaussian, Observed, Trained};
 use rijke_inference::SamplerKind;
 use rijke_rig::ChannelErrors;
@@ -87,9 +88,6 @@ pub(super) struct Beside {
     pub(super) choice: Choice,
     pub(super) chosen: Chosen,
 }
-
-/// Role and candidate: what a model consists of.
-pub(super) type Choice = BTreeMap<String, String>;
 
 /// What a row stands on: the posteriors of earlier stages, and the observations as heard through the channels
 /// that they found.

@@ -1,8 +1,8 @@
 //! What earlier stages know of a model, trained again where one of its candidates is not the one that they
 //! chose.
 
-use super::course::{Choice, Chosen, Run, StandsOn};
-use super::rows::Row;
+use super::course::{Chosen, Run, StandsOn};
+use crate::rows::{Choice, Row};
 use crate::{EngineError, NamedGaussian, Observed};
 use rijke_study::plan::Stage;
 use std::collections::BTreeMap;

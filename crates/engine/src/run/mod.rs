@@ -48,7 +48,6 @@ pub use predicted::{Averaged, Forecast};
 pub use record::{
     CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, TrainedParameter,
 };
-pub(crate) use rows::{are_possible, with_candidates};
 pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,
     SearchRecord, merge_searches,

@@ -1,11 +1,12 @@
 //! The rows of a stage's table: which candidates make each model, and what training finds of it.
 
-use super::course::{Choice, Chosen, Found, Run, StandsOn, Trusted};
+use super::course::{Chosen, Found, Run, StandsOn, Trusted};
 use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use crate::noise::{Noise, floats, measured_sd};
 use crate::observed::Used;
+use crate::rows::{Choice, Row, are_possible, combinations, with_candidates};
 use crate::{Assembly, EngineError, Misfit, NamedGaussian, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_network::Workspace;
@@ -14,21 +15,6 @@ use rijke_study::plan::Stage;
 use rijke_study::{Candidate, Effect, Study};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// One row of a table.
-#[derive(Default)]
-pub(super) struct Row {
-    /// The candidates in question.
-    pub(super) own: Vec<Candidate>,
-    pub(super) choice: Choice,
-}
-
-impl Row {
-    /// What the table calls it.
-    pub(super) fn id(&self) -> String {
-        self.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ")
-    }
-}
 
 /// The rows of the table of a stage; `before` is what each earlier stage chose, and after it what it left
 /// open, if the stage must weigh that.
@@ -40,19 +26,10 @@ pub(super) fn rows_of(study: &Study, stage: &Stage, before: &dyn Fn(&str) -> Vec
     before.iter().filter_map(|all| all.first()).for_each(|choice| base.extend(choice.clone()));
     base.retain(|role, _| !stage.without.contains(role));
     base.extend(stage.with.clone());
-    let mut lists: Vec<Vec<Candidate>> = Vec::new();
-    if !stage.compete.is_empty() {
-        lists.push(Vec::new());
-    }
-    for role in &stage.compete {
-        let named = |c: &&Candidate| stage.among.is_empty() || stage.among.contains(&c.id);
-        let competing: Vec<&Candidate> = catalogue.competing(role).into_iter().filter(named).collect();
-        let longer = |list: Vec<Candidate>| {
-            let one = |c: &&Candidate| [list.clone(), vec![(*c).clone()]].concat();
-            competing.iter().map(one).collect::<Vec<_>>()
-        };
-        lists = lists.into_iter().flat_map(longer).collect();
-    }
+    let mut lists = match stage.compete.is_empty() {
+        true => Vec::new(),
+        false => combinations(catalogue, &stage.compete, &stage.among),
+    };
     for ids in &stage.rows {
         lists.push(ids.iter().filter_map(|id| catalogue.get(id).cloned()).collect());
     }
@@ -320,22 +297,6 @@ impl Run {
             checks,
         }
     }
-}
-
-/// Whether a model of these candidates can be: one that extends another can be part of no model without it.
-pub(crate) fn are_possible(own: &[Candidate], base: &Choice) -> bool {
-    own.iter().all(|c| c.extends.as_ref().is_none_or(|id| base.values().any(|b| b == id)))
-}
-
-/// A model with some candidates in the places of others.
-pub(crate) fn with_candidates(mut choice: Choice, own: &[Candidate]) -> Choice {
-    for candidate in own {
-        if let Some(extended) = &candidate.extends {
-            choice.retain(|_, id| id != extended);
-        }
-        choice.insert(candidate.role.clone(), candidate.id.clone());
-    }
-    choice
 }
 
 /// Newton's search, done with Gauss and Newton's matrix, to 1e-5 posterior standard deviations.

@@ -1,8 +1,8 @@
 //! Whether growth rates have the wrong sign: by training again with the other one.
 
 use super::course::{Chosen, Run, StandsOn, Trusted};
-use super::rows::Row;
 use crate::noise::measured_sd;
+use crate::rows::Row;
 use crate::{EngineError, Observed};
 use rijke_numerics::C64;
 use rijke_study::plan::Stage;

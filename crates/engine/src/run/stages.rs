@@ -2,11 +2,11 @@
 
 use super::ahead::open_beside;
 use super::compete::{goes_on, with_later};
-use super::course::{Beside, Choice, Done, Run};
+use super::course::{Beside, Done, Run};
 use super::inputs::selected;
 use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
-use super::rows::Row;
 use crate::EngineError;
+use crate::rows::{Choice, Row};
 use rijke_study::plan::Stage;
 
 /// What is taken for certain if the model called `taken` goes on: a sentence that names the other model of

@@ -12,7 +12,7 @@ use rijke_rig::DataKind;
 use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
 use rijke_study::{Coefficient, ObservedModes, Study};
 use std::f64::consts::PI;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const LENGTH: f64 = 0.8;
 /// Time by which the frequency of the transfer function is divided, s.
@@ -90,7 +90,7 @@ fn measured() -> Vec<C64> {
     FREQUENCY_HZ.iter().zip(wrong).map(|(f, e)| 0.12 + 0.06 * TIME * s(f) + e).collect()
 }
 
-fn ran(folder: &PathBuf) -> (ResponseRun, Run, ObservedModes) {
+fn ran(folder: &Path) -> (ResponseRun, Run, ObservedModes) {
     let study = Study::open(folder).unwrap();
     let place = study.catalogue.get("one").unwrap().effects[0].place.clone();
     let factor = rijke_formula::Formula::parse(

@@ -137,11 +137,10 @@ fn chain(folder: &Folder) -> (f64, [[f64; 2]; 2]) {
 fn oracle_an_assembly_of_two_stages_has_one_error() {
     let all: Vec<usize> = (0..POINTS.len()).collect();
     let by_k = |p: usize| 0.02 * rate() * POINTS[p].2;
-    let cases: [(&str, &str, &dyn Fn(usize) -> f64); 2] = [
-        ("growth", "installation = [3.0, 0.0]", &|_| 3.0),
-        ("varying", "varying = [{ parameter = \"b\", sd = 0.02 }]", &by_k),
-    ];
-    for (name, noise, moves) in cases {
+    let varying = "varying = [{ parameter = \"b\", sd = 0.02 }]";
+    let moves: [&dyn Fn(usize) -> f64; 2] = [&|_| 3.0, &by_k];
+    let names = [("growth", "installation = [3.0, 0.0]"), ("varying", varying)];
+    for ((name, noise), moves) in names.into_iter().zip(moves) {
         let (sum, after) = chain(&folder(&format!("installation-{name}"), noise));
         let (joint, wanted) = by_hand(&all, moves);
         assert!((sum - joint).abs() < 1e-6, "{name}: {sum} {joint}");

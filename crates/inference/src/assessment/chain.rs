@@ -18,9 +18,9 @@ use rijke_numerics::{Cholesky, Matrix};
 /// The posterior of a stage is carried on as the Gaussian at its best maximum, in working coordinates.
 ///
 /// ```
-/// use rijke_inference::{AssessOptions, Chain, Data, Forward, InferenceError, Parameter, assess};
+/// use rijke_inference::{AssessOptions, Data, EvidenceChain, Forward, InferenceError, Parameter, assess};
 /// # fn stages(tube: &dyn Forward, d1: &Data, insert: &dyn Forward, d2: &Data, eta: Parameter, alpha: Parameter) -> Result<f64, InferenceError> {
-/// let chain = Chain::default();
+/// let chain = EvidenceChain::default();
 /// let parameters = chain.parameters(vec![eta.clone()])?;
 /// let found = assess(tube, d1, &parameters, &AssessOptions::default())?;
 /// let chain = chain.then("empty tube", &parameters, &found)?;

@@ -5,12 +5,13 @@ use rijke_numerics::dot;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
 
-/// A floating noise on this block: its coordinate, t = sd^2, S a, S C^-1, and, to second order, its transpose
-/// C^-1 S.
+/// A floating noise on this block: its coordinate, t = sd^2, S a, tr C^-1 S, and, to second order, S C^-1 and
+/// its transpose C^-1 S.
 struct Acting {
     coordinate: usize,
     variance: f64,
     pull: Vec<f64>,
+    trace: f64,
     relative: Matrix,
     turned: Matrix,
 }
@@ -70,17 +71,25 @@ impl Likelihood<'_> {
         columns: &[Vec<f64>],
         order: Order,
     ) {
-        let (n, p) = (alpha.len(), self.parameters);
+        let p = self.parameters;
         let inverse = factor.inverse();
         let mut acting = Vec::new();
         for (c, &g) in self.floating.iter().enumerate() {
             for (_, s) in self.observation.noise.iter().filter(|(h, _)| *h == g) {
-                let relative = sparse_product(s, &inverse);
-                let turned = if order == Order::Second { relative.transpose() } else { Matrix::default() };
+                let (relative, turned) = match order {
+                    Order::Second => {
+                        let relative = structure_times(s, &inverse);
+                        let turned = relative.transpose();
+                        (relative, turned)
+                    }
+                    _ => Default::default(),
+                };
                 acting.push(Acting {
                     coordinate: p + c,
                     variance: self.sds[g] * self.sds[g],
                     pull: s.times(alpha),
+                    // Both are symmetric.
+                    trace: dot(s.as_slice(), inverse.as_slice()),
                     relative,
                     turned,
                 });
@@ -88,8 +97,7 @@ impl Likelihood<'_> {
         }
         for (k, a) in acting.iter().enumerate() {
             let (c, t) = (a.coordinate, a.variance);
-            let trace: f64 = (0..n).map(|i| a.relative[(i, i)]).sum();
-            let slope = 0.5 * (trace - dot(&a.pull, alpha));
+            let slope = 0.5 * (a.trace - dot(&a.pull, alpha));
             // d/d ln sd = 2 t d/dt, and once more for the second derivative.
             block.gradient[c] += 2.0 * t * slope;
             if order < Order::Second {
@@ -112,12 +120,17 @@ impl Likelihood<'_> {
     }
 }
 
-/// `left` times `right`, where most of `left` is zero: the structure of a noise.
-fn sparse_product(left: &Matrix, right: &Matrix) -> Matrix {
-    let n = left.rows();
+/// `structure` of a noise times `right`: by the entries that are not zero where these are few, as of a noise
+/// of every datum by itself, and by blocks where they are many, as of an error that microphones share.
+fn structure_times(structure: &Matrix, right: &Matrix) -> Matrix {
+    let n = structure.rows();
+    let entries = structure.as_slice().iter().filter(|s| **s != 0.0).count();
+    if FEW * entries > n * n {
+        return structure.large_product(right);
+    }
     let mut product = Matrix::zeros(n, n);
     for (i, to) in product.as_mut_slice().chunks_exact_mut(n).enumerate() {
-        for (k, &s) in left.row(i).iter().enumerate().filter(|(_, s)| **s != 0.0) {
+        for (k, &s) in structure.row(i).iter().enumerate().filter(|(_, s)| **s != 0.0) {
             for (to, r) in to.iter_mut().zip(right.row(k)) {
                 *to += s * r;
             }
@@ -125,3 +138,6 @@ fn sparse_product(left: &Matrix, right: &Matrix) -> Matrix {
     }
     product
 }
+
+/// Of so many entries one at most is not zero in a structure that counts as sparse.
+const FEW: usize = 4;

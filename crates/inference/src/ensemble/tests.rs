@@ -125,7 +125,6 @@ fn exact_smoother_with_any_coefficients_is_the_single_update_if_linear() {
         kalman(&p.ensemble.mean(), &p.ensemble.covariance(), &p.operator, &p.noise, &p.measured);
     let smoother = Smoother {
         coefficients: vec![300.0, 60.0, 12.0, 1.0 / (1.0 - 1.0 / 300.0 - 1.0 / 60.0 - 1.0 / 12.0)],
-        ..Smoother::default()
     };
     for smoother in [Smoother::default(), smoother] {
         let model = |row: &[f64]| Ok::<_, std::convert::Infallible>(p.operator.times(row));
@@ -135,7 +134,7 @@ fn exact_smoother_with_any_coefficients_is_the_single_update_if_linear() {
         assert_same_moments(&smoothed.ensemble, &mean, &covariance, 1e-11);
         assert_eq!(smoothed.passes.len(), 4);
     }
-    let bad = Smoother { coefficients: vec![2.0, 3.0], ..Smoother::default() };
+    let bad = Smoother { coefficients: vec![2.0, 3.0] };
     let model = |row: &[f64]| Ok::<_, std::convert::Infallible>(p.operator.times(row));
     let noise = NoiseCovariance::Full(p.noise.clone());
     let refused = smooth(p.ensemble.clone(), &p.measured, &noise, &bad, &Streams::new(1), model);

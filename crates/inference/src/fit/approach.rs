@@ -1,7 +1,6 @@
 //! From a start to the neighbourhood of a maximum, in turns of parameters and noise.
 
 use super::conditional::Conditional;
-use super::map::Fit;
 use super::posterior::Posterior;
 use super::settle::Settled;
 use crate::density::{Calls, Gaussian, Method, Minimum, SAME_MODE, TrustRegion, minimise};
@@ -109,16 +108,16 @@ impl Posterior<'_> {
         Ok(Approach { z, small, calls, cost, ln_likelihood, settled })
     }
 
-    /// The parameters (physical) that are most probable if floated noises are far smaller than at `fit`; none
-    /// where no noise floats, or if the model fails.
+    /// The parameters (physical) that are most probable if floated noises are far smaller than at `working`,
+    /// the coordinates of a fit; none where no noise floats, or if the model fails.
     ///
     /// A floated noise that is large hides what the data could tell, so that parameters stay at their priors,
     /// residuals stay large, and the noise with them: a maximum. There may be another, at which parameters
     /// have left their priors and the noise is small. A search from here finds it.
-    pub(crate) fn with_less_noise(&self, fit: &Fit) -> Option<Vec<f64>> {
+    pub(crate) fn with_less_noise(&self, working: &[f64]) -> Option<Vec<f64>> {
         let p = self.parameters().len();
         let floats = |group: &usize| self.data().groups()[*group].floats();
-        let mut whole = fit.working.clone();
+        let mut whole = working.to_vec();
         let floated: Vec<usize> =
             (0..self.floating().len()).filter(|k| floats(&self.floating()[*k])).collect();
         if floated.is_empty() || p == 0 {
@@ -132,7 +131,7 @@ impl Posterior<'_> {
             tolerance: FIRST_TURN,
             ..TrustRegion::default()
         };
-        let minimum = minimise(&held, &fit.working[..p], &quick).ok()?;
+        let minimum = minimise(&held, &working[..p], &quick).ok()?;
         Some(self.parameters().physical(&minimum.z))
     }
 

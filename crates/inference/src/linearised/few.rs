@@ -91,9 +91,9 @@ impl Linearised {
     /// C^-1 S, for each block.
     fn turned(&self, noise: &Floating) -> Vec<Option<Matrix>> {
         let mut all: Vec<Option<Matrix>> = vec![None; self.blocks.len()];
-        for (k, part) in &noise.parts {
-            let more = self.blocks[*k].inverse.product(part);
-            all[*k] = Some(match all[*k].take() {
+        for part in &noise.parts {
+            let more = self.blocks[part.block].inverse.large_product(&part.covariance);
+            all[part.block] = Some(match all[part.block].take() {
                 Some(sum) => sum.plus(1.0, &more),
                 None => more,
             });

@@ -3,6 +3,7 @@
 use super::{Block, Floating, Linearised};
 use crate::InferenceError;
 use rijke_numerics::{Cholesky, Matrix, dot};
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
 /// Data against the prediction from all others.
@@ -16,6 +17,42 @@ pub struct LeftOut {
     pub sds: Vec<f64>,
     /// How far the parameters move without them, in posterior standard deviations.
     pub shift: f64,
+}
+
+/// What data given all others take from each of them: W, the columns of P for these data times their
+/// covariance. In blocks that hold none of them it is -L A, with L the block's rows of what is learnt.
+struct Weights {
+    /// A: a column for each datum.
+    along: Matrix,
+    /// The rows of each block that holds some of them.
+    own: BTreeMap<usize, Matrix>,
+}
+
+impl Weights {
+    /// W'S W and W'S v, with S the covariance of a floating noise.
+    fn through(&self, linear: &Linearised, noise: &Floating, v: &[f64]) -> (Matrix, Vec<f64>) {
+        let (p, n) = (self.along.rows(), self.along.columns());
+        let (mut square, mut pull) = (Matrix::zeros(n, n), vec![0.0; n]);
+        let (mut learnt, mut told) = (Matrix::zeros(p, p), vec![0.0; p]);
+        let add = |to: &mut [f64], row: &[f64], factor: f64| {
+            to.iter_mut().zip(row).for_each(|(t, r)| *t += factor * r);
+        };
+        for part in &noise.parts {
+            let range = linear.own(part);
+            let pulled = part.covariance.times(&v[range.clone()]);
+            if let Some(own) = self.own.get(&part.block) {
+                square =
+                    square.plus(1.0, &own.transpose().large_product(&part.covariance.large_product(own)));
+                pulled.iter().enumerate().for_each(|(r, value)| add(&mut pull, own.row(r), *value));
+            } else {
+                learnt = learnt.plus(1.0, &part.learnt);
+                range.zip(&pulled).for_each(|(i, value)| add(&mut told, linear.learnt.row(i), *value));
+            }
+        }
+        let turned = self.along.transpose();
+        add(&mut pull, &turned.times(&told), -1.0);
+        (square.plus(1.0, &turned.large_product(&learnt.large_product(&self.along))), pull)
+    }
 }
 
 /// Steps to the root of a convex function.
@@ -64,6 +101,23 @@ impl Linearised {
         f64::exp(2.0 * shift)
     }
 
+    /// The weights of the data at `places`, in these blocks, whose covariance given all others this is.
+    fn weights(&self, places: &[usize], covariance: &Matrix, touched: &BTreeSet<usize>) -> Weights {
+        let (p, n) = (self.learnt.columns(), places.len());
+        let rows = Matrix::from_fn(n, p, |i, j| self.learnt[(places[i], j)]);
+        let along = rows.transpose().large_product(covariance);
+        let of = |k: usize| {
+            let block = &self.blocks[k];
+            let m = block.inverse.rows();
+            let here = |i: usize| places[i].checked_sub(block.first).filter(|at| *at < m);
+            let columns = Matrix::from_fn(m, n, |r, i| here(i).map_or(0.0, |at| block.inverse[(r, at)]));
+            let learnt = Matrix::from_fn(m, p, |r, j| self.learnt[(block.first + r, j)]);
+            columns.large_product(covariance).plus(-1.0, &learnt.large_product(&along))
+        };
+        let own = touched.iter().map(|&k| (k, of(k))).collect();
+        Weights { along, own }
+    }
+
     /// The data at `places` given all others: the conditional density of a Gaussian. With P the inverse
     /// covariance of all and a = P r, the covariance is `P_SS`^-1 and the residual `P_SS`^-1 `a_S`. Noise
     /// that floats is chosen again from the others, to first order in its change.
@@ -88,32 +142,22 @@ impl Linearised {
         places.iter().zip(&residuals).for_each(|(&i, r)| moved[i] = *r);
         let shift = self.told_by(&moved).iter().map(|t| t * t).sum::<f64>().sqrt();
         let others: Vec<f64> = self.pulls.iter().zip(self.pulled(&moved)).map(|(a, b)| a - b).collect();
-        // What a datum given all others takes from each of them: the columns of P for these data times their
-        // covariance.
-        let weights: Vec<Vec<f64>> = (0..n)
-            .map(|j| {
-                let mut column = vec![0.0; self.residuals.len()];
-                places.iter().enumerate().for_each(|(i, &place)| column[place] = covariance[(i, j)]);
-                self.pulled(&column)
-            })
-            .collect();
+        let touched: BTreeSet<usize> = places.iter().map(|&i| block(i)).collect();
+        let weights = self.weights(places, &covariance, &touched);
         let (mut total, mut left) = (covariance, residuals);
         for noise in &self.floating {
             let explains = |&i: &usize| -> f64 {
                 let (k, own) = (block(i), &self.blocks[block(i)]);
-                let parts = noise.parts.iter().filter(|(block, _)| *block == k);
-                parts.map(|(_, part)| dot(part.row(i - own.first), own.inverse.row(i - own.first))).sum()
+                let parts = noise.parts.iter().filter(|part| part.block == k);
+                let row = i - own.first;
+                parts.map(|part| dot(part.covariance.row(row), own.inverse.row(row))).sum()
             };
             let count = noise.count - places.iter().map(explains).sum::<f64>();
             let again = Self::chosen_again(noise, self.within(noise, &others, &others), count);
             let change = again.max(noise.floor) - 1.0;
-            let moved: Vec<Vec<f64>> = weights.iter().map(|w| self.through(noise, w)).collect();
-            for i in 0..n {
-                left[i] -= change * dot(&moved[i], &others);
-                for j in 0..n {
-                    total[(i, j)] += change * dot(&moved[i], &weights[j]);
-                }
-            }
+            let (square, pull) = weights.through(self, noise, &others);
+            total = total.plus(change, &square);
+            left.iter_mut().zip(&pull).for_each(|(l, p)| *l -= change * p);
         }
         let factor = Cholesky::new(&total)?;
         let square: f64 = factor.whiten(&left).iter().map(|w| w * w).sum();

@@ -17,6 +17,7 @@ mod moved;
 use crate::covariance::dense_enough;
 use crate::{Fit, InferenceError, Laplace, NoiseMode, Posterior};
 use rijke_numerics::{Cholesky, Matrix, Order, Stream, dot, symmetric_eigen};
+use std::ops::Range;
 
 pub use causes::Causes;
 pub use few::{Few, student};
@@ -55,7 +56,7 @@ struct Block {
 struct Floating {
     /// Its place among the groups of noise.
     group: usize,
-    parts: Vec<(usize, Matrix)>,
+    parts: Vec<Part>,
     /// Trace of C^-1 times its covariance: how many data it explains.
     count: f64,
     /// The least part of the variance that is left without it.
@@ -63,6 +64,16 @@ struct Floating {
     /// What it explains now, r' C^-1 S C^-1 r, and the precision of ln sd in its prior.
     explained: f64,
     precision: f64,
+}
+
+/// What a noise is to one block.
+#[derive(Clone, Debug)]
+struct Part {
+    block: usize,
+    /// Its part S of the block's covariance.
+    covariance: Matrix,
+    /// L'S L, with L the block's rows of what is learnt.
+    learnt: Matrix,
 }
 
 /// What the data say of one more direction in which the prediction could move.
@@ -160,6 +171,7 @@ impl Posterior<'_> {
                     learnt[(first + i, j)] = v;
                 }
             }
+            let own = Matrix::from_fn(n, p, |i, j| learnt[(first + i, j)]);
             for (group, noise) in &mut floating {
                 for (_, structure) in observation.noise.iter().filter(|(g, _)| g == group) {
                     let part = Matrix::from_fn(n, n, |i, j| sds[*group].powi(2) * structure[(i, j)]);
@@ -168,7 +180,8 @@ impl Posterior<'_> {
                     for i in (0..n).filter(|&i| part[(i, i)] > 0.0) {
                         noise.floor = noise.floor.min(1.0 - part[(i, i)] / covariance[(i, i)]);
                     }
-                    noise.parts.push((k, part));
+                    let learnt = own.transpose().product(&part.product(&own));
+                    noise.parts.push(Part { block: k, covariance: part, learnt });
                 }
             }
             blocks.push(Block { first, covariance, factor, inverse });
@@ -209,19 +222,25 @@ impl Linearised {
     /// S v for the covariance of a floating noise.
     fn through(&self, noise: &Floating, v: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; v.len()];
-        for (k, part) in &noise.parts {
-            let (first, n) = (self.blocks[*k].first, part.rows());
-            let found = part.times(&v[first..first + n]);
-            out[first..first + n].iter_mut().zip(found).for_each(|(o, f)| *o += f);
+        for part in &noise.parts {
+            let own = self.own(part);
+            let found = part.covariance.times(&v[own.clone()]);
+            out[own].iter_mut().zip(found).for_each(|(o, f)| *o += f);
         }
         out
     }
 
+    /// The places of the data of a part.
+    fn own(&self, part: &Part) -> Range<usize> {
+        let first = self.blocks[part.block].first;
+        first..first + part.covariance.rows()
+    }
+
     /// v' S u for the covariance of a floating noise.
     fn within(&self, noise: &Floating, v: &[f64], u: &[f64]) -> f64 {
-        let one = |(k, part): &(usize, Matrix)| {
-            let (first, n) = (self.blocks[*k].first, part.rows());
-            dot(&v[first..first + n], &part.times(&u[first..first + n]))
+        let one = |part: &Part| {
+            let own = self.own(part);
+            dot(&v[own.clone()], &part.covariance.times(&u[own]))
         };
         noise.parts.iter().map(one).sum()
     }
@@ -317,8 +336,8 @@ impl Linearised {
     pub fn floats(&self, place: usize) -> f64 {
         let block = self.blocks.partition_point(|b| b.first <= place) - 1;
         let at = place - self.blocks[block].first;
-        let parts = self.floating.iter().flat_map(|f| &f.parts).filter(|(k, _)| *k == block);
-        parts.map(|(_, part)| part[(at, at)]).sum::<f64>() / self.variance(place)
+        let parts = self.floating.iter().flat_map(|f| &f.parts).filter(|part| part.block == block);
+        parts.map(|part| part.covariance[(at, at)]).sum::<f64>() / self.variance(place)
     }
 
     fn variance(&self, place: usize) -> f64 {

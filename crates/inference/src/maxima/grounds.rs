@@ -64,7 +64,7 @@ impl Ground for Terrain<'_> {
     fn images(&self, (fit, _): &Fitted) -> Vec<Vec<f64>> {
         let mut all =
             self.posterior.parameters().images(&fit.parameters, |a| self.posterior.forward().aliases(a));
-        all.extend(self.posterior.with_less_noise(fit));
+        all.extend(self.posterior.with_less_noise(&fit.working));
         all
     }
 

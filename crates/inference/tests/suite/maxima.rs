@@ -109,7 +109,8 @@ fn behaviour_one_maximum_costs_one_batch_of_starts() {
     let (model, data, parameters) = crate::problems::ringing();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let a = posterior.assess(&AssessOptions::default()).unwrap();
-    assert!(a.health.starts <= 5 && a.maxima.len() == 1, "{} starts", a.health.starts);
+    // Five starts over the prior, and one where the noise that floats is small.
+    assert!(a.health.starts <= 6 && a.maxima.len() == 1, "{} starts", a.health.starts);
     assert_eq!(a.evidence.unwrap(), a.laplace.unwrap().evidence);
     assert_abs_diff_eq!(a.health.share, 1.0, epsilon = 1e-15);
 }

@@ -63,19 +63,21 @@ fn flanged(ka: f64) -> C64 {
 mod tests {
     use super::*;
 
-    /// The fits are good to a per cent of R up to ka = 1.5 (Norris and Sheng), the exact laws on the axis.
+    /// The fit of the unflanged end has its end correction to two per cent, 0.012 of the radius, and R to twice
+    /// that times ka. The flanged one is fitted to a tube, of end correction 0.8216, where the law here is
+    /// Rayleigh's piston, 0.8488.
     #[test]
     fn oracle_the_fits_are_those_of_the_exact_ends() {
         let (radius, sound_speed) = (0.05, 340.0);
         for ka in [0.05, 0.3, 0.7, 1.0] {
             let s = C64::new(0.0, ka * sound_speed / radius);
             let laws = [
-                (Law::Unflanged { radius, sound_speed, correction: 0.0 }, unflanged(ka)),
-                (Law::Flanged { radius, sound_speed }, flanged(ka)),
+                (Law::Unflanged { radius, sound_speed, correction: 0.0 }, unflanged(ka), 0.025),
+                (Law::Flanged { radius, sound_speed }, flanged(ka), 0.055 * ka),
             ];
-            for (law, fit) in laws {
+            for (law, fit, bound) in laws {
                 let exact = law.analytic(s)[0];
-                assert!((exact - fit).norm() < 0.02 * exact.norm(), "{law:?} at {ka}: {exact} {fit}");
+                assert!((exact - fit).norm() < bound * exact.norm(), "{law:?} at {ka}: {exact} {fit}");
             }
         }
     }

@@ -210,7 +210,8 @@ fn boundary(panel: &mut Panel, nodes: &Nodes, look: LayerLook, legend: &mut Vec<
 /// Round levels between two values, zero among them if it is between.
 fn levels([low, high]: [f64; 2]) -> Vec<f64> {
     // A map of one value, but for rounding, has none.
-    if !(high - low > 1e-9 * low.abs().max(high.abs())) {
+    let is_range = high - low > 1e-9 * low.abs().max(high.abs());
+    if !is_range {
         return Vec::new();
     }
     let rough = (high - low) / LEVELS;

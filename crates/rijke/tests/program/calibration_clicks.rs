@@ -1,6 +1,8 @@
 //! Calibration clicks of other frequencies than the laboratory's own, in tubes whose end is another one than
 //! the fit expects: how often gains and delays lie within what is stated.
 
+#![allow(clippy::print_stdout, reason = "a study prints its tables")]
+
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_lab::{Truth, VirtualRig};

@@ -39,7 +39,7 @@ fn lab_a_flame_that_was_measured_alone_predicts_the_modes_of_a_duct() {
     let (code, said, error) = told(&folder, &["run", ".", "--json"]);
     assert_eq!(code, Some(0), "{error}");
     let answer: Value = serde_json::from_str(&said).unwrap();
-    assert_eq!(answer.as_object().map(|o| o.len() > 0), Some(true), "{answer}");
+    assert_eq!(answer.as_object().map(|o| !o.is_empty()), Some(true), "{answer}");
     let page = fs::read_to_string(folder.join("results/index.html")).unwrap();
     assert!(page.contains("responses/index.html") && page.contains("No mode was measured at its points"));
     let beside = fs::read_to_string(folder.join("results/responses/index.html")).unwrap();

@@ -3,9 +3,10 @@
 use super::super::course::Run;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::selected;
-use super::super::rows::{assembly_of, with_candidates};
+use super::super::rows::assembly_of;
 use super::axes::{axis_label, symbol};
 use super::{AnswerPanel, Found, Layer, LayerLook};
+use crate::rows::with_candidates;
 use crate::{Assembly, EngineError, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_formula::Here;

@@ -1,13 +1,14 @@
 //! Predictions of the model that a stage chose, trained on its points or on a few (Figs. 5 and 8 to 11 of
 //! Juniper & Yoko 2022).
 
-use super::super::course::{Choice, Chosen, Run};
+use super::super::course::{Chosen, Run};
 use super::super::followed::Followed;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::{conditions, selected};
 use super::super::record::parameters;
 use super::axes::{apart, axis_label, growth_and_frequency, measured, measured_columns};
 use super::{Found, LayerLook};
+use crate::rows::Choice;
 use crate::{Conditions, EngineError, Misfit, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_numerics::C64;

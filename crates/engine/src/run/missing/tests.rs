@@ -47,12 +47,13 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
         let k = assembly.parameters().iter().position(|p| p.name == name).unwrap();
         model.numbers(&response).map(|z| z.gradient()[k]).collect()
     };
-    let same = |found: &[C64], scale: C64, expected: &[C64]| {
+    let near = |tolerance: f64, found: &[C64], scale: C64, expected: &[C64]| {
         assert_eq!(found.len(), 3);
         for (a, b) in found.iter().zip(expected) {
-            assert!((a * scale - b).norm() < 1e-9 * b.norm(), "{} {b}", a * scale);
+            assert!((a * scale - b).norm() < tolerance * b.norm(), "{} {b}", a * scale);
         }
     };
+    let same = |found: &[C64], scale: C64, expected: &[C64]| near(1e-9, found, scale, expected);
     let around = observed.conditions.around(x);
     let cold = ["wall.kirchhoff", "inlet.rigid", "mouth.thick", "gauze.resistance"];
     let drag = slope(&cold, "drag", &[("drag", 0.0)], observed);
@@ -69,7 +70,8 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
         (0..3).map(|i| found.laws.iter().filter(|l| l.0[0] == 0).map(|l| l.1[i]).sum()).collect();
     let eta = slope(&["wall.kirchhoff", "inlet.rigid", "mouth.thick"], "eta", &[], observed);
     same(&walls, C64::from(1.0 / values(&bare, &[])[0]), &eta);
-    // The boundary layers of the library are those of Kirchhoff's candidate.
+    // The boundary layers of the library are those of Kirchhoff's candidate. It takes the mean gas of an
+    // element, the library that in the middle of either half: of second order in its length.
     let layers: Vec<C64> = found.layers.as_ref().unwrap().iter().map(|z| z * found.s.sqrt()).collect();
-    same(&layers, C64::ONE, &eta);
+    near(3e-4, &layers, C64::ONE, &eta);
 }

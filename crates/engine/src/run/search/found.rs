@@ -2,7 +2,7 @@
 
 use super::record::{Combination, GivenUp, GreedyChoice, RoleChoice, SearchNode, SearchPart, SearchRecord};
 use crate::EngineError;
-use crate::run::course::Choice;
+use crate::rows::Choice;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The nodes of a whole search.

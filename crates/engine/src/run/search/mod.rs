@@ -16,8 +16,9 @@ mod tree;
 pub use found::merge_searches;
 pub use record::{Combination, GivenUp, GreedyChoice, RoleChoice, SearchNode, SearchPart, SearchRecord};
 
-use super::course::{CONTENDS, Choice, Chosen, Run, Trusted};
+use super::course::{CONTENDS, Chosen, Run, Trusted};
 use crate::EngineError;
+use crate::rows::Choice;
 use rijke_study::{ObservedModes, Study};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;

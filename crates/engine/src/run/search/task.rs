@@ -1,7 +1,7 @@
 //! One task of a search: its name, the hash of all that it depends on, and where its result is kept.
 
 use crate::EngineError;
-use crate::run::course::Choice;
+use crate::rows::Choice;
 use crate::run::course::{Run, Trusted};
 use crate::run::inputs::selected;
 use crate::run::record::EvidenceRecord;

@@ -2,7 +2,7 @@
 //! candidates up to that stage.
 
 use crate::EngineError;
-use crate::run::course::Choice;
+use crate::rows::Choice;
 use crate::run::rows::rows_of;
 use rijke_study::Study;
 use rijke_study::plan::{Plan, SdSpec, Stage};
