@@ -211,7 +211,7 @@ fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
     let rejected = processed.observations.rejections.len();
     let corrected = match processed.corrections.len() {
         0 => String::new(),
-        n => format!(", {n} of opposite polarity put right (corrections.csv)"),
+        n => format!(", {n} put right (corrections.csv)"),
     };
     let shown = out.display();
     ui.note(format!(

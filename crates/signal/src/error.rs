@@ -88,7 +88,8 @@ pub enum Fault {
     },
     /// A channel holds one constant value throughout, or hardly more where the others hold a signal.
     #[error(
-        "channel {channel} is missing: its samples span {span:.1e}, the median of the channels {median:.1e}"
+        "channel {channel} is missing: its samples span {span:.1e}, the median of the channels {median:.1e}. Look after its microphone and cable, or \
+         write `dead = [{channel}]` in the manifest"
     )]
     DeadChannel {
         /// The channel.
@@ -100,7 +101,8 @@ pub enum Fault {
     },
     /// A channel holds noise where every other channel holds a signal.
     #[error(
-        "channel {channel} carries no signal: its amplitude is {ratio:.2} times the noise, the median of the channels is {median:.0}"
+        "channel {channel} carries no signal: its amplitude is {ratio:.2} times the noise, the median of the channels is {median:.0}. Look after its \
+         microphone and cable, or write `dead = [{channel}]` in the manifest"
     )]
     NoSignal {
         /// The channel.
@@ -311,7 +313,8 @@ pub enum Fault {
     },
     /// A channel holds hum and no signal.
     #[error(
-        "channel {channel} carries no signal but hum at {frequency_hz:.0} Hz: look after its microphone and cable, or declare it dead"
+        "channel {channel} carries no signal but hum at {frequency_hz:.0} Hz: look after its microphone and cable, or \
+         write `dead = [{channel}]` in the manifest"
     )]
     OnlyHum {
         /// The channel.
@@ -331,6 +334,36 @@ pub enum Fault {
         /// Their growth rates, 1/s.
         growth_rates: [f64; 2],
         /// Difference over its standard deviation.
+        distance: f64,
+    },
+    /// The gain of a channel drifts during the decay.
+    #[error(
+        "channel {channel} decays otherwise than the others: its growth rate is {:.3} 1/s and theirs {:.3} 1/s, {distance:.1} standard deviations \
+         apart. Its gain drifts by {:+.2} % per second: let its microphone and amplifier warm up",
+        growth_rates[0], growth_rates[1], 100.0 * (growth_rates[0] - growth_rates[1])
+    )]
+    GainDrifts {
+        /// The channel.
+        channel: usize,
+        /// Its growth rate and that of the others, 1/s.
+        growth_rates: [f64; 2],
+        /// Standard deviation of the difference, 1/s.
+        sd: f64,
+        /// The difference in standard deviations.
+        distance: f64,
+    },
+    /// Channels decay otherwise than each other, and it is not known which of them is right.
+    #[error(
+        "the channels {} and {} do not decay alike: their growth rates differ by {rate:.3} 1/s, {distance:.1} standard deviations, and no other channels \
+         tell which of the two has a gain that drifts. Let microphones and amplifiers warm up, or declare the one that drifts, `dead = [..]` in the manifest",
+        channels[0], channels[1]
+    )]
+    GainsApart {
+        /// The two channels that differ most.
+        channels: [usize; 2],
+        /// How far one of them is from the others, 1/s.
+        rate: f64,
+        /// The same in standard deviations.
         distance: f64,
     },
     /// The fit did not settle.

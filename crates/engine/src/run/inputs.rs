@@ -66,7 +66,8 @@ fn heated(
     let campaign = &study.campaign;
     // Before anything is measured the gas is as the priors have it.
     let path = study.readings(measured)?;
-    let readings = path.map(|path| read_readings(&path, campaign)).transpose()?.unwrap_or_default();
+    let readings =
+        path.map(|path| read_readings(&path, campaign, &study.rig)).transpose()?.unwrap_or_default();
     let layout = |(k, point): (usize, &Point)| {
         let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
         ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()

@@ -6,7 +6,7 @@ use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, escape, gallery
 use rijke_rig::RecordSource;
 use rijke_signal::{
     ChannelDelays, ClickPicture, LiveRecord, PingFit, PingOptions, ProcessOptions, Processed, Trace,
-    click_options, fit_ping, picture_click,
+    click_options, fit_majority, picture_click,
 };
 use std::fmt::Write as _;
 use std::path::Path;
@@ -94,10 +94,10 @@ fn of_ping(
     let known = LiveRecord::of(record, source.set().rig.microphones.reference);
     let trace = Trace::from(&known.record);
     let own = PingOptions { reference: known.reference, ..options.ping.clone() };
-    Ok(match fit_ping(&trace, &own) {
-        Ok(fit) => ping_panels(&fit, &trace, &known.live),
-        Err(_) => raw_panels(&trace),
-    })
+    let Ok(found) = fit_majority(&trace, &own) else { return Ok(raw_panels(&trace)) };
+    let live: Vec<usize> = found.kept.iter().map(|place| known.live[*place]).collect();
+    let channels: Vec<Vec<f64>> = found.kept.iter().map(|place| trace.channels[*place].clone()).collect();
+    Ok(ping_panels(&found.fit, &Trace { channels: &channels, ..trace }, &live))
 }
 
 fn of_click(

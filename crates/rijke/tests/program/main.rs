@@ -24,6 +24,7 @@ mod measured;
 mod modes;
 mod new_rig;
 mod next;
+mod own_microphones;
 mod own_records;
 mod plots;
 mod pressures;

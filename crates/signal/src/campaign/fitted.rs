@@ -4,10 +4,23 @@ use crate::Fault;
 use crate::ping::Drift;
 use rijke_rig::{Click, Ping, Rejection};
 
+/// The fit of one ping.
+#[derive(Clone, Debug)]
+pub(super) struct PingOfRecord {
+    /// Which of the pings of its point.
+    pub(super) repeat: usize,
+    pub(super) ping: Ping,
+    pub(super) drift: Drift,
+    /// The microphones that tell of it.
+    pub(super) live: Vec<usize>,
+    /// Those that recorded it and were left out, and why.
+    pub(super) left_out: Vec<(usize, Fault)>,
+}
+
 #[derive(Clone, Debug)]
 pub(super) enum Fitted {
-    /// And the microphones that recorded it.
-    Ping(Result<(Ping, Drift), Fault>, Vec<usize>),
+    /// And the frequency of mains that it hums with beside the stated one, Hz.
+    Ping(Result<PingOfRecord, Fault>, Option<f64>),
     /// Arrival times and the channel of opposite polarity, if any; none without a calibration.
     Click(Result<Option<(Click, Option<usize>)>, Fault>),
 }

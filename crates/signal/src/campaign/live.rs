@@ -45,10 +45,14 @@ impl Fault {
         | Self::OnlyHum { channel, .. }
         | Self::Dropout { channel, .. }
         | Self::Residual { channel, .. }
+        | Self::GainDrifts { channel, .. }
         | Self::Inverted { channel } = &mut self
             && let Some(number) = numbers.get(*channel)
         {
             *channel = *number;
+        }
+        if let Self::GainsApart { channels, .. } = &mut self {
+            channels.iter_mut().for_each(|c| *c = numbers.get(*c).copied().unwrap_or(*c));
         }
         self
     }

@@ -3,7 +3,9 @@
 mod calibration;
 mod contradictions;
 mod fitted;
+mod gains;
 mod kept;
+mod left_out;
 mod live;
 mod options;
 mod path;

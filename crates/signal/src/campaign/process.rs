@@ -3,15 +3,18 @@
 
 use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
-use super::fitted::{Fitted, rejection};
+use super::fitted::{Fitted, PingOfRecord, rejection};
+use super::gains::{OfPoint, wandering};
 use super::kept::Kept;
+use super::left_out::{correction, in_words, settle};
 use super::live::{LiveRecord, in_all};
 use super::options::{PointScatter, ProcessError, ProcessOptions, Processed};
 use super::path::{click_options, setting_covariance};
 use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
 use crate::click::fit_click;
+use crate::dsp::noise::other_mains;
 use crate::ping::Drift;
-use crate::ping::{PingOptions, fit_ping};
+use crate::ping::{PingOptions, fit_majority};
 use crate::repeats::{Repeats, pool};
 use crate::{Fault, Trace};
 use rayon::prelude::*;
@@ -97,9 +100,9 @@ pub fn process_again(
             let fitted = if is_ping {
                 let known = LiveRecord::of(source.ping(point, repeat)?, options.ping.reference);
                 let own = PingOptions { reference: known.reference, ..options.ping.clone() };
-                let fit = fit_ping(&Trace::from(&known.record), &own);
-                let fit = fit.map(|fit| (fit.ping, fit.drift)).map_err(|fault| fault.numbered(&known.live));
-                Fitted::Ping(fit, known.live)
+                let trace = Trace::from(&known.record);
+                let hum = other_mains(trace.channels, trace.quiet, trace.rate_hz, own.mains_hz);
+                Fitted::Ping(ping_of_record(repeat, &trace, &own, &known.live), hum)
             } else if click_delays.is_none() {
                 Fitted::Click(Ok(None))
             } else {
@@ -124,16 +127,17 @@ pub fn process_again(
     // Fits are given up as their means are made: those of a whole campaign are not held twice.
     let mut fitted = jobs.iter().zip(fitted).peekable();
     let (mut gathered, mut corrections) = (Vec::with_capacity(set.points.len()), Vec::new());
+    let (mut all_left_out, mut hums) = (Vec::new(), Vec::new());
     for (k, records) in set.points.iter().enumerate() {
-        let (mut pings, mut lives) = (Vec::new(), Vec::new());
-        let mut clicks = Vec::new();
+        let (mut pings, mut clicks) = (Vec::new(), Vec::new());
         while let Some((&(_, repeat, _), fit)) = fitted.next_if(|(job, _)| job.0 == k) {
             match fit {
-                Fitted::Ping(Ok((ping, drift)), live) => {
-                    lives.push(live.clone());
-                    pings.push((repeat, ping.among(&live, microphones), drift));
+                Fitted::Ping(Ok(ping), hum) => {
+                    hums.extend(hum);
+                    pings.push(ping);
                 }
-                Fitted::Ping(Err(fault), _) => {
+                Fitted::Ping(Err(fault), hum) => {
+                    hums.extend(hum);
                     rejections.push(rejection(&records.pings[repeat], &fault.numbered(&numbers)));
                 }
                 Fitted::Click(Ok(Some((click, inverted)))) => {
@@ -151,15 +155,25 @@ pub fn process_again(
                 }
             }
         }
+        let left_out = settle(&records.point.id, &mut pings, &records.pings, &numbers, &mut rejections);
+        corrections.extend(left_out.iter().map(correction));
+        all_left_out.extend(left_out);
         // Repeats are compared in the microphones that all of them have.
-        let live = in_all(lives.iter());
-        pings.iter_mut().for_each(|(_, ping, _)| *ping = ping.only(&live));
+        let live = in_all(pings.iter().map(|p| &p.live));
         let named: Vec<usize> = live.iter().map(|m| numbers[*m]).collect();
-        if !named.is_empty() && live.len() < microphones {
-            let dead = (0..microphones).filter(|m| !live.contains(m)).map(|m| numbers[m].to_string());
-            let dead = dead.collect::<Vec<_>>().join(", ");
-            notes.push(format!("{}: without microphone {dead}, which is dead", records.point.id));
+        let is_dead = |m: &usize| {
+            !live.contains(m) && pings.iter().all(|p| p.left_out.iter().all(|(left, _)| left != m))
+        };
+        let dead: Vec<String> = (0..microphones).filter(is_dead).map(|m| numbers[m].to_string()).collect();
+        if !named.is_empty() && !dead.is_empty() {
+            notes.push(format!(
+                "{}: without microphone {}, which is dead",
+                records.point.id,
+                dead.join(", ")
+            ));
         }
+        let among = |p: PingOfRecord| (p.repeat, p.ping.among(&p.live, microphones).only(&live), p.drift);
+        let pings = pings.into_iter().map(among).collect();
         let (mut pings, drift) = common_drift(pings);
         notes.extend(drift.as_ref().map(|drift| drift_in_words(&records.point.id, drift, &pings)));
         corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
@@ -167,6 +181,15 @@ pub fn process_again(
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, &numbers, &mut rejections);
         gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, drift });
     }
+    notes.extend(in_words(&all_left_out, set.points.iter().map(|p| p.pings.len()).sum()));
+    let hum = hum_in_words(&hums, options.ping.mains_hz);
+    notes.extend(hum.clone());
+    let of_pings = set.points.iter().zip(&gathered).filter_map(|(records, g)| {
+        let numbers = g.live.iter().map(|m| numbers[*m]).collect();
+        let reference = g.pings.first()?.1.reference;
+        Some(OfPoint { point: &records.point.id, repeats: g.ping_repeats.as_ref()?, numbers, reference })
+    });
+    notes.extend(wandering(&of_pings.collect::<Vec<_>>()));
     // The same microphones at all points that are pooled, so that the same numbers meet.
     let sets: BTreeSet<Vec<usize>> = gathered.iter().map(|g| g.live.clone()).collect();
     for set in sets {
@@ -223,7 +246,8 @@ pub fn process_again(
     if points.iter().all(|p| p.ping.is_none() && p.click.is_none())
         && let Some(first) = rejections.get(calibration_clicks)
     {
-        let (record, reason) = (first.record.clone(), first.reason.clone());
+        let hum = hum.map_or_else(String::new, |hum| format!("; {hum}"));
+        let (record, reason) = (first.record.clone(), format!("{}{hum}", first.reason));
         return Err(ProcessError::NothingUsable { count: jobs.len(), record, reason });
     }
     let records = jobs.len() + records;
@@ -259,6 +283,33 @@ struct Gathered {
     click_repeats: Option<Repeats>,
     /// The drift that was taken out of all pings.
     drift: Option<Drift>,
+}
+
+/// Fits a ping whose channels are the `live` microphones.
+fn ping_of_record(
+    repeat: usize,
+    trace: &Trace<'_>,
+    options: &PingOptions,
+    live: &[usize],
+) -> Result<PingOfRecord, Fault> {
+    let found = fit_majority(trace, options).map_err(|fault| fault.numbered(live))?;
+    Ok(PingOfRecord {
+        repeat,
+        ping: found.fit.ping,
+        drift: found.fit.drift,
+        live: found.kept.iter().map(|place| live[*place]).collect(),
+        left_out: found.left_out.into_iter().map(|(m, fault)| (live[m], fault.numbered(live))).collect(),
+    })
+}
+
+/// What to say of pings whose silence hums with other mains than those stated.
+fn hum_in_words(found: &[f64], stated: f64) -> Option<String> {
+    let hz = *found.first()?;
+    let count = found.iter().filter(|f| **f == hz).count();
+    Some(format!(
+        "the silence of {count} pings hums at {hz:.0} Hz and its multiples, and the mains are said to have {stated:.0} Hz: write `mains_hz = {hz:.0}` in the \
+         manifest, or give --mains {hz:.0}"
+    ))
 }
 
 /// A ping without its shape: that of the reference microphone alone.

@@ -101,6 +101,14 @@ impl Whitener {
         (matrix, log_slopes)
     }
 
+    /// The matrix W(s) with: amplitudes in the white samples = W(s) amplitudes in the record.
+    pub(crate) fn whiten(&self, s: C64, step: f64) -> Vec<Vec<C64>> {
+        let (count, delay) = (self.filters.len(), (-s * step).exp());
+        let gain = |filter: &Vec<f64>| filter.iter().rev().fold(C64::ZERO, |sum, &a| sum * delay + a);
+        let gains: Vec<C64> = self.filters.iter().map(gain).collect();
+        (0..count).map(|i| (0..count).map(|m| self.inverse[(i, m)] * gains[m]).collect()).collect()
+    }
+
     /// Standard deviation of white noise that would have the density of each channel's noise at frequency
     /// `omega`.
     pub(crate) fn deviations(&self, omega: f64, step: f64) -> Vec<f64> {
@@ -230,6 +238,51 @@ pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64) ->
         }
     }
     present
+}
+
+/// Frequencies of mains, Hz.
+const GRIDS: [f64; 2] = [50.0, 60.0];
+/// Power of a line over that beside it from which it is one, and from which a second harmonic bears it out.
+const LINE: f64 = 25.0;
+const BORNE_OUT: f64 = 10.0;
+/// A stated frequency this near, relative, is the same.
+const SAME: f64 = 0.04;
+
+/// The frequency of mains, Hz, with which the first `quiet` samples hum, if that is not the stated one and
+/// louder: a line with one of its next two multiples, each above what lies beside it. Shorter than fifteen
+/// periods, silence does not tell.
+pub(crate) fn other_mains(channels: &[Vec<f64>], quiet: usize, rate_hz: f64, stated_hz: f64) -> Option<f64> {
+    let apart = rate_hz / quiet.max(1) as f64;
+    let power = |f: f64| {
+        let of = |y: &Vec<f64>| {
+            let part = &y[..quiet.min(y.len())];
+            let mean = part.iter().sum::<f64>() / part.len() as f64;
+            let (turn, mut phasor) = (C64::from_polar(1.0, -std::f64::consts::TAU * f / rate_hz), C64::ONE);
+            let around = std::f64::consts::TAU / part.len() as f64;
+            let (mut sum, mut squares) = (C64::ZERO, 0.0);
+            for (n, v) in part.iter().enumerate() {
+                sum += phasor * ((1.0 - (around * (n as f64 + 0.5)).cos()) * (v - mean));
+                squares += (v - mean) * (v - mean);
+                phasor *= turn;
+            }
+            if squares > 0.0 { sum.norm_sqr() / squares } else { 0.0 }
+        };
+        channels.iter().map(of).sum::<f64>()
+    };
+    let line = |f: f64| {
+        let mut beside = [-4.5, -3.5, -2.5, 2.5, 3.5, 4.5].map(|k| power(f + k * apart));
+        beside.sort_by(f64::total_cmp);
+        power(f) / beside[2].max(f64::MIN_POSITIVE)
+    };
+    let hums = |f: &f64| {
+        (f / stated_hz - 1.0).abs() > SAME
+            && 15.0 * apart < *f
+            && 3.0 * f < 0.4 * rate_hz
+            && power(*f) > 4.0 * power(stated_hz)
+            && line(*f) > LINE
+            && line(2.0 * f).max(line(3.0 * f)) > BORNE_OUT
+    };
+    GRIDS.into_iter().find(hums)
 }
 
 /// Least-squares complex amplitude a of Re(a z^n) in each series, for the powers z^n given.

@@ -25,6 +25,8 @@ const DOUBT: f64 = 3.0;
 /// So many windows in a row must show no decay before the decay has begun after them: near the noise one may
 /// fail by chance.
 const MISSES: usize = 3;
+/// So many windows at the end may be too near the noise to say how loud the decay is before them.
+const UNSURE: usize = 2;
 /// Length of the stretches in which the forcing is compared with its model, s, and share of the largest
 /// energy of any stretch that may be left: an interruption that changes the amplitude by a seventh leaves
 /// more.
@@ -65,7 +67,7 @@ pub(crate) fn last_decay(
     let onset = first * block;
     let mut start = (last * block).min(white.rows().checked_sub(10 * block)?);
     let mut decays: Vec<(usize, Solution)> = Vec::new();
-    let mut missed = 0;
+    let (mut missed, mut anew) = (0, false);
     while missed < MISSES {
         let seen = look(search, white.slice(start, start + rows(LENGTH).max(10 * block)));
         let follows = |decays: &[(usize, Solution)]| {
@@ -78,6 +80,11 @@ pub(crate) fn last_decay(
                 decays.push((start, solution));
                 missed = 0;
             }
+            // The first windows may hold too little to be compared with: this one may be the first.
+            Seen::Decay(solution) if (1..=UNSURE).contains(&decays.len()) && !anew => {
+                decays = vec![(start, solution)];
+                (missed, anew) = (missed + 1, true);
+            }
             // Near the noise nothing may be found yet.
             Seen::Nothing if decays.is_empty() => {}
             _ => missed += 1,
@@ -86,6 +93,9 @@ pub(crate) fn last_decay(
             break;
         }
         start = start.saturating_sub(stride).max(onset);
+    }
+    if anew && decays.len() <= UNSURE {
+        return None;
     }
     let (from, rough) = decays.pop()?;
     if from <= onset + stride {
@@ -140,7 +150,16 @@ fn continues(stretch: White<'_>, known: &Solution, rows: usize, length: usize) -
     }
     // The growth rate's error acts from the middle of the window to that of the stretch.
     let away = 0.5 * (rows + length) as f64 * stretch.step;
-    let doubt = (1.0 / square + known.variance() * known.covariance[(0, 0)] * away * away).sqrt();
+    let of_growth_alone = known.covariance[(0, 0)] * away * away;
+    // Amplitudes and growth rate have errors together: hum beside the mode is hardly told from it in a short
+    // window.
+    let amplitudes = &known.amplitudes[0];
+    let strength: f64 = amplitudes.iter().map(|b| b.norm_sqr()).sum();
+    let of_growth = [-0.5 * rows as f64 * stretch.step, 0.0];
+    let of_amplitudes = amplitudes.iter().flat_map(|b| [b.re / strength, b.im / strength]);
+    let weights: Vec<f64> = of_growth.into_iter().chain(of_amplitudes).collect();
+    let of_both = known.mode_covariance(0).quadratic(&weights);
+    let doubt = (1.0 / square + known.variance() * of_both.max(of_growth_alone)).sqrt();
     (product / square - 1.0).abs() < UNLIKE + DOUBT * doubt
 }
 

@@ -98,7 +98,10 @@ pub(crate) fn is_doubtful(fault: &Fault) -> bool {
 pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> Fault {
     let whole = || Whole::of(trace, options);
     let better = match &fault {
-        Fault::StillDriven { .. } => whole().and_then(|w| w.bent()),
+        // What is bent decays otherwise where it is loud.
+        Fault::StillDriven { .. } | Fault::GainDrifts { .. } | Fault::GainsApart { .. } => {
+            whole().and_then(|w| w.bent())
+        }
         fault if is_doubtful(fault) || matches!(fault, Fault::Weak { .. }) => {
             whole().and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()))
         }

@@ -1,5 +1,6 @@
 //! Decay rate, frequency and mode shape of one ring-down, with covariance and verdict.
 
+use super::alike::Decay;
 use super::backwards::last_decay;
 use super::chirp::Drift;
 use super::diagnosis;
@@ -13,7 +14,7 @@ use super::search::{Search, has_close_neighbour};
 use super::silence;
 use super::verdict::{self, Residue};
 use crate::dsp::noise::{Whitener, remove_hum};
-use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White};
+use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White, fundamental};
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 use rijke_rig::Ping;
@@ -109,7 +110,11 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     let backwards = || fit(Start::Backwards)?.judged(options);
     let found = match plateau.and_then(|fit| fit.judged(options)) {
         Ok(found) if doubtful => backwards().or(Ok(found)),
-        Err(fault) if diagnosis::is_doubtful(&fault) => backwards().or(Err(fault)),
+        Err(fault) if diagnosis::is_doubtful(&fault) => match backwards() {
+            // A decay that was found, and in which the channels differ, says more.
+            Err(apart @ (Fault::GainDrifts { .. } | Fault::GainsApart { .. })) => Err(apart),
+            found => found.or(Err(fault)),
+        },
         result => result,
     };
     found.map_err(|fault| {
@@ -338,6 +343,9 @@ impl Fitted {
         residue.check(options.mains_hz)?;
         residue.check_whole(self.learnt_from)?;
         let variance = self.solution.variance();
+        let whiten = &self.whitener.whiten(s, self.step);
+        let (white, amplitudes_now, step) = (white_amplitudes, &amplitudes, self.step);
+        Decay { s, white, amplitudes: amplitudes_now, whiten, left: &left, step, variance }.check()?;
         let covariance = self.solution.mode_covariance(0);
         let mut ping =
             relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
@@ -350,10 +358,7 @@ impl Fitted {
         if let Some(mode) = modes.first_mut() {
             *mode = ping.s;
         }
-        let fundamental = self.solution.components.iter().find_map(|c| match c.kind {
-            Kind::Mains(h) => Some(c.s.im / (f64::from(h) * std::f64::consts::TAU)),
-            _ => None,
-        });
+        let mains = fundamental(&self.solution.components).map(|omega| omega / std::f64::consts::TAU);
         Ok(PingFit {
             ping,
             modes,
@@ -363,7 +368,7 @@ impl Fitted {
             tones,
             window: (at(from), at(to)),
             signal_to_noise,
-            mains: (self.harmonics, fundamental.unwrap_or(options.mains_hz)),
+            mains: (self.harmonics, mains.unwrap_or(options.mains_hz)),
             residual_variance: variance,
             whiteness: residue.whiteness(self.learnt_from),
         })

@@ -1,11 +1,13 @@
 //! A ping: noise, forcing, and the free decay of one mode. Must not know other records.
 
+mod alike;
 mod backwards;
 mod chirp;
 mod diagnosis;
 mod driven;
 mod fit;
 mod forcing;
+mod majority;
 mod options;
 mod picture;
 mod relative;
@@ -17,5 +19,6 @@ mod verdict;
 
 pub use chirp::Drift;
 pub use fit::{PingFit, fit_ping};
+pub use majority::{MajorityFit, fit_majority};
 pub use options::PingOptions;
 pub use picture::PingPicture;

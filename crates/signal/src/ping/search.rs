@@ -6,7 +6,9 @@ use crate::Fault;
 use crate::dsp::kernels::dot;
 use crate::dsp::transform;
 use crate::ringdown::pencil::{self, Decimated};
-use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, energies, solve};
+use crate::ringdown::{
+    Component, Kind, MAINS, SEARCHING, Solution, White, energies, fundamental, solve, with_fundamental,
+};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
@@ -69,6 +71,7 @@ impl Search<'_> {
     ) -> Result<Solution, Fault> {
         loop {
             let count = modes(&components);
+            components = self.grounded(components);
             match solve(white, &components, close) {
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(self.decimated(early).white(), &components));
@@ -91,6 +94,16 @@ impl Search<'_> {
         s.re >= 0.0 || !self.may_be_mode(s)
     }
 
+    /// The components with mains whose frequency is next to the nominal one: an earlier fit may have moved
+    /// them.
+    fn grounded(&self, components: Vec<Component>) -> Vec<Component> {
+        let nominal = TAU * self.options.mains_hz;
+        match fundamental(&components) {
+            Some(found) if (found / nominal - 1.0).abs() > MAINS => with_fundamental(components, nominal),
+            _ => components,
+        }
+    }
+
     fn decimated(&self, early: White<'_>) -> Decimated {
         let factor = ((0.42 / (early.step * self.options.highest_hz)).floor() as usize).max(1);
         Decimated::new(early, factor)
@@ -108,6 +121,7 @@ impl Search<'_> {
     fn settled(&self, decimated: &Decimated, mut components: Vec<Component>) -> Result<Solution, Fault> {
         loop {
             let count = modes(&components);
+            components = self.grounded(components);
             let solution = match solve(decimated.white(), &components, SEARCHING) {
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(decimated.white(), &components));

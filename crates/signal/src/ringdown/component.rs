@@ -23,3 +23,21 @@ pub(crate) struct Component {
     /// Which of the two are free.
     pub(crate) kind: Kind,
 }
+
+/// The fundamental of the mains, 1/s, if they are among the components.
+pub(crate) fn fundamental(components: &[Component]) -> Option<f64> {
+    components.iter().find_map(|c| match c.kind {
+        Kind::Mains(h) => Some(c.s.im / f64::from(h)),
+        _ => None,
+    })
+}
+
+/// The same components with another fundamental of the mains.
+pub(crate) fn with_fundamental(mut components: Vec<Component>, omega: f64) -> Vec<Component> {
+    for component in &mut components {
+        if let Kind::Mains(h) = component.kind {
+            component.s.im = omega * f64::from(h);
+        }
+    }
+    components
+}

@@ -3,10 +3,12 @@
 
 mod component;
 pub(crate) mod pencil;
+mod solution;
 mod solve;
 mod sums;
 mod white;
 
-pub(crate) use component::{Component, Kind};
-pub(crate) use solve::{SEARCHING, SETTLING, Solution, energies, glance, solve};
+pub(crate) use component::{Component, Kind, fundamental, with_fundamental};
+pub(crate) use solution::Solution;
+pub(crate) use solve::{MAINS, SEARCHING, SETTLING, energies, glance, solve};
 pub(crate) use white::White;

@@ -19,3 +19,4 @@ mod ringing;
 mod short;
 mod swept;
 mod uncalibrated;
+mod wandering;

@@ -37,11 +37,12 @@ const NEAR: f64 = 5e-3;
 /// Nodes of the profile behind the part.
 const NODES: usize = 16;
 
-/// Reads `readings.csv`: columns `point`, `at [m]`, `temperature [K]`, `sd [K]`.
+/// Reads `readings.csv`: columns `point`, `at [m]`, `temperature [K]`, `sd [K]`; with `thermometer`, a name, if it
+/// is there.
 ///
 /// # Errors
 /// File, line and remedy.
-pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<GasReading>, StudyError> {
+pub fn read_readings(path: &Path, campaign: &Campaign, rig: &Rig) -> Result<Vec<GasReading>, StudyError> {
     let source = Source::read_table(path)?;
     let mut reader = source.table();
     let wrong = |error: csv::Error| source.csv(&error);
@@ -63,10 +64,18 @@ pub fn read_readings(path: &Path, campaign: &Campaign) -> Result<Vec<GasReading>
     };
     let [point, at, temperature, sd] =
         [find("point", "1")?, find("at", "m")?, find("temperature", "K")?, find("sd", "K")?];
+    let name = header.iter().position(|text| text.trim() == "thermometer");
     let mut readings = Vec::new();
     for record in reader.records() {
         let record = record.map_err(wrong)?;
         let line = source.line_of(&record);
+        if let Some(name) = name.and_then(|k| record.get(k)).map(str::trim).filter(|name| !name.is_empty())
+            && !rig.thermometers.names.iter().any(|known| known == name)
+        {
+            let (name, known) =
+                (name.to_owned(), crate::source::listed(rig.thermometers.names.iter().map(String::as_str)));
+            return Err(source.at_line(line, StudyProblem::Unknown { what: "thermometer", name, known }));
+        }
         let id = record.get(point.0).unwrap_or_default();
         let found = campaign.point(id).map(|(k, _)| k);
         let found = found.ok_or_else(|| {
@@ -177,12 +186,12 @@ pub fn heated_states(
                 .iter()
                 .any(|at| (at.at(&layout.numbers) - r.at).abs() <= NEAR * layout.length)
         {
-            let (key, value) = (format!("at of {}", campaign.points[r.point].id), format!("{} m", r.at));
-            return Err(StudyProblem::Value {
-                key,
-                value,
-                need: "the place of one of the [thermometers] of rig.toml",
-            });
+            let name = format!("{} m, at {}", r.at, campaign.points[r.point].id);
+            let places = rig.thermometers.names.iter().zip(&rig.thermometers.at);
+            let places: Vec<String> =
+                places.map(|(name, at)| format!("{name} at {:.4} m", at.at(&layout.numbers))).collect();
+            let known = crate::source::listed(places.iter().map(String::as_str));
+            return Err(StudyProblem::Unknown { what: "place of a thermometer", name, known });
         }
     }
     let all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;

@@ -1,0 +1,94 @@
+//! Gains that change from record to record.
+
+use crate::repeats::Repeats;
+
+/// Scatter of a relative pressure between the repeats of a point, relative to it, that is said; and how many times
+/// that of the other channels it must be.
+const SAID: f64 = 0.01;
+const ODD: f64 = 5.0;
+/// Where all pressures scatter alike, within this factor, their reference does.
+const ALIKE: f64 = 2.0;
+
+/// The pings of a point: its name, what its repeats say, the numbers of its microphones in the rig, and the place
+/// of the reference among them.
+pub(super) struct OfPoint<'a> {
+    pub(super) point: &'a str,
+    pub(super) repeats: &'a Repeats,
+    pub(super) numbers: Vec<usize>,
+    pub(super) reference: usize,
+}
+
+/// Says which microphones have a gain that changes between repeats.
+pub(super) fn wandering(points: &[OfPoint<'_>]) -> Vec<String> {
+    let mut found: Vec<(usize, &str, f64)> = points.iter().flat_map(of_point).collect();
+    found.sort_by_key(|f| f.0);
+    let say = |of: &[(usize, &str, f64)]| {
+        let largest = of.iter().map(|f| f.2).fold(0.0, f64::max);
+        let (number, names) = (of[0].0, of.iter().map(|f| f.1).take(3).collect::<Vec<_>>().join(", "));
+        let more = if of.len() > 3 { format!(" and {} more", of.len() - 3) } else { String::new() };
+        format!(
+            "the gain of microphone {number} changes between the repeats of {names}{more}, by up to {:.1} %: mode shapes carry this as an error. Look \
+             after it, or write `dead = [{number}]` in the manifest",
+            100.0 * largest
+        )
+    };
+    found.chunk_by(|a, b| a.0 == b.0).map(say).collect()
+}
+
+/// Number of the microphone, point, relative scatter.
+fn of_point<'a>(of: &OfPoint<'a>) -> Vec<(usize, &'a str, f64)> {
+    let Repeats { between, mean, .. } = of.repeats;
+    let others: Vec<usize> =
+        (0..of.numbers.len()).filter(|m| *m != of.reference).map(|m| of.numbers[m]).collect();
+    let scatter = |i: usize| {
+        let (re, im) = (2 + 2 * i, 3 + 2 * i);
+        (between[re] + between[im]).sqrt() / mean[re].hypot(mean[im])
+    };
+    let all: Vec<f64> = (0..others.len()).map(scatter).collect();
+    if all.len() < 3 {
+        return Vec::new();
+    }
+    let mut sorted = all.clone();
+    sorted.sort_by(f64::total_cmp);
+    let (least, most, median) = (sorted[0], sorted[sorted.len() - 1], sorted[(sorted.len() - 1) / 2]);
+    if least > SAID && most < ALIKE * least {
+        return vec![(of.numbers[of.reference], of.point, median)];
+    }
+    let odd = |(m, r): (&usize, &f64)| (*r > SAID && *r > ODD * median).then_some((*m, of.point, *r));
+    others.iter().zip(&all).filter_map(odd).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::repeats::combine;
+    use rijke_numerics::Matrix;
+
+    /// Three repeats of four microphones, of which one has a gain that grows by a share from one to the next.
+    fn said(which: usize, share: f64) -> Vec<String> {
+        let values: Vec<(f64, Vec<f64>, Matrix)> = (0..3)
+            .map(|n| {
+                let gain = |m: usize| 1.0 + if m == which { share * n as f64 } else { 0.0 };
+                let noise = |m: usize| 1e-4 * ((7 * n + 3 * m) as f64).sin();
+                let pressure = |m: usize| [(0.4 + 0.2 * m as f64) * gain(m) / gain(0) + noise(m), 0.01];
+                let all: Vec<f64> = [-9.0, 1070.0].into_iter().chain((1..5).flat_map(pressure)).collect();
+                (n as f64, all, Matrix::diagonal(&[1e-8; 10]))
+            })
+            .collect();
+        let repeats = combine(&values, &|k| k.to_string()).unwrap();
+        wandering(&[OfPoint { point: "a", repeats: &repeats, numbers: vec![0, 1, 2, 4, 5], reference: 0 }])
+    }
+
+    #[test]
+    fn message_the_microphone_whose_gain_changes_is_named() {
+        assert!(said(3, 0.0).is_empty() && said(3, 1e-3).is_empty());
+        let odd = said(3, 0.05);
+        assert!(odd.len() == 1 && odd[0].starts_with("the gain of microphone 4 changes"), "{odd:?}");
+        assert!(odd[0].contains("`dead = [4]`"));
+        let reference = said(0, 0.05);
+        assert!(
+            reference.len() == 1 && reference[0].starts_with("the gain of microphone 0 changes"),
+            "{reference:?}"
+        );
+    }
+}

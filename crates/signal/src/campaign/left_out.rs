@@ -1,0 +1,131 @@
+//! Channels that the others of their record contradict: a point goes without them, or without the records.
+
+use super::fitted::{PingOfRecord, rejection};
+use rijke_rig::Rejection;
+
+/// A point keeps a channel that was left out of one of so many of its pings, and goes without these pings.
+const FEW: usize = 5;
+/// Points and records that a sentence names.
+const NAMED: usize = 3;
+
+/// A channel that was left out of a record.
+pub(super) struct LeftOut {
+    /// Its number in the rig.
+    number: usize,
+    point: String,
+    record: String,
+    reason: String,
+}
+
+/// Decides for the pings of one point, whose files have the given names: rejects the pings without a channel
+/// that nearly all others have, and says what was left out of those that stay.
+pub(super) fn settle(
+    point: &str,
+    pings: &mut Vec<PingOfRecord>,
+    names: &[String],
+    numbers: &[usize],
+    rejections: &mut Vec<Rejection>,
+) -> Vec<LeftOut> {
+    let mut channels: Vec<usize> = pings.iter().flat_map(|p| p.left_out.iter().map(|l| l.0)).collect();
+    channels.sort_unstable();
+    channels.dedup();
+    for channel in channels {
+        let without = |p: &PingOfRecord| p.left_out.iter().find(|l| l.0 == channel).map(|l| l.1.clone());
+        let count = pings.iter().filter(|p| without(p).is_some()).count();
+        if FEW * count > pings.len() {
+            continue;
+        }
+        pings.retain(|p| {
+            let fault = without(p).map(|fault| fault.numbered(numbers));
+            rejections.extend(fault.as_ref().map(|fault| rejection(&names[p.repeat], fault)));
+            fault.is_none()
+        });
+    }
+    let of = |p: &PingOfRecord| -> Vec<LeftOut> {
+        let said = |(channel, fault): &(usize, crate::Fault)| LeftOut {
+            number: numbers[*channel],
+            point: point.to_owned(),
+            record: names[p.repeat].clone(),
+            reason: fault.clone().numbered(numbers).to_string(),
+        };
+        p.left_out.iter().map(said).collect()
+    };
+    pings.iter().flat_map(of).collect()
+}
+
+/// A row of the table of what was put right.
+pub(super) fn correction(left: &LeftOut) -> Rejection {
+    let LeftOut { number, record, reason, .. } = left;
+    Rejection { record: record.clone(), reason: format!("channel {number} was left out: {reason}") }
+}
+
+/// A sentence for every channel that was left out of some of `count` pings.
+pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
+    let mut numbers: Vec<usize> = all.iter().map(|l| l.number).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let of = |number: usize| {
+        let own: Vec<&LeftOut> = all.iter().filter(|l| l.number == number).collect();
+        let mut points: Vec<&str> = own.iter().map(|l| l.point.as_str()).collect();
+        points.dedup();
+        let more = points.len().saturating_sub(NAMED);
+        let and = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!(
+            "microphone {number} was left out of {} of {count} pings, which the others fit without it: {}{and} have no pressure there (corrections.csv \
+             lists the records). The first, {}: {}. If it cannot be trusted, write `dead = [{number}]` in the manifest",
+            own.len(),
+            points[..points.len().min(NAMED)].join(", "),
+            own[0].record,
+            own[0].reason
+        )
+    };
+    numbers.into_iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Fault;
+    use crate::ping::Drift;
+    use rijke_numerics::{C64, Matrix};
+    use rijke_rig::Ping;
+
+    fn pings(count: usize, without: usize) -> Vec<PingOfRecord> {
+        let ping = Ping {
+            s: C64::new(-9.0, 1070.0),
+            pressures: vec![C64::ONE; 3],
+            reference: 0,
+            covariance: Matrix::identity(6),
+        };
+        let fault = Fault::GainDrifts { channel: 2, growth_rates: [-8.9, -9.0], sd: 0.01, distance: 10.0 };
+        let of = |repeat: usize| PingOfRecord {
+            repeat,
+            ping: ping.clone(),
+            drift: Drift::default(),
+            live: if repeat < without { vec![0, 1] } else { vec![0, 1, 2] },
+            left_out: if repeat < without { vec![(2, fault.clone())] } else { Vec::new() },
+        };
+        (0..count).map(of).collect()
+    }
+
+    #[test]
+    fn behaviour_few_records_go_and_of_many_the_channel_does() {
+        let names: Vec<String> = (0..10).map(|n| format!("ping-{n}")).collect();
+        // Microphone 2 of the records is number 3 of the rig, because 1 is dead.
+        let numbers = [0, 2, 3];
+        for (count, without, rejected, left) in
+            [(10, 1, 1, 0), (10, 2, 2, 0), (10, 3, 0, 3), (3, 1, 0, 1), (1, 1, 0, 1)]
+        {
+            let (mut all, mut rejections) = (pings(count, without), Vec::new());
+            let said = settle("a", &mut all, &names, &numbers, &mut rejections);
+            assert_eq!((rejections.len(), said.len(), all.len()), (rejected, left, count - rejected));
+            let words = in_words(&said, count);
+            assert_eq!(words.len(), usize::from(left > 0));
+            if let Some(first) = words.first() {
+                let start = format!("microphone 3 was left out of {left} of {count} pings");
+                assert!(first.starts_with(&start) && first.contains("`dead = [3]`"), "{first}");
+                assert!(correction(&said[0]).reason.starts_with("channel 3 was left out: channel 3 decays"));
+            }
+        }
+    }
+}
