@@ -223,6 +223,29 @@ mod tests {
         }
     }
 
+    /// ArviZ 0.23.4, `arviz.psislw` of the same logarithms: shape, largest weight and sum of squares of the
+    /// smoothed weights, whose sum is one.
+    #[test]
+    fn oracle_smoothed_weights_are_those_of_arviz() {
+        for (tail, shape, largest, squares) in [
+            (0.3, 0.33685397318586036, 0.007047369135692388, 0.0012065227050370624),
+            (0.6, 0.5990237442528413, 0.03924857340820808, 0.004023922366578527),
+            (0.9, 0.8602743264669039, 0.1423490821351557, 0.02824741949621158),
+        ] {
+            let of = |i: u32| -tail * (1.0 - (f64::from(i) * 0.6180339887498949).fract()).ln();
+            let (weights, _, k) = smooth((1..=1000).map(of).collect());
+            let sum: f64 = weights.iter().sum();
+            let found = [
+                k,
+                weights.iter().copied().fold(0.0, f64::max) / sum,
+                weights.iter().map(|w| w * w).sum::<f64>() / (sum * sum),
+            ];
+            for (a, b) in found.into_iter().zip([shape, largest, squares]) {
+                assert!((a - b).abs() < 1e-6 * b, "tail {tail}: {a} {b}");
+            }
+        }
+    }
+
     #[test]
     fn exact_equal_weights_stay_equal() {
         let (weights, largest, k) = smooth(vec![-7.0; 300]);
