@@ -7,6 +7,7 @@ use crate::{Assembly, Conditions, EngineError, NamedGaussian, PointModel, Traine
 use rijke_inference::NoiseEstimate;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Matrix, Order};
+use rijke_study::PointState;
 
 /// What a trained model predicts at one operating point.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +83,13 @@ impl TrainedPosterior {
     ) -> Result<PointPrediction, EngineError> {
         let known = self.gaussian.in_a_new_installation(&self.noise);
         self.predict_from(&known, assembly, conditions, microphones, near, law)
+    }
+
+    /// A base state with the errors that points share at their most probable values.
+    pub(crate) fn as_inferred(&self, base: &PointState) -> PointState {
+        let Some(common) = &self.common else { return base.clone() };
+        let sds: Vec<f64> = base.errors.iter().map(|e| common.mean(&e.cause, &self.gaussian)).collect();
+        base.displaced(&sds)
     }
 
     /// As [`TrainedPosterior::predict`], from what is `known` of the parameters.

@@ -17,8 +17,11 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// What the table calls it.
+    /// What the table calls it; without candidates it is the model of the rig alone.
     pub(crate) fn id(&self) -> String {
+        if self.own.is_empty() {
+            return "the rig".to_owned();
+        }
         self.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + ")
     }
 }

@@ -12,6 +12,7 @@ use rijke_engine::EngineError;
 use rijke_engine::run::{Aim, Next, Run, Trusted, Wish, forecast, next, with_points};
 use rijke_numerics::Streams;
 use rijke_study::Study;
+use std::collections::BTreeMap;
 use tube::TUBE;
 
 const PLAN: &str = "name = \"t\"\n[cost]\npoint = \"30 min\"\ninstallation = \"1 h\"\n[[stage]]\nid = \"s\"\npoints = {}\n[stage.noise]\n\
@@ -144,7 +145,7 @@ fn oracle_information_against_nested_monte_carlo() {
 fn exact_a_quantity_is_known_as_well_as_its_prediction_and_then_better() {
     let folder = folder("quantity");
     let ranked = ranked(&folder);
-    let asked = [std::iter::once(("x".to_owned(), 0.9)).collect()];
+    let asked = [BTreeMap::from([("x".to_owned(), 0.9)])];
     let (study, places) = with_points(&ranked.study, &ranked.study.plan.stages[0].points, &asked).unwrap();
     let wish = Wish {
         aim: Aim::Quantity,

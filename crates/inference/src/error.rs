@@ -116,21 +116,21 @@ pub enum InferenceError {
         source: DenseError,
     },
     /// The cost is not a finite number; a minimiser shortens its step.
-    #[error("the cost is {value} at {at:?}")]
+    #[error("the cost is {value} at {at}")]
     NotFinite {
         /// The value.
         value: f64,
-        /// Working coordinates of the point.
-        at: Vec<f64>,
+        /// The point, in words.
+        at: String,
     },
     /// The forward model failed.
     #[error("the forward model failed: {0}")]
     Forward(#[from] ForwardError),
     /// The model fails at the starting point, so there is nothing to improve on.
-    #[error("the model cannot be evaluated at the starting point {at:?}: {source}")]
+    #[error("the model cannot be evaluated at the starting point {at}: {source}")]
     NoStart {
-        /// Physical parameters of the starting point.
-        at: Vec<f64>,
+        /// The starting point, in words.
+        at: String,
         /// Why.
         source: Box<InferenceError>,
     },

@@ -193,7 +193,8 @@ fn fitted(best: &Found) -> Result<String, Failure> {
     let mut numbers: Vec<(&str, f64)> =
         best.model().parameters.iter().map(|p| (p.name.as_str(), p.value)).collect();
     numbers.extend(factors.filter_map(|(f, v)| Some((f.name.as_str(), (*v)?))));
-    table.iter_mut().for_each(|(_, value)| fill(value, &numbers));
+    let mut table = Value::Table(table);
+    fill(&mut table, &numbers);
     toml::to_string(&table).or_failed()
 }
 
@@ -251,7 +252,20 @@ fn filled(text: &str, numbers: &[(&str, f64)]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::filled;
+    use super::{fill, filled};
+    use toml::{Table, Value};
+
+    /// Also of the file itself, and of a part called as a factor is.
+    #[test]
+    fn exact_names_of_files_and_parts_stay() {
+        let text = "name = \"flame with delay\"\n[[element]]\nname = \"delay\"\nlength = \"delay\"\nat = \"$delay/2\"\n";
+        let mut file = Value::Table(toml::from_str::<Table>(text).unwrap());
+        fill(&mut file, &[("delay", 0.4)]);
+        assert_eq!(file["name"].as_str(), Some("flame with delay"));
+        let part = &file["element"][0];
+        assert_eq!(part["name"].as_str(), Some("delay"));
+        assert_eq!((part["length"].as_float(), part["at"].as_float()), (Some(0.4), Some(0.2)));
+    }
 
     #[test]
     fn exact_names_are_filled_in_as_words() {

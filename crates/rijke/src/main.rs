@@ -8,6 +8,7 @@ use std::{io, process::ExitCode, thread};
 
 mod check;
 mod completions;
+mod condition;
 mod csv_table;
 mod failure;
 mod figure;

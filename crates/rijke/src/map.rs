@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::flow::foresee;
 use crate::ui::Ui;
 use rijke_engine::SavedModel;
-use rijke_engine::run::{Answer, OpenModel, forecast, stability, with_points};
+use rijke_engine::run::{Answer, AskedPoint, OpenModel, forecast, over_map, stability, with_points};
 use rijke_study::plan::{MapGrid, MapQuestion};
 use rijke_study::{ObservedModes, Study};
 
@@ -44,7 +44,7 @@ pub(crate) fn answered(
     let wrong = |e: rijke_engine::EngineError| crate::study::of_the_engine(&e, &study.folder);
     let all = rijke_study::plan::Selection::default();
     let among = study.plan.stage(&asked.stage).map_or(&all, |(_, stage)| &stage.points);
-    let points = asked.grid.points(&study.campaign, among);
+    let points = over_map(study, among, &asked.grid, &AskedPoint::default()).map_err(wrong)?;
     let (mut wider, places) = with_points(study, among, &points).map_err(wrong)?;
     foresee(&mut wider, &places, ui)?;
     let (found, mut left_out) = forecast(&wider, observed, model, open, &places).map_err(wrong)?;

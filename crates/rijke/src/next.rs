@@ -1,11 +1,11 @@
 //! `rijke next`: what to measure next, by the information that it would bring.
 
 use crate::{
+    condition::condition,
     failure::Failure,
     figure,
     flow::foresee,
     map, number,
-    predict::values,
     rank::{open_of, rival_of},
     results::{Ranked, kept_if_any, warn_of_missing},
     study::of_the_engine,
@@ -13,7 +13,8 @@ use crate::{
 };
 use rijke_engine::SavedModel;
 use rijke_engine::run::{
-    Aim, MicrophoneChoice, MicrophoneTable, Next, OpenModel, Suggestion, Wish, microphones, next, with_points,
+    Aim, AskedPoint, MicrophoneChoice, MicrophoneTable, Next, OpenModel, Suggestion, Wish, microphones, next,
+    over_map, with_points,
 };
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
 use rijke_rig::DataKind;
@@ -84,10 +85,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let asked = match &args.map {
-        Some(text) => map::parsed(text, &study)?.points(&study.campaign, &stage.points),
-        None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
+        Some(text) => {
+            let grid = map::parsed(text, &study)?;
+            over_map(&study, &stage.points, &grid, &AskedPoint::default()).map_err(wrong)?
+        }
+        None => args.at.iter().map(|text| condition("--at", text)).collect::<Result<_, _>>()?,
     };
-    let about: Vec<_> = args.about.iter().map(|text| values("--about", text)).collect::<Result<_, _>>()?;
+    let about: Vec<_> = args.about.iter().map(|text| condition("--about", text)).collect::<Result<_, _>>()?;
     let among = stage.points.clone();
     let (mut study, places) = with_points(&study, &among, &[asked, about].concat()).map_err(wrong)?;
     foresee(&mut study, &places, ui)?;

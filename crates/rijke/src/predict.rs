@@ -1,6 +1,7 @@
 //! `rijke predict`: what a trained model says of operating points, measured or not.
 
 use crate::{
+    condition::{condition, surroundings},
     csv_table::csv_table,
     failure::Failure,
     figure,
@@ -13,12 +14,13 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::SavedModel;
-use rijke_engine::run::{Averaged, Forecast, OpenModel, forecast, stability, with_points};
+use rijke_engine::run::{
+    AskedPoint, Averaged, Forecast, OpenModel, forecast, over_map, stability, with_points,
+};
 use rijke_report::answer_svg;
 use rijke_study::Study;
 use rijke_study::plan::MapQuestion;
 use serde_json::json;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Predict growth rate and frequency with their uncertainty, and the probability of instability, at any
@@ -29,7 +31,8 @@ use std::path::PathBuf;
     rijke predict examples/quarter-wave --map x_g,Q --plot stability.pdf\n  \
     rijke predict examples/quarter-wave --map x_g=0.05:0.6,Q=0:80 --plot beyond.pdf --out beyond.csv\n\n\
     Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
-    the nearest point of the stage. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
+    the nearest point of the stage. A condition that is no point of the campaign has an error of T_amb of its own, with the sd T_amb_sd, or else that of the campaign; with day=...\n\
+    it shares the error of that day. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with\n\
     the second and the misfit of growth rates that the stage found.\n\
     Where the evidence leaves other models open, here or in earlier stages, columns averaged_... count them too.")]
@@ -39,12 +42,14 @@ pub(crate) struct Args {
     /// The stage whose model predicts [default: the last].
     #[arg(long, value_name = "ID")]
     stage: Option<String>,
-    /// Values of factors and of T_amb, in SI units; may be repeated.
+    /// Values of factors, of T_amb and of T_amb_sd in SI units, and the day whose error of T_amb it shares;
+    /// may be repeated.
     #[arg(long, value_name = "FACTOR=VALUE,...")]
     at: Vec<String>,
     /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign,
-    /// or, as x_g=0.1:0.6,Q, between others, in SI units.
-    #[arg(long, value_name = "X,Y", conflicts_with = "at")]
+    /// or, as x_g=0.1:0.6,Q, between others, in SI units. All else is what one --at says, else that of the
+    /// point of the stage that is nearest to the middle.
+    #[arg(long, value_name = "X,Y")]
     map: Option<String>,
     /// Draw the map, growth rate and probability with the boundary of stability, into this file, which ends
     /// in .svg or .pdf.
@@ -60,24 +65,28 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let map = args.map.as_deref().map(|text| map::parsed(text, &study)).transpose()?;
-    let asked = match &map {
-        Some(grid) => grid.points(&study.campaign, &stage.points),
-        None => args.at.iter().map(|text| values("--at", text)).collect::<Result<_, _>>()?,
-    };
     let among = stage.points.clone();
+    let given = args.at.iter().map(|text| condition("--at", text)).collect::<Result<Vec<_>, _>>()?;
+    let asked = match &map {
+        Some(grid) => {
+            if given.len() > 1 {
+                let remedy = "Name what is the same at all nodes of the map in one --at.";
+                return Err(Failure::bad_input("--map takes one --at").remedy(remedy));
+            }
+            over_map(&study, &among, grid, &given.into_iter().next().unwrap_or_default()).map_err(wrong)?
+        }
+        None => given,
+    };
+    let measured = study.campaign.points.len();
     let (mut study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
     foresee(&mut study, &places, ui)?;
-    for (place, asked) in
-        places.iter().zip(&asked).filter(|(_, asked)| map.is_none() && !asked.contains_key("T_amb"))
-    {
-        let point = &study.campaign.points[*place];
-        if let Some([kelvin, sd]) = point.ambient.filter(|_| !asked.is_empty()) {
-            ui.note(format!(
-                "{}: T_amb = {kelvin} +- {sd} K, that of the nearest point; give T_amb in --at for another",
-                point.id
-            ));
-        }
+    let new = |(place, _): &(&usize, &AskedPoint)| **place >= measured;
+    let told = if map.is_some() { 1 } else { usize::MAX };
+    for (place, asked) in places.iter().zip(&asked).filter(new).take(told) {
+        let said = surroundings(asked, &study.campaign.points[*place]);
+        let whose = if map.is_some() { "the map" } else { study.campaign.points[*place].id.as_str() };
+        said.iter().for_each(|said| ui.note(format!("{whose}: {said}")));
     }
     // Where the evidence decides, no other model is open.
     let open: Vec<OpenModel> = kept_if_any(dir, &open_of(&stage.id))?.unwrap_or_default();
@@ -111,9 +120,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             ));
         }
     }
-    if map.is_none() {
-        beyond(&study, &model, &places).iter().for_each(|said| ui.note(format!("warning: {said}")));
-    }
+    // Of a map the axes are said with it.
+    let (held, axes) = match &map {
+        Some(grid) => (&places[..1], &grid.factors[..]),
+        None => (&places[..], &[][..]),
+    };
+    beyond(&study, &model, held, axes).iter().for_each(|said| ui.note(format!("warning: {said}")));
     if !open.is_empty() {
         ui.note(format!(
             "the columns averaged_... are over this model and the {} that the evidence leaves open beside it, each as probable as its evidence makes it",
@@ -158,8 +170,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     ui.result(&json!({ "stage": stage.id, "candidates": model.candidates, "points": found }))
 }
 
-/// Factors that lie beyond those of the points that trained.
-fn beyond(study: &Study, model: &SavedModel, places: &[usize]) -> Vec<String> {
+/// Factors, but for those of `axes`, that lie beyond those of the points that trained.
+fn beyond(study: &Study, model: &SavedModel, places: &[usize], axes: &[usize]) -> Vec<String> {
     let points = &study.campaign.points;
     let trained = |k: usize| {
         let of = |id: &String| study.campaign.point(id).map(|(_, p)| p.factors[k]).filter(|v| v.is_finite());
@@ -168,7 +180,8 @@ fn beyond(study: &Study, model: &SavedModel, places: &[usize]) -> Vec<String> {
     };
     let far = |place: &usize| {
         let point = &points[*place];
-        let said = study.campaign.factors.iter().enumerate().filter_map(move |(k, factor)| {
+        let factors = study.campaign.factors.iter().enumerate().filter(|(k, _)| !axes.contains(k));
+        let said = factors.filter_map(move |(k, factor)| {
             let ([low, high], v) = (trained(k), point.factors[k]);
             let room = 1e-9 * (high - low).abs().max(high.abs());
             let unit = factor.unit_in_print();
@@ -182,26 +195,6 @@ fn beyond(study: &Study, model: &SavedModel, places: &[usize]) -> Vec<String> {
         said.collect::<Vec<_>>()
     };
     places.iter().flat_map(far).collect()
-}
-
-/// `x=0.3,Q=50`.
-pub(crate) fn values(flag: &str, text: &str) -> Result<BTreeMap<String, f64>, Failure> {
-    let one = |part: &str| {
-        let (name, value) = part.split_once('=')?;
-        Some((name.trim().to_owned(), value.trim().parse::<f64>().ok().filter(|v| v.is_finite())?))
-    };
-    let found: Option<Vec<(String, f64)>> = text.split(',').map(one).collect();
-    let remedy = format!("Write it as {flag} x_g=0.15,Q=12, numbers in SI units.");
-    let found = found.ok_or_else(|| {
-        Failure::bad_input(format!("{flag} {text}: not a list of factors with numbers")).remedy(&remedy)
-    })?;
-    let mut values = BTreeMap::new();
-    for (name, value) in found {
-        if values.insert(name.clone(), value).is_some() {
-            return Err(Failure::bad_input(format!("{flag} {text}: {name} is given twice")).remedy(remedy));
-        }
-    }
-    Ok(values)
 }
 
 fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {

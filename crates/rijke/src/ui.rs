@@ -7,7 +7,11 @@ use serde::Serialize;
 use std::{
     io::{self, Write},
     process::ExitCode,
+    time::Duration,
 };
+
+/// How often a progress bar is drawn again.
+const TICK: Duration = Duration::from_secs(1);
 
 /// Options that every subcommand takes.
 #[derive(clap::Args)]
@@ -84,9 +88,13 @@ impl Ui {
         let target =
             if self.quiet || self.json { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(total), target).with_message(what);
-        if let Ok(style) = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len}, {eta} left") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len}, {elapsed} so far, {eta} left")
+        {
             bar.set_style(style.progress_chars("=> "));
         }
+        // A step may last for minutes: the time goes on meanwhile.
+        bar.enable_steady_tick(TICK);
         Progress(bar)
     }
 

@@ -102,6 +102,15 @@ impl Common {
         (along.into_iter().map(|(_, place, sum)| (place, sum)).collect(), left)
     }
 
+    /// The most probable error of a cause, in its standard deviations, by what is `known`; 0 of one that no
+    /// training inferred.
+    pub(crate) fn mean(&self, cause: &Cause, known: &NamedGaussian) -> f64 {
+        let Some(j) = self.causes.iter().position(|c| c == cause) else { return 0.0 };
+        let place = |k: usize| known.names.iter().position(|n| *n == name(k));
+        let along = |k: usize| Some(self.shares[(j, k)] * known.mean[place(k)?]);
+        (0..self.shares.columns()).filter_map(along).sum()
+    }
+
     /// For each cause its shares in the directions.
     pub(crate) fn causes_and_shares(&self) -> Vec<(Cause, Vec<f64>)> {
         let shares = |j: usize| (0..self.shares.columns()).map(|k| self.shares[(j, k)]).collect();

@@ -4,14 +4,15 @@ use super::head::Rest;
 use super::measured::Measured;
 use rijke_numerics::C64;
 
-/// What is left of a training.
+/// What is left of a training. Every residual counts by the standard deviation that noise, misfit and what
+/// was measured of it have together: one of loud numbers says nothing of quiet ones.
 pub(super) struct Left {
     /// What the head makes of the model's answers, load after load.
     pub(super) heard: Vec<Vec<C64>>,
-    /// Root mean square of the residuals, both parts together.
+    /// Root mean square of the residuals as they stand, both parts together.
     pub(super) size: f64,
-    /// Root mean square of the data.
-    pub(super) of_the_data: f64,
+    /// Root mean square of the residuals over that of the data, both in standard deviations.
+    pub(super) share: f64,
     /// Correlation between neighbouring frequencies.
     pub(super) neighbours: f64,
     /// How far that correlation is above the one of noise and misfit, over the standard deviation of
@@ -25,30 +26,77 @@ pub(super) struct Left {
 
 /// What is left of `measured` by what the head hears; `rest` is the covariance of what is not the head's.
 pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) -> Left {
-    let residuals: Vec<Vec<C64>> = measured
-        .iter()
-        .zip(&heard)
-        .map(|(m, h)| m.values.iter().zip(h).map(|(m, h)| m - h).collect())
-        .collect();
-    let square: f64 = residuals.iter().flatten().map(|z| z.norm_sqr()).sum();
-    let pairs: f64 = residuals.iter().flat_map(|r| r.windows(2)).map(|w| (w[1] * w[0].conj()).re).sum();
-    let data: f64 = measured.iter().flat_map(|m| &m.values).map(|z| z.norm_sqr()).sum();
-    let count: usize = measured.iter().map(|m| m.values.len()).sum();
-    let (mut expected, mut shared) = (0.0, 0.0);
-    for m in measured {
-        let n = m.values.len();
-        expected += 2.0 * (0..n).map(|i| rest.covariance_of(m, i, i)).sum::<f64>();
-        shared += 2.0 * (1..n).map(|i| rest.covariance_of(m, i - 1, i)).sum::<f64>();
+    let (mut plain, mut square, mut data, mut pairs, mut shared) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (m, heard) in measured.iter().zip(&heard) {
+        // Of a complex number: both parts have this variance.
+        let sds: Vec<f64> = (0..m.values.len())
+            .map(|i| (2.0 * rest.covariance_of(m, i, i)).max(f64::MIN_POSITIVE).sqrt())
+            .collect();
+        let residuals: Vec<C64> = m.values.iter().zip(heard).map(|(m, h)| m - h).collect();
+        let standard: Vec<C64> = residuals.iter().zip(&sds).map(|(z, sd)| z / sd).collect();
+        plain += residuals.iter().map(|z| z.norm_sqr()).sum::<f64>();
+        square += standard.iter().map(|z| z.norm_sqr()).sum::<f64>();
+        data += m.values.iter().zip(&sds).map(|(z, sd)| (z / sd).norm_sqr()).sum::<f64>();
+        pairs += standard.windows(2).map(|w| (w[1] * w[0].conj()).re).sum::<f64>();
+        let common = |i: usize| 2.0 * rest.covariance_of(m, i - 1, i) / (sds[i - 1] * sds[i]);
+        shared += (1..sds.len()).map(common).sum::<f64>();
     }
+    let count = measured.iter().map(|m| m.values.len()).sum::<usize>().max(1) as f64;
     let neighbours = pairs / square.max(f64::MIN_POSITIVE);
-    let known = shared / expected.max(f64::MIN_POSITIVE);
     Left {
         heard,
-        size: (square / count.max(1) as f64).sqrt(),
-        of_the_data: (data / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE),
+        size: (plain / count).sqrt(),
+        share: (square / data.max(f64::MIN_POSITIVE)).sqrt(),
         neighbours,
-        neighbours_sds: (neighbours - known) * (2.0 * count as f64).sqrt(),
-        ratio: (square / expected.max(f64::MIN_POSITIVE)).sqrt(),
-        ratio_sd: 1.0 / (4.0 * count.max(1) as f64).sqrt(),
+        neighbours_sds: (neighbours - shared / count) * (2.0 * count).sqrt(),
+        ratio: (square / count).sqrt(),
+        ratio_sd: 1.0 / (4.0 * count).sqrt(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rijke_numerics::Streams;
+    use std::f64::consts::FRAC_1_SQRT_2;
+
+    /// Two hundred numbers of which the second half was measured a hundred times as badly; beside the noise
+    /// the first half is off by `own` and the second by `other` of its standard deviations.
+    fn left_of(own: f64, other: f64) -> Left {
+        let mut stream = Streams::new(3).stream("residuals");
+        let mut normal = || {
+            let drawn: f64 = StandardNormal.sample(&mut stream);
+            FRAC_1_SQRT_2 * drawn
+        };
+        let sd: Vec<f64> = (0..200).map(|k| if k < 100 { 1e-3 } else { 0.1 }).collect();
+        let off = |k: usize| if k < 100 { own } else { other };
+        let value = |(k, sd): (usize, &f64)| {
+            C64::new(1.0, 0.0) + C64::new(normal() + off(k), normal()) * sd * std::f64::consts::SQRT_2
+        };
+        let values = sd.iter().enumerate().map(value).collect();
+        let measured = Measured {
+            label: String::new(),
+            session: 0,
+            unknown_sources: false,
+            frequency_hz: (0..200).map(f64::from).collect(),
+            values,
+            sd,
+        };
+        let rest = Rest { noise: &[], kernel: None };
+        left(&[measured], vec![vec![C64::new(1.0, 0.0); 200]], rest)
+    }
+
+    #[test]
+    fn behaviour_each_residual_counts_by_its_own_standard_deviation() {
+        let noise = left_of(0.0, 0.0);
+        assert!((noise.ratio - 1.0).abs() < 4.0 * noise.ratio_sd, "{}", noise.ratio);
+        assert!(noise.neighbours_sds.abs() < 4.0, "{}", noise.neighbours_sds);
+        // A fault of the well measured half, which the noise of the other half is far above.
+        let fault = left_of(2.0, 0.0);
+        assert!(fault.ratio > 1.5 && fault.neighbours_sds > 8.0, "{} {}", fault.ratio, fault.neighbours_sds);
+        // In numbers as they stand the poorly measured half is nearly all of it.
+        assert!((fault.size / noise.size - 1.0).abs() < 1e-2 && noise.size > 0.08);
+        assert!(noise.share < 0.02, "{}", noise.share);
     }
 }

@@ -5,7 +5,7 @@ use super::head::Rest;
 use super::measured::Measured;
 use super::predict::{Load, Responses};
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
-use super::residual::left;
+use super::residual::{Left, left};
 use super::rows::rows_of;
 use super::select::{self, Selected};
 use super::train::Training;
@@ -15,6 +15,7 @@ use crate::shape::ShapeModel;
 use crate::{Assembly, Conditions, EngineError, LawError, NamedGaussian};
 use rijke_inference::Parameters;
 use rijke_numerics::C64;
+use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, ErrorTerm, Study};
 use std::collections::BTreeMap;
@@ -170,13 +171,9 @@ impl ResponseRun {
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
         let left = left(measured, found.heard, rest);
         if left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd {
-            remarks.push(format!(
-                "the residuals are {:.1} times as large as the stated noise lets expect (rms {:.2e}): error bars and leads are too sure by \
-                 as much; state a larger noise, let it be inferred, or look for what the model lacks",
-                left.ratio, left.size
-            ));
+            remarks.push(too_large(stage, &left));
         }
-        let share = left.size / left.of_the_data;
+        let share = left.share;
         if share > POOR {
             remarks.extend(training.turned(evidence.ln_marginal)?);
         }
@@ -190,8 +187,8 @@ impl ResponseRun {
                 Some(_) => "the rig's model or that of the instrument lacks something",
             };
             remarks.push(format!(
-                "the residuals are not noise: their rms is {:.2e}, {:.2} % of that of the data, and neighbouring frequencies correlate by {:.2}, \
-                 {:.0} sd from what noise and misfit have; {remedy}",
+                "the residuals are not noise: their rms is {:.2e}, over their standard deviations {:.2} % of that of the data, and neighbouring \
+                 frequencies correlate by {:.2}, {:.0} sd from what noise and misfit have; {remedy}",
                 left.size,
                 100.0 * share,
                 left.neighbours,
@@ -268,6 +265,25 @@ impl ResponseRun {
         }
         Ok(Responses { loads, parameters: assembly.parameters().len() })
     }
+}
+
+/// What is said of residuals that are larger than expected.
+fn too_large(stage: &ResponseStage, left: &Left) -> String {
+    let (what, remedy) = if matches!(stage.noise, SdSpec::Fixed(_)) {
+        (
+            "the stated noise lets",
+            "state a larger noise, let it be inferred, or look for what the model lacks",
+        )
+    } else {
+        (
+            "the inferred noise lets",
+            "its prior holds the noise down: look for what the model lacks, or widen that prior",
+        )
+    };
+    format!(
+        "the residuals are {:.1} times as large as {what} expect (rms {:.2e}): error bars and leads are too sure by as much; {remedy}",
+        left.ratio, left.size
+    )
 }
 
 fn pairs(values: &[C64]) -> Vec<[f64; 2]> {

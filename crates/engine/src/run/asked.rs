@@ -14,12 +14,8 @@ use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
 use rijke_numerics::C64;
-use rijke_study::plan::Selection;
-use rijke_study::{ObservedModes, Point, PointState, SURROUNDINGS, Study};
+use rijke_study::{ObservedModes, PointState, Study};
 use std::collections::BTreeMap;
-
-/// How far beyond the campaign a factor may be asked for, in its range or its largest value.
-const FARTHEST: f64 = 5.0;
 
 /// A point of which a model cannot say anything.
 #[derive(Debug)]
@@ -30,94 +26,10 @@ pub struct Unpredicted {
     pub why: EngineError,
 }
 
-/// What the ambient temperature of a point is called beside its factors, K.
-const T_AMB: &str = "T_amb";
-
-/// The operating points of the campaign with others, each given by the factors in which it differs from the
-/// point of the campaign that is nearest in them: of those that `among` means, or of all if none of these has
-/// a value of every factor.
-///
-/// # Errors
-/// [`EngineError::Factors`].
-pub fn with_points(
-    study: &Study,
-    among: &Selection,
-    asked: &[BTreeMap<String, f64>],
-) -> Result<(Study, Vec<usize>), EngineError> {
-    let known = || study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
-    let fail = |what: String| EngineError::Factors { what, known: known() };
-    let mut wider = study.clone();
-    let mut places = Vec::new();
-    for values in asked {
-        let mut given = Vec::new();
-        for (name, value) in values {
-            if name == T_AMB {
-                let [coldest, hottest] = SURROUNDINGS;
-                if !(coldest..=hottest).contains(value) {
-                    let range = format!("an ambient temperature lies from {coldest} to {hottest} K");
-                    return Err(fail(format!("{name} = {value}: {range}")));
-                }
-                continue;
-            }
-            let k = study
-                .campaign
-                .factor(name)
-                .ok_or_else(|| fail(format!("there is no factor called `{name}`")))?;
-            let all = study.campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());
-            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-            // A unit of another size is further away than any sound extrapolation.
-            let reach = FARTHEST * (high - low).max(low.abs()).max(high.abs());
-            if *value < low - reach || *value > high + reach {
-                let unit = study.campaign.factors[k].unit_in_print();
-                return Err(fail(format!(
-                    "{name} = {value} {unit} is far from every point of the campaign ({low} to {high} {unit}): numbers are in SI units"
-                )));
-            }
-            given.push((k, *value));
-        }
-        let has = |p: &&Point| given.iter().all(|(k, _)| p.factors[*k].is_finite());
-        // As like it as possible in what was asked: what is not asked is taken from there.
-        let scale = |k: usize| {
-            let all = study.campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());
-            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-            if high > low { high - low } else { 1.0 }
-        };
-        let distance =
-            |p: &Point| given.iter().map(|(k, v)| ((p.factors[*k] - v) / scale(*k)).powi(2)).sum::<f64>();
-        let far = |p: &Point| !among.holds(&study.campaign, p);
-        let order = |a: &&Point, b: &&Point| far(a).cmp(&far(b)).then(distance(a).total_cmp(&distance(b)));
-        let like = study.campaign.points.iter().filter(has).min_by(order);
-        let like =
-            like.ok_or_else(|| fail("no point of the campaign has a value of all these factors".to_owned()))?;
-        let name = values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ");
-        let mut point = Point { id: name.clone(), installation: name, row: "asked".into(), ..like.clone() };
-        given.iter().for_each(|(k, value)| point.factors[*k] = *value);
-        let ambient = values.get(T_AMB);
-        if let Some(kelvin) = ambient {
-            point.ambient = Some([*kelvin, point.ambient.map_or(0.0, |[_, sd]| sd)]);
-        }
-        // A point of the campaign is itself, unless its surroundings are asked for too: what is known of its
-        // gas is known.
-        let same = |p: &Point| {
-            let mut factors = p.factors.iter().zip(&point.factors);
-            ambient.is_none()
-                && p.row == like.row
-                && factors.all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
-        };
-        let place = match wider.campaign.points.iter().position(same) {
-            Some(k) => k,
-            None => {
-                wider.campaign.points.push(point);
-                wider.campaign.points.len() - 1
-            }
-        };
-        places.push(place);
-    }
-    Ok((wider, places))
-}
-
 /// Every mode of a model at a point of the campaign: of the saved one at its mean, else of the first row of
-/// the last stage at the centre of its priors. Also the places of devices, m.
+/// the last stage at the centre of its priors. Also the places of devices, m, and the temperature at x = 0,
+/// K, as it is stated and as it counts: errors of the base state that points share have the values that the
+/// training inferred, as in predictions.
 ///
 /// # Errors
 /// [`EngineError::NoState`], and those of the model.
@@ -127,7 +39,7 @@ pub fn modes_at(
     model: Option<&SavedModel>,
     point: usize,
     limits_hz: [Option<f64>; 2],
-) -> Result<(Region, Spectrum, Vec<f64>), EngineError> {
+) -> Result<(Region, Spectrum, Vec<f64>, [f64; 2]), EngineError> {
     let point_of = &study.campaign.points[point];
     let mut ambient = match observations {
         Some(observations) => ambient_of_all(study, observations),
@@ -135,11 +47,14 @@ pub fn modes_at(
     };
     ambient.iter_mut().for_each(|t| *t = t.or(Some([study.rig.temperature, 0.0])));
     let states = states(study, &ambient, observations.is_some())?;
-    let conditions = conditions(study, point_of, states.get(&point), ambient[point])?;
+    let mut conditions = conditions(study, point_of, states.get(&point), ambient[point])?;
+    let stated = conditions.base.temperature[0];
     let (assembly, values) = match model {
         Some(model) => {
             let assembly = assembly_of(study, &model.candidates, &model.hold)?;
-            let known = model.posterior()?.gaussian;
+            let posterior = model.posterior()?;
+            conditions.base = posterior.as_inferred(&conditions.base);
+            let known = posterior.gaussian;
             let value = |p: &Parameter| {
                 known.names.iter().position(|n| *n == p.name).map_or(f64::NAN, |k| known.mean[k])
             };
@@ -169,7 +84,8 @@ pub fn modes_at(
         places.flat_map(|e| conditions.layout.places(&e.place)).map(|(x, _)| x).collect();
     devices.sort_by(f64::total_cmp);
     devices.dedup();
-    Ok((region, spectrum, devices))
+    let temperature = [stated, conditions.base.temperature[0]];
+    Ok((region, spectrum, devices, temperature))
 }
 
 /// What the saved model says of points of the campaign, by their places: of every mode that it was trained
@@ -186,6 +102,10 @@ pub fn forecast(
 ) -> Result<(Vec<Forecast>, Vec<Unpredicted>), EngineError> {
     let known = Known::of(study, observations)?;
     let asked = Asked::of(&known, model)?;
+    // A point that is asked for twice is one.
+    let once = |(k, place): &(usize, &usize)| !points[..*k].contains(*place);
+    let points: Vec<usize> = points.iter().enumerate().filter(once).map(|(_, place)| *place).collect();
+    let points = points.as_slice();
     let (sought, lost) = asked.sought(points);
     let (mut forecasts, mut failures) = asked.forecasts(&sought);
     failures.extend(lost);

@@ -82,9 +82,7 @@ pub(super) fn goes_on(
     if let (Some(winner), Some(next)) = (first(&alone, 0.0), first(&all, lead).or(first(&alone, lead))) {
         return Ok([winner, next]);
     }
-    let why = |(m, _): &Found| {
-        Some(format!("{}: {}", if m.id.is_empty() { "it" } else { &m.id }, m.remark.clone()?))
-    };
+    let why = |(m, _): &Found| Some(format!("{}: {}", m.id, m.remark.clone()?));
     let remark = results.iter().filter_map(why).collect::<Vec<_>>().join("\n  ");
     Err(EngineError::NoWinner { stage: stage.id.clone(), remark })
 }

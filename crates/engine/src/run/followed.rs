@@ -19,7 +19,8 @@ pub(super) struct Followed {
     seen: Vec<Seen>,
     /// Labels, in the order in which they were met.
     labels: Vec<String>,
-    /// For every factor the range of the campaign.
+    /// For every factor the range of the points at which modes were seen: what else is asked for beside a
+    /// point does not count.
     ranges: Vec<f64>,
 }
 
@@ -27,12 +28,6 @@ impl Followed {
     /// Of what was observed, those at the points that `trained`; all where none of them was observed, none
     /// for a model that no point trained.
     pub(super) fn of(study: &Study, observed: &[Observed], trained: &[String]) -> Self {
-        let campaign = &study.campaign;
-        let range = |k: usize| {
-            let all = campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());
-            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-            if high > low { high - low } else { 1.0 }
-        };
         let one = |o: &Observed| Seen {
             label: o.mode.label.clone(),
             point: o.conditions.id.clone(),
@@ -51,7 +46,13 @@ impl Followed {
                 labels.push(mode.label.clone());
             }
         }
-        Self { seen, labels, ranges: (0..campaign.factors.len()).map(range).collect() }
+        let range = |k: usize| {
+            let all = seen.iter().map(|m| m.factors[k]).filter(|v| v.is_finite());
+            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            if high > low { high - low } else { 1.0 }
+        };
+        let ranges = (0..study.campaign.factors.len()).map(range).collect();
+        Self { seen, labels, ranges }
     }
 
     /// The modes that are sought under `conditions`, and where: those that the model was trained on, or,

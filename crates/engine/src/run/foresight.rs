@@ -153,7 +153,7 @@ fn foreseen(
     };
     let unidentified = (0..n).map(|k| (k, left(k).sqrt())).filter(|(_, share)| *share > UNIDENTIFIED);
     let found = Foreseen {
-        id: row.own.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(" + "),
+        id: row.id(),
         widths: (0..n).map(|i| (list[i].name.clone(), width(i))).collect(),
         unidentified: unidentified.map(|(k, share)| (in_words(k), share)).collect(),
         lost,

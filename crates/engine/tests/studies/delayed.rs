@@ -50,7 +50,7 @@ fn made_by_the_first(name: &str, centre: &str, sds: [f64; 2]) -> String {
     let study = Study::open(&folder.0).unwrap();
     let mut text = "point,growth_rate [1/s],growth_rate_sd [1/s],angular_frequency [rad/s],angular_frequency_sd [rad/s]\n".to_owned();
     for (k, point) in study.campaign.points.iter().enumerate() {
-        let (_, spectrum, _) = modes_at(&study, None, None, k, [None; 2]).unwrap();
+        let (_, spectrum, ..) = modes_at(&study, None, None, k, [None; 2]).unwrap();
         // A strong gauze has modes of its own, far more damped.
         let s = spectrum.modes.modes.iter().map(|m| m.s).max_by(|a, b| a.re.total_cmp(&b.re)).unwrap();
         text += &format!("{},{:.9},{},{:.9},{}\n", point.id, s.re, sds[0], s.im, sds[1]);
@@ -216,7 +216,7 @@ fn exact_a_prediction_names_the_mode_that_was_not_measured() {
     run.next_stage().unwrap();
     let model = run.saved("s").unwrap();
     let (found, _) = forecast(&study, &observations, &model, &[], &[2]).unwrap();
-    let (_, spectrum, _) = modes_at(&study, Some(&observations), Some(&model), 2, [None; 2]).unwrap();
+    let (_, spectrum, ..) = modes_at(&study, Some(&observations), Some(&model), 2, [None; 2]).unwrap();
     let measured = found[0].angular_frequency[0];
     let others = spectrum.modes.modes.iter().map(|m| m.s).filter(|s| (s.im - measured).abs() > 1.0);
     let second = others.max_by(|a, b| a.re.total_cmp(&b.re)).unwrap();

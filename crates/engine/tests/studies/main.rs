@@ -1,6 +1,7 @@
 //! Studies of rigs that have nothing in common with the paper's, from their files.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
+mod asked;
 mod delayed;
 #[path = "../common/folder.rs"]
 mod folder;
@@ -16,6 +17,7 @@ use rijke_engine::run::{
 };
 use rijke_rig::DataKind;
 use rijke_study::Study;
+use std::collections::BTreeMap;
 use std::path::Path;
 use tube::TUBE;
 
@@ -61,6 +63,8 @@ fn exact_an_unknown_of_the_rig_file_is_found_from_frequencies_and_growth_rates()
     let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
     let folder = tube("closed-form", &format!("{head}{}{}", row("a", 1.0), row("b", 0.8)));
     let stages = run(&folder.0).unwrap();
+    // A model without candidates has a name too.
+    assert_eq!(stages[0].chosen, "the rig");
     let [r, sd] = parameter(&stages[0], "r");
     // Each point tells r to 0.1 L r/c; the prior pulls by (0.05/0.2) sd/0.2.
     let expected = 0.1 * 0.85 / c / (1.0_f64 / 1.0 + 1.0 / 0.64).sqrt();
@@ -157,20 +161,20 @@ fn exact_predictions_are_one_posterior_and_the_closed_form() {
         assert!(same(f.growth_rate[0], "predicted_growth_rate"));
         assert!(same(f.growth_rate[1], "predicted_growth_rate_sd"));
         assert!(same(f.growth_rate[2], "model_growth_rate_sd"));
-        let (_, spectrum, _) =
+        let (_, spectrum, ..) =
             modes_at(&study, Some(&observations), Some(&saved), k, [None, Some(250.0)]).unwrap();
         let first = spectrum.modes.modes[0].s;
         assert!((first.re - f.growth_rate[0]).abs() < 1e-6 && spectrum.details[0].balance.mismatch() < 1e-9);
     }
     // At a length that was not measured.
-    let asked = [std::iter::once(("x".to_owned(), 0.9)).collect()];
+    let asked = [BTreeMap::from([("x".to_owned(), 0.9)])];
     let (wider, places) = with_points(&study, &study.plan.stages[0].points, &asked).unwrap();
     let between = forecast(&wider, &observations, &saved, &[], &places).unwrap().0.remove(0);
     let [sigma, hertz] = closed_form(0.9);
     assert!((between.growth_rate[0] - sigma).abs() < 0.05 * between.growth_rate[1], "{between:?}");
     assert!((between.angular_frequency[0] / std::f64::consts::TAU - hertz).abs() < 1e-3);
     assert!(between.unstable < 1e-9 && between.point == "x=0.9");
-    let wrong = [std::iter::once(("y".to_owned(), 0.9)).collect()];
+    let wrong = [BTreeMap::from([("y".to_owned(), 0.9)])];
     assert_eq!(
         with_points(&study, &study.plan.stages[0].points, &wrong).unwrap_err().to_string(),
         "there is no factor called `y`; the factors are x"
@@ -183,7 +187,9 @@ fn behaviour_points_that_are_asked_together_do_not_lend_each_other_factors() {
     let campaign = "point,x [cm],y [1],T_amb [degC]\na,100,1,20\nb,80,2,20\n";
     let folder = two_points("asked-together", &[("campaign.csv", campaign)]);
     let study = Study::open(&folder.0).unwrap();
-    let of = |all: &[(&str, f64)]| all.iter().map(|(name, v)| ((*name).to_owned(), *v)).collect();
+    let of = |all: &[(&str, f64)]| -> BTreeMap<String, f64> {
+        all.iter().map(|(name, v)| ((*name).to_owned(), *v)).collect()
+    };
     let asked = [of(&[("x", 0.9), ("y", 5.0)]), of(&[("x", 0.81)]), of(&[("x", 0.9)])];
     let every = &study.plan.stages[0].points;
     let (wider, places) = with_points(&study, every, &asked).unwrap();

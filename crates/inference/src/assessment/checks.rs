@@ -6,7 +6,7 @@ use crate::error::InferenceError;
 use crate::evidence::Laplace;
 use crate::fit::{Fit, Posterior};
 use crate::problem::{Coordinates, Parameters, Prior};
-use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use rijke_numerics::{Cholesky, Matrix, Order, symmetric_eigen};
 
 impl Posterior<'_> {
     /// Warns of a search that did not converge, and of noise that has too few data or none.
@@ -15,6 +15,7 @@ impl Posterior<'_> {
             health.warnings.push(format!("the search did not converge: {}", fit.stop));
         }
         let data = self.data().observations();
+        let told = self.told(fit);
         for (g, noise) in fit.noise.iter().enumerate().filter(|(_, n)| n.floats) {
             let (mut size, mut count, mut bare) = (0.0_f64, 0, false);
             for observation in data {
@@ -29,9 +30,10 @@ impl Posterior<'_> {
                     }
                 }
             }
-            if count <= self.parameters().len() {
+            if (count as f64) < told + 1.0 {
                 health.warnings.push(format!(
-                    "the noise '{}' floats with {count} data against {} parameters",
+                    "the noise '{}' floats with {count} data, and the data (of all kinds) determine {told:.1} of {} parameters beyond their priors: \
+                     little is left to tell the noise by",
                     noise.name,
                     self.parameters().len()
                 ));
@@ -40,6 +42,22 @@ impl Posterior<'_> {
                 health.warnings.push(format!("the noise '{}' has collapsed to {:.1e}", noise.name, noise.sd));
             }
         }
+    }
+
+    /// How many parameters the data determine: the trace of H^-1 (H - P), with H the Hessian of the cost and
+    /// P that of the prior's share. A parameter that stays as its prior counts nothing. All of them where H
+    /// has no inverse.
+    fn told(&self, fit: &Fit) -> f64 {
+        let p = self.parameters().len();
+        let own = Matrix::from_fn(p, p, |i, j| fit.search_hessian[(i, j)]);
+        let found = || {
+            let prior = self.parameters().ln_density(&fit.working[..p]).ok()?.hessian;
+            let inverse = Cholesky::new(&own).ok()?.inverse();
+            // The prior's share of the cost is -ln of its density.
+            let shares = (0..p).map(|i| (0..p).map(|j| -inverse[(i, j)] * prior[(j, i)]).sum::<f64>());
+            Some(shares.map(|prior| (1.0 - prior).clamp(0.0, 1.0)).sum())
+        };
+        found().unwrap_or(p as f64)
     }
 
     /// The evidence with one prior widened at a time, on the quadratic model of the likelihood at the

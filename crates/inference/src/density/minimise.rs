@@ -199,9 +199,10 @@ impl Search {
     ) -> Result<Self, InferenceError> {
         let mut calls = Calls::default();
         calls.count(order);
-        let energy = objective
-            .evaluate(start, order)
-            .map_err(|source| InferenceError::NoStart { at: start.to_vec(), source: Box::new(source) })?;
+        let energy = objective.evaluate(start, order).map_err(|source| InferenceError::NoStart {
+            at: objective.named_point(start),
+            source: Box::new(source),
+        })?;
         let mut scales = objective.scales();
         for (scale, z) in scales.iter_mut().zip(start) {
             if !scale.is_finite() {

@@ -15,6 +15,11 @@ pub trait Objective: Sync {
     /// A recoverable error ([`InferenceError::is_recoverable`]) says that the point is out of reach.
     fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError>;
 
+    /// A point in words, for people.
+    fn named_point(&self, z: &[f64]) -> String {
+        format!("{z:?}")
+    }
+
     /// Typical change of each coordinate, for the first step; positive, infinite if nothing is known of it.
     fn scales(&self) -> Vec<f64> {
         vec![1.0; self.size()]

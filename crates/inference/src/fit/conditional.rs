@@ -52,6 +52,10 @@ impl Objective for Conditional<'_> {
         Ok(energy)
     }
 
+    fn named_point(&self, z: &[f64]) -> String {
+        self.posterior.named_point(&self.filled(z))
+    }
+
     fn scales(&self) -> Vec<f64> {
         let scales = self.posterior.scales();
         self.free.iter().map(|&i| scales[i]).collect()

@@ -145,7 +145,7 @@ impl<'a> Posterior<'a> {
             check("a curvature", prediction.curvature.len(), m * p * (p + 1) / 2)?;
         }
         match prediction.values.iter().find(|v| !v.is_finite()) {
-            Some(&value) => Err(InferenceError::NotFinite { value, at: values.to_vec() }),
+            Some(&value) => Err(InferenceError::NotFinite { value, at: self.parameters.in_words(values) }),
             None => {
                 self.memory.keep(values, highest, &prediction);
                 Ok(prediction)
@@ -255,7 +255,7 @@ impl<'a> Posterior<'a> {
         for block in &self.blocks(prediction, 0, &self.noise_sd(z), order, None)? {
             parts.add(block);
         }
-        parts.energy(z, order, true)
+        parts.energy(&|| self.named_point(z), order, true)
     }
 
     /// Adds the priors of inferred noise, whose coordinates start at `first`.
@@ -285,7 +285,7 @@ impl<'a> Posterior<'a> {
     ) -> Result<Energy, InferenceError> {
         // The noise's own second derivatives are formed to second order only.
         let whole = order == Order::Second || held.is_some() || self.floating.is_empty();
-        self.parts_with(z, order, held)?.energy(z, order, whole)
+        self.parts_with(z, order, held)?.energy(&|| self.named_point(z), order, whole)
     }
 }
 
@@ -318,10 +318,10 @@ impl Parts {
         }
     }
 
-    /// J at `z`; with `whole`, the Gauss-Newton matrix has been formed for all coordinates.
-    fn energy(self, z: &[f64], order: Order, whole: bool) -> Result<Energy, InferenceError> {
+    /// J `at` a point; with `whole`, the Gauss-Newton matrix has been formed for all coordinates.
+    fn energy(self, at: &dyn Fn() -> String, order: Order, whole: bool) -> Result<Energy, InferenceError> {
         let value = -(self.ln_likelihood + self.ln_prior);
-        let bad = || InferenceError::NotFinite { value, at: z.to_vec() };
+        let bad = || InferenceError::NotFinite { value, at: at() };
         if !value.is_finite() || self.gradient.iter().any(|g| !g.is_finite()) {
             return Err(bad());
         }
@@ -349,6 +349,15 @@ impl Objective for Posterior<'_> {
 
     fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
         self.energy(z, order, None)
+    }
+
+    fn named_point(&self, z: &[f64]) -> String {
+        let (own, noise) = z.split_at(self.parameters.len());
+        let sd = |(&g, ln_sd): (&usize, &f64)| {
+            format!(", noise '{}' = {:.3e}", self.data.groups()[g].name, ln_sd.exp())
+        };
+        let noise: String = self.floating.iter().zip(noise).map(sd).collect();
+        self.parameters.in_words(&self.parameters.physical(own)) + &noise
     }
 
     fn scales(&self) -> Vec<f64> {

@@ -36,10 +36,12 @@ impl Posterior<'_> {
         let values = self.parameters().physical(&z);
         // Before the model is called: a point beyond a bound must not reach it.
         let prediction =
-            self.parameters()
-                .ln_density(&z)
-                .and_then(|_| self.predict(&values, Order::Value))
-                .map_err(|source| InferenceError::NoStart { at: values, source: Box::new(source) })?;
+            self.parameters().ln_density(&z).and_then(|_| self.predict(&values, Order::Value)).map_err(
+                |source| InferenceError::NoStart {
+                    at: self.parameters().in_words(&values),
+                    source: Box::new(source),
+                },
+            )?;
         z.extend(self.floating().iter().map(|&g| match self.data().groups()[g].mode {
             NoiseMode::Inferred { median, .. } => median.ln(),
             _ => 0.0,

@@ -115,10 +115,10 @@ impl Ground for Plain<'_> {
 
     fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError> {
         let z = start.unwrap_or(self.start).to_vec();
-        let cost = self
-            .objective
-            .evaluate(&z, Order::Value)
-            .map_err(|source| InferenceError::NoStart { at: z.clone(), source: Box::new(source) })?;
+        let cost = self.objective.evaluate(&z, Order::Value).map_err(|source| InferenceError::NoStart {
+            at: self.objective.named_point(&z),
+            source: Box::new(source),
+        })?;
         let calls = Calls { value: 1, ..Calls::default() };
         Ok(Approach {
             z,

@@ -175,6 +175,15 @@ impl Parameters {
         self.list.iter().zip(z).map(|(p, &z)| p.physical(z)[0]).collect()
     }
 
+    /// Physical values with the names of their parameters, for people.
+    pub(crate) fn in_words(&self, values: &[f64]) -> String {
+        let one = |(p, v): (&Parameter, &f64)| {
+            let short = format!("{v:.4e}").parse::<f64>().unwrap_or(*v);
+            format!("{} = {short}", p.name)
+        };
+        self.list.iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
+    }
+
     /// Working coordinates of physical values.
     #[must_use]
     pub fn working(&self, values: &[f64]) -> Vec<f64> {

@@ -2,6 +2,7 @@
 
 use super::sampler::Target;
 use crate::covariance::Factor;
+use crate::density::Objective;
 use crate::error::InferenceError;
 use crate::fit::{Fit, Posterior};
 use crate::problem::NoiseMode;
@@ -73,7 +74,10 @@ impl Target for LikelihoodTarget<'_> {
             gradient.push(sd * (t / sd - parts.gradient[*coordinate]));
         }
         if !parts.ln_likelihood.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
-            return Err(InferenceError::NotFinite { value: parts.ln_likelihood, at: z });
+            return Err(InferenceError::NotFinite {
+                value: parts.ln_likelihood,
+                at: self.posterior.named_point(&z),
+            });
         }
         Ok((parts.ln_likelihood, gradient))
     }

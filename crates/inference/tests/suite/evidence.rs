@@ -109,7 +109,7 @@ impl Objective for Factorial {
         } else if x > 0.0 {
             [x - n * x.ln(), 1.0 - n / x, n / (x * x)]
         } else {
-            return Err(InferenceError::NotFinite { value: f64::INFINITY, at: z.to_vec() });
+            return Err(InferenceError::NotFinite { value: f64::INFINITY, at: self.named_point(z) });
         };
         let hessian = Matrix::diagonal(&[curvature]);
         Ok(Energy { value, gradient: vec![slope], hessian, gauss_newton: None })

@@ -136,6 +136,7 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
     let posterior = Posterior::new(&nowhere, &data, &parameters).unwrap();
     let error = posterior.assess(&AssessOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("starting point a = 0:"), "{error}");
     assert!(error.to_string().contains("cannot be evaluated at the starting point"), "{error}");
 
     // One datum, one parameter, floating noise: the noise collapses and says so.
@@ -143,7 +144,7 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let one = Linear(Matrix::identity(1));
     let posterior = Posterior::new(&one, &data, &parameters).unwrap();
     let found = posterior.assess(&AssessOptions::default()).unwrap();
-    warned(&found, "floats with 1 data against 1 parameters");
+    warned(&found, "floats with 1 data, and the data (of all kinds) determine 1.0 of 1 parameters");
 
     let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
     let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();

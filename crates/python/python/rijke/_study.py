@@ -342,8 +342,8 @@ class Stage:
         Parameters
         ----------
         at : sequence of dict, or DataFrame, optional
-            Values of factors and of ``T_amb`` in SI units, a dict or row per point; what is left out is that of the nearest point
-            of the stage. By default every point of the stage.
+            Values of factors, of ``T_amb`` and of ``T_amb_sd`` in SI units, a dict or row per point; what is left out is that of the
+            nearest point of the stage. The error of T_amb of what is no point of the campaign is its own. By default every point of the stage.
 
         Returns
         -------

@@ -23,6 +23,8 @@ pub(super) struct Case {
     pub(super) region: Region,
     pub(super) passive: bool,
     pub(super) warnings: Vec<String>,
+    /// What the numbers include.
+    pub(super) note: Option<String>,
     /// Where devices lie, m.
     pub(super) devices: Vec<f64>,
     chain: Chain,
@@ -76,7 +78,17 @@ impl Case {
         let (title, region, passive) = (built.name.take(), built.region, built.passive);
         let chain = Chain::File(Box::new(built));
         let remedy = "Change the region with [search], --min-hz or --max-hz, or the element named.";
-        Ok(Self { path: path.to_owned(), title, region, passive, warnings, devices, chain, remedy })
+        Ok(Self {
+            path: path.to_owned(),
+            title,
+            region,
+            passive,
+            warnings,
+            note: None,
+            devices,
+            chain,
+            remedy,
+        })
     }
 
     /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain
@@ -97,7 +109,7 @@ impl Case {
                 Failure::bad_input(error).at(path)
             }
         })?;
-        let (region, spectrum, devices) = modes_at(&study, None, None, 0, limits)
+        let (region, spectrum, devices, _) = modes_at(&study, None, None, 0, limits)
             .map_err(|e| crate::study::of_the_engine(&e, path).remedy(REMEDY))?;
         let unknowns: Vec<&str> = study.rig.own.parameters.iter().map(|p| p.name.as_str()).collect();
         let warnings =
@@ -110,6 +122,7 @@ impl Case {
             region,
             passive: false,
             warnings,
+            note: None,
             devices,
             chain: Chain::Point(Box::new(spectrum)),
             remedy: "Change the region with [search] of the file.",
@@ -148,7 +161,7 @@ impl Case {
         let warnings = Vec::from_iter(open.then(|| OPEN_END.to_owned()));
         let chain = Chain::Oscilos(Box::new(chain), names);
         let remedy = "Change Scan_range.txt, or give --min-hz and --max-hz.";
-        Ok(Self { path, title: None, region, passive: false, warnings, devices, chain, remedy })
+        Ok(Self { path, title: None, region, passive: false, warnings, note: None, devices, chain, remedy })
     }
 
     /// A point of a study, by the model of a stage if it was ranked.
@@ -176,18 +189,32 @@ impl Case {
                 .at(&dir.join("campaign.csv"))
                 .remedy(format!("Give one of its names: {} ...", some.join(", "))));
         };
-        let (region, spectrum, devices) = modes_at(&study, observed.as_ref(), model.as_ref(), k, limits)
-            .map_err(|e| crate::study::of_the_engine(&e, dir))?;
+        let (region, spectrum, devices, temperature) =
+            modes_at(&study, observed.as_ref(), model.as_ref(), k, limits)
+                .map_err(|e| crate::study::of_the_engine(&e, dir))?;
         let by = match &model {
             Some(model) => model.candidates.values().cloned().collect::<Vec<_>>().join(", "),
             None => "the first candidates, at the centre of their priors".to_owned(),
         };
+        let [stated, counts] = temperature;
+        let note = model.is_some().then(|| {
+            let shared = if (counts - stated).abs() > 1e-9 {
+                format!("{counts:.3} K at x = 0 with the errors that the training inferred, {stated:.3} K as stated")
+            } else {
+                format!("{stated:.3} K at x = 0 as stated: no error of it that points share was inferred")
+            };
+            format!(
+                "the model at its most probable parameters, in gas of {shared}; `rijke predict` gives the same modes to first order in these errors, \
+                 with their uncertainty"
+            )
+        });
         Ok(Self {
             path: dir.to_owned(),
             title: Some(format!("{} at {id}, by {by}", study.plan.name)),
             region,
             passive: false,
             warnings: study.rig.doubts.clone(),
+            note,
             devices,
             chain: Chain::Point(Box::new(spectrum)),
             remedy: "Change the region with [search] of rig.toml, --min-hz or --max-hz.",

@@ -89,6 +89,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for warning in &case.warnings {
         ui.note(format!("warning: {}: {warning}", case.path.display()));
     }
+    case.note.iter().for_each(|note| ui.note(note));
     if let Some(growing) = lines.iter().find(|l| case.passive && l.growth_rate > 1e-9 * l.frequency_hz) {
         ui.note(format!(
             "warning: {}: the mode at {:.2} Hz grows although nothing in the file feeds energy: an end or a \

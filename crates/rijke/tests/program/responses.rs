@@ -108,6 +108,16 @@ fn message_noise_and_priors_that_the_data_contradict_are_said() {
         text.contains("times as large as the stated noise") && text.contains("state a larger noise"),
         "{answer}"
     );
+    // Of noise that is inferred already nobody is told to infer it.
+    plan(&folder, &format!("{STAGE}noise = {{ median = 2e-4, ln_sd = 0.01 }}\n"));
+    let (_, said, _) = told(&folder, &["rank", ".", "--json", "--force"]);
+    let answer: Value = serde_json::from_str(&said).unwrap();
+    let remark = &model(stage(&answer, "wall"), "wall.bessel")["remark"];
+    let text = remark.as_str().unwrap_or_default();
+    assert!(
+        text.contains("the inferred noise lets expect") && !text.contains("let it be inferred"),
+        "{answer}"
+    );
     assert!(!error.contains("prior"), "{error}");
     let rig = fs::read_to_string(folder.join("rig.toml")).unwrap();
     fs::write(folder.join("rig.toml"), rig.replace("mean = 1.95e-3, sd = 1e-4", "mean = 1.95e-3, sd = 5e-6"))

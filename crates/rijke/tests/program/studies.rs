@@ -68,6 +68,18 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
         let (code, refused) = said(map);
         assert!(code == Some(2) && refused.contains(why) && refused.contains("with a range as"), "{refused}");
     }
+    // What is not on an axis is said, and where a held factor is beyond the points that trained.
+    let said = |words: &[&str]| {
+        let output = rijke(&folder, &[&["predict", "rig"], words].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, map) = said(&["--map", "x_g,Q=25:50", "--at", "flow=1e-4,T_amb=300", "--out", "map.csv"]);
+    assert!(code == Some(0) && map.contains("T_amb = 300 K."), "{map}");
+    assert!(map.contains("flow = 0.0001 m^3 s^-1 is beyond the points that trained"), "{map}");
+    let (code, refused) = said(&["--map", "x_g,Q", "--at", "Q=30"]);
+    assert!(code == Some(2) && refused.contains("`Q` is on an axis of the map"), "{refused}");
+    let (_, own) = said(&["--at", "x_g=0.2,Q=30,T_amb=300"]);
+    assert!(own.contains("as an error of this condition alone; give T_amb_sd in --at for another"), "{own}");
     // A second run does not overwrite what a first one found.
     let again = rijke(&folder, &["run", "rig", "--one-start"]);
     assert_eq!(again.status.code(), Some(2));

@@ -1,8 +1,8 @@
 //! Maps of stability that a study asks for: two factors, and the stage whose model foresees.
 
+use super::Plan;
 use super::ids::{known_stage, short_id};
-use super::{Plan, Selection};
-use crate::{Campaign, Point, StudyProblem};
+use crate::{Campaign, StudyProblem};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -66,38 +66,6 @@ impl MapGrid {
             Err(StudyProblem::Value { key: name(k), value, need })
         };
         Ok(Self { factors, values: [axis(0)?, axis(1)?] })
-    }
-
-    /// The values of both factors at every node, row after row of the vertical one. All else, the ambient
-    /// temperature `T_amb` too, is that of one point of `among`, the nearest to the middle of the map: what
-    /// changed from day to day would else draw edges.
-    #[must_use]
-    pub fn points(&self, campaign: &Campaign, among: &Selection) -> Vec<BTreeMap<String, f64>> {
-        let [x, y] = self.factors.map(|k| &campaign.factors[k].name);
-        let away = |p: &Point| {
-            let of = |k: usize| {
-                let (low, high) = (self.values[k][0], self.values[k][GRID - 1]);
-                ((p.factors[self.factors[k]] - 0.5 * (low + high)) / (high - low)).powi(2)
-            };
-            of(0) + of(1)
-        };
-        let all = campaign.points.iter().filter(|p| among.holds(campaign, p) && away(p).is_finite());
-        let like = all.min_by(|a, b| away(a).total_cmp(&away(b)));
-        let mut others = BTreeMap::new();
-        if let Some(like) = like {
-            let factors = campaign.factors.iter().zip(&like.factors).filter(|(_, v)| v.is_finite());
-            others.extend(factors.map(|(f, v)| (f.name.clone(), *v)));
-            others.extend(like.ambient.map(|[kelvin, _]| ("T_amb".to_owned(), kelvin)));
-        }
-        let row = |b: &f64| {
-            let point = |a: &f64| {
-                let mut point = others.clone();
-                point.extend([(x.clone(), *a), (y.clone(), *b)]);
-                point
-            };
-            self.values[0].iter().map(point).collect::<Vec<_>>()
-        };
-        self.values[1].iter().flat_map(row).collect()
     }
 }
 

@@ -6,8 +6,10 @@ use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::C64;
+use rijke_rig::ModeRows;
 use rijke_study::names::{DENSITY, SOUND_SPEED};
 use rijke_study::{Campaign, PartAt, Place, Shape, hertz};
+use std::collections::BTreeSet;
 
 /// A term of the library.
 #[derive(Clone, Debug, PartialEq)]
@@ -202,7 +204,37 @@ impl Library {
                 add(&term(&of("delay"), &effect.place_text, "s"), &|k| Some(times(slope(k)?, -probed[k].s)));
             }
         }
+        library.add_channels(assembly, used, rows);
         Ok(library)
+    }
+
+    /// Errors of microphones, whose change of the relative pressures may be that of a force at their place: a
+    /// wrong gain or phase of one, the same at all points.
+    fn add_channels(&mut self, assembly: &Assembly, used: &[Used], rows: &[(usize, usize)]) {
+        let microphones = &assembly.rig.microphones;
+        let heard: BTreeSet<usize> = used.iter().flat_map(|u| u.microphones.iter().copied()).collect();
+        for (m, (effect, unit, by)) in heard
+            .iter()
+            .flat_map(|m| [("gain error", "1", C64::ONE), ("phase error", "rad", C64::I)].map(|e| (*m, e)))
+        {
+            let datum = |&(k, row): &(usize, usize)| {
+                let Some(i) = row.checked_sub(ModeRows::pressure(0)).map(|row| row / 2) else { return 0.0 };
+                // Pressures are over that of the reference.
+                let share = f64::from(used[k].others[i] == m) - f64::from(microphones.reference == m);
+                let z = used[k].pressures[i] * by * share;
+                if row % 2 == 0 { z.re } else { z.im }
+            };
+            self.directions.push(rows.iter().map(datum).collect());
+            self.terms.push(Term {
+                effect: effect.to_owned(),
+                place: format!("microphone {}", microphones.names[m]),
+                named: true,
+                acts: "channel".to_owned(),
+                x: None,
+                times: String::new(),
+                unit,
+            });
+        }
     }
 }
 
