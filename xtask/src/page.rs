@@ -75,8 +75,7 @@ pub(crate) fn run() -> Outcome {
             let (found, console) = open(browser, &scratch, page, look, axe)?;
             let name = format!("{name}, {}", look.name);
             if look.timed {
-                let text = |key: &str| found[key].as_str().unwrap_or_default().to_owned();
-                said.push(format!("{name}: {}; {}", text("painted"), text("sliders")));
+                said.push(format!("{name}: {}", found["sliders"].as_str().unwrap_or_default()));
             }
             let figures = found["figures"].as_u64().unwrap_or(0);
             let drawn = files_of(&page.with_file_name("figures"), "svg")?;
@@ -130,7 +129,6 @@ fn open(
         .replace("@PAGE@", &format!("file://{}", page.display()))
         .replace("@WIDTH@", &look.width.to_string())
         .replace("@SMALLEST@", &look.smallest.to_string())
-        .replace("@TIMED@", &look.timed.to_string())
         .replace("@PRINT@", &look.print.to_string());
     fs::write(&harness, text).map_err(|e| format!("{}: {e}", harness.display()))?;
     let mut command = command(browser, scratch);

@@ -206,7 +206,7 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
         "It is no cause",
         "<title>p1: ",
         // Of the point under the pointer.
-        "growth rate -6.000 \u{b1} 0.100 1/s, predicted -6.000, residual +0.5 sd",
+        "[-6.0,0.1,-6.0,0.5]",
     ] {
         assert!(text.contains(part), "no `{part}` in\n{text}");
     }

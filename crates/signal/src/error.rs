@@ -1,5 +1,7 @@
 //! Why a record cannot be used.
 
+use crate::words::not_quiet;
+
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
 /// with the next. Times are seconds from the first sample of the record; channels count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -391,17 +393,4 @@ pub enum Fault {
     /// The algebra failed, as it does when two modes coincide.
     #[error("the fit is singular: {0}")]
     Singular(#[from] rijke_numerics::DenseError),
-}
-
-fn not_quiet(stated: usize, found: usize, at: f64, ratio: f64) -> String {
-    if found == 0 {
-        return format!(
-            "the first {stated} samples are said to be silent, and they are {ratio:.0} times as loud as silence, from the first sample on. \
-             Set quiet_samples to 0"
-        );
-    }
-    format!(
-        "the first {stated} samples are said to be silent, and from sample {found} ({at:.4} s) on they are up to {ratio:.0} times as loud as \
-         before. Set quiet_samples to {found} or less"
-    )
 }

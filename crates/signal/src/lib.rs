@@ -11,6 +11,7 @@ mod random;
 mod repeats;
 mod ringdown;
 mod trace;
+mod words;
 
 pub use blow::{BlowFit, BlowMode, BlowOptions, combine_blows, fit_blow};
 pub use campaign::{

@@ -1,8 +1,9 @@
 //! Open ends by OSCILOS_lite's own rule, for comparison with its numbers.
 //!
-//! That program evaluates the polynomials of Norris and Sheng (1989, J. Sound Vib. 135, 85), fitted to Levine
-//! and Schwinger's end and to the flanged one, at Im s alone. Its characteristic function is not analytic
-//! then, so that modes cannot be counted; from a mode of the exact ends its own is a few steps away.
+//! That program evaluates the polynomials of Norris and Sheng (1989, J. Sound Vib. 135, 85), fitted to
+//! Levine and Schwinger's end and to the flanged one, at Im s alone. Its characteristic function is not
+//! analytic then, so that modes cannot be counted; from a mode of the exact ends its own is a few steps
+//! away.
 
 use crate::error::NetworkError;
 use crate::flow_chain::{FlowChain, FlowEnd};
@@ -10,8 +11,8 @@ use crate::laws::Law;
 use crate::plane::newton::Newton;
 use rijke_numerics::C64;
 
-/// Steps after which the iteration is given up. Each takes what is left of the error times about the share of
-/// the end in the phase, a few per cent.
+/// Steps after which the iteration is given up. Each takes what is left of the error times about the share
+/// of the end in the phase, a few per cent.
 const MOST: usize = 100;
 
 /// The mode near `mode` if every open end (kinds 11 and 12) reflects by the rule of OSCILOS_lite; none if
@@ -63,9 +64,9 @@ fn flanged(ka: f64) -> C64 {
 mod tests {
     use super::*;
 
-    /// The fit of the unflanged end has its end correction to two per cent, 0.012 of the radius, and R to twice
-    /// that times ka. The flanged one is fitted to a tube, of end correction 0.8216, where the law here is
-    /// Rayleigh's piston, 0.8488.
+    /// The fit of the unflanged end has its end correction to two per cent, 0.012 of the radius, and R to
+    /// twice that times ka. The flanged one is fitted to a tube, of end correction 0.8216, where the law
+    /// here is Rayleigh's piston, 0.8488.
     #[test]
     fn oracle_the_fits_are_those_of_the_exact_ends() {
         let (radius, sound_speed) = (0.05, 340.0);

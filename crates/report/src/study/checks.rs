@@ -52,10 +52,14 @@ pub(super) fn section(stage: &StageRecord) -> String {
     )
 }
 
-/// What the page says of every measured point under the pointer, as JSON by its name: pairs of a stage and a
-/// line.
+/// A number of a point: measured, its standard deviation, predicted, and the residual in standard deviations.
+type Said = (f64, f64, f64, Option<f64>);
+
+/// What the page says of every measured point under the pointer, as JSON by its name: stage, mode, growth
+/// rate (1/s) and frequency (Hz).
 pub(super) fn said(stages: &[StageRecord]) -> String {
-    let mut all: BTreeMap<&str, Vec<[String; 2]>> = BTreeMap::new();
+    let mut all: BTreeMap<&str, Vec<(&str, &str, [Option<Said>; 2])>> = BTreeMap::new();
+    let rounded = |v: f64, digits: i32| (v * 10f64.powi(digits)).round() / 10f64.powi(digits);
     for stage in stages {
         let going = |m: &&rijke_engine::run::ModelRecord| {
             m.id == stage.chosen && m.predicted.len() == stage.measured.len()
@@ -63,22 +67,14 @@ pub(super) fn said(stages: &[StageRecord]) -> String {
         let Some(model) = stage.models.iter().find(going) else { continue };
         for (k, (m, predicted)) in stage.measured.iter().zip(&model.predicted).enumerate() {
             let residual = |part: usize| stage.checks.as_ref().and_then(|c| c.residuals.get(k)?[part]);
-            let words = |what: &str, unit: &str, measured: Option<[f64; 2]>, part: usize, scale: f64| {
-                let [value, sd] = measured?;
-                let left = residual(part).map_or(String::new(), |r| format!(", residual {r:+.1} sd"));
-                let (value, sd, predicted) = (scale * value, scale * sd, scale * predicted[part]);
-                Some(format!("{what} {value:.3} \u{b1} {sd:.3} {unit}, predicted {predicted:.3}{left}"))
+            let number = |measured: Option<[f64; 2]>, part: usize, scale: f64| {
+                let [value, sd, predicted] =
+                    [measured?[0], measured?[1], predicted[part]].map(|v| rounded(scale * v, 3));
+                Some((value, sd, predicted, residual(part).map(|r| rounded(r, 1))))
             };
-            let hertz = rijke_study::hertz(1.0);
-            let parts = [
-                words("growth rate", "1/s", m.growth_rate, 0, 1.0),
-                words("frequency", "Hz", m.angular_frequency, 1, hertz),
-            ];
-            let line = parts.into_iter().flatten().collect::<Vec<_>>().join("; ");
-            let mode = if m.mode.is_empty() { String::new() } else { format!(", mode {}", m.mode) };
-            // The page puts the title of the stage before it.
-            let line = format!("{mode}: {line}");
-            all.entry(&m.point).or_default().push([stage.id.clone(), line]);
+            let both =
+                [number(m.growth_rate, 0, 1.0), number(m.angular_frequency, 1, rijke_study::hertz(1.0))];
+            all.entry(&m.point).or_default().push((&stage.id, &m.mode, both));
         }
     }
     // A script ends where this text stands, whatever it is in.

@@ -181,7 +181,7 @@ fn draw<'a>(panel: &mut Panel, frame: &'a Frame, layer: &'a Layer, colours: Opti
             }
             for ([x, y], row) in all() {
                 let Stroke { colour, .. } = stroke(row);
-                panel.dot([x, y], DOT, colour, &format!("{}: {y:.5}", row.label));
+                panel.dot([x, y], DOT, colour, &format!("{}: {y:.4}", row.label));
             }
         }
         LayerLook::Dashes => {

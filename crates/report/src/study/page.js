@@ -24,10 +24,17 @@
   document.body.append(note);
   const stage = (dot) => dot.closest('figure').dataset.stage ?? '';
   const titles = new Map(Object.values(known).flat().map(([stage]) => [stage, document.getElementById(stage)?.textContent ?? stage]));
+  const words = (what, unit, value, sd, predicted, residual) => {
+    const left = residual === null ? '' : `, residual ${residual < 0 ? '-' : '+'}${Math.abs(residual).toFixed(1)} sd`;
+    return `${what} ${value.toFixed(3)} \u00b1 ${sd.toFixed(3)} ${unit}, predicted ${predicted.toFixed(3)}${left}`;
+  };
   const text = (dot) => {
     const all = known[dot.dataset.point];
     const own = all.filter((line) => line[0] === stage(dot));
-    return (own.length ? own : all).map(([stage, line]) => `${titles.get(stage)}${line}`);
+    return (own.length ? own : all).map(([stage, mode, both]) => {
+      const parts = both.flatMap((number, k) => (number ? [words(['growth rate', 'frequency'][k], ['1/s', 'Hz'][k], ...number)] : []));
+      return `${titles.get(stage)}${mode && `, mode ${mode}`}: ${parts.join('; ')}`;
+    });
   };
   const show = (dot) => {
     note.replaceChildren(...[dot.dataset.point, ...text(dot)].map((words, k) => {

@@ -208,13 +208,14 @@
     count += 1;
     make(row, 'label', { for: id }, words);
     const input = make(row, 'input', { type: 'range', id, min: 0, max: STEPS, step: 1 }), said = make(row, 'span');
-    const value = (k) => (k <= STEPS / 2 ? low + (middle - low) * 2 * k / STEPS : middle + (high - middle) * (2 * k / STEPS - 1));
+    // Halfway stands what was found; at the end if that is an end of the prior.
+    const half = middle === high ? STEPS : middle === low ? 0 : STEPS / 2;
+    const value = (k) => (k <= half && half > 0 ? low + (middle - low) * k / half : middle + (high - middle) * (k - half) / (STEPS - half));
     const tell = (v) => { said.textContent = show(v); input.setAttribute('aria-valuetext', show(v)); };
     input.addEventListener('input', () => { const v = value(Number(input.value)); tell(v); set(v); });
     input.addEventListener('change', announce);
     return (v) => {
-      const half = v <= middle ? [low, middle, 0] : [middle, high, STEPS / 2];
-      input.value = half[1] > half[0] ? half[2] + STEPS / 2 * (v - half[0]) / (half[1] - half[0]) : STEPS / 2;
+      input.value = v <= middle && half > 0 ? half * (v - low) / (middle - low) : half + (STEPS - half) * (v - middle) / (high - middle);
       tell(v);
     };
   };

@@ -2,15 +2,15 @@
 
 use crate::repeats::Repeats;
 
-/// Scatter of a relative pressure between the repeats of a point, relative to it, that is said; and how many times
-/// that of the other channels it must be.
+/// Scatter of a relative pressure between the repeats of a point, relative to it, that is said; and how
+/// many times that of the other channels it must be.
 const SAID: f64 = 0.01;
 const ODD: f64 = 5.0;
 /// Where all pressures scatter alike, within this factor, their reference does.
 const ALIKE: f64 = 2.0;
 
-/// The pings of a point: its name, what its repeats say, the numbers of its microphones in the rig, and the place
-/// of the reference among them.
+/// The pings of a point: its name, what its repeats say, the numbers of its microphones in the rig, and the
+/// place of the reference among them.
 pub(super) struct OfPoint<'a> {
     pub(super) point: &'a str,
     pub(super) repeats: &'a Repeats,
@@ -64,7 +64,8 @@ mod tests {
     use crate::repeats::combine;
     use rijke_numerics::Matrix;
 
-    /// Three repeats of four microphones, of which one has a gain that grows by a share from one to the next.
+    /// Three repeats of four microphones, of which one has a gain that grows by a share from one to the
+    /// next.
     fn said(which: usize, share: f64) -> Vec<String> {
         let values: Vec<(f64, Vec<f64>, Matrix)> = (0..3)
             .map(|n| {

@@ -249,7 +249,7 @@ const BORNE_OUT: f64 = 10.0;
 const SAME: f64 = 0.04;
 
 /// The frequency of mains, Hz, with which the first `quiet` samples hum, if that is not the stated one and
-/// louder: a line with one of its next two multiples, each above what lies beside it. Shorter than fifteen
+/// louder: a line with one of its next two multiples, each above what lies beside it. Shorter than ten
 /// periods, silence does not tell.
 pub(crate) fn other_mains(channels: &[Vec<f64>], quiet: usize, rate_hz: f64, stated_hz: f64) -> Option<f64> {
     let apart = rate_hz / quiet.max(1) as f64;
@@ -276,7 +276,7 @@ pub(crate) fn other_mains(channels: &[Vec<f64>], quiet: usize, rate_hz: f64, sta
     };
     let hums = |f: &f64| {
         (f / stated_hz - 1.0).abs() > SAME
-            && 15.0 * apart < *f
+            && 10.0 * apart < *f
             && 3.0 * f < 0.4 * rate_hz
             && power(*f) > 4.0 * power(stated_hz)
             && line(*f) > LINE

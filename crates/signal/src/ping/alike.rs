@@ -1,20 +1,20 @@
-//! Whether all channels decay alike. A microphone that warms up has a gain that drifts: its amplitude changes
-//! beside the decay, and the common growth rate takes a part of it.
+//! Whether all channels decay alike. A microphone that warms up has a gain that drifts: its amplitude
+//! changes beside the decay, and the common growth rate takes a part of it.
 //!
 //! Let channel m decay with s + delta_m, delta_m real. To first order its amplitude a_m e^{st} gets a part
-//! delta_m t a_m e^{st}. In white samples this is the vector d_m t e^{st}, d_m = a_m times column m of W(s).
-//! The amplitudes b and the frequency s have been fitted: of t only t - m_1/m_0 is left (moments of e^{2 sigma
-//! t}), and of d_m only what is at right angles to b. What the residuals hold of g (t - m_1/m_0) e^{st} is
-//! g = S/J with independent errors of variance 1/J in all white channels, however the noise of the record is
-//! correlated; delta_m follows from g by least squares. Terms at twice the frequency are left out, and so are
-//! the neighbours, as in [`super::chirp`].
+//! delta_m t a_m e^{st}. In white samples this is the vector d_m t e^{st}, d_m = a_m times column m of
+//! W(s). The amplitudes b and the frequency s have been fitted: of t only t - m_1/m_0 is left (moments of
+//! e^{2 sigma t}), and of d_m only what is at right angles to b. What the residuals hold of g (t - m_1/m_0)
+//! e^{st} is g = S/J with independent errors of variance 1/J in all white channels, however the noise of
+//! the record is correlated; delta_m follows from g by least squares. Terms at twice the frequency are left
+//! out, and so are the neighbours, as in [`super::chirp`].
 
 use crate::Fault;
 use crate::dsp::kernels::Powers;
 use rijke_numerics::C64;
 
-/// Standard deviations from which a channel decays otherwise than the others: noise feigns it in one channel of
-/// 16 000.
+/// Standard deviations from which a channel decays otherwise than the others: noise feigns it in one
+/// channel of 16 000.
 const APART: f64 = 4.0;
 /// By how much the channel must explain more of the differences than any other (twice the logarithm of the
 /// likelihood), so that it is known which one drifts.

@@ -4,8 +4,8 @@ use super::fit::{PingFit, fit_ping};
 use super::options::PingOptions;
 use crate::{Fault, Trace};
 
-/// Variance of the residuals, over that of the noise, up to which the other channels are in order: a channel
-/// is not left out to bring a record just below the limit.
+/// Variance of the residuals, over that of the noise, up to which the other channels are in order: a
+/// channel is not left out to bring a record just below the limit.
 const IN_ORDER: f64 = 1.08;
 
 /// A ping, and the channels that were left out.
@@ -19,8 +19,8 @@ pub struct MajorityFit {
     pub left_out: Vec<(usize, Fault)>,
 }
 
-/// Fits a ping as [`fit_ping`] does; without a channel whose gain drifts, and without one that alone keeps the
-/// others from being fitted. More than half of the channels must agree, two at least, among them the
+/// Fits a ping as [`fit_ping`] does; without a channel whose gain drifts, and without one that alone keeps
+/// the others from being fitted. More than half of the channels must agree, two at least, among them the
 /// reference.
 ///
 /// # Errors

@@ -102,7 +102,8 @@ impl NullaryFnOnce for Subtract<'_> {
     }
 }
 
-/// The energies of [`super::energies`] from the inverse Gram matrix and the amplitude of component k in channel m.
+/// The energies of [`super::energies`] from the inverse Gram matrix and the amplitude of component k in
+/// channel m.
 pub(super) fn energies_of(
     linear: &Matrix,
     amplitude: impl Fn(usize, usize) -> C64,

@@ -3,8 +3,8 @@
 //! The model of a white multichannel record is y_m(t) = sum_k Re(b_km e^{s_k t}) + white noise. The
 //! amplitudes b are linear and are eliminated (Golub & Pereyra 1973); the frequencies follow from
 //! Gauss-Newton steps with Kaufman's Jacobian. Every quantity needed is a sum over samples of products of
-//! exponentials, powers of time and data: those without data have a closed form, so one pass over the record
-//! per step is all the cost, 8 flops per sample, channel and component that still sounds.
+//! exponentials, powers of time and data: those without data have a closed form, so one pass over the
+//! record per step is all the cost, 8 flops per sample, channel and component that still sounds.
 
 use super::component::{Component, Kind, fundamental, with_fundamental};
 use super::solution::{Solution, energies_of};
@@ -40,8 +40,8 @@ const SMALL_STEP: f64 = 1e-3;
 const SETTLED: f64 = 0.05;
 /// After so many steps only half of each is taken: a weak neighbour may overshoot to and fro.
 const HALF_STEPS: usize = 8;
-/// Share by which the fundamental of the mains may move. Grids stay within it; beyond it the harmonics serve a
-/// mode beside one of them, and the fit settles where neither is.
+/// Share by which the fundamental of the mains may move. Grids stay within it; beyond it the harmonics
+/// serve a mode beside one of them, and the fit settles where neither is.
 pub(crate) const MAINS: f64 = 0.01;
 
 /// Length of a full step, in standard deviations, after which no other is needed. Gauss-Newton contracts by
@@ -119,8 +119,8 @@ pub(crate) fn glance(white: White<'_>, start: &[Component]) -> Result<Glance, Fa
     Ok(Glance { components, variance, energies: state.energies()?, gain })
 }
 
-/// Energy that each component alone explains when all are fitted with their frequencies as given: the squares
-/// of its amplitudes over their variances, summed over channels.
+/// Energy that each component alone explains when all are fitted with their frequencies as given: the
+/// squares of its amplitudes over their variances, summed over channels.
 pub(crate) fn energies(white: White<'_>, components: &[Component]) -> Result<Vec<f64>, Fault> {
     State::new(white, components.to_vec(), 0.0, false)?.energies()
 }

@@ -1,4 +1,5 @@
-//! A microphone that warms up, wanders, or hears the mains: records are used without it, and the reason names it.
+//! A microphone that warms up, wanders, or hears the mains: records are used without it, and the reason
+//! names it.
 
 use crate::driven::Driven;
 use rayon::prelude::*;
@@ -6,8 +7,8 @@ use rijke_numerics::C64;
 use rijke_signal::{Fault, MajorityFit, PingOptions, Trace, fit_majority, fit_ping};
 use std::f64::consts::TAU;
 
-/// A closed-open tube of 0.65 m that is driven one per cent off its first mode, beside the second harmonic of
-/// mains of 60 Hz.
+/// A closed-open tube of 0.65 m that is driven one per cent off its first mode, beside the second harmonic
+/// of mains of 60 Hz.
 fn tube(hum: f64) -> Driven {
     Driven {
         rate_hz: 12_800.0,
@@ -153,13 +154,16 @@ fn regress_hum_beside_the_mode_does_not_follow_it() {
     assert!(used.iter().all(|f| f.left_out.is_empty()));
 }
 
-/// Shares of channels that are said to drift in records in which none does: white and coloured noise, noise that
-/// microphones share, hum, any rig.
+/// Name, records by seed, and how much of the noise all microphones share.
+type Kind<'a> = (&'a str, &'a (dyn Fn(u64) -> Driven + Sync), f64);
+
+/// Shares of channels that are said to drift in records in which none does: white and coloured noise, noise
+/// that microphones share, hum, any rig.
 #[test]
 #[ignore = "long: 1500 records"]
 fn coverage_of_channels_that_do_not_drift() {
     let tube = tube(0.0);
-    let kinds: [(&str, &(dyn Fn(u64) -> Driven + Sync), f64); 5] = [
+    let kinds: [Kind<'_>; 5] = [
         ("white", &|_| tube.clone(), 0.0),
         ("coloured, 0.7", &|_| Driven { colour: 0.7, ..tube.clone() }, 0.0),
         ("shared, 0.8 of the amplitude", &|_| tube.clone(), 0.8),

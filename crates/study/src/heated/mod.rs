@@ -1,12 +1,12 @@
-//! Gas that a part heats and the wall cools, in a forced flow that is a factor: the base states of all points
-//! from readings of thermometers.
+//! Gas that a part heats and the wall cools, in a forced flow that is a factor: the base states of all
+//! points from readings of thermometers.
 //!
 //! Upstream of the part the gas has the ambient temperature. There it rises by eta Q/(m c_p), and behind it
 //! falls as exp(-h P x/(m c_p)): a plug of gas in a duct of perimeter P whose wall stays at the ambient
 //! temperature (Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, section 8.3). eta and h are one
 //! number each for all points, with the priors of `study.toml`; their error is shared by all. What the
-//! readings of a point differ by from that, beyond their own errors, is an error of its rise: that of meters
-//! of power and flow, and of gas that is not mixed. Its size is inferred too.
+//! readings of a point differ by from that, beyond their own errors, is an error of its rise: that of
+//! meters of power and flow, and of gas that is not mixed. Its size is inferred too.
 //!
 //! Knows temperatures and flow. Knows no sound and no observation of it.
 
@@ -37,8 +37,8 @@ const NEAR: f64 = 5e-3;
 /// Nodes of the profile behind the part.
 const NODES: usize = 16;
 
-/// Reads `readings.csv`: columns `point`, `at [m]`, `temperature [K]`, `sd [K]`; with `thermometer`, a name, if it
-/// is there.
+/// Reads `readings.csv`: columns `point`, `at [m]`, `temperature [K]`, `sd [K]`; with `thermometer`, a
+/// name, if it is there.
 ///
 /// # Errors
 /// File, line and remedy.
@@ -119,7 +119,8 @@ pub fn read_readings(path: &Path, campaign: &Campaign, rig: &Rig) -> Result<Vec<
 /// The base states of all points of a campaign whose ambient temperature is known; `ambient` by point.
 ///
 /// # Errors
-/// A reading beyond the ducts. A point whose flow is negative, or that has power without flow, has no state.
+/// A reading beyond the ducts. A point whose flow is negative, or that has power without flow, has no
+/// state.
 pub fn heated_states(
     rig: &Rig,
     campaign: &Campaign,
