@@ -55,10 +55,13 @@ pub(super) fn section(stage: &StageRecord) -> String {
 /// A number of a point: measured, its standard deviation, predicted, and the residual in standard deviations.
 type Said = (f64, f64, f64, Option<f64>);
 
+/// Stage, mode, growth rate (1/s) and frequency (Hz).
+type SaidOfMode<'a> = (&'a str, &'a str, [Option<Said>; 2]);
+
 /// What the page says of every measured point under the pointer, as JSON by its name: stage, mode, growth
 /// rate (1/s) and frequency (Hz).
 pub(super) fn said(stages: &[StageRecord]) -> String {
-    let mut all: BTreeMap<&str, Vec<(&str, &str, [Option<Said>; 2])>> = BTreeMap::new();
+    let mut all: BTreeMap<&str, Vec<SaidOfMode<'_>>> = BTreeMap::new();
     let rounded = |v: f64, digits: i32| (v * 10f64.powi(digits)).round() / 10f64.powi(digits);
     for stage in stages {
         let going = |m: &&rijke_engine::run::ModelRecord| {
