@@ -262,7 +262,7 @@ mod tests {
             &Stroke::solid("red", 1.0),
         );
         assert!(
-            panel.body.contains("\"M0 50l50-50M60 25l40 0\"") && panel.body.matches("<path").count() == 1,
+            panel.body.contains("\"M0 50l50-50M60 25h40\"") && panel.body.matches("<path").count() == 1,
             "{}",
             panel.body
         );
