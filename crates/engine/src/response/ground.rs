@@ -112,9 +112,10 @@ impl Ground {
         let others = self.models.iter().filter(|m| m.id != chosen.id);
         let other = others.max_by(|a, b| a.evidence.ln_marginal.total_cmp(&b.evidence.ln_marginal))?;
         let behind = at - other.evidence.ln_marginal;
-        let place = format!("{:.1} nats {}", behind.abs(), if behind < 0.0 { "ahead" } else { "behind" });
+        let (only, side) = if behind < 0.0 { ("", "ahead") } else { ("only ", "behind") };
+        let place = format!("{only}{:.1} nats {side}", behind.abs());
         (behind < self.decides)
-            .then(|| format!("{}: {} is taken, though {} is only {place}", self.title, chosen.id, other.id))
+            .then(|| format!("{}: {} is taken, though {} is {place}", self.title, chosen.id, other.id))
     }
 }
 

@@ -42,9 +42,10 @@ fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[Carr
     };
     let by = if carried.is_empty() { "" } else { " by the points of this and later stages" };
     Some(format!(
-        "{}: {taken} is taken, though {} is only {}{by}{also}",
+        "{}: {taken} is taken, though {} is {}{}{by}{also}",
         stage.title,
         other.id,
+        if *least < 0.0 { "" } else { "only " },
         place(*least)
     ))
 }
