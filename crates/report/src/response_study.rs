@@ -104,7 +104,7 @@ fn ranking(stage: &ResponseStageRecord) -> String {
     let all: usize = stage.loads.iter().map(|l| l.of).sum();
     let rows: String = models.iter().map(row).collect();
     format!(
-        "<p>Trained on {}, {count} of the {all} complex numbers in their files.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in \
+        "<p>Trained on {}, {count} of the {all} complex numbers in their files.</p>\n<div class=\"wide\" tabindex=\"0\"><table><thead><tr><th>model</th><th>name in \
          files</th><th>nats behind</th><th>ln best fit</th><th>ln Occam</th><th>residual, rms</th><th>correlation of \
          neighbours</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n",
         match stage.loads.len() {
@@ -126,7 +126,7 @@ fn numbers(model: &ResponseModelRecord) -> String {
         model.noise.iter().filter(|n| n.floats).map(|n| cells(&n.name, format!("{:.3e}", n.sd), &n.unit));
     let rows: String = parameters.chain(noise).collect();
     format!(
-        "<div class=\"wide\"><table><thead><tr><th>parameter, or size of an error</th><th>value</th><th>unit</th></tr></thead><tbody>\n\
+        "<div class=\"wide\" tabindex=\"0\"><table><thead><tr><th>parameter, or size of an error</th><th>value</th><th>unit</th></tr></thead><tbody>\n\
          {rows}</tbody></table></div>\n"
     )
 }
