@@ -14,6 +14,7 @@ mod axe;
 mod browser;
 mod examples;
 mod live;
+mod paint;
 
 const HARNESS: &str = include_str!("page/harness.html");
 
@@ -44,6 +45,9 @@ const LOOKS: [Look; 5] = [
 /// A frame while a slider is dragged, ms: sixty a second are 16.7. Six times that is refused, because others
 /// may use the machine; how long it took is printed.
 const SLOWEST: f64 = 100.0;
+
+/// First paint, ms: the goal is 1000. Three times that is refused, for the same reason.
+const PAINTED: f64 = 3000.0;
 
 /// Bytes of a page at most.
 const LARGEST: u64 = 1_000_000;
@@ -85,6 +89,10 @@ pub(crate) fn run() -> Outcome {
             faults.extend(told(&name, &found, console));
         }
     }
+    let painted = paint::first(browser, &scratch, &page)?;
+    if painted > PAINTED {
+        faults.push(format!("it is first painted after {painted:.0} ms"));
+    }
     faults.extend(live::faults(browser, &scratch)?);
     let pages = print(browser, &scratch, &page)?;
     if faults.is_empty() {
@@ -93,6 +101,7 @@ pub(crate) fn run() -> Outcome {
             opened.len()
         );
         println!("page: the page of `rijke watch` shows a record that came while it was open");
+        println!("page: that of the paper is first painted {painted:.0} ms after it is asked for");
         said.iter().for_each(|said| println!("page: {said}"));
         if axe {
             println!("page: axe-core {}: no violations", axe::VERSION);
