@@ -164,6 +164,35 @@ fn exact_a_quantity_is_known_as_well_as_its_prediction_and_then_better() {
     assert!((after / (slope(0.9) * left) - 1.0).abs() < 1e-6, "{after}");
 }
 
+/// A reading of the temperature belongs to its point. What a visit tells of it is no knowledge of another day:
+/// after the visit, the prediction of that very point has the standard deviation that was foreseen.
+#[test]
+fn exact_a_visit_foresees_the_prediction_of_its_own_point() {
+    let folder = folder("own-point");
+    let campaign = "point,x [cm],T_amb [degC],T_amb_sd [K]\na,100,20,3\nb,80,20,3\nc,50,20,3\n";
+    std::fs::write(folder.0.join("campaign.csv"), campaign).unwrap();
+    let write = |rows: &[(&str, f64, f64)]| {
+        std::fs::write(folder.0.join("observations/modes.csv"), modes(rows)).unwrap();
+    };
+    write(&[("a", 1.0, 0.0), ("b", 0.8, 0.0)]);
+    let before = ranked(&folder);
+    let wish = Wish {
+        aim: Aim::Quantity,
+        candidates: vec![2],
+        about: Some(2),
+        points: 1,
+        without_pressures: false,
+    };
+    let foreseen = before.ask(&before.study, &wish).unwrap().quantity_sd.unwrap()[1];
+    write(&[("a", 1.0, 0.0), ("b", 0.8, 0.0), ("c", 0.5, 0.0)]);
+    let after = ranked(&folder);
+    let saved = after.run.saved("s").unwrap();
+    let said = forecast(&after.study, &after.study.observations().unwrap(), &saved, &[], &[2]).unwrap();
+    let stated = said.0[0].growth_rate[2];
+    assert!((foreseen / stated - 1.0).abs() < 0.02, "{foreseen} {stated}");
+    assert!(stated > 0.5, "the temperature is uncertain");
+}
+
 #[test]
 fn message_what_cannot_be_asked() {
     let folder = folder("message");

@@ -244,7 +244,7 @@ impl<'a> Place<'a> {
             kept: Vec::new(),
             own: Vec::new(),
             rivals: Vec::new(),
-            about: wish.about.map(|k| self.wanted(model, k)).transpose()?,
+            about: wish.about.map(|k| self.wanted(model, k, &wish.candidates, &mine)).transpose()?,
             covariance: known(model)?,
             left_out: Vec::new(),
         };
@@ -289,11 +289,27 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// The growth rate at a point in an installation of its own, without noise.
-    fn wanted(&self, model: &SavedModel, k: usize) -> Result<Numbers, EngineError> {
+    /// The growth rate at a point in an installation of its own, without noise. As in a prediction, it has an
+    /// error of its base state in common with the visits if their points in several installations name it:
+    /// what only one installation names, the reading of one point for instance, is drawn anew.
+    fn wanted(
+        &self,
+        model: &SavedModel,
+        k: usize,
+        candidates: &[usize],
+        visits: &[Result<Numbers, EngineError>],
+    ) -> Result<Numbers, EngineError> {
         let (numbers, _) = self.numbers(&self.known(model)?, k, &[])?;
+        let installation = |k: usize| &self.study.campaign.points[k].installation;
+        let common = |cause: &Shared| {
+            let named = candidates.iter().zip(visits).filter_map(|(&k, visit)| {
+                visit.as_ref().is_ok_and(|v| v.shared.contains_key(cause)).then(|| installation(k))
+            });
+            named.collect::<BTreeSet<_>>().len() > 1
+        };
         let apart = |cause: Shared| match cause {
             Shared::Varying(name, _) => Shared::Varying(name, String::new()),
+            Shared::Cause(own) if !common(&Shared::Cause(own.clone())) => Shared::Anew(own),
             other => other,
         };
         let first = Matrix::from_fn(1, numbers.values.len(), |_, j| f64::from(u8::from(j == 0)));

@@ -16,6 +16,8 @@ use std::collections::BTreeMap;
 pub(super) enum Shared {
     /// All points that name the cause.
     Cause(Cause),
+    /// No visit: the cause acts on what is wanted, with an error that is drawn anew.
+    Anew(Cause),
     /// The points of one installation: growth rate (0) or angular frequency (1).
     Installation(usize, String),
     /// The points of one installation: a parameter that differs from installation to installation.
