@@ -50,7 +50,11 @@ enum Task {
     Scale,
     /// Measure how fast `rijke watch` is with 175 points and with 7000 records, into target/watch.md: some
     /// fifteen minutes.
-    Watch,
+    Watch {
+        /// Replay all 7000 records instead, from the first on: half an hour.
+        #[arg(long)]
+        all: bool,
+    },
     /// Run the tests.
     Test {
         /// Include the long studies (tests marked as ignored).
@@ -93,7 +97,7 @@ fn run(task: Task) -> Outcome {
         Task::Python => python::run(),
         Task::Recovery => recovery::run(),
         Task::Scale => scale::run(),
-        Task::Watch => watch::run(),
+        Task::Watch { all } => watch::run(all),
         Task::Test { all } => test(all),
         Task::Mutants(options) => mutants::run(&options),
         Task::Mangle(options) => mangle::run(&options),

@@ -23,7 +23,7 @@ const REPLAYED: usize = 400;
 /// times that is four a second.
 const RATE: f64 = 4.0;
 /// How long to wait for what never comes.
-const PATIENCE: Duration = Duration::from_secs(1800);
+const PATIENCE: Duration = Duration::from_secs(7200);
 
 /// The watch and its folder.
 struct Watch {
@@ -78,7 +78,7 @@ impl Watch {
     }
 }
 
-pub(crate) fn run() -> Outcome {
+pub(crate) fn run(all: bool) -> Outcome {
     succeed(cargo().args(["build", "--release", "--workspace", "--bin", "rijke"]))?;
     let study = root().join("target/watch");
     let (records, away) = (study.join("records"), study.join("away"));
@@ -95,9 +95,13 @@ pub(crate) fn run() -> Outcome {
     }
     copy_study(&study)?;
     let mut text = String::from(HEAD);
-    let few = of_few(&study, &records)?;
-    let many = of_many(&study, &records)?;
-    for (what, files, mut seconds, memory) in few.into_iter().chain(many) {
+    let rows = if all {
+        replay(&study, &records, usize::MAX)?
+    } else {
+        let few = of_few(&study, &records)?;
+        few.into_iter().chain(replay(&study, &records, REPLAYED)?).collect()
+    };
+    for (what, files, mut seconds, memory) in rows {
         seconds.sort_by(f64::total_cmp);
         let at = |share: f64| seconds[((seconds.len() - 1) as f64 * share).round() as usize];
         let row =
@@ -153,17 +157,19 @@ fn of_few(study: &Path, records: &Path) -> Result<Vec<Row>, String> {
     Ok(rows)
 }
 
-/// All records but the last ones, which come at the rate of the replay.
-fn of_many(study: &Path, records: &Path) -> Result<Vec<Row>, String> {
+/// `count` of the records, or all, come at the rate of the replay; the others are there before.
+fn replay(study: &Path, records: &Path, count: usize) -> Result<Vec<Row>, String> {
     let away = study.join("away");
     let all: Vec<String> = files(records)?.into_iter().filter(|f| !f.starts_with("calib")).collect();
-    let step = all.len() / REPLAYED;
-    let coming: Vec<&String> = all.iter().step_by(step).take(REPLAYED).collect();
+    let count = count.min(all.len());
+    let coming: Vec<&String> = all.iter().step_by(all.len() / count).take(count).collect();
     for file in &coming {
         moved(&records.join(file), &away.join(file))?;
     }
     let watch = Watch::begin(study)?;
-    watch.until("the first look", |s| s["points"].as_u64().unwrap_or(0) > 0)?;
+    // Where all come, those of calibration alone are there.
+    let looked = if count == all.len() { "whole" } else { "points" };
+    watch.until("the first look", |s| s[looked].as_u64().unwrap_or(0) > 0)?;
     let (first, begun) = (watch.whole(), Instant::now());
     let (mut sent, mut seen) = (Vec::new(), Vec::new());
     let (mut middle, mut behind) = (0, 0);

@@ -176,13 +176,8 @@ fn exact_a_visit_foresees_the_prediction_of_its_own_point() {
     };
     write(&[("a", 1.0, 0.0), ("b", 0.8, 0.0)]);
     let before = ranked(&folder);
-    let wish = Wish {
-        aim: Aim::Quantity,
-        candidates: vec![2],
-        about: Some(2),
-        points: 1,
-        without_pressures: false,
-    };
+    let wish =
+        Wish { aim: Aim::Quantity, candidates: vec![2], about: Some(2), points: 1, without_pressures: false };
     let foreseen = before.ask(&before.study, &wish).unwrap().quantity_sd.unwrap()[1];
     write(&[("a", 1.0, 0.0), ("b", 0.8, 0.0), ("c", 0.5, 0.0)]);
     let after = ranked(&folder);

@@ -153,9 +153,8 @@ fn shared_installations(study: &Study, stage: &Stage) -> usize {
 /// What formulas may name.
 fn names(study: &Study, ui: &Ui) -> Result<(), Failure> {
     let all = study.rig.scope.names();
-    for name in all {
-        ui.say(format!("{:<20} {:<14} {}", name.name, name.unit, name.meaning));
-    }
+    let row = |n: &rijke_formula::Name| [&n.name, &n.unit, &n.meaning].map(|text| text.to_string());
+    ui.table(["name", "unit", "meaning"], all.iter().map(row));
     let list = all.iter().map(|n| json!({ "name": n.name, "unit": n.unit, "meaning": n.meaning }));
     ui.result(&list.collect::<Vec<_>>())
 }

@@ -146,22 +146,22 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 
 fn print(ui: &Ui, found: &[Found]) {
     ui.say(format!("{} measured modes", found.first().map_or(0, |f| f.stage.measured.len())));
-    ui.say(format!("{:>10} {:>10} {:>10}   network", "ln BFL", "ln OF", "ln ML"));
-    for f in found {
+    let row = |f: &Found| {
         let e = f.evidence;
-        let file = f.file.display();
-        ui.say(format!("{:>10.2} {:>10.2} {:>10.2}   {file}", e.ln_best_fit, e.ln_occam, e.ln_marginal));
+        let numbers = [e.ln_best_fit, e.ln_occam, e.ln_marginal].map(|ln| format!("{ln:.2}"));
+        numbers.into_iter().chain([f.file.display().to_string()])
+    };
+    ui.table(["ln BFL", "ln OF", "ln ML", "network"], found.iter().map(row));
+    for f in found {
+        ui.say(format!("{}:", f.file.display()));
         for p in &f.model().parameters {
-            ui.say(format!("{:>34} = {} {}", p.name, number::with_sd(p.value, p.sd), p.unit));
+            let unit = if p.unit == "1" { "" } else { &p.unit };
+            ui.say(format!("  {} = {} {unit}", p.name, number::with_sd(p.value, p.sd)).trim_end());
         }
         let [growth, frequency, _] = f.model().misfit;
-        ui.say(format!("{:>34} = {growth:.3} 1/s, {:.3} Hz", "model error", frequency / TAU));
-        if let Some(said) = far_beyond(&f.stage.measured, f.model()) {
-            ui.say(format!("{:>34}   {said}", "check"));
-        }
-        if let Some(remark) = &f.model().remark {
-            ui.say(format!("{:>34}   {remark}", "check"));
-        }
+        ui.say(format!("  model error: {growth:.3} 1/s, {:.3} Hz", frequency / TAU));
+        let remarks = far_beyond(&f.stage.measured, f.model()).into_iter().chain(f.model().remark.clone());
+        remarks.for_each(|remark| ui.say(format!("  check: {remark}")));
     }
 }
 

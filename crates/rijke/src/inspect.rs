@@ -4,7 +4,6 @@ use crate::{
     failure::{Classify, Failure},
     ui::Ui,
 };
-use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use rijke_rig::{FileContents, inspect};
 use serde_json::json;
 use std::path::PathBuf;
@@ -41,9 +40,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         "{format}, {} channels of {frames_shown} samples{duration}",
         numbers.iter().flatten().count()
     ));
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
-    table.set_header([
+    let head = [
         "channel",
         "name",
         "mean",
@@ -52,14 +49,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         "largest",
         "at full scale",
         "not a number",
-    ]);
-    for (c, number) in channels.iter().zip(&numbers) {
+    ];
+    let rows = channels.iter().zip(&numbers).map(|(c, number)| {
         let numbers = [c.mean, c.rms, c.smallest, c.largest].map(|v| format!("{v:.6}"));
         let number = number.map_or_else(|| "time".to_owned(), |k| k.to_string());
         let row = [number, c.name.clone().unwrap_or_default()].into_iter().chain(numbers);
-        table.add_row(row.chain([c.at_full_scale.to_string(), c.not_finite.to_string()]));
-    }
-    ui.say(table.to_string());
+        row.chain([c.at_full_scale.to_string(), c.not_finite.to_string()])
+    });
+    ui.table(head, rows);
     for other in others {
         ui.say(other);
     }

@@ -13,8 +13,8 @@ use crate::{
 };
 use rijke_engine::SavedModel;
 use rijke_engine::run::{
-    Aim, AskedPoint, MicrophoneChoice, MicrophoneTable, Next, OpenModel, Suggestion, Wish, microphones, next,
-    over_map, with_points,
+    Aim, AskedPoint, MicrophoneChoice, MicrophoneTable, Next, OpenModel, Step, Suggestion, Wish, microphones,
+    next, over_map, with_points,
 };
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
 use rijke_rig::DataKind;
@@ -137,25 +137,15 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ));
     }
     let hours = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.2}"));
-    ui.say(format!(
-        "{:>10} {:>7} {:>9} {:>7} {:>9} {:>8} {:>6}  point",
-        "parameters", "first", "second", "which", "quantity", "nats", "h"
-    ));
-    for s in found.points.iter().take(SHOWN) {
-        let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.3}"));
-        ui.say(format!(
-            "{:>10.3} {:>7} {:>9} {:>7} {:>9} {:>8.3} {:>6}  {}{}",
-            s.parameters,
-            number(s.models.map(|m| m[0])),
-            number(s.models.map(|m| m[1])),
-            number(s.which),
-            number(s.quantity),
-            s.nats,
-            hours(s.hours),
-            s.point,
-            if s.repeat { " (repeat)" } else { "" }
-        ));
-    }
+    let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.3}"));
+    let row = |s: &Suggestion| {
+        let [first, second] = [0, 1].map(|k| number(s.models.map(|m| m[k])));
+        let (parameters, nats) = (number(Some(s.parameters)), number(Some(s.nats)));
+        let point = format!("{}{}", s.point, if s.repeat { " (repeat)" } else { "" });
+        [parameters, first, second, number(s.which), number(s.quantity), nats, hours(s.hours), point]
+    };
+    let head = ["parameters", "first", "second", "which", "quantity", "nats", "h", "point"];
+    ui.table(head, found.points.iter().take(SHOWN).map(row));
     if found.points.len() > SHOWN {
         ui.say(format!("  and {} more", found.points.len() - SHOWN));
     }
@@ -163,9 +153,8 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ui.note(format!("{point} is left out: {why}"));
     }
     ui.say(format!("Plan: {:.3} nats (greedy {:.3})", found.total[0], found.total[1]));
-    for step in &found.plan {
-        ui.say(format!("{:>10.3} {:>6}  {}", step.adds, hours(step.hours), step.point));
-    }
+    let row = |step: &Step| [format!("{:.3}", step.adds), hours(step.hours), step.point.clone()];
+    ui.table(["adds, nats", "h", "point"], found.plan.iter().map(row));
     if let Some(of) = found.factor.filter(|_| found.aim == Aim::Models) {
         let [first, second] = of.map(|[mean, sd]| format!("{mean:.1} +- {sd:.1}"));
         ui.say(format!("ln of the Bayes factor by the plan: {first} if the first model is right, {second} if the second is"));
@@ -188,12 +177,11 @@ fn print_microphones(ui: &Ui, found: &MicrophoneTable) {
     let row = |m: &MicrophoneChoice| {
         let role = m.takes_its_role.as_ref();
         let note = role.map(|other| format!(" (the reference: without it, {other} takes its role)"));
-        ui.say(format!("{:>10.3} {:>7.3}  {}{}", m.nats, m.at, m.microphone, note.unwrap_or_default()));
+        let name = format!("{}{}", m.microphone, note.unwrap_or_default());
+        [format!("{:.3}", m.nats), format!("{:.3}", m.at), name]
     };
-    ui.say(format!("{:>10} {:>7}  microphone in use", "nats lost", "x / m"));
-    found.in_use.iter().for_each(row);
-    ui.say(format!("{:>10} {:>7}  another microphone", "added", "x / m"));
-    found.further.iter().take(SHOWN).for_each(row);
+    ui.table(["nats lost", "x (m)", "microphone in use"], found.in_use.iter().map(row));
+    ui.table(["nats added", "x (m)", "another microphone"], found.further.iter().take(SHOWN).map(row));
     if found.further.len() > SHOWN {
         ui.say(format!("  and {} more", found.further.len() - SHOWN));
     }

@@ -14,11 +14,11 @@ use crate::{
     staging::StagedFolder,
     ui::Ui,
 };
-use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 pub(crate) use excited::files_of as excited_files;
 use rijke_rig::{PointObservations, Ramp, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
-    ChannelDelays, ChannelPriors, Kept, ProcessError, ProcessOptions, Processed, process_again, record_count,
+    ChannelDelays, ChannelPriors, Kept, PointScatter, ProcessError, ProcessOptions, Processed, process_again,
+    record_count,
 };
 use rijke_study::Study;
 use serde_json::json;
@@ -199,7 +199,7 @@ fn make(
 /// Says what was measured.
 fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
     let records = processed.records;
-    ui.say(table(processed).to_string());
+    table(processed, ui);
     for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {
         if let Some(delays) = delays.as_ref().filter(|d| d.clicks > 0) {
             ui.say(describe(what, delays));
@@ -269,10 +269,8 @@ fn positive(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| "not a positive number".to_owned())
 }
 
-fn table(processed: &Processed) -> Table {
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
-    table.set_header([
+fn table(processed: &Processed, ui: &Ui) {
+    let head = [
         "point",
         "pings",
         "growth rate (1/s)",
@@ -284,12 +282,12 @@ fn table(processed: &Processed) -> Table {
         "clicks",
         "top arrival (ms)",
         "+- (us)",
-    ]);
-    for (point, scatter) in processed.observations.points.iter().zip(&processed.scatter) {
+    ];
+    let row = |(point, scatter): (&PointObservations, &PointScatter)| {
         let repeats = scatter.ping.as_ref();
         let drift =
             repeats.map_or(0.0, |r| r.drift.iter().take(2).map(|d| (d.0 / d.1).abs()).fold(0.0, f64::max));
-        table.add_row([
+        [
             point.point.id.clone(),
             format!("{}", point.ping_count),
             ping(point, |s, _| format!("{:.3}", s.re)),
@@ -308,9 +306,9 @@ fn table(processed: &Processed) -> Table {
                 let last = c.arrival_times.len() - 1;
                 format!("{:.2}", 1e6 * c.covariance[(last, last)].sqrt())
             }),
-        ]);
-    }
-    table
+        ]
+    };
+    ui.table(head, processed.observations.points.iter().zip(&processed.scatter).map(row));
 }
 
 fn ping(point: &PointObservations, show: impl Fn(rijke_numerics::C64, (f64, f64)) -> String) -> String {

@@ -9,7 +9,6 @@ use crate::{
     ui::Ui,
 };
 use answer::{Driven, Quantity};
-use comfy_table::{Table, presets};
 use rijke_numerics::C64;
 use rijke_report::{ResponseCurve, ResponseFigure};
 use std::path::PathBuf;
@@ -146,16 +145,13 @@ fn table(driven: &Driven, frequencies: &[f64], columns: &[(String, Vec<C64>)], u
     if let Some(name) = &driven.title {
         ui.say(name);
     }
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     let mut header = vec!["frequency\nHz".to_owned()];
     header.extend(columns.iter().flat_map(|(name, _)| [format!("|{name}|"), "phase\ndeg".to_owned()]));
-    table.set_header(header);
-    for (k, f) in frequencies.iter().enumerate() {
+    let rows = frequencies.iter().enumerate().map(|(k, f)| {
         let numbers = columns
             .iter()
             .flat_map(|(_, z)| [format!("{:.6}", z[k].norm()), format!("{:.3}", z[k].arg().to_degrees())]);
-        table.add_row([format!("{f:.3}")].into_iter().chain(numbers));
-    }
-    ui.say(table.to_string());
+        std::iter::once(format!("{f:.3}")).chain(numbers).collect::<Vec<_>>()
+    });
+    ui.table(header, rows);
 }

@@ -160,22 +160,19 @@ fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
         found.models_trained,
         found.models
     ));
-    ui.say(format!("{:>10} {:>12}   combination", "nats", "probability"));
     let best = found.best.first().map_or(0.0, |c| c.ln_evidence);
     let greedy = found.greedy.rank.unwrap_or(0);
-    for (k, c) in found.best.iter().enumerate().filter(|(k, _)| *k < SHOWN || k + 1 == greedy) {
+    let shown = found.best.iter().enumerate().filter(|(k, _)| *k < SHOWN || k + 1 == greedy);
+    let rows = shown.map(|(k, c)| {
         let names: Vec<&str> =
             roles.iter().filter_map(|role| c.candidates.get(*role).map(String::as_str)).collect();
         let mark = if k + 1 == greedy { "  <- stage by stage" } else { "" };
-        ui.say(format!(
-            "{:>10.1} {:>12.4}   {}{mark}",
-            c.ln_evidence - best,
-            c.probability,
-            names.join(" + ")
-        ));
-        if let Some(remark) = c.remark.as_ref().filter(|_| k == 0) {
-            ui.say(format!("{:>23}   {remark}", ""));
-        }
+        let [nats, odds] = [format!("{:.1}", c.ln_evidence - best), format!("{:.4}", c.probability)];
+        [nats, odds, format!("{}{mark}", names.join(" + "))]
+    });
+    ui.table(["nats", "probability", "combination"], rows);
+    if let Some(remark) = found.best.first().and_then(|c| c.remark.as_ref()) {
+        ui.say(format!("the first: {remark}"));
     }
     for choice in &found.choices {
         let shown = |(id, p): &(String, f64)| format!("{} {p:.4}", if id.is_empty() { "none" } else { id });

@@ -2,6 +2,7 @@
 //! error.
 
 use crate::failure::{Classify, Failure};
+use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::{
@@ -73,6 +74,26 @@ impl Ui {
         if !self.json {
             self.document(line);
         }
+    }
+
+    /// A table of results on standard output, a heading for each column. Columns of numbers stand to the
+    /// right.
+    pub(crate) fn table<H, R>(&self, head: H, rows: R)
+    where
+        H: IntoIterator<Item: Into<String>>,
+        R: IntoIterator<Item: IntoIterator<Item = String>>,
+    {
+        let rows: Vec<Vec<String>> = rows.into_iter().map(|row| row.into_iter().collect()).collect();
+        let mut table = Table::new();
+        table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
+        table.set_header(head.into_iter().map(Into::<String>::into)).add_rows(&rows);
+        let number = |cell: &String| cell.is_empty() || cell.parse::<f64>().is_ok();
+        for (k, column) in table.column_iter_mut().enumerate() {
+            if rows.iter().filter_map(|row| row.get(k)).all(number) {
+                column.set_cell_alignment(CellAlignment::Right);
+            }
+        }
+        self.say(table.trim_fmt());
     }
 
     /// A remark on standard error.

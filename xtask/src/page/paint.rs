@@ -15,8 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 pub(super) fn first(browser: &str, scratch: &Path, page: &Path) -> Result<f64, String> {
     let harness = scratch.join("paint.html");
     let address = held().map_err(|e| format!("no port on the loopback address: {e}"))?;
-    let text =
-        HARNESS.replace("@PAGE@", &format!("file://{}", page.display())).replace("@HELD@", &address);
+    let text = HARNESS.replace("@PAGE@", &format!("file://{}", page.display())).replace("@HELD@", &address);
     fs::write(&harness, text).map_err(|e| format!("{}: {e}", harness.display()))?;
     let mut command = command(browser, scratch);
     command.args(["--allow-file-access-from-files", "--disable-background-networking", "--dump-dom"]);

@@ -1,7 +1,6 @@
 //! Where a small device or change would stabilise a mode most.
 
 use crate::ui::Ui;
-use comfy_table::{Table, presets};
 use rijke_report::ModeCurves;
 use serde::Serialize;
 
@@ -90,23 +89,16 @@ pub(crate) fn print(modes: &[ModeCurves], advice: &[Advice], ui: &Ui) {
     if advice.is_empty() {
         return;
     }
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
-    table.set_header(["mode\nHz", "small change", "best place\nm", "growth rate\nchanges by, 1/s"]);
-    for a in advice {
+    let head = ["mode\nHz", "small change", "best place\nm", "growth rate\nchanges by, 1/s"];
+    let row = |a: &Advice| {
         let effect = if a.growth_rate_change < 0.0 {
             format!("{:.4}", a.growth_rate_change)
         } else {
             "nowhere less".to_owned()
         };
-        table.add_row([
-            format!("{:.2}", a.frequency_hz),
-            a.proposal.to_owned(),
-            format!("{:.3}", a.at),
-            effect,
-        ]);
-    }
-    ui.say(table.to_string());
+        [format!("{:.2}", a.frequency_hz), a.proposal.to_owned(), format!("{:.3}", a.at), effect]
+    };
+    ui.table(head, advice.iter().map(row));
     let modes = if modes.len() == 1 { "one mode".to_owned() } else { format!("{} modes", modes.len()) };
     ui.say(format!("To first order, each change alone, for {modes}. Curves along x: --plot, --along."));
 }

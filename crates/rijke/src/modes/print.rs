@@ -7,7 +7,6 @@ use crate::{
     failure::{Classify, Failure},
     ui::Ui,
 };
-use comfy_table::{Table, presets};
 use rijke_network::Modes;
 use rijke_report::ModeCurves;
 use serde::Serialize;
@@ -60,8 +59,6 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
             names.push(name);
         }
     }
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     let mut header = vec![
         "frequency\nHz",
         "growth\n1/s",
@@ -72,8 +69,7 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
     ];
     header.extend(names.iter());
     header.extend(["condition", "residual"]);
-    table.set_header(header);
-    for l in lines {
+    let row = |l: &Line| {
         let number = |v: f64| if v.abs() < 1e-9 { "0".to_owned() } else { format!("{v:.4}") };
         let mut row = vec![format!("{:.4}", l.frequency_hz), format!("{:.4}", l.growth_rate)];
         row.extend(
@@ -84,10 +80,10 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
             row.push(share.map_or_else(|| "0".to_owned(), |(_, v)| number(*v)));
         }
         row.extend([format!("{:.1}", l.condition), format!("{:.0e}", l.residual)]);
-        table.add_row(row);
-    }
+        row
+    };
     if !lines.is_empty() {
-        ui.say(table.to_string());
+        ui.table(header, lines.iter().map(row));
         ui.say("The columns between growth and condition are its parts, in 1/s; they add up to it.");
         let ruled = lines.iter().filter_map(|l| l.by_the_rule_of_oscilos);
         let ruled: Vec<String> =
