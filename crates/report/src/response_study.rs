@@ -84,7 +84,10 @@ fn ranking(stage: &ResponseStageRecord) -> String {
     let models = sorted(stage);
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
     let row = |m: &&ResponseModelRecord| {
-        let remark = m.remark.as_deref().map_or(String::new(), |r| format!("<br><small>{}</small>", html(r)));
+        let remark = m
+            .remark
+            .as_deref()
+            .map_or(String::new(), |r| format!("<br><small>{}</small>", html(r).replace('\n', "<br>")));
         let name = format!("<td>{}{remark}</td><td><code>{}</code></td>", html(&m.label), html(&m.id));
         match m.evidence {
             Some(e) => format!(

@@ -155,12 +155,12 @@ fn print(ui: &Ui, found: &[Found]) {
     for f in found {
         ui.say(format!("{}:", f.file.display()));
         for p in &f.model().parameters {
-            let unit = if p.unit == "1" { "" } else { &p.unit };
-            ui.say(format!("  {} = {} {unit}", p.name, number::with_sd(p.value, p.sd)).trim_end());
+            ui.say(format!("  {} = {}", p.name, number::quantity(p.value, p.sd, &p.unit)));
         }
         let [growth, frequency, _] = f.model().misfit;
         ui.say(format!("  model error: {growth:.3} 1/s, {:.3} Hz", frequency / TAU));
-        let remarks = far_beyond(&f.stage.measured, f.model()).into_iter().chain(f.model().remark.clone());
+        let far = far_beyond(&f.stage.measured, f.model());
+        let remarks = far.iter().map(String::as_str).chain(f.model().remark.iter().flat_map(|r| r.lines()));
         remarks.for_each(|remark| ui.say(format!("  check: {remark}")));
     }
 }

@@ -3,6 +3,21 @@
 use clap::Command;
 pub(crate) use rijke_engine::run::with_sd;
 
+/// A value with its standard deviation and unit; pure numbers have none.
+pub(crate) fn quantity(value: f64, sd: f64, unit: &str) -> String {
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    with_sd(value, sd) + &unit
+}
+
+/// Three digits.
+pub(crate) fn rounded(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e4).contains(&value.abs()) {
+        let places = (2.0 - value.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
+        return format!("{value:.places$}");
+    }
+    format!("{value:.2e}")
+}
+
 /// A number that is neither infinite nor undefined.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| "it is not a number".to_owned())?;
@@ -40,6 +55,9 @@ mod tests {
         assert_eq!(shown(4.078e-7, 2.9e-9), "4.078e-7 +- 2.9e-9");
         assert_eq!(shown(-1234.56, 7.0), "-1234.6 +- 7.0");
         assert_eq!(shown(2.0, 0.0), "2.000000e0 +- 0.0e0");
+        assert_eq!(super::quantity(0.982_848, 1.04e-3, "1"), "0.9828 +- 0.0010");
+        let rounded = [0.0, 0.102, 1.557, 123.4, 5.42e-5, 3.5e-10].map(super::rounded);
+        assert_eq!(rounded, ["0.000", "0.102", "1.56", "123", "5.42e-5", "3.50e-10"]);
     }
 
     use super::*;

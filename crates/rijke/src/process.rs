@@ -85,9 +85,9 @@ pub(crate) fn so_far(
     let args = usual(records.folder(), out, true)?;
     let of_the_study = !records.has_own_campaign();
     let given = Given { source: Box::new(records), study: Some(study), of_the_study, twins: Vec::new() };
-    let (processed, options) = make(&args, out, &given, Some(kept), &Ui::silent())?;
+    let processed = make(&args, out, &given, Some(kept), &Ui::silent())?;
     let figure = match shown {
-        Some(name) => plot::of_record(&*given.source, &processed, &options, name)?,
+        Some(name) => plot::of_record(&*given.source, &processed, name)?,
         None => None,
     };
     Ok((processed, figure))
@@ -147,18 +147,18 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Box::new(opened.records)
     };
     let given = Given { source, study, of_the_study, twins };
-    let (processed, _) = make(args, &out, &given, None, ui)?;
+    let processed = make(args, &out, &given, None, ui)?;
     tell(&processed, &out, ui)
 }
 
-/// Writes the observations that records give; with the options by which they were made.
+/// Writes the observations that records give.
 fn make(
     args: &Args,
     out: &Path,
     Given { source, study, of_the_study, twins }: &Given,
     kept: Option<&Kept>,
     ui: &Ui,
-) -> Result<(Processed, ProcessOptions), Failure> {
+) -> Result<Processed, Failure> {
     let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
     // Ramps that stand beside observations whose records have none were put there by hand.
     let own = if source.set().ramps.is_empty() { &WRITTEN[1..] } else { &WRITTEN };
@@ -190,10 +190,10 @@ fn make(
     processed.observations.write(folder.path()).or_failed()?;
     Rejection::write_all(&processed.corrections, &folder.path().join("corrections.csv")).or_failed()?;
     if args.plot {
-        plot::write(&**source, &processed, &options, folder.path())?;
+        plot::write(&**source, &processed, folder.path())?;
     }
     folder.commit()?;
-    Ok((processed, options))
+    Ok(processed)
 }
 
 /// Says what was measured.

@@ -220,7 +220,8 @@ impl Results {
 
 /// The models of a stage, best first.
 fn table(ui: &Ui, stage: &StageRecord) {
-    ui.say(format!("{} ({} modes)", stage.title, stage.measured.len()));
+    let modes = stage.measured.len();
+    ui.say(format!("{} ({modes} {})", stage.title, if modes == 1 { "mode" } else { "modes" }));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
     for model in models {
@@ -228,7 +229,7 @@ fn table(ui: &Ui, stage: &StageRecord) {
         match model.evidence {
             Some(_) => {
                 ui.say(format!("  {:>9.1} nats  {}{mark}", model.ln_evidence() - best, model.id));
-                if let Some(remark) = &model.remark {
+                for remark in model.remark.iter().flat_map(|remark| remark.lines()) {
                     ui.say(format!("                  {remark}"));
                 }
             }
@@ -253,8 +254,10 @@ fn table(ui: &Ui, stage: &StageRecord) {
         let [growth, frequency, pressure] = model.misfit.map(f64::abs);
         let trained = !stage.measured.is_empty();
         let misfit = format!(
-            "      misfit beyond the measured errors: {growth:.2e} 1/s, {:.2e} Hz, {pressure:.1e} of relative pressures",
-            frequency / std::f64::consts::TAU
+            "      misfit beyond the measured errors: {} 1/s, {} Hz, {} of relative pressures",
+            number::rounded(growth),
+            number::rounded(frequency / std::f64::consts::TAU),
+            number::rounded(pressure)
         );
         ui.say(if trained { misfit } else { "      no mode was measured: nothing was trained".to_owned() });
         if let Some(said) = crate::results::far_beyond(&stage.measured, model) {
@@ -264,7 +267,7 @@ fn table(ui: &Ui, stage: &StageRecord) {
             let averaged = p.averaged.map_or(String::new(), |[value, sd]| {
                 format!("; {} averaged over what earlier stages leave open", number::with_sd(value, sd))
             });
-            ui.say(format!("      {} = {} {}{averaged}", p.name, number::with_sd(p.value, p.sd), p.unit));
+            ui.say(format!("      {} = {}{averaged}", p.name, number::quantity(p.value, p.sd, &p.unit)));
             if trained {
                 crate::results::not_identified(ui, p);
             }
@@ -311,9 +314,9 @@ fn still_asked(ui: &Ui, missing: &Missing) {
             (&family.first, family.beyond);
         let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
         ui.say(format!(
-            "      {word}: {} = {} {unit}: {gain:+.1} nats expected, p = {probability:.3} ({} of {tried} terms cannot be told from it)",
+            "      {word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({} of {tried} terms cannot be told from it)",
             family.first.words(),
-            number::with_sd(*value, *sd),
+            number::quantity(*value, *sd, unit),
             family.like.len()
         ));
     }

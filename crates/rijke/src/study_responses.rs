@@ -6,6 +6,7 @@ pub(crate) use check::check;
 
 use crate::{
     failure::{Classify, Failure},
+    number,
     results::{Trust, kept, known_stage, warn_of_prior},
     staging::{Lock, StagedFolder, write_whole},
     study::{doubts_of, warn_of_doubts},
@@ -203,7 +204,7 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
             continue;
         }
         ui.say(format!("  {:>9.1} nats  {}", model.ln_evidence() - best, model.id));
-        if let Some(remark) = &model.remark {
+        for remark in model.remark.iter().flat_map(|remark| remark.lines()) {
             ui.say(format!("                  {remark}"));
         }
     }
@@ -217,7 +218,7 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
     }
     if let Some(model) = models.first() {
         for p in &model.parameters {
-            ui.say(format!("      {} = {:.6e} +- {:.2e} {}", p.name, p.value, p.sd, p.unit));
+            ui.say(format!("      {} = {}", p.name, number::quantity(p.value, p.sd, &p.unit)));
             warn_of_prior(ui, p);
         }
         for n in model.noise.iter().filter(|n| n.floats) {

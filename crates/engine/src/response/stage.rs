@@ -211,7 +211,7 @@ impl ResponseRun {
         record.predicted = found.answers.iter().map(|a| pairs(a)).collect();
         record.heard = left.heard.iter().map(|a| pairs(a)).collect();
         (record.residual, record.neighbours) = (left.size, left.neighbours);
-        record.remark = Some(remarks.join("; ")).filter(|r| !r.is_empty());
+        record.remark = Some(remarks.join("\n")).filter(|r| !r.is_empty());
         let names = parameters.list().iter().map(|p| p.name.clone()).collect();
         let knowledge =
             NamedGaussian { names, mean: fit.parameters.clone(), covariance: laplace.physical_covariance };

@@ -82,7 +82,7 @@ pub struct ModelRecord {
     pub evidence: Option<EvidenceRecord>,
     /// Growth rate and angular frequency at every measured point, in their order.
     pub predicted: Vec<[f64; 2]>,
-    /// Warnings, or why there is no evidence.
+    /// Warnings, a line each, or why there is no evidence.
     pub remark: Option<String>,
 }
 

@@ -163,6 +163,7 @@ impl Run {
         let Chosen { assembly, trained, .. } = &found;
         let ([best_fit, occam, marginal], counted) = self.of_the_responses(stage, &row.choice)?;
         let own = EvidenceRecord::of(trained);
+        // Equation (9), with the evidence of the stages of responses.
         record.evidence = Some(EvidenceRecord {
             ln_best_fit: own.ln_best_fit + best_fit,
             ln_occam: own.ln_occam + occam,
@@ -195,7 +196,7 @@ impl Run {
         }
         let remarks: Vec<String> =
             trained.warnings.iter().cloned().chain(said).chain(doubts).chain(counted).collect();
-        record.remark = Some(remarks.join("; ")).filter(|w| !w.is_empty());
+        record.remark = Some(remarks.join("\n")).filter(|w| !w.is_empty());
         Ok((record, Some(found)))
     }
 

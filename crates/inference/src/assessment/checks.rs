@@ -16,6 +16,7 @@ impl Posterior<'_> {
         }
         let data = self.data().observations();
         let told = self.told(fit);
+        let mut few = Vec::new();
         for (g, noise) in fit.noise.iter().enumerate().filter(|(_, n)| n.floats) {
             let (mut size, mut count, mut bare) = (0.0_f64, 0, false);
             for observation in data {
@@ -31,16 +32,19 @@ impl Posterior<'_> {
                 }
             }
             if (count as f64) < told + 1.0 {
-                health.warnings.push(format!(
-                    "the noise '{}' floats with {count} data, and the data (of all kinds) determine {told:.1} of {} parameters beyond their priors: \
-                     little is left to tell the noise by",
-                    noise.name,
-                    self.parameters().len()
-                ));
+                few.push(format!("'{}' ({count} data)", noise.name));
             }
             if bare && noise.sd < 1e-12 * size {
                 health.warnings.push(format!("the noise '{}' has collapsed to {:.1e}", noise.name, noise.sd));
             }
+        }
+        if !few.is_empty() {
+            health.warnings.push(format!(
+                "few data are left to tell the noise by: it floats in {}, while the data of all kinds determine {told:.1} of {} parameters beyond \
+                 their priors",
+                few.join(" and "),
+                self.parameters().len()
+            ));
         }
     }
 

@@ -10,8 +10,7 @@ pub struct Entry {
     pub name: String,
     /// Number of its parameters.
     pub parameters: usize,
-    /// ln of the prior weight of the model; zero for all if none is preferred, as for equation (8) of the
-    /// paper.
+    /// ln of the prior weight of the model; zero for all if none is preferred, as in the paper.
     pub ln_prior_weight: f64,
     /// Its evidence, or why there is none.
     pub outcome: Result<Evidence, String>,
@@ -63,8 +62,7 @@ impl Ranking {
 }
 
 /// The probability of every model if one of them is right, by the ln of its evidence times its prior weight
-/// (equation 7 of the paper; with equal weights equation 8). Zero for a model without evidence, whose ln is
-/// not finite.
+/// (equation 7 of the paper, normalised). Zero for a model without evidence, whose ln is not finite.
 #[must_use]
 pub fn probabilities(ln_evidence: &[f64]) -> Vec<f64> {
     let best = ln_evidence.iter().copied().filter(|ln| ln.is_finite()).fold(f64::NEG_INFINITY, f64::max);

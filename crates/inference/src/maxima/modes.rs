@@ -153,7 +153,7 @@ pub(crate) fn sorted(parameters: &Parameters, found: Explored<Fitted>) -> Sorted
     let several = shares.iter().filter(|s| **s > 0.0).count() > 1;
     let evidence = peaks[0].fit.1.as_ref().ok().map(|l| match several {
         false => l.evidence,
-        // What the other maxima add is prior volume that survives the data.
+        // Equation (9), summed over maxima: what the others add is prior volume that survives the data.
         true => Evidence { ln_occam: total - l.evidence.ln_best_fit, ln_marginal: total, ..l.evidence },
     });
     let heavy = peaks.iter().zip(&shares).filter(|(p, s)| **s > SMALL && p.ln_marginal.is_some());

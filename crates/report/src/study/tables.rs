@@ -32,7 +32,10 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
     let best = models.first().and_then(|m| total(m)).unwrap_or(0.0);
     let row = |m: &&ModelRecord| {
         let class = if m.id == stage.chosen { " class=\"chosen\"" } else { "" };
-        let remark = m.remark.as_deref().map_or(String::new(), |r| format!("<br><small>{}</small>", html(r)));
+        let remark = m
+            .remark
+            .as_deref()
+            .map_or(String::new(), |r| format!("<br><small>{}</small>", html(r).replace('\n', "<br>")));
         let name = format!("<td>{}{remark}</td><td><code>{}</code></td>", html(&m.label), html(&m.id));
         let printed = published.map_or(String::new(), |rows| match rows.get(&m.id) {
             Some([.., ml]) => format!(

@@ -5,20 +5,15 @@ use crate::figure::both;
 use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, escape, gallery};
 use rijke_rig::RecordSource;
 use rijke_signal::{
-    ChannelDelays, ClickPicture, LiveRecord, PingFit, PingOptions, ProcessOptions, Processed, Trace,
-    click_options, fit_majority, picture_click,
+    ChannelDelays, ClickPicture, LiveRecord, PingFit, PingOptions, Processed, Trace, click_options,
+    fit_majority, picture_click,
 };
 use std::fmt::Write as _;
 use std::path::Path;
 
 /// Writes `plots/index.html` and one figure, as SVG and PDF, for the first accepted ping and click of every
 /// operating point and for every rejected one.
-pub(super) fn write(
-    source: &dyn RecordSource,
-    processed: &Processed,
-    options: &ProcessOptions,
-    folder: &Path,
-) -> Result<(), Failure> {
+pub(super) fn write(source: &dyn RecordSource, processed: &Processed, folder: &Path) -> Result<(), Failure> {
     let folder = folder.join("plots");
     let reason = |name: &str| {
         processed.observations.rejections.iter().find(|r| r.record == name).map(|r| r.reason.as_str())
@@ -46,7 +41,7 @@ pub(super) fn write(
         let shown = first(&point.pings.iter().map(|p| p.0).collect::<Vec<_>>());
         for (n, name) in records.pings.iter().enumerate().filter(|(n, r)| *n == shown || reason(r).is_some())
         {
-            let panels = of_ping(source, options, k, n)?;
+            let panels = of_ping(source, processed, k, n)?;
             let title = title(name, reason(name));
             entry(name, &RecordFigure { title, data: set.kind, panels }.svg())?;
         }
@@ -67,7 +62,6 @@ pub(super) fn write(
 pub(super) fn of_record(
     source: &dyn RecordSource,
     processed: &Processed,
-    options: &ProcessOptions,
     name: &str,
 ) -> Result<Option<String>, Failure> {
     let set = source.set();
@@ -75,7 +69,7 @@ pub(super) fn of_record(
     let ping = set.points.iter().enumerate().find_map(|(k, p)| Some((k, place(&p.pings)?)));
     let click = set.points.iter().enumerate().find_map(|(k, p)| Some((k, place(&p.clicks)?)));
     let panels = match (ping, click) {
-        (Some((k, n)), _) => of_ping(source, options, k, n)?,
+        (Some((k, n)), _) => of_ping(source, processed, k, n)?,
         (None, Some((k, n))) => of_click(source, processed, k, n)?,
         (None, None) => return Ok(None),
     };
@@ -86,14 +80,14 @@ pub(super) fn of_record(
 
 fn of_ping(
     source: &dyn RecordSource,
-    options: &ProcessOptions,
+    processed: &Processed,
     k: usize,
     n: usize,
 ) -> Result<Vec<RecordPanel>, Failure> {
     let record = source.ping(k, n).or_bad_input()?;
     let known = LiveRecord::of(record, source.set().rig.microphones.reference);
     let trace = Trace::from(&known.record);
-    let own = PingOptions { reference: known.reference, ..options.ping.clone() };
+    let own = PingOptions { reference: known.reference, ..processed.ping.clone() };
     let Ok(found) = fit_majority(&trace, &own) else { return Ok(raw_panels(&trace)) };
     let live: Vec<usize> = found.kept.iter().map(|place| known.live[*place]).collect();
     let channels: Vec<Vec<f64>> = found.kept.iter().map(|place| trace.channels[*place].clone()).collect();

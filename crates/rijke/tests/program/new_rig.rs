@@ -18,6 +18,15 @@ fn done(folder: &Path, command: &str) -> String {
 fn lab_the_tutorial_leads_from_an_empty_folder_to_ranked_models() {
     let folder = scratch("tutorial");
     follow(include_str!("../../../../docs/tutorial.md"), &folder);
+    // Its pictures are those of this run.
+    for name in ["cold", "heat-release"] {
+        let drawn = fs::read_to_string(folder.join(format!("my-rig/results/figures/{name}.svg"))).unwrap();
+        let shown = format!("{}/../../docs/images/tutorial-{name}.svg", env!("CARGO_MANIFEST_DIR"));
+        if std::env::var_os("RIJKE_WRITE").is_some() {
+            fs::write(&shown, &drawn).unwrap();
+        }
+        assert!(fs::read_to_string(&shown).unwrap_or_default() == drawn, "{shown} is of another run");
+    }
     // What is written by hand is never replaced.
     assert_eq!(rijke(&folder, &["new", "my-rig", "--template", "burner"]).status.code(), Some(2));
     let page = fs::read_to_string(folder.join("my-rig/results/index.html")).unwrap();

@@ -124,12 +124,18 @@ fn behaviour_the_rig_says_how_much_of_a_ring_down_is_fitted() {
     let sd = |times: &str| {
         fs::write(folder.join("rig.toml"), format!("{rig}\n[recording]\nping_decay_times = {times}\n"))
             .unwrap();
-        let (code, said) = process(&folder, &["--force"]);
+        let (code, said) = process(&folder, &["--force", "--plot"]);
         assert_eq!(code, Some(0), "{said}");
-        cell(&folder, "pings.csv", "e-0", "growth_rate_per_s")
+        let plots = fs::read_dir(folder.join("observations/plots")).unwrap().flatten();
+        let of_ping =
+            |p: &std::path::PathBuf| p.extension().is_some_and(|e| e == "svg") && !p.ends_with("delays.svg");
+        let mut figures: Vec<_> = plots.map(|entry| entry.path()).filter(of_ping).collect();
+        figures.sort();
+        (cell(&folder, "pings.csv", "e-0", "growth_rate_per_s"), fs::read(&figures[0]).unwrap())
     };
-    let (short, usual) = (sd("2.5"), sd("7"));
+    let ((short, brief), (usual, long)) = (sd("2.5"), sd("7"));
     assert!(short != usual && (short - usual).abs() < 0.05, "{short} {usual}");
+    assert!(brief != long, "the picture of a ping has the window of its fit");
     fs::write(folder.join("rig.toml"), &rig).unwrap();
     assert_eq!(process(&folder, &["--force"]).0, Some(0));
     assert_eq!(cell(&folder, "pings.csv", "e-0", "growth_rate_per_s"), usual);

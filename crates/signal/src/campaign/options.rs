@@ -31,6 +31,8 @@ pub struct Processed {
     pub ping_delays: Option<ChannelDelays>,
     /// The same at the clicks' sampling rate.
     pub click_delays: Option<ChannelDelays>,
+    /// How the pings were fitted: the options with the reference microphone and the decay times of the rig.
+    pub ping: PingOptions,
     /// How the clicks were fitted: the options with the window and the band of the calibration clicks.
     pub click: ClickOptions,
     /// What a reader of the observations must know, in sentences: what was left out or assumed, and why.

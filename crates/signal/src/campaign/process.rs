@@ -269,8 +269,18 @@ pub fn process_again(
     };
     let observations =
         if whole { observations.with_the_dead(&set.acquisition.removed) } else { observations };
-    let click = click_options_found;
-    Ok(Processed { observations, ping_delays, click_delays, click, notes, scatter, corrections, records })
+    let (ping, click) = (options.ping.clone(), click_options_found);
+    Ok(Processed {
+        observations,
+        ping_delays,
+        click_delays,
+        ping,
+        click,
+        notes,
+        scatter,
+        corrections,
+        records,
+    })
 }
 
 /// What is left of one operating point's records.

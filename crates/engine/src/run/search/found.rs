@@ -101,7 +101,7 @@ impl<'a> Whole<'a> {
             .collect();
         best.sort_by(|(a, one), (b, two)| two.ln_evidence.total_cmp(&one.ln_evidence).then(a.cmp(b)));
         let most = best.first().map_or(f64::NEG_INFINITY, |(_, c)| c.ln_evidence);
-        // Equations (7) and (8), over combinations.
+        // Equation (7), over combinations.
         let sum: f64 = best.iter().map(|(_, c)| (c.ln_evidence - most).exp()).sum();
         best.iter_mut().for_each(|(_, c)| c.probability = (c.ln_evidence - most).exp() / sum);
         let ends: BTreeMap<usize, f64> = best.iter().map(|(k, c)| (*k, c.ln_evidence)).collect();
@@ -211,6 +211,6 @@ fn combination(path: &[&SearchNode]) -> Combination {
         ln_evidence: stages.iter().sum(),
         stages,
         probability: 0.0,
-        remark: Some(remarks.join("; ")).filter(|r| !r.is_empty()),
+        remark: Some(remarks.join("\n")).filter(|r| !r.is_empty()),
     }
 }

@@ -129,7 +129,7 @@ impl Search {
         if !evidence.ln_marginal.is_finite() {
             return without("its evidence is no finite number".to_owned());
         }
-        let remark = Some(warnings.join("; ")).filter(|w| !w.is_empty());
+        let remark = Some(warnings.join("\n")).filter(|w| !w.is_empty());
         Ok((Outcome { evidence: Some(evidence), remark }, Some(found)))
     }
 
