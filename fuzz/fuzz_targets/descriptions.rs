@@ -6,8 +6,8 @@ use rijke_fuzz::{folder, replace};
 use rijke_rig::{Campaign, RecordFolder, Rig};
 use std::{fs, path::Path};
 
-const RIG: &str = include_str!("../../crates/rig/fixtures/rigs/juniper-yoko-2022.toml");
-const CAMPAIGN: &str = include_str!("../../crates/rig/fixtures/campaigns/juniper-yoko-2022.toml");
+const RIG: &str = include_str!("../../crates/rig/data/rigs/juniper-yoko-2022.toml");
+const CAMPAIGN: &str = include_str!("../../crates/rig/data/campaigns/juniper-yoko-2022.toml");
 
 fuzz_target!(|text: &str| {
     let _ = Rig::parse(text, Path::new("rig.toml"));

@@ -38,7 +38,7 @@ enum Task {
     Page,
     /// Write docs/reference/commands.md from the help of the program.
     Reference,
-    /// Pack every public crate, and check that the packed crates compile against each other, tests included.
+    /// Pack every public crate, and check that the packed crates compile against each other.
     Package,
     /// Install the Python package in a fresh environment under target/, run its tests and check its types.
     Python,

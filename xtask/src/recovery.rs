@@ -50,7 +50,7 @@ pub(crate) fn run() -> Outcome {
 fn ranked(number: usize, law: &[f64; 6]) -> Result<Vec<f64>, String> {
     let folder = root().join("virtual-rig").join(format!("law-{number}"));
     copy_study(&folder)?;
-    let standard = root().join("fixtures/lab/truth.toml");
+    let standard = root().join("crates/lab/data/truth.toml");
     let text = fs::read_to_string(&standard).map_err(|e| format!("{}: {e}", standard.display()))?;
     let own = format!("{text}\n[heater.law]\nmodel = {number}\nk = {law:?}\n");
     let truth = folder.join("truth.toml");

@@ -98,14 +98,14 @@ fn spread(low: f64, high: f64, count: usize) -> Vec<f64> {
 /// Observations of the virtual laboratory with the heater at `places`, at least 1 cm apart, because points
 /// are called by it.
 fn campaign(folder: &Path, places: usize, microphones: usize) -> Made {
-    let text = read(&root().join("fixtures/campaigns/juniper-yoko-2022.toml"))?;
+    let text = read(&root().join("crates/rig/data/campaigns/juniper-yoko-2022.toml"))?;
     let mut all = String::from("name = \"scale\"\nsource = \"cargo xtask scale\"\n");
     for row in text.split("\n[[row]]").skip(1).filter(|row| row.contains("id = \"H")) {
         let own = row.lines().filter(|line| !line.starts_with("positions_cm")).collect::<Vec<_>>().join("\n");
         let _ = write!(all, "\n[[row]]{own}\npositions_cm = {:?}\n", spread(15.0, 85.0, places));
     }
     write(&folder.join("campaign.toml"), &all)?;
-    let rig = read(&root().join("fixtures/rigs/juniper-yoko-2022.toml"))?;
+    let rig = read(&root().join("crates/rig/data/rigs/juniper-yoko-2022.toml"))?;
     let kept = rig.lines().map(|line| match line.split(' ').next() {
         Some("positions") => format!("positions = {:?}", spread(0.25, 0.95, microphones)),
         Some("reference") => format!("reference = {}", microphones / 2),

@@ -1,5 +1,5 @@
 //! The truth of the virtual laboratory: every value that its physics and its instruments use, each with a
-//! source in `fixtures/lab/truth.toml`. None of them is written into records.
+//! source in `crates/lab/data/truth.toml`. None of them is written into records.
 
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -290,11 +290,11 @@ pub enum LabError {
 }
 
 impl Truth {
-    /// The truth file of the project, `fixtures/lab/truth.toml`.
+    /// The truth file of the project, `crates/lab/data/truth.toml`.
     #[must_use]
     #[allow(clippy::expect_used, reason = "the text is part of the program and a test parses it")]
     pub fn standard() -> Self {
-        let text = include_str!("../fixtures/lab/truth.toml");
+        let text = include_str!("../data/truth.toml");
         Self::parse(text, Path::new("truth.toml")).expect("the laboratory's own truth is valid")
     }
 
@@ -362,7 +362,7 @@ mod tests {
 
     #[test]
     fn exact_messages_of_a_wrong_truth() {
-        let text = include_str!("../fixtures/lab/truth.toml");
+        let text = include_str!("../data/truth.toml");
         assert_eq!(Truth::parse(text, Path::new("t")).unwrap(), Truth::standard());
         let message = |old: &str, new: &str| {
             assert!(text.contains(old), "{old}");

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const CHANNELS: [Option<usize>; 2] = [Some(1), Some(0)];
 
 fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/records").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/records").join(name)
 }
 
 fn arrays(names: &[&str], rate: &str) -> Arrays {

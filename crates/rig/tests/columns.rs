@@ -40,7 +40,8 @@ fn exact_an_empty_cell_is_no_number() {
 
 #[test]
 fn exact_arrays_by_name() {
-    let fixture = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/records").join(name);
+    let fixture =
+        |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/records").join(name);
     let text = Columns::read(&fixture("text.csv")).unwrap();
     let packed = Columns::read(&fixture("packed.h5")).unwrap();
     let plain = Columns::read(&fixture("v5.mat")).unwrap();

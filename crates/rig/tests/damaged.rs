@@ -12,8 +12,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-const RIG: &str = include_str!("../fixtures/rigs/juniper-yoko-2022.toml");
-const CAMPAIGN: &str = include_str!("../fixtures/campaigns/juniper-yoko-2022.toml");
+const RIG: &str = include_str!("../data/rigs/juniper-yoko-2022.toml");
+const CAMPAIGN: &str = include_str!("../data/campaigns/juniper-yoko-2022.toml");
 
 const MANIFEST: &str = "rig = 'rig.toml'\ncampaign = 'campaign.toml'\nkind = 'measured'\nsource = 'a test'\nfull_scale_pa = 20.0\n\
     channels = [0, 1, 2, 3, 4, 5, 6, 7]\nping = { rate_hz = 10000.0, quiet_samples = 1000 }\n\
@@ -44,7 +44,7 @@ fn scratch(name: &str) -> PathBuf {
 #[test]
 fn exact_no_damaged_record_makes_a_reader_panic() {
     let folder = scratch("damaged-records");
-    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/records");
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/records");
     let mut count = 0;
     for entry in fs::read_dir(fixtures).unwrap() {
         let path = entry.unwrap().path();
@@ -111,7 +111,7 @@ fn exact_no_damaged_description_makes_a_reader_panic() {
 #[test]
 fn exact_no_damaged_table_of_observations_makes_the_reader_panic() {
     let folder = scratch("damaged-observations");
-    let page = include_str!("../fixtures/records-format.txt");
+    let page = include_str!("../../../docs/records-format.md");
     let example = |name: &str| {
         let (_, rest) = page.split_once(&format!(" {name}\n")).unwrap();
         rest.split_once("```").unwrap().0.to_owned()

@@ -359,7 +359,7 @@ proptest! {
     /// Nor does any text the TOML and CSV readers, and a rig that is accepted is inside its own limits.
     #[test]
     fn oracle_any_text_gives_a_rig_or_an_error(position in -10.0..10.0_f64, diameter in -1.0..2.0_f64, text in "\\PC*") {
-        let paper = include_str!("../fixtures/rigs/juniper-yoko-2022.toml");
+        let paper = include_str!("../data/rigs/juniper-yoko-2022.toml");
         let _ = TubeRig::parse(&text, Path::new("x"));
         let _ = TubeCampaign::parse(&text, Path::new("x"));
         let changed = paper.replace("0.25, 0.35", &format!("{position:?}, 0.35")).replace("0.0474", &format!("{diameter:?}"));

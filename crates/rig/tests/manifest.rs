@@ -13,8 +13,8 @@ impl Drop for Scratch {
     }
 }
 
-const RIG: &str = include_str!("../fixtures/rigs/juniper-yoko-2022.toml");
-const CAMPAIGN: &str = include_str!("../fixtures/campaigns/juniper-yoko-2022.toml");
+const RIG: &str = include_str!("../data/rigs/juniper-yoko-2022.toml");
+const CAMPAIGN: &str = include_str!("../data/campaigns/juniper-yoko-2022.toml");
 
 /// Three microphones, the middle one of which is the reference; two days; one ping each.
 const MANIFEST: &str = "rig = 'rig.toml'\ncampaign = 'campaign.toml'\nkind = 'measured'\nsource = 'a test'\n\

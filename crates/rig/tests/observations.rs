@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 /// The text of the fenced block of the page that is called `name`.
 fn example(name: &str) -> String {
-    let page = include_str!("../fixtures/records-format.txt");
+    let page = include_str!("../../../docs/records-format.md");
     let (_, rest) = page.split_once(&format!(" {name}\n")).unwrap();
     rest.split_once("```").unwrap().0.to_owned()
 }
@@ -20,7 +20,7 @@ fn folder(name: &str) -> PathBuf {
     for file in ["observations.toml", "points.csv", "pings.csv"] {
         std::fs::write(folder.join(file), example(file)).unwrap();
     }
-    let rig = include_str!("../fixtures/rigs/juniper-yoko-2022.toml");
+    let rig = include_str!("../data/rigs/juniper-yoko-2022.toml");
     let (head, rest) = rig.split_once("positions = [").unwrap();
     let rig = format!("{head}positions = [0.75]{}", rest.split_once(']').unwrap().1).replacen(
         "reference = 5",

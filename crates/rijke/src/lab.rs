@@ -48,7 +48,7 @@ pub(crate) struct Laboratory {
     /// Campaign file; it may name ramps [default: Table 1 of Juniper & Yoko 2022].
     #[arg(long, value_name = "FILE")]
     campaign: Option<PathBuf>,
-    /// What is true in the laboratory [default: fixtures/lab/truth.toml of the project].
+    /// What is true in the laboratory [default: crates/lab/data/truth.toml of the project].
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
 }

@@ -26,7 +26,7 @@ struct Run {
 }
 
 fn reference() -> Reference {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/reference/enkf.toml");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/reference/enkf.toml");
     toml::from_str(&rijke_numerics::read_text(std::path::Path::new(path)).unwrap()).unwrap()
 }
 

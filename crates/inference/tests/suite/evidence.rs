@@ -7,7 +7,7 @@ use rijke_numerics::{Matrix, Order, Streams};
 use std::f64::consts::PI;
 
 fn case(name: &str) -> toml::Table {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/reference/evidence.toml");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/reference/evidence.toml");
     let file: toml::Table = std::fs::read_to_string(path).unwrap().parse().unwrap();
     let cases = file["case"].as_array().unwrap().clone();
     cases.iter().find(|c| c["name"].as_str() == Some(name)).unwrap().as_table().unwrap().clone()

@@ -68,7 +68,7 @@ mod tests {
     fn oracle_levine_schwinger_for_a_thin_wall() {
         let gas = Gas::air().at(293.15, 101_325.0);
         let end = OpenEnd { inner_radius: 0.02, outer_radius: 0.02, absorption: 0.0, extension: 0.0 };
-        let table = include_str!("../../fixtures/reference/levine_schwinger.csv");
+        let table = include_str!("../../../../fixtures/reference/levine_schwinger.csv");
         let rows = table.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));
         for row in rows {
             let value: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();

@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     fn table() -> Vec<[f64; 4]> {
-        let text = include_str!("../../fixtures/reference/levine_schwinger.csv");
+        let text = include_str!("../../../../fixtures/reference/levine_schwinger.csv");
         text.lines()
             .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
             .map(|l| {

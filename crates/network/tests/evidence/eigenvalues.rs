@@ -7,7 +7,7 @@ use rijke_numerics::C64;
 use serde_json::Value;
 
 pub(crate) fn reference(case: &str) -> Value {
-    let text = include_str!("../../fixtures/reference/eigenvalues.json");
+    let text = include_str!("../../../../fixtures/reference/eigenvalues.json");
     let all: Value = serde_json::from_str(text).unwrap();
     all["cases"][case].clone()
 }

@@ -83,9 +83,9 @@ fn oracle_files_give_the_reference_eigenvalues() {
 #[test]
 fn exact_examples_are_certified_and_their_budgets_close() {
     for text in [
-        include_str!("../../fixtures/networks/rig-tube.toml"),
-        include_str!("../../fixtures/networks/rijke-tube.toml"),
-        include_str!("../../fixtures/networks/combustor.toml"),
+        include_str!("../../../../fixtures/networks/rig-tube.toml"),
+        include_str!("../../../../fixtures/networks/rijke-tube.toml"),
+        include_str!("../../../../fixtures/networks/combustor.toml"),
     ] {
         let built = read(text).unwrap();
         let mut work = Workspace::default();

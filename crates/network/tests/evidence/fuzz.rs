@@ -7,10 +7,10 @@ use rijke_network::file::{FileError, OscilosTexts, read, read_oscilos};
 use rijke_numerics::Streams;
 
 const FILES: [&str; 4] = [
-    include_str!("../../fixtures/networks/rig-tube.toml"),
-    include_str!("../../fixtures/networks/rijke-tube.toml"),
-    include_str!("../../fixtures/networks/combustor.toml"),
-    include_str!("../../fixtures/networks/combustor-flow.toml"),
+    include_str!("../../../../fixtures/networks/rig-tube.toml"),
+    include_str!("../../../../fixtures/networks/rijke-tube.toml"),
+    include_str!("../../../../fixtures/networks/combustor.toml"),
+    include_str!("../../../../fixtures/networks/combustor-flow.toml"),
 ];
 
 /// What breaks programs that read numbers.

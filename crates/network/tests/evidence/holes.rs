@@ -135,10 +135,10 @@ fn exact_screens_take_what_steady_flow_takes() {
 #[test]
 fn exact_all_four_pairs_of_ideal_ends() {
     for (text, shift) in [
-        (include_str!("../../fixtures/networks/open-open.toml"), 0.0),
-        (include_str!("../../fixtures/networks/open-closed.toml"), 0.5),
-        (include_str!("../../fixtures/networks/closed-open.toml"), 0.5),
-        (include_str!("../../fixtures/networks/closed-closed.toml"), 0.0),
+        (include_str!("../../../../fixtures/networks/open-open.toml"), 0.0),
+        (include_str!("../../../../fixtures/networks/open-closed.toml"), 0.5),
+        (include_str!("../../../../fixtures/networks/closed-open.toml"), 0.5),
+        (include_str!("../../../../fixtures/networks/closed-closed.toml"), 0.0),
     ] {
         for flow in ["", "[flow]\nvelocity = 0.1\nentropy_waves = false\n"] {
             let built = read(&format!("{flow}{text}").replace("name = \"Tube", "# \"Tube")).unwrap();

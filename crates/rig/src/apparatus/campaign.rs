@@ -63,7 +63,7 @@ impl TubeCampaign {
     #[must_use]
     #[allow(clippy::expect_used, reason = "the text is part of the program and a test parses it")]
     pub fn juniper_yoko_2022() -> Self {
-        let text = include_str!("../../fixtures/campaigns/juniper-yoko-2022.toml");
+        let text = include_str!("../../data/campaigns/juniper-yoko-2022.toml");
         Self::parse(text, Path::new("juniper-yoko-2022.toml")).expect("the campaign of the paper is valid")
     }
 

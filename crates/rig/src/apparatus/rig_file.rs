@@ -25,11 +25,11 @@ impl TubeRig {
         Ok(rig)
     }
 
-    /// The rig of the paper, `fixtures/rigs/juniper-yoko-2022.toml`, which carries the source of every value.
+    /// The rig of the paper, `crates/rig/data/rigs/juniper-yoko-2022.toml`, which carries the source of every value.
     #[must_use]
     #[allow(clippy::expect_used, reason = "the text is part of the program and a test parses it")]
     pub fn juniper_yoko_2022() -> Self {
-        let text = include_str!("../../fixtures/rigs/juniper-yoko-2022.toml");
+        let text = include_str!("../../data/rigs/juniper-yoko-2022.toml");
         Self::parse(text, Path::new("juniper-yoko-2022.toml")).expect("the rig of the paper is valid")
     }
 
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     fn paper() -> String {
-        include_str!("../../fixtures/rigs/juniper-yoko-2022.toml").to_owned()
+        include_str!("../../data/rigs/juniper-yoko-2022.toml").to_owned()
     }
 
     #[track_caller]

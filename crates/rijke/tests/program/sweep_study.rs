@@ -14,7 +14,7 @@ const CAMPAIGN: &str = "name = \"The empty tube\"\nsource = \"a test\"\n[[row]]\
 
 const RIG: &str = r#"
 name = "The empty tube of the virtual laboratory"
-source = "crates/rig/fixtures/rigs/juniper-yoko-2022.toml"
+source = "crates/rig/data/rigs/juniper-yoko-2022.toml"
 
 [gas]
 pressure = "101325 Pa"
@@ -115,7 +115,7 @@ fn study(name: &str, seed: u64) -> std::path::PathBuf {
 
 /// Temperature of the gas, K, and the length by which the top mouth is longer than a thin one, m, in the
 /// laboratory: at ka = 0.2, where a thin one is longer by 0.606379597 radii (the exact integrals of Levine &
-/// Schwinger; crates/lab/fixtures/reference/levine_schwinger.csv).
+/// Schwinger; fixtures/reference/levine_schwinger.csv).
 fn truth(folder: &Path, seed: u64) -> [f64; 2] {
     let (rig, truth) = (TubeRig::juniper_yoko_2022(), Truth::standard());
     let campaign = TubeCampaign::read(&folder.join("lab.toml")).unwrap();

@@ -43,7 +43,7 @@ fn pings(
 fn fixtures(bench: &mut Bench<'_>, kind: &'static str, names: &[&str]) -> Outcome {
     for name in names {
         let folder = bench.folder(kind, &format!("fixture-{name}"))?;
-        own(&format!("crates/rig/fixtures/records/{name}"), &folder.join(name))?;
+        own(&format!("fixtures/records/{name}"), &folder.join(name))?;
         bench.add(kind, folder, &[&format!("inspect {name}")], &[]);
     }
     Ok(())
