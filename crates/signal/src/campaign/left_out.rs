@@ -1,10 +1,13 @@
 //! Channels that the others of their record contradict: a point goes without them, or without the records.
 
 use super::fitted::{PingOfRecord, rejection};
+use crate::Fault;
 use rijke_rig::Rejection;
 
-/// A point keeps a channel that was left out of one of so many of its pings, and goes without these pings.
+/// A point keeps a channel that was left out of one of so many of its pings, and goes without these pings; of a
+/// channel that carries no signal, as a loose plug does, in one of so many.
 const FEW: usize = 5;
+const FEW_SILENT: usize = 2;
 /// Points and records that a sentence names.
 const NAMED: usize = 3;
 
@@ -32,7 +35,11 @@ pub(super) fn settle(
     for channel in channels {
         let without = |p: &PingOfRecord| p.left_out.iter().find(|l| l.0 == channel).map(|l| l.1.clone());
         let count = pings.iter().filter(|p| without(p).is_some()).count();
-        if FEW * count > pings.len() {
+        let silent = |fault: &Fault| {
+            matches!(fault, Fault::NoSignal { .. } | Fault::DeadChannel { .. } | Fault::OnlyHum { .. })
+        };
+        let few = if pings.iter().filter_map(without).all(|f| silent(&f)) { FEW_SILENT } else { FEW };
+        if few * count > pings.len() {
             continue;
         }
         pings.retain(|p| {
@@ -42,7 +49,7 @@ pub(super) fn settle(
         });
     }
     let of = |p: &PingOfRecord| -> Vec<LeftOut> {
-        let said = |(channel, fault): &(usize, crate::Fault)| LeftOut {
+        let said = |(channel, fault): &(usize, Fault)| LeftOut {
             number: numbers[*channel],
             point: point.to_owned(),
             record: names[p.repeat].clone(),
@@ -85,19 +92,17 @@ pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Fault;
     use crate::ping::Drift;
     use rijke_numerics::{C64, Matrix};
     use rijke_rig::Ping;
 
-    fn pings(count: usize, without: usize) -> Vec<PingOfRecord> {
+    fn pings(count: usize, without: usize, fault: &Fault) -> Vec<PingOfRecord> {
         let ping = Ping {
             s: C64::new(-9.0, 1070.0),
             pressures: vec![C64::ONE; 3],
             reference: 0,
             covariance: Matrix::identity(6),
         };
-        let fault = Fault::GainDrifts { channel: 2, growth_rates: [-8.9, -9.0], sd: 0.01, distance: 10.0 };
         let of = |repeat: usize| PingOfRecord {
             repeat,
             ping: ping.clone(),
@@ -113,10 +118,20 @@ mod tests {
         let names: Vec<String> = (0..10).map(|n| format!("ping-{n}")).collect();
         // Microphone 2 of the records is number 3 of the rig, because 1 is dead.
         let numbers = [0, 2, 3];
-        for (count, without, rejected, left) in
-            [(10, 1, 1, 0), (10, 2, 2, 0), (10, 3, 0, 3), (3, 1, 0, 1), (1, 1, 0, 1)]
-        {
-            let (mut all, mut rejections) = (pings(count, without), Vec::new());
+        let drifts = Fault::GainDrifts { channel: 2, growth_rates: [-8.9, -9.0], sd: 0.01, distance: 10.0 };
+        let silent = Fault::NoSignal { channel: 2, ratio: 0.01, median: 900.0 };
+        for (fault, count, without, rejected, left) in [
+            (&drifts, 10, 1, 1, 0),
+            (&drifts, 10, 2, 2, 0),
+            (&drifts, 10, 3, 0, 3),
+            (&drifts, 3, 1, 0, 1),
+            (&drifts, 1, 1, 0, 1),
+            (&silent, 10, 5, 5, 0),
+            (&silent, 10, 6, 0, 6),
+            (&silent, 3, 1, 1, 0),
+            (&silent, 3, 3, 0, 3),
+        ] {
+            let (mut all, mut rejections) = (pings(count, without, fault), Vec::new());
             let said = settle("a", &mut all, &names, &numbers, &mut rejections);
             assert_eq!((rejections.len(), said.len(), all.len()), (rejected, left, count - rejected));
             let words = in_words(&said, count);
@@ -124,7 +139,7 @@ mod tests {
             if let Some(first) = words.first() {
                 let start = format!("microphone 3 was left out of {left} of {count} pings");
                 assert!(first.starts_with(&start) && first.contains("`dead = [3]`"), "{first}");
-                assert!(correction(&said[0]).reason.starts_with("channel 3 was left out: channel 3 decays"));
+                assert!(correction(&said[0]).reason.starts_with("channel 3 was left out: channel 3 "));
             }
         }
     }

@@ -10,6 +10,9 @@ use rijke_numerics::{C64, Cholesky, Matrix};
 
 /// Highest order of a prediction-error filter. White noise with 1/f below about 30 Hz needs 3 to 8 at 10 kHz.
 const MAX_ORDER: usize = 12;
+/// Periods of a tone over which a channel's mean is taken away where its pressure wanders. A whole number leaves
+/// the tone as it is.
+const WANDER: f64 = 3.0;
 /// Samples whitened at a time: those of eight channels stay close to the processor.
 const BLOCK: usize = 256;
 /// Highest harmonic of the mains that is looked for.
@@ -64,6 +67,23 @@ impl Whitener {
             lower: Matrix::diagonal(deviations),
             inverse: Matrix::diagonal(&reciprocal),
         }
+    }
+
+    /// The same after each channel has lost its mean over [`WANDER`] periods of a tone: what is slower than
+    /// that, a wandering pressure or a drifting amplifier, goes, and the tone stays as it is. The filter is
+    /// longer by these periods.
+    pub(crate) fn without_wander(&self, tone_hz: f64, rate_hz: f64) -> Self {
+        let length = (WANDER * rate_hz / tone_hz).round() as usize;
+        let mut kernel = vec![-1.0 / length as f64; length];
+        kernel[length / 2] += 1.0;
+        let convolved = |filter: &Vec<f64>| {
+            let mut all = vec![0.0; filter.len() + length - 1];
+            for (k, a) in filter.iter().enumerate() {
+                all[k..k + length].iter_mut().zip(&kernel).for_each(|(sum, b)| *sum += a * b);
+            }
+            all
+        };
+        Self { filters: self.filters.iter().map(convolved).collect(), ..self.clone() }
     }
 
     /// Number of samples at the start of a stretch that the filter uses up.

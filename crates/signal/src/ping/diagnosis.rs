@@ -31,6 +31,8 @@ const FALLS: f64 = 0.45;
 /// How steady a tone that lasts must be over two stretches, and how much larger than before the forcing.
 const STEADY: f64 = 0.1;
 const CLEAR: f64 = 5.0;
+/// Distance from a multiple of the mains within which a tone may be hum, Hz.
+const BESIDE: f64 = 3.0;
 /// Length of the stretches that are looked at, s.
 const SPAN: f64 = 0.08;
 
@@ -102,12 +104,19 @@ pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> 
         Fault::StillDriven { .. } | Fault::GainDrifts { .. } | Fault::GainsApart { .. } => {
             whole().and_then(|w| w.bent())
         }
-        fault if is_doubtful(fault) || matches!(fault, Fault::Weak { .. }) => {
+        Fault::Weak { .. } => whole()
+            .and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()).or_else(|| w.beside_mains())),
+        fault if is_doubtful(fault) => {
             whole().and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()))
         }
         _ => None,
     };
     better.unwrap_or(fault)
+}
+
+/// Frequency of the strongest tone in the band where the record is loudest, Hz.
+pub(crate) fn loudest(trace: &Trace<'_>, options: &PingOptions) -> Option<f64> {
+    Some(Whole::of(trace, options)?.loudest_hz)
 }
 
 /// A third harmonic that is lost faster than the mode.
@@ -210,6 +219,13 @@ impl<'a> Whole<'a> {
         let silent = self.trace.quiet >= span && end > CLEAR * size(0);
         (steady && silent && (LEAK..STRONG).contains(&share))
             .then_some(Fault::StillDriven { frequency_hz, share })
+    }
+
+    /// A tone beside a multiple of the mains.
+    fn beside_mains(&self) -> Option<Fault> {
+        let mains_hz = (self.loudest_hz / self.options.mains_hz).round() * self.options.mains_hz;
+        let beside = mains_hz > 0.0 && (self.loudest_hz - mains_hz).abs() < BESIDE;
+        beside.then_some(Fault::BesideMains { frequency_hz: self.loudest_hz, mains_hz })
     }
 
     /// A third harmonic that is lost faster than the mode.

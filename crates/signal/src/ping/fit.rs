@@ -104,11 +104,35 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
         let deviations: Vec<f64> = trace.channels.iter().map(|y| deviation(&y[tail..])).collect();
         (learn_from_residuals(trace, options, &deviations, &[])?, Vec::new())
     };
-    let fit = |start| fit_whitened(trace, options, &whitener, &harmonics, least, start);
+    let fit = |whitener: &Whitener| judged_fit(trace, options, whitener, &harmonics, least);
+    let found = match fit(&whitener) {
+        // The pressure may wander slowly, by more than the quiet part shows.
+        Err(fault) if diagnosis::is_doubtful(&fault) || matches!(fault, Fault::Weak { .. }) => {
+            let steady =
+                diagnosis::loudest(trace, options).map(|hz| whitener.without_wander(hz, trace.rate_hz));
+            steady.and_then(|whitener| fit(&whitener).ok()).ok_or(fault)
+        }
+        found => found,
+    };
+    found.map_err(|fault| {
+        driven::outside(trace, options.band_hz, options.mains_hz)
+            .unwrap_or_else(|| diagnosis::reason(trace, options, fault))
+    })
+}
+
+/// The fit from the end of the plateau, or, if that is doubtful or fails, from the last decay.
+fn judged_fit(
+    trace: &Trace<'_>,
+    options: &PingOptions,
+    whitener: &Whitener,
+    harmonics: &[u32],
+    least: f64,
+) -> Result<PingFit, Fault> {
+    let fit = |start| fit_whitened(trace, options, whitener, harmonics, least, start);
     let plateau = fit(Start::Plateau);
     let doubtful = plateau.as_ref().is_ok_and(|fit| fit.doubtful);
     let backwards = || fit(Start::Backwards)?.judged(options);
-    let found = match plateau.and_then(|fit| fit.judged(options)) {
+    match plateau.and_then(|fit| fit.judged(options)) {
         Ok(found) if doubtful => backwards().or(Ok(found)),
         Err(fault) if diagnosis::is_doubtful(&fault) => match backwards() {
             // A decay that was found, and in which the channels differ, says more.
@@ -116,11 +140,7 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
             found => found.or(Err(fault)),
         },
         result => result,
-    };
-    found.map_err(|fault| {
-        driven::outside(trace, options.band_hz, options.mains_hz)
-            .unwrap_or_else(|| diagnosis::reason(trace, options, fault))
-    })
+    }
 }
 
 /// How the start of the decay is found.

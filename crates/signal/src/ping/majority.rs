@@ -19,8 +19,8 @@ pub struct MajorityFit {
     pub left_out: Vec<(usize, Fault)>,
 }
 
-/// Fits a ping as [`fit_ping`] does; without a channel whose gain drifts, and without one that alone keeps
-/// the others from being fitted. More than half of the channels must agree, two at least, among them the
+/// Fits a ping as [`fit_ping`] does; without a channel whose gain drifts or that carries no signal, and
+/// without one that alone keeps the others from being fitted. More than half of the channels must agree, two at least, among them the
 /// reference.
 ///
 /// # Errors
@@ -67,7 +67,10 @@ fn without_one(
     let in_order =
         |found: &Result<PingFit, Fault>| found.as_ref().is_ok_and(|fit| fit.residual_variance < IN_ORDER);
     match fault {
-        Fault::GainDrifts { channel, .. } => fit(*channel).map(|found| (*channel, found)),
+        Fault::GainDrifts { channel, .. }
+        | Fault::NoSignal { channel, .. }
+        | Fault::DeadChannel { channel, .. }
+        | Fault::OnlyHum { channel, .. } => fit(*channel).map(|found| (*channel, found)),
         Fault::Residual { channel, .. } => {
             let found = fit(*channel).filter(in_order);
             found.map(|found| (*channel, found)).or_else(|| the_only(kept.len(), &fit, &in_order))

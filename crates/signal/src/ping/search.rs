@@ -19,6 +19,8 @@ pub(crate) struct Search<'a> {
     pub(crate) harmonics: &'a [u32],
 }
 
+/// Decay rate up to which a tone at a harmonic of the mains is hum, 1/s.
+const LASTS: f64 = 1.0;
 /// Most modes added after the first guess.
 const MOST_ADDED: usize = 6;
 /// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
@@ -33,10 +35,16 @@ impl Search<'_> {
         let mains = TAU * self.options.mains_hz;
         let mode = |s: C64| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode };
         let tone = |&h: &u32| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) };
-        let modes = pencil::poles(&decimated)?.into_iter().filter(|&s| self.may_be_mode(s)).map(mode);
-        let mut components: Vec<Component> = modes.chain(self.harmonics.iter().map(tone)).collect();
-        let strength = energies(decimated.white(), &components)?;
-        self.drop_weak(&decimated, &mut components, strength)?;
+        let poles = pencil::poles(&decimated)?;
+        let guess_of = |is_mode: &dyn Fn(&C64) -> bool| {
+            let modes = poles.iter().copied().filter(is_mode).map(mode);
+            let mut components: Vec<Component> = modes.chain(self.harmonics.iter().map(tone)).collect();
+            let strength = energies(decimated.white(), &components)?;
+            self.drop_weak(&decimated, &mut components, strength).map(|()| components)
+        };
+        // Where no other mode is in the band, what decays beside a harmonic of the mains is one.
+        let components = guess_of(&|s| self.may_be_mode(*s))
+            .or_else(|fault| guess_of(&|s| self.may_be_mode(*s) || s.re < -LASTS).map_err(|_| fault))?;
         let guess = components[0].s;
         Ok((self.settled(&decimated, components)?.components, guess))
     }

@@ -25,6 +25,8 @@ pub(crate) struct Driven {
     pub(crate) mains_hz: f64,
     pub(crate) third: f64,
     pub(crate) colour: f64,
+    /// Step of a random walk of each channel, per sample, over the noise.
+    pub(crate) wander: f64,
     /// Relative change of the speed of sound per second.
     pub(crate) warming: f64,
     /// Share by which the loudspeaker grows weaker while it acts.
@@ -48,6 +50,7 @@ impl Driven {
             mains_hz: 50.02,
             third: 0.0,
             colour: 0.0,
+            wander: 0.0,
             warming: 0.0,
             sag: 0.0,
             coast: 0.0,
@@ -97,14 +100,17 @@ impl Driven {
             }
         }
         for (m, y) in channels.iter_mut().enumerate() {
-            let mut noise = 0.0;
+            let (mut noise, mut walk) = (0.0, 0.0);
             for (n, y) in y.iter_mut().enumerate() {
                 noise = self.colour * noise + normal();
+                if self.wander > 0.0 {
+                    walk += self.wander * normal();
+                }
                 let t = n as f64 / self.rate_hz;
                 let turn = TAU * self.mains_hz * t;
                 let hum =
                     (turn + m as f64).cos() + 0.5 * (2.0 * turn).cos() + self.third * (3.0 * turn).cos();
-                *y += noise + self.hum * hum;
+                *y += noise + walk + self.hum * hum;
             }
         }
         channels

@@ -200,3 +200,36 @@ fn coverage_of_channels_that_do_not_drift() {
         assert!(share < 1e-3, "{name}: {share}");
     }
 }
+
+/// A random walk of the pressure, or of an amplifier, is seen in no short silence, and grows beyond the noise
+/// later. The loudspeaker beats with the mode, beside which the mains hum.
+#[test]
+fn coverage_of_pressures_that_wander() {
+    let slow = Driven {
+        rate_hz: 6400.0,
+        modes: vec![
+            (C64::new(-6.1, TAU * 101.1), 1.0),
+            (C64::new(-15.0, TAU * 308.0), 0.5),
+            (C64::new(-18.0, TAU * 515.0), 0.2),
+        ],
+        quiet: 0.14,
+        switched: vec![(0.15, 0.81)],
+        end: 2.4,
+        ratio: 300.0,
+        wander: 0.012,
+        channels: 4,
+        ..Driven::tube()
+    };
+    for (forcing_hz, hum, most) in [(99.6, 0.0, 0), (102.6, 0.0, 0), (101.4, 1.0, 2)] {
+        let driven = Driven { forcing_hz, hum, ..slow.clone() };
+        let name = format!("a wandering pressure, forced at {forcing_hz} Hz, hum {hum}");
+        let (inside, rms, refused) = driven.study(&name, 30);
+        assert!(inside.iter().all(|v| *v > 0.82) && rms.iter().all(|v| *v < 1.35), "{inside:?} {rms:?}");
+        assert!(refused <= most, "{refused} of 30 are refused");
+    }
+    // Forced at the mains, a mode that is as near is not told from hum, which is said.
+    let beside = Driven { forcing_hz: 99.6, hum: 1.0, ..slow };
+    let said: Vec<Fault> = (0..6).into_par_iter().filter_map(|seed| beside.fit(seed).err()).collect();
+    assert!(said.iter().any(|f| matches!(f, Fault::BesideMains { .. })), "{said:?}");
+    assert!(said.iter().all(|f| !matches!(f, Fault::Weak { .. })), "{said:?}");
+}
