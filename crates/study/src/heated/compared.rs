@@ -21,6 +21,9 @@ pub struct HeatedFit {
     /// Every place of readings: m, how much they read more than the model on average, K, and the standard
     /// deviation of that by what is stated of readings and ambient temperature.
     pub thermometers: Vec<[f64; 3]>,
+    /// How much all thermometers read more than T_amb where nothing heats, K, and the standard deviation of
+    /// that but for what they have in common; none without such readings.
+    pub offset: Option<[f64; 2]>,
 }
 
 /// Standard deviations from which readings and heat, or readings and priors, contradict each other.
@@ -35,24 +38,35 @@ impl HeatedFit {
         prior: [[f64; 2]; 2],
         readings: &[GasReading],
         against: impl Fn(&GasReading) -> Option<[f64; 2]>,
+        cold: impl Fn(&GasReading) -> bool,
+        offset_sd: f64,
     ) -> Self {
         let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
         places.sort_by(f64::total_cmp);
         places.dedup();
-        let mean = |at: &f64| {
+        let mean = |which: &dyn Fn(&GasReading) -> bool| {
             let (mut weights, mut sum, mut ambient) = (0.0, 0.0, 0.0_f64);
-            for r in readings.iter().filter(|r| r.at == *at) {
+            for r in readings.iter().filter(|r| which(r)) {
                 let Some([off, ambient_sd]) = against(r) else { continue };
                 let weight = r.sd.powi(-2);
                 weights += weight;
                 sum += weight * off;
                 ambient = ambient.max(ambient_sd);
             }
-            (weights > 0.0).then(|| [*at, sum / weights, (1.0 / weights + ambient.powi(2)).sqrt()])
+            (weights > 0.0).then(|| [sum / weights, (1.0 / weights + ambient.powi(2)).sqrt()])
+        };
+        let offset = mean(&cold);
+        let common = offset.map_or(0.0, |[off, _]| off);
+        // Beyond what all have in common, as cold points tell it.
+        let known = if offset.is_some() { 1.0 } else { 2.0_f64.sqrt() };
+        let at = |at: &f64| {
+            let [off, sd] = mean(&|r| r.at == *at)?;
+            Some([*at, off - common, sd.hypot(known * offset_sd)])
         };
         let [share, cooling] = [0, 1].map(|i| [found.values[i], found.covariance[(i, i)].sqrt()]);
-        let thermometers = places.iter().filter_map(mean).collect();
-        Self { share, cooling, scatter: found.scatter, scatter_within: found.within, prior, thermometers }
+        let thermometers = places.iter().filter_map(at).collect();
+        let (scatter, scatter_within) = (found.scatter, found.within);
+        Self { share, cooling, scatter, scatter_within, prior, thermometers, offset }
     }
 
     /// What does not fit, in words.
@@ -72,6 +86,15 @@ impl HeatedFit {
         }
         if self.share[0] > 1.0 + CONFLICT * self.share[1] {
             all.push(format!("the gas gets {:.0} % of the power, more than there is", 100.0 * self.share[0]));
+        }
+        if let Some([off, sd]) = self.offset.filter(|[off, sd]| off.abs() > CONFLICT * sd) {
+            let more = if off > 0.0 { "more" } else { "less" };
+            all.push(format!(
+                "where nothing heats, the thermometers read {:.2} K {more} than T_amb, {:.0} standard deviations of both but for what they have in \
+                 common: it is taken for their common error; look after their calibration and T_amb",
+                off.abs(),
+                off.abs() / sd
+            ));
         }
         for [at, off, sd] in &self.thermometers {
             if off.abs() > CONFLICT * sd {
@@ -102,7 +125,7 @@ mod tests {
             let covariance =
                 Matrix::from_fn(2, 2, |i, j| if i == j { [share[1], 1.0][i].powi(2) } else { 0.0 });
             let found = Found { values: [share[0], 6.0], covariance, scatter: 0.01, within: [0.0, 0.02] };
-            HeatedFit::new(&found, prior, &readings, against).warnings()
+            HeatedFit::new(&found, prior, &readings, against, |_| false, 0.0).warnings()
         };
         assert_eq!(warnings([0.85, 0.02], 0.4), Vec::<String>::new());
         // 8 K of sqrt(0.5^2/2 + 0.2^2) K.

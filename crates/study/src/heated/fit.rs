@@ -1,9 +1,11 @@
 //! Share of the power, heat transfer to the wall, and scatter of the rise by readings.
 //!
-//! A reading at x of point p is T_amb + a + r(x) (1 + tau z) + e: r is the rise that share and heat transfer
-//! give, a the error of the ambient temperature of the day, z a unit normal number of the point by itself,
-//! and e the stated error of the reading. a and z are integrated over in closed form, share and heat transfer
-//! by Laplace's method at every tau, tau by a sum. What is handed on are the moments of that mixture.
+//! A reading at x of point p is T_amb + a + r(x) (1 + tau z) + b + b_x + e: r is the rise that share and heat
+//! transfer give, a the error of the ambient temperature of the day, z a unit normal number of the point by
+//! itself, b what all thermometers read too much, b_x what the one at x does, and e the stated error of the
+//! reading. a, z, b and b_x are integrated over in closed form, share and heat transfer by Laplace's method
+//! at every tau, tau by a sum. What is handed on are the moments of that mixture. Points without heat tell b
+//! and b_x.
 //!
 //! Before the readings, tau has half of a Student's t distribution with 4 degrees of freedom and scale
 //! [`SCALE`], a weakly informative prior for a standard deviation of which few groups tell (Gelman, Bayesian
@@ -40,8 +42,15 @@ const NODES: usize = 128;
 /// Gauss-Newton steps at one tau.
 const STEPS: usize = 12;
 
-/// Hot readings, by the error of the ambient temperature and by point.
-type Groups<'a> = BTreeMap<&'a Cause, BTreeMap<usize, (&'a Heated, Vec<&'a GasReading>)>>;
+/// Readings, by the error of the ambient temperature and by point.
+type Days<'a> = BTreeMap<&'a Cause, BTreeMap<usize, (&'a Heated, Vec<&'a GasReading>)>>;
+
+/// All readings, the places of the thermometers, and how much these may read too much.
+struct Groups<'a> {
+    days: Days<'a>,
+    places: Vec<f64>,
+    offset_sd: f64,
+}
 
 /// Share and heat transfer given tau.
 #[derive(Clone, Copy)]
@@ -51,26 +60,33 @@ struct Given {
     ln_marginal: f64,
 }
 
-/// What `readings` say of points, given means and standard deviations before them.
+/// What `readings` say of points, given means and standard deviations before them, and the standard deviation
+/// of what all thermometers read too much and of what each does, K.
 pub(super) fn fit(
     all: &[Option<Heated>],
     readings: &[GasReading],
     prior: [[f64; 2]; 2],
+    offset_sd: f64,
 ) -> Result<Found, StudyProblem> {
-    let mut groups = Groups::new();
+    let mut days = Days::new();
     for r in readings {
         let heated = all.get(r.point).and_then(Option::as_ref);
-        let Some(h) = heated.filter(|h| h.rise > 0.0 && r.at > h.at) else { continue };
-        let of_the_day = groups.entry(&h.cause).or_default();
+        // Upstream of heat the gas may be warmed by radiation and along the wall.
+        let Some(h) = heated.filter(|h| h.rise == 0.0 || r.at > h.at) else { continue };
+        let of_the_day = days.entry(&h.cause).or_default();
         of_the_day.entry(r.point).or_insert_with(|| (h, Vec::new())).1.push(r);
     }
+    let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    let groups = &Groups { days, places, offset_sd };
     let wrong = || StudyProblem::Covariance { of: "the readings".into() };
     // tau = SCALE tan(pi u/2), u uniform: half a Cauchy distribution, weighted to that of Student.
     let mut nodes = Vec::with_capacity(NODES);
     let mut values = prior.map(|p| p[0]);
     for k in 0..NODES {
         let t = (std::f64::consts::FRAC_PI_2 * (k as f64 + 0.5) / NODES as f64).tan();
-        let given = given(&groups, SCALE * t, prior, values).ok_or_else(wrong)?;
+        let given = given(groups, SCALE * t, prior, values).ok_or_else(wrong)?;
         values = given.values;
         let ln_prior = t.mul_add(t, 1.0).ln() - 2.5 * (t * t / 4.0).ln_1p();
         nodes.push((SCALE * t, given.ln_marginal + ln_prior, given));
@@ -97,7 +113,7 @@ pub(super) fn fit(
 }
 
 /// Laplace's method at one tau, from `values` on; none where numbers overflow.
-fn given(groups: &Groups, tau: f64, prior: [[f64; 2]; 2], mut values: [f64; 2]) -> Option<Given> {
+fn given(groups: &Groups<'_>, tau: f64, prior: [[f64; 2]; 2], mut values: [f64; 2]) -> Option<Given> {
     for step in 0..=STEPS {
         let (gram, mut ln_marginal) = moments(groups, tau, values);
         let off = [0, 1].map(|i| (prior[i][0] - values[i]) / prior[i][1].powi(2));
@@ -123,22 +139,35 @@ fn given(groups: &Groups, tau: f64, prior: [[f64; 2]; 2], mut values: [f64; 2]) 
 }
 
 /// Columns of a Gram matrix: slopes by share and heat transfer, then what readings miss, the error of the
-/// ambient temperature, the rise.
-type Gram = [[f64; 5]; 5];
+/// ambient temperature, the rise, what all thermometers read too much, and what each does.
+type Gram = Vec<Vec<f64>>;
 const OFF: usize = 2;
 const AMBIENT: usize = 3;
 const RISE: usize = 4;
+const OFFSET: usize = 5;
 
 /// V'C^{-1}V of the columns V, C being the covariance of the readings, and -1/2 ln det C but for a constant.
-fn moments(groups: &Groups, tau: f64, values: [f64; 2]) -> (Gram, f64) {
-    let (mut total, mut ln) = (Gram::default(), 0.0);
-    for points in groups.values() {
-        let mut day = Gram::default();
+fn moments(groups: &Groups<'_>, tau: f64, values: [f64; 2]) -> (Gram, f64) {
+    let columns = OFFSET + 1 + groups.places.len();
+    let none = || vec![vec![0.0; columns]; columns];
+    let (mut total, mut ln) = (none(), 0.0);
+    for points in groups.days.values() {
+        let mut day = none();
         for (h, readings) in points.values() {
-            let mut point = Gram::default();
+            let mut point = none();
             for r in readings {
                 let [t, by_share, by_cooling] = h.temperature(r.at, values);
-                let v = [by_share, by_cooling, r.temperature - t, h.ambient[1], t - h.ambient[0]];
+                let mut v = vec![0.0; columns];
+                v[..OFFSET].copy_from_slice(&[
+                    by_share,
+                    by_cooling,
+                    r.temperature - t,
+                    h.ambient[1],
+                    t - h.ambient[0],
+                ]);
+                v[OFFSET] = 1.0;
+                let place = groups.places.iter().position(|at| *at == r.at);
+                place.into_iter().for_each(|k| v[OFFSET + 1 + k] = 1.0);
                 add(&mut point, |i, j| v[i] * v[j] / r.sd.powi(2));
             }
             ln -= 0.5 * spread(&mut point, RISE, tau * tau);
@@ -146,6 +175,9 @@ fn moments(groups: &Groups, tau: f64, values: [f64; 2]) -> (Gram, f64) {
         }
         ln -= 0.5 * spread(&mut day, AMBIENT, 1.0);
         add(&mut total, |i, j| day[i][j]);
+    }
+    for k in OFFSET..columns {
+        ln -= 0.5 * spread(&mut total, k, groups.offset_sd.powi(2));
     }
     (total, ln)
 }
@@ -159,7 +191,7 @@ fn add(to: &mut Gram, what: impl Fn(usize, usize) -> f64) {
 /// Adds `variance` times column `k` times itself to C, by the formula of Sherman and Morrison. Returns the
 /// change of ln det C.
 fn spread(gram: &mut Gram, k: usize, variance: f64) -> f64 {
-    let (old, grown) = (*gram, 1.0 + variance * gram[k][k]);
+    let (old, grown) = (gram.clone(), 1.0 + variance * gram[k][k]);
     add(gram, |i, j| -variance * old[i][k] * old[k][j] / grown);
     grown.ln()
 }

@@ -197,7 +197,8 @@ pub fn heated_states(
     }
     let all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
     let prior = [plan.share, plan.cooling];
-    let found = fit::fit(&all, readings, prior)?;
+    let offset_sd = plan.offset_sd.unwrap_or_else(|| typical(readings));
+    let found = fit::fit(&all, readings, prior, offset_sd)?;
     let (values, shared) = (found.values, components(&found.covariance)?);
     let state = |(p, heated): (usize, &Option<Heated>)| {
         let (heated, layout) = (heated.as_ref()?, layouts[p].as_ref()?);
@@ -208,7 +209,13 @@ pub fn heated_states(
         let heated = all.get(r.point)?.as_ref()?;
         Some([r.temperature - heated.temperature(r.at, values)[0], heated.ambient[1]])
     };
-    Ok((states, HeatedFit::new(&found, prior, readings, against)))
+    let cold = |r: &GasReading| all.get(r.point).and_then(Option::as_ref).is_some_and(|h| h.rise == 0.0);
+    Ok((states, HeatedFit::new(&found, prior, readings, against, cold, offset_sd)))
+}
+
+/// Root mean square of the stated errors of readings, K: what calibration makes of it is common to many.
+fn typical(readings: &[GasReading]) -> f64 {
+    (readings.iter().map(|r| r.sd * r.sd).sum::<f64>() / readings.len().max(1) as f64).sqrt()
 }
 
 /// Independent directions of the error of eta and h, one standard deviation each.

@@ -71,7 +71,7 @@ fn oracle_readings_give_back_what_made_them() {
     for r in &mut all.readings {
         r.temperature = all.points[r.point].as_ref().unwrap().temperature(r.at, truth)[0];
     }
-    let found = fit(&all.points, &all.readings, PRIOR).unwrap();
+    let found = fit(&all.points, &all.readings, PRIOR, 0.0).unwrap();
     for i in 0..2 {
         let sd = found.covariance[(i, i)].sqrt();
         // The priors pull by less than the readings' own error.
@@ -86,10 +86,10 @@ fn oracle_readings_give_back_what_made_them() {
 /// transfer and ln tau.
 #[test]
 fn oracle_moments_by_sums_over_a_grid() {
-    for (count, scatter) in [(3, 0.0), (3, 0.03), (8, 0.01)] {
+    for (count, scatter, offset_sd) in [(3, 0.0, 0.0), (3, 0.03, 0.4), (8, 0.01, 0.0), (8, 0.01, 0.6)] {
         let stream = &mut Streams::new(7).stream(&format!("heated/{count}/{scatter}"));
         let all = drawn(count, [0.85, 6.0], scatter, stream);
-        let found = fit(&all.points, &all.readings, PRIOR).unwrap();
+        let found = fit(&all.points, &all.readings, PRIOR, offset_sd).unwrap();
         let sd = [0, 1].map(|i| found.covariance[(i, i)].sqrt());
         let mut sum = [0.0; 6];
         let mut most = f64::NEG_INFINITY;
@@ -100,7 +100,7 @@ fn oracle_moments_by_sums_over_a_grid() {
                 if values[1] < 0.0 {
                     continue;
                 }
-                let ln = density(&all, values, tau);
+                let ln = density(&all, values, tau, offset_sd);
                 if ln > most {
                     sum.iter_mut().for_each(|s| *s *= (most - ln).exp());
                     most = ln;
@@ -123,7 +123,7 @@ fn oracle_moments_by_sums_over_a_grid() {
 }
 
 /// ln of the density of readings times the priors, tau by its logarithm.
-fn density(all: &Drawn, values: [f64; 2], tau: f64) -> f64 {
+fn density(all: &Drawn, values: [f64; 2], tau: f64, offset_sd: f64) -> f64 {
     let of = |r: &GasReading| all.points[r.point].as_ref().unwrap();
     let rise = |r: &GasReading| of(r).temperature(r.at, values)[0] - of(r).ambient[0];
     let covariance = Matrix::from_fn(all.readings.len(), all.readings.len(), |i, j| {
@@ -131,7 +131,8 @@ fn density(all: &Drawn, values: [f64; 2], tau: f64) -> f64 {
         let own = if i == j { a.sd.powi(2) } else { 0.0 };
         let day = if of(a).cause == of(b).cause { 0.15 * 0.15 } else { 0.0 };
         let point = if a.point == b.point { tau * tau * rise(a) * rise(b) } else { 0.0 };
-        own + day + point
+        let offset = offset_sd.powi(2) * (1.0 + f64::from(u8::from(a.at == b.at)));
+        own + day + point + offset
     });
     let off: Vec<f64> =
         all.readings.iter().map(|r| r.temperature - of(r).temperature(r.at, values)[0]).collect();
@@ -154,7 +155,7 @@ fn behaviour_the_scatter_has_no_step() {
             ..r.clone()
         };
         let readings: Vec<GasReading> = all.readings.iter().map(moved).collect();
-        fit(&all.points, &readings, PRIOR).unwrap().scatter
+        fit(&all.points, &readings, PRIOR, 0.0).unwrap().scatter
     };
     let by: Vec<f64> = (0..=40).map(|k| scatter(0.05 * f64::from(k))).collect();
     assert!(by[0] > 1e-3, "{by:?}");
@@ -171,7 +172,7 @@ fn coverage(count: usize, scatter: Option<f64>) -> [f64; 2] {
         let student: f64 = StudentT::new(4.0).unwrap().sample(stream);
         let truth = [0, 1].map(|i| (PRIOR[i][0] + PRIOR[i][1] * normal(stream)).max(0.1));
         let all = drawn(count, truth, scatter.unwrap_or(0.03 * student.abs()), stream);
-        let found = fit(&all.points, &all.readings, PRIOR).unwrap();
+        let found = fit(&all.points, &all.readings, PRIOR, 0.0).unwrap();
         for (held, point) in held.iter_mut().zip([0, count]) {
             *held += f64::from(u8::from(off(&found, &all, truth, point).abs() < 1.96)) / 400.0;
         }
@@ -193,6 +194,41 @@ fn coverage_of_the_gas_at_old_and_new_points() {
             // The mean of few points is drawn to each of them.
             assert!(old >= least, "{count} points, scatter {scatter:?}: {old}");
         }
+    }
+}
+
+/// Errors that all thermometers share, and each one's own, in hot points alone and beside cold ones, which
+/// tell them.
+#[test]
+fn coverage_of_thermometers_that_read_too_much() {
+    for cold in [0, 6] {
+        let (mut held, mut sds) = (0.0, 0.0);
+        for seed in 0..300 {
+            let stream = &mut Streams::new(seed).stream(&format!("heated/offset/{cold}"));
+            let truth = [0, 1].map(|i| (PRIOR[i][0] + PRIOR[i][1] * normal(stream)).max(0.1));
+            let mut all = drawn(8, truth, 0.01, stream);
+            for point in 0..cold {
+                let h = Heated { rise: 0.0, ..heated(0.0, 1e-3, ["one", "two"][point % 2]) };
+                // The error of the day is one of those that the hot points have.
+                let error = all.errors[point % 2];
+                for at in [0.35, 0.5, 0.7] {
+                    let temperature = gas(&h, at, truth, error) + 0.5 * normal(stream);
+                    all.readings.push(GasReading { point: all.points.len(), at, temperature, sd: 0.5 });
+                }
+                all.points.push(Some(h));
+            }
+            let common = 1.5 * normal(stream);
+            let each = [0, 1, 2].map(|_| 1.5 * normal(stream));
+            for r in &mut all.readings {
+                r.temperature += common + each[[0.35, 0.5, 0.7].iter().position(|at| *at == r.at).unwrap()];
+            }
+            let found = fit(&all.points, &all.readings, PRIOR, 1.5).unwrap();
+            held += f64::from(u8::from(off(&found, &all, truth, 8).abs() < 1.96)) / 300.0;
+            sds += found.covariance[(0, 0)].sqrt() / 300.0;
+        }
+        println!("{cold} cold points: {held:.3} held, share to {sds:.4}");
+        // Three standard errors below 95 %; what scatter is not excluded counts, so that none is covered too often.
+        assert!((0.91..=1.0).contains(&held), "{cold} cold points: {held}");
     }
 }
 

@@ -80,6 +80,10 @@ pub struct HeatedFlow {
     /// standard deviation.
     #[serde(default = "cooling")]
     pub cooling: [f64; 2],
+    /// Standard deviation of what all thermometers read too much, and of what each one does besides, K; as
+    /// large as the stated errors of the readings, if absent.
+    #[serde(default)]
+    pub offset_sd: Option<f64>,
 }
 
 /// Some points train some candidates.

@@ -308,6 +308,10 @@ impl Check<'_> {
                 return Err((key, StudyProblem::Value { key: full, value, need }));
             }
         }
+        if let Some(sd) = heated.offset_sd.filter(|sd| !(sd.is_finite() && *sd >= 0.0)) {
+            let (full, value) = ("base.heated-flow.offset_sd".to_owned(), format!("{sd} K"));
+            return Err(("offset_sd", StudyProblem::Value { key: full, value, need: "zero or more, in K" }));
+        }
         if self.rig.part(&heated.at).is_none() {
             let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
             return Err(("at", StudyProblem::Unknown { what: "part", name: heated.at.clone(), known }));
