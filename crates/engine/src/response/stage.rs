@@ -1,5 +1,6 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
+use super::channels::Channels;
 use super::ground::{Ground, law_error};
 use super::head::Rest;
 use super::measured::Measured;
@@ -18,7 +19,7 @@ use rijke_numerics::C64;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, ErrorTerm, Study};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// A correlation of neighbouring residuals beyond this many standard deviations is none of noise.
@@ -145,8 +146,8 @@ impl ResponseRun {
             );
             return Err(EngineError::Refused { stage: stage.id.clone(), problem });
         }
-        let responses = self.models(&assembly, data)?;
-        let parameters = self.parameters(stage, &assembly)?;
+        let responses = self.models(stage, &assembly, data)?;
+        let parameters = self.parameters(stage, &assembly, &responses.channels)?;
         let training =
             Training { responses: &responses, measured, errors: &errors, parameters: &parameters, stage };
         let found = match training.found() {
@@ -166,7 +167,7 @@ impl ResponseRun {
         });
         let covariance = &laplace.physical_covariance;
         let parameter = |(i, p)| TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
-        record.parameters = assembly.parameters().iter().enumerate().map(parameter).collect();
+        record.parameters = parameters.list().iter().enumerate().map(parameter).collect();
         record.noise.clone_from(&fit.noise);
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
         let left = left(measured, found.heard, rest);
@@ -195,7 +196,8 @@ impl ResponseRun {
                 left.neighbours_sds
             ));
         }
-        let untold = record.parameters.iter().filter(|p| p.is_as_before()).map(|p| p.name.as_str());
+        let untold =
+            record.parameters.iter().take(free).filter(|p| p.is_as_before()).map(|p| p.name.as_str());
         let untold: Vec<&str> = untold.collect();
         if !untold.is_empty() {
             let both = |what: &ResponseKind| matches!(what, ResponseKind::Pressure { sources, .. } if sources.len() > 1);
@@ -231,10 +233,17 @@ impl ResponseRun {
         Ok((Assembly::new(Arc::new(self.study.rig.clone()), candidates, &stage.hold)?, errors))
     }
 
-    fn parameters(&self, stage: &ResponseStage, assembly: &Assembly) -> Result<Parameters, EngineError> {
-        let mut parameters = Parameters::new(assembly.parameters().to_vec())?;
+    fn parameters(
+        &self,
+        stage: &ResponseStage,
+        assembly: &Assembly,
+        channels: &Channels,
+    ) -> Result<Parameters, EngineError> {
+        let mut parameters = unlearned(assembly, channels)?;
+        let mut earlier = BTreeSet::new();
         for (_, known) in stage.on.iter().filter_map(|id| self.known.get(id)) {
-            let has = |k: &usize| assembly.parameters().iter().any(|p| p.name == known.names[*k]);
+            earlier.extend(known.names.iter().map(String::as_str));
+            let has = |k: &usize| parameters.index(&known.names[*k]).is_some();
             let keep: Vec<usize> = (0..known.names.len()).filter(has).collect();
             if !keep.is_empty() {
                 let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
@@ -243,11 +252,12 @@ impl ResponseRun {
                     parameters.with_physical_joint(&names, &mean, &known.covariance.select(&keep))?;
             }
         }
-        Ok(parameters)
+        Ok(channels.prior(parameters, &earlier)?)
     }
 
     pub(super) fn models<'a>(
         &self,
+        stage: &ResponseStage,
         assembly: &'a Assembly,
         data: &Selected,
     ) -> Result<Responses<'a>, EngineError> {
@@ -263,8 +273,14 @@ impl ResponseRun {
                 frequency_hz: m.frequency_hz.clone(),
             });
         }
-        Ok(Responses { loads, parameters: assembly.parameters().len() })
+        let channels = Channels::of(&self.study, stage, &data.whats, &data.points)?;
+        Ok(Responses { loads, own: assembly.parameters().len(), channels })
     }
+}
+
+/// The parameters of a model, and those of the channels by which it is heard, each by itself.
+pub(super) fn unlearned(assembly: &Assembly, channels: &Channels) -> Result<Parameters, EngineError> {
+    Ok(Parameters::new(assembly.parameters().iter().chain(&channels.parameters).cloned().collect())?)
 }
 
 /// What is said of residuals that are larger than expected.
