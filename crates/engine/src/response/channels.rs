@@ -130,8 +130,8 @@ impl Channels {
         Ok(parameters)
     }
 
-    /// The answer of a load at a frequency (Hz) as its channels give it. `answer` has derivatives in the `own`
-    /// parameters of the model and in s. What comes out has those in `own` and in the parameters of the
+    /// The answer of a load at a frequency (Hz) as its channels give it. `answer` has derivatives in the
+    /// `own` parameters of the model and in s. What comes out has those in `own` and in the parameters of the
     /// channels, and zero for the one in s.
     pub(super) fn heard(&self, load: usize, hz: f64, answer: &Jet, own: usize, errors: &[f64]) -> Jet {
         let s = C64::new(0.0, 2.0 * PI * hz);
