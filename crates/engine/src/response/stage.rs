@@ -60,6 +60,17 @@ impl ResponseRun {
     /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Response`]. A model that cannot be
     /// fitted is a row without evidence.
     pub fn next_stage(&mut self) -> Result<Option<ResponseStageRecord>, EngineError> {
+        self.next_stage_with(&|| ())
+    }
+
+    /// As [`ResponseRun::next_stage`]; calls `trained` after every model.
+    ///
+    /// # Errors
+    /// Those of [`ResponseRun::next_stage`].
+    pub fn next_stage_with(
+        &mut self,
+        trained: &dyn Fn(),
+    ) -> Result<Option<ResponseStageRecord>, EngineError> {
         let Some(stage) = self.study.plan.responses.get(self.grounds.len()).cloned() else { return Ok(None) };
         let data = Selected::new(&self.study, &self.observed, &stage)?;
         let mut models = Vec::new();
@@ -75,6 +86,7 @@ impl ResponseRun {
             let (record, gaussian) = self.row(&stage, row, &data)?;
             models.push(record);
             found.push(gaussian);
+            trained();
         }
         let best = (0..models.len())
             .filter(|k| found[*k].is_some())
@@ -110,6 +122,18 @@ impl ResponseRun {
         Ok(Some(record))
     }
 
+    /// How many models its stages train, all together, if the first of each goes on.
+    #[must_use]
+    pub fn models_of_all(&self) -> usize {
+        let mut chosen = BTreeMap::new();
+        let count = |stage: &ResponseStage| {
+            let rows = rows_of(&self.study, stage, &chosen);
+            chosen.extend(rows.first().map(|row| (stage.id.clone(), row.choice.clone())));
+            rows.len()
+        };
+        self.study.plan.responses.iter().map(count).sum()
+    }
+
     /// What the stages that have run found, for stages of modes that stand on them.
     #[must_use]
     pub fn grounds(&self) -> Vec<Ground> {
@@ -128,12 +152,14 @@ impl ResponseRun {
             label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
             candidates: row.choice.clone(),
             parameters: Vec::new(),
+            channels: 0,
             noise: Vec::new(),
             evidence: None,
             predicted: Vec::new(),
             heard: Vec::new(),
             residual: f64::NAN,
             neighbours: f64::NAN,
+            too_sure: false,
             remark: None,
         };
         let (assembly, errors) = self.assembled(stage, row)?;
@@ -168,10 +194,13 @@ impl ResponseRun {
         let covariance = &laplace.physical_covariance;
         let parameter = |(i, p)| TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
         record.parameters = parameters.list().iter().enumerate().map(parameter).collect();
+        record.channels = responses.channels.parameters.len();
         record.noise.clone_from(&fit.noise);
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
         let left = left(measured, found.heard, rest);
-        if left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd {
+        let larger = left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd;
+        record.too_sure = larger || left.neighbours_sds > NOT_NOISE;
+        if larger {
             remarks.push(too_large(stage, &left));
         }
         let share = left.share;
