@@ -214,6 +214,25 @@ fn message_channels_that_are_asked_for_are_stated() {
 }
 
 #[test]
+fn message_errors_of_channels_are_one_for_all_or_one_for_each() {
+    for (keys, says) in [
+        ("gain_sd = [0.01, 0.02]", "2 numbers for 8 microphones"),
+        ("gain_sd = 0.0", "above zero"),
+        ("delay_sd = \"2 m\"", "delay_sd"),
+    ] {
+        let folder = folder("channels-stated", ONE);
+        let rig = std::fs::read_to_string(folder.join("rig.toml")).unwrap();
+        std::fs::write(
+            folder.join("rig.toml"),
+            rig.replace("[microphones]\n", &format!("[microphones]\n{keys}\n")),
+        )
+        .unwrap();
+        let error = Study::open(&folder).unwrap_err().to_string();
+        assert!(error.contains(says) && error.contains("rig.toml"), "{error}");
+    }
+}
+
+#[test]
 fn exact_transfer_functions_tell_the_gains_of_each_session() {
     // An open end at 1.1 m, whatever drives the other; two sessions with gains and delays of their own.
     let frequency_hz: Vec<f64> = (0..12).map(|k| 310.0 + 83.0 * f64::from(k)).collect();
