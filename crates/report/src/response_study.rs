@@ -4,6 +4,7 @@ use crate::draw::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, html, mod
 use crate::study::{STYLE, numbers::with_uncertainty};
 use crate::{ReportError, StudyHead};
 use rijke_engine::response::{ResponseModelRecord, ResponseStageRecord};
+use rijke_engine::run::TrainedParameter;
 use rijke_rig::DataKind;
 
 const SIZE: [f64; 2] = [COLUMN, 230.0];
@@ -71,7 +72,12 @@ fn answer(stage: &ResponseStageRecord) -> Option<String> {
     let lead = first.ln_evidence() - second.ln_evidence();
     let (title, a, b) = (html(&stage.title), html(&first.label), html(&second.label));
     Some(if lead >= stage.decides {
-        format!("{title}: <b>{a}</b>, {lead:.1} nats ahead of {b}.")
+        let doubt = if first.too_sure {
+            " What it leaves is not noise, and every frequency counts that once more: the lead is too sure."
+        } else {
+            ""
+        };
+        format!("{title}: <b>{a}</b>, {lead:.1} nats ahead of {b}.{doubt}")
     } else {
         format!(
             "{title}: not decided. <b>{a}</b> is {lead:.1} nats ahead of {b}, which is less than the {} nats that decide.",
@@ -123,15 +129,24 @@ fn numbers(model: &ResponseModelRecord) -> String {
         let unit = if unit == "1" { "" } else { unit };
         format!("<tr><td>{}</td><td class=\"n\">{value}</td><td>{}</td></tr>\n", html(name), html(unit))
     };
-    let parameters =
-        model.parameters.iter().map(|p| cells(&p.name, with_uncertainty(p.value, p.sd), &p.unit));
+    let of = |list: &[TrainedParameter]| -> String {
+        list.iter().map(|p| cells(&p.name, with_uncertainty(p.value, p.sd), &p.unit)).collect()
+    };
     let noise =
         model.noise.iter().filter(|n| n.floats).map(|n| cells(&n.name, format!("{:.3e}", n.sd), &n.unit));
-    let rows: String = parameters.chain(noise).collect();
-    format!(
-        "<div class=\"wide\" tabindex=\"0\"><table><thead><tr><th>parameter, or size of an error</th><th>value</th><th>unit</th></tr></thead><tbody>\n\
-         {rows}</tbody></table></div>\n"
-    )
+    let (own, channels) = model.parameters.split_at(model.parameters.len().saturating_sub(model.channels));
+    let table = |what: &str, rows: String| {
+        format!(
+            "<div class=\"wide\" tabindex=\"0\"><table><thead><tr><th>{what}</th><th>value</th><th>unit</th></tr></thead><tbody>\n\
+             {rows}</tbody></table></div>\n"
+        )
+    };
+    let first = table("parameter, or size of an error", of(own) + &noise.collect::<String>());
+    if channels.is_empty() {
+        return first;
+    }
+    let table = table("channel", of(channels));
+    format!("{first}<details><summary>Delays and gains of the channels</summary>{table}</details>\n")
 }
 
 /// Modulus measured and modelled, and what is left.

@@ -75,6 +75,12 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> R
              without it they count as errors of each point alone, and parameters come out too certain",
         );
     }
+    if study.rig.microphones.channel_errors().is_some() && study.channels().is_ok_and(|c| c.is_none()) {
+        ui.note(
+            "warning: gain_sd and delay_sd of rig.toml count in stages of responses alone: for stages of modes state the errors of the channels in \
+             observations/channels.toml",
+        );
+    }
     let differs = |(k, point): (usize, &rijke_study::Point)| {
         let ([stated, _], [read, _]) = (point.ambient?, *observations.ambient.get(&k)?);
         ((stated - read).abs() > UNLIKE)

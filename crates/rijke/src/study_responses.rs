@@ -106,10 +106,9 @@ fn trained(
     let data = Data { kind: observed.kind, source: observed.source.clone(), doubts };
     let plan = study.plan.clone();
     let mut run = ResponseRun::new(study, observed).map_err(|e| fault(&e, &dir))?;
-    let progress = ui.progress("stages", plan.responses.len() as u64);
+    let progress = ui.progress("models", run.models_of_all() as u64);
     let mut stages: Vec<ResponseStageRecord> = Vec::new();
-    while let Some(stage) = run.next_stage().map_err(|e| fault(&e, &dir))? {
-        progress.advance(1);
+    while let Some(stage) = run.next_stage_with(&|| progress.advance(1)).map_err(|e| fault(&e, &dir))? {
         stages.push(stage);
     }
     drop(progress);
@@ -215,6 +214,10 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
             "  not decided: {} and {} are less than {} nats apart",
             first.id, second.id, stage.decides
         ));
+    } else if let [first, _, ..] = models[..]
+        && first.too_sure
+    {
+        ui.say("  what the best model leaves is not noise: its lead is too sure");
     }
     if let Some(model) = models.first() {
         for p in &model.parameters {

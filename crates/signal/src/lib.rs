@@ -23,8 +23,9 @@ pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
 pub use ping::{Drift, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping};
 pub use random::{
-    Field, GainPair, Spectra, Swept, SweptOptions, SwitchedDoubt, SwitchedFault, SwitchedGains,
-    TransferEstimate, TransmissionTube, Transmitted,
+    ChannelGains, Field, GainPair, Loss, LossBand, PressureFault, RelativePressures, Spectra, Swept,
+    SweptOptions, SwitchedDoubt, SwitchedFault, SwitchedGains, TransferEstimate, TransmissionTube,
+    Transmitted,
 };
 pub use repeats::{Repeats, combine, pool};
 pub use trace::Trace;

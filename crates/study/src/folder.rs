@@ -186,6 +186,15 @@ impl Study {
             StudyError { file, line: None, problem: Box::new(StudyProblem::Toml(text)) }
         })
     }
+
+    /// What is not known of the channels that hear responses: by `observations/channels.toml`, or else by
+    /// `gain_sd` and `delay_sd` of the microphones of the rig.
+    ///
+    /// # Errors
+    /// File and remedy.
+    pub fn channels_of_responses(&self) -> Result<Option<ChannelErrors>, StudyError> {
+        Ok(self.channels()?.or_else(|| self.rig.microphones.channel_errors()))
+    }
 }
 
 fn candidates(folder: &Path, rig: &Rig) -> Result<Catalogue, StudyError> {

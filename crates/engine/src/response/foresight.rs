@@ -7,14 +7,14 @@ use super::predict::{Responses, Told};
 use super::record::{ForeseenModel, ResponseForesight};
 use super::rows::rows_of;
 use super::select::Selected;
-use super::stage::ResponseRun;
-use crate::{Assembly, EngineError};
+use super::stage::{ResponseRun, unlearned};
+use crate::EngineError;
 use rijke_inference::{Objective, Parameters, Posterior};
 use rijke_numerics::{Cholesky, Jet, Order};
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{MisfitSpec, ResponseStage};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Noise of the real and of the imaginary part where the study leaves it to the data.
 const NOISE: f64 = 0.01;
@@ -29,6 +29,7 @@ impl ResponseRun {
     /// [`EngineError`] for models that cannot be built. A model that has no answer at the centre of its
     /// priors is said.
     pub fn foresight(&self) -> Result<Vec<ResponseForesight>, EngineError> {
+        let none = BTreeSet::new();
         let mut chosen: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
         let mut all = Vec::new();
         for stage in &self.study.plan.responses {
@@ -37,9 +38,11 @@ impl ResponseRun {
             let mut models = Vec::new();
             for row in &rows {
                 let (assembly, errors) = self.assembled(stage, row)?;
-                let responses = self.models(&assembly, &data)?;
+                let responses = self.models(stage, &assembly, &data)?;
+                let parameters =
+                    responses.channels.prior(unlearned(&assembly, &responses.channels)?, &none)?;
                 let id = row.id();
-                let (widths, remark) = match widths(stage, &data, &assembly, &responses, &errors) {
+                let (widths, remark) = match widths(stage, &data, &parameters, &responses, &errors) {
                     Ok(widths) => (widths, None),
                     Err(error) => (Vec::new(), Some(error.to_string())),
                 };
@@ -72,7 +75,7 @@ fn taken(sd: &SdSpec, floated: f64) -> f64 {
 fn widths(
     stage: &ResponseStage,
     data: &Selected,
-    assembly: &Assembly,
+    parameters: &Parameters,
     responses: &Responses<'_>,
     errors: &[ErrorTerm],
 ) -> Result<Vec<(String, f64)>, EngineError> {
@@ -84,16 +87,16 @@ fn widths(
         let length_hz = fixed(&m.length_hz, 100.0);
         MisfitSpec { size: fixed(&m.size, NOISE), length_hz, ..m }
     });
-    let parameters = Parameters::new(assembly.parameters().to_vec())?;
     // Where a gain is nothing at the centre, what it multiplies cannot be told there: beside it, too.
     let mut least: Vec<f64> = vec![f64::INFINITY; parameters.len()];
     for beside in [0.0, 0.5, -0.5] {
         let z = parameters.from_standard_normal(&vec![beside; parameters.len()]);
         let values = parameters.physical(&z);
-        let found = widths_at(data, &errors, &noise, misfit.as_ref(), responses, &parameters, &values)?;
+        let found = widths_at(data, &errors, &noise, misfit.as_ref(), responses, parameters, &values)?;
         least.iter_mut().zip(found).for_each(|(least, w)| *least = least.min(w));
     }
-    Ok(parameters.list().iter().map(|p| p.name.clone()).zip(least).collect())
+    // What the channels do is not asked for here.
+    Ok(parameters.list().iter().map(|p| p.name.clone()).zip(least).take(responses.own).collect())
 }
 
 /// Standard deviations that the responses leave at `values`, over those of the priors.

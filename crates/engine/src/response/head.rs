@@ -110,6 +110,11 @@ impl Heard {
         self.terms.is_empty() && self.fields.is_empty()
     }
 
+    /// Whether sources are unknown.
+    pub(super) fn has_fields(&self) -> bool {
+        !self.fields.is_empty()
+    }
+
     /// What the data of the loads of a session are told to be, in their order.
     pub(super) fn told(&self, measured: &[Measured], range: Range<usize>, answers: &[Vec<Jet>]) -> Vec<Jet> {
         let Some(fields) = self.fields.get(&range.start) else {

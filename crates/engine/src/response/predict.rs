@@ -1,5 +1,6 @@
 //! What response models predict, as a forward model of an inference.
 
+use super::channels::Channels;
 use super::head::Heard;
 use super::measured::{Measured, sessions};
 use crate::EngineError;
@@ -25,7 +26,9 @@ pub(super) struct Load<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Responses<'a> {
     pub(super) loads: Vec<Load<'a>>,
-    pub(super) parameters: usize,
+    /// Parameters of the model; those of the channels come behind them.
+    pub(super) own: usize,
+    pub(super) channels: Channels,
 }
 
 impl Load<'_> {
@@ -118,8 +121,31 @@ impl Load<'_> {
 }
 
 impl Responses<'_> {
-    /// All answers, load after load. With unknown sources: at each frequency what every one of them makes.
+    /// All parameters, those of the channels among them.
+    pub(super) fn parameters(&self) -> usize {
+        self.own + self.channels.parameters.len()
+    }
+
+    /// All answers as the channels give them, load after load. With unknown sources: at each frequency what
+    /// every one of them makes.
     pub(super) fn answers(&self, values: &[f64], order: Order) -> Result<Vec<Vec<Jet>>, EngineError> {
+        let (own, errors) = values.split_at(self.own);
+        let clear = self.clear(own, order)?;
+        if errors.is_empty() {
+            return Ok(clear);
+        }
+        let of_load = |(load, answers): (usize, &Vec<Jet>)| {
+            let frequencies = &self.loads[load].frequency_hz;
+            let sources = answers.len() / frequencies.len().max(1);
+            let at = |(k, answer): (usize, &Jet)| {
+                self.channels.heard(load, frequencies[k / sources.max(1)], answer, own.len(), errors)
+            };
+            answers.iter().enumerate().map(at).collect()
+        };
+        Ok(clear.iter().enumerate().map(of_load).collect())
+    }
+
+    fn clear(&self, values: &[f64], order: Order) -> Result<Vec<Vec<Jet>>, EngineError> {
         // What one source makes at all microphones is one answer of the rig, whatever the excitation.
         let mut known: Vec<(&Load<'_>, Vec<Vec<Vec<Jet>>>)> = Vec::new();
         let mut all = Vec::with_capacity(self.loads.len());
@@ -172,7 +198,7 @@ impl Forward for Told<'_, '_> {
         let tilt = self.heard.tilted(&answers);
         let told = |range| self.heard.told(self.measured, range, &answers);
         let all: Vec<Jet> = sessions(self.measured).into_iter().flat_map(told).collect();
-        let (p, n) = (self.responses.parameters, 2 * all.len());
+        let (p, n) = (self.responses.parameters(), 2 * all.len());
         let mut values: Vec<f64> = all.iter().flat_map(|jet| [jet.value().re, jet.value().im]).collect();
         values.extend(tilt.iter().map(|jet| jet.value().re));
         if order == Order::Value {

@@ -79,6 +79,9 @@ pub struct ResponseModelRecord {
     pub candidates: BTreeMap<String, String>,
     /// The model's parameters.
     pub parameters: Vec<TrainedParameter>,
+    /// How many of these, the last, are delays and gains of channels.
+    #[serde(default)]
+    pub channels: usize,
     /// Noise, misfit and sizes of the head's errors.
     pub noise: Vec<NoiseEstimate>,
     /// Evidence; none if the model could not be fitted.
@@ -91,6 +94,10 @@ pub struct ResponseModelRecord {
     pub residual: f64,
     /// Correlation of what is left between neighbouring frequencies.
     pub neighbours: f64,
+    /// Whether what is left is larger, or correlates more, than noise and misfit would: then its error bars and
+    /// its lead are too sure.
+    #[serde(default)]
+    pub too_sure: bool,
     /// Warnings, or why there is no evidence.
     pub remark: Option<String>,
 }

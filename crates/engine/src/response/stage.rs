@@ -1,5 +1,6 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
+use super::channels::Channels;
 use super::ground::{Ground, law_error};
 use super::head::Rest;
 use super::measured::Measured;
@@ -18,7 +19,7 @@ use rijke_numerics::C64;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, ErrorTerm, Study};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// A correlation of neighbouring residuals beyond this many standard deviations is none of noise.
@@ -59,6 +60,17 @@ impl ResponseRun {
     /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Response`]. A model that cannot be
     /// fitted is a row without evidence.
     pub fn next_stage(&mut self) -> Result<Option<ResponseStageRecord>, EngineError> {
+        self.next_stage_with(&|| ())
+    }
+
+    /// As [`ResponseRun::next_stage`]; calls `trained` after every model.
+    ///
+    /// # Errors
+    /// Those of [`ResponseRun::next_stage`].
+    pub fn next_stage_with(
+        &mut self,
+        trained: &dyn Fn(),
+    ) -> Result<Option<ResponseStageRecord>, EngineError> {
         let Some(stage) = self.study.plan.responses.get(self.grounds.len()).cloned() else { return Ok(None) };
         let data = Selected::new(&self.study, &self.observed, &stage)?;
         let mut models = Vec::new();
@@ -74,6 +86,7 @@ impl ResponseRun {
             let (record, gaussian) = self.row(&stage, row, &data)?;
             models.push(record);
             found.push(gaussian);
+            trained();
         }
         let best = (0..models.len())
             .filter(|k| found[*k].is_some())
@@ -109,6 +122,18 @@ impl ResponseRun {
         Ok(Some(record))
     }
 
+    /// How many models its stages train, all together, if the first of each goes on.
+    #[must_use]
+    pub fn models_of_all(&self) -> usize {
+        let mut chosen = BTreeMap::new();
+        let count = |stage: &ResponseStage| {
+            let rows = rows_of(&self.study, stage, &chosen);
+            chosen.extend(rows.first().map(|row| (stage.id.clone(), row.choice.clone())));
+            rows.len()
+        };
+        self.study.plan.responses.iter().map(count).sum()
+    }
+
     /// What the stages that have run found, for stages of modes that stand on them.
     #[must_use]
     pub fn grounds(&self) -> Vec<Ground> {
@@ -127,12 +152,14 @@ impl ResponseRun {
             label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
             candidates: row.choice.clone(),
             parameters: Vec::new(),
+            channels: 0,
             noise: Vec::new(),
             evidence: None,
             predicted: Vec::new(),
             heard: Vec::new(),
             residual: f64::NAN,
             neighbours: f64::NAN,
+            too_sure: false,
             remark: None,
         };
         let (assembly, errors) = self.assembled(stage, row)?;
@@ -145,8 +172,8 @@ impl ResponseRun {
             );
             return Err(EngineError::Refused { stage: stage.id.clone(), problem });
         }
-        let responses = self.models(&assembly, data)?;
-        let parameters = self.parameters(stage, &assembly)?;
+        let responses = self.models(stage, &assembly, data)?;
+        let parameters = self.parameters(stage, &assembly, &responses.channels)?;
         let training =
             Training { responses: &responses, measured, errors: &errors, parameters: &parameters, stage };
         let found = match training.found() {
@@ -166,11 +193,14 @@ impl ResponseRun {
         });
         let covariance = &laplace.physical_covariance;
         let parameter = |(i, p)| TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
-        record.parameters = assembly.parameters().iter().enumerate().map(parameter).collect();
+        record.parameters = parameters.list().iter().enumerate().map(parameter).collect();
+        record.channels = responses.channels.parameters.len();
         record.noise.clone_from(&fit.noise);
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
         let left = left(measured, found.heard, rest);
-        if left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd {
+        let larger = left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd;
+        record.too_sure = larger || left.neighbours_sds > NOT_NOISE;
+        if larger {
             remarks.push(too_large(stage, &left));
         }
         let share = left.share;
@@ -195,7 +225,8 @@ impl ResponseRun {
                 left.neighbours_sds
             ));
         }
-        let untold = record.parameters.iter().filter(|p| p.is_as_before()).map(|p| p.name.as_str());
+        let untold =
+            record.parameters.iter().take(free).filter(|p| p.is_as_before()).map(|p| p.name.as_str());
         let untold: Vec<&str> = untold.collect();
         if !untold.is_empty() {
             let both = |what: &ResponseKind| matches!(what, ResponseKind::Pressure { sources, .. } if sources.len() > 1);
@@ -231,10 +262,17 @@ impl ResponseRun {
         Ok((Assembly::new(Arc::new(self.study.rig.clone()), candidates, &stage.hold)?, errors))
     }
 
-    fn parameters(&self, stage: &ResponseStage, assembly: &Assembly) -> Result<Parameters, EngineError> {
-        let mut parameters = Parameters::new(assembly.parameters().to_vec())?;
+    fn parameters(
+        &self,
+        stage: &ResponseStage,
+        assembly: &Assembly,
+        channels: &Channels,
+    ) -> Result<Parameters, EngineError> {
+        let mut parameters = unlearned(assembly, channels)?;
+        let mut earlier = BTreeSet::new();
         for (_, known) in stage.on.iter().filter_map(|id| self.known.get(id)) {
-            let has = |k: &usize| assembly.parameters().iter().any(|p| p.name == known.names[*k]);
+            earlier.extend(known.names.iter().map(String::as_str));
+            let has = |k: &usize| parameters.index(&known.names[*k]).is_some();
             let keep: Vec<usize> = (0..known.names.len()).filter(has).collect();
             if !keep.is_empty() {
                 let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
@@ -243,11 +281,12 @@ impl ResponseRun {
                     parameters.with_physical_joint(&names, &mean, &known.covariance.select(&keep))?;
             }
         }
-        Ok(parameters)
+        Ok(channels.prior(parameters, &earlier)?)
     }
 
     pub(super) fn models<'a>(
         &self,
+        stage: &ResponseStage,
         assembly: &'a Assembly,
         data: &Selected,
     ) -> Result<Responses<'a>, EngineError> {
@@ -263,8 +302,14 @@ impl ResponseRun {
                 frequency_hz: m.frequency_hz.clone(),
             });
         }
-        Ok(Responses { loads, parameters: assembly.parameters().len() })
+        let channels = Channels::of(&self.study, stage, &data.whats, &data.points)?;
+        Ok(Responses { loads, own: assembly.parameters().len(), channels })
     }
+}
+
+/// The parameters of a model, and those of the channels by which it is heard, each by itself.
+pub(super) fn unlearned(assembly: &Assembly, channels: &Channels) -> Result<Parameters, EngineError> {
+    Ok(Parameters::new(assembly.parameters().iter().chain(&channels.parameters).cloned().collect())?)
 }
 
 /// What is said of residuals that are larger than expected.

@@ -6,9 +6,13 @@ use super::head::{Heard, Rest};
 use super::measured::Measured;
 use super::predict::{Responses, Told};
 use crate::EngineError;
-use rijke_inference::{AssessOptions, Evidence, Fit, Laplace, MapOptions, Parameters, Posterior, Stop};
+use rijke_inference::{
+    AssessOptions, Energy, Evidence, Fit, ForwardError, InferenceError, Laplace, MapOptions, Objective,
+    Parameters, Posterior, Stop, minimise,
+};
 use rijke_numerics::{C64, Cholesky, Jet, Matrix, Order, Streams};
 use rijke_study::ErrorTerm;
+use rijke_study::plan::SdSpec;
 use rijke_study::responses::ResponseStage;
 
 /// Movement of the parameters from fit to fit, in their standard deviations, at which the head's errors have
@@ -107,6 +111,11 @@ impl Training<'_> {
     /// Fits, with the head's errors taken about the fit before, until the parameters stay.
     fn settled(&self, mut heard: Heard, start: Option<Fit>) -> Result<(Heard, Fit), EngineError> {
         let mut before = start;
+        if before.is_none() && self.errors.is_empty() && heard.has_fields() {
+            let fit = self.projected(&heard)?;
+            heard = self.about(&fit)?;
+            before = Some(fit);
+        }
         let mut last = f64::INFINITY;
         for _ in 0..FITS {
             let fit = self.fit(&heard, before.as_ref())?;
@@ -127,10 +136,22 @@ impl Training<'_> {
         })
     }
 
+    /// The fit that a search finds from the centre of the prior if the fields of unknown sources are those
+    /// about every point of its path. With the fields of the last fit alone it may run far beyond.
+    fn projected(&self, heard: &Heard) -> Result<Fit, EngineError> {
+        let rough = self.fit(heard, None)?;
+        let mut start = self.parameters.centre();
+        start.extend(&rough.working[start.len()..]);
+        let end = minimise(&AboutItself(self), &start, &MapOptions::default().search)?.z;
+        let answers = self.answered(&self.parameters.physical(&end[..self.parameters.len()]))?;
+        let heard = Heard::about_data(self.measured, self.errors, answers)?;
+        self.fit(&heard, Some(&Fit { working: end, ..rough }))
+    }
+
     /// The maximum next to that of the fit before, with its noise, if there is one.
     fn fit(&self, heard: &Heard, before: Option<&Fit>) -> Result<Fit, EngineError> {
         let data = self.blocks(heard).data()?;
-        let quick = Told { responses: self.responses, measured: self.measured, heard, highest: Order::First };
+        let quick = self.told(heard, Order::First);
         let posterior = Posterior::new(&quick, &data, self.parameters)?;
         let options = MapOptions::default();
         let Some(before) = before else { return Ok(posterior.map(&options)?) };
@@ -151,6 +172,10 @@ impl Training<'_> {
     fn answered(&self, parameters: &[f64]) -> Result<Vec<Vec<C64>>, EngineError> {
         let answers = self.responses.answers(parameters, Order::Value)?;
         Ok(answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect())
+    }
+
+    fn told<'b>(&'b self, heard: &'b Heard, highest: Order) -> Told<'b, 'b> {
+        Told { responses: self.responses, measured: self.measured, heard, highest }
     }
 
     fn blocks<'b>(&'b self, heard: &'b Heard) -> Blocks<'b> {
@@ -187,8 +212,10 @@ impl Training<'_> {
         start: Option<&Fit>,
     ) -> Result<(Fit, Laplace, Evidence, Vec<String>), EngineError> {
         let data = self.blocks(heard).data()?;
-        let whole =
-            Told { responses: self.responses, measured: self.measured, heard, highest: Order::Second };
+        // With unknown sources, second derivatives at fixed fields are not those of the cost: what the fields
+        // do when the parameters move is as large. Gauss and Newton leave out both.
+        let highest = if heard.has_fields() { Order::First } else { Order::Second };
+        let whole = self.told(heard, highest);
         let posterior = Posterior::new(&whole, &data, self.parameters)?;
         if !self.stage.checked {
             let fit = self.fit(heard, start)?;
@@ -209,6 +236,34 @@ impl Training<'_> {
         ended(&found.fit.stop, &laplace)?;
         let evidence = found.evidence.unwrap_or(laplace.evidence);
         Ok((found.fit, laplace, evidence, found.health.warnings))
+    }
+}
+
+/// The cost of a training with unknown sources, with their fields about every point itself.
+struct AboutItself<'a, 'b>(&'b Training<'a>);
+
+impl Objective for AboutItself<'_, '_> {
+    fn size(&self) -> usize {
+        self.scales().len()
+    }
+
+    fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
+        let Self(training) = self;
+        let fault = |error: EngineError| {
+            if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
+        };
+        let values = training.parameters.physical(&z[..training.parameters.len()]);
+        let about = |answers| Heard::about_data(training.measured, training.errors, answers);
+        let heard = training.answered(&values).and_then(about).map_err(fault)?;
+        let data = training.blocks(&heard).data().map_err(fault)?;
+        let told = training.told(&heard, Order::First);
+        Posterior::new(&told, &data, training.parameters)?.evaluate(z, order)
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        let mut scales = self.0.parameters.scales();
+        scales.extend((!matches!(self.0.stage.noise, SdSpec::Fixed(_))).then_some(1.0));
+        scales
     }
 }
 

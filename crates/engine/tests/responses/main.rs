@@ -3,6 +3,7 @@
 
 mod bench;
 mod chain;
+mod channels;
 mod extends;
 mod head;
 mod pressures;

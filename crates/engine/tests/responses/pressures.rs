@@ -10,11 +10,11 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 /// Places of the microphones; the last four are farther than stated by an unknown length.
-const AT: [f64; 8] = [0.1, 0.15, 0.18, 0.26, 0.8, 0.85, 0.88, 0.96];
-const MOVED: usize = 4;
+pub(crate) const AT: [f64; 8] = [0.1, 0.15, 0.18, 0.26, 0.8, 0.85, 0.88, 0.96];
+pub(crate) const MOVED: usize = 4;
 /// Mean and sd of the priors: length, Mach number, loss.
-const PRIORS: [[f64; 2]; 3] = [[0.0, 0.005], [0.08, 0.01], [0.1, 0.05]];
-const NOISE: f64 = 5e-3;
+pub(crate) const PRIORS: [[f64; 2]; 3] = [[0.0, 0.005], [0.08, 0.01], [0.1, 0.05]];
+pub(crate) const NOISE: f64 = 5e-3;
 /// The same noise at every microphone.
 const ALIKE: [f64; 8] = [NOISE; 8];
 
@@ -49,7 +49,7 @@ acts_at = "duct"
 mu = "0*s*rho"
 "#;
 
-fn folder(name: &str, stage: &str) -> PathBuf {
+pub(crate) fn folder(name: &str, stage: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("rijke-pressures-{name}-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("candidates")).unwrap();
     let write = |file: &str, text: &str| std::fs::write(folder.join(file), text).unwrap();
@@ -75,7 +75,7 @@ fn folder(name: &str, stage: &str) -> PathBuf {
 }
 
 /// What the microphones hear of waves of unit pressure that enter at the ends.
-fn columns(f: f64, [extra, mach, loss]: [f64; 3]) -> Vec<[C64; 2]> {
+pub(crate) fn columns(f: f64, [extra, mach, loss]: [f64; 3]) -> Vec<[C64; 2]> {
     let (s, c) = (C64::new(0.0, 2.0 * PI * f), (1.4 * 287.0 * 293.15_f64).sqrt());
     let constants = [s / (c * (1.0 + mach)) + loss, s / (c * (1.0 - mach)) + loss];
     let one = |(k, x): (usize, &f64)| {
@@ -85,7 +85,7 @@ fn columns(f: f64, [extra, mach, loss]: [f64; 3]) -> Vec<[C64; 2]> {
     AT.iter().enumerate().map(one).collect()
 }
 
-fn complex(stream: &mut Stream) -> C64 {
+pub(crate) fn complex(stream: &mut Stream) -> C64 {
     C64::new(normal(stream), normal(stream))
 }
 
@@ -116,7 +116,7 @@ fn trained(folder: &Path, frequency_hz: &[f64], heard: &[Vec<Vec<C64>>]) -> Resp
     run(folder, frequency_hz, heard, &sources, None).next_stage().unwrap().unwrap()
 }
 
-fn run(
+pub(crate) fn run(
     folder: &Path,
     frequency_hz: &[f64],
     heard: &[Vec<Vec<C64>>],
@@ -180,7 +180,7 @@ fn cost(frequency_hz: &[f64], heard: &[Vec<Vec<C64>>], noise: [f64; 8], x: [f64;
     sum
 }
 
-fn found(stage: &ResponseStageRecord, id: &str) -> [[f64; 2]; 3] {
+pub(crate) fn found(stage: &ResponseStageRecord, id: &str) -> [[f64; 2]; 3] {
     let found = model(stage, id);
     ["extra", "mach", "loss"].map(|name| {
         let p = found.parameters.iter().find(|p| p.name == name).unwrap();

@@ -253,6 +253,15 @@ fn exact_settings_of_sliders_have_the_closed_form() {
     let files = [("campaign.csv", campaign), ("observations/modes.csv", &(head.to_owned() + &modes))];
     let said = given(&two_points("sliders-corners", &files)).unwrap_err();
     assert!(said.contains("no grid of their factors"), "{said}");
+
+    // A mode that was measured at one value of the factor only cannot be followed to the other.
+    let row = |(id, mode, x): (&str, &str, f64)| {
+        format!("{id},{mode},{},0.1,{},0.05\n", closed_form(x)[0], closed_form(x)[1])
+    };
+    let head = head.replace("point,", "point,mode,");
+    let modes = head + &[("a", "open", 1.0), ("b", "closed", 0.8)].map(row).concat();
+    let said = given(&two_points("sliders-apart", &[("observations/modes.csv", &modes)])).unwrap_err();
+    assert!(said.contains("no mode was measured at neighbouring values"), "{said}");
 }
 
 #[test]

@@ -25,11 +25,12 @@ pub(super) fn section(stage: &StageRecord, figure: &str) -> String {
     let numbers: Vec<String> = model.parameters.iter().map(number).collect();
     let with =
         if numbers.is_empty() { String::new() } else { format!("<p>with {}</p>\n", numbers.join(", ")) };
-    format!(
-        "<h2 id=\"found\">{}</h2>\n<ul class=\"laws\">\n{laws}</ul>\n{with}{figure}<p><b>Not explained:</b> {}</p>\n",
-        html(&model.label),
-        unexplained(stage).join(" ")
-    )
+    let laws = if laws.is_empty() { laws } else { format!("<ul class=\"laws\">\n{laws}</ul>\n") };
+    let left = match unexplained(stage) {
+        left if left.is_empty() => String::new(),
+        left => format!("<p><b>Not explained:</b> {}</p>\n", left.join(" ")),
+    };
+    format!("<h2 id=\"found\">{}</h2>\n{laws}{with}{figure}{left}", html(&model.label))
 }
 
 /// What the model leaves of the data, and what these ask for.

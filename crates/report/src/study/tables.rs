@@ -198,6 +198,9 @@ pub(super) fn laws(model: &ModelRecord) -> String {
         format!("<tr><td>{}</td><td><code>{}</code></td></tr>\n", html(place), formula(law))
     };
     let rows: String = model.laws.iter().map(row).collect();
+    if rows.is_empty() {
+        return rows;
+    }
     format!(
         "<details><summary>Laws of this model</summary><div class=\"wide\"><table><tbody>\n{rows}</tbody></table></div></details>\n"
     )
@@ -205,7 +208,8 @@ pub(super) fn laws(model: &ModelRecord) -> String {
 
 /// Measured and predicted, point by point.
 pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
-    let Some(model) = chosen(stage).filter(|m| m.predicted.len() == stage.measured.len()) else {
+    let all = |m: &&ModelRecord| !stage.measured.is_empty() && m.predicted.len() == stage.measured.len();
+    let Some(model) = chosen(stage).filter(all) else {
         return String::new();
     };
     // A factor that is the same at all points is none here.

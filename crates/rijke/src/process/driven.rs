@@ -7,30 +7,13 @@ use crate::{
     failure::{Classify, Failure},
     ui::Ui,
 };
-use rijke_numerics::C64;
-use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind, StatedChannels};
-use rijke_signal::{Fault, Spectra, Swept, SweptOptions, SwitchedGains, TransmissionTube};
+use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind};
+use rijke_signal::{
+    ChannelGains, Fault, Loss, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
+    SwitchedGains, TransmissionTube,
+};
 use rijke_study::Study;
 use serde_json::{Value, json};
-use std::f64::consts::TAU;
-
-/// Gains of the channels.
-enum Gains {
-    Switched(SwitchedGains),
-    Stated(StatedChannels),
-    /// Nothing is known of them.
-    Equal,
-}
-
-/// Pressures over that at the first microphone, by frequency and microphone.
-struct Heard {
-    frequency_hz: Vec<f64>,
-    pressures: Vec<Vec<C64>>,
-    /// Standard deviations of the real and of the imaginary part of the logarithms.
-    relative_sd: Vec<Vec<f64>>,
-    /// Frequencies that were left out.
-    left_out: usize,
-}
 
 /// Gains of the channels, pressures at the operating points over that at the first microphone, and what
 /// specimens let through.
@@ -59,10 +42,10 @@ pub(super) fn driven(
     let (mut files, mut pairs) = (Vec::new(), Vec::new());
     let gains = if driven.straight.is_empty() {
         match driven.stated(n, &records.path).or_bad_input()? {
-            Some(stated) => Gains::Stated(stated),
+            Some(stated) => ChannelGains::Stated(stated),
             None => {
                 ui.note("warning: the channels are taken to have the same gain, without error: add `straight` and `switched` records, or `[microphones]` with gains and their errors");
-                Gains::Equal
+                ChannelGains::Equal
             }
         }
     } else {
@@ -70,7 +53,7 @@ pub(super) fn driven(
         pairs = tell(&gains, names, ui);
         switched::say_inverted(&gains, driven, names, ui);
         files.push(("gains.csv".to_owned(), gains_table(&gains, names)));
-        Gains::Switched(gains)
+        ChannelGains::Switched(gains)
     };
     let mut toml = head(records);
     toml += "\n[[response]]\nkind = \"pressures\"\n";
@@ -91,9 +74,7 @@ pub(super) fn driven(
         files.push((format!("pressures/{point}.csv"), text));
         if is_whole {
             let (used, of) = (heard.frequency_hz.len(), heard.frequency_hz.len() + heard.left_out);
-            let mut sds: Vec<f64> = heard.relative_sd.iter().flatten().copied().collect();
-            sds.sort_by(f64::total_cmp);
-            let middle = sds[sds.len() / 2];
+            let middle = heard.median_sd();
             ui.say(format!(
                 "{point}: {used} of {of} frequencies, relative standard deviation {middle:.1e} (median)"
             ));
@@ -102,21 +83,34 @@ pub(super) fn driven(
         let Some(specimen) = &driven.transmission else { continue };
         let (text, bands) = transmission(&heard, specimen, study, index, records)?;
         files.push((format!("transmission/{point}.csv"), text));
+        let is_specimen = specimen.points.contains(point);
         for b in &bands {
-            if specimen.points.contains(point) {
-                ui.say(format!(
-                    "{point}, {:.0} to {:.0} Hz: transmission loss {:.2} +- {:.2} dB, energy {:.3}",
-                    b[0], b[1], b[2], b[3], b[4]
-                ));
+            let ([from, to], [loss, sd], [down, up]) = (b.from_to_hz, b.loss_db, b.through);
+            ui.say(if is_specimen {
+                format!(
+                    "{point}, {from:.0} to {to:.0} Hz: transmission loss {loss:.2} +- {sd:.2} dB, energy {:.3}",
+                    b.energy
+                )
             } else {
-                ui.say(format!(
-                    "{point}, {:.0} to {:.0} Hz: energy {:.3}, through it downstream {:.3} and upstream {:.3}",
-                    b[0], b[1], b[4], b[5], b[6]
-                ));
-            }
+                format!(
+                    "{point}, {from:.0} to {to:.0} Hz: energy {:.3}, through it downstream {down:.3} and upstream {up:.3}",
+                    b.energy
+                )
+            });
         }
-        let kept = if specimen.points.contains(point) { &mut losses } else { &mut checks };
-        kept.push(json!({ "point": point, "bands": bands }));
+        let numbers = |b: &LossBand| {
+            [
+                b.from_to_hz[0],
+                b.from_to_hz[1],
+                b.loss_db[0],
+                b.loss_db[1],
+                b.energy,
+                b.through[0],
+                b.through[1],
+            ]
+        };
+        let kept = if is_specimen { &mut losses } else { &mut checks };
+        kept.push(json!({ "point": point, "bands": bands.iter().map(numbers).collect::<Vec<_>>() }));
     }
     toml += "[response.columns]\n\"f [Hz]\" = \"f\"\n";
     // The errors of Welch's spectra are those of ratios, which share that of the first microphone: the noise
@@ -191,67 +185,23 @@ impl Records<'_> {
     }
 
     /// What the microphones hear in the records of an operating point.
-    fn heard(&self, files: &[String], gains: &Gains) -> Result<Heard, Failure> {
-        let n = self.names.len();
+    fn heard(&self, files: &[String], gains: &ChannelGains) -> Result<RelativePressures, Failure> {
         let SpectraKind::Whole { resolution_hz, period, coherence } = self.driven.spectra else {
-            let found = self.spectra(files)?;
-            let transfers: Vec<_> = (0..n).map(|c| found.transfer(0, c)).collect();
-            let rows = (0..found.frequency_hz.len()).map(|k| {
-                let f = found.frequency_hz[k];
-                let of = |c: usize| {
-                    let (gain, gain_sd) = gains.at(c, k, f);
-                    let own = if c == 0 { 0.0 } else { transfers[c][k].relative_sd };
-                    (transfers[c][k].even() / gain, own.hypot(gain_sd))
-                };
-                (0..n).map(of).unzip::<_, _, Vec<C64>, Vec<f64>>()
-            });
-            let (pressures, relative_sd) = rows.unzip();
-            return Ok(Heard { frequency_hz: found.frequency_hz, pressures, relative_sd, left_out: 0 });
+            return Ok(RelativePressures::of_noise(self.spectra(files)?, self.names.len(), gains));
         };
         let found = self.swept(files, resolution_hz, period)?;
-        let all = &found.spectra.frequency_hz;
-        if let Gains::Switched(gains) = gains
-            && gains.frequency_hz != *all
-        {
-            let what = format!("{}: not as long as the records of `straight`", files.join(", "));
-            return Err(Failure::bad_input(what)
-                .at(&self.records.path)
-                .remedy("Record all sweeps for the same time, or cut the files to one length."));
-        }
-        let used: Vec<usize> = (0..all.len()).filter(|k| found.fields[*k].coherence >= coherence).collect();
-        if used.is_empty() {
-            let what = format!("{}: no frequency has a coherence of {coherence}", files.join(", "));
-            return Err(Failure::bad_input(what).at(&self.records.path).remedy(
-                "Look whether `band_hz` holds the frequencies of the sweep; drive it longer or louder, or lower `coherence`.",
-            ));
-        }
-        let rows = used.iter().map(|&k| {
-            let field = &found.fields[k];
-            let first = field.pressures[0] / gains.at(0, k, all[k]).0;
-            let of = |c: usize| {
-                let ((gain, gain_sd), p) = (gains.at(c, k, all[k]), field.pressures[c]);
-                (p / gain / first, (field.sd / p.norm()).hypot(gain_sd))
+        RelativePressures::of_sweeps(&found, coherence, gains).map_err(|fault| {
+            let remedy = match fault {
+                PressureFault::OtherLength => {
+                    "Record all sweeps for the same time, or cut the files to one length."
+                }
+                PressureFault::Incoherent { .. } => {
+                    "Look whether `band_hz` holds the frequencies of the sweep; drive it longer or louder, or lower `coherence`."
+                }
             };
-            (0..n).map(of).unzip::<_, _, Vec<C64>, Vec<f64>>()
-        });
-        let (pressures, relative_sd) = rows.unzip();
-        let left_out = all.len() - used.len();
-        Ok(Heard { frequency_hz: used.iter().map(|&k| all[k]).collect(), pressures, relative_sd, left_out })
-    }
-}
-
-impl Gains {
-    /// The gain of channel `c` at frequency `f`, the `k`-th, and the standard deviation of each part of its
-    /// logarithm.
-    fn at(&self, c: usize, k: usize, f: f64) -> (C64, f64) {
-        match self {
-            Self::Switched(gains) => (gains.gains[c][k], gains.relative_sd[c][k]),
-            Self::Stated(s) => {
-                let gain = C64::from_polar(s.gains[c], -TAU * f * s.delays[c]);
-                (gain, s.gain_sds[c].hypot(TAU * f * s.delay_sds[c]))
-            }
-            Self::Equal => (C64::ONE, 0.0),
-        }
+            let what = format!("{}: {fault}", files.join(", "));
+            Failure::bad_input(what).at(&self.records.path).remedy(remedy)
+        })
     }
 }
 
@@ -287,18 +237,20 @@ fn gains_table(gains: &SwitchedGains, names: &[String]) -> String {
 
 /// What a specimen lets through: a table by frequency, and medians in bands.
 fn transmission(
-    heard: &Heard,
+    heard: &RelativePressures,
     specimen: &Specimen,
     study: &Study,
     point: usize,
     records: &ExcitedRecords,
-) -> Result<(String, Vec<[f64; 7]>), Failure> {
+) -> Result<(String, Vec<LossBand>), Failure> {
     let layout = study.rig.at_factors(&study.campaign.points[point].factors, study.rig.temperature);
     let layout = layout.map_err(|problem| Failure::bad_input(problem).at(&study.folder.join("rig.toml")))?;
-    let gas = study.rig.gas.at(study.rig.temperature, study.rig.pressure);
-    let [from, to] = specimen.between;
-    let before = layout.microphones.iter().filter(|x| **x <= from).count();
-    let behind = layout.microphones.iter().filter(|x| **x >= to).count();
+    let tube = TransmissionTube {
+        places: layout.microphones,
+        between: specimen.between,
+        sound_speed: study.rig.gas.at(study.rig.temperature, study.rig.pressure).sound_speed,
+    };
+    let [before, behind] = tube.sides();
     if before < 2 || behind < 2 {
         return Err(Failure::bad_input(format!(
             "`between` of [random.transmission] has {before} microphones before the specimen and {behind} behind it; waves are told apart by two or more"
@@ -306,25 +258,15 @@ fn transmission(
         .at(&records.path)
         .remedy("Correct `between`, or the places of the microphones in rig.toml."));
     }
-    let tube = TransmissionTube {
-        places: layout.microphones,
-        between: specimen.between,
-        sound_speed: gas.sound_speed,
-    };
+    let losses = tube.losses(heard, [specimen.place_sd, specimen.sound_speed_sd]);
     let mut text =
         "f [Hz],loss [dB],loss_sd [dB],energy,downstream_re,downstream_im,upstream_re,upstream_im\n"
             .to_owned();
-    let mut rows = Vec::new();
-    for ((f, p), sds) in heard.frequency_hz.iter().zip(&heard.pressures).zip(&heard.relative_sd) {
-        let Some(through) = tube.transmitted(*f, p) else { continue };
-        let sds_of_places = [specimen.place_sd, specimen.sound_speed_sd];
-        let [loss, loss_sd] = tube.loss(*f, p, sds, sds_of_places).unwrap_or([f64::NAN; 2]);
-        let [down, up] = through.through;
-        text +=
-            &format!("{f},{loss},{loss_sd},{},{},{},{},{}\n", through.energy, down.re, down.im, up.re, up.im);
-        rows.push([*f, loss, loss_sd, through.energy, down.norm(), up.norm()]);
+    for Loss { frequency_hz, loss_db: [loss, sd], transmitted } in &losses {
+        let ([down, up], energy) = (transmitted.through, transmitted.energy);
+        text += &format!("{frequency_hz},{loss},{sd},{energy},{},{},{},{}\n", down.re, down.im, up.re, up.im);
     }
-    Ok((text, bands(&rows)))
+    Ok((text, LossBand::of(&losses)))
 }
 
 /// A table of numbers by frequency and channel.
@@ -345,20 +287,4 @@ fn rows_of(
         (0..names.len()).flat_map(|c| cells(c, k)).for_each(|v| text += &format!(",{v:e}"));
     }
     text + "\n"
-}
-
-/// Medians of all columns in bands of 100 Hz: from, to, and the columns behind the frequency.
-fn bands(rows: &[[f64; 6]]) -> Vec<[f64; 7]> {
-    let band = |row: &[f64; 6]| (row[0] / 100.0).floor();
-    rows.chunk_by(|a, b| band(a) == band(b))
-        .map(|rows| {
-            let median = |j: usize| {
-                let mut all: Vec<f64> = rows.iter().map(|row| row[j]).collect();
-                all.sort_by(f64::total_cmp);
-                all[all.len() / 2]
-            };
-            let from = 100.0 * band(&rows[0]);
-            [from, from + 100.0, median(1), median(2), median(3), median(4), median(5)]
-        })
-        .collect()
 }

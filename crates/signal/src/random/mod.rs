@@ -2,13 +2,15 @@
 //! them. Must not know pings or clicks.
 
 mod doubts;
+mod pressures;
 mod spectra;
 mod swept;
 mod switched;
 mod transmission;
 
 pub use doubts::{SwitchedDoubt, SwitchedFault};
+pub use pressures::{ChannelGains, PressureFault, RelativePressures};
 pub use spectra::{Spectra, TransferEstimate};
 pub use swept::{Field, Swept, SweptOptions};
 pub use switched::{GainPair, SwitchedGains};
-pub use transmission::{TransmissionTube, Transmitted};
+pub use transmission::{Loss, LossBand, TransmissionTube, Transmitted};

@@ -1,5 +1,6 @@
 //! Transmission through a specimen between microphones, from one record.
 
+use super::pressures::RelativePressures;
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
@@ -27,7 +28,78 @@ pub struct Transmitted {
     pub through: [C64; 2],
 }
 
+/// Transmission at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loss {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Transmission loss and its standard deviation, dB.
+    pub loss_db: [f64; 2],
+    /// What the specimen does.
+    pub transmitted: Transmitted,
+}
+
+/// Medians within a band of 100 Hz.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LossBand {
+    /// From and to, Hz.
+    pub from_to_hz: [f64; 2],
+    /// Transmission loss and its standard deviation, dB.
+    pub loss_db: [f64; 2],
+    /// As [`Transmitted::energy`].
+    pub energy: f64,
+    /// Moduli of [`Transmitted::through`].
+    pub through: [f64; 2],
+}
+
+/// Width of a band, Hz.
+const BAND: f64 = 100.0;
+
+impl LossBand {
+    /// The bands of losses at ascending frequencies.
+    #[must_use]
+    pub fn of(losses: &[Loss]) -> Vec<Self> {
+        let band = |l: &Loss| (l.frequency_hz / BAND).floor();
+        let one = |all: &[Loss]| {
+            let median = |of: &dyn Fn(&Loss) -> f64| {
+                let mut values: Vec<f64> = all.iter().map(of).collect();
+                values.sort_by(f64::total_cmp);
+                values[values.len() / 2]
+            };
+            let from = BAND * band(&all[0]);
+            Self {
+                from_to_hz: [from, from + BAND],
+                loss_db: [0, 1].map(|k| median(&|l| l.loss_db[k])),
+                energy: median(&|l| l.transmitted.energy),
+                through: [0, 1].map(|k| median(&|l| l.transmitted.through[k].norm())),
+            }
+        };
+        losses.chunk_by(|a, b| band(a) == band(b)).map(one).collect()
+    }
+}
+
 impl TransmissionTube {
+    /// How many microphones are before the specimen, and how many behind it; waves are told apart by two.
+    #[must_use]
+    pub fn sides(&self) -> [usize; 2] {
+        let [from, to] = self.between;
+        let count = |side: &dyn Fn(f64) -> bool| self.places.iter().filter(|x| side(**x)).count();
+        [count(&|x| x <= from), count(&|x| x >= to)]
+    }
+
+    /// At every frequency at which the microphones can tell the waves apart, with errors of the places (m)
+    /// and of the speed of sound (relative).
+    #[must_use]
+    pub fn losses(&self, heard: &RelativePressures, sds_of_places: [f64; 2]) -> Vec<Loss> {
+        let rows = heard.frequency_hz.iter().zip(&heard.pressures).zip(&heard.relative_sd);
+        let one = |((f, p), sds): ((&f64, &Vec<C64>), &Vec<f64>)| {
+            let transmitted = self.transmitted(*f, p)?;
+            let loss_db = self.loss(*f, p, sds, sds_of_places).unwrap_or([f64::NAN; 2]);
+            Some(Loss { frequency_hz: *f, loss_db, transmitted })
+        };
+        rows.filter_map(one).collect()
+    }
+
     /// From the pressures at the microphones; none if a side has less than two microphones, or those cannot
     /// tell the waves apart. The two waves of each side are fitted by least squares; Song & Bolton, J.
     /// Acoust. Soc. Am. 107 (2000) 1131.

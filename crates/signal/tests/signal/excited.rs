@@ -4,8 +4,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_numerics::{C64, Stream, Streams};
 use rijke_signal::{
-    BlowOptions, Spectra, SwitchedDoubt, SwitchedFault, SwitchedGains, TransmissionTube, combine_blows,
-    fit_blow,
+    BlowOptions, LossBand, RelativePressures, Spectra, SwitchedDoubt, SwitchedFault, SwitchedGains,
+    TransmissionTube, combine_blows, fit_blow,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -210,6 +210,24 @@ fn exact_a_mass_lets_through_what_it_must() {
         assert!((found.energy - 1.0).abs() < 1e-9, "{found:?}");
         let [loss, sd] = tube.loss(f, &pressures, &[0.0; 6], [0.0; 2]).unwrap();
         assert!((loss + 20.0 * coefficient.norm().log10()).abs() < 1e-8 && sd == 0.0, "{loss} {sd}");
+    }
+    // By bands of 100 Hz: the median of three frequencies.
+    let (tube, _, _) = tube_with_mass(300.0, 343.0);
+    let frequency_hz = vec![310.0, 320.0, 330.0, 455.0];
+    let heard = RelativePressures {
+        pressures: frequency_hz.iter().map(|f| tube_with_mass(*f, 343.0).1).collect(),
+        relative_sd: vec![vec![0.0; 6]; 4],
+        frequency_hz,
+        left_out: 0,
+    };
+    assert_eq!(tube.sides(), [3, 3]);
+    let bands = LossBand::of(&tube.losses(&heard, [0.0; 2]));
+    assert!(
+        bands.len() == 2 && bands[0].from_to_hz == [300.0, 400.0] && bands[1].from_to_hz == [400.0, 500.0]
+    );
+    for (band, f) in bands.iter().zip([320.0, 455.0]) {
+        let loss = -20.0 * tube_with_mass(f, 343.0).2.norm().log10();
+        assert!((band.loss_db[0] - loss).abs() < 1e-8 && (band.energy - 1.0).abs() < 1e-9, "{band:?} {loss}");
     }
     // One microphone of a side cannot tell two waves apart.
     let (tube, pressures, _) = tube_with_mass(300.0, 343.0);

@@ -47,6 +47,9 @@ pub struct ResponseStage {
     /// The factor whose value the responses share that one instrument measured in one state: its errors are
     /// the same in all of them.
     pub session: Option<String>,
+    /// Whether delays and gains of the channels are found together with the model; if absent, where their
+    /// errors are stated.
+    pub channels: Option<bool>,
     /// Independent noise of the real and of the imaginary part of each number.
     #[serde(default = "floated")]
     pub noise: SdSpec,

@@ -4,6 +4,8 @@ use super::value::Value;
 use crate::StudyProblem;
 use crate::source::listed;
 use rijke_formula::{Formula, Scope};
+use rijke_numerics::Matrix;
+use rijke_rig::ChannelErrors;
 
 /// A named piece of the rig.
 #[derive(Clone, Debug)]
@@ -80,9 +82,28 @@ pub struct Instruments {
     pub at: Vec<Value>,
     /// The one to which pressures are relative.
     pub reference: usize,
+    /// Relative standard deviation of the gain of each, independent of the others; empty if not stated.
+    pub gain_sds: Vec<f64>,
+    /// Standard deviation of the delay of each, s; empty if not stated.
+    pub delay_sds: Vec<f64>,
 }
 
 impl Instruments {
+    /// What is not known of gains and delays against those of the reference, zero where nothing is stated;
+    /// none if nothing is stated at all.
+    #[must_use]
+    pub fn channel_errors(&self) -> Option<ChannelErrors> {
+        let others: Vec<usize> = (0..self.names.len()).filter(|m| *m != self.reference).collect();
+        let of = |sds: &[f64]| {
+            let variance = |m: usize| sds.get(m).map_or(0.0, |sd| sd * sd);
+            Matrix::from_fn(others.len(), others.len(), |i, j| {
+                variance(self.reference) + if i == j { variance(others[i]) } else { 0.0 }
+            })
+        };
+        let stated = !self.gain_sds.is_empty() || !self.delay_sds.is_empty();
+        stated.then(|| ChannelErrors { delays: of(&self.delay_sds), gains: of(&self.gain_sds) })
+    }
+
     /// Refuses a name that none of them has.
     pub(crate) fn have(&self, names: &[String]) -> Result<(), StudyProblem> {
         let Some(name) = names.iter().find(|name| !self.names.contains(name)) else { return Ok(()) };

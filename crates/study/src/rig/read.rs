@@ -2,6 +2,7 @@
 
 mod element;
 mod ends;
+mod instruments;
 mod owner;
 mod recording;
 mod shapes;
@@ -10,7 +11,7 @@ mod transfer;
 use self::recording::Recording;
 use super::gas::GasModel;
 use super::oscilos::Folder;
-use super::part::{Instruments, Part, Shape};
+use super::part::{Part, Shape};
 use super::value::{Reader, Value};
 use super::whole::Rig;
 use crate::campaign::COLDEST;
@@ -18,7 +19,7 @@ use crate::law::{
     Candidate, Coefficient, Effect, Hears, Measured, Parameters, Place, SECOND, Words, parameters,
 };
 use crate::names::{FACTOR, add, built_in};
-use crate::source::{Outcome, Source, listed};
+use crate::source::{Outcome, Source};
 use crate::{Campaign, StudyProblem};
 use rijke_formula::{Kind as NameKind, Name, Scope};
 use serde::Deserialize;
@@ -299,52 +300,6 @@ impl Reading<'_> {
             pressure,
             temperature,
         ))
-    }
-
-    fn instruments(&self, table: Option<Spanned<Table>>, letter: &str) -> Outcome<Instruments> {
-        let Some(table) = table else { return Ok(Instruments::default()) };
-        let at = table.span();
-        let mut table = table.into_inner();
-        let wrong = |problem| (at.clone(), problem);
-        let reader = Reader { scope: &self.scope, own: &[], unknowns: self.unknowns, at: at.clone() };
-        let list = table.remove("at").and_then(|v| v.as_array().cloned()).unwrap_or_default();
-        let place = |v: &Toml| match letter {
-            "p" => reader.extent("at", v, "m", self.medians),
-            _ => reader.value("at", v, "m"),
-        };
-        let places = list.iter().map(place).collect::<Outcome<Vec<_>>>()?;
-        if places.is_empty() {
-            return Err(wrong(StudyProblem::Missing { key: "at".into(), need: "a list of places" }));
-        }
-        let names: Vec<String> = match table.remove("names") {
-            None => (1..=places.len()).map(|k| format!("{letter}{k}")).collect(),
-            Some(v) => {
-                v.as_array().into_iter().flatten().filter_map(|v| v.as_str().map(str::to_owned)).collect()
-            }
-        };
-        if names.len() != places.len() {
-            let (value, need) = (format!("{} names", names.len()), "one name for every place of `at`");
-            return Err(wrong(StudyProblem::Value { key: "names".into(), value, need }));
-        }
-        let mut reference = 0;
-        match table.remove("reference") {
-            None => {}
-            Some(Toml::Integer(k)) if usize::try_from(k).is_ok_and(|k| k < names.len()) => {
-                reference = k as usize
-            }
-            Some(v) => {
-                let name = v.as_str().map_or_else(|| v.to_string(), str::to_owned);
-                reference = names.iter().position(|n| *n == name).ok_or_else(|| {
-                    let known = listed(names.iter().map(String::as_str));
-                    wrong(StudyProblem::Unknown { what: "microphone", name, known })
-                })?;
-            }
-        }
-        if let Some(key) = table.keys().next() {
-            let known = "at, names, reference".into();
-            return Err(wrong(StudyProblem::Unknown { what: "key of this table", name: key.clone(), known }));
-        }
-        Ok(Instruments { names, at: places, reference })
     }
 
     /// The laws of all elements, and the unknowns that they use.

@@ -121,12 +121,18 @@ impl Run {
             let modes = apart(all.iter().map(|(c, mode, ..)| (mode.as_str(), c.point.factors[k])));
             growth_and_frequency(&axis_label(&columns[k]), k, first, &[layer], &modes)
         });
-        let caption = format!(
-            "Measured modes (dots) and predictions with two standard deviations of a new measurement (bands), by the model {}, trained on {} \
-             observations.",
-            chosen.assembly.ids().join(", "),
-            few.len()
-        );
+        let model = chosen.assembly.ids().join(", ");
+        let caption = if few.is_empty() {
+            format!(
+                "Predictions with two standard deviations (bands), by the model {model}. No mode was measured here."
+            )
+        } else {
+            format!(
+                "Measured modes (dots) and predictions with two standard deviations of a new measurement (bands), by the model {model}, trained \
+                 on {} observations.",
+                few.len()
+            )
+        };
         let free = chosen.assembly.parameters();
         Ok((vec![Frame { columns, rows }], panels, parameters(&trained, free), caption))
     }

@@ -187,6 +187,12 @@ pub fn sliders(
     });
     let nodes: Vec<SliderNode> = nodes.collect();
     let checks = model.checks(&table, first, &nodes, &parameters);
+    if checks.is_empty() {
+        return Err(
+            "no mode was measured at neighbouring values of its factors, between which it could be followed"
+                .to_owned(),
+        );
+    }
     let label = record.models.iter().find(|m| m.candidates == saved.candidates).map(|m| m.label.clone());
     Ok(Sliders {
         stage: record.id.clone(),
