@@ -11,7 +11,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Keys of network files that rigs do not take, as docs/network-file.md says.
-const LEFT_OUT: [(&str, &str); 3] = [("duct", "sound_speed"), ("duct", "density"), ("duct", "scheme")];
+const LEFT_OUT: [(&str, &str); 5] = [
+    ("duct", "sound_speed"),
+    ("duct", "density"),
+    ("duct", "gamma"),
+    ("duct", "gas_constant"),
+    ("duct", "scheme"),
+];
 
 /// Elements between two ducts of other areas and temperatures, and how far the modes may be apart, relative
 /// to |s|. Where the gas or the area changes along a duct the two readers cut it in other ways; outlets of

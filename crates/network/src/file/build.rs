@@ -58,7 +58,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     let mut assembly = Assembly {
         gas,
         segments: Vec::new(),
-        temperatures: Vec::new(),
+        gases: Vec::new(),
         walls: Vec::new(),
         owners: Vec::new(),
         laws: LawSet::default(),
@@ -94,7 +94,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     }
     let line = line_of_table(text, "flow");
     let flow = file.flow.as_ref().map(|flow| assembly.flow(line, flow, &placed)).transpose()?;
-    let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(gas.gamma)));
+    let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(f.gammas()[i])));
     let mut ends = Vec::new();
     for (k, (place, table)) in
         [("[upstream]", &file.upstream), ("[downstream]", &file.downstream)].into_iter().enumerate()

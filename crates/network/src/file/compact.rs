@@ -153,10 +153,7 @@ impl Assembly<'_> {
                     length: length + radius * matching_length(delta),
                     inner: radius * inner_correction(delta),
                     series: radius * series_correction(delta, length / radius),
-                    gas: Wall {
-                        diameter: *diameter,
-                        ..self.wall(&here, self.temperatures[before.min(after)])
-                    },
+                    gas: Wall { diameter: *diameter, ..self.wall(&here, &self.gases[before.min(after)]) },
                     wall: wall.law(),
                     outlet: match outlet {
                         Outlet::Flanged => Law::Flanged { radius, sound_speed },
@@ -250,8 +247,9 @@ impl Assembly<'_> {
                 }
             }
         };
-        let rise = self.temperatures[after] - self.temperatures[before];
-        let mean = rise / self.temperatures[at] * self.segments[at].area / self.segments[after].area;
+        let heat = |i: usize| self.gases[i].heat;
+        let mean =
+            (heat(after) - heat(before)) / heat(at) * self.segments[at].area / self.segments[after].area;
         let (gain, law_of_flow) = match (gain, n) {
             (Some(gain), None) => (*gain, -*gain),
             (None, Some(n)) => (n * mean, *n),

@@ -201,6 +201,10 @@ pub(super) struct Duct {
     pub(super) temperatures: Option<Vec<f64>>,
     pub(super) sound_speed: Option<f64>,
     pub(super) density: Option<f64>,
+    /// Of other gas than that of the file.
+    pub(super) gamma: Option<f64>,
+    /// J/(kg K).
+    pub(super) gas_constant: Option<f64>,
     pub(super) pieces: Option<usize>,
     #[serde(default)]
     pub(super) wall: WallChoice,

@@ -16,6 +16,7 @@ mod files;
 mod flow_adjoint;
 mod forced;
 mod fuzz;
+mod gases;
 mod holes;
 mod invariances;
 mod mean_flow;
