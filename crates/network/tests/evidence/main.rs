@@ -5,6 +5,7 @@
 
 mod adjoint;
 mod along;
+mod bias;
 mod certificate;
 mod chains;
 mod common_laws;
@@ -21,3 +22,4 @@ mod holes;
 mod invariances;
 mod mean_flow;
 mod oscilos;
+mod spread;
