@@ -147,7 +147,7 @@ impl TrainedPosterior {
         let mut values = parts(model.numbers(&response).map(|z| z.value()));
         let size = values.len();
         let s = response.s.value();
-        let mut changes = changes(assembly, conditions, s, microphones, &at)?;
+        let mut changes = changes(assembly, conditions, s, microphones, &at, Some(&values))?;
         let mut unseen = Changes::new();
         if let Some(error) = law
             && let Some(errors) = LawErrors::of(assembly, error)?

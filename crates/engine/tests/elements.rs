@@ -11,12 +11,22 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Keys of network files that rigs do not take, as docs/network-file.md says.
-const LEFT_OUT: [(&str, &str); 3] = [("duct", "sound_speed"), ("duct", "density"), ("duct", "scheme")];
+const LEFT_OUT: [(&str, &str); 9] = [
+    ("duct", "sound_speed"),
+    ("duct", "density"),
+    ("duct", "gamma"),
+    ("duct", "gas_constant"),
+    ("duct", "scheme"),
+    ("flame", "length"),
+    ("flame", "delay_end"),
+    ("flame", "density"),
+    ("flame", "pieces"),
+];
 
 /// Elements between two ducts of other areas and temperatures, and how far the modes may be apart, relative
 /// to |s|. Where the gas or the area changes along a duct the two readers cut it in other ways; outlets of
 /// side holes are of second order in ka in rigs, here up to 0.1.
-const ELEMENTS: [(&str, &str, f64); 34] = [
+const ELEMENTS: [(&str, &str, f64); 36] = [
     ("duct", "length = 0.2\ndiameter = 0.035", 1e-9),
     ("duct", "length = 0.2\narea = 1e-3\ntemperature = 450\nwall = 'kirchhoff'\nwall_factor = 1.2", 1e-9),
     ("duct", "length = 0.2\narea = 1e-3\nwall = 'paper'", 1e-9),
@@ -43,6 +53,8 @@ const ELEMENTS: [(&str, &str, f64); 34] = [
     ("side-hole", "diameter = 0.008\nlength = 0.01\nwall = 'paper'", 3e-5),
     ("side-hole", "diameter = 0.008\nlength = 0.01\nwall = 'zwikker-kosten'", 3e-5),
     ("helmholtz", "volume = 2e-4\nneck_area = 1e-4\nneck_length = 0.02\nresistance = 10", 1e-9),
+    ("orifice", "diameter = 0.004\nthickness = 0.003\nbias_velocity = 8", 1e-9),
+    ("helmholtz", "volume = 2e-4\nneck_area = 1e-4\nneck_length = 0.02\nbias_velocity = 5", 1e-9),
     ("quarter-wave", "length = 0.2\narea = 1e-4", 1e-9),
     ("flame", "gain = 0.4\ndelay = 2e-3\ncutoff_hz = 400", 1e-9),
     ("flame", "n = 0.4\ndelay = 2e-3", 1e-9),

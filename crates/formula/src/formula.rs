@@ -93,7 +93,7 @@ impl Formula {
 
     /// Everything that it divides by and that depends on s, inner divisors before those that contain them:
     /// where one of them is zero the formula may have a pole. Bases of negative powers and the cosh of a tanh
-    /// are among them.
+    /// are among them; of `howe` what it divides stands for it, which has no poles.
     #[must_use]
     pub fn divisors(&self) -> Vec<Self> {
         let mut all = Vec::new();
@@ -110,13 +110,19 @@ impl Formula {
                     }
                     self.program[operand(exponent.start)].to_vec()
                 }
-                Operation::Call(Function::Tanh | Function::Tan) => self.program[operand(k)].to_vec(),
+                Operation::Call(Function::Tanh | Function::Tan | Function::Howe) => {
+                    self.program[operand(k)].to_vec()
+                }
                 _ => continue,
             };
             match operation {
                 Operation::Call(Function::Tanh) => part.push(Operation::Call(Function::Cosh)),
                 Operation::Call(Function::Tan) => part.push(Operation::Call(Function::Cos)),
+                Operation::Call(Function::Howe) => part.push(Operation::Call(Function::HoweBelow)),
                 _ => {}
+            }
+            if let Some(last @ Operation::Call(Function::Howe)) = part.last_mut() {
+                *last = Operation::Call(Function::HoweAbove);
             }
             if part.iter().any(|o| matches!(o, Operation::Analytic(_))) {
                 all.push(Self { source: self.source.clone(), program: part });

@@ -5,6 +5,7 @@ mod cholesky;
 mod complex_dual;
 mod dense;
 mod files;
+mod howe;
 mod jet;
 mod product;
 pub mod rational;
@@ -20,6 +21,7 @@ pub use dense::{
     least_squares_sd, lu_solve, principal_directions, symmetric_eigen,
 };
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
+pub use howe::{howe, howe_parts};
 pub use jet::{Jet, JetSpace, Order};
 pub use streams::{Stream, Streams};
 pub use whole::{write_through, write_whole};

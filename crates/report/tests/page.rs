@@ -34,6 +34,7 @@ fn model(id: &str, ln_marginal: f64) -> ModelRecord {
             observations: 2,
         }),
         predicted: vec![[-5.0, 600.0], [-6.0, 610.0]],
+        fitted: Vec::new(),
         remark: None,
     }
 }
@@ -57,6 +58,7 @@ fn stage() -> StageRecord {
         assumes: vec!["Cold tube: x is taken, though y is only 0.4 nats behind".into()],
         carried: vec![carried("a", Some(-30.0)), carried("b", Some(-31.25)), carried("c", None)],
         missing: Some(missing()),
+        lengths: None,
         checks: Some(Checks {
             rival: Some("b".into()),
             points: vec![check("p0", false), check("p1", true)],

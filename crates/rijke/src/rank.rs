@@ -29,6 +29,10 @@ pub(crate) struct Args {
     /// Stop after this stage, and answer only the questions about the stages that have run.
     #[arg(long, value_name = "STAGE")]
     pub(crate) until: Option<String>,
+    /// Say what errors of lengths that rig.toml states as plain numbers would turn the lead of each stage;
+    /// takes about as long again.
+    #[arg(long)]
+    pub(crate) lengths: bool,
     /// Replace DIR/results if it exists.
     #[arg(long)]
     pub(crate) force: bool,
@@ -76,6 +80,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let progress = ui.progress("stages", steps as u64);
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let mut run = Run::on_responses(study, &observations, args.trust.trusted()?, grounds).map_err(wrong)?;
+    run.lengths = args.lengths;
     warn_of_left_out(ui, &run.left_out);
     if let Some(heat) = &run.heat {
         ui.note(format!(
@@ -273,6 +278,9 @@ fn table(ui: &Ui, stage: &StageRecord) {
             }
             crate::results::warn_of_prior(ui, p);
         }
+    }
+    if let Some(lengths) = &stage.lengths {
+        ui.say(format!("      {}", lengths.words()));
     }
     if let Some(missing) = &stage.missing {
         still_asked(ui, missing);

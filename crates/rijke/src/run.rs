@@ -65,7 +65,7 @@ fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, F
     let results = dir.join("results");
     if force || !results.join("numbers/claims.json").is_file() {
         let replace = results.is_dir();
-        rank::run(&rank::Args { dir: dir.clone(), trust, until: None, force: replace }, ui)?;
+        rank::run(&rank::Args { dir: dir.clone(), trust, until: None, lengths: false, force: replace }, ui)?;
     }
     let page = report::draw(dir)?;
     ui.note(format!("page: {}", page.display()));

@@ -8,8 +8,9 @@ mod stages;
 
 use crate::child;
 use crate::workspace::{Outcome, cargo, root, succeed};
+use items::STUDY;
 pub(crate) use options::Options;
-use options::{STUDY, WORK};
+use options::WORK;
 use serde_json::{Value, json};
 use stages::{Done, Made, Stage};
 use std::{
@@ -170,7 +171,7 @@ fn manifest(options: &Options, program_hash: &str, stages: &[Stage], done: &[Don
         "toolchain": first_line("rustc", &["--version"]),
         "seed": options.seed,
         "quick": options.quick,
-        "only": options.only.map(|item| item.name),
+        "only": options.only.as_ref().map(|item| &item.name),
         "program_sha256": program_hash,
         "stages": stages.iter().zip(done).map(stage).collect::<Vec<_>>(),
         "seconds": done.iter().map(|(made, ..)| made.seconds).sum::<f64>(),

@@ -7,10 +7,9 @@ use std::path::PathBuf;
 /// What of the campaign is run, and where.
 #[derive(clap::Args)]
 pub(crate) struct Options {
-    /// Only this table or figure of the paper and what it rests on: table-1 to table-4, figure-2 to
-    /// figure-12.
+    /// Only this stage, question or map of study.toml and what it rests on, as `heater` or `figure-4`.
     #[arg(long, value_name = "ITEM", value_parser = items::parse)]
-    pub(super) only: Option<&'static items::Item>,
+    pub(super) only: Option<items::Item>,
     /// Four repeats of each operating point instead of the paper's forty.
     #[arg(long)]
     pub(super) quick: bool,
@@ -36,7 +35,9 @@ impl Options {
     /// The folder of the study: runs of different size do not replace each other's observations.
     pub(super) fn study(&self) -> String {
         let size = if self.quick { "quick" } else { "full" };
-        self.only.map_or_else(|| format!("{WORK}/{size}"), |item| format!("{WORK}/{size}-{}", item.name))
+        self.only
+            .as_ref()
+            .map_or_else(|| format!("{WORK}/{size}"), |item| format!("{WORK}/{size}-{}", item.name))
     }
 
     /// Where everything is made.
@@ -49,5 +50,3 @@ impl Options {
 
 /// Where the study of the paper is run on records of the virtual laboratory.
 pub(super) const WORK: &str = "virtual-rig";
-/// The study of the paper.
-pub(super) const STUDY: &str = "examples/juniper-yoko-2022";

@@ -8,8 +8,19 @@ use std::{collections::BTreeMap, fs, path::Path};
 type Kept = BTreeMap<String, Value>;
 
 /// Data, and what follows from parameters and evidences that are kept themselves.
-const LEFT_OUT: [&str; 9] =
-    ["measured", "predicted", "frames", "panels", "checks", "missing", "carried", "averaged", "narrowed"];
+const LEFT_OUT: [&str; 11] = [
+    "measured",
+    "predicted",
+    "fitted",
+    "frames",
+    "panels",
+    "checks",
+    "missing",
+    "lengths",
+    "carried",
+    "averaged",
+    "narrowed",
+];
 
 /// Words that are answers, and must not change at all.
 const ANSWERS: [&str; 3] = ["winner", "chosen", "holds"];

@@ -42,23 +42,22 @@ pub(super) fn stages(options: &Options) -> Vec<Stage> {
         output: output.to_owned(),
         share,
     };
-    let (only, work) = (options.only, options.study());
+    let (only, work) = (options.only.as_ref(), options.study());
     let (observations, base, numbers) =
         (format!("{work}/observations"), format!("{work}/base"), format!("{work}/results/numbers"));
-    let rows = only.map(|item| item.rows.join(",")).filter(|rows| !rows.is_empty());
-    let rows = rows.map_or_else(String::new, |rows| format!(" --rows {rows}"));
+    let rows = only.and_then(|item| item.cold.as_ref());
+    let rows = rows.map_or_else(String::new, |rows| format!(" --rows {}", rows.join(",")));
     let repeats = if options.quick { " --repeats 4" } else { "" };
     let seed = options.seed;
     let process = format!("process --virtual-rig --seed {seed}{repeats}{rows} --out {observations} --force");
     let mut stages = vec![stage(process, &[], &observations, 0.4)];
     let mut ranked = vec![&*observations];
-    let until = only.and_then(|item| item.until);
-    if until.is_none() {
+    if only.is_none_or(|item| item.cold.is_none()) {
         let infer = format!("flow {work} --out {base} --force");
         stages.push(stage(infer, &[&observations], &base, 0.3));
         ranked.push(&base);
     }
-    let until = until.map_or_else(String::new, |id| format!(" --until {id}"));
+    let until = only.map_or_else(String::new, |item| format!(" --until {}", item.until));
     // One maximum is sought of each posterior, as in the paper; the notes of the laboratory's rows with all
     // checks are in docs/records.
     let rank = format!("rank {work} --one-start --force{until}");
@@ -139,11 +138,9 @@ mod tests {
         );
         assert_eq!(all[1], "flow virtual-rig/quick --out virtual-rig/quick/base --force");
         assert_eq!(all[2], "rank virtual-rig/quick --one-start --force");
-        let cold = commands(Some("table-3"));
-        assert!(
-            cold[0].contains("--rows C1,C2,C3") && cold.len() == 3 && cold[1].ends_with("--until heater"),
-            "{cold:?}"
-        );
+        let cold = commands(Some("heater"));
+        assert!(cold.len() == 3 && cold[0].contains("--rows C1,C2,C3,H0"), "{cold:?}");
+        assert!(cold[1].ends_with("--until heater"), "{cold:?}");
     }
 
     #[test]

@@ -36,8 +36,9 @@ impl BaseErrors {
         used: &[Used],
         values: &[f64],
     ) -> Result<Self, EngineError> {
-        let at =
-            |(o, u): (&Observed, &Used)| changes(assembly, &o.conditions, o.near, &u.microphones, values);
+        let at = |(o, u): (&Observed, &Used)| {
+            changes(assembly, &o.conditions, o.near, &u.microphones, values, None)
+        };
         Ok(Self { points: observed.par_iter().zip(used).map(at).collect::<Result<_, _>>()? })
     }
 
@@ -133,13 +134,15 @@ impl BaseErrors {
 }
 
 /// The change of the prediction of one point per standard deviation of each cause of error of its base state,
-/// by way of the state's [`Principal`] errors.
+/// by way of the state's [`Principal`] errors. `here` is the prediction itself, if it is known, and
+/// `near` then its root.
 pub(crate) fn changes(
     assembly: &Assembly,
     conditions: &Conditions,
     near: C64,
     microphones: &[usize],
     values: &[f64],
+    here: Option<&[f64]>,
 ) -> Result<Changes, EngineError> {
     let work = &mut Workspace::default();
     let mut predicted = |base: PointState, near: C64| -> Result<Vec<f64>, EngineError> {
@@ -151,7 +154,10 @@ pub(crate) fn changes(
     let principal = Principal::of(&conditions.base)?;
     let mut along = Vec::with_capacity(principal.states.len());
     if !principal.states.is_empty() {
-        let here = predicted(conditions.base.clone(), near)?;
+        let here = match here {
+            Some(here) => here.to_vec(),
+            None => predicted(conditions.base.clone(), near)?,
+        };
         // So near that Newton's steps are one or two.
         let near = C64::new(here[0], here[1]);
         for moved in principal.states {

@@ -133,6 +133,8 @@ pub struct Run {
     pub(super) near: Near,
     /// Models trained with what enters predictions but not the comparison, by stage.
     pub(super) predicting: Mutex<BTreeMap<String, Arc<Trained>>>,
+    /// Whether stages say what errors of stated lengths would turn their leads; not unless it is set.
+    pub lengths: bool,
     /// Set by another thread to end a stage before its next row.
     pub stopped: Arc<AtomicBool>,
 }
@@ -194,6 +196,7 @@ impl Run {
             ambient,
             near: Near::new(),
             predicting: Mutex::default(),
+            lengths: false,
             stopped: Arc::default(),
         })
     }
@@ -214,6 +217,7 @@ impl Run {
             ambient: self.ambient.clone(),
             near: Near::new(),
             predicting: Mutex::default(),
+            lengths: false,
             stopped: self.stopped.clone(),
         }
     }

@@ -123,3 +123,40 @@ pub(super) fn words(effect: &str, place: &str, times: &str) -> String {
     let by = if times.is_empty() { String::new() } else { format!(", times {times}") };
     format!("{effect} at {place}{by}")
 }
+
+/// Errors of stated lengths that would reverse the lead of a stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExactLengths {
+    /// The model that leads, and the next.
+    pub models: [String; 2],
+    /// The lead, nats.
+    pub lead: f64,
+    /// The lengths whose smallest errors reverse it, the smallest first; empty where none below a twentieth
+    /// of the rig does.
+    pub smallest: Vec<LengthError>,
+}
+
+/// The error of a length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LengthError {
+    /// Which length.
+    pub what: String,
+    /// By how much it would have to be longer than stated, m.
+    pub by: f64,
+}
+
+impl ExactLengths {
+    /// A sentence without its stop.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let Self { models: [leader, next], lead, smallest } = self;
+        let error = |e: &LengthError| format!("{:+.2} mm on the {}", 1e3 * e.by, e.what);
+        let by = match &smallest[..] {
+            [] => "no error of one of them below a twentieth of the rig".to_owned(),
+            some => some.iter().map(error).collect::<Vec<_>>().join(", or "),
+        };
+        format!(
+            "lengths are taken as exact: {by} would reverse the lead of {leader} over {next}, {lead:.1} nats, to first order"
+        )
+    }
+}

@@ -19,6 +19,7 @@ mod foresight;
 mod found;
 mod frame;
 mod inputs;
+mod lengths;
 mod matching;
 mod missing;
 mod next;
@@ -39,7 +40,7 @@ pub use claims::{Judgement, agreement, models, verdicts};
 pub use course::{Chosen, Run, Trusted};
 pub use elsewhere::{AskedPoint, over_map, with_points};
 pub use foresight::{Foreseen, StageForesight, foresight};
-pub use found::{Asked, Checks, Family, Missing, PointCheck, SumCheck};
+pub use found::{Asked, Checks, ExactLengths, Family, LengthError, Missing, PointCheck, SumCheck};
 pub use frame::{Frame, FrameColumn, FrameRow};
 pub(crate) use inputs::conditions_at;
 pub use next::{

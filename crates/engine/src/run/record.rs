@@ -1,6 +1,6 @@
 //! What a stage found, as numbers that are written and drawn.
 
-use super::found::{Checks, Missing};
+use super::found::{Checks, ExactLengths, Missing};
 use crate::{Misfit, Observed, Trained};
 use rijke_inference::{Prior, probabilities};
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,9 @@ pub struct StageRecord {
     /// What the data still ask for after the model that goes on.
     #[serde(default)]
     pub missing: Option<Missing>,
+    /// What errors of lengths that the rig states without one would reverse; none where nothing leads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lengths: Option<ExactLengths>,
     /// That model point by point.
     #[serde(default)]
     pub checks: Option<Checks>,
@@ -82,6 +85,9 @@ pub struct ModelRecord {
     pub evidence: Option<EvidenceRecord>,
     /// Growth rate and angular frequency at every measured point, in their order.
     pub predicted: Vec<[f64; 2]>,
+    /// The same with the errors that points share as training found them; empty where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fitted: Vec<[f64; 2]>,
     /// Warnings, a line each, or why there is no evidence.
     pub remark: Option<String>,
 }
@@ -148,6 +154,13 @@ pub struct CarriedStage {
 }
 
 impl ModelRecord {
+    /// Growth rate and angular frequency at every measured point, as [`ModelRecord::fitted`] where points
+    /// share errors: what the residuals are counted from.
+    #[must_use]
+    pub fn shown(&self) -> &[[f64; 2]] {
+        if self.fitted.is_empty() { &self.predicted } else { &self.fitted }
+    }
+
     /// ln evidence, nats; minus infinity for a model that could not be fitted.
     #[must_use]
     pub fn ln_evidence(&self) -> f64 {

@@ -151,6 +151,7 @@ impl Run {
             misfit: [0.0; 3],
             evidence: None,
             predicted: Vec::new(),
+            fitted: Vec::new(),
             remark: None,
         };
         let found = match self.train_row(stage, row, stands_on, trusted) {
@@ -193,6 +194,11 @@ impl Run {
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
         if trusted == Trusted::Laplace || self.trusted != Trusted::Laplace {
             doubts.extend(self.turned(stage, row, &found)?);
+        }
+        let apart =
+            |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-6 * b[0].hypot(b[1]);
+        if fitted.iter().zip(&record.predicted).any(apart) {
+            record.fitted = fitted;
         }
         let remarks: Vec<String> =
             trained.warnings.iter().cloned().chain(said).chain(doubts).chain(counted).collect();

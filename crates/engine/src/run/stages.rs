@@ -77,11 +77,12 @@ impl Run {
             let beside = trained.into_iter().filter_map(|b| Some(Beside { odds: odds(&b)?, ..b })).collect();
             self.done.push(Done { choice, chosen: goes_on, rows, assumes, open, beside });
         }
-        let (mut missing, mut checks) = (None, None);
+        let (mut missing, mut checks, mut lengths) = (None, None, None);
         if let Some(done) = self.done.last().filter(|done| !done.chosen.observed.is_empty()) {
             missing = self.missing(&stage, &done.chosen)?;
             let rival = done.rival().map(|(model, found)| (model.id.as_str(), found));
             checks = Some(self.checks(&stage, &done.chosen, rival)?);
+            lengths = if self.lengths { self.exact_lengths(&stage, &done.rows) } else { None };
         }
         let points = selected(&self.study, &self.observed, &stage.points);
         Ok(Some(StageRecord {
@@ -95,6 +96,7 @@ impl Run {
             assumes,
             carried,
             missing,
+            lengths,
             checks,
         }))
     }

@@ -6,6 +6,7 @@ mod delayed;
 #[path = "../common/folder.rs"]
 mod folder;
 mod installations;
+mod lengths;
 mod misfit;
 #[path = "../common/tube.rs"]
 mod tube;

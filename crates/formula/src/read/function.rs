@@ -14,6 +14,10 @@ pub(crate) enum Function {
     Cosh,
     Tanh,
     BesselRatio,
+    Howe,
+    /// What `howe` divides, and by what: for its zeros and poles, not for formulas.
+    HoweAbove,
+    HoweBelow,
     Re,
     Im,
     Abs,
@@ -22,8 +26,8 @@ pub(crate) enum Function {
 }
 
 /// Names of the functions; `log` is the natural logarithm, as in MATLAB and Python; `bessel_ratio` is I1/I0
-/// for Re z >= 0.
-pub(crate) const FUNCTIONS: [(&str, Function); 16] = [
+/// for Re z >= 0, `howe` that of [`rijke_numerics::howe`].
+pub(crate) const FUNCTIONS: [(&str, Function); 17] = [
     ("sqrt", Function::Sqrt),
     ("exp", Function::Exp),
     ("ln", Function::Ln),
@@ -35,6 +39,7 @@ pub(crate) const FUNCTIONS: [(&str, Function); 16] = [
     ("cosh", Function::Cosh),
     ("tanh", Function::Tanh),
     ("bessel_ratio", Function::BesselRatio),
+    ("howe", Function::Howe),
     ("re", Function::Re),
     ("im", Function::Im),
     ("abs", Function::Abs),

@@ -111,6 +111,9 @@ fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
             let slope = 1.0 - r / z - r * r;
             [r, slope, -slope / z + r / (z * z) - 2.0 * r * slope]
         }
+        Function::Howe => rijke_numerics::howe(z),
+        Function::HoweAbove => rijke_numerics::howe_parts(z)[0],
+        Function::HoweBelow => rijke_numerics::howe_parts(z)[1],
         Function::Re | Function::Im | Function::Abs | Function::Arg | Function::Conj => return None,
     })
 }

@@ -288,22 +288,28 @@ impl Linearised {
         let drop = 0.5 * strength * strength * information;
         let after: Vec<f64> = self.pulls.iter().zip(&pulled).map(|(a, b)| a - strength * b).collect();
         let spread = dot(&pulled, &self.with_covariance(&pulled));
-        let again = |noise: &Floating| {
-            // As if each noise had `count` data to itself: half count times (x - ln v - x/v), at its least
-            // over the variance v that the floor allows.
-            let x = self.within(noise, &after, &after) / noise.count;
-            let v = x.max(noise.floor).max(f64::EPSILON);
-            0.5 * noise.count * (x - v.ln() - x / v)
-        };
         let shares = |noise: &Floating| self.within(noise, &pulled, &pulled) / spread;
         Some(Told {
             strength,
             sd: information.sqrt().recip(),
             left: information / whole,
-            drop: [drop, drop + self.floating.iter().map(again).sum::<f64>().max(0.0)],
+            drop: [drop, drop + self.noise_gains(&after).max(0.0)],
             shares: self.floating.iter().map(shares).collect(),
             pulled,
         })
+    }
+
+    /// What -ln likelihood falls by where residuals belong to these `pulls` and floating noise is chosen
+    /// again, nats.
+    fn noise_gains(&self, pulls: &[f64]) -> f64 {
+        let again = |noise: &Floating| {
+            // As if each noise had `count` data to itself: half count times (x - ln v - x/v), at its least
+            // over the variance v that the floor allows.
+            let x = self.within(noise, pulls, pulls) / noise.count;
+            let v = x.max(noise.floor).max(f64::EPSILON);
+            0.5 * noise.count * (x - v.ln() - x / v)
+        };
+        self.floating.iter().map(again).sum()
     }
 
     /// Data by the model's own predictive density: parameters by their prior, noise as fitted.

@@ -24,4 +24,12 @@ impl Linearised {
             ln_evidence: -dot(&self.pulls, change) - 0.5 * dot(change, &self.pulled(change)),
         }
     }
+
+    /// The change of ln evidence in [`Linearised::moved`] with floating noise chosen again, nats: larger
+    /// residuals make it larger, which costs less than they do under noise as fitted.
+    #[must_use]
+    pub fn moved_with_noise(&self, change: &[f64]) -> f64 {
+        let after: Vec<f64> = self.pulls.iter().zip(self.pulled(change)).map(|(r, d)| r + d).collect();
+        self.moved(change).ln_evidence + self.noise_gains(&after) - self.noise_gains(&self.pulls)
+    }
 }

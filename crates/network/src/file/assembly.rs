@@ -27,11 +27,21 @@ pub(super) struct Attached {
     pub(super) role: Role,
 }
 
+/// The gas of a segment.
+#[derive(Clone, Copy)]
+pub(super) struct LocalGas {
+    /// K.
+    pub(super) temperature: f64,
+    pub(super) gamma: f64,
+    /// Gas constant times temperature, J/kg.
+    pub(super) heat: f64,
+}
+
 /// Segments so far, and what acts on them.
 pub(super) struct Assembly<'a> {
     pub(super) gas: &'a Gas,
     pub(super) segments: Vec<Segment>,
-    pub(super) temperatures: Vec<f64>,
+    pub(super) gases: Vec<LocalGas>,
     pub(super) walls: Vec<Option<FlowWall>>,
     /// Element of each segment, by its index in the list of elements.
     pub(super) owners: Vec<usize>,

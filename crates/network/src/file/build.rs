@@ -3,9 +3,10 @@
 use super::assembly::{Assembly, Attached};
 use super::error::FileError;
 use super::item::{Item, line_of, line_of_table};
-use super::layout::{SAME, place};
+use super::layout::{Placed, SAME, place};
 use super::problem::ElementProblem;
-use super::schema::File;
+use super::schema::{Element, File};
+use super::spread::{Along, Spread};
 use super::warning::Warning;
 use crate::chain::network::Network;
 use crate::flow_chain::{FlowChain, FlowEnd};
@@ -58,7 +59,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
     let mut assembly = Assembly {
         gas,
         segments: Vec::new(),
-        temperatures: Vec::new(),
+        gases: Vec::new(),
         walls: Vec::new(),
         owners: Vec::new(),
         laws: LawSet::default(),
@@ -71,7 +72,15 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         passive: true,
         warnings: Vec::new(),
     };
-    let cuts: Vec<f64> = placed.iter().filter(|p| !p.is_duct()).map(|p| p.x).collect();
+    let spread = |p: &Placed| match &p.element {
+        Element::Flame(flame) => Spread::of(&p.item, flame, p.x, length),
+        _ => Ok(None),
+    };
+    let spreads: Vec<Option<Spread>> = placed.iter().map(spread).collect::<Result<_, _>>()?;
+    let mut cuts: Vec<f64> = placed.iter().filter(|p| !p.is_duct()).map(|p| p.x).collect();
+    for flame in spreads.iter().flatten() {
+        cuts.extend(flame.sources.iter().map(|source| source[0]).chain([flame.end]));
+    }
     for (owner, duct) in placed.iter().enumerate().filter(|(_, p)| p.is_duct()) {
         assembly.duct(owner, duct, &cuts, SAME * length)?;
     }
@@ -83,18 +92,23 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         });
         1 + ends.take_while(|end| *end < x + SAME * length).count()
     };
-    let at: Vec<usize> =
-        placed.iter().map(|p| if p.x <= SAME * length { 0 } else { place_of(p.x) - 1 }).collect();
+    let place_at = |x: f64| if x <= SAME * length { 0 } else { place_of(x) - 1 };
+    let at: Vec<usize> = placed.iter().map(|p| place_at(p.x)).collect();
+    let along: Vec<Option<Along>> = spreads.into_iter().map(|s| s.map(|s| Along::of(s, place_at))).collect();
     for (device, &place) in placed.iter().zip(&at).filter(|(p, _)| !p.is_duct()) {
         assembly.places.push((place, device.called.clone()));
         assembly.devices.push((place, device.item.place.clone()));
     }
-    for (device, &place) in placed.iter().zip(&at).filter(|(p, _)| !p.is_duct()) {
-        assembly.compact(&device.item, place, &device.element)?;
+    for ((device, &place), along) in placed.iter().zip(&at).zip(&along).filter(|((p, _), _)| !p.is_duct()) {
+        assembly.compact(&device.item, place, &device.element, along.as_ref())?;
+        // In a flow every piece of a flame acts where it is.
+        for along in along.iter().filter(|_| file.flow.is_some()) {
+            assembly.places.extend(along.places.iter().map(|place| (*place, device.called.clone())));
+        }
     }
     let line = line_of_table(text, "flow");
     let flow = file.flow.as_ref().map(|flow| assembly.flow(line, flow, &placed)).transpose()?;
-    let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(gas.gamma)));
+    let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(f.gammas()[i])));
     let mut ends = Vec::new();
     for (k, (place, table)) in
         [("[upstream]", &file.upstream), ("[downstream]", &file.downstream)].into_iter().enumerate()

@@ -7,12 +7,13 @@ use super::item::Item;
 use super::problem::ElementProblem;
 use super::schema;
 use super::schema::{Coefficient, Direction, Element, Outlet, Transfer};
+use super::spread::Along;
 use super::warning::Warning;
 use crate::flow_chain::ActionKind;
 use crate::laws::wall::Wall;
 use crate::laws::{
-    Law, Leg, PathDuct, Probe, Side, SideHole, SourceCoefficient, Table, TableRow, fok, inner_correction,
-    matching_length, series_correction,
+    Behind, BiasHole, Law, Leg, PathDuct, Probe, Side, SideHole, SourceCoefficient, Table, TableRow, fok,
+    inner_correction, matching_length, series_correction,
 };
 use crate::slot::Slot;
 use rijke_numerics::C64;
@@ -69,13 +70,19 @@ impl Assembly<'_> {
         }));
     }
 
-    fn add(&mut self, slot: Slot, name: String, law: Law, role: Role) {
+    pub(super) fn add(&mut self, slot: Slot, name: String, law: Law, role: Role) {
         let law = self.laws.push(name, law);
         self.attach.push(Attached { slot, law, weight: 1.0, role });
     }
 
     /// The element at `place`, between the segments before and after it.
-    pub(super) fn compact(&mut self, item: &Item, place: usize, element: &Element) -> Result<(), FileError> {
+    pub(super) fn compact(
+        &mut self,
+        item: &Item,
+        place: usize,
+        element: &Element,
+        along: Option<&Along>,
+    ) -> Result<(), FileError> {
         let before = place.saturating_sub(1);
         let after = place.min(self.segments.len() - 1);
         let here = self.segments[before.min(after)];
@@ -96,7 +103,7 @@ impl Assembly<'_> {
                     self.add(slot, name("feedback"), law, Role::Plain);
                 }
             }
-            Element::Orifice { diameter, thickness, drag, porosity } => {
+            Element::Orifice { diameter, thickness, drag, porosity, bias_velocity } => {
                 item.positive("diameter", *diameter)?;
                 item.not_negative("thickness", *thickness)?;
                 item.not_negative("drag", *drag)?;
@@ -115,10 +122,21 @@ impl Assembly<'_> {
                     self.relative_width(item, *diameter, i, porosity.map(|_| share.sqrt())).map(fok)
                 });
                 let [inside, outside] = sides;
-                let corrections = 8.0 / (3.0 * PI) * 0.5 * diameter * (inside? + outside?);
-                let effective = thickness + corrections;
+                let [radius, sides] = [0.5 * diameter, inside? + outside?];
+                let effective = thickness + 8.0 / (3.0 * PI) * radius * sides;
                 let inertia = here.density * effective / open;
-                let law = Law::Linear { constant: C64::new(*drag, 0.0), per_s: C64::new(inertia, 0.0) };
+                let plain = Law::Linear { constant: C64::new(*drag, 0.0), per_s: C64::new(inertia, 0.0) };
+                let law = match bias_velocity {
+                    None => plain,
+                    Some(velocity) => Law::Bias(BiasHole {
+                        drag: *drag,
+                        inertia,
+                        // A hole in the open has pi R/2, half of it on either side.
+                        shed: here.density * 0.25 * PI * radius * sides / open,
+                        time: radius / item.positive("bias_velocity", *velocity)?,
+                        of: Behind::Duct,
+                    }),
+                };
                 self.add(Slot::Mu(place), name("orifice"), law, Role::Plain);
             }
             Element::Screen { resistance, open_area, loss, effective_length } => {
@@ -153,10 +171,7 @@ impl Assembly<'_> {
                     length: length + radius * matching_length(delta),
                     inner: radius * inner_correction(delta),
                     series: radius * series_correction(delta, length / radius),
-                    gas: Wall {
-                        diameter: *diameter,
-                        ..self.wall(&here, self.temperatures[before.min(after)])
-                    },
+                    gas: Wall { diameter: *diameter, ..self.wall(&here, &self.gases[before.min(after)]) },
                     wall: wall.law(),
                     outlet: match outlet {
                         Outlet::Flanged => Law::Flanged { radius, sound_speed },
@@ -174,17 +189,31 @@ impl Assembly<'_> {
                     self.add(slot, name("side hole"), law, role);
                 }
             }
-            Element::Flame(flame) => self.flame(item, place, flame)?,
-            Element::Helmholtz { volume, neck_area, neck_length, resistance } => {
+            Element::Flame(flame) => self.flame(item, place, flame, along)?,
+            Element::Helmholtz { volume, neck_area, neck_length, resistance, bias_velocity } => {
                 item.positive("volume", *volume)?;
                 item.positive("neck_area", *neck_area)?;
                 item.positive("neck_length", *neck_length)?;
                 item.not_negative("resistance", *resistance)?;
-                let law = Law::Helmholtz {
-                    duct_area: self.segments[after].area,
-                    inertance: here.density * neck_length / neck_area,
-                    resistance: resistance / neck_area,
-                    stiffness: here.density * here.sound_speed * here.sound_speed / volume,
+                let stiffness = here.density * here.sound_speed * here.sound_speed / volume;
+                let duct_area = self.segments[after].area;
+                let law = match bias_velocity {
+                    None => Law::Helmholtz {
+                        duct_area,
+                        inertance: here.density * neck_length / neck_area,
+                        resistance: resistance / neck_area,
+                        stiffness,
+                    },
+                    Some(velocity) => {
+                        let (radius, share) = ((neck_area / PI).sqrt(), duct_area / neck_area);
+                        Law::Bias(BiasHole {
+                            drag: resistance * share,
+                            inertia: here.density * neck_length * share,
+                            shed: here.density * 0.5 * PI * radius * share,
+                            time: radius / item.positive("bias_velocity", *velocity)?,
+                            of: Behind::Volume { stiffness: stiffness * duct_area },
+                        })
+                    }
                 };
                 self.add(Slot::Ep(place), name("resonator"), law, Role::Branch);
             }
@@ -222,7 +251,13 @@ impl Assembly<'_> {
         Ok(relative.min(1.0))
     }
 
-    fn flame(&mut self, item: &Item, place: usize, flame: &schema::Flame) -> Result<(), FileError> {
+    fn flame(
+        &mut self,
+        item: &Item,
+        place: usize,
+        flame: &schema::Flame,
+        along: Option<&Along>,
+    ) -> Result<(), FileError> {
         let schema::Flame {
             gain,
             n,
@@ -234,6 +269,7 @@ impl Assembly<'_> {
             tolerance,
             reference,
             reference_side,
+            ..
         } = flame;
         let reference = item.not_negative("reference", *reference)?;
         let (before, after) = (place.saturating_sub(1), place.min(self.segments.len() - 1));
@@ -242,16 +278,13 @@ impl Assembly<'_> {
         // What Q'/Q = n F u'/U means for k_eu: the mean flow carries as much mass through the reference.
         let at = match path.last() {
             Some((i, _)) => *i,
-            None => {
-                if downstream {
-                    after
-                } else {
-                    before
-                }
-            }
+            None if downstream => after,
+            None => before,
         };
-        let rise = self.temperatures[after] - self.temperatures[before];
-        let mean = rise / self.temperatures[at] * self.segments[at].area / self.segments[after].area;
+        let heat = |i: usize| self.gases[i].heat;
+        let last = along.map_or(after, |a| a.end.min(self.segments.len() - 1));
+        let mean =
+            (heat(last) - heat(before)) / heat(at) * self.segments[at].area / self.segments[after].area;
         let (gain, law_of_flow) = match (gain, n) {
             (Some(gain), None) => (*gain, -*gain),
             (None, Some(n)) => (n * mean, *n),
@@ -274,6 +307,10 @@ impl Assembly<'_> {
         if let Some(rows) = table {
             self.doubtful(item, rows);
         }
+        let path: Vec<PathDuct> = path.into_iter().map(|(_, stretch)| stretch).collect();
+        if let Some(along) = along {
+            return self.spread(item, place, &shape, gain, (reference, &path), along);
+        }
         let law = self.function(item, &shape, law_of_flow)?;
         self.flames.push(Flame { place, law, effect, reference, downstream });
         let name = format!("{}: flame", item.place);
@@ -283,7 +320,6 @@ impl Assembly<'_> {
             return Ok(());
         }
         let transfer = self.function(item, &shape, gain)?;
-        let path: Vec<PathDuct> = path.into_iter().map(|(_, stretch)| stretch).collect();
         for (slot, of) in
             [(Slot::Eu(place), SourceCoefficient::Velocity), (Slot::Ep(place), SourceCoefficient::Pressure)]
         {
@@ -344,12 +380,17 @@ impl Assembly<'_> {
                 segment.length = rest;
             }
             rest -= segment.length;
-            let losses = self.walls[i].as_ref().map(|w| {
-                let scaled = |law: Law| Law::Scaled(Box::new(law), C64::new(w.factor, 0.0));
-                [scaled(Law::Viscous(w.law, w.wall)), scaled(Law::Thermal(w.law, w.wall))]
-            });
-            (i, PathDuct { segment, ratio, losses })
+            (i, PathDuct { segment, ratio, ..self.stretch(i) })
         };
         Ok((path.iter().enumerate().map(stretch).collect(), side))
+    }
+
+    /// Segment `i` as a duct on the way to somewhere.
+    pub(super) fn stretch(&self, i: usize) -> PathDuct {
+        let losses = self.walls[i].as_ref().map(|w| {
+            let scaled = |law: Law| Law::Scaled(Box::new(law), C64::new(w.factor, 0.0));
+            [scaled(Law::Viscous(w.law, w.wall)), scaled(Law::Thermal(w.law, w.wall))]
+        });
+        PathDuct { segment: self.segments[i], ratio: 1.0, losses }
     }
 }

@@ -1,6 +1,6 @@
 //! Ducts: straight or conical, uniform or with a temperature profile, with or without wall losses.
 
-use super::assembly::{Assembly, Attached, Role};
+use super::assembly::{Assembly, Attached, LocalGas, Role};
 use super::error::FileError;
 use super::layout::Placed;
 use super::problem::ElementProblem;
@@ -14,13 +14,13 @@ use crate::slot::Slot;
 use std::f64::consts::PI;
 
 impl Assembly<'_> {
-    pub(super) fn wall(&self, segment: &Segment, temperature: f64) -> Wall {
+    pub(super) fn wall(&self, segment: &Segment, gas: &LocalGas) -> Wall {
         Wall {
             density: segment.density,
             sound_speed: segment.sound_speed,
-            viscosity: self.gas.viscosity * (temperature / self.gas.temperature).powf(0.7),
+            viscosity: self.gas.viscosity * (gas.temperature / self.gas.temperature).powf(0.7),
             prandtl: self.gas.prandtl,
-            gamma: self.gas.gamma,
+            gamma: gas.gamma,
             diameter: (4.0 * segment.area / PI).sqrt(),
         }
     }
@@ -49,6 +49,8 @@ impl Assembly<'_> {
             temperatures,
             sound_speed,
             density,
+            gamma,
+            gas_constant,
             pieces,
             wall,
             wall_factor,
@@ -77,13 +79,18 @@ impl Assembly<'_> {
         for &t in &profile {
             item.positive("temperature", t)?;
         }
+        let gamma = item.positive("gamma", gamma.unwrap_or(self.gas.gamma))?;
+        if gamma <= 1.0 {
+            return Err(item.fail(ElementProblem::Gamma { value: gamma }));
+        }
+        let constant = item.positive("gas_constant", gas_constant.unwrap_or(self.gas.gas_constant))?;
         let given = match (sound_speed, density) {
             (None, None) => None,
             (Some(c), Some(rho)) => Some((item.positive("sound_speed", c)?, item.positive("density", rho)?)),
             _ => return Err(item.fail(ElementProblem::Together { one: "sound_speed", other: "density" })),
         };
         if let Some((c, rho)) = given {
-            let (found, expected) = (rho * c * c / self.gas.gamma, self.gas.pressure);
+            let (found, expected) = (rho * c * c / gamma, self.gas.pressure);
             if (found / expected - 1.0).abs() > 0.01 {
                 self.warnings.push(Warning::Pressure {
                     line: item.line,
@@ -141,21 +148,19 @@ impl Assembly<'_> {
         for (k, pair) in borders.windows(2).enumerate() {
             let [(from, jumps), (to, _)] = [pair[0], pair[1]];
             let middle = 0.5 * (from + to) / length;
-            let t = given.map_or(at(middle), |(c, _)| c * c / (self.gas.gamma * self.gas.gas_constant));
-            let (c, rho) = given.unwrap_or_else(|| {
-                let rt = self.gas.gas_constant * t;
-                ((self.gas.gamma * rt).sqrt(), self.gas.pressure / rt)
-            });
+            let t = given.map_or(at(middle), |(c, _)| c * c / (gamma * constant));
+            let gas = LocalGas { temperature: t, gamma, heat: constant * t };
+            let (c, rho) = given.unwrap_or_else(|| ((gamma * gas.heat).sqrt(), self.gas.pressure / gas.heat));
             let segment = Segment::new(to - from, radius(middle).powi(2), c, rho);
             let index = self.segments.len();
             self.segments.push(segment);
-            self.temperatures.push(t);
+            self.gases.push(gas);
             self.owners.push(owner);
             let Some(law) = wall.law() else {
                 self.walls.push(None);
                 continue;
             };
-            let gas = self.wall(&segment, t);
+            let gas = self.wall(&segment, &gas);
             if varies || k == 0 {
                 self.laws.push(format!("{}: viscous wall loss", item.place), Law::Viscous(law, gas));
                 self.laws.push(format!("{}: thermal wall loss", item.place), Law::Thermal(law, gas));

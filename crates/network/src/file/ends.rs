@@ -79,7 +79,7 @@ impl Assembly<'_> {
                     return Err(item.fail(ElementProblem::TooFast { mach }));
                 }
                 let closure = if end == 0 { choked_inlet } else { choked_outlet };
-                constant(closure(self.gas.gamma, mach))
+                constant(closure(self.gases[if end == 0 { 0 } else { self.gases.len() - 1 }].gamma, mach))
             }
             End::Impedance { numerator, denominator, delay, table, tolerance } => {
                 let shape = Transfer { table, tolerance, ..function(delay, &numerator, &denominator) };

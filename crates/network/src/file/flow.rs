@@ -30,7 +30,8 @@ impl Assembly<'_> {
             .map(|i| FlowDuct {
                 wall: self.walls[i].clone(),
                 smooth: i > 0 && self.owners[i] == self.owners[i - 1],
-                ratio: if i == 0 { 1.0 } else { self.temperatures[i] / self.temperatures[i - 1] },
+                ratio: if i == 0 { 1.0 } else { self.gases[i].heat / self.gases[i - 1].heat },
+                gamma: Some(self.gases[i].gamma),
                 ..FlowDuct::new(self.segments[i].length, self.segments[i].area)
             })
             .collect();

@@ -20,6 +20,7 @@ mod oscilos_rule;
 mod problem;
 mod read;
 mod schema;
+mod spread;
 mod warning;
 
 pub use account::{Account, samples_of_each};

@@ -201,6 +201,10 @@ pub(super) struct Duct {
     pub(super) temperatures: Option<Vec<f64>>,
     pub(super) sound_speed: Option<f64>,
     pub(super) density: Option<f64>,
+    /// Of other gas than that of the file.
+    pub(super) gamma: Option<f64>,
+    /// J/(kg K).
+    pub(super) gas_constant: Option<f64>,
     pub(super) pieces: Option<usize>,
     #[serde(default)]
     pub(super) wall: WallChoice,
@@ -234,6 +238,13 @@ pub(super) struct Flame {
     pub(super) reference: f64,
     #[serde(default)]
     pub(super) reference_side: Direction,
+    /// Of the heat release, from `at` downstream, m.
+    pub(super) length: Option<f64>,
+    /// At its downstream end, s.
+    pub(super) delay_end: Option<f64>,
+    /// Heat per length at equally spaced points from end to end, up to a factor.
+    pub(super) density: Option<Vec<f64>>,
+    pub(super) pieces: Option<usize>,
 }
 
 /// The elements, from upstream to downstream. `name` and `at` are common to all and read before.
@@ -262,6 +273,8 @@ pub(super) enum Element {
         drag: f64,
         /// Of a plate with many holes: the open part of the area of the duct before it.
         porosity: Option<f64>,
+        /// Of a flow through the holes, averaged over them, m/s.
+        bias_velocity: Option<f64>,
     },
     /// A gauze across the tube.
     Screen {
@@ -297,6 +310,8 @@ pub(super) enum Element {
         /// Pa s/m, pressure over velocity in the neck.
         #[serde(default)]
         resistance: f64,
+        /// Of a flow through the neck, averaged over it, m/s.
+        bias_velocity: Option<f64>,
     },
     /// A closed tube on the wall.
     QuarterWave { length: f64, area: f64 },

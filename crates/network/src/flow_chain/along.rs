@@ -103,13 +103,13 @@ impl FlowChain {
 
     fn effects(&self, basis: &Basis<ComplexDual>, i: usize, s: C64) -> Result<Effects, NetworkError> {
         let state = state_of(&basis.after[i]);
-        let plain = FlowDuct { actions: Vec::new(), ratio: 1.0, ..self.ducts[i].clone() };
+        let plain = FlowDuct { actions: Vec::new(), ratio: 1.0, gamma: None, ..self.ducts[i].clone() };
         let ends = [FlowEnd::Choked, FlowEnd::Choked];
-        let mut local = Self::new(self.gamma, state, vec![plain.clone(), plain.clone(), plain], ends)?;
+        let mut local = Self::new(basis.gammas[i], state, vec![plain.clone(), plain.clone(), plain], ends)?;
         local.losses = vec![basis.loss[i].map_or([C64::ZERO; 2], |loss| loss.map(|k| k.value)); 3];
         let constant = &local.basis;
         let devices = EFFECTS.map(|effect| local.effect(constant, 1, effect, 0));
-        let impedance = state.density * state.sound_speed(self.gamma);
+        let impedance = state.density * state.sound_speed(basis.gammas[i]);
         Ok(Effects { area: local.change(s, true), temperature: local.change(s, false), devices, impedance })
     }
 
@@ -126,7 +126,7 @@ impl FlowChain {
             basis.ratios[2] = larger.recip();
             basis.ratios[1] = larger;
         }
-        basis.settle(self.gamma, &self.ducts, &[]);
+        basis.settle(&self.ducts, &[]);
         let s = one.like(s);
         std::array::from_fn(|k| {
             let mut x = [one.real(0.0), one.real(0.0), one.real(0.0)];

@@ -60,6 +60,7 @@ impl FlowChain {
                 ("length", duct.length),
                 ("area", duct.area),
                 ("temperature ratio", duct.ratio),
+                ("ratio of specific heats less 1", duct.gamma.unwrap_or(gamma) - 1.0),
                 ("inlet pressure", inlet.pressure),
                 ("inlet density", inlet.density),
                 ("inlet velocity", inlet.velocity),
@@ -75,7 +76,7 @@ impl FlowChain {
         let one = ComplexDual::constant(C64::ONE);
         let basis = Basis::plain(&one, gamma, inlet, &ducts);
         let states: Vec<FlowState> = basis.after.iter().map(state_of).collect();
-        basis.check(gamma)?;
+        basis.check()?;
         let losses = vec![[C64::ZERO; 2]; ducts.len()];
         let attached = Vec::new();
         Ok(Self {
@@ -119,6 +120,12 @@ impl FlowChain {
         &self.ducts
     }
 
+    /// Ratios of specific heats of the ducts.
+    #[must_use]
+    pub fn gammas(&self) -> &[f64] {
+        &self.basis.gammas
+    }
+
     /// Mean states of the ducts.
     #[must_use]
     pub fn states(&self) -> &[FlowState] {
@@ -128,10 +135,10 @@ impl FlowChain {
     /// Time that sound needs through the chain and back, over two, s.
     #[must_use]
     pub fn travel_time(&self) -> f64 {
-        let time = |(d, s): (&FlowDuct, &FlowState)| {
-            let c = s.sound_speed(self.gamma);
+        let time = |((d, s), gamma): ((&FlowDuct, &FlowState), &f64)| {
+            let c = s.sound_speed(*gamma);
             d.length * c / (c * c - s.velocity * s.velocity)
         };
-        self.ducts.iter().zip(&self.states).map(time).sum()
+        self.ducts.iter().zip(&self.states).zip(&self.basis.gammas).map(time).sum()
     }
 }

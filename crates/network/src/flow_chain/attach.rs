@@ -48,7 +48,7 @@ impl FlowChain {
         }
         self.attached.push(Attached { slot, law, weight });
         if let FlowSlot::At(place, _) = slot {
-            self.basis.activate(self.gamma, place, self.ducts[place].smooth);
+            self.basis.activate(place, self.ducts[place].smooth);
         }
         Ok(())
     }
@@ -57,12 +57,8 @@ impl FlowChain {
     /// ends and attached laws. The inlet has the density of the first segment and the pressure rho c^2/gamma
     /// there; temperatures behind follow from the speeds of sound.
     ///
-    /// Gas whose gamma follows its temperature has rho c^2 = gamma p that differs from segment to segment,
-    /// which this chain, with one gamma, cannot have. With g = rho c^2 over that of the first segment, a duct
-    /// of area A/g with density rho/g carries the same waves: c, A/(rho c) and so p and the volume flow A u
-    /// are those of `rest`, and the velocity is g u. Losses and feedback count u, so they are scaled by g;
-    /// without flow both chains are the same. What convection adds is right to g^2, a per cent in air that is
-    /// heated by 400 K.
+    /// `gamma` is that of the first segment. Where rho c^2 = gamma p differs from segment to segment, the gas
+    /// has another gamma there.
     ///
     /// # Errors
     /// As [`FlowChain::new`] and [`FlowChain::attach`]; [`NetworkError::ActionAtInlet`] for feedback at an
@@ -72,30 +68,20 @@ impl FlowChain {
         let pressure = first.density * first.sound_speed * first.sound_speed / gamma;
         let inlet = FlowState { pressure, density: first.density, velocity };
         let n = rest.segments.len();
-        let stiffness = |s: &Segment| s.density * s.sound_speed * s.sound_speed;
-        let g: Vec<f64> = rest.segments.iter().map(|s| stiffness(s) / stiffness(&first)).collect();
-        let before = |j: usize| g[j.saturating_sub(1)];
-        let behind = |j: usize| g[j.min(n - 1)];
-        let scale = |slot: FlowSlot| match slot {
-            FlowSlot::Area(i) | FlowSlot::Viscous(i) => g[i].recip(),
-            FlowSlot::Thermal(i) => g[i],
-            FlowSlot::At(j, ActionKind::Mu) => before(j).recip(),
-            FlowSlot::At(j, ActionKind::Eu) => behind(j) / before(j),
-            FlowSlot::At(j, ActionKind::Ep) => behind(j),
-            _ => 1.0,
-        };
+        let gamma_of = |s: &Segment| s.density * s.sound_speed * s.sound_speed / pressure;
         let mut ducts: Vec<FlowDuct> = Vec::with_capacity(n);
         for (i, segment) in rest.segments.iter().enumerate() {
-            let mut duct = FlowDuct::new(segment.length, segment.area * scale(FlowSlot::Area(i)));
+            let mut duct = FlowDuct::new(segment.length, segment.area).of_gas(gamma_of(segment));
             if i > 0 {
-                duct.ratio = (segment.sound_speed / rest.segments[i - 1].sound_speed).powi(2);
+                // p/rho = c^2/gamma, at one pressure.
+                duct.ratio = rest.segments[i - 1].density / segment.density;
             }
             for (effect, k) in [ActionKind::Mu, ActionKind::Mp, ActionKind::Eu, ActionKind::Ep]
                 .into_iter()
                 .zip(rest.feedback[i])
             {
                 if k != C64::ZERO {
-                    duct = duct.with(effect, Law::Constant(k * scale(FlowSlot::At(i, effect))));
+                    duct = duct.with(effect, Law::Constant(k));
                 }
             }
             ducts.push(duct);
@@ -105,15 +91,12 @@ impl FlowChain {
         }
         let ends = rest.ends.map(|r| FlowEnd::Reflection(Law::Constant(r)));
         let mut chain = Self::new(gamma, inlet, ducts, ends)?;
-        chain.losses = (rest.losses.iter().enumerate())
-            .map(|(i, [mu, ep])| [mu * scale(FlowSlot::Viscous(i)), ep * scale(FlowSlot::Thermal(i))])
-            .collect();
+        chain.losses.clone_from(&rest.losses);
         for (loss, constant) in chain.basis.loss.iter_mut().zip(&chain.losses) {
             *loss = (*constant != [C64::ZERO; 2]).then(|| constant.map(ComplexDual::constant));
         }
         for (slot, law, weight) in rest.attachments() {
-            let slot = FlowSlot::try_from(slot)?;
-            chain.attach(slot, law, weight * scale(slot))?;
+            chain.attach(FlowSlot::try_from(slot)?, law, weight)?;
         }
         Ok(chain)
     }
@@ -122,7 +105,7 @@ impl FlowChain {
     pub(super) fn basis_with<T: Number>(&self, one: &T, law: &dyn Fn(usize) -> T) -> Basis<T> {
         let mut basis = self.unsettled_with(one, law);
         if self.attached.iter().any(|a| a.slot.is_mean()) {
-            basis.settle(self.gamma, &self.ducts, &self.attached);
+            basis.settle(&self.ducts, &self.attached);
         } else {
             basis.settle_as(&self.basis);
         }
@@ -131,7 +114,7 @@ impl FlowChain {
 
     /// The same before [`Basis::settle`].
     pub(super) fn unsettled_with<T: Number>(&self, one: &T, law: &dyn Fn(usize) -> T) -> Basis<T> {
-        let mut basis = Basis::unsettled(one, self.inlet, &self.ducts);
+        let mut basis = Basis::unsettled(one, self.gamma, self.inlet, &self.ducts);
         for a in &self.attached {
             let target = match a.slot {
                 FlowSlot::Length(i) => &mut basis.length[i],
@@ -188,7 +171,7 @@ impl FlowChain {
         let one = ComplexDual::constant(C64::ONE);
         if self.attached.iter().any(|a| a.slot.is_mean()) {
             let basis = self.basis_with(&one, &law);
-            basis.check(self.gamma)?;
+            basis.check()?;
             return Ok(basis);
         }
         let mut basis = self.basis.clone();

@@ -7,7 +7,7 @@
 use super::assembly::FlowChain;
 use super::ducts::FlowState;
 use super::gate::Basis;
-use super::mean::state_of;
+use super::mean::{Mean, state_of};
 use super::passage::State;
 use crate::plane::newton::Root;
 use gauss_quad::GaussLegendre;
@@ -47,9 +47,9 @@ impl FlowBudget {
     }
 }
 
-fn flux(gamma: f64, mean: &FlowState, [p, u, _]: &State<ComplexDual>) -> f64 {
-    let compliance = 1.0 / (gamma * mean.pressure);
-    let (j, m) = flux_factors(mean, compliance, [p.value, u.value]);
+fn flux(mean: &Mean<ComplexDual>, [p, u, _]: &State<ComplexDual>) -> f64 {
+    let compliance = 1.0 / (mean.gamma * mean.pressure.value.re);
+    let (j, m) = flux_factors(&state_of(mean), compliance, [p.value, u.value]);
     0.5 * (j * m.conj()).re
 }
 
@@ -77,16 +77,12 @@ impl FlowChain {
         let area = |j: usize| basis.area[j].value.re;
         let mut shares: Vec<(usize, usize, f64)> = Vec::new();
         self.sweep(basis, &s, |j, before, behind| {
-            let incoming = if j > 0 {
-                area(j - 1) * flux(self.gamma, &state_of(&basis.after[j - 1]), before)
-            } else {
-                0.0
-            };
+            let incoming = if j > 0 { area(j - 1) * flux(&basis.after[j - 1], before) } else { 0.0 };
             if j == n {
                 budget.downstream = -incoming;
                 return;
             }
-            let outgoing = area(j) * flux(self.gamma, &state_of(&basis.after[j]), behind);
+            let outgoing = area(j) * flux(&basis.after[j], behind);
             if j == 0 {
                 budget.upstream = outgoing;
             } else if self.ducts[j].actions.is_empty()
@@ -132,7 +128,7 @@ impl FlowChain {
         [before, behind]: [&State<ComplexDual>; 2],
     ) -> impl Iterator<Item = (usize, f64)> {
         let mean = state_of(&basis.after[j]);
-        let compliance = 1.0 / (self.gamma * mean.pressure);
+        let compliance = 1.0 / (basis.gammas[j] * mean.pressure);
         let parts = |x: &State<ComplexDual>| flux_factors(&mean, compliance, [x[0].value, x[1].value]);
         let added = basis.beside[j].iter().map(|(effect, k)| {
             let cause = if effect.of_velocity() { before[1].value } else { before[0].value };
@@ -158,10 +154,10 @@ impl FlowChain {
         s: &ComplexDual,
     ) -> [f64; 3] {
         const POINTS: NonZeroUsize = NonZeroUsize::new(8).unwrap();
-        let (duct, mean) = (&self.ducts[i], state_of(&basis.after[i]));
+        let (duct, mean, gamma) = (&self.ducts[i], state_of(&basis.after[i]), basis.gammas[i]);
         let (length, area) = (basis.length[i].value.re, basis.area[i].value.re);
-        let compliance = 1.0 / (self.gamma * mean.pressure);
-        let slow = mean.sound_speed(self.gamma) - mean.velocity;
+        let compliance = 1.0 / (gamma * mean.pressure);
+        let slow = mean.sound_speed(gamma) - mean.velocity;
         let pieces = (s.value.norm() * length / slow).ceil().clamp(1.0, 1e4);
         let (mut viscous, mut thermal) = duct.wall.as_ref().map_or((C64::ZERO, C64::ZERO), |wall| {
             let loss = wall.law.loss(&wall.wall, s.value);

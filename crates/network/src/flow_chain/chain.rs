@@ -129,6 +129,19 @@ impl Chain for FlowChain {
         if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
             return Err(NetworkError::NoDuct { index: place, ducts: n });
         }
+        if order == Order::Value {
+            // Slopes in s alone, in which F is swept as in a search.
+            let basis = self.with_laws(laws, root.s, &mut work.laws)?;
+            let mut pressures = vec![None; n + 1];
+            let f = self.sweep(&basis, &ComplexDual { value: root.s, slope: C64::ONE }, |j, x, _| {
+                pressures[j] = Some(Jet::from_parts(x[0].value, vec![x[0].slope], Vec::new()));
+            });
+            if !f.slope.inv().is_finite() {
+                return Err(NetworkError::NotFinite { s: root.s });
+            }
+            let s = Jet::from_parts(root.s, Vec::new(), Vec::new());
+            return Response::relative(s, &pressures, places, order);
+        }
         let at = At::full(root.s, laws.parameters(), order);
         let filled = &mut work.laws;
         filled.reset(laws.laws(), &at);

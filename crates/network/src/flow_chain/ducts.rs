@@ -92,8 +92,11 @@ pub struct FlowDuct {
     pub length: f64,
     /// Cross-section, m^2.
     pub area: f64,
-    /// Temperature behind its upstream end over that before; 1 where nothing heats.
+    /// p/rho (gas constant times temperature) behind its upstream end over that before; 1 where nothing heats
+    /// and the gas stays the same.
     pub ratio: f64,
+    /// Ratio of specific heats of its gas; that of the gas before if none.
+    pub gamma: Option<f64>,
     /// Whether its area and that of the duct before belong to one smooth wall, so that a wider duct behind
     /// costs no pressure.
     pub smooth: bool,
@@ -107,13 +110,19 @@ impl FlowDuct {
     /// A plain duct of this length (m) and area (m^2).
     #[must_use]
     pub fn new(length: f64, area: f64) -> Self {
-        Self { length, area, ratio: 1.0, smooth: false, actions: Vec::new(), wall: None }
+        Self { length, area, ratio: 1.0, gamma: None, smooth: false, actions: Vec::new(), wall: None }
     }
 
     /// With heat at its upstream end that raises the temperature by `ratio` and does not fluctuate.
     #[must_use]
     pub fn heated(self, ratio: f64) -> Self {
         Self { ratio, ..self }
+    }
+
+    /// Of gas with this ratio of specific heats.
+    #[must_use]
+    pub fn of_gas(self, gamma: f64) -> Self {
+        Self { gamma: Some(gamma), ..self }
     }
 
     /// With a law acting at its upstream end.

@@ -98,7 +98,7 @@ impl FlowChain {
     /// rho c in duct `i`.
     fn wave_impedance(&self, basis: &Basis<Seeded>, i: usize) -> Seeded {
         let mean = &basis.after[i];
-        mean.density.clone() * mean.speed_squared(self.gamma).sqrt()
+        mean.density.clone() * mean.speed_squared().sqrt()
     }
 
     /// The states at the downstream end of p = 1 alone and of u = 1 alone upstream.

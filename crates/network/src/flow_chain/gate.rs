@@ -22,6 +22,8 @@ pub(super) struct Basis<T> {
     pub(super) ends: [T; 2],
     /// Temperature ratio at the upstream end.
     pub(super) ratios: Vec<T>,
+    /// Ratio of specific heats.
+    pub(super) gammas: Vec<f64>,
     pub(super) inlet: Mean<T>,
     /// What laws of the caller add: viscous and thermal loss per metre, coefficients of actions (duct,
     /// action), reflection coefficients.
@@ -64,13 +66,17 @@ impl<T> Gate<T> {
 impl<T: Number> Basis<T> {
     /// The chain as it stands; `one` is the constant 1.
     pub(super) fn plain(one: &T, gamma: f64, inlet: FlowState, ducts: &[FlowDuct]) -> Self {
-        let mut basis = Self::unsettled(one, inlet, ducts);
-        basis.settle(gamma, ducts, &[]);
+        let mut basis = Self::unsettled(one, gamma, inlet, ducts);
+        basis.settle(ducts, &[]);
         basis
     }
 
     /// The same before [`Basis::settle`].
-    pub(super) fn unsettled(one: &T, inlet: FlowState, ducts: &[FlowDuct]) -> Self {
+    pub(super) fn unsettled(one: &T, gamma: f64, inlet: FlowState, ducts: &[FlowDuct]) -> Self {
+        let mut gammas: Vec<f64> = Vec::with_capacity(ducts.len());
+        for duct in ducts {
+            gammas.push(duct.gamma.unwrap_or_else(|| gammas.last().copied().unwrap_or(gamma)));
+        }
         let all = |f: &dyn Fn(&FlowDuct) -> f64| ducts.iter().map(|d| one.real(f(d))).collect::<Vec<T>>();
         Self {
             length: all(&|d| d.length),
@@ -84,7 +90,9 @@ impl<T: Number> Basis<T> {
                 pressure: one.real(inlet.pressure),
                 density: one.real(inlet.density),
                 velocity: one.real(inlet.velocity),
+                gamma: gammas.first().copied().unwrap_or(gamma),
             },
+            gammas,
             loss: vec![None; ducts.len()],
             extra: Vec::new(),
             reflections: [None, None],
@@ -97,19 +105,19 @@ impl<T: Number> Basis<T> {
 
     /// Mean states from the inlet state, the areas and the temperature ratios; `attached` laws act as
     /// feedback, too.
-    pub(super) fn settle(&mut self, gamma: f64, ducts: &[FlowDuct], attached: &[Attached]) {
+    pub(super) fn settle(&mut self, ducts: &[FlowDuct], attached: &[Attached]) {
         self.between = vec![self.inlet.clone()];
         self.after = vec![self.inlet.clone()];
         self.gates = vec![Gate::Open];
         for i in 1..self.area.len() {
             let areas = [&self.area[i - 1], &self.area[i]];
-            let between = area_step(gamma, &self.after[i - 1], areas, ducts[i].smooth);
-            self.after.push(heat_step(&between, &self.ratios[i]));
+            let between = area_step(&self.after[i - 1], areas, ducts[i].smooth);
+            self.after.push(heat_step(&between, &self.ratios[i], self.gammas[i]));
             self.between.push(between);
             let active = !ducts[i].actions.is_empty()
                 || !self.beside[i].is_empty()
                 || attached.iter().any(|a| a.acts_at(i));
-            let gate = self.gate(gamma, i, !active, ducts[i].smooth);
+            let gate = self.gate(i, !active, ducts[i].smooth);
             self.gates.push(gate);
         }
     }
@@ -124,19 +132,19 @@ impl<T: Number> Basis<T> {
     }
 
     /// Something acts at the place before duct `i` from now on; mean states stay.
-    pub(super) fn activate(&mut self, gamma: f64, i: usize, smooth: bool) {
+    pub(super) fn activate(&mut self, i: usize, smooth: bool) {
         if !matches!(self.gates[i], Gate::Active { .. }) {
-            self.gates[i] = self.gate(gamma, i, false, smooth);
+            self.gates[i] = self.gate(i, false, smooth);
         }
     }
 
-    fn gate(&self, gamma: f64, i: usize, passive: bool, smooth: bool) -> Gate<T> {
+    fn gate(&self, i: usize, passive: bool, smooth: bool) -> Gate<T> {
         let (before, between, after) = (&self.after[i - 1], &self.between[i], &self.after[i]);
         let (a1, a2) = (&self.area[i - 1], &self.area[i]);
         let step = (a1 != a2).then(|| {
             let expands = !smooth && a2.value().re >= a1.value().re;
             let ratio = a1.over(a2);
-            let [mass, force, energy] = fluxes(gamma, before, expands);
+            let [mass, force, energy] = fluxes(before, expands, before.gamma);
             let scale = |row: [T; 3]| row.map(|v| v * ratio.clone());
             let force = if expands {
                 // p A_2 + rho u^2 A: the face carries the upstream pressure.
@@ -145,12 +153,13 @@ impl<T: Number> Basis<T> {
             } else {
                 force
             };
-            product(&inverse(&fluxes(gamma, between, expands)), &[scale(mass), force, scale(energy)])
+            product(&inverse(&fluxes(between, expands, between.gamma)), &[scale(mass), force, scale(energy)])
         });
         if passive && between == after {
             return step.map_or(Gate::Open, Gate::Passive);
         }
-        let (before, behind) = (fluxes(gamma, between, true), inverse(&fluxes(gamma, after, true)));
+        let before = fluxes(between, true, after.gamma);
+        let behind = inverse(&fluxes(after, true, after.gamma));
         if passive {
             let heat = product(&behind, &before);
             Gate::Passive(step.map_or(heat.clone(), |step| product(&heat, &step)))
@@ -162,15 +171,15 @@ impl<T: Number> Basis<T> {
 
 impl Basis<ComplexDual> {
     /// Refuses a flow that is too fast, or chokes.
-    pub(super) fn check(&self, gamma: f64) -> Result<(), NetworkError> {
+    pub(super) fn check(&self) -> Result<(), NetworkError> {
         for (index, mean) in self.after.iter().enumerate() {
-            let mut mach = state_of(mean).mach(gamma);
+            let mut mach = state_of(mean).mach(mean.gamma);
             if mach.is_nan() || mean.pressure.value.im != 0.0 {
                 // The flow would choke. What it would be at constant density says how far it is from
                 // possible.
                 let [first, here] = [0, index].map(|i| self.area[i].value.re);
-                mach =
-                    state_of(&self.inlet).mach(gamma) * first / here * self.ratios[index].value.re.max(1.0);
+                mach = state_of(&self.inlet).mach(mean.gamma) * first / here
+                    * self.ratios[index].value.re.max(1.0);
                 mach = mach.max(1.0);
             }
             if !(0.0..0.3).contains(&mach) {
@@ -195,12 +204,14 @@ impl Basis<ComplexDual> {
 
 pub(super) type Rows<T> = [[T; 3]; 3];
 
-/// Mass, momentum (or p/rho^gamma, if `momentum` is not kept) and energy per area as rows on (p, u, e).
-pub(super) fn fluxes<T: Number>(gamma: f64, mean: &Mean<T>, momentum: bool) -> Rows<T> {
-    let Mean { pressure, density, velocity } = mean;
+/// Mass, momentum (or p/rho^gamma, if `momentum` is not kept) and energy per area as rows on (p, u, e), for a
+/// place behind which the gas has the ratio of specific heats `behind`.
+pub(super) fn fluxes<T: Number>(mean: &Mean<T>, momentum: bool, behind: f64) -> Rows<T> {
+    let Mean { pressure, density, velocity, gamma } = mean;
+    let gamma = *gamma;
     let zero = pressure.real(0.0);
-    let square = mean.speed_squared(gamma);
-    let enthalpy = mean.enthalpy(gamma);
+    let square = mean.speed_squared();
+    let enthalpy = mean.enthalpy_as(behind);
     let inverse = square.recip();
     // Columns: what unit p, u and e are in p', u', rho'.
     let columns = [

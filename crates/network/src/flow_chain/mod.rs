@@ -13,8 +13,14 @@
 //!    enthalpy and axial velocity of the stream. u and p are those upstream of the place, as in
 //!    [`crate::Network`], to which the chain tends as the flow slows down.
 //!
-//! The gas is perfect with constant gamma. Entropy waves do not disperse, or are left out
-//! ([`FlowChain::without_entropy_waves`]).
+//! The gas of a duct is perfect with constant gamma. Where the next duct has another gamma, the gas changes
+//! with the heat of step 2, and takes no heat if it changes at constant pressure and density. A steady flame
+//! then leaves the volume flow as it is when the flow slows down, as a thin flame that moves and burns at its
+//! own pace does; enthalpies c_p T from 0 K, as if the place of the change stood still and all the gas that
+//! passes changed there without heat, would make u_2 = u_1 gamma_1 (gamma_2 - 1)/(gamma_2 (gamma_1 - 1)). A
+//! flame that follows the flow (F = 1) has u_2'/U_2 = u_1'/U_1 either way.
+//!
+//! Entropy waves do not disperse, or are left out ([`FlowChain::without_entropy_waves`]).
 //!
 //! From the bottom: `ducts` and `slots` are what a caller says, `mean` and `gate` the balances where ducts
 //! meet, `assembly` the chain; `passage` carries disturbances through it, and the rest asks. Knows of the

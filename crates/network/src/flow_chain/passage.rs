@@ -59,16 +59,16 @@ impl FlowChain {
 
     pub(super) fn start<T: Number>(&self, basis: &Basis<T>, s: &T) -> State<T> {
         let mean = &basis.after[0];
-        let square = mean.speed_squared(self.gamma);
+        let square = mean.speed_squared();
         let impedance = mean.density.clone() * square.sqrt();
         let one = s.real(1.0);
         let (r, entropy) = match &self.ends[0] {
             FlowEnd::Reflection(law) => (basis.reflection(0, law, s), s.real(0.0)),
             FlowEnd::Choked => {
                 let mach = mean.velocity.over(&square.sqrt());
-                let below = (mach.clone() * mach.clone()).times(self.gamma - 1.0) + one.clone();
-                let m = mach.times(self.gamma).over(&below);
-                let share = s.real(self.gamma).over(&below) - one.clone();
+                let below = (mach.clone() * mach.clone()).times(mean.gamma - 1.0) + one.clone();
+                let m = mach.times(mean.gamma).over(&below);
+                let share = s.real(mean.gamma).over(&below) - one.clone();
                 ((one.clone() - m.clone()).over(&(one.clone() + m)), share.over(&square))
             }
         };
@@ -79,14 +79,14 @@ impl FlowChain {
     pub(super) fn finish<T: Number>(&self, basis: &Basis<T>, [p, u, e]: &State<T>, s: &T) -> T {
         let n = self.ducts.len() - 1;
         let mean = &basis.after[n];
-        let c = mean.speed_squared(self.gamma).sqrt();
+        let c = mean.speed_squared().sqrt();
         let wave = mean.density.clone() * c.clone() * u.clone();
         let (f, g) = ((p.clone() + wave.clone()).times(0.5), (p.clone() - wave).times(0.5));
         match &self.ends[1] {
             FlowEnd::Reflection(law) => g - basis.reflection(1, law, s) * f,
             FlowEnd::Choked => {
                 // g (1 + m) = f (1 - m) + c U e/2, m = (gamma-1) M/2.
-                let m = mean.velocity.over(&c).times(0.5 * (self.gamma - 1.0));
+                let m = mean.velocity.over(&c).times(0.5 * (mean.gamma - 1.0));
                 let one = s.real(1.0);
                 let sound = (c * mean.velocity.clone() * e.clone()).times(0.5);
                 g - ((one.clone() - m.clone()) * f + sound).over(&(one + m))
@@ -105,7 +105,7 @@ impl FlowChain {
         length: &T,
     ) -> [T; 2] {
         let mean = &basis.after[i];
-        let square = mean.speed_squared(self.gamma);
+        let square = mean.speed_squared();
         let compliance = (mean.density.clone() * square.clone()).recip();
         let (mut z, mut y) = (s.clone() * mean.density.clone(), s.clone() * compliance.clone());
         if let Some(wall) = &self.ducts[i].wall {
@@ -227,8 +227,8 @@ impl FlowChain {
     /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `reference`
     /// is the duct of its velocity.
     fn push<T: Number>(&self, basis: &Basis<T>, i: usize, effect: ActionKind, reference: usize) -> [T; 3] {
-        let gamma = self.gamma;
         let (between, after) = (&basis.between[i], &basis.after[i]);
+        let gamma = after.gamma;
         let one = between.density.real(1.0);
         let zero = one.real(0.0);
         match effect {
@@ -237,14 +237,14 @@ impl FlowChain {
                 [zero.clone(), zero, -between.pressure.times(gamma / (gamma - 1.0))]
             }
             ActionKind::Flame => {
-                let heated = after.enthalpy(gamma) - between.enthalpy(gamma);
+                let heated = after.enthalpy() - between.enthalpy_as(gamma);
                 let mean = between.density.clone() * between.velocity.clone() * heated;
                 [zero.clone(), zero, mean.over(&basis.after[reference].velocity)]
             }
             ActionKind::Branch => {
                 let taken = -between.density.clone();
                 let [force, energy] =
-                    [between.velocity.clone(), between.enthalpy(gamma)].map(|v| taken.clone() * v);
+                    [between.velocity.clone(), between.enthalpy_as(gamma)].map(|v| taken.clone() * v);
                 [taken, force, energy]
             }
         }
@@ -261,7 +261,10 @@ impl FlowChain {
         let push = self.push(basis, i, effect, reference);
         match &basis.gates[i] {
             Gate::Active { behind, .. } => apply(behind, &push),
-            _ => apply(&inverse(&fluxes(self.gamma, &basis.after[i], true)), &push),
+            _ => {
+                let after = &basis.after[i];
+                apply(&inverse(&fluxes(after, true, after.gamma)), &push)
+            }
         }
     }
 
@@ -309,19 +312,19 @@ mod tests {
     fn behind([p, u, rho]: [f64; 3], areas: [f64; 2], power: f64) -> [f64; 3] {
         let one = ComplexDual::constant(C64::ONE);
         let mean = |v: f64| one.real(v);
-        let before = Mean { pressure: mean(p), velocity: mean(u), density: mean(rho) };
-        let stepped = area_step(GAMMA, &before, [&mean(areas[0]), &mean(areas[1])], false);
+        let before = Mean { pressure: mean(p), velocity: mean(u), density: mean(rho), gamma: GAMMA };
+        let stepped = area_step(&before, [&mean(areas[0]), &mean(areas[1])], false);
         let per_mass = power / (rho * u);
         // The ratio of temperatures that takes this much heat, by bisection.
         let (mut low, mut high) = (1.0, 5.0);
         for _ in 0..200 {
             let ratio = 0.5 * (low + high);
-            let heated = heat_step(&stepped, &mean(ratio));
-            let taken = (heated.enthalpy(GAMMA) - stepped.enthalpy(GAMMA)).value.re;
+            let heated = heat_step(&stepped, &mean(ratio), GAMMA);
+            let taken = (heated.enthalpy() - stepped.enthalpy()).value.re;
             if taken > per_mass { high = ratio } else { low = ratio }
         }
         let ratio = 0.5 * (low + high);
-        let heated = if power > 0.0 { heat_step(&stepped, &mean(ratio)) } else { stepped };
+        let heated = if power > 0.0 { heat_step(&stepped, &mean(ratio), GAMMA) } else { stepped };
         [heated.pressure, heated.velocity, heated.density].map(|v| v.value.re)
     }
 

@@ -133,7 +133,7 @@ impl FlowChain {
             let factor = if matches!(parameter, P::Angle(_)) { C64::I } else { C64::ONE };
             *target = target.clone() + Seeded::Varying(seed.scale(factor));
         }
-        basis.settle(self.gamma, &self.ducts, &self.attached);
+        basis.settle(&self.ducts, &self.attached);
         Ok((basis, s))
     }
 

@@ -69,6 +69,12 @@ pub(super) struct Back {
     inlet: Row,
 }
 
+/// rho c in duct `i`.
+fn impedance(basis: &Basis<ComplexDual>, i: usize) -> f64 {
+    let mean = state_of(&basis.after[i]);
+    mean.density * mean.sound_speed(basis.gammas[i])
+}
+
 /// A constant.
 pub(super) fn fixed(x: &State<ComplexDual>) -> State<ComplexDual> {
     x.map(|v| ComplexDual::constant(v.value))
@@ -224,13 +230,11 @@ impl<'a> Passed<'a> {
             basis.wall[j].slope = C64::ZERO;
         }
         if matches!(chain.ends[0], FlowEnd::Reflection(_)) {
-            let mean = state_of(&self.basis.after[0]);
-            let impedance = mean.density * mean.sound_speed(chain.gamma);
+            let impedance = impedance(&self.basis, 0);
             out.ends[0] = back.inlet[0] + back.inlet[1] / impedance;
         }
         if matches!(chain.ends[1], FlowEnd::Reflection(_)) {
-            let mean = state_of(&self.basis.after[n - 1]);
-            let impedance = mean.density * mean.sound_speed(chain.gamma);
+            let impedance = impedance(&self.basis, n - 1);
             let [p, u, _] = &self.before[n];
             out.ends[1] = -0.5 * factor * (p.value + impedance * u.value);
         }

@@ -3,19 +3,23 @@
 //! Knows nothing of how a chain with these laws is solved.
 
 mod batch;
+mod bias;
 mod ends;
 mod holes;
 pub mod levine_schwinger;
 mod probe;
 mod remote;
 mod roots;
+mod spread;
 pub mod wall;
 
+pub use bias::{Behind, BiasHole};
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{PathDuct, Probe, Side, SourceCoefficient};
 pub use remote::{NoReference, RemoteSource};
 pub use rijke_numerics::rational::{Table, TableError, TableRow, phase_slope};
+pub use spread::{SpreadFlame, SpreadSource};
 pub use wall::WallLaw;
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
@@ -62,6 +66,10 @@ pub enum Law {
     Table(Table),
     /// Feedback from the velocity at another place.
     Probe(Box<Probe>),
+    /// Heat released at many places in answer to one velocity.
+    Spread(Box<SpreadFlame>),
+    /// A hole with a bias flow.
+    Bias(BiasHole),
     /// Admittance of a Helmholtz resonator over the duct's area: k_ep = s/(A (m s^2 + r s + k)).
     Helmholtz {
         /// Area of the duct, m^2.
@@ -129,6 +137,8 @@ impl Law {
             }
             Self::Table(table) => table.at(s, space),
             Self::Probe(probe) => probe.at(s, space),
+            Self::Spread(flame) => flame.at(s, space),
+            Self::Bias(hole) => hole.at(s),
             Self::Helmholtz { duct_area, inertance, resistance, stiffness } => {
                 let below = &(s * s).scale(real(*inertance)) + &s.scale(real(*resistance));
                 (s / &below.shift(real(*stiffness))).scale(real(1.0 / duct_area))
@@ -174,6 +184,22 @@ impl Law {
             Self::Table(table) => table.terms.iter().map(|t| (t.0, 1)).collect(),
             Self::Scaled(law, _) => law.poles_in(region)?,
             Self::Probe(probe) if probe.side == Side::Upstream => probe.transfer.poles_in(region)?,
+            Self::Spread(flame) => flame.transfer.poles_in(region)?,
+            Self::Bias(hole) => {
+                // Above, only a resonance.
+                let border = BiasHole::SHED_BELOW / hole.time;
+                let mut all = Vec::new();
+                for (low, high, time) in
+                    [(LOWEST, border, 2.0 * hole.time), (border.max(LOWEST), f64::MAX, 0.0)]
+                {
+                    let omega = [region.omega[0].max(low), region.omega[1].min(high)];
+                    if omega[0] < omega[1] {
+                        let part = Region { omega, ..*region };
+                        all.extend(roots_of(|s, _| hole.divisor(s), &part, time, &[])?);
+                    }
+                }
+                all
+            }
             // Both coefficients of a closed loop have its poles, but the network only once: k_eu declares
             // them. At a pole of the transfer function the coefficients are finite.
             Self::Probe(probe) if probe.of == SourceCoefficient::Pressure => Vec::new(),

@@ -99,39 +99,62 @@ impl Probe {
     }
 
     fn row(&self, s: &Jet, space: JetSpace) -> [Jet; 2] {
-        let lost = |p: &PathDuct| p.losses.as_ref().map(|all| all.each_ref().map(|law| law.at(s, space)));
-        let stretches: Vec<_> = self.path.iter().map(|p| (p.segment, p.ratio, lost(p))).collect();
+        let stretches: Vec<_> = self.path.iter().map(|p| p.at(s, space)).collect();
         row(&stretches, self.side, s, space)
     }
 }
 
 /// beta and alpha: the velocity at the reference as a row on (p, u) at the source. The path has segments,
 /// ratios and losses as [`PathDuct`].
-pub(super) fn row(
-    path: &[(Segment, f64, Option<[Jet; 2]>)],
-    side: Side,
-    s: &Jet,
-    space: JetSpace,
-) -> [Jet; 2] {
+pub(super) fn row(path: &[Stretch], side: Side, s: &Jet, space: JetSpace) -> [Jet; 2] {
     let [mut on_p, mut on_u] = [space.real(0.0), space.real(1.0)];
     let sign = if side == Side::Upstream { 1.0 } else { -1.0 };
-    for (segment, ratio, losses) in path.iter().rev() {
-        let Segment { length, sound_speed, density, .. } = *segment;
-        let real = |v: f64| C64::new(v, 0.0);
-        let mut z = s.scale(real(density));
-        let mut y = s.scale(real(1.0 / (density * sound_speed * sound_speed)));
-        if let Some([viscous, thermal]) = losses {
-            z = &z + viscous;
-            y = &y + thermal;
-        }
-        let (p, q) = (z.scale(real(length)), y.scale(real(length)));
-        let square = &p * &q;
-        let at = line(square.value());
-        let c = square.compose(at.c, 0.5 * at.s, 0.5 * at.s1);
-        let sh = square.compose(at.s, at.s1, curvature(square.value(), &at)).scale(real(sign));
-        let before = &(&on_p * &c) + &(&on_u * &(&q * &sh));
-        on_u = (&(&on_p * &(&p * &sh)) + &(&on_u * &c)).scale(real(*ratio));
+    for stretch in path.iter().rev() {
+        let [c, psh, qsh] = line_of(stretch, s);
+        let turned = |jet: &Jet| jet.scale(C64::new(sign, 0.0));
+        let before = &(&on_p * &c) + &(&on_u * &turned(&qsh));
+        on_u = (&(&on_p * &turned(&psh)) + &(&on_u * &c)).scale(C64::new(stretch.1, 0.0));
         on_p = before;
     }
     [on_p, on_u]
+}
+
+/// A duct on the way, the velocity on entering over that on leaving the one before, its losses at s.
+pub(super) type Stretch = (Segment, f64, Option<[Jet; 2]>);
+
+impl PathDuct {
+    pub(super) fn at(&self, s: &Jet, space: JetSpace) -> Stretch {
+        let losses = self.losses.as_ref().map(|all| all.each_ref().map(|law| law.at(s, space)));
+        (self.segment, self.ratio, losses)
+    }
+}
+
+/// Pressure and velocity behind a stretch, as rows on a state far upstream, from those before it.
+pub(super) fn carry(stretch: &Stretch, [p, u]: &[[Jet; 2]; 2], s: &Jet) -> [[Jet; 2]; 2] {
+    let [c, psh, qsh] = line_of(stretch, s);
+    let ratio = C64::new(stretch.1, 0.0);
+    let both = |k: usize| {
+        let entering = u[k].scale(ratio);
+        [&(&c * &p[k]) - &(&psh * &entering), &(&c * &entering) - &(&qsh * &p[k])]
+    };
+    let [[p0, u0], [p1, u1]] = [both(0), both(1)];
+    [[p0, p1], [u0, u1]]
+}
+
+/// C, P S and Q S of a stretch: p2 = C p1 - P S u1, u2 = C u1 - Q S p1.
+fn line_of((segment, _, losses): &Stretch, s: &Jet) -> [Jet; 3] {
+    let Segment { length, sound_speed, density, .. } = *segment;
+    let real = |v: f64| C64::new(v, 0.0);
+    let mut z = s.scale(real(density));
+    let mut y = s.scale(real(1.0 / (density * sound_speed * sound_speed)));
+    if let Some([viscous, thermal]) = losses {
+        z = &z + viscous;
+        y = &y + thermal;
+    }
+    let (p, q) = (z.scale(real(length)), y.scale(real(length)));
+    let square = &p * &q;
+    let at = line(square.value());
+    let c = square.compose(at.c, 0.5 * at.s, 0.5 * at.s1);
+    let sh = square.compose(at.s, at.s1, curvature(square.value(), &at));
+    [c, &p * &sh, &q * &sh]
 }

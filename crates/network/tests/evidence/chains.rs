@@ -139,7 +139,7 @@ fn order_laws_with_flow_tend_to_those_at_rest() {
 fn order_taylor_remainders_of_laws_with_flow() {
     let direction = [0.3, 0.02, 3e-4, 0.1, 0.01, 0.01, 0.1];
     for entropy in [false, true] {
-        let chain = FlowChain::of(&tube(), GAMMA, 15.0).unwrap();
+        let chain = FlowChain::of(&heated(if entropy { 0.93 } else { 1.0 }), GAMMA, 15.0).unwrap();
         let chain = if entropy { chain } else { chain.without_entropy_waves() };
         let (root, base) = ask(&chain, VALUES, c(-30.0, 1100.0), Order::Second);
         let moved = |h: f64| {

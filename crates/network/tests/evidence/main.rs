@@ -5,6 +5,7 @@
 
 mod adjoint;
 mod along;
+mod bias;
 mod certificate;
 mod chains;
 mod common_laws;
@@ -16,7 +17,9 @@ mod files;
 mod flow_adjoint;
 mod forced;
 mod fuzz;
+mod gases;
 mod holes;
 mod invariances;
 mod mean_flow;
 mod oscilos;
+mod spread;

@@ -104,8 +104,11 @@ const AIR: Wall = Wall {
 const RESONATOR: Law =
     Law::Helmholtz { duct_area: 1.6e-3, inertance: 120.0, resistance: 2e4, stiffness: 4e8 };
 
-/// Walls, steps of area both ways, a flame that refers 0.1 m upstream, a screen, a resonator; velocity at the
-/// inlet.
+/// Of the gas behind the flame of [`everything`].
+const HOT_GAMMA: f64 = 1.3;
+
+/// Walls, steps of area both ways, a flame that refers 0.1 m upstream and burns to other
+/// gas, a screen, a resonator; velocity at the inlet.
 pub(crate) fn everything(velocity: f64) -> (FlowState, Vec<FlowDuct>, [FlowEnd; 2]) {
     let wall = |factor| Some(FlowWall { law: WallLaw::Kirchhoff, wall: AIR, factor });
     let ducts = vec![
@@ -113,6 +116,7 @@ pub(crate) fn everything(velocity: f64) -> (FlowState, Vec<FlowDuct>, [FlowEnd; 
         FlowDuct { wall: wall(2.0), ..FlowDuct::new(0.2, 1.6e-3) },
         FlowDuct {
             ratio: 2.5,
+            gamma: Some(HOT_GAMMA),
             actions: vec![Action {
                 effect: ActionKind::Eu,
                 law: delayed(-0.6, 2e-3),
@@ -142,11 +146,13 @@ fn chain(velocity: f64) -> FlowChain {
 fn order_slow_flow_tends_to_no_flow() {
     // As the velocity falls, the chain tends to the network without flow, first order in M: every element,
     // every slot.
-    let hot = 340.0 * f64::sqrt(2.5);
+    let hot = 340.0 * f64::sqrt(2.5 * HOT_GAMMA / GAMMA);
     let speeds = [340.0, 340.0, hot, hot, hot, hot];
     let (_, ducts, _) = everything(1.0);
-    let segments =
-        ducts.iter().zip(speeds).map(|(d, c)| Segment::new(d.length, d.area, c, GAMMA * PRESSURE / (c * c)));
+    let segments = ducts.iter().zip(speeds).map(|(d, c)| {
+        let gamma = if c == hot { HOT_GAMMA } else { GAMMA };
+        Segment::new(d.length, d.area, c, gamma * PRESSURE / (c * c))
+    });
     let mut still = Network::new(segments.collect()).unwrap();
     let mut laws = LawSet::default();
     for (i, duct) in ducts.iter().enumerate() {

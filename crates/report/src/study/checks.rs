@@ -68,7 +68,7 @@ pub(super) fn said(stages: &[StageRecord]) -> String {
             m.id == stage.chosen && m.predicted.len() == stage.measured.len()
         };
         let Some(model) = stage.models.iter().find(going) else { continue };
-        for (k, (m, predicted)) in stage.measured.iter().zip(&model.predicted).enumerate() {
+        for (k, (m, predicted)) in stage.measured.iter().zip(model.shown()).enumerate() {
             let residual = |part: usize| stage.checks.as_ref().and_then(|c| c.residuals.get(k)?[part]);
             let number = |measured: Option<[f64; 2]>, part: usize, scale: f64| {
                 let [value, sd, predicted] =

@@ -43,13 +43,17 @@ fn unexplained(stage: &StageRecord) -> Vec<String> {
         (|m| m.angular_frequency, "Angular frequencies", "rad/s"),
     ];
     let missed = |(k, (of, what, unit)): (usize, (Pick, &str, &str))| {
-        let both = stage.measured.iter().zip(&model.predicted);
+        let both = stage.measured.iter().zip(model.shown());
         let found: Vec<[f64; 2]> =
             both.filter_map(|(m, p)| of(m).map(|[value, sd]| [value - p[k], sd])).collect();
         let rms = |i: usize| (found.iter().map(|f| f[i] * f[i]).sum::<f64>() / found.len() as f64).sqrt();
         (!found.is_empty()).then(|| {
             let [off, sd] = [rms(0), rms(1)].map(two_digits);
-            format!("{what} are missed by {off} {unit}, root mean square, and were measured to {sd} {unit}.")
+            let with =
+                if model.fitted.is_empty() { "" } else { ", with the errors that points share as estimated" };
+            format!(
+                "{what} are missed by {off} {unit}, root mean square{with}, and were measured to {sd} {unit}."
+            )
         })
     };
     let first = stage.missing.as_ref().and_then(|missing| missing.families.first());
@@ -64,5 +68,6 @@ fn unexplained(stage: &StageRecord) -> Vec<String> {
             )
         }
     });
-    kinds.into_iter().enumerate().filter_map(missed).chain(asked).collect()
+    let lengths = stage.lengths.as_ref().map(|lengths| format!("{}.", html(&lengths.words())));
+    kinds.into_iter().enumerate().filter_map(missed).chain(asked).chain(lengths).collect()
 }

@@ -227,10 +227,11 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
         }
         None => format!("<td></td><td class=\"n\">{predicted:.3}</td>"),
     };
+    let with = if model.fitted.is_empty() { "" } else { ", with the errors that points share as estimated" };
     let rows: String = stage
         .measured
         .iter()
-        .zip(&model.predicted)
+        .zip(model.shown())
         .map(|(m, p)| {
             let value =
                 |k: &usize| m.factors.get(*k).copied().flatten().map_or(String::new(), |v| format!("{v:.4}"));
@@ -246,7 +247,7 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
         })
         .collect();
     format!(
-        "<details><summary>Measured and predicted, point by point</summary><div class=\"wide\"><table><thead><tr><th>point</th>{factors}<th>growth \
+        "<details><summary>Measured and predicted, point by point{with}</summary><div class=\"wide\"><table><thead><tr><th>point</th>{factors}<th>growth \
          rate, 1/s</th><th>predicted</th><th>angular frequency, rad/s</th><th>predicted</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n"
     )
 }

@@ -44,7 +44,7 @@ pub(super) const COMPACT: [Kind; 8] = [
         keys: &[need("diameter", "m"), need("thickness", "m"), or("drag", "Pa s/m", "0")],
         laws: &[(
             Mu,
-            "s*rho*((thickness) + 4/(3*pi)*(diameter)*(fok_before + fok_after))/plate_open + (drag)",
+            "s*rho*((thickness) + 4/(3*pi)*(diameter)*(fok_before + fok_after) + shed)/plate_open + (drag)",
         )],
     },
     // A gauze: resistance, air that it moves, and the slope of the steady loss K rho U^2/2.
@@ -64,7 +64,7 @@ pub(super) const COMPACT: [Kind; 8] = [
         ],
         laws: &[(
             Ep,
-            "s/(A_2*(s^2*rho*(neck_length)/(neck_area) + s*(resistance)/(neck_area) + rho*c^2/(volume)))",
+            "s/(A_2*(s^2*rho*((neck_length) + shed)/(neck_area) + s*(resistance)/(neck_area) + rho*c^2/(volume)))",
         )],
     },
     // A closed tube on the wall.
@@ -151,6 +151,13 @@ pub(super) const PLATE: [(&str, &str); 5] = [
     ),
 ];
 
+/// What a bias flow adds to the length of air that a hole moves, by kind: pi R/2 (2R/K_R - 1) with Howe's
+/// conductivity (1979, Proc. R. Soc. Lond. A 366), for a plate less what the ducts leave of it.
+pub(super) const SHED: [(&str, &str); 2] = [
+    ("orifice", "pi/8*(diameter)*(fok_before + fok_after)*(1/howe(s*(diameter)/2/(bias_velocity)) - 1)"),
+    ("helmholtz", "sqrt(pi*(neck_area))/2*(1/howe(s*sqrt((neck_area)/pi)/(bias_velocity)) - 1)"),
+];
+
 /// The first three of [`PLATE`] for a plate of many holes, of which each has its share of the duct.
 pub(super) const PLATE_OF_HOLES: [(&str, &str); 3] = [
     ("plate_open", "(porosity)"),
@@ -223,8 +230,17 @@ pub(super) fn fault_of(key: &str, value: f64) -> Option<&'static str> {
     if value.abs() > LARGEST {
         return Some("below 1e30 in size: no number of a rig is larger");
     }
-    let positive =
-        ["diameter", "diameter_end", "length", "volume", "neck_area", "neck_length", "area", "cutoff_hz"];
+    let positive = [
+        "bias_velocity",
+        "diameter",
+        "diameter_end",
+        "length",
+        "volume",
+        "neck_area",
+        "neck_length",
+        "area",
+        "cutoff_hz",
+    ];
     let least_zero =
         ["delay", "thickness", "drag", "resistance", "effective_length", "loss", "wall_thickness", "modulus"];
     let fault = |wrong: bool, need| wrong.then_some(need);

@@ -34,7 +34,9 @@ impl Run {
         };
         let factor = &self.study.campaign.factors[axis];
         let x = FrameColumn::new(&factor.name, &symbol(&factor.name), &factor.unit_in_print());
-        let line = self.line(axis, &points)?;
+        // What points share was estimated where they are.
+        let shared = models.iter().any(|(record, _)| !record.fitted.is_empty());
+        let line = if shared { Vec::new() } else { self.line(axis, &points)? };
         let mut rows = Vec::new();
         for (record, chosen) in &models {
             let values = &chosen.trained.values[..chosen.trained.own];
@@ -56,7 +58,7 @@ impl Run {
                 rows.push(at(conditions, *near)?);
             }
             if line.is_empty() {
-                for (o, s) in points.iter().zip(&record.predicted) {
+                for (o, s) in points.iter().zip(record.shown()) {
                     let values = [o.conditions.point.factors[axis], s[0], s[1]].map(finite).to_vec();
                     let (label, series) = (o.conditions.id.clone(), record.label.clone());
                     rows.push(FrameRow { label, series, mode: o.mode.label.clone(), values });
@@ -77,7 +79,8 @@ impl Run {
         for layer in panels.iter_mut().flat_map(|p| &mut p.layers).filter(|l| l.frame == 1) {
             layer.x = 0;
         }
-        let caption = "Measured modes (dots) and the models with the most evidence.".to_owned();
+        let with = if shared { ", with the errors that points share as estimated" } else { "" };
+        let caption = format!("Measured modes (dots) and the models with the most evidence{with}.");
         Ok((frames, panels, Vec::new(), caption))
     }
 

@@ -21,6 +21,7 @@ use crate::{EngineError, SavedModel};
 use place::Place;
 use plan::Worth;
 use predictive::Numbers;
+use rayon::prelude::*;
 use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -176,7 +177,7 @@ impl Judged<'_> {
                 nats: self.told.gain(wish.aim, &[k])?,
             })
         };
-        let points = (0..self.kept.len()).map(alone).collect::<Result<Vec<_>, _>>()?;
+        let points = (0..self.kept.len()).into_par_iter().map(alone).collect::<Result<Vec<_>, _>>()?;
         let gain = |set: &[usize]| self.told.gain(wish.aim, set);
         let worth = Worth { gain: &gain, cost: &|set| self.hours(set).unwrap_or(set.len() as f64) };
         let all: Vec<usize> = (0..self.kept.len()).collect();

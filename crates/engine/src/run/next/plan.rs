@@ -1,6 +1,7 @@
 //! Which points to measure together: greedily, then by exchange.
 
 use crate::EngineError;
+use rayon::prelude::*;
 
 /// Lowest relative gain for which points are exchanged: above rounding.
 const WORTH: f64 = 1e-9;
@@ -8,9 +9,9 @@ const WORTH: f64 = 1e-9;
 /// What a set of visits would tell, and what it costs.
 pub(super) struct Worth<'a> {
     /// Nats.
-    pub(super) gain: &'a dyn Fn(&[usize]) -> Result<f64, EngineError>,
+    pub(super) gain: &'a (dyn Fn(&[usize]) -> Result<f64, EngineError> + Sync),
     /// Hours, or visits.
-    pub(super) cost: &'a dyn Fn(&[usize]) -> f64,
+    pub(super) cost: &'a (dyn Fn(&[usize]) -> f64 + Sync),
 }
 
 impl Worth<'_> {
@@ -21,9 +22,10 @@ impl Worth<'_> {
     /// Of `candidates`, which may come twice, the one that adds most to `set` for what it costs.
     pub(super) fn next(&self, candidates: &[usize], set: &[usize]) -> Result<Option<usize>, EngineError> {
         let (gain, cost) = self.value(set)?;
+        let with = |k: &usize| self.value(&[set, &[*k]].concat());
+        let all = candidates.par_iter().map(with).collect::<Result<Vec<_>, _>>()?;
         let mut best: Option<(usize, f64)> = None;
-        for &k in candidates {
-            let (more, dearer) = self.value(&[set, &[k]].concat())?;
+        for (&k, (more, dearer)) in candidates.iter().zip(all) {
             let rate = (more - gain) / (dearer - cost);
             if best.is_none_or(|(_, b)| rate > b) {
                 best = Some((k, rate));
@@ -59,15 +61,20 @@ impl Worth<'_> {
         }
         let mut rate = self.rate(&set)?;
         loop {
+            let exchange = |(place, k): (usize, usize)| {
+                let mut other = set.clone();
+                other[place] = k;
+                let found = self.rate(&other)?;
+                Ok((other, found))
+            };
+            let of = |place: usize| candidates.iter().map(move |&k| (place, k));
+            let others: Vec<(usize, usize)> =
+                (0..set.len()).flat_map(of).filter(|(place, k)| *k != set[*place]).collect();
+            let others = others.into_par_iter().map(exchange).collect::<Result<Vec<_>, EngineError>>()?;
             let mut best: Option<(Vec<usize>, f64)> = None;
-            for place in 0..set.len() {
-                for &k in candidates.iter().filter(|k| **k != set[place]) {
-                    let mut other = set.clone();
-                    other[place] = k;
-                    let found = self.rate(&other)?;
-                    if found > best.as_ref().map_or(rate + WORTH * rate.abs(), |(_, r)| *r) {
-                        best = Some((other, found));
-                    }
+            for (other, found) in others {
+                if found > best.as_ref().map_or(rate + WORTH * rate.abs(), |(_, r)| *r) {
+                    best = Some((other, found));
                 }
             }
             // Every exchange raises the rate, and there are finitely many sets.

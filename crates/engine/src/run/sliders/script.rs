@@ -99,6 +99,9 @@ impl Script {
                 });
             }
         }
+        if effects.iter().any(|e| e.law.split_whitespace().any(|word| word == "howe")) {
+            return Err("a bias flow sheds vortices from a hole".to_owned());
+        }
         let uses =
             |name: usize| assembly.candidates().iter().flat_map(|c| &c.effects).any(|e| e.law.uses(name));
         let radiation = if uses(LEVINE_SCHWINGER) { radiation(ka)? } else { Vec::new() };

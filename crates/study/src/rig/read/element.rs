@@ -108,7 +108,8 @@ impl Reading<'_> {
             "flame" => "n, reference, reference_side",
             "side-hole" => "outlet, wall",
             "screen" => "open_area",
-            "orifice" => "porosity",
+            "orifice" => "porosity, bias_velocity",
+            "helmholtz" => "bias_velocity",
             "unflanged" => "calibration",
             _ => "",
         };

@@ -7,7 +7,7 @@ use crate::law::{Coefficient, Hears, words};
 use crate::names::add;
 use crate::rig::Duct;
 use crate::rig::elements::{
-    FUNCTION, HOLE_OUTLETS, Key, Kind, PLATE, PLATE_OF_HOLES, SCREEN_LOSS, SIDE_HOLE, WALLS, fault_of,
+    FUNCTION, HOLE_OUTLETS, Key, Kind, PLATE, PLATE_OF_HOLES, SCREEN_LOSS, SHED, SIDE_HOLE, WALLS, fault_of,
 };
 use crate::rig::value::{Given, Value};
 use crate::source::{Outcome, listed};
@@ -203,6 +203,16 @@ impl Reading<'_> {
         if kind.name == "orifice" {
             definitions.extend(plate.map(|(name, text)| (name.to_owned(), text.to_owned())));
         }
+        if let Some((_, shed)) = SHED.iter().find(|(name, _)| *name == kind.name) {
+            let text = match table.remove("bias_velocity") {
+                None => "0",
+                Some(velocity) => {
+                    definitions.extend(self.definition(part, "bias_velocity", "m/s", &velocity, at)?);
+                    shed
+                }
+            };
+            definitions.push(("shed".to_owned(), text.to_owned()));
+        }
         let name = self.parts[part].name.clone();
         for (coefficient, law) in kind.laws {
             self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definitions, Some(part));
@@ -291,29 +301,6 @@ impl Reading<'_> {
             }
         };
         self.definition(part, key.name, key.unit, &value, at)
-    }
-
-    /// `gain` from `n`, and `transfer` from what is given of delay, filter, polynomials and table.
-    pub(super) fn flame(
-        &mut self,
-        part: usize,
-        table: &mut Table,
-        at: &Range<usize>,
-    ) -> Outcome<Vec<(String, String)>> {
-        let mut all = Vec::new();
-        if let Some(n) = table.remove("n") {
-            if table.contains_key("gain") {
-                return Err((
-                    at.clone(),
-                    StudyProblem::Missing { key: "gain or n".into(), need: "give one of the two" },
-                ));
-            }
-            all.extend(self.definition(part, "n", "1", &n, at)?);
-            all.push(("gain".into(), "(n)*(T_2 - T)/T*A/A_2".into()));
-        }
-        let keys = FUNCTION.iter().find(|(name, _)| *name == "flame").map_or(&[][..], |(_, keys)| *keys);
-        all.extend(self.transfer(Owner::Part(part), table, keys, at)?);
-        Ok(all)
     }
 
     /// A number of an owner for its laws, as [`Reading::definition`] makes it of one of a part.

@@ -4,13 +4,36 @@ use super::Reading;
 use super::owner::Owner;
 use crate::StudyProblem;
 use crate::law::Measured;
-use crate::rig::elements::transfer;
+use crate::rig::elements::{FUNCTION, transfer};
 use crate::rig::value::{Given, Value};
 use crate::source::Outcome;
 use std::ops::Range;
 use toml::{Table, Value as Toml};
 
 impl Reading<'_> {
+    /// `gain` from `n`, and `transfer` from what is given of delay, filter, polynomials and table.
+    pub(super) fn flame(
+        &mut self,
+        part: usize,
+        table: &mut Table,
+        at: &Range<usize>,
+    ) -> Outcome<Vec<(String, String)>> {
+        let mut all = Vec::new();
+        if let Some(n) = table.remove("n") {
+            if table.contains_key("gain") {
+                return Err((
+                    at.clone(),
+                    StudyProblem::Missing { key: "gain or n".into(), need: "give one of the two" },
+                ));
+            }
+            all.extend(self.definition(part, "n", "1", &n, at)?);
+            all.push(("gain".into(), "(n)*(T_2 - T)/T*A/A_2".into()));
+        }
+        let keys = FUNCTION.iter().find(|(name, _)| *name == "flame").map_or(&[][..], |(_, keys)| *keys);
+        all.extend(self.transfer(Owner::Part(part), table, keys, at)?);
+        Ok(all)
+    }
+
     /// What `transfer` is, with the owner's prefix, from those of its keys that `known` holds.
     pub(super) fn transfer(
         &mut self,
