@@ -92,6 +92,33 @@ pub(super) fn measured_columns() -> Vec<FrameColumn> {
         .collect()
 }
 
+/// The columns of what a model misses, behind that of the axis.
+pub(super) fn missed_columns() -> impl Iterator<Item = FrameColumn> {
+    [GROWTH_RATE, ANGULAR_FREQUENCY].into_iter().flat_map(|[name, label, unit]| {
+        let label = format!("{label}, measured less predicted");
+        [
+            FrameColumn::new(&format!("{name}_missed"), &label, unit),
+            FrameColumn::new(&format!("{name}_missed_sd"), &format!("{label}, sd"), unit),
+        ]
+    })
+}
+
+/// Panels of those columns in table `frame`, whose first column is the axis.
+pub(super) fn missed(x_label: &str, frame: usize, modes: &[Option<&str>]) -> Vec<AnswerPanel> {
+    let panel = |(mode, k): (Option<&str>, usize)| {
+        let [_, label, unit] = [GROWTH_RATE, ANGULAR_FREQUENCY][k];
+        let label = mode.map_or(format!("{label} missed"), |mode| format!("{label} of mode {mode} missed"));
+        let y = 1 + 2 * k;
+        let mode = mode.map(str::to_owned);
+        AnswerPanel {
+            x: x_label.to_owned(),
+            y: axis_label(&FrameColumn::new("", &label, unit)),
+            layers: vec![Layer { frame, look: LayerLook::Dots, x: 0, y, sd: Some(y + 1), mode }],
+        }
+    };
+    modes.iter().flat_map(|mode| [(*mode, 0), (*mode, 1)]).map(panel).collect()
+}
+
 /// A label with its unit.
 pub(super) fn axis_label(column: &FrameColumn) -> String {
     if column.unit == "1" {

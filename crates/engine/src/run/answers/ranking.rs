@@ -4,15 +4,18 @@ use super::super::course::{Chosen, Run};
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::inputs::conditions_or_ambient;
 use super::super::record::ModelRecord;
-use super::axes::{apart, axis_label, growth_and_frequency, measured, measured_columns, symbol};
+use super::axes::{
+    apart, axis_label, growth_and_frequency, measured, measured_columns, missed, missed_columns, symbol,
+};
 use super::{Found, LayerLook};
 use crate::{Conditions, EngineError, Observed, PointModel};
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
 use rijke_study::plan::Question;
 
-/// How many models a figure shows: those with the most evidence.
-const MOST_MODELS: usize = 7;
+/// How many models a figure shows as lines, and as dashes at every point: those with the most evidence.
+const MOST_LINES: usize = 7;
+const MOST_DASHES: usize = 2;
 
 /// Number of places at which lines are computed.
 const LINE_POINTS: usize = 121;
@@ -25,7 +28,6 @@ impl Run {
         let points = done.chosen.observed.clone();
         let mut models: Vec<&(ModelRecord, Chosen)> = done.rows.iter().collect();
         models.sort_by(|a, b| b.0.ln_evidence().total_cmp(&a.0.ln_evidence()));
-        models.truncate(MOST_MODELS);
         let row = |o: &Observed| self.row_of(question, &o.conditions.point, &o.mode.label, &measured(o));
         let columns = [self.factor_columns(), measured_columns()].concat();
         let mut frames = vec![Frame { columns, rows: points.iter().map(row).collect() }];
@@ -37,6 +39,11 @@ impl Run {
         // What points share was estimated where they are.
         let shared = models.iter().any(|(record, _)| !record.fitted.is_empty());
         let line = if shared { Vec::new() } else { self.line(axis, &points)? };
+        if line.is_empty() {
+            // The one that went on is drawn, whatever its evidence.
+            models.sort_by_key(|(record, _)| record.candidates != done.choice);
+        }
+        models.truncate(if line.is_empty() { MOST_DASHES } else { MOST_LINES });
         let mut rows = Vec::new();
         for (record, chosen) in &models {
             let values = &chosen.trained.values[..chosen.trained.own];
@@ -79,8 +86,32 @@ impl Run {
         for layer in panels.iter_mut().flat_map(|p| &mut p.layers).filter(|l| l.frame == 1) {
             layer.x = 0;
         }
+        if line.is_empty() {
+            let record = models.first().map(|(record, _)| record);
+            let rows = points.iter().zip(record.map_or(&[][..], ModelRecord::shown)).map(|(o, s)| {
+                let [growth, growth_sd, omega, omega_sd] = measured(o);
+                let off =
+                    [o.conditions.point.factors[axis], growth - s[0], growth_sd, omega - s[1], omega_sd];
+                FrameRow {
+                    label: o.conditions.id.clone(),
+                    mode: o.mode.label.clone(),
+                    values: off.map(finite).to_vec(),
+                    ..FrameRow::default()
+                }
+            });
+            let rows = rows.collect();
+            frames
+                .push(Frame { columns: std::iter::once(x.clone()).chain(missed_columns()).collect(), rows });
+            panels.extend(missed(&axis_label(&x), 2, &modes));
+        }
         let with = if shared { ", with the errors that points share as estimated" } else { "" };
-        let caption = format!("Measured modes (dots) and the models with the most evidence{with}.");
+        let caption = if line.is_empty() {
+            format!(
+                "Measured modes (dots), the model that went on and the next by evidence (dashes){with}; below, what was measured less the first of them."
+            )
+        } else {
+            "Measured modes (dots) and the models with the most evidence.".to_owned()
+        };
         Ok((frames, panels, Vec::new(), caption))
     }
 
