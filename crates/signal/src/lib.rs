@@ -23,8 +23,8 @@ pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
 pub use ping::{Drift, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping};
 pub use random::{
-    ChannelGains, Field, GainPair, Loss, LossBand, PressureFault, RelativePressures, Spectra, Swept,
-    SweptOptions, SwitchedDoubt, SwitchedFault, SwitchedGains, TransferEstimate, TransmissionTube,
+    ChannelGains, Field, GainPair, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
+    SwitchedDoubt, SwitchedFault, SwitchedGains, TransferEstimate, TransmissionLoss, TransmissionTube,
     Transmitted,
 };
 pub use repeats::{Repeats, combine, pool};

@@ -94,8 +94,8 @@ pub struct ResponseModelRecord {
     pub residual: f64,
     /// Correlation of what is left between neighbouring frequencies.
     pub neighbours: f64,
-    /// Whether what is left is larger, or correlates more, than noise and misfit would: then its error bars and
-    /// its lead are too sure.
+    /// Whether what is left is larger, or correlates more, than noise and misfit would: then its error bars
+    /// and its lead are too sure.
     #[serde(default)]
     pub too_sure: bool,
     /// Warnings, or why there is no evidence.

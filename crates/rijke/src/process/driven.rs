@@ -9,8 +9,8 @@ use crate::{
 };
 use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind};
 use rijke_signal::{
-    ChannelGains, Fault, Loss, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
-    SwitchedGains, TransmissionTube,
+    ChannelGains, Fault, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
+    SwitchedGains, TransmissionLoss, TransmissionTube,
 };
 use rijke_study::Study;
 use serde_json::{Value, json};
@@ -262,7 +262,7 @@ fn transmission(
     let mut text =
         "f [Hz],loss [dB],loss_sd [dB],energy,downstream_re,downstream_im,upstream_re,upstream_im\n"
             .to_owned();
-    for Loss { frequency_hz, loss_db: [loss, sd], transmitted } in &losses {
+    for TransmissionLoss { frequency_hz, loss_db: [loss, sd], transmitted } in &losses {
         let ([down, up], energy) = (transmitted.through, transmitted.energy);
         text += &format!("{frequency_hz},{loss},{sd},{energy},{},{},{},{}\n", down.re, down.im, up.re, up.im);
     }

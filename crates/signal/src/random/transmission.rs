@@ -30,7 +30,7 @@ pub struct Transmitted {
 
 /// Transmission at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loss {
+pub struct TransmissionLoss {
     /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Transmission loss and its standard deviation, dB.
@@ -58,10 +58,10 @@ const BAND: f64 = 100.0;
 impl LossBand {
     /// The bands of losses at ascending frequencies.
     #[must_use]
-    pub fn of(losses: &[Loss]) -> Vec<Self> {
-        let band = |l: &Loss| (l.frequency_hz / BAND).floor();
-        let one = |all: &[Loss]| {
-            let median = |of: &dyn Fn(&Loss) -> f64| {
+    pub fn of(losses: &[TransmissionLoss]) -> Vec<Self> {
+        let band = |l: &TransmissionLoss| (l.frequency_hz / BAND).floor();
+        let one = |all: &[TransmissionLoss]| {
+            let median = |of: &dyn Fn(&TransmissionLoss) -> f64| {
                 let mut values: Vec<f64> = all.iter().map(of).collect();
                 values.sort_by(f64::total_cmp);
                 values[values.len() / 2]
@@ -90,12 +90,12 @@ impl TransmissionTube {
     /// At every frequency at which the microphones can tell the waves apart, with errors of the places (m)
     /// and of the speed of sound (relative).
     #[must_use]
-    pub fn losses(&self, heard: &RelativePressures, sds_of_places: [f64; 2]) -> Vec<Loss> {
+    pub fn losses(&self, heard: &RelativePressures, sds_of_places: [f64; 2]) -> Vec<TransmissionLoss> {
         let rows = heard.frequency_hz.iter().zip(&heard.pressures).zip(&heard.relative_sd);
         let one = |((f, p), sds): ((&f64, &Vec<C64>), &Vec<f64>)| {
             let transmitted = self.transmitted(*f, p)?;
             let loss_db = self.loss(*f, p, sds, sds_of_places).unwrap_or([f64::NAN; 2]);
-            Some(Loss { frequency_hz: *f, loss_db, transmitted })
+            Some(TransmissionLoss { frequency_hz: *f, loss_db, transmitted })
         };
         rows.filter_map(one).collect()
     }
