@@ -11,8 +11,11 @@ pub(crate) fn quantity(value: f64, sd: f64, unit: &str) -> String {
 
 /// Three digits.
 pub(crate) fn rounded(value: f64) -> String {
-    if value == 0.0 || (1e-4..1e4).contains(&value.abs()) {
-        let places = (2.0 - value.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if (1e-4..1e4).contains(&value.abs()) {
+        let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize;
         return format!("{value:.places$}");
     }
     format!("{value:.2e}")
@@ -57,7 +60,7 @@ mod tests {
         assert_eq!(shown(2.0, 0.0), "2.000000e0 +- 0.0e0");
         assert_eq!(super::quantity(0.982_848, 1.04e-3, "1"), "0.9828 +- 0.0010");
         let rounded = [0.0, 0.102, 1.557, 123.4, 5.42e-5, 3.5e-10].map(super::rounded);
-        assert_eq!(rounded, ["0.000", "0.102", "1.56", "123", "5.42e-5", "3.50e-10"]);
+        assert_eq!(rounded, ["0", "0.102", "1.56", "123", "5.42e-5", "3.50e-10"]);
     }
 
     use super::*;

@@ -77,9 +77,15 @@ pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
         points.dedup();
         let more = points.len().saturating_sub(NAMED);
         let and = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let trust = format!("`dead = [{number}]`");
+        let remedy = if own[0].reason.contains(&trust) {
+            String::new()
+        } else {
+            format!(". If it cannot be trusted, write {trust} in the manifest")
+        };
         format!(
             "microphone {number} was left out of {} of {count} pings, which the others fit without it: {}{and} have no pressure there (corrections.csv \
-             lists the records). The first, {}: {}. If it cannot be trusted, write `dead = [{number}]` in the manifest",
+             lists the records). The first, {}: {}{remedy}",
             own.len(),
             points[..points.len().min(NAMED)].join(", "),
             own[0].record,
