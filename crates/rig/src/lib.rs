@@ -24,6 +24,7 @@ pub use error::{Elsewhere, RigError};
 pub use excited::{Blow, BlowState, Excitation, ExcitedRecords};
 pub use formats::arrays::named_columns;
 pub use formats::columns::Columns;
+pub use formats::numbers::{NumberColumns, number_columns};
 pub use formats::text::{Decimal, TextForm};
 pub use formats::wav::Samples24;
 pub use manifest::arrivals::{Arrivals, Arrived};

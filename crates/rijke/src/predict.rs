@@ -97,7 +97,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for assumed in &model.assumes {
         let search =
             if study.plan.responses.is_empty() { "; `rijke search` weighs all combinations" } else { "" };
-        ui.note(format!("warning: this model stands on what is not decided: {assumed}{search}"));
+        ui.note(format!("warning: this model stands on a choice that is not decided. {assumed}{search}"));
     }
     warn_of_missing(dir, &stage.id, ui);
     if model.trained_on.is_empty() {

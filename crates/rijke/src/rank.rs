@@ -254,7 +254,7 @@ fn table(ui: &Ui, stage: &StageRecord) {
             ));
         }
         for assumed in &stage.assumes {
-            ui.say(format!("      stands on what is not decided: {assumed}"));
+            ui.say(format!("      these numbers stand on a choice that is not decided. {assumed}."));
         }
         let [growth, frequency, pressure] = model.misfit.map(f64::abs);
         let trained = !stage.measured.is_empty();

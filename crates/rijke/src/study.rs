@@ -63,6 +63,9 @@ pub(crate) fn measured(folder: &Path) -> bool {
 /// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
 const UNLIKE: f64 = 15.0;
 
+/// Most points without an observation that are named.
+const NAMED: usize = 5;
+
 /// Warns of what has no effect, and of statements of a study that contradict its observations.
 pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> Result<(), Failure> {
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
@@ -80,6 +83,22 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> R
             "warning: gain_sd and delay_sd of rig.toml count in stages of responses alone: for stages of modes state the errors of the channels in \
              observations/channels.toml",
         );
+    }
+    let nothing = |k: usize| observations.modes.iter().all(|m| m.point != k);
+    let meant = |point: &rijke_study::Point| {
+        study.plan.stages.iter().any(|s| s.points.first.is_none() && s.points.holds(&study.campaign, point))
+    };
+    let points = study.campaign.points.iter().enumerate();
+    let missing: Vec<&str> =
+        points.filter(|(k, p)| nothing(*k) && meant(p)).map(|(_, p)| p.id.as_str()).collect();
+    if !missing.is_empty() && !observations.modes.is_empty() {
+        let more = missing.len().saturating_sub(NAMED);
+        ui.note(format!(
+            "{} points of stages have no observation: {}{}; they train nothing",
+            missing.len(),
+            missing[..missing.len() - more].join(", "),
+            if more > 0 { format!(" and {more} more") } else { String::new() }
+        ));
     }
     let differs = |(k, point): (usize, &rijke_study::Point)| {
         let ([stated, _], [read, _]) = (point.ambient?, *observations.ambient.get(&k)?);
@@ -99,7 +118,8 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> R
 
 /// What is doubtful in the files of a rig and its candidates, tables that were measured among them.
 pub(crate) fn doubts_of(study: &Study) -> Vec<String> {
-    study.rig.doubts.iter().chain(&study.catalogue.doubts).cloned().collect()
+    let of_files = study.rig.doubts.iter().chain(&study.catalogue.doubts).cloned();
+    of_files.chain(study.doubtful()).collect()
 }
 
 /// Says which observed points no stage uses because nothing is known of their gas.

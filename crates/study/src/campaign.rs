@@ -66,7 +66,8 @@ pub struct Campaign {
 }
 
 /// Columns with a meaning of their own.
-const RESERVED: [&str; 7] = ["point", "row", "installation", "day", "repeats", "T_amb", "T_amb_sd"];
+pub(crate) const RESERVED: [&str; 7] =
+    ["point", "row", "installation", "day", "repeats", "T_amb", "T_amb_sd"];
 
 /// The lowest and the highest temperature of surroundings, K: what lies beyond is taken for one in another
 /// unit.
@@ -100,6 +101,11 @@ impl Campaign {
                     source.at_line(top, StudyProblem::Duplicate { what: "column", name: a.name.clone() })
                 );
             }
+        }
+        let has = |name: &str| columns.iter().any(|c| c.name == name);
+        if has("T_amb_sd") && !has("T_amb") {
+            let need = "a column `T_amb_sd` says how well it is known; correct the name of the column of ambient temperatures, or leave out T_amb_sd";
+            return Err(source.at_line(top, StudyProblem::Missing { key: "T_amb".into(), need }));
         }
         let known = |name: &str| columns.iter().any(|c| c.name == name && !RESERVED.contains(&name));
         let of = |c: &Factor| c.name.strip_suffix("_sd").filter(|name| known(name)).map(str::to_owned);
@@ -332,7 +338,13 @@ mod tests {
         assert!(message("id,x\na,1\n").starts_with("campaign.csv, line 1: `point` is missing; "));
         assert!(message("point,x [furlong]\na,1\n").contains("furlong"));
         assert!(message("point,x [m]\na,1;2\n").contains("`x` is `1;2`, but must be a finite number"));
-        assert!(message("point,x [m]\na,1,2\n").contains("line 2"));
+        let long = message("point,x [m]\n# a comment\na,1,2\n");
+        assert!(
+            long.starts_with("campaign.csv, line 3: the row has 3 cells, but the heading has 2"),
+            "{long}"
+        );
+        let alone = message("point,T_abm [K],T_amb_sd [K]\na,293,0.2\n");
+        assert!(alone.starts_with("campaign.csv, line 1: `T_amb` is missing"), "{alone}");
         assert!(message("point,T_amb [K]\na,-3\n").contains("above 100 K"));
         assert!(message("point,T_amb [K]\na,20\n").contains("T_amb [degC]"));
         let of_a_symbol = message("point,P [W]\na,20\n");

@@ -5,6 +5,7 @@ mod base;
 mod campaign;
 mod catalogue;
 mod claims;
+mod doubtful;
 mod error;
 mod folder;
 mod head;

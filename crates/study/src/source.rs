@@ -84,20 +84,32 @@ impl Source {
 
     /// Line of a row of such a table, from 1. A reader is still before the comments that stand above the row.
     pub(crate) fn line_of(&self, record: &csv::StringRecord) -> usize {
-        let mut at = record.position().map_or(0, |p| p.byte() as usize);
+        self.line(self.row_from(record.position().map_or(0, |p| p.byte() as usize)))
+    }
+
+    /// Where the first row at or behind an offset begins that is no comment.
+    fn row_from(&self, mut at: usize) -> usize {
         for line in self.text.get(at..).unwrap_or_default().split_inclusive('\n') {
             if !line.starts_with('#') && !line.trim().is_empty() {
                 break;
             }
             at += line.len();
         }
-        self.line(at)
+        at
     }
 
     /// A fault of such a table, at its line.
     pub(crate) fn csv(&self, error: &csv::Error) -> StudyError {
-        let line = error.position().map_or_else(|| self.header_line(), |p| p.line() as usize);
-        self.at_line(line, StudyProblem::Csv(error.to_string()))
+        let at = error.position().map(|p| self.row_from(p.byte() as usize));
+        let line = at.map_or_else(|| self.header_line(), |at| self.line(at));
+        let csv::ErrorKind::UnequalLengths { expected_len, len, .. } = error.kind() else {
+            return self.at_line(line, StudyProblem::Csv(error.to_string()));
+        };
+        let said = format!(
+            "the row has {len} cells, but the heading has {expected_len}: give the row a cell for every column, an empty one where there is no value; a \
+             decimal sign is a point where commas stand between cells"
+        );
+        self.at_line(line, StudyProblem::Csv(said))
     }
 
     pub(crate) fn located<T>(&self, outcome: Outcome<T>) -> Result<T, StudyError> {

@@ -7,7 +7,7 @@ use super::predict::{Responses, Told};
 use super::record::{ForeseenModel, ResponseForesight};
 use super::rows::rows_of;
 use super::select::Selected;
-use super::stage::{ResponseRun, unlearned};
+use super::stage::{ResponseRun, enough, unlearned};
 use crate::EngineError;
 use rijke_inference::{Objective, Parameters, Posterior};
 use rijke_numerics::{Cholesky, Jet, Order};
@@ -38,6 +38,7 @@ impl ResponseRun {
             let mut models = Vec::new();
             for row in &rows {
                 let (assembly, errors) = self.assembled(stage, row)?;
+                enough(stage, row, &assembly, &data)?;
                 let responses = self.models(stage, &assembly, &data)?;
                 let parameters =
                     responses.channels.prior(unlearned(&assembly, &responses.channels)?, &none)?;

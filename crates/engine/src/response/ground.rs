@@ -6,7 +6,7 @@ use super::record::{ResponseModelRecord, ResponseStageRecord};
 use crate::noise::{Added, LawError};
 use crate::run::EvidenceRecord;
 use crate::{EngineError, NamedGaussian};
-use rijke_inference::NoiseEstimate;
+use rijke_inference::{Maximum, NoiseEstimate};
 use rijke_numerics::Matrix;
 use rijke_study::Study;
 use rijke_study::responses::ResponseKind;
@@ -15,6 +15,8 @@ use std::collections::BTreeMap;
 
 /// The most models of a stage of responses that are carried on.
 const MOST: usize = 8;
+/// Maxima with less of the evidence than this share are not carried on: 12 nats.
+const LEAST_SHARE: f64 = 6e-6;
 
 /// A stage of responses that has run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,25 +47,68 @@ pub struct GroundModel {
     names: Vec<String>,
     mean: Vec<f64>,
     covariance: Vec<Vec<f64>>,
+    /// The share of the evidence that this maximum has of all, 0..1.
+    #[serde(default = "all")]
+    share: f64,
+    /// The others that are not improbable.
+    #[serde(default)]
+    beside: Vec<GroundMaximum>,
     /// The misfit of a law that was measured by itself, as an error of that law.
     pub law: Option<LawError>,
 }
 
+/// A further maximum of the posterior of such a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct GroundMaximum {
+    /// Its share of the evidence of all, 0..1.
+    share: f64,
+    mean: Vec<f64>,
+    covariance: Vec<Vec<f64>>,
+}
+
+/// What a row found that stages after it need.
+pub(super) struct Learned {
+    /// The best maximum of the posterior.
+    pub(super) known: NamedGaussian,
+    /// Its share of the evidence of all, 0..1.
+    pub(super) share: f64,
+    /// The others.
+    pub(super) beside: Vec<GroundMaximum>,
+    /// The misfit of its law.
+    pub(super) law: Option<LawError>,
+}
+
+fn all() -> f64 {
+    1.0
+}
+
+fn rows_of(matrix: &Matrix, n: usize) -> Vec<Vec<f64>> {
+    (0..n).map(|i| (0..n).map(|j| matrix[(i, j)]).collect()).collect()
+}
+
+impl GroundMaximum {
+    /// Of a maximum that was found, unless it is improbable or has no covariance; `names` are those of the
+    /// parameters.
+    pub(super) fn of(names: &[String], found: &Maximum) -> Option<Self> {
+        let laplace = found.laplace.as_ref().ok().filter(|_| found.share > LEAST_SHARE)?;
+        let covariance = rows_of(&laplace.physical_covariance, names.len());
+        Some(Self { share: found.share, mean: found.fit.parameters.clone(), covariance })
+    }
+}
+
 impl Ground {
     /// Of a stage and what was learned of each of its models, in its order; `assumes` are what it stands on.
-    pub(super) fn of(
-        stage: &ResponseStageRecord,
-        found: Vec<Option<(NamedGaussian, Option<LawError>)>>,
-        assumes: Vec<String>,
-    ) -> Self {
-        let model = |(m, found): (&ResponseModelRecord, Option<(NamedGaussian, Option<LawError>)>)| {
-            let (known, law) = found?;
+    pub(super) fn of(stage: &ResponseStageRecord, found: Vec<Option<Learned>>, assumes: Vec<String>) -> Self {
+        let model = |(m, found): (&ResponseModelRecord, Option<Learned>)| {
+            let Learned { known, share, beside, law } = found?;
             let n = known.names.len();
             Some(GroundModel {
                 id: m.id.clone(),
                 candidates: m.candidates.clone(),
                 evidence: m.evidence?,
-                covariance: (0..n).map(|i| (0..n).map(|j| known.covariance[(i, j)]).collect()).collect(),
+                covariance: rows_of(&known.covariance, n),
+                share,
+                beside,
                 names: known.names,
                 mean: known.mean,
                 law,
@@ -115,28 +160,30 @@ impl Ground {
         let (only, side) = if behind < 0.0 { ("", "ahead") } else { ("only ", "behind") };
         let place = format!("{only}{:.1} nats {side}", behind.abs());
         (behind < self.decides)
-            .then(|| format!("{}: {} is taken, though {} is {place}", self.title, chosen.id, other.id))
+            .then(|| format!("Stage \"{}\" takes {}, and {} is {place}", self.title, chosen.id, other.id))
     }
 }
 
 impl GroundModel {
-    /// Its posterior.
+    /// Its posterior: the maxima that are not improbable, the best first, each with its share.
     ///
     /// # Errors
     /// [`EngineError::Damaged`] if its lists do not fit together.
-    pub(crate) fn gaussian(&self, stage: &str) -> Result<NamedGaussian, EngineError> {
+    pub(crate) fn maxima(&self, stage: &str) -> Result<Vec<(f64, NamedGaussian)>, EngineError> {
         let n = self.names.len();
-        let whole = self.mean.len() == n
-            && self.covariance.len() == n
-            && self.covariance.iter().all(|row| row.len() == n && row.iter().all(|v| v.is_finite()));
-        if !whole {
-            return Err(EngineError::Damaged { stage: stage.to_owned() });
-        }
-        Ok(NamedGaussian {
-            names: self.names.clone(),
-            mean: self.mean.clone(),
-            covariance: Matrix::from_fn(n, n, |i, j| self.covariance[i][j]),
-        })
+        let gaussian = |share: f64, mean: &[f64], covariance: &[Vec<f64>]| {
+            let whole = mean.len() == n
+                && covariance.len() == n
+                && covariance.iter().all(|row| row.len() == n && row.iter().all(|v| v.is_finite()));
+            if !whole {
+                return Err(EngineError::Damaged { stage: stage.to_owned() });
+            }
+            let covariance = Matrix::from_fn(n, n, |i, j| covariance[i][j]);
+            Ok((share, NamedGaussian { names: self.names.clone(), mean: mean.to_vec(), covariance }))
+        };
+        let best = gaussian(self.share, &self.mean, &self.covariance);
+        let others = self.beside.iter().map(|m| gaussian(m.share, &m.mean, &m.covariance));
+        std::iter::once(best).chain(others).collect()
     }
 }
 

@@ -2,6 +2,7 @@
 //! places, seen through a measuring head whose errors are integrated over, or heard by microphones while
 //! sources of unknown strength drive it.
 
+mod aliases;
 mod channels;
 mod data;
 mod foresight;

@@ -1,7 +1,7 @@
 //! What a stage of responses found, as numbers that are written and drawn.
 
 use crate::run::{EvidenceRecord, TrainedParameter};
-use rijke_inference::NoiseEstimate;
+use rijke_inference::{NoiseEstimate, OtherMaximum};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -98,6 +98,10 @@ pub struct ResponseModelRecord {
     /// and its lead are too sure.
     #[serde(default)]
     pub too_sure: bool,
+    /// Further maxima of the posterior, the most probable first; values and standard deviations of the
+    /// parameters are those of the best alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub maxima: Vec<OtherMaximum>,
     /// Warnings, or why there is no evidence.
     pub remark: Option<String>,
 }

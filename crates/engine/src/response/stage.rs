@@ -1,7 +1,8 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
+use super::aliases::{aliased, with_aliases};
 use super::channels::Channels;
-use super::ground::{Ground, law_error};
+use super::ground::{Ground, Learned, law_error};
 use super::head::Rest;
 use super::measured::Measured;
 use super::predict::{Load, Responses};
@@ -13,7 +14,7 @@ use super::train::Training;
 use crate::rows::Row;
 use crate::run::{EvidenceRecord, TrainedParameter, conditions_at};
 use crate::shape::ShapeModel;
-use crate::{Assembly, Conditions, EngineError, LawError, NamedGaussian};
+use crate::{Assembly, Conditions, EngineError, NamedGaussian};
 use rijke_inference::Parameters;
 use rijke_numerics::C64;
 use rijke_study::plan::SdSpec;
@@ -39,9 +40,6 @@ pub struct ResponseRun {
     known: BTreeMap<String, (BTreeMap<String, String>, NamedGaussian)>,
     grounds: Vec<Ground>,
 }
-
-/// What a row found that stages after it need: the posterior, and the misfit of its law.
-type Learned = Option<(NamedGaussian, Option<LawError>)>;
 
 impl ResponseRun {
     /// A study with its responses.
@@ -74,7 +72,7 @@ impl ResponseRun {
         let Some(stage) = self.study.plan.responses.get(self.grounds.len()).cloned() else { return Ok(None) };
         let data = Selected::new(&self.study, &self.observed, &stage)?;
         let mut models = Vec::new();
-        let mut found: Vec<Learned> = Vec::new();
+        let mut found: Vec<Option<Learned>> = Vec::new();
         let chosen = self.known.iter().map(|(id, (choice, _))| (id.clone(), choice.clone())).collect();
         let rows = rows_of(&self.study, &stage, &chosen);
         if rows.is_empty() {
@@ -95,8 +93,8 @@ impl ResponseRun {
             let remark = models.iter().find_map(|m| m.remark.clone()).unwrap_or_default();
             return Err(EngineError::NoWinner { stage: stage.id, remark });
         };
-        if let Some((knowledge, _)) = &found[best] {
-            self.known.insert(stage.id.clone(), (rows[best].choice.clone(), knowledge.clone()));
+        if let Some(learned) = &found[best] {
+            self.known.insert(stage.id.clone(), (rows[best].choice.clone(), learned.known.clone()));
         }
         let load = |((m, what), rows): ((&Measured, &ResponseKind), &usize)| LoadRecord {
             point: m.label.clone(),
@@ -145,7 +143,7 @@ impl ResponseRun {
         stage: &ResponseStage,
         row: &Row,
         data: &Selected,
-    ) -> Result<(ResponseModelRecord, Learned), EngineError> {
+    ) -> Result<(ResponseModelRecord, Option<Learned>), EngineError> {
         let measured = &data.measured;
         let mut record = ResponseModelRecord {
             id: row.id(),
@@ -160,22 +158,26 @@ impl ResponseRun {
             residual: f64::NAN,
             neighbours: f64::NAN,
             too_sure: false,
+            maxima: Vec::new(),
             remark: None,
         };
         let (assembly, errors) = self.assembled(stage, row)?;
-        let (numbers, free) = (2 * data.numbers(), assembly.parameters().len());
-        if numbers < free {
-            let problem = format!(
-                "the model of `{}` has {free} free parameters, and {numbers} real numbers train it: take more frequencies (`band_hz`, `step_hz`), \
-                 or hold parameters",
-                record.id
-            );
-            return Err(EngineError::Refused { stage: stage.id.clone(), problem });
-        }
+        enough(stage, row, &assembly, data)?;
         let responses = self.models(stage, &assembly, data)?;
         let parameters = self.parameters(stage, &assembly, &responses.channels)?;
-        let training =
-            Training { responses: &responses, measured, errors: &errors, parameters: &parameters, stage };
+        let told = stage.on.iter().filter_map(|id| self.known.get(id));
+        let told = told.flat_map(|(_, known)| known.names.iter().map(String::as_str)).collect();
+        let aliases = aliased(&responses, &parameters, &told)?;
+        let parameters = with_aliases(parameters, &aliases)?;
+        let starts: Vec<Vec<f64>> = aliases.iter().flat_map(|a| a.starts.clone()).collect();
+        let training = Training {
+            responses: &responses,
+            measured,
+            errors: &errors,
+            parameters: &parameters,
+            stage,
+            starts: &starts,
+        };
         let found = match training.found() {
             Ok(found) => found,
             Err(error) => {
@@ -196,6 +198,8 @@ impl ResponseRun {
         record.parameters = parameters.list().iter().enumerate().map(parameter).collect();
         record.channels = responses.channels.parameters.len();
         record.noise.clone_from(&fit.noise);
+        record.maxima.clone_from(&found.maxima);
+        remarks.extend(aliases.iter().map(ToString::to_string));
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
         let left = left(measured, found.heard, rest);
         let larger = left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd;
@@ -225,8 +229,12 @@ impl ResponseRun {
                 left.neighbours_sds
             ));
         }
-        let untold =
-            record.parameters.iter().take(free).filter(|p| p.is_as_before()).map(|p| p.name.as_str());
+        let untold = record
+            .parameters
+            .iter()
+            .take(assembly.parameters().len())
+            .filter(|p| p.is_as_before())
+            .map(|p| p.name.as_str());
         let untold: Vec<&str> = untold.collect();
         if !untold.is_empty() {
             let both = |what: &ResponseKind| matches!(what, ResponseKind::Pressure { sources, .. } if sources.len() > 1);
@@ -244,10 +252,10 @@ impl ResponseRun {
         (record.residual, record.neighbours) = (left.size, left.neighbours);
         record.remark = Some(remarks.join("\n")).filter(|r| !r.is_empty());
         let names = parameters.list().iter().map(|p| p.name.clone()).collect();
-        let knowledge =
+        let known =
             NamedGaussian { names, mean: fit.parameters.clone(), covariance: laplace.physical_covariance };
         let law = law_error(&self.study, &row.choice, &responses.loads, &fit.noise);
-        Ok((record, Some((knowledge, law))))
+        Ok((record, Some(Learned { known, share: found.share, beside: found.beside, law })))
     }
 
     /// The model of a row, and the errors of its head.
@@ -305,6 +313,25 @@ impl ResponseRun {
         let channels = Channels::of(&self.study, stage, &data.whats, &data.points)?;
         Ok(Responses { loads, own: assembly.parameters().len(), channels })
     }
+}
+
+/// Refuses a model with more free parameters than real numbers train it.
+pub(super) fn enough(
+    stage: &ResponseStage,
+    row: &Row,
+    assembly: &Assembly,
+    data: &Selected,
+) -> Result<(), EngineError> {
+    let (numbers, free) = (2 * data.numbers(), assembly.parameters().len());
+    if numbers >= free {
+        return Ok(());
+    }
+    let problem = format!(
+        "the model of `{}` has {free} free parameters, and {numbers} real numbers train it: take more frequencies (`band_hz`, `step_hz`), \
+         or hold parameters",
+        row.id()
+    );
+    Err(EngineError::Refused { stage: stage.id.clone(), problem })
 }
 
 /// The parameters of a model, and those of the channels by which it is heard, each by itself.

@@ -2,13 +2,14 @@
 //! then answers.
 
 use super::data::Blocks;
+use super::ground::GroundMaximum;
 use super::head::{Heard, Rest};
 use super::measured::Measured;
 use super::predict::{Responses, Told};
 use crate::EngineError;
 use rijke_inference::{
     AssessOptions, Energy, Evidence, Fit, ForwardError, InferenceError, Laplace, MapOptions, Objective,
-    Parameters, Posterior, Stop, minimise,
+    OtherMaximum, Parameters, Posterior, Stop, further_maxima, minimise,
 };
 use rijke_numerics::{C64, Cholesky, Jet, Matrix, Order, Streams};
 use rijke_study::ErrorTerm;
@@ -35,6 +36,8 @@ pub(super) struct Training<'a> {
     pub(super) errors: &'a [ErrorTerm],
     pub(super) parameters: &'a Parameters,
     pub(super) stage: &'a ResponseStage,
+    /// Where to search too, if a parameter is known to repeat itself within its prior.
+    pub(super) starts: &'a [Vec<f64>],
 }
 
 /// What training found.
@@ -42,6 +45,12 @@ pub(super) struct Found {
     pub(super) fit: Fit,
     pub(super) laplace: Laplace,
     pub(super) evidence: Evidence,
+    /// Its share of the evidence that all maxima have together, 0..1.
+    pub(super) share: f64,
+    /// The other maxima that are not improbable.
+    pub(super) beside: Vec<GroundMaximum>,
+    /// All others, in words and numbers.
+    pub(super) maxima: Vec<OtherMaximum>,
     /// What the rig answers with these parameters, load after load.
     pub(super) answers: Vec<Vec<C64>>,
     /// What the head most probably makes of it.
@@ -67,18 +76,19 @@ impl Training<'_> {
                 (heard, fit) = self.settled(heard, start)?;
                 start = Some(fit);
             }
-            let (fit, laplace, mut evidence, warnings) = self.fitted(&heard, start.as_ref())?;
-            evidence.ln_best_fit += heard.tilt_cost();
-            evidence.ln_marginal += heard.tilt_cost();
+            let mut found = self.fitted(&heard, start.as_ref())?;
+            found.evidence.ln_best_fit += heard.tilt_cost();
+            found.evidence.ln_marginal += heard.tilt_cost();
+            let fit = &found.fit;
             let moved =
-                start.as_ref().map_or(0.0, |start| moved(&laplace, &fit.parameters, &start.parameters));
-            let after = self.about(&fit)?;
+                start.as_ref().map_or(0.0, |start| moved(&found.laplace, &fit.parameters, &start.parameters));
+            let after = self.about(fit)?;
             if heard.is_exact() || moved < SETTLED {
                 let answers = after.answered();
-                return Ok(Found { fit, laplace, evidence, answers, heard: after.heard(), warnings });
+                return Ok(Found { answers, heard: after.heard(), ..found });
             }
             // The search found a better maximum, where the head's errors are others.
-            (heard, start) = (after, Some(fit));
+            (heard, start) = (after, Some(found.fit));
         }
         Err(EngineError::Unsettled {
             what: "the errors of the head differ between maxima of the posterior, and the searches do not end at one".to_owned(),
@@ -95,7 +105,7 @@ impl Training<'_> {
             |m: &Measured| Measured { values: m.values.iter().map(C64::conj).collect(), ..m.clone() };
         let measured: Vec<Measured> = self.measured.iter().map(conjugate).collect();
         let stage = ResponseStage { checked: false, ..self.stage.clone() };
-        let other = Training { measured: &measured, stage: &stage, ..*self };
+        let other = Training { measured: &measured, stage: &stage, starts: &[], ..*self };
         let gain = match other.found() {
             Ok(found) => found.evidence.ln_marginal - here,
             Err(_) => return Ok(None),
@@ -206,36 +216,62 @@ impl Training<'_> {
 
     /// The maximum of a posterior, searched without second derivatives of the model, Laplace's method there,
     /// the evidence of all maxima that were looked for, and warnings.
-    fn fitted(
-        &self,
-        heard: &Heard,
-        start: Option<&Fit>,
-    ) -> Result<(Fit, Laplace, Evidence, Vec<String>), EngineError> {
+    fn fitted(&self, heard: &Heard, start: Option<&Fit>) -> Result<Found, EngineError> {
         let data = self.blocks(heard).data()?;
         // With unknown sources, second derivatives at fixed fields are not those of the cost: what the fields
         // do when the parameters move is as large. Gauss and Newton leave out both.
         let highest = if heard.has_fields() { Order::First } else { Order::Second };
         let whole = self.told(heard, highest);
         let posterior = Posterior::new(&whole, &data, self.parameters)?;
-        if !self.stage.checked {
+        let (answers, heard_so) = (Vec::new(), Vec::new());
+        if !self.stage.checked && self.starts.is_empty() {
             let fit = self.fit(heard, start)?;
             let laplace = posterior.laplace(&fit)?;
             ended(&fit.stop, &laplace)?;
             let evidence = laplace.evidence;
             let early = (!fit.stop.converged()).then(|| format!("the search stopped early: {}", fit.stop));
-            return Ok((fit, laplace, evidence, early.into_iter().collect()));
+            let warnings = early.into_iter().collect();
+            let (beside, maxima) = (Vec::new(), Vec::new());
+            return Ok(Found {
+                fit,
+                laplace,
+                evidence,
+                share: 1.0,
+                beside,
+                maxima,
+                answers,
+                heard: heard_so,
+                warnings,
+            });
         }
         // One stream for every model: a further row must not change the others.
-        let options = AssessOptions {
+        let mut options = AssessOptions {
             streams: Streams::new(u64::from_le_bytes(*b"response")),
-            starts: start.iter().map(|fit| fit.parameters.clone()).collect(),
+            starts: start
+                .iter()
+                .map(|fit| fit.parameters.clone())
+                .chain(self.starts.iter().cloned())
+                .collect(),
             ..AssessOptions::default()
         };
-        let found = posterior.assess(&options)?;
-        let laplace = found.laplace.or_else(|_| posterior.laplace(&found.fit))?;
-        ended(&found.fit.stop, &laplace)?;
-        let evidence = found.evidence.unwrap_or(laplace.evidence);
-        Ok((found.fit, laplace, evidence, found.health.warnings))
+        options.most_starts += 2 * self.starts.len();
+        if !self.stage.checked {
+            // The starts, and the images of the best maximum.
+            (options.random_starts, options.screened, options.draws) = (0, 0, 0);
+        }
+        let assessed = posterior.assess(&options)?;
+        let laplace = assessed.laplace.or_else(|_| posterior.laplace(&assessed.fit))?;
+        ended(&assessed.fit.stop, &laplace)?;
+        let evidence = assessed.evidence.unwrap_or(laplace.evidence);
+        let names: Vec<String> = self.parameters.list().iter().map(|p| p.name.clone()).collect();
+        let beside = assessed.maxima[1..].iter().filter_map(|m| GroundMaximum::of(&names, m)).collect();
+        let health = assessed.health;
+        let warnings = match self.stage.checked {
+            true => health.warnings,
+            false => further_maxima(&health.other_modes).into_iter().collect(),
+        };
+        let (share, maxima, fit) = (health.share, health.other_modes, assessed.fit);
+        Ok(Found { fit, laplace, evidence, share, beside, maxima, answers, heard: heard_so, warnings })
     }
 }
 

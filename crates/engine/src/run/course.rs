@@ -44,6 +44,8 @@ pub struct Chosen {
     pub(super) known: Arc<Vec<NamedGaussian>>,
     /// The misfit, what was measured included.
     pub(super) misfit: [f64; 3],
+    /// Which other maxima of stages of responses its data leave open, in words.
+    pub(super) beside: Option<String>,
 }
 
 impl Chosen {
@@ -93,8 +95,17 @@ pub(super) struct Beside {
 /// that they found.
 #[derive(Clone)]
 pub(super) struct StandsOn {
-    pub(super) known: Arc<Vec<NamedGaussian>>,
+    /// One list for every maximum that stages of responses leave open, the most probable first, with the ln
+    /// of its probability.
+    pub(super) maxima: Arc<Vec<(f64, Arc<Vec<NamedGaussian>>)>>,
     pub(super) points: Arc<Vec<Observed>>,
+}
+
+impl StandsOn {
+    /// One maximum.
+    pub(super) fn one(known: Arc<Vec<NamedGaussian>>, points: Arc<Vec<Observed>>) -> Self {
+        Self { maxima: Arc::new(vec![(0.0, known)]), points }
+    }
 }
 
 impl Done {

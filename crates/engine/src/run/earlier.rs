@@ -2,6 +2,7 @@
 //! chose.
 
 use super::course::{Chosen, Run, StandsOn};
+use super::maxima::combined;
 use crate::rows::{Choice, Row};
 use crate::{EngineError, NamedGaussian, Observed};
 use rijke_study::plan::Stage;
@@ -37,10 +38,10 @@ impl<'a> Earlier<'a> {
         let heard = stage.heard_through.iter().map(|id| self.key(id, &Choice::new()));
         let mut keys: Vec<Key> = on.chain(heard).collect::<Result<_, _>>()?;
         let trained_before = keys.len();
-        let mut measured: Vec<NamedGaussian> = Vec::new();
+        let mut measured: Vec<Vec<(f64, NamedGaussian)>> = Vec::new();
         for (k, ground) in grounds.into_iter().filter_map(|id| self.run.ground(id)).enumerate() {
             let model = ground.with(choice, &stage.id)?;
-            measured.push(model.gaussian(&ground.id)?);
+            measured.push(model.maxima(&ground.id)?);
             // No place of a stage of modes.
             keys.push((usize::MAX - k, model.candidates.clone()));
         }
@@ -57,8 +58,7 @@ impl<'a> Earlier<'a> {
             }
         }
         known.truncate(stages.len());
-        known.extend(measured);
-        let ready = StandsOn { known: Arc::new(known), points: Arc::new(points) };
+        let ready = StandsOn { maxima: Arc::new(combined(known, &measured)), points: Arc::new(points) };
         self.ready.insert(keys, ready.clone());
         Ok(ready)
     }

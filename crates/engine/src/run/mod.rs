@@ -21,6 +21,7 @@ mod frame;
 mod inputs;
 mod lengths;
 mod matching;
+mod maxima;
 mod missing;
 mod next;
 mod predicted;

@@ -3,11 +3,12 @@
 use super::course::{Chosen, Found, Run, StandsOn, Trusted};
 use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
+use super::maxima::of_all;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use crate::noise::{Noise, floats, measured_sd};
 use crate::observed::Used;
 use crate::rows::{Choice, Row, are_possible, combinations, with_candidates};
-use crate::{Assembly, EngineError, Misfit, NamedGaussian, PointModel, Training, train};
+use crate::{Assembly, EngineError, Misfit, NamedGaussian, Observed, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_network::Workspace;
 use rijke_numerics::{Order, Streams};
@@ -236,14 +237,32 @@ impl Run {
         &self,
         stage: &Stage,
         row: &Row,
-        StandsOn { known, points }: StandsOn,
+        StandsOn { maxima, points }: StandsOn,
         trusted: Trusted,
+    ) -> Result<Chosen, EngineError> {
+        let on = |known: &Arc<Vec<NamedGaussian>>, trusted| {
+            self.trained_on(stage, row, (known.clone(), points.clone()), trusted, maxima.len() == 1)
+        };
+        if let [(_, known)] = maxima.as_slice() {
+            return on(known, trusted);
+        }
+        of_all(&maxima, trusted, &on)
+    }
+
+    /// Trains with one maximum of what earlier stages know; `alone` if it is the only one.
+    fn trained_on(
+        &self,
+        stage: &Stage,
+        row: &Row,
+        (known, points): (Arc<Vec<NamedGaussian>>, Arc<Vec<Observed>>),
+        trusted: Trusted,
+        alone: bool,
     ) -> Result<Chosen, EngineError> {
         let assembly = assembly_of(&self.study, &row.choice, &stage.hold)?;
         let noise =
             Noise { law: self.law_of(stage, &stage.noise, &row.choice)?, ..self.noise(&stage.noise)? };
         let mut training = self.training(stage, noise, known.to_vec(), trusted);
-        if let Some(found) = self.near.get(&[stage.id.clone(), row.id()]) {
+        if let Some(found) = self.near.get(&[stage.id.clone(), row.id()]).filter(|_| alone) {
             let value = |p: &Parameter| {
                 let same = found.iter().find(|q| q.name == p.name);
                 same.map_or_else(|| p.prior.quantile(0.5), |q| q.value)
@@ -267,6 +286,7 @@ impl Run {
             observed: points,
             known,
             misfit,
+            beside: None,
         })
     }
 

@@ -44,7 +44,7 @@ impl Run {
             o
         };
         let points = Arc::new(found.observed.iter().map(turned).collect());
-        let stands_on = StandsOn { known: found.known.clone(), points };
+        let stands_on = StandsOn::one(found.known.clone(), points);
         let Ok(other) = self.train_row(stage, row, stands_on, Trusted::Laplace) else { return Ok(None) };
         let gain = other.trained.evidence.ln_marginal - found.trained.evidence.ln_marginal;
         Ok((gain > LEADS).then(|| {

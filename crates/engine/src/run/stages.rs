@@ -42,7 +42,7 @@ fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[Carr
     };
     let by = if carried.is_empty() { "" } else { " by the points of this and later stages" };
     Some(format!(
-        "{}: {taken} is taken, though {} is {}{}{by}{also}",
+        "Stage \"{}\" takes {taken}, and {} is {}{}{by}{also}",
         stage.title,
         other.id,
         if *least < 0.0 { "" } else { "only " },
@@ -71,7 +71,8 @@ impl Run {
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
         if let Some(goes_on) = results[next].1.clone() {
             let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
-            let assumes = assumes.iter().cloned().chain(own).collect();
+            let beside = goes_on.beside.as_ref().map(|said| format!("In stage \"{}\", {said}", stage.title));
+            let assumes = assumes.iter().cloned().chain(own).chain(beside).collect();
             let open = open_beside(&chosen, &carried);
             let odds = |b: &Beside| open.iter().find(|(_, c)| c.id == b.on).map(|(odds, _)| odds * b.odds);
             let beside = trained.into_iter().filter_map(|b| Some(Beside { odds: odds(&b)?, ..b })).collect();
@@ -120,7 +121,7 @@ impl Run {
                 let other = open.later.iter().find(|l| l.stage == stage.id && l.model != chosen);
                 all.extend(other.map(|l| {
                     format!(
-                        "if `{}` were right in {}, `{}` would be the best model here",
+                        "If `{}` were right in {}, `{}` would be the best model here",
                         open.id, before.title, l.model
                     )
                 }));

@@ -4,6 +4,7 @@
 mod bench;
 mod chain;
 mod channels;
+mod delay;
 mod extends;
 mod head;
 mod pressures;

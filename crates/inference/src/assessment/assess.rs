@@ -6,7 +6,7 @@ use crate::density::{Gaussian, TrustRegion};
 use crate::error::InferenceError;
 use crate::evidence::{Conflict, Evidence, Laplace};
 use crate::fit::{Fit, Posterior};
-use crate::maxima::{Breadth, Maximum, Sorted, Terrain, explore, sorted, warning};
+use crate::maxima::{Breadth, Maximum, Sorted, Terrain, explore, further_maxima, sorted};
 use crate::problem::{Data, Forward, Parameters};
 use crate::sample::{LikelihoodTarget, SamplerKind, Target, Verdict, weighed};
 use rijke_numerics::Streams;
@@ -109,7 +109,7 @@ impl Posterior<'_> {
         (health.other_modes, health.share) = (modes, maxima[0].share);
         let (fit, laplace) = (maxima[0].fit.clone(), maxima[0].laplace.clone());
         if let (Ok(laplace), Some(evidence)) = (&laplace, &evidence) {
-            health.warnings.extend(warning(&health.other_modes));
+            health.warnings.extend(further_maxima(&health.other_modes));
             self.examine(&fit, laplace, evidence, &proposal, options, &mut health)?;
         }
         self.warn_of_fit(&fit, &mut health);

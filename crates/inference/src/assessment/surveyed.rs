@@ -4,7 +4,7 @@ use super::assess::AssessOptions;
 use super::health::Health;
 use crate::density::{Gaussian, Minimum, Objective};
 use crate::error::InferenceError;
-use crate::maxima::{Apart, OtherMaximum, Peak, Plain, explore, shares, warning};
+use crate::maxima::{Apart, OtherMaximum, Peak, Plain, explore, further_maxima, shares};
 use crate::sample::weighed;
 
 /// All maxima of a density, its integral summed over them, and what the checks found.
@@ -50,7 +50,7 @@ pub fn survey(
             apart: apart(best, &peaks[k].z),
         })
         .collect();
-    health.warnings.extend(warning(&health.other_modes));
+    health.warnings.extend(further_maxima(&health.other_modes));
     if !best.converged {
         health.warnings.push(format!("the search did not converge: {}", best.fit.stop));
     }

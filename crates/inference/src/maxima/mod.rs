@@ -7,8 +7,8 @@ mod explore;
 mod grounds;
 mod modes;
 
-pub use modes::{Apart, Maximum, OtherMaximum};
+pub use modes::{Apart, Maximum, OtherMaximum, further_maxima};
 
 pub(crate) use explore::{Breadth, Explored, Peak, explore};
 pub(crate) use grounds::{Plain, Terrain};
-pub(crate) use modes::{Sorted, shares, sorted, warning};
+pub(crate) use modes::{Sorted, shares, sorted};

@@ -170,13 +170,31 @@ pub(crate) fn sorted(parameters: &Parameters, found: Explored<Fitted>) -> Sorted
 /// Share of the evidence below which a maximum is not sampled.
 const SMALL: f64 = 1e-4;
 
-/// A warning if maxima beside the best hold more than 5 % of its evidence, in words.
-pub(crate) fn warning(modes: &[OtherMaximum]) -> Option<String> {
-    let heavy = modes.iter().filter(|m| m.ln_marginal.is_some() && -m.below > MODE_LIMIT);
-    let heaviest = heavy.min_by(|a, b| a.below.total_cmp(&b.below))?;
+/// Most maxima that are named in a warning.
+const NAMED: usize = 4;
+
+/// A warning if maxima beside the best hold more than 5 % of its evidence, in words: the heaviest with their
+/// places and probabilities.
+#[must_use]
+pub fn further_maxima(modes: &[OtherMaximum]) -> Option<String> {
+    let mut heavy: Vec<&OtherMaximum> =
+        modes.iter().filter(|m| m.ln_marginal.is_some() && -m.below > MODE_LIMIT).collect();
+    heavy.sort_by(|a, b| a.below.total_cmp(&b.below));
+    let heaviest = heavy.first()?;
+    let place = |m: &&OtherMaximum| {
+        let one = |a: &Apart| {
+            let unit = if a.unit == "1" { String::new() } else { format!(" {}", a.unit) };
+            format!("{} = {:.4e}{unit} (best {:.4e}{unit})", a.parameter, a.value, a.best)
+        };
+        let at: Vec<String> = m.apart.iter().take(2).map(one).collect();
+        format!("{}, probability {:.2}", at.join(", "), m.share)
+    };
+    let places: Vec<String> = heavy.iter().take(NAMED).map(place).collect();
     Some(format!(
-        "the posterior has {} further maxima, one with {:+.2} nats of evidence relative to the best fit",
+        "the posterior has {} further maxima, one with {:+.2} nats of evidence relative to the best fit, to which values and standard deviations \
+         belong; the most probable: {}",
         modes.len(),
-        -heaviest.below
+        -heaviest.below,
+        places.join("; ")
     ))
 }

@@ -9,6 +9,7 @@ pub(crate) mod columns;
 mod hdf5;
 pub(crate) mod headings;
 mod mat5;
+pub(crate) mod numbers;
 pub(crate) mod riff;
 pub(crate) mod text;
 pub(crate) mod wav;

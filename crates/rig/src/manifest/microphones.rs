@@ -125,7 +125,11 @@ impl Channels {
         };
         for m in 0..count {
             within(("gain", m), stated.gains[m].abs(), 1e-6, 1e6, "")?;
-            within(("gain_sd", m), stated.gain_sds[m], 1e-9, 10.0, "")?;
+            if stated.gain_sds[m] > 1.0 {
+                let what = "is above 1, which is 100 % of the gain; write per cent as in gain_sd = \"3 %\"";
+                return Err((("gain_sd", m), Problem::Keys { what }));
+            }
+            within(("gain_sd", m), stated.gain_sds[m], 1e-9, 1.0, "")?;
             within(("delay", m), stated.delays[m], -1.0, 1.0, "s")?;
             within(("delay_sd", m), stated.delay_sds[m], 1e-12, 1.0, "s")?;
         }

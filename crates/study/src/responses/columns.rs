@@ -4,7 +4,7 @@
 use super::doubts::{self, Angle, Rows};
 use crate::{StudyError, StudyProblem};
 use rijke_numerics::C64;
-use rijke_rig::{Columns, Heading, Unit};
+use rijke_rig::{Columns, Heading, NumberColumns, Unit, number_columns};
 use std::path::Path;
 use toml::Value as Toml;
 
@@ -172,35 +172,20 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
     Ok(rows)
 }
 
-/// Columns of a text of numbers alone, and the line of each row.
-type Numbers = (Vec<Vec<f64>>, Vec<usize>);
-
-fn text(path: &Path, width: usize) -> Result<Numbers, (Option<usize>, StudyProblem)> {
+/// Columns of a text of numbers alone, and the line of each row, as text records are read.
+fn text(path: &Path, width: usize) -> Result<NumberColumns, (Option<usize>, StudyProblem)> {
     let text = rijke_numerics::read_text(path)
         .map_err(|error| (None, StudyProblem::Unreadable(std::io::Error::other(error.to_string()))))?;
-    let (mut columns, mut lines) = (vec![Vec::new(); width], Vec::new());
-    for (k, line) in text.lines().enumerate() {
-        let line = line.trim();
-        if line.is_empty() || line.starts_with(['#', '%']) {
-            continue;
-        }
-        let cells: Vec<&str> = line.split([' ', '\t', ',', ';']).filter(|cell| !cell.is_empty()).collect();
-        if cells.len() != width {
-            let need = "as many columns as `columns` in observations.toml lists";
-            let value = format!("{} numbers", cells.len());
-            return Err((Some(k + 1), StudyProblem::Value { key: "row".into(), value, need }));
-        }
-        for (column, cell) in columns.iter_mut().zip(cells) {
-            match cell.parse::<f64>() {
-                Ok(v) if v.is_finite() => column.push(v),
-                _ => {
-                    let need = "a finite number with a decimal point";
-                    let (key, value) = ("row".into(), cell.to_owned());
-                    return Err((Some(k + 1), StudyProblem::Value { key, value, need }));
-                }
-            }
-        }
-        lines.push(k + 1);
+    let (columns, lines) =
+        number_columns(&text).map_err(|(line, said)| (Some(line), StudyProblem::Csv(said)))?;
+    let Some(first) = lines.first() else {
+        let need = "a row for every frequency; the file has none";
+        return Err((None, StudyProblem::Empty { what: "row of numbers", need }));
+    };
+    if columns.len() != width {
+        let need = "as many columns as `columns` in observations.toml lists";
+        let value = format!("{} numbers", columns.len());
+        return Err((Some(*first), StudyProblem::Value { key: "row".into(), value, need }));
     }
     Ok((columns, lines))
 }

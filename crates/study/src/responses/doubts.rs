@@ -146,6 +146,17 @@ pub(super) fn phase(rows: &Rows) -> Option<String> {
     })
 }
 
+/// Whether all frequencies lie far below those in which modes are sought.
+pub(super) fn far(rows: &Rows, [low, high]: [f64; 2]) -> Option<String> {
+    let (first, last) = (*rows.frequency_hz.first()?, *rows.frequency_hz.last()?);
+    (last < 0.05 * low).then(|| {
+        format!(
+            "its frequencies run from {first} to {last} Hz, but modes are sought from {low} to {high} Hz (`[search]` of rig.toml): if these are in kHz, \
+             write f [kHz] in `columns`"
+        )
+    })
+}
+
 /// Whether the phase rises with frequency on the whole, as if what answers did so before it is asked.
 pub(super) fn early(rows: &Rows) -> Option<String> {
     let steps = || rows.values.windows(2).map(|pair| pair[1] * pair[0].conj());

@@ -89,6 +89,10 @@ fn sds(
         return Err(wrong(format!("{} numbers for {count} microphones", all.len())));
     }
     let one = |value: &Toml| match reader.value(key, value, unit)? {
+        Value::Number(sd) if key == "gain_sd" && sd > 1.0 => {
+            let need = "at most 1, which is 100 % of the gain; write per cent as in gain_sd = \"3 %\"";
+            Err((reader.at.clone(), StudyProblem::Value { key: key.into(), value: sd.to_string(), need }))
+        }
         Value::Number(sd) if sd > 0.0 && sd.is_finite() => Ok(sd),
         _ => Err(wrong(value.to_string())),
     };

@@ -1,0 +1,211 @@
+//! What a folder says that can be so, and most often is a slip.
+
+use crate::campaign::RESERVED;
+use crate::{Campaign, Point, Study};
+use std::f64::consts::PI;
+
+/// Microphones nearer than this hear the same, m.
+const ONE_PLACE: f64 = 0.005;
+/// Wider ducts and longer rigs than these are measured in other units, m.
+const WIDEST: f64 = 5.0;
+const LONGEST: f64 = 100.0;
+/// Temperature at which the geometry is looked at, K.
+const LAID_OUT: f64 = 293.15;
+/// Most points that are named.
+const NAMED: usize = 5;
+
+impl Study {
+    /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
+    /// microphones at one place, and sizes that no rig has: each in a sentence with file and remedy.
+    #[must_use]
+    pub fn doubtful(&self) -> Vec<String> {
+        let mut all = self.campaign.nearly_reserved();
+        all.extend(self.without_factor());
+        all.extend(self.sizes());
+        all
+    }
+
+    /// Points that stages would take if a factor had a value.
+    fn without_factor(&self) -> Vec<String> {
+        let (campaign, plan) = (&self.campaign, &self.plan);
+        let stages = || {
+            let modes = plan.stages.iter().map(|s| (&s.id, &s.points));
+            modes.chain(plan.responses.iter().map(|s| (&s.id, &s.points)))
+        };
+        let lost = |point: &Point| {
+            if stages().any(|(_, points)| points.holds(campaign, point)) {
+                return None;
+            }
+            campaign.factors.iter().enumerate().find_map(|(k, factor)| {
+                let of_it = |(_, points): &(&String, &crate::plan::Selection)| {
+                    let mut without = (*points).clone();
+                    without.factors.remove(&factor.name).is_some() && without.holds(campaign, point)
+                };
+                let stage = stages().find(of_it).filter(|_| point.factors[k].is_nan())?.0;
+                Some((factor.name.clone(), stage.clone()))
+            })
+        };
+        let mut found: Vec<((String, String), Vec<&str>)> = Vec::new();
+        for point in &campaign.points {
+            let Some(why) = lost(point) else { continue };
+            match found.iter_mut().find(|(known, _)| *known == why) {
+                Some((_, points)) => points.push(&point.id),
+                None => found.push((why, vec![&point.id])),
+            }
+        }
+        let said = |((factor, stage), points): ((String, String), Vec<&str>)| {
+            format!(
+                "campaign.csv: no stage takes {}, because `{factor}` is empty or nan there and the points of stage `{stage}` are chosen by it: give \
+                 its value, as 0 where nothing is set",
+                named(&points)
+            )
+        };
+        found.into_iter().map(said).collect()
+    }
+
+    fn sizes(&self) -> Vec<String> {
+        let Some(Ok(rig)) = self.campaign.points.first().map(|point| self.rig.at(point, LAID_OUT)) else {
+            return Vec::new();
+        };
+        let (mut all, names) = (Vec::new(), &self.rig.microphones.names);
+        for (b, y) in rig.microphones.iter().enumerate() {
+            for (a, x) in rig.microphones.iter().enumerate().take(b) {
+                if (x - y).abs() < ONE_PLACE {
+                    all.push(format!(
+                        "rig.toml: microphones `{}` and `{}` are {:.1} mm apart along the rig, at {x} m and {y} m, so that they hear the same: \
+                         correct `at` if one of the places is a slip",
+                        names[a],
+                        names[b],
+                        1e3 * (x - y).abs()
+                    ));
+                }
+            }
+        }
+        let areas = rig.ducts.iter().flat_map(|d| d.area);
+        let widest = (4.0 * areas.fold(0.0, f64::max) / PI).sqrt();
+        if widest > WIDEST {
+            all.push(format!(
+                "rig.toml: a duct is {widest:.4} m wide: a number without a unit is in m; write the unit, as in diameter = \"44 mm\""
+            ));
+        }
+        if rig.length > LONGEST {
+            all.push(format!(
+                "rig.toml: the rig is {:.4} m long: a number without a unit is in m; write the unit, as in length = \"750 mm\"",
+                rig.length
+            ));
+        }
+        all
+    }
+}
+
+impl Campaign {
+    /// Factors whose names are a letter away from a column with a meaning of its own.
+    fn nearly_reserved(&self) -> Vec<String> {
+        let near = |name: &str| RESERVED.iter().find(|known| is_near(name, known));
+        let said = |(name, known): (&str, &str)| {
+            format!(
+                "campaign.csv: the column `{name}` is a factor, and its name is nearly `{known}`, a column with a meaning of its own: correct the \
+                 name, or call the factor otherwise"
+            )
+        };
+        self.factors.iter().filter_map(|f| Some(said((&f.name, near(&f.name)?)))).collect()
+    }
+}
+
+/// `a`, or `a, b and 3 more`.
+fn named(points: &[&str]) -> String {
+    let shown = points.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
+    match points.len().saturating_sub(NAMED) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+/// Whether a name is a reserved one with other capitals, or with a slip: a letter too many, too few or another,
+/// or two that changed places. Of three letters only one too many counts: `dry` is no `day`.
+pub(crate) fn is_near(name: &str, reserved: &str) -> bool {
+    let [a, b] = [name, reserved].map(|s| s.to_lowercase().chars().collect::<Vec<char>>());
+    if a == b {
+        return name != reserved;
+    }
+    if b.len() <= 3 {
+        return a.len() == b.len() + 1 && a.starts_with(&b);
+    }
+    let same = a.iter().zip(&b).take_while(|(x, y)| x == y).count();
+    let (rest, other) = (&a[same..], &b[same..]);
+    let tail = |x: usize, y: usize| rest.get(x..).is_some() && rest.get(x..) == other.get(y..);
+    let exchanged = rest.len() >= 2 && other.len() >= 2 && rest[0] == other[1] && rest[1] == other[0];
+    tail(1, 0) || tail(0, 1) || tail(1, 1) || (exchanged && tail(2, 2))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+mod tests {
+    use super::is_near;
+
+    #[test]
+    fn exact_slips_of_reserved_names_are_found() {
+        for (name, known) in [
+            ("T_abm", "T_amb"),
+            ("T_am", "T_amb"),
+            ("t_amb", "T_amb"),
+            ("days", "day"),
+            ("repeat", "repeats"),
+            ("T_ambsd", "T_amb_sd"),
+        ] {
+            assert!(is_near(name, known), "{name}");
+        }
+        for (name, known) in [
+            ("dry", "day"),
+            ("T_hot", "T_amb"),
+            ("T_amb", "T_amb"),
+            ("flow", "row"),
+            ("rod", "row"),
+            ("x_g", "day"),
+        ] {
+            assert!(!is_near(name, known), "{name}");
+        }
+    }
+
+    #[test]
+    fn message_of_slips_names_what_was_meant() {
+        let folder = std::env::temp_dir().join(format!("rijke-doubtful-{}", std::process::id()));
+        std::fs::create_dir_all(folder.join("candidates")).unwrap();
+        let write = |file: &str, text: &str| std::fs::write(folder.join(file), text).unwrap();
+        let rig = |diameter: &str, at: &str| {
+            format!(
+                "name = \"Slips\"\n[gas]\ntemperature = 293.15\npressure = 101325\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"free\"\n\
+                 [[element]]\nname = \"tube\"\ntype = \"duct\"\nlength = 0.8\ndiameter = {diameter}\nwall = \"none\"\n\
+                 [microphones]\nat = {at}\nnames = [\"p1\", \"p2\"]\n"
+            )
+        };
+        write(
+            "candidates/all.toml",
+            "[[candidate]]\nid = \"end\"\nrole = \"end\"\nname = \"end\"\ncite = [\"a test\"]\n[[candidate.effect]]\nacts_at = \"downstream\"\n\
+             reflection = \"-1\"\n",
+        );
+        write("rig.toml", &rig("0.05", "[0.1, 0.5]"));
+        write(
+            "campaign.csv",
+            "point,row,Q [W],T_amb [K]\na,cold,0,293\nb,hot,50,293\nc,hot,nan,293\nd,hot,,293\n",
+        );
+        write(
+            "study.toml",
+            "name = \"slips\"\nbase = \"rig\"\n[[stage]]\nid = \"cold\"\npoints = { where = { Q = 0 } }\ncompete = [\"end\"]\n\
+             [[stage]]\nid = \"hot\"\npoints = { where = { Q = { above = 0 } } }\ncompete = [\"end\"]\n",
+        );
+        let said = || crate::Study::open(&folder).unwrap().doubtful();
+        let lost = said();
+        assert!(lost.len() == 1 && lost[0].contains("no stage takes c, d, because `Q`"), "{lost:?}");
+        write("campaign.csv", "point,row,Q [W],T_abm [K]\na,cold,0,293\nb,hot,50,293\n");
+        let near = said();
+        assert!(near.len() == 1 && near[0].contains("`T_abm`") && near[0].contains("`T_amb`"), "{near:?}");
+        write("campaign.csv", "point,row,Q [W]\na,cold,0\nb,hot,50\n");
+        assert_eq!(said(), Vec::<String>::new());
+        write("rig.toml", &rig("44", "[0.1, 0.103]"));
+        let sizes = said();
+        assert!(sizes.len() == 2 && sizes[0].contains("`p1` and `p2` are 3.0 mm apart"), "{sizes:?}");
+        assert!(sizes[1].contains("44.0000 m wide"), "{sizes:?}");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}
