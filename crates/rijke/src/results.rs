@@ -132,7 +132,8 @@ const LARGE: [f64; 2] = [0.1, 3e-3];
 
 /// Says that a model misses the measurements by many of their errors, and by much.
 pub(crate) fn far_beyond(measured: &[MeasuredRecord], model: &ModelRecord) -> Option<String> {
-    let picks: [fn(&MeasuredRecord) -> Option<[f64; 2]>; 2] = [|m| m.growth_rate, |m| m.angular_frequency];
+    type Pick = fn(&MeasuredRecord) -> Option<[f64; 2]>;
+    let picks: [Pick; 2] = [|m| m.growth_rate, |m| m.angular_frequency];
     // The misfit over the root mean square of what was measured (0), and of its error (1).
     let over = |k: usize, i: usize| {
         let squares: Vec<f64> = measured.iter().filter_map(picks[k]).map(|v| v[i] * v[i]).collect();

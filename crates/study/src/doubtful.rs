@@ -121,8 +121,8 @@ fn named(points: &[&str]) -> String {
     }
 }
 
-/// Whether a name is a reserved one with other capitals, or with a slip: a letter too many, too few or another,
-/// or two that changed places. Of three letters only one too many counts: `dry` is no `day`.
+/// Whether a name is a reserved one with other capitals, or with a slip: a letter too many, too few or
+/// another, or two that changed places. Of three letters only one too many counts: `dry` is no `day`.
 pub(crate) fn is_near(name: &str, reserved: &str) -> bool {
     let [a, b] = [name, reserved].map(|s| s.to_lowercase().chars().collect::<Vec<char>>());
     if a == b {

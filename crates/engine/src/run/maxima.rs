@@ -16,6 +16,9 @@ const SMALL: f64 = 1e-3;
 /// What is known, and ln of the probability of it.
 type Weighed = (f64, Arc<Vec<NamedGaussian>>);
 
+/// Trains a model on what is known.
+type Train<'a> = dyn Fn(&Arc<Vec<NamedGaussian>>, Trusted) -> Result<Chosen, EngineError> + Sync + 'a;
+
 /// What stages of modes know, with every combination of the maxima of stages of responses, the most probable
 /// first.
 pub(super) fn combined(known: Vec<NamedGaussian>, measured: &[Vec<(f64, NamedGaussian)>]) -> Vec<Weighed> {
@@ -38,11 +41,7 @@ pub(super) fn combined(known: Vec<NamedGaussian>, measured: &[Vec<(f64, NamedGau
 ///
 /// # Errors
 /// That of the most probable if none can be trained.
-pub(super) fn of_all(
-    maxima: &[Weighed],
-    trusted: Trusted,
-    on: &(dyn Fn(&Arc<Vec<NamedGaussian>>, Trusted) -> Result<Chosen, EngineError> + Sync),
-) -> Result<Chosen, EngineError> {
+pub(super) fn of_all(maxima: &[Weighed], trusted: Trusted, on: &Train<'_>) -> Result<Chosen, EngineError> {
     let results: Vec<Result<Chosen, EngineError>> =
         maxima.par_iter().map(|(_, known)| on(known, Trusted::Laplace)).collect();
     let (mut first_error, mut found) = (None, Vec::new());

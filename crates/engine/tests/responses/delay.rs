@@ -1,8 +1,8 @@
 //! A delay that was measured at equal steps of frequency, and modes that tell it from its aliases.
 //!
-//! A part alone answers n exp(-s tau) at f = 40, 80, ... 600 Hz: tau and tau - 25 ms give the same numbers. In
-//! the tube of length L without losses, closed at one end, the other end reflects -exp(-n - s tau/50), so that
-//! s (2 L/c + tau/50) = i pi - n.
+//! A part alone answers n exp(-s tau) at f = 40, 80, ... 600 Hz: tau and tau - 25 ms give the same numbers.
+//! In the tube of length L without losses, closed at one end, the other end reflects -exp(-n - s tau/50), so
+//! that s (2 L/c + tau/50) = i pi - n.
 
 use crate::bench::{GAMMA, GAS_CONSTANT};
 use rijke_engine::response::{ResponseRun, ResponseStageRecord};

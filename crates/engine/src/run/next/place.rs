@@ -302,9 +302,11 @@ impl<'a> Place<'a> {
         let (numbers, _) = self.numbers(&self.known(model)?, k, &[])?;
         let installation = |k: usize| &self.study.campaign.points[k].installation;
         let common = |cause: &Shared| {
-            let named = candidates.iter().zip(visits).filter_map(|(&k, visit)| {
-                visit.as_ref().is_ok_and(|v| v.shared.contains_key(cause)).then(|| installation(k))
-            });
+            let named = candidates
+                .iter()
+                .zip(visits)
+                .filter(|(_, visit)| visit.as_ref().is_ok_and(|v| v.shared.contains_key(cause)))
+                .map(|(&k, _)| installation(k));
             named.collect::<BTreeSet<_>>().len() > 1
         };
         let apart = |cause: Shared| match cause {

@@ -151,7 +151,7 @@ pub(super) const CASES: [Case; 20] = [
             fs::write(path, text + "C3-E,1\n").unwrap();
         },
         RANK,
-        ["pings.csv, line 6", "2 fields", "153 fields"],
+        ["pings.csv, line 6", "2 cells", "the heading has 153"],
     ),
     case(
         "no point of a stage",
