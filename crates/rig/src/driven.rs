@@ -98,12 +98,30 @@ pub struct SwitchedRecord {
 pub struct Specimen {
     /// The operating points of which the loss is wanted.
     pub points: Vec<String>,
-    /// Where it begins and ends, m.
+    /// Where it begins and ends, m; the same place for one that is thin.
     pub between: [f64; 2],
     /// Standard deviation of the place of every microphone, m.
     pub place_sd: f64,
     /// Relative standard deviation of the speed of sound.
     pub sound_speed_sd: f64,
+    /// What the wall of the pipe takes between microphones and specimen, over what thin boundary layers on a
+    /// smooth one take (Kirchhoff 1868).
+    #[serde(default = "smooth")]
+    pub wall_factor: f64,
+    /// Its standard deviation.
+    #[serde(default = "smooth_sd")]
+    pub wall_factor_sd: f64,
+}
+
+/// The wall of a specimen's pipe if the manifest states none: a smooth one, to within what joints,
+/// microphones and roughness add to good pipes.
+fn smooth() -> f64 {
+    1.0
+}
+
+/// Standard deviation of [`smooth`].
+fn smooth_sd() -> f64 {
+    0.2
 }
 
 /// Least coherence of the frequencies that are used, if the manifest states none: noise of an eighth of the
@@ -160,9 +178,9 @@ pub(crate) fn driven(
             return wrong(table, what);
         }
         SpectraKind::Segments { .. }
-            if straight.len() != 1 || points.values().any(|files| files.len() != 1) =>
+            if straight.len() > 1 || points.values().any(|files| files.len() != 1) =>
         {
-            return wrong(table, "must have one record for `straight`, and one for every point");
+            return wrong(table, "must have at most one record for `straight`, and one for every point");
         }
         SpectraKind::Whole { resolution_hz, period, coherence }
             if !(resolution_hz > 0.0 && (0.0..1.0).contains(&coherence))
@@ -174,8 +192,11 @@ pub(crate) fn driven(
         }
         _ => {}
     }
-    if matches!(spectra, SpectraKind::Whole { .. }) && straight.is_empty() != keys.switched.is_empty() {
-        return wrong(table, "must have `straight` and `switched` records, or none of both");
+    if straight.is_empty() != keys.switched.is_empty() {
+        return wrong(
+            table,
+            "must have `straight` and `switched` records, or none of both; `[microphones]` may state the gains in their place",
+        );
     }
     if microphones.is_some() && !straight.is_empty() {
         return wrong("[microphones]", "states what the `switched` records tell; keep one of the two");
@@ -195,12 +216,20 @@ pub(crate) fn driven(
             return wrong(&place, what);
         }
         let [from, to] = specimen.between;
-        let is_sound = 0.0 <= from
-            && from < to
-            && (0.0..1.0).contains(&specimen.place_sd)
-            && (0.0..0.5).contains(&specimen.sound_speed_sd);
-        if !is_sound {
-            let what = "must have a `between` that ascends from 0 or more, a place_sd from 0 to 1 m, and a sound_speed_sd from 0 to 0.5 of the speed";
+        let limits = [
+            (
+                0.0 <= from && from <= to && to.is_finite(),
+                "`between` must have two places from 0 m on, the first not behind the second",
+            ),
+            ((0.0..1.0).contains(&specimen.place_sd), "`place_sd` must lie from 0 to 1 m"),
+            (
+                (0.0..0.5).contains(&specimen.sound_speed_sd),
+                "`sound_speed_sd` must lie from 0 to 0.5 of the speed",
+            ),
+            ((0.0..=10.0).contains(&specimen.wall_factor), "`wall_factor` must lie from 0 (no loss) to 10"),
+            ((0.0..=10.0).contains(&specimen.wall_factor_sd), "`wall_factor_sd` must lie from 0 to 10"),
+        ];
+        if let Some((_, what)) = limits.iter().find(|(holds, _)| !holds) {
             return wrong(&place, what);
         }
     }

@@ -3,12 +3,18 @@
 
 use crate::driven::{Driven, DrivenKeys, driven};
 use crate::files::{parse_toml, read_text};
-use crate::manifest::MicrophoneKeys;
-use crate::{Arrays, DataKind, Elsewhere, Layout, Problem, Reading, Record, RigError, inspect, read_record};
+use crate::manifest::{Listed, MicrophoneKeys};
+use crate::records::set::plain;
+use crate::{
+    Arrays, ChannelContents, DataKind, Elsewhere, Layout, Problem, Reading, Record, RigError, inspect,
+    read_record,
+};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Such a folder: what its manifest says. Every channel of a file is a microphone, in the order of the rig.
+/// Such a folder: what its manifest says. Every channel of a file is a microphone, in the order of the rig,
+/// unless the manifest lists them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExcitedRecords {
     /// The manifest.
@@ -23,6 +29,10 @@ pub struct ExcitedRecords {
     pub band_hz: [f64; 2],
     /// What drives the rig.
     pub excitation: Excitation,
+    /// Which channel of a file is which microphone; none if all are, in the order of the rig.
+    channels: Option<Listed>,
+    /// Which arrays of a file hold the record.
+    arrays: Arrays,
     /// Where the files are.
     folder: PathBuf,
 }
@@ -64,6 +74,9 @@ struct Manifest {
     source: String,
     rate_hz: f64,
     band_hz: [f64; 2],
+    channels: Option<Listed>,
+    #[serde(default)]
+    arrays: Arrays,
     measured: Option<Elsewhere>,
     random: Option<DrivenKeys>,
     sweep: Option<DrivenKeys>,
@@ -78,6 +91,33 @@ struct BlowKeys {
     stretch_s: [f64; 2],
     files: Vec<String>,
     state: Vec<BlowState>,
+}
+
+impl Excitation {
+    /// Lists of records that count each as a measurement of its own, with their places in the manifest.
+    fn lists(&self) -> Vec<Vec<(String, &String)>> {
+        fn of<'a>(place: &str, files: &'a [String]) -> Vec<(String, &'a String)> {
+            files.iter().enumerate().map(|(k, file)| (format!("{place}[{k}] `{file}`"), file)).collect()
+        }
+        match self {
+            Self::Blow(blow) => vec![of("[blow]: files", &blow.files)],
+            Self::Driven(driven) => {
+                let points =
+                    driven.points.iter().flat_map(|(p, files)| of(&format!("point `{p}`: files"), files));
+                let switched = driven.switched.iter().map(|s| (format!("switched `{}`", s.file), &s.file));
+                vec![points.collect(), of("straight", &driven.straight).into_iter().chain(switched).collect()]
+            }
+        }
+    }
+
+    /// A file that one list has twice, where two measurements ought to be: its two places.
+    fn listed_twice(&self) -> Option<[String; 2]> {
+        self.lists().into_iter().find_map(|list| {
+            let mut seen: BTreeMap<String, String> = BTreeMap::new();
+            list.into_iter()
+                .find_map(|(place, file)| seen.insert(plain(file), place.clone()).map(|first| [first, place]))
+        })
+    }
 }
 
 impl ExcitedRecords {
@@ -141,32 +181,52 @@ impl ExcitedRecords {
                 );
             }
         };
+        if let Some([first, place]) = excitation.listed_twice() {
+            return Err(RigError::invalid(&path, place, Problem::ListedTwice { first }));
+        }
         let folder = match &manifest.measured {
             None => folder.to_owned(),
             Some(elsewhere) => elsewhere
                 .find()
                 .ok_or_else(|| RigError::Elsewhere { path: path.clone(), data: elsewhere.clone() })?,
         };
-        let Manifest { kind, source, rate_hz, band_hz, .. } = manifest;
-        Ok(Some(Self { path, kind, source, rate_hz, band_hz, excitation, folder }))
+        let Manifest { kind, source, rate_hz, band_hz, channels, arrays, .. } = manifest;
+        Ok(Some(Self { path, kind, source, rate_hz, band_hz, excitation, channels, arrays, folder }))
     }
 
     /// Reads one record. Integers are parts of full scale, floats as they are.
     ///
     /// # Errors
-    /// As [`read_record`]; another number of channels than `channels`, if that is stated.
-    pub fn read(&self, file: &str, channels: Option<usize>) -> Result<Record, RigError> {
+    /// As [`read_record`]; another number of microphones than `microphones`, if that is stated.
+    pub fn read(&self, file: &str, microphones: Option<usize>) -> Result<Record, RigError> {
         let path = self.folder.join(file);
-        let channels = channels.map_or_else(|| inspect(&path).map(|found| found.channels.len()), Ok)?;
-        let all: Vec<Option<usize>> = (0..channels).map(Some).collect();
+        let (places, names) = match (&self.channels, microphones) {
+            (Some(listed), _) => listed
+                .channels(microphones)
+                .map_err(|(place, problem)| RigError::invalid(&self.path, place, problem))?,
+            (None, Some(count)) => ((0..count).map(Some).collect(), BTreeMap::new()),
+            (None, None) => ((0..self.count(&path)?).map(Some).collect(), BTreeMap::new()),
+        };
         let layout = Layout {
-            channels: &all,
+            channels: &places,
             full_scale: 1.0,
             rate_hz: self.rate_hz,
             quiet: 0,
-            arrays: &Arrays::default(),
-            reading: &Reading::default(),
+            arrays: &self.arrays,
+            reading: &Reading { names, ..Reading::default() },
         };
         read_record(&path, layout)
+    }
+
+    /// How many channels a file has, in the arrays that hold the record.
+    fn count(&self, path: &Path) -> Result<usize, RigError> {
+        let names = &self.arrays.names;
+        let is_of = |channel: &str, array: &String| {
+            channel.strip_prefix(array.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+        };
+        let is_used = |c: &&ChannelContents| {
+            names.is_empty() || c.name.as_ref().is_some_and(|name| names.iter().any(|a| is_of(name, a)))
+        };
+        Ok(inspect(path)?.channels.iter().filter(is_used).count())
     }
 }

@@ -104,6 +104,33 @@ fn exact_what_is_missing_is_named_with_what_is_there() {
     refused("int16.mat", arrays(&["p"], "fs"), &["no numeric array `fs`"]);
 }
 
+#[test]
+fn message_a_rate_in_the_file_that_is_not_the_manifests() {
+    // Nobody said which array is the rate: its name does.
+    for (file, names, place) in
+        [("v5.mat", ["p"].as_slice(), "fs"), ("struct.mat", &["run.left", "run.right"], "run.fs")]
+    {
+        let read = |rate_hz: f64| {
+            let arrays = arrays(names, "");
+            let reading = Reading::default();
+            let layout = Layout {
+                channels: &CHANNELS,
+                full_scale: 20.0,
+                rate_hz,
+                quiet: 10,
+                arrays: &arrays,
+                reading: &reading,
+            };
+            read_record(&fixture(file), layout)
+        };
+        assert!(read(1e4).is_ok() && read(1e7).is_ok(), "{file}: Hz, or kHz");
+        let error = read(2e4).unwrap_err().to_string();
+        for part in [file, place, "sampled at 10000 Hz, expected 20000 Hz"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
+}
+
 /// Damaged files end in an error or in other numbers; never in a panic, and a truncated one never passes for
 /// whole.
 #[test]

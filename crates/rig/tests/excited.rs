@@ -5,7 +5,7 @@ use rijke_rig::{Excitation, ExcitedRecords, RigError, SpectraKind};
 use std::path::PathBuf;
 
 const HEAD: &str = "kind = 'measured'\nsource = 'a test'\nrate_hz = 1000\nband_hz = [100, 400]\n";
-const RANDOM: &str = "[random]\nsegment = 64\nstraight = 'a.csv'\npoints = { p = 'a.csv' }\n";
+const RANDOM: &str = "[random]\nsegment = 64\npoints = { p = 'a.csv' }\n";
 const SWEEP: &str = "[sweep]\nresolution_hz = 2\npoints = { p = ['a.csv', 'b.csv'] }\n";
 const BLOW: &str =
     "[blow]\nstretch_s = [0.0, 0.1]\nfiles = ['a.csv']\n[[blow.state]]\npoint = 'p'\nnear_hz = [150]\n";
@@ -53,6 +53,35 @@ fn exact_manifests_are_read_with_their_records() {
 }
 
 #[test]
+fn exact_a_channel_that_is_no_microphone_is_left_out() {
+    // By place, and by name; the drive is no microphone.
+    for (name, listed) in [("place", "[1, -1, 0]"), ("name", "{ p = 1, drive = -1, q = 0 }")] {
+        let manifest = format!("{HEAD}channels = {listed}\n{SWEEP}").replace("'b.csv'", "'c.csv'");
+        let folder = folder(&format!("drive-{name}"), &manifest);
+        std::fs::write(folder.join("a.csv"), "p,drive,q\n1,9,2\n3,9,4\n5,9,6\n").unwrap();
+        let sweep = ExcitedRecords::open(&folder).unwrap().unwrap();
+        for count in [None, Some(2)] {
+            let record = sweep.read("a.csv", count).unwrap();
+            assert_eq!(record.channels, [[2.0, 4.0, 6.0], [1.0, 3.0, 5.0]], "{name} {count:?}");
+        }
+        let error = sweep.read("a.csv", Some(3)).unwrap_err().to_string();
+        assert!(error.contains("manifest.toml") && error.contains("channels"), "{error}");
+    }
+    // A thin specimen, in a pipe whose wall is stated or not.
+    let thin =
+        "[random.transmission]\npoints = ['p']\nbetween = [1.0, 1.0]\nplace_sd = 0\nsound_speed_sd = 0\n";
+    for (name, more, wall) in
+        [("smooth", "", [1.0, 0.2]), ("rough", "wall_factor = 1.5\nwall_factor_sd = 0.0\n", [1.5, 0.0])]
+    {
+        let manifest = format!("{HEAD}{RANDOM}{thin}{more}");
+        let random = ExcitedRecords::open(&folder(name, &manifest)).unwrap().unwrap();
+        let Excitation::Driven(driven) = &random.excitation else { panic!("{random:?}") };
+        let specimen = driven.transmission.as_ref().unwrap();
+        assert_eq!([specimen.wall_factor, specimen.wall_factor_sd], wall);
+    }
+}
+
+#[test]
 fn message_bad_manifests_are_named_with_place_and_remedy() {
     for (name, manifest, parts) in [
         ("both", format!("{HEAD}{RANDOM}{BLOW}"), ["[random], [sweep], [blow]", "folders of their own"]),
@@ -79,6 +108,35 @@ fn message_bad_manifests_are_named_with_place_and_remedy() {
             "no record",
             format!("{HEAD}{SWEEP}").replace("['a.csv', 'b.csv']", "[]"),
             ["[sweep]", "points with their records"],
+        ),
+        (
+            "noise that is not switched",
+            format!("{HEAD}{RANDOM}straight = 'a.csv'\n"),
+            ["[random]", "`[microphones]` may state the gains"],
+        ),
+        (
+            "sweep twice",
+            format!("{HEAD}{SWEEP}").replace("'b.csv'", "'./a.csv'"),
+            ["point `p`: files[1] `./a.csv`", "is the same file as point `p`: files[0] `a.csv`"],
+        ),
+        (
+            "blow twice",
+            format!("{HEAD}{BLOW}").replace("['a.csv']", "['a.csv', 'a.csv']"),
+            ["[blow]: files[1] `a.csv`", "list every record once"],
+        ),
+        (
+            "specimen backwards",
+            format!(
+                "{HEAD}{RANDOM}[random.transmission]\npoints = ['p']\nbetween = [2, 1]\nplace_sd = 0\nsound_speed_sd = 0\n"
+            ),
+            ["[random.transmission]", "`between` must have two places from 0 m on"],
+        ),
+        (
+            "place of a microphone",
+            format!(
+                "{HEAD}{RANDOM}[random.transmission]\npoints = ['p']\nbetween = [1, 1]\nplace_sd = 2\nsound_speed_sd = 0\n"
+            ),
+            ["[random.transmission]", "`place_sd` must lie from 0 to 1 m"],
         ),
         (
             "not switched",

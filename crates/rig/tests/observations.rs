@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
 use rijke_numerics::C64;
-use rijke_rig::Observations;
+use rijke_rig::{Observations, Rejection};
 use std::path::PathBuf;
 
 /// The text of the fenced block of the page that is called `name`.
@@ -76,4 +76,23 @@ fn exact_messages_of_tables_prepared_by_hand() {
         "line 3, column `point`: `cold-2` is not known; known: cold-20, empty, hot-20",
     );
     std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn exact_the_reason_of_most_rejections_is_counted() {
+    let folder = folder("reasons");
+    let mut read = Observations::read(&folder).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    let of = |reasons: &[&str]| {
+        let one = |(k, r): (usize, &&str)| Rejection { record: format!("r{k}"), reason: (*r).to_owned() };
+        reasons.iter().enumerate().map(one).collect::<Vec<_>>()
+    };
+    let same = ["channel 3 is dead: 0.1", "clipped", "channel 3 is dead: 0.2", "too short: 3"];
+    read.rejections = of(&same);
+    let (count, first) = read.main_reason().unwrap();
+    assert_eq!((count, &*first.record, &*first.reason), (2, "r0", "channel 3 is dead: 0.1"));
+    for few in [&same[..2], &[], &["a: 1", "b: 1", "c: 1"]] {
+        read.rejections = of(few);
+        assert_eq!(read.main_reason(), None, "{few:?}");
+    }
 }

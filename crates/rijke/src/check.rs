@@ -56,17 +56,21 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let [growth, frequency, pressure] = args.sd[..] else {
         return Err(Failure::bad_input("--sd takes three numbers"));
     };
+    let recorded = dir.join("records");
+    let there = measured(&dir.join("observations"));
+    // A folder of other things does not matter once there are observations.
+    let is_due = recorded.is_dir()
+        && (!study.plan.stages.is_empty() || !there || recorded.join("manifest.toml").is_file());
+    let recorded = if is_due { Some(records::records_of(&recorded, ui)?) } else { None };
     let mut of_responses = None;
     if !study.plan.responses.is_empty() {
-        let found = study_responses::check(study.clone(), ui)?;
+        let mut found = study_responses::check(study.clone(), ui)?;
         if study.plan.stages.is_empty() {
+            found["records"] = json!(recorded);
             return ui.result(&found);
         }
         of_responses = Some(found);
     }
-    let recorded = dir.join("records");
-    let recorded = if recorded.is_dir() { Some(records::records_of(&recorded, ui)?) } else { None };
-    let there = measured(&dir.join("observations"));
     if matches!(study.plan.base, Base::HeatedFlow(_)) {
         study.readings(there || recorded.is_some()).map_err(Failure::bad_input)?;
     }

@@ -14,7 +14,7 @@ use crate::{
     staging::StagedFolder,
     ui::Ui,
 };
-pub(crate) use excited::files_of as excited_files;
+pub(crate) use excited::{Checked, checked};
 use rijke_rig::{PointObservations, Ramp, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
     ChannelDelays, ChannelPriors, Kept, PointScatter, ProcessError, ProcessOptions, Processed, process_again,
@@ -214,8 +214,11 @@ fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
         n => format!(", {n} put right (corrections.csv)"),
     };
     let shown = out.display();
+    let why = processed.observations.main_reason().map_or_else(String::new, |(count, first)| {
+        format!("; {count} of these for one reason, first {}: {}", first.record, first.reason)
+    });
     ui.note(format!(
-        "{shown}: {records} records, {rejected} rejected (reasons in rejections.csv){corrected}"
+        "{shown}: {records} records, {rejected} rejected (reasons in rejections.csv){corrected}{why}"
     ));
     let of_point = |p: &PointObservations| {
         let ping = p.ping.as_ref();

@@ -214,6 +214,11 @@ impl ResponseRun {
         if left.neighbours_sds > NOT_NOISE {
             let remedy = match &stage.misfit {
                 _ if share > POOR => "this model does not describe these data",
+                // Pressures of unknown sources are trained without a misfit.
+                None if measured.iter().any(|m| m.unknown_sources) => {
+                    "the rig's model or that of the instrument lacks something small, and every further frequency counts it once more: take \
+                     frequencies farther apart (`step_hz`), or give the microphones larger errors ([microphones] of rig.toml)"
+                }
                 None => {
                     "the rig's model or that of the instrument lacks something small, and every further frequency counts it once more: let the \
                      misfit correlate ([responses.misfit]), or take frequencies farther apart (`step_hz`)"

@@ -299,6 +299,26 @@ fn exact_one_source_is_heard_with_what_the_other_end_reflects() {
 }
 
 #[test]
+fn message_a_small_fault_has_a_remedy_that_pressures_can_take() {
+    // A loss along the tube that the model does not have, at dense frequencies.
+    let frequency_hz: Vec<f64> = (0..100).map(|k| 300.0 + 10.0 * f64::from(k)).collect();
+    let c = (1.4 * 287.0 * 293.15_f64).sqrt();
+    let row = |f: &f64| -> Vec<C64> {
+        let wave = C64::new(0.02, 2.0 * PI * f / c);
+        AT.iter().map(|x| (-wave * *x).exp() - (-wave * (2.2 - x)).exp()).collect()
+    };
+    let heard: Vec<Vec<Vec<C64>>> = vec![frequency_hz.iter().map(row).collect()];
+    let folder = folder("fault", "with = { wall = \"wall.none\" }\nnoise = \"floated\"");
+    let found = run(&folder, &frequency_hz, &heard, &[Place::Upstream], None).next_stage().unwrap().unwrap();
+    let remark = found.models[0].remark.clone().unwrap();
+    for part in ["the residuals are not noise", "`step_hz`", "[microphones]"] {
+        assert!(remark.contains(part), "{part}: {remark}");
+    }
+    // Stages of such pressures refuse one.
+    assert!(!remark.contains("responses.misfit"), "{remark}");
+}
+
+#[test]
 fn message_waves_of_laws_are_for_pressures_of_two_sources() {
     let frequency_hz = [400.0, 500.0];
     let folder = folder("refused", "with = { waves = \"waves.still\" }\nnoise = 0.01");

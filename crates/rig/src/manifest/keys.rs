@@ -116,7 +116,7 @@ pub(crate) struct MicrophoneKeys {
 /// Columns with the microphones that they record, -1 for none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub(super) enum Listed {
+pub(crate) enum Listed {
     ByPlace(Vec<i64>),
     ByName(BTreeMap<String, i64>),
 }

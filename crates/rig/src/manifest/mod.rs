@@ -9,5 +9,5 @@ mod keys;
 mod microphones;
 mod resolve;
 
-pub(crate) use keys::MicrophoneKeys;
+pub(crate) use keys::{Listed, MicrophoneKeys};
 pub(crate) use microphones::Channels;

@@ -9,7 +9,7 @@ use crate::files::in_range;
 use crate::problem::Problem;
 use crate::records::acquisition::{Acquisition, Exception};
 use crate::records::reading::Reading;
-use crate::records::set::{Calibration, PointRecords, RecordSet, RecordTiming};
+use crate::records::set::{Calibration, PointRecords, RecordSet, RecordTiming, check_map};
 use crate::units::{Given, Quantity, Unit};
 use std::collections::BTreeMap;
 
@@ -260,12 +260,32 @@ fn remove_dead(rig: &mut TubeRig, dead: &[usize]) -> Result<Removed, Wrong> {
     Ok((numbers, removed))
 }
 
+impl Listed {
+    /// Channels by their place and by their name, of `count` microphones; as many as are listed if none.
+    ///
+    /// # Errors
+    /// A microphone that there is not, or one without a channel, or with two.
+    pub(crate) fn channels(&self, count: Option<usize>) -> Result<Named, Wrong> {
+        let listed: Vec<i64> = match self {
+            Self::ByPlace(all) => all.clone(),
+            Self::ByName(all) => all.values().copied().collect(),
+        };
+        let most = listed.into_iter().max().and_then(|m| usize::try_from(m).ok()).map_or(0, |m| m + 1);
+        let count = count.unwrap_or(most);
+        let numbers: Vec<Option<usize>> = (0..count).map(Some).collect();
+        let (places, names) = columns(self, &numbers);
+        let reading = Reading { names, ..Reading::default() };
+        check_map(&places, &reading, count, "channels")?;
+        Ok((places, reading.names))
+    }
+}
+
+/// Channels by their place, or by their name.
+type Named = (Vec<Option<usize>>, BTreeMap<String, Option<usize>>);
+
 /// Channels by their place and by their name, with the numbers that the microphones have after the dead ones
 /// are taken out. A number that the rig does not have stays, so that it is found.
-fn columns(
-    listed: &Listed,
-    numbers: &[Option<usize>],
-) -> (Vec<Option<usize>>, BTreeMap<String, Option<usize>>) {
+fn columns(listed: &Listed, numbers: &[Option<usize>]) -> Named {
     let shift = numbers.iter().filter(|n| n.is_none()).count();
     let number = |m: i64| {
         let m = usize::try_from(m).ok()?;

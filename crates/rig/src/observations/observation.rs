@@ -6,6 +6,7 @@ use crate::apparatus::point::OperatingPoint;
 use crate::apparatus::ramp::Ramp;
 use crate::records::set::{DataKind, Day};
 use rijke_numerics::{C64, Matrix};
+use std::collections::BTreeMap;
 
 /// One ring-down: complex frequency and mode shape, with their covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +56,22 @@ pub struct Rejection {
     pub record: String,
     /// Why, in words with numbers.
     pub reason: String,
+}
+
+impl Observations {
+    /// The reason of at least half of three or more rejections: how many have it, and the first of them.
+    /// Reasons are the same if they are up to their first colon.
+    #[must_use]
+    pub fn main_reason(&self) -> Option<(usize, &Rejection)> {
+        let kind = |r: &Rejection| r.reason.split(':').next().unwrap_or_default().to_owned();
+        let mut counts: BTreeMap<String, (usize, &Rejection)> = BTreeMap::new();
+        for rejection in &self.rejections {
+            counts.entry(kind(rejection)).or_insert((0, rejection)).0 += 1;
+        }
+        let all = self.rejections.len();
+        let most = counts.into_values().max_by_key(|(count, _)| *count);
+        most.filter(|(count, _)| all >= 3 && 2 * count >= all)
+    }
 }
 
 /// What was observed over a campaign: the input of all inference.

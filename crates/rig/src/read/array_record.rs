@@ -26,10 +26,17 @@ pub(crate) fn read_array_record(path: &Path, layout: Layout<'_>) -> Result<Recor
         found.ok_or_else(|| wrong("arrays", Problem::NoSuchArray { name: name.clone(), known: known() }))
     };
     if let Some(name) = &layout.arrays.rate {
-        let have = named(name)?.values.first().copied().unwrap_or(f64::NAN);
+        let have = number(named(name)?);
         // NaN is no rate either.
         if (have - layout.rate_hz).abs() > 0.5 || have.is_nan() {
             return Err(wrong(name, Problem::WrongRate { have, need: layout.rate_hz }));
+        }
+    } else if let Some(rate) = contents.arrays.iter().find(|a| is_rate(a)) {
+        let have = number(rate);
+        let agrees = |have: f64| (have - layout.rate_hz).abs() <= 0.5;
+        // It may be in kHz.
+        if have > 0.0 && !agrees(have) && !agrees(1e3 * have) {
+            return Err(wrong(&rate.name, Problem::WrongRate { have, need: layout.rate_hz }));
         }
     }
     let long: Vec<&Array> = contents.arrays.iter().filter(|a| a.samples() > 1).collect();
@@ -80,6 +87,21 @@ pub(crate) fn read_array_record(path: &Path, layout: Layout<'_>) -> Result<Recor
     let record = Record { rate_hz, quiet, full_scale: plan.full_scale(), channels };
     finite(&record).map_err(|(place, problem)| wrong(&place, problem))?;
     Ok(record)
+}
+
+/// Names of the sampling rate, in lower case, behind those of structures and groups.
+const RATES: [&str; 9] =
+    ["fs", "fs_hz", "rate", "rate_hz", "srate", "samplerate", "sample_rate", "samplingrate", "sampling_rate"];
+
+/// Whether an array is one number whose name says that it is the sampling rate.
+fn is_rate(array: &Array) -> bool {
+    let name = array.name.rsplit(['/', '.']).next().unwrap_or_default().to_ascii_lowercase();
+    array.values.len() == 1 && RATES.contains(&&*name)
+}
+
+/// The first number of an array, as the file has it.
+fn number(array: &Array) -> f64 {
+    array.values.first().map_or(f64::NAN, |v| v * array.largest.unwrap_or(1.0))
 }
 
 /// The first sample that is not a number, if any.

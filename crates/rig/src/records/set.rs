@@ -206,7 +206,6 @@ impl RecordSet {
 impl RecordSet {
     /// A file that is listed twice would count as two repeats, or as two operating points.
     fn listed_once(&self) -> Result<(), (String, Problem)> {
-        let plain = |name: &str| name.split('/').filter(|part| *part != ".").collect::<Vec<_>>().join("/");
         // A click of an empty tube may be one of a point and of a calibration.
         let mut seen: BTreeMap<String, String> = BTreeMap::new();
         for (k, entry) in self.calibrations.iter().enumerate() {
@@ -232,8 +231,13 @@ impl RecordSet {
     }
 }
 
+/// A path without what changes nothing in it.
+pub(crate) fn plain(name: &str) -> String {
+    name.split('/').filter(|part| *part != ".").collect::<Vec<_>>().join("/")
+}
+
 /// Every microphone that is not dead has one channel.
-fn check_map(
+pub(crate) fn check_map(
     channels: &[Option<usize>],
     reading: &Reading,
     microphones: usize,

@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    process::Checked,
     ui::Ui,
 };
 use rayon::prelude::*;
@@ -14,9 +15,19 @@ const MOST: usize = 20;
 
 /// Reads every record of a folder, and says what it holds.
 pub(super) fn records_of(dir: &Path, ui: &Ui) -> Result<serde_json::Value, Failure> {
-    if let Some(files) = crate::process::excited_files(dir)? {
-        ui.say(format!("{files} records of random noise or blows, all of which can be read"));
-        return Ok(json!({ "records": files }));
+    match crate::process::checked(dir)? {
+        Some(Checked::Records(files)) => {
+            ui.say(format!(
+                "{files} records of random noise, sweeps or blows, all of which can be processed"
+            ));
+            return Ok(json!({ "records": files }));
+        }
+        Some(Checked::Elsewhere(warning)) => {
+            ui.note(format!("warning: {warning}"));
+            ui.say("the records were not checked");
+            return Ok(json!({ "records": null }));
+        }
+        None => {}
     }
     let folder = crate::process::open(dir)?.records;
     let set = folder.set();

@@ -10,10 +10,11 @@ use crate::{
 use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind};
 use rijke_signal::{
     ChannelGains, Fault, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
-    SwitchedGains, TransmissionLoss, TransmissionTube,
+    SwitchedGains, TransmissionLoss, TransmissionTube, TubeErrors, kirchhoff,
 };
 use rijke_study::Study;
 use serde_json::{Value, json};
+use std::f64::consts::PI;
 
 /// Gains of the channels, pressures at the operating points over that at the first microphone, and what
 /// specimens let through.
@@ -42,7 +43,13 @@ pub(super) fn driven(
     let (mut files, mut pairs) = (Vec::new(), Vec::new());
     let gains = if driven.straight.is_empty() {
         match driven.stated(n, &records.path).or_bad_input()? {
-            Some(stated) => ChannelGains::Stated(stated),
+            Some(stated) => {
+                // Spectra of noise are written without the errors of the gains.
+                if !is_whole && study.rig.microphones.channel_errors().is_none() {
+                    ui.note("warning: stages do not count the errors of the gains that the manifest states: give `gain_sd` and `delay_sd` in [microphones] of rig.toml too");
+                }
+                ChannelGains::Stated(stated)
+            }
             None => {
                 ui.note("warning: the channels are taken to have the same gain, without error: add `straight` and `switched` records, or `[microphones]` with gains and their errors");
                 ChannelGains::Equal
@@ -245,10 +252,23 @@ fn transmission(
 ) -> Result<(String, Vec<LossBand>), Failure> {
     let layout = study.rig.at_factors(&study.campaign.points[point].factors, study.rig.temperature);
     let layout = layout.map_err(|problem| Failure::bad_input(problem).at(&study.folder.join("rig.toml")))?;
+    let gas = study.rig.gas.at(study.rig.temperature, study.rig.pressure);
+    // The ducts next to the faces: the last that begins before it, and the first that ends behind it.
+    let [front, back] = specimen.between;
+    let before = layout.ducts.iter().rfind(|d| d.span[0] < front).map(|d| d.area[1]);
+    let behind = layout.ducts.iter().find(|d| d.span[1] > back).map(|d| d.area[0]);
+    let layers = [before, behind].map(|area| area.map_or(0.0, |area| kirchhoff(&gas) / (area / PI).sqrt()));
     let tube = TransmissionTube {
         places: layout.microphones,
         between: specimen.between,
-        sound_speed: study.rig.gas.at(study.rig.temperature, study.rig.pressure).sound_speed,
+        sound_speed: gas.sound_speed,
+        layers,
+        wall_factor: specimen.wall_factor,
+    };
+    let errors = TubeErrors {
+        place: specimen.place_sd,
+        sound_speed: specimen.sound_speed_sd,
+        wall_factor: specimen.wall_factor_sd,
     };
     let [before, behind] = tube.sides();
     if before < 2 || behind < 2 {
@@ -258,7 +278,7 @@ fn transmission(
         .at(&records.path)
         .remedy("Correct `between`, or the places of the microphones in rig.toml."));
     }
-    let losses = tube.losses(heard, [specimen.place_sd, specimen.sound_speed_sd]);
+    let losses = tube.losses(heard, &errors);
     let mut text =
         "f [Hz],loss [dB],loss_sd [dB],energy,downstream_re,downstream_im,upstream_re,upstream_im\n"
             .to_owned();

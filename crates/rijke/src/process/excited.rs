@@ -7,7 +7,7 @@ use crate::{
     staging::{StagedFolder, write_whole},
     ui::Ui,
 };
-use rijke_rig::{Blow, Excitation, ExcitedRecords};
+use rijke_rig::{Blow, Excitation, ExcitedRecords, RigError};
 use rijke_signal::{BlowMode, BlowOptions, combine_blows, fit_blow};
 use rijke_study::Study;
 use serde_json::json;
@@ -30,20 +30,32 @@ pub(super) fn open(dir: &Path) -> Result<Option<(ExcitedRecords, Study)>, Failur
     Ok(Some((records, crate::study::open(study.unwrap_or(dir))?)))
 }
 
-/// Reads every record of such a folder: how many there are; none for records of pings and clicks.
-pub(crate) fn files_of(dir: &Path) -> Result<Option<usize>, Failure> {
-    let Some((records, _)) = open(dir)? else { return Ok(None) };
-    let files: Vec<&String> = match &records.excitation {
-        Excitation::Blow(blow) => blow.files.iter().collect(),
-        Excitation::Driven(driven) => {
-            let switched = driven.switched.iter().map(|s| &s.file);
-            driven.straight.iter().chain(switched).chain(driven.points.values().flatten()).collect()
-        }
-    };
-    for file in &files {
-        records.read(file, None).or_bad_input()?;
+/// What `rijke check` finds of such a folder.
+pub(crate) enum Checked {
+    /// So many records, which can all be processed.
+    Records(usize),
+    /// They are other people's and not here, as this warning says.
+    Elsewhere(String),
+}
+
+/// Takes every step of processing such a folder and keeps nothing, so that what is refused later is refused
+/// here; none for records of pings and clicks.
+pub(crate) fn checked(dir: &Path) -> Result<Option<Checked>, Failure> {
+    if let Err(error @ RigError::Elsewhere { .. }) = ExcitedRecords::open(dir) {
+        return Ok(Some(Checked::Elsewhere(error.to_string())));
     }
-    Ok(Some(files.len()))
+    let Some((records, study)) = open(dir)? else { return Ok(None) };
+    let ui = Ui::silent();
+    Ok(Some(Checked::Records(match &records.excitation {
+        Excitation::Blow(blow) => {
+            blows(&records, blow, &study, &ui)?;
+            blow.files.len()
+        }
+        Excitation::Driven(found) => {
+            driven(&records, found, &study, &ui)?;
+            found.straight.len() + found.switched.len() + found.points.values().flatten().count()
+        }
+    })))
 }
 
 /// Processes them into observations of the study.

@@ -62,7 +62,8 @@ pub(crate) fn check(study: Study, ui: &Ui) -> Result<Value, Failure> {
 /// The responses; none where nothing is measured yet or the data are other people's and not here.
 fn observed(study: &Study, ui: &Ui) -> Result<Option<Responses>, Failure> {
     if !study.folder.join("observations").is_dir() {
-        ui.say("nothing is measured yet");
+        let is_recorded = study.folder.join("records").is_dir();
+        ui.say(if is_recorded { "no record is processed yet" } else { "nothing is measured yet" });
         return Ok(None);
     }
     match study.responses() {

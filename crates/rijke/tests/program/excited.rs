@@ -95,7 +95,8 @@ fn here(folder: &Path, rate: &str, changes: &[(&str, &str)]) {
 }
 
 /// The empty tube with an end that reflects a half, driven by tones of random phase; channels 0 and
-/// `switched` have changed places. Gain of channel c: 1 + 0.03 c.
+/// `switched` have changed places. Gain of channel c: 1 + 0.03 c. The wall takes what Kirchhoff's does in air
+/// of 295 K, 50 mm from the axis.
 fn noise_record(switched: usize, seed: u32) -> String {
     let places = [0.2, 0.615, 0.7, 1.8, 1.885, 2.3];
     let mut state = seed.wrapping_mul(2_654_435_761).wrapping_add(12_345);
@@ -104,6 +105,7 @@ fn noise_record(switched: usize, seed: u32) -> String {
         f64::from(state) / f64::from(u32::MAX)
     };
     let c = (1.4 * 287.05 * 295.0_f64).sqrt();
+    let layer = (0.5 * 1.53e-5_f64).sqrt() * (1.0 + 0.4 / 0.71_f64.sqrt()) / c / 0.05;
     let tones: Vec<[f64; 2]> = (150..1600).map(|f| [f64::from(f) + 0.5, TAU * random()]).collect();
     let mut text = String::from("m0,m1,m2,m3,m4,m5\n");
     let mut columns = Vec::new();
@@ -118,9 +120,11 @@ fn noise_record(switched: usize, seed: u32) -> String {
         // Every tone turns by a constant step: one product a sample.
         let mut column = vec![0.0; 4096];
         for [f, phase] in &tones {
-            let k = TAU * f / c;
+            let loss = layer * (TAU * f).sqrt();
+            let k = TAU * f / c + loss;
             let (down, up) = (phase - k * x, phase + k * (x - 5.0));
-            let (re, im) = (down.cos() + 0.5 * up.cos(), down.sin() + 0.5 * up.sin());
+            let [a, b] = [(-loss * x).exp(), 0.5 * (loss * (x - 5.0)).exp()];
+            let (re, im) = (a * down.cos() + b * up.cos(), a * down.sin() + b * up.sin());
             let (turn_re, turn_im) = ((TAU * f / 4096.0).cos(), (TAU * f / 4096.0).sin());
             let (mut a, mut b) = (gain * re, gain * im);
             for value in &mut column {
@@ -173,12 +177,78 @@ fn oracle_a_made_tube_gives_its_gains_and_lets_all_through() {
         let [loss, sd, energy] = [2, 3, 4].map(|k| band[k].as_f64().unwrap());
         assert!(loss.abs() < 4.0 * sd && (energy - 1.0).abs() < 0.1, "{band}");
     }
+    // The wall between microphones and specimen, 1 to 2 %, is none of it.
+    let bands = answer["transmission"][0]["bands"].as_array().unwrap();
+    let all: Vec<f64> = bands.iter().map(|band| band[5].as_f64().unwrap()).collect();
+    let mean = all.iter().sum::<f64>() / all.len() as f64;
+    assert!((mean - 1.0).abs() < 4e-3, "{mean} {all:?}");
     // A point that the campaign does not have.
+    let manifest = fs::read_to_string(records.join("manifest.toml")).unwrap();
     here_points(&folder);
     let output = rijke(&folder, &["process", ".", "--force"]);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{error}");
     assert!(error.contains("operating point `nothing`") && error.contains("empty, specimen"), "{error}");
+    fs::write(records.join("manifest.toml"), manifest).unwrap();
+    unswitched(&folder, &names);
+}
+
+/// Noise without records in which channels changed places: gains are stated, or taken for perfect, and that
+/// is said.
+fn unswitched(folder: &Path, names: &[&str; 6]) {
+    let path = folder.join("records/manifest.toml");
+    let whole = fs::read_to_string(&path).unwrap();
+    let (head, rest) = whole.split_once("straight = ").unwrap();
+    let (_, points) = rest.split_once("[random.points]").unwrap();
+    let bare = format!("{head}[random.points]{points}");
+    let gains = "gain = [1, 1.03, 1.06, 1.09, 1.12, 1.15]\ngain_sd = '0.1 %'\ndelay_sd = '1 us'\n";
+    // A loudspeaker's voltage in the last channel, which is no microphone.
+    for name in [format!("empty_{}.csv", names[0]), "measurement.csv".to_owned()] {
+        let file = folder.join("records").join(name);
+        let text = fs::read_to_string(&file).unwrap();
+        let wider = |(n, line): (usize, &str)| format!("{line},{}\n", if n == 0 { "drive" } else { "0.5" });
+        fs::write(&file, text.lines().enumerate().map(wider).collect::<String>()).unwrap();
+    }
+    let listed = bare.replace("band_hz", "channels = [0, 1, 2, 3, 4, 5, -1]\nband_hz");
+    for (text, said) in [
+        (format!("{listed}\n[microphones]\n{gains}"), None),
+        (listed.clone(), Some("the channels are taken to have the same gain")),
+    ] {
+        fs::write(&path, &text).unwrap();
+        let output = rijke(folder, &["process", ".", "--force", "--json"]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{error}");
+        assert_eq!(error.contains("warning"), said.is_some(), "{error}");
+        assert!(said.is_none_or(|said| error.contains(said)), "{error}");
+        let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        for band in answer["transmission"][0]["bands"].as_array().unwrap() {
+            let [loss, sd] = [2, 3].map(|k| band[k].as_f64().unwrap());
+            let is_right = loss.abs() < 4.0 * sd;
+            assert!(is_right || said.is_some(), "{band}");
+        }
+    }
+    // `check` refuses what `run` would.
+    for (from, to, part) in [
+        ("channels = [0, 1, 2, 3, 4, 5, -1]\n", "", "7"),
+        ("segment = 1024", "segment = 65536", "segment"),
+        ("between = [1.0, 1.5]", "between = [0.1, 1.5]", "0 microphones before"),
+    ] {
+        assert!(listed.contains(from), "{from}");
+        fs::write(&path, listed.replace(from, to)).unwrap();
+        let output = rijke(folder, &["check", "."]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && error.contains(part), "{from}: {error}");
+    }
+    fs::remove_dir_all(folder.join("observations")).unwrap();
+    fs::write(&path, &listed).unwrap();
+    let output = rijke(folder, &["check", "."]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        said.contains("2 records of random noise") && said.contains("no record is processed yet"),
+        "{said}"
+    );
+    fs::write(&path, whole).unwrap();
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::click::{ClickOptions, Reflection};
 use rijke_numerics::Matrix;
-use rijke_rig::{OperatingPoint, RecordSet, TubeRig};
+use rijke_rig::{GasState, OperatingPoint, RecordSet, TubeRig};
 
 /// Relative standard deviation of the boundary layers of the insert: threads and fabric have a larger surface
 /// than smooth cylinders, by how much is not known.
@@ -22,11 +22,17 @@ fn insert_length(rig: &TubeRig, point: &OperatingPoint) -> f64 {
 }
 
 /// Kirchhoff's dispersion of a path of which 1 m has a wetted perimeter over twice the open area of 1/m,
-/// s^{1/2} per m of path and per (1/m): see [`ClickOptions::dispersion`].
-fn kirchhoff(set: &RecordSet, day: usize) -> f64 {
-    let air = set.rig.gas.at(set.days[day].ambient_temperature, set.rig.pressure);
-    (0.5 * air.viscosity / air.density).sqrt() * (1.0 + (air.gamma - 1.0) / air.prandtl.sqrt())
-        / air.sound_speed
+/// s^{1/2} per m of path and per (1/m): see [`ClickOptions::dispersion`]. In a round tube that perimeter over
+/// twice the area is one over the radius.
+#[must_use]
+pub fn kirchhoff(gas: &GasState) -> f64 {
+    (0.5 * gas.viscosity / gas.density).sqrt() * (1.0 + (gas.gamma - 1.0) / gas.prandtl.sqrt())
+        / gas.sound_speed
+}
+
+/// [`kirchhoff`] of the air of one day.
+fn layers(set: &RecordSet, day: usize) -> f64 {
+    kirchhoff(&set.rig.gas.at(set.days[day].ambient_temperature, set.rig.pressure))
 }
 
 /// `options` with what is known of the propagation in the tube of `set` on one day (an index): Kirchhoff's
@@ -44,7 +50,7 @@ pub fn click_options(
     // Levine & Schwinger 1948: the reflection seems to come from 0.61 radii beyond the end.
     let end = rig.tube.length + 0.61 * radius;
     let positions = &rig.microphones.positions;
-    let ([bare, with], loss) = (wetted(rig), kirchhoff(set, day));
+    let ([bare, with], loss) = (wetted(rig), layers(set, day));
     let insert = point.map_or(0.0, |p| insert_length(rig, p));
     let way = |x: f64| loss * (x * bare + x.min(insert) * (with - bare));
     ClickOptions {
@@ -67,7 +73,7 @@ pub fn click_options(
 /// known. A dispersion kappa delays the impulse by kappa times `delay`, s^{-1/2}.
 pub(super) fn setting_covariance(set: &RecordSet, day: usize, point: &OperatingPoint, delay: f64) -> Matrix {
     let (rig, insert) = (&set.rig, insert_length(&set.rig, point));
-    let ([bare, with], loss) = (wetted(rig), kirchhoff(set, day));
+    let ([bare, with], loss) = (wetted(rig), layers(set, day));
     let late = |x: &f64| loss * delay * x.min(insert) * (with - bare) * INSERT_SURFACE_SD;
     let late: Vec<f64> = rig.microphones.positions.iter().map(late).collect();
     let setting = rig.recording.arrival_setting_sd_s.powi(2);

@@ -8,6 +8,7 @@ use super::gains::{OfPoint, wandering};
 use super::kept::Kept;
 use super::left_out::{correction, in_words, settle};
 use super::live::{LiveRecord, in_all};
+use super::loud::Loudest;
 use super::options::{PointScatter, ProcessError, ProcessOptions, Processed};
 use super::path::{click_options, setting_covariance};
 use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
@@ -88,6 +89,7 @@ pub fn process_again(
             pings.chain((0..p.clicks.len()).map(move |n| (k, n, false)))
         })
         .collect();
+    let loudest = Loudest::default();
     let fitted: Vec<Fitted> = jobs
         .par_iter()
         .map(|&(point, repeat, is_ping)| -> Result<Fitted, RigError> {
@@ -98,7 +100,9 @@ pub fn process_again(
                 return Ok(fitted);
             }
             let fitted = if is_ping {
-                let known = LiveRecord::of(source.ping(point, repeat)?, options.ping.reference);
+                let record = source.ping(point, repeat)?;
+                loudest.hear(name, &record, true);
+                let known = LiveRecord::of(record, options.ping.reference);
                 let own = PingOptions { reference: known.reference, ..options.ping.clone() };
                 let trace = Trace::from(&known.record);
                 let hum = other_mains(trace.channels, trace.quiet, trace.rate_hz, own.mains_hz);
@@ -107,6 +111,7 @@ pub fn process_again(
                 Fitted::Click(Ok(None))
             } else {
                 let record = source.click(point, repeat)?;
+                loudest.hear(name, &record, false);
                 let click = click_options(set, records.day, Some(&records.point), &click_options_found);
                 let fit = fit_click(&Trace::from(&record), &click);
                 Fitted::Click(fit.and_then(|fit| {
@@ -121,6 +126,7 @@ pub fn process_again(
         })
         .collect::<Result<_, _>>()?;
 
+    notes.extend(loudest.in_words());
     let calibration_clicks = rejections.len();
     let microphones = set.rig.microphones.positions.len();
     let numbers = set.acquisition.numbers(microphones);

@@ -4,15 +4,32 @@ use super::pressures::RelativePressures;
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
-/// A tube with microphones before and behind a specimen, in gas at rest without loss.
+/// A tube with microphones before and behind a specimen, in gas at rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransmissionTube {
     /// Places of the microphones, m.
     pub places: Vec<f64>,
-    /// Where the specimen begins and ends, m.
+    /// Where the specimen begins and ends, m; the same place for one that is thin.
     pub between: [f64; 2],
     /// Speed of sound, m/s.
     pub sound_speed: f64,
+    /// What thin boundary layers do to a wave before and behind the specimen, s^{1/2}/m: along 1 m its
+    /// spectrum is multiplied with e^{-(1+i) layers sqrt(omega)}. In a round tube [`crate::kirchhoff`] over
+    /// its radius.
+    pub layers: [f64; 2],
+    /// By how much these are larger than those of a smooth wall; 0 for a tube without loss.
+    pub wall_factor: f64,
+}
+
+/// Standard deviations of what a [`TransmissionTube`] is taken to be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TubeErrors {
+    /// Of the place of every microphone, m.
+    pub place: f64,
+    /// Of the speed of sound, relative.
+    pub sound_speed: f64,
+    /// Of the factor of the wall.
+    pub wall_factor: f64,
 }
 
 /// What a specimen does at one frequency.
@@ -24,7 +41,7 @@ pub struct Transmitted {
     /// Energy that leaves it downstream over energy that enters it upstream: 1 if it takes none.
     pub energy: f64,
     /// Waves that run downstream, behind it over before it, and waves that run upstream, before it over
-    /// behind it, each with the phase of empty tube taken away: both 1 if there is nothing.
+    /// behind it, each with what the empty tube does taken away: both 1 if there is nothing.
     pub through: [C64; 2],
 }
 
@@ -87,65 +104,75 @@ impl TransmissionTube {
         [count(&|x| x <= from), count(&|x| x >= to)]
     }
 
-    /// At every frequency at which the microphones can tell the waves apart, with errors of the places (m)
-    /// and of the speed of sound (relative).
+    /// At every frequency at which the microphones can tell the waves apart.
     #[must_use]
-    pub fn losses(&self, heard: &RelativePressures, sds_of_places: [f64; 2]) -> Vec<TransmissionLoss> {
+    pub fn losses(&self, heard: &RelativePressures, errors: &TubeErrors) -> Vec<TransmissionLoss> {
         let rows = heard.frequency_hz.iter().zip(&heard.pressures).zip(&heard.relative_sd);
         let one = |((f, p), sds): ((&f64, &Vec<C64>), &Vec<f64>)| {
             let transmitted = self.transmitted(*f, p)?;
-            let loss_db = self.loss(*f, p, sds, sds_of_places).unwrap_or([f64::NAN; 2]);
+            let loss_db = self.loss(*f, p, sds, errors).unwrap_or([f64::NAN; 2]);
             Some(TransmissionLoss { frequency_hz: *f, loss_db, transmitted })
         };
         rows.filter_map(one).collect()
     }
 
+    /// What 1 m before (0) and behind (1) the specimen does to the logarithm of a wave.
+    fn decay(&self, side: usize, frequency_hz: f64) -> C64 {
+        let omega = TAU * frequency_hz;
+        let layers = self.wall_factor * self.layers[side] * omega.sqrt();
+        C64::new(layers, omega / self.sound_speed + layers)
+    }
+
     /// From the pressures at the microphones; none if a side has less than two microphones, or those cannot
-    /// tell the waves apart. The two waves of each side are fitted by least squares; Song & Bolton, J.
-    /// Acoust. Soc. Am. 107 (2000) 1131.
+    /// tell the waves apart. The two waves of each side are fitted by least squares and carried to the faces
+    /// with the loss of the wall, which so is none of the specimen; Song & Bolton, J. Acoust. Soc. Am. 107
+    /// (2000) 1131, with a complex wavenumber.
     #[must_use]
     pub fn transmitted(&self, frequency_hz: f64, pressures: &[C64]) -> Option<Transmitted> {
-        let k = TAU * frequency_hz / self.sound_speed;
+        let [before, behind] = [0, 1].map(|side| self.decay(side, frequency_hz));
         let [front, back] = self.between;
         // Waves as pressures at the two faces.
-        let [a, b] = self.waves(k, front, pressures, |x| x <= front)?;
-        let [c, d] = self.waves(k, back, pressures, |x| x >= back)?;
+        let [a, b] = self.waves(before, front, pressures, |x| x <= front)?;
+        let [c, d] = self.waves(behind, back, pressures, |x| x >= back)?;
         let (p0, u0, p1, u1) = (a + b, a - b, c + d, c - d);
         let common = p0 * u1 + p1 * u0;
         let (same, up, down) = (p1 * u1 + p0 * u0, p0 * p0 - p1 * p1, u0 * u0 - u1 * u1);
-        let phase = C64::from_polar(1.0, k * (back - front));
+        let empty = (0.5 * (before + behind) * (back - front)).exp();
         Some(Transmitted {
             coefficient: 2.0 * common / (2.0 * same + up + down),
             energy: (c.norm_sqr() - d.norm_sqr()) / (a.norm_sqr() - b.norm_sqr()),
-            through: [c * phase / a, b * phase / d],
+            through: [c * empty / a, b * empty / d],
         })
     }
 
-    /// The waves that run downstream and upstream at `x`.
-    fn waves(&self, k: f64, x: f64, pressures: &[C64], side: impl Fn(f64) -> bool) -> Option<[C64; 2]> {
-        let (mut count, mut cross, mut right) = (0.0, C64::ZERO, [C64::ZERO; 2]);
+    /// The waves that run downstream and upstream at `x`, of which 1 m changes the logarithm by `decay`.
+    fn waves(&self, decay: C64, x: f64, pressures: &[C64], side: impl Fn(f64) -> bool) -> Option<[C64; 2]> {
+        let (mut size, mut cross, mut right) = ([0.0; 2], C64::ZERO, [C64::ZERO; 2]);
         for (at, p) in self.places.iter().zip(pressures).filter(|(at, _)| side(**at)) {
-            let down = C64::from_polar(1.0, -k * (at - x));
-            count += 1.0;
-            cross += down.conj() * down.conj();
-            right[0] += down.conj() * p;
-            right[1] += down * p;
+            let down = (-decay * (at - x)).exp();
+            let up = down.inv();
+            size = [size[0] + down.norm_sqr(), size[1] + up.norm_sqr()];
+            cross += down.conj() * up;
+            right = [right[0] + down.conj() * p, right[1] + up.conj() * p];
         }
-        let det = count * count - cross.norm_sqr();
-        (det > 1e-6 * count * count).then(|| {
-            [(count * right[0] - cross * right[1]) / det, (count * right[1] - cross.conj() * right[0]) / det]
+        let det = size[0] * size[1] - cross.norm_sqr();
+        (det > 1e-6 * size[0] * size[1]).then(|| {
+            [
+                (size[1] * right[0] - cross * right[1]) / det,
+                (size[0] * right[1] - cross.conj() * right[0]) / det,
+            ]
         })
     }
 
     /// Transmission loss in dB, and its standard deviation from errors of the pressures (relative, of real
-    /// and imaginary part), of the places (m) and of the speed of sound (relative).
+    /// and imaginary part) and of the tube.
     #[must_use]
     pub fn loss(
         &self,
         frequency_hz: f64,
         pressures: &[C64],
         sds: &[f64],
-        [place_sd, sound_speed_sd]: [f64; 2],
+        errors: &TubeErrors,
     ) -> Option<[f64; 2]> {
         let loss = |tube: &Self, p: &[C64]| {
             tube.transmitted(frequency_hz, p).map(|t| -20.0 * t.coefficient.norm().log10())
@@ -167,14 +194,19 @@ impl TransmissionTube {
             }
             let moved = |sign: f64| {
                 let mut tube = self.clone();
-                tube.places[m] += sign * place_sd;
+                tube.places[m] += sign * errors.place;
                 loss(&tube, pressures)
             };
             add(moved(1.0), moved(-1.0));
         }
         let moved = |sign: f64| {
-            let tube = Self { sound_speed: self.sound_speed * (1.0 + sign * sound_speed_sd), ..self.clone() };
-            loss(&tube, pressures)
+            let sound_speed = self.sound_speed * (1.0 + sign * errors.sound_speed);
+            loss(&Self { sound_speed, ..self.clone() }, pressures)
+        };
+        add(moved(1.0), moved(-1.0));
+        let moved = |sign: f64| {
+            let wall_factor = self.wall_factor + sign * errors.wall_factor;
+            loss(&Self { wall_factor, ..self.clone() }, pressures)
         };
         add(moved(1.0), moved(-1.0));
         Some([value, variance.sqrt()])

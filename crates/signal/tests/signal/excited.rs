@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use rijke_numerics::{C64, Stream, Streams};
 use rijke_signal::{
     BlowOptions, LossBand, RelativePressures, Spectra, SwitchedDoubt, SwitchedFault, SwitchedGains,
-    TransmissionTube, combine_blows, fit_blow,
+    TransmissionTube, TubeErrors, combine_blows, fit_blow,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -183,10 +183,13 @@ fn behaviour_a_channel_that_is_always_inverted_has_a_gain_of_minus_one() {
 }
 
 /// Microphones 0.5, 0.3 and 0.2 m before and behind a thin mass at 1 m, and the pressures there with an end
-/// that reflects.
+/// that reflects, in a pipe whose walls take something.
 fn tube_with_mass(f: f64, sound_speed: f64) -> (TransmissionTube, Vec<C64>, C64) {
     let places = vec![0.5, 0.7, 0.8, 1.2, 1.3, 1.5];
-    let tube = TransmissionTube { places: places.clone(), between: [1.0, 1.0], sound_speed };
+    // Layers of pipes of 60 and 30 mm, half as rough again.
+    let (layers, wall_factor) = ([4e-4, 8e-4], 1.5);
+    let tube =
+        TransmissionTube { places: places.clone(), between: [1.0, 1.0], sound_speed, layers, wall_factor };
     let k = TAU * f / sound_speed;
     let mass = C64::new(0.0, 2e-3 * f);
     // Behind it: c = 1 and d by an end at 2 m. Velocity times rho c is the same on both sides.
@@ -194,9 +197,9 @@ fn tube_with_mass(f: f64, sound_speed: f64) -> (TransmissionTube, Vec<C64>, C64)
     let (p, u) = (c + d + mass * (c - d), c - d);
     let (a, b) = (0.5 * (p + u), 0.5 * (p - u));
     let at = |x: &f64| {
-        let (down, up) = if *x < 1.0 { (a, b) } else { (c, d) };
-        let turn = C64::from_polar(1.0, -k * (x - 1.0));
-        down * turn + up / turn
+        let (down, up, layer) = if *x < 1.0 { (a, b, 6e-4) } else { (c, d, 12e-4) };
+        let wave = C64::new(0.0, k) + C64::new(1.0, 1.0) * layer * (TAU * f).sqrt();
+        down * (-wave * (x - 1.0)).exp() + up * (wave * (x - 1.0)).exp()
     };
     (tube, places.iter().map(at).collect(), 2.0 / (2.0 + mass))
 }
@@ -208,7 +211,7 @@ fn exact_a_mass_lets_through_what_it_must() {
         let found = tube.transmitted(f, &pressures).unwrap();
         assert!((found.coefficient - coefficient).norm() < 1e-9, "{found:?} {coefficient}");
         assert!((found.energy - 1.0).abs() < 1e-9, "{found:?}");
-        let [loss, sd] = tube.loss(f, &pressures, &[0.0; 6], [0.0; 2]).unwrap();
+        let [loss, sd] = tube.loss(f, &pressures, &[0.0; 6], &TubeErrors::default()).unwrap();
         assert!((loss + 20.0 * coefficient.norm().log10()).abs() < 1e-8 && sd == 0.0, "{loss} {sd}");
     }
     // By bands of 100 Hz: the median of three frequencies.
@@ -221,7 +224,7 @@ fn exact_a_mass_lets_through_what_it_must() {
         left_out: 0,
     };
     assert_eq!(tube.sides(), [3, 3]);
-    let bands = LossBand::of(&tube.losses(&heard, [0.0; 2]));
+    let bands = LossBand::of(&tube.losses(&heard, &TubeErrors::default()));
     assert!(
         bands.len() == 2 && bands[0].from_to_hz == [300.0, 400.0] && bands[1].from_to_hz == [400.0, 500.0]
     );
@@ -239,14 +242,15 @@ fn exact_a_mass_lets_through_what_it_must() {
 fn oracle_errors_of_the_loss_are_those_of_random_trials() {
     let (tube, pressures, _) = tube_with_mass(700.0, 343.0);
     let sds = [0.0, 0.01, 0.02, 0.01, 0.015, 0.01];
-    let more = [1e-3, 2e-3];
-    let [middle, sd] = tube.loss(700.0, &pressures, &sds, more).unwrap();
+    let more = TubeErrors { place: 1e-3, sound_speed: 2e-3, wall_factor: 0.4 };
+    let [middle, sd] = tube.loss(700.0, &pressures, &sds, &more).unwrap();
     let mut stream = Streams::new(2).stream("loss");
     let trials: Vec<f64> = (0..20_000)
         .map(|_| {
             let mut other = tube.clone();
-            other.places.iter_mut().for_each(|x| *x += more[0] * normal(&mut stream));
-            other.sound_speed *= 1.0 + more[1] * normal(&mut stream);
+            other.places.iter_mut().for_each(|x| *x += more.place * normal(&mut stream));
+            other.sound_speed *= 1.0 + more.sound_speed * normal(&mut stream);
+            other.wall_factor += more.wall_factor * normal(&mut stream);
             let p: Vec<C64> = pressures
                 .iter()
                 .zip(&sds)
