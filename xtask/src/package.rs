@@ -1,5 +1,6 @@
-//! `cargo xtask package`: packs every public crate as for a registry, and checks that the packed trees compile
-//! against each other with nothing else of the repository at hand. Tests stay: they read its fixtures.
+//! `cargo xtask package`: packs every public crate as for a registry, and checks that the packed trees
+//! compile against each other with nothing else of the repository at hand. Tests stay: they read its
+//! fixtures.
 
 use crate::workspace::{Outcome, cargo, root, succeed};
 use std::{fmt::Write as _, fs, path::Path, process::Command};

@@ -164,8 +164,8 @@ fn exact_a_quantity_is_known_as_well_as_its_prediction_and_then_better() {
     assert!((after / (slope(0.9) * left) - 1.0).abs() < 1e-6, "{after}");
 }
 
-/// A reading of the temperature belongs to its point. What a visit tells of it is no knowledge of another day:
-/// after the visit, the prediction of that very point has the standard deviation that was foreseen.
+/// A reading of the temperature belongs to its point. What a visit tells of it is no knowledge of another
+/// day: after the visit, the prediction of that very point has the standard deviation that was foreseen.
 #[test]
 fn exact_a_visit_foresees_the_prediction_of_its_own_point() {
     let folder = folder("own-point");

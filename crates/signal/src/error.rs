@@ -197,17 +197,9 @@ pub enum Fault {
         /// Amplitude over noise.
         ratio: f64,
     },
-    /// The strongest tone is as near to a multiple of the mains as a mode may lie beside it.
-    #[error(
-        "the tone at {frequency_hz:.1} Hz is not told from hum at {mains_hz:.0} Hz: drive the mode at its own frequency, or state the mains \
-         frequency if it is another (`mains_hz` in the manifest)"
-    )]
-    BesideMains {
-        /// Frequency of the tone, Hz.
-        frequency_hz: f64,
-        /// Multiple of the mains frequency, Hz.
-        mains_hz: f64,
-    },
+    /// The strongest tone, Hz, lies beside a multiple of the mains, Hz.
+    #[error("the tone at {0:.1} Hz is not told from hum at {1:.0} Hz: drive the mode, or state `mains_hz`")]
+    BesideMains(f64, f64),
     /// The loudspeaker acted a second time.
     #[error(
         "second excitation at {at:.3} s: the amplitude grows {factor:.2} times while it should decay. The loudspeaker acts twice \

@@ -11,7 +11,8 @@ const HARNESS: &str = include_str!("paint.html");
 /// How long the browser may take to paint.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Time from the start of the navigation to the first content that is painted, ms, by the browser's own clock.
+/// Time from the start of the navigation to the first content that is painted, ms, by the browser's own
+/// clock.
 pub(super) fn first(browser: &str, scratch: &Path, page: &Path) -> Result<f64, String> {
     let harness = scratch.join("paint.html");
     let address = held().map_err(|e| format!("no port on the loopback address: {e}"))?;

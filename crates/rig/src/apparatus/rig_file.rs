@@ -25,7 +25,8 @@ impl TubeRig {
         Ok(rig)
     }
 
-    /// The rig of the paper, `crates/rig/data/rigs/juniper-yoko-2022.toml`, which carries the source of every value.
+    /// The rig of the paper, `crates/rig/data/rigs/juniper-yoko-2022.toml`, which carries the source of every
+    /// value.
     #[must_use]
     #[allow(clippy::expect_used, reason = "the text is part of the program and a test parses it")]
     pub fn juniper_yoko_2022() -> Self {

@@ -75,7 +75,7 @@ fn oracle_measured_flow_duct_tells_flow_loss_and_length() {
         let found = model(joined, id);
         // Stated: 0.08455 at 296 K.
         let [mach, sd] = parameter(found, "mach");
-        // Gains and delays of the microphones are unknown, too: a delay that grows along a side is Mach number.
+        // Gains and delays are unknown, too: a delay that grows along a side is Mach number.
         assert!((mach / 0.084_548 - 1.0).abs() < 3e-3 && sd < 3e-4, "{mach} +- {sd}");
         assert!(found["residual"].as_f64().unwrap() < 7.5e-3, "{}", found["residual"]);
         let [extra, sd] = parameter(found, "extra");

@@ -4,8 +4,8 @@ use super::fitted::{PingOfRecord, rejection};
 use crate::Fault;
 use rijke_rig::Rejection;
 
-/// A point keeps a channel that was left out of one of so many of its pings, and goes without these pings; of a
-/// channel that carries no signal, as a loose plug does, in one of so many.
+/// A point keeps a channel that was left out of one of so many of its pings, and goes without these pings; of
+/// a channel that carries no signal, as a loose plug does, in one of so many.
 const FEW: usize = 5;
 const FEW_SILENT: usize = 2;
 /// Points and records that a sentence names.

@@ -10,8 +10,8 @@ use rijke_numerics::{C64, Cholesky, Matrix};
 
 /// Highest order of a prediction-error filter. White noise with 1/f below about 30 Hz needs 3 to 8 at 10 kHz.
 const MAX_ORDER: usize = 12;
-/// Periods of a tone over which a channel's mean is taken away where its pressure wanders. A whole number leaves
-/// the tone as it is.
+/// Periods of a tone over which a channel's mean is taken away where its pressure wanders. A whole number
+/// leaves the tone as it is.
 const WANDER: f64 = 3.0;
 /// Samples whitened at a time: those of eight channels stay close to the processor.
 const BLOCK: usize = 256;

@@ -225,7 +225,7 @@ impl<'a> Whole<'a> {
     fn beside_mains(&self) -> Option<Fault> {
         let mains_hz = (self.loudest_hz / self.options.mains_hz).round() * self.options.mains_hz;
         let beside = mains_hz > 0.0 && (self.loudest_hz - mains_hz).abs() < BESIDE;
-        beside.then_some(Fault::BesideMains { frequency_hz: self.loudest_hz, mains_hz })
+        beside.then_some(Fault::BesideMains(self.loudest_hz, mains_hz))
     }
 
     /// A third harmonic that is lost faster than the mode.

@@ -20,8 +20,8 @@ pub struct MajorityFit {
 }
 
 /// Fits a ping as [`fit_ping`] does; without a channel whose gain drifts or that carries no signal, and
-/// without one that alone keeps the others from being fitted. More than half of the channels must agree, two at least, among them the
-/// reference.
+/// without one that alone keeps the others from being fitted. More than half of the channels must agree, two
+/// at least, among them the reference.
 ///
 /// # Errors
 /// The [`Fault`] of the whole record, if leaving out channels is no remedy.

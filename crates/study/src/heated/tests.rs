@@ -227,7 +227,8 @@ fn coverage_of_thermometers_that_read_too_much() {
             sds += found.covariance[(0, 0)].sqrt() / 300.0;
         }
         println!("{cold} cold points: {held:.3} held, share to {sds:.4}");
-        // Three standard errors below 95 %; what scatter is not excluded counts, so that none is covered too often.
+        // Three standard errors below 95 %; what scatter is not excluded counts, so that none is covered too
+        // often.
         assert!((0.91..=1.0).contains(&held), "{cold} cold points: {held}");
     }
 }

@@ -1,5 +1,4 @@
-//! What a model says together of numbers that could be measured, as one Gaussian, and what measuring some of
-//! them would tell.
+//! What a model says together of numbers that could be measured, and what measuring some would tell.
 //!
 //! With y the numbers, J their derivatives in what is known to Sigma (parameters, and errors that the
 //! training found), E the errors that points share and N the noise of each visit, y has the covariance V = J
@@ -16,7 +15,7 @@ use std::collections::BTreeMap;
 pub(super) enum Shared {
     /// All points that name the cause.
     Cause(Cause),
-    /// No visit: the cause acts on what is wanted, with an error that is drawn anew.
+    /// No visit: an error of what is wanted, drawn anew.
     Anew(Cause),
     /// The points of one installation: growth rate (0) or angular frequency (1).
     Installation(usize, String),
@@ -34,11 +33,11 @@ pub(super) struct Numbers {
     pub(super) values: Vec<f64>,
     /// Place in what is known, and the derivative in it.
     pub(super) along: Vec<(usize, Vec<f64>)>,
-    /// The change per standard deviation of each error that points share.
+    /// The change per sd of each error that points share.
     pub(super) shared: BTreeMap<Shared, Vec<f64>>,
     /// Covariance of the noise of one visit; zero for a quantity that is wanted and not measured.
     pub(super) noise: Matrix,
-    /// The part of it that comes again at every visit of the point: the misfit of the model.
+    /// Its part that comes again at every visit: the misfit.
     pub(super) stays: Matrix,
 }
 
