@@ -68,18 +68,20 @@ impl Study {
             return Vec::new();
         };
         let (mut all, names) = (Vec::new(), &self.rig.microphones.names);
-        for (b, y) in rig.microphones.iter().enumerate() {
-            for (a, x) in rig.microphones.iter().enumerate().take(b) {
-                if (x - y).abs() < ONE_PLACE {
-                    all.push(format!(
-                        "rig.toml: microphones `{}` and `{}` are {:.1} mm apart along the rig, at {x} m and {y} m, so that they hear the same: \
-                         correct `at` if one of the places is a slip",
-                        names[a],
-                        names[b],
-                        1e3 * (x - y).abs()
-                    ));
-                }
-            }
+        let at = &rig.microphones;
+        let pairs = (0..at.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+        let near: Vec<(usize, usize)> = pairs.filter(|(a, b)| (at[*a] - at[*b]).abs() < ONE_PLACE).collect();
+        // Several pairs at equal places sit around the duct on purpose.
+        let around = near.len() > 1 && near.iter().all(|(a, b)| at[*a] == at[*b]);
+        for (a, b) in near.into_iter().filter(|_| !around) {
+            let (x, y) = (at[a], at[b]);
+            all.push(format!(
+                "rig.toml: microphones `{}` and `{}` are {:.1} mm apart along the rig, at {x} m and {y} m, so that they hear the same: correct `at` \
+                 if one of the places is a slip",
+                names[a],
+                names[b],
+                1e3 * (x - y).abs()
+            ));
         }
         let areas = rig.ducts.iter().flat_map(|d| d.area);
         let widest = (4.0 * areas.fold(0.0, f64::max) / PI).sqrt();

@@ -19,7 +19,7 @@ fn manifest(folder: &Path, text: &str) {
     fs::write(folder.join("data/records/manifest.toml"), format!("{head}{text}")).unwrap();
 }
 
-const NOISE: &str = "[random]\nsegment = 1024\nstraight = \"a.wav\"\n[random.points]\np70 = \"a.wav\"\n\
+const NOISE: &str = "[random]\nsegment = 1024\n[random.points]\np70 = \"a.wav\"\n\
                      [random.transmission]\npoints = [\"p70\"]\nplace_sd = 0.001\n";
 
 pub(super) const CASES: [Case; 20] = [
@@ -85,13 +85,13 @@ pub(super) const CASES: [Case; 20] = [
         "specimen that ends before it begins",
         |d| manifest(d, &format!("{NOISE}between = [1.0, -1.5]\nsound_speed_sd = 0.005\n")),
         "process data",
-        ["manifest.toml", "[random.transmission]", "ascends from 0"],
+        ["manifest.toml", "[random.transmission]", "the first not behind the second"],
     ),
     case(
         "speed of sound that is not known at all",
         |d| manifest(d, &format!("{NOISE}between = [0.3, 0.4]\nsound_speed_sd = inf\n")),
         "process data",
-        ["manifest.toml", "[random.transmission]", "sound_speed_sd from 0 to 0.5"],
+        ["manifest.toml", "[random.transmission]", "`sound_speed_sd` must lie from 0 to 0.5"],
     ),
     case(
         "mode beyond the band",
