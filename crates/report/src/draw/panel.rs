@@ -123,17 +123,13 @@ impl Panel {
         self.stroked(&format!("M{left} {top}L{right} {bottom}M{left} {bottom}L{right} {top}"), stroke);
     }
 
-    /// A vertical bar of half-length `half` with caps, but none that a dot of radius [`DOT`] hides.
+    /// A vertical bar of half-length `half`, but none that a dot of radius [`DOT`] hides.
     pub(crate) fn error_bar(&mut self, [x, y]: [f64; 2], half: f64, stroke: &Stroke) {
-        const CAP: f64 = 1.3;
         let [centre, low] = self.at([x, y - half]);
         let [_, high] = self.at([x, y + half]);
-        if CAP.hypot(0.5 * (low - high)) < DOT {
-            return;
+        if 0.5 * (low - high) >= DOT {
+            self.stroked(&format!("M{} {}V{}", px(centre), px(low), px(high)), stroke);
         }
-        let [left, centre, right] = [-CAP, 0.0, CAP].map(|cap| px(centre + cap));
-        let (low, high) = (px(low), px(high));
-        self.stroked(&format!("M{left} {low}H{right}M{centre} {low}V{high}M{left} {high}H{right}"), stroke);
     }
 
     /// A vertical line across the frame.

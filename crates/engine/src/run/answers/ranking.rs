@@ -86,7 +86,10 @@ impl Run {
         for layer in panels.iter_mut().flat_map(|p| &mut p.layers).filter(|l| l.frame == 1) {
             layer.x = 0;
         }
-        if line.is_empty() {
+        // The page begins with the last stage in which models compete.
+        let shown = self.done.iter().rev().find(|d| d.rows.len() > 1).or(self.done.last());
+        let misses = line.is_empty() && shown.is_some_and(|shown| std::ptr::eq(shown, done));
+        if misses {
             let record = models.first().map(|(record, _)| record);
             let rows = points.iter().zip(record.map_or(&[][..], ModelRecord::shown)).map(|(o, s)| {
                 let [growth, growth_sd, omega, omega_sd] = measured(o);
@@ -105,13 +108,14 @@ impl Run {
             panels.extend(missed(&axis_label(&x), 2, &modes));
         }
         let with = if shared { ", with the errors that points share as estimated" } else { "" };
-        let caption = if line.is_empty() {
-            format!(
-                "Measured modes (dots), the model that went on and the next by evidence (dashes){with}; below, what was measured less the first of them."
-            )
+        let mut caption = if line.is_empty() {
+            format!("Measured modes (dots), the model that went on and the next by evidence (dashes){with}.")
         } else {
             "Measured modes (dots) and the models with the most evidence.".to_owned()
         };
+        if misses {
+            caption += " Below, what was measured less the model that went on.";
+        }
         Ok((frames, panels, Vec::new(), caption))
     }
 
