@@ -76,6 +76,11 @@ pub(crate) fn folder(name: &str, rig: &str, base: &str, errors: &str, more: &str
     folder
 }
 
+/// Responses that a test makes up.
+pub(crate) fn observed(list: Vec<ObservedResponse>) -> Responses {
+    Responses { kind: DataKind::Virtual, source: "a closed form".into(), list, warnings: Vec::new() }
+}
+
 /// Trains on a reflection coefficient.
 pub(crate) fn trained(
     folder: &Path,
@@ -90,13 +95,8 @@ pub(crate) fn trained(
         values: values.to_vec(),
         sd: Vec::new(),
     };
-    let observed = Responses {
-        kind: DataKind::Virtual,
-        source: "a closed form".into(),
-        list: vec![response],
-        warnings: Vec::new(),
-    };
-    Ok(ResponseRun::new(Study::open(folder).unwrap(), observed)?.next_stage()?.unwrap())
+    let run = ResponseRun::new(Study::open(folder).unwrap(), observed(vec![response]));
+    Ok(run?.next_stage()?.unwrap())
 }
 
 pub(crate) fn model<'a>(stage: &'a ResponseStageRecord, id: &str) -> &'a ResponseModelRecord {

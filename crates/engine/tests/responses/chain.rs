@@ -4,12 +4,11 @@
 //! s = c (i pi - a - k b)/(2 L). At another point a part stands alone, whose transfer function a + b s T is
 //! measured. Both are linear in a and b, so that the evidence of the chain is that of all data at once.
 
-use crate::bench::{GAMMA, GAS_CONSTANT};
+use crate::bench::{GAMMA, GAS_CONSTANT, observed};
 use rijke_engine::response::ResponseRun;
 use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_numerics::{C64, Cholesky, Matrix};
-use rijke_rig::DataKind;
-use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
+use rijke_study::responses::{ObservedResponse, ResponseKind};
 use rijke_study::{Coefficient, ObservedModes, Study};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -111,9 +110,7 @@ fn ran(folder: &Path) -> (ResponseRun, Run, ObservedModes) {
         values: measured(),
         sd: Vec::new(),
     };
-    let (kind, source) = (DataKind::Virtual, "a closed form".to_owned());
-    let observed = Responses { kind, source, list: vec![response], warnings: Vec::new() };
-    let mut responses = ResponseRun::new(study.clone(), observed).unwrap();
+    let mut responses = ResponseRun::new(study.clone(), observed(vec![response])).unwrap();
     responses.next_stage().unwrap().unwrap();
     let observations = study.observations().unwrap();
     let run = Run::on_responses(study, &observations, Trusted::Laplace, responses.grounds()).unwrap();

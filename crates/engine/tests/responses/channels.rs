@@ -1,11 +1,11 @@
 //! Delays and gains of channels that hear responses.
 
-use crate::bench::{model, normal};
+use crate::bench::{model, normal, observed};
 use crate::pressures::{AT, NOISE, PRIORS, columns, complex, folder, found, run};
+use crate::slow::maximum;
 use rijke_engine::response::{ResponseRun, ResponseStageRecord};
 use rijke_numerics::{C64, Cholesky, Matrix, Stream, Streams};
-use rijke_rig::DataKind;
-use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
+use rijke_study::responses::{ObservedResponse, ResponseKind};
 use rijke_study::{Place, Study};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -130,34 +130,11 @@ fn oracle_gains_and_delays_are_those_of_the_whole_covariance() {
         let heard = Truth::drawn(&mut stream, SMALL).heard(&frequency_hz, 2, &mut stream);
         let stage = trained(&folder, &frequency_hz, &heard);
         let near = found(&stage, "waves.flow");
-        let h = [0, 1, 2].map(|i| 0.1 * near[i][1] / PRIORS[i][1]);
-        let mut x = [0, 1, 2].map(|i| (near[i][0] - PRIORS[i][0]) / PRIORS[i][1]);
-        let mut hessian = Matrix::zeros(3, 3);
-        for _ in 0..3 {
-            let at = |steps: &[(usize, f64)]| {
-                let mut y = x;
-                steps.iter().for_each(|(i, t)| y[*i] += t * h[*i]);
-                cost(&frequency_hz, &heard, y)
-            };
-            let slope: Vec<f64> =
-                (0..3).map(|i| (at(&[(i, 1.0)]) - at(&[(i, -1.0)])) / (2.0 * h[i])).collect();
-            hessian = Matrix::from_fn(3, 3, |i, j| {
-                let corner = |a: f64, b: f64| at(&[(i, a), (j, b)]);
-                (corner(0.5, 0.5) - corner(0.5, -0.5) - corner(-0.5, 0.5) + corner(-0.5, -0.5))
-                    / (h[i] * h[j])
-            });
-            let step = Cholesky::new(&hessian).unwrap().solve(&slope);
-            (0..3).for_each(|i| x[i] -= step[i]);
-        }
-        let factor = Cholesky::new(&hessian).unwrap();
-        let covariance = factor.inverse();
-        for (i, [value, sd]) in near.iter().enumerate() {
-            let [mean, wide] = PRIORS[i];
-            let (there, width) = (mean + wide * x[i], wide * covariance[(i, i)].sqrt());
+        let (slow, evidence) = maximum(&PRIORS, &near, &|x| cost(&frequency_hz, &heard, x));
+        for (i, ([value, sd], [there, width])) in near.iter().zip(slow).enumerate() {
             assert!((value - there).abs() < 0.05 * width, "{seed}, {i}: {value} {there} +- {width}");
             assert!((sd / width).ln().abs() < 0.05, "{seed}, {i}: {sd} {width}");
         }
-        let evidence = -cost(&frequency_hz, &heard, x) - 0.5 * factor.ln_det() + 1.5 * (2.0 * PI).ln();
         let own = model(&stage, "waves.flow").ln_evidence();
         assert!((own - evidence).abs() < 0.1, "{seed}: {own} {evidence}");
     }
@@ -263,9 +240,7 @@ fn exact_transfer_functions_tell_the_gains_of_each_session() {
     };
     let pairs = [(1, 0), (2, 0), (2, 1)];
     let list = (0..2).flat_map(|point| pairs.map(|(to, from)| transfer(point, to, from))).collect();
-    let observed =
-        Responses { kind: DataKind::Virtual, source: "a closed form".into(), list, warnings: Vec::new() };
-    let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed).unwrap();
+    let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed(list)).unwrap();
     let found = run.next_stage().unwrap().unwrap();
     let parameters = &found.models[0].parameters;
     assert_eq!(parameters.len(), 8);

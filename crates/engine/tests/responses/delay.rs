@@ -4,12 +4,11 @@
 //! In the tube of length L without losses, closed at one end, the other end reflects -exp(-n - s tau/50), so
 //! that s (2 L/c + tau/50) = i pi - n.
 
-use crate::bench::{GAMMA, GAS_CONSTANT};
+use crate::bench::{GAMMA, GAS_CONSTANT, observed};
 use rijke_engine::response::{ResponseRun, ResponseStageRecord};
 use rijke_engine::run::{Run, StageRecord, Trusted};
 use rijke_numerics::C64;
-use rijke_rig::DataKind;
-use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
+use rijke_study::responses::{ObservedResponse, ResponseKind};
 use rijke_study::{Coefficient, Study};
 use std::f64::consts::PI;
 
@@ -84,13 +83,7 @@ fn ran(name: &str, median: f64, ln_sd: f64, sd: f64) -> (ResponseStageRecord, St
         frequency_hz,
         sd: Vec::new(),
     };
-    let observed = Responses {
-        kind: DataKind::Virtual,
-        source: "a closed form".into(),
-        list: vec![response],
-        warnings: Vec::new(),
-    };
-    let mut responses = ResponseRun::new(study.clone(), observed).unwrap();
+    let mut responses = ResponseRun::new(study.clone(), observed(vec![response])).unwrap();
     let first = responses.next_stage().unwrap().unwrap();
     let observations = study.observations().unwrap();
     let mut run = Run::on_responses(study, &observations, Trusted::Laplace, responses.grounds()).unwrap();

@@ -1,10 +1,9 @@
 //! A candidate that takes the place of another, in stages of responses.
 
-use crate::bench::{folder, reflection, rig};
+use crate::bench::{folder, observed, reflection, rig};
 use rijke_engine::response::{ResponseModelRecord, ResponseRun};
 use rijke_numerics::C64;
-use rijke_rig::DataKind;
-use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
+use rijke_study::responses::{ObservedResponse, ResponseKind};
 use rijke_study::{Place, Study};
 
 const SAMPLE: &str = r#"
@@ -56,12 +55,7 @@ fn run(name: &str, extends: &str) -> Result<ResponseModelRecord, String> {
             .collect::<Vec<C64>>(),
         sd: Vec::new(),
     };
-    let observed = Responses {
-        kind: DataKind::Virtual,
-        source: "a closed form".into(),
-        list: vec![response(0, 0.9, 0.0), response(1, 0.55, 40e-6)],
-        warnings: Vec::new(),
-    };
+    let observed = observed(vec![response(0, 0.9, 0.0), response(1, 0.55, 40e-6)]);
     let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed).map_err(|e| e.to_string())?;
     run.next_stage().map_err(|e| e.to_string())?;
     let stage = run.next_stage().map_err(|e| e.to_string())?.unwrap();

@@ -1,6 +1,7 @@
 //! The errors of the measuring head.
 
 use crate::bench::{folder, heard, model, normal, polynomials, reflection, rig, trained};
+use crate::slow::maximum;
 use rijke_inference::complex_columns;
 use rijke_numerics::{C64, Cholesky, Matrix, Streams};
 use std::f64::consts::PI;
@@ -52,30 +53,7 @@ impl Full<'_> {
     /// Values and standard deviations at the maximum next to `near`, and ln of the evidence by Laplace's
     /// method.
     fn found(&self, near: [[f64; 2]; 3]) -> ([[f64; 2]; 3], f64) {
-        let h = [0, 1, 2].map(|i| 0.1 * near[i][1] / PRIORS[i][1]);
-        let mut x = [0, 1, 2].map(|i| (near[i][0] - PRIORS[i][0]) / PRIORS[i][1]);
-        let mut hessian = Matrix::zeros(3, 3);
-        for _ in 0..5 {
-            let at = |steps: &[(usize, f64)]| {
-                let mut y = x;
-                steps.iter().for_each(|(i, t)| y[*i] += t * h[*i]);
-                self.cost(y)
-            };
-            let slope: Vec<f64> =
-                (0..3).map(|i| (at(&[(i, 1.0)]) - at(&[(i, -1.0)])) / (2.0 * h[i])).collect();
-            hessian = Matrix::from_fn(3, 3, |i, j| {
-                let corner = |a: f64, b: f64| at(&[(i, a), (j, b)]);
-                (corner(0.5, 0.5) - corner(0.5, -0.5) - corner(-0.5, 0.5) + corner(-0.5, -0.5))
-                    / (h[i] * h[j])
-            });
-            let step = Cholesky::new(&hessian).unwrap().solve(&slope);
-            (0..3).for_each(|i| x[i] -= step[i]);
-        }
-        let factor = Cholesky::new(&hessian).unwrap();
-        let covariance = factor.inverse();
-        let ends =
-            [0, 1, 2].map(|i| [PRIORS[i][0] + PRIORS[i][1] * x[i], PRIORS[i][1] * covariance[(i, i)].sqrt()]);
-        (ends, -self.cost(x) - 0.5 * factor.ln_det() + 1.5 * (2.0 * PI).ln())
+        maximum(&PRIORS, &near, &|x| self.cost(x))
     }
 }
 

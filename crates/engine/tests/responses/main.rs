@@ -8,4 +8,5 @@ mod delay;
 mod extends;
 mod head;
 mod pressures;
+mod slow;
 mod temperatures;

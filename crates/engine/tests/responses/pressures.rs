@@ -1,10 +1,10 @@
 //! Pressures at microphones, of sources of unknown strength.
 
-use crate::bench::{model, normal};
+use crate::bench::{model, normal, observed};
+use crate::slow::maximum;
 use rijke_engine::response::{ResponseRun, ResponseStageRecord};
 use rijke_numerics::{C64, Cholesky, Matrix, Stream, Streams};
-use rijke_rig::DataKind;
-use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
+use rijke_study::responses::{ObservedResponse, ResponseKind};
 use rijke_study::{Place, Study};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -132,13 +132,7 @@ pub(crate) fn run(
         sd: measured.map_or_else(Vec::new, |sds| vec![sds[m]; frequency_hz.len()]),
     };
     let all = (0..heard.len()).flat_map(|e| (0..AT.len()).map(move |m| (e, m)));
-    let observed = Responses {
-        kind: DataKind::Virtual,
-        source: "a closed form".into(),
-        list: all.map(response).collect(),
-        warnings: Vec::new(),
-    };
-    ResponseRun::new(Study::open(folder).unwrap(), observed).unwrap()
+    ResponseRun::new(Study::open(folder).unwrap(), observed(all.map(response).collect())).unwrap()
 }
 
 /// The cost of the slow route, nats: the whole covariance of the pressures with the field of the sources at
@@ -209,34 +203,11 @@ fn oracle_unknown_sources_are_those_of_the_whole_covariance() {
         let sources = [Place::Upstream, Place::Downstream];
         let stage = run(folder, &frequency_hz, &heard, &sources, sds).next_stage().unwrap().unwrap();
         let near = found(&stage, "waves.flow");
-        let h = [0, 1, 2].map(|i| 0.1 * near[i][1] / PRIORS[i][1]);
-        let mut x = [0, 1, 2].map(|i| (near[i][0] - PRIORS[i][0]) / PRIORS[i][1]);
-        let mut hessian = Matrix::zeros(3, 3);
-        for _ in 0..4 {
-            let at = |steps: &[(usize, f64)]| {
-                let mut y = x;
-                steps.iter().for_each(|(i, t)| y[*i] += t * h[*i]);
-                cost(&frequency_hz, &heard, noise, y)
-            };
-            let slope: Vec<f64> =
-                (0..3).map(|i| (at(&[(i, 1.0)]) - at(&[(i, -1.0)])) / (2.0 * h[i])).collect();
-            hessian = Matrix::from_fn(3, 3, |i, j| {
-                let corner = |a: f64, b: f64| at(&[(i, a), (j, b)]);
-                (corner(0.5, 0.5) - corner(0.5, -0.5) - corner(-0.5, 0.5) + corner(-0.5, -0.5))
-                    / (h[i] * h[j])
-            });
-            let step = Cholesky::new(&hessian).unwrap().solve(&slope);
-            (0..3).for_each(|i| x[i] -= step[i]);
-        }
-        let factor = Cholesky::new(&hessian).unwrap();
-        let covariance = factor.inverse();
-        for (i, [value, sd]) in near.iter().enumerate() {
-            let [mean, wide] = PRIORS[i];
-            let (there, width) = (mean + wide * x[i], wide * covariance[(i, i)].sqrt());
+        let (slow, evidence) = maximum(&PRIORS, &near, &|x| cost(&frequency_hz, &heard, noise, x));
+        for (i, ([value, sd], [there, width])) in near.iter().zip(slow).enumerate() {
             assert!((value - there).abs() < 0.02 * width, "{seed}, {i}: {value} {there} +- {width}");
             assert!((sd / width).ln().abs() < 0.03, "{seed}, {i}: {sd} {width}");
         }
-        let evidence = -cost(&frequency_hz, &heard, noise, x) - 0.5 * factor.ln_det() + 1.5 * (2.0 * PI).ln();
         let own = model(&stage, "waves.flow").ln_evidence();
         assert!((own - evidence).abs() < 0.05, "{seed}: {own} {evidence}");
     }
@@ -336,13 +307,7 @@ fn message_waves_of_laws_are_for_pressures_of_two_sources() {
         values: vec![C64::ONE; 2],
         sd: Vec::new(),
     };
-    let observed = Responses {
-        kind: DataKind::Virtual,
-        source: "a test".into(),
-        list: vec![reflection],
-        warnings: Vec::new(),
-    };
-    let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed).unwrap();
+    let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed(vec![reflection])).unwrap();
     let error = run.next_stage().unwrap_err().to_string();
     assert!(error.contains("only pressures of unknown sources use"), "{error}");
 }
