@@ -4,7 +4,7 @@
 use crate::{
     failure::{Classify, Failure},
     number,
-    results::far_beyond,
+    results::{far_beyond, reasons},
     staging::{StagedFolder, write_whole},
     study::{of_the_engine, warn_of_doubts},
     ui::Ui,
@@ -160,7 +160,7 @@ fn print(ui: &Ui, found: &[Found]) {
         let [growth, frequency, _] = f.model().misfit;
         ui.say(format!("  model error: {growth:.3} 1/s, {:.3} Hz", frequency / TAU));
         let far = far_beyond(&f.stage.measured, f.model());
-        let remarks = far.iter().map(String::as_str).chain(f.model().remark.iter().flat_map(|r| r.lines()));
+        let remarks = far.iter().map(String::as_str).chain(reasons(&f.model().remark));
         remarks.for_each(|remark| ui.say(format!("  check: {remark}")));
     }
 }

@@ -124,6 +124,11 @@ pub(crate) fn rank_first(dir: &Path) -> String {
     format!("Run `rijke rank {}` first, again if the study has changed.", dir.display())
 }
 
+/// The reasons of a remark, which has a line for each.
+pub(crate) fn reasons(remark: &Option<String>) -> impl Iterator<Item = &str> {
+    remark.iter().flat_map(|remark| remark.lines())
+}
+
 /// A misfit of so many measured errors is said if it is also so large a share of the growth rates, or of the
 /// frequencies: 0.3 % is 2 K. Where a rig comes out a little different each time it is set, errors of single
 /// measurements are exceeded by any model.

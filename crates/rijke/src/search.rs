@@ -171,7 +171,7 @@ fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
         [nats, odds, format!("{}{mark}", names.join(" + "))]
     });
     ui.table(["nats", "probability", "combination"], rows);
-    if let Some(remark) = found.best.first().and_then(|c| c.remark.as_ref()) {
+    for remark in found.best.first().into_iter().flat_map(|c| crate::results::reasons(&c.remark)) {
         ui.say(format!("the first: {remark}"));
     }
     for choice in &found.choices {

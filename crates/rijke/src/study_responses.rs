@@ -203,7 +203,7 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
             continue;
         }
         ui.say(format!("  {:>9.1} nats  {}", model.ln_evidence() - best, model.id));
-        for remark in model.remark.iter().flat_map(|remark| remark.lines()) {
+        for remark in crate::results::reasons(&model.remark) {
             ui.say(format!("                  {remark}"));
         }
     }

@@ -1,7 +1,7 @@
 //! What the readings say of the heat, and how they fit the heated gas.
 
 use super::fit::Found;
-use super::gas::GasReading;
+use super::gas::{GasReading, places};
 
 /// The heat by the readings, beside what was known before, and every thermometer.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,9 +41,6 @@ impl HeatedFit {
         cold: impl Fn(&GasReading) -> bool,
         offset_sd: f64,
     ) -> Self {
-        let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
-        places.sort_by(f64::total_cmp);
-        places.dedup();
         let mean = |which: &dyn Fn(&GasReading) -> bool| {
             let (mut weights, mut sum, mut ambient) = (0.0, 0.0, 0.0_f64);
             for r in readings.iter().filter(|r| which(r)) {
@@ -64,7 +61,7 @@ impl HeatedFit {
             Some([*at, off - common, sd.hypot(known * offset_sd)])
         };
         let [share, cooling] = [0, 1].map(|i| [found.values[i], found.covariance[(i, i)].sqrt()]);
-        let thermometers = places.iter().filter_map(at).collect();
+        let thermometers = places(readings).iter().filter_map(at).collect();
         let (scatter, scatter_within) = (found.scatter, found.within);
         Self { share, cooling, scatter, scatter_within, prior, thermometers, offset }
     }

@@ -12,7 +12,7 @@
 //! Analysis 1, 515 (2006), section 2.2); a half-Cauchy has no variance to hand on. It is centred at zero,
 //! which it does not exclude.
 
-use super::gas::{GasReading, Heated};
+use super::gas::{GasReading, Heated, places};
 use crate::StudyProblem;
 use crate::base::Cause;
 use rijke_numerics::Matrix;
@@ -76,10 +76,7 @@ pub(super) fn fit(
         let of_the_day = days.entry(&h.cause).or_default();
         of_the_day.entry(r.point).or_insert_with(|| (h, Vec::new())).1.push(r);
     }
-    let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
-    places.sort_by(f64::total_cmp);
-    places.dedup();
-    let groups = &Groups { days, places, offset_sd };
+    let groups = &Groups { days, places: places(readings), offset_sd };
     let wrong = || StudyProblem::Covariance { of: "the readings".into() };
     // tau = SCALE tan(pi u/2), u uniform: half a Cauchy distribution, weighted to that of Student.
     let mut nodes = Vec::with_capacity(NODES);

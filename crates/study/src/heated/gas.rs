@@ -32,6 +32,14 @@ impl Heated {
     }
 }
 
+/// The places of readings, m, in order: those of the thermometers.
+pub(super) fn places(readings: &[GasReading]) -> Vec<f64> {
+    let mut places: Vec<f64> = readings.iter().map(|r| r.at).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    places
+}
+
 /// A reading of a thermometer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GasReading {
