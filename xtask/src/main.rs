@@ -57,7 +57,7 @@ enum Task {
     },
     /// Run the tests.
     Test {
-        /// Include the long studies (tests marked as ignored).
+        /// Include the long studies (tests marked as ignored), and a sample of what `mutants` changes: hours.
         #[arg(long)]
         all: bool,
     },
@@ -108,8 +108,15 @@ fn run(task: Task) -> Outcome {
 fn test(all: bool) -> Outcome {
     let mut command = cargo();
     command.args(["test", "--release", "--workspace"]);
-    if all {
-        command.args(["--", "--include-ignored"]);
+    if !all {
+        return succeed(&mut command);
     }
-    succeed(&mut command)
+    succeed(command.args(["--", "--include-ignored"]))?;
+    match mutants::lacking() {
+        None => mutants::sample(),
+        Some(remedy) => {
+            println!("What tests notice was not measured: {remedy}");
+            Ok(())
+        }
+    }
 }

@@ -6,7 +6,7 @@ use crate::{
     number,
     results::{far_beyond, reasons},
     staging::{StagedFolder, write_whole},
-    study::{of_the_engine, warn_of_doubts},
+    study::{of_the_engine, warn_of_copies, warn_of_doubts},
     ui::Ui,
 };
 use rijke_engine::run::{EvidenceRecord, ModelRecord, Run, StageRecord, Trusted};
@@ -81,6 +81,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     });
     let studies = studies.collect::<Result<Vec<_>, _>>()?;
     studies.iter().for_each(|(_, _, (study, _))| warn_of_doubts(ui, study));
+    if let Some((_, _, (study, observations))) = studies.first() {
+        warn_of_copies(ui, study, observations);
+    }
     let progress = ui.progress("networks", studies.len() as u64);
     let trusted = if args.one_start { Trusted::Laplace } else { Trusted::Checked };
     let (mut found, mut without) = (Vec::new(), Vec::new());

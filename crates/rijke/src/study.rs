@@ -70,6 +70,7 @@ const NAMED: usize = 5;
 pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> Result<(), Failure> {
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     warn_of_doubts(ui, study);
+    warn_of_copies(ui, study, observations);
     if study.channels().map_err(|error| bad(&error))?.is_some()
         && !study.plan.stages.iter().any(|s| s.channels)
     {
@@ -114,6 +115,13 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> R
         ));
     }
     Ok(())
+}
+
+/// Warns of rows that were copied.
+pub(crate) fn warn_of_copies(ui: &Ui, study: &Study, observations: &ObservedModes) {
+    if let Some(said) = observations.copied(&study.campaign) {
+        ui.note(format!("warning: {}: {said}", observations.source));
+    }
 }
 
 /// What is doubtful in the files of a rig and its candidates, tables that were measured among them.

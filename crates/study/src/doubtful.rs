@@ -1,7 +1,8 @@
 //! What a folder says that can be so, and most often is a slip.
 
 use crate::campaign::RESERVED;
-use crate::{Campaign, Point, Study};
+use crate::{Campaign, ObservedModes, Point, Study};
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// Microphones nearer than this hear the same, m.
@@ -97,6 +98,37 @@ impl Study {
             ));
         }
         all
+    }
+}
+
+impl ObservedModes {
+    /// Which points have the numbers of an earlier one to the last digit, in a sentence: a row that was copied
+    /// counts as a measurement of its own, and makes what is trained too certain.
+    #[must_use]
+    pub fn copied(&self, campaign: &Campaign) -> Option<String> {
+        let point = |k: usize| &campaign.points[self.modes[k].point];
+        // A lone number may come twice by rounding, unless all else is equal too.
+        let alike = |a: usize, b: usize| {
+            let bits = |k: usize| self.modes[k].numbers().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            let set = |k: usize| point(k).factors.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            bits(a) == bits(b) && (bits(a).len() > 2 || set(a) == set(b))
+        };
+        let mut by_numbers: HashMap<Vec<u64>, Vec<usize>> = HashMap::new();
+        let mut pairs = Vec::new();
+        for (k, mode) in self.modes.iter().enumerate().filter(|(_, m)| !m.numbers().is_empty()) {
+            let bits = mode.numbers().iter().map(|x| x.to_bits()).collect();
+            let earlier = by_numbers.entry(bits).or_default();
+            pairs.extend(earlier.iter().find(|e| alike(**e, k)).map(|e| (*e, k)));
+            earlier.push(k);
+        }
+        let (first, copy) = *pairs.first()?;
+        Some(format!(
+            "{} has the same numbers as {} to the last digit{}: if a row was copied, take the copy out, because each counts as a measurement of its \
+             own",
+            point(copy).id,
+            point(first).id,
+            if pairs.len() > 1 { format!(" ({} rows are such copies)", pairs.len()) } else { String::new() }
+        ))
     }
 }
 
@@ -209,5 +241,30 @@ mod tests {
         assert!(sizes.len() == 2 && sizes[0].contains("`p1` and `p2` are 3.0 mm apart"), "{sizes:?}");
         assert!(sizes[1].contains("44.0000 m wide"), "{sizes:?}");
         std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn message_of_rows_that_were_copied() {
+        let campaign = |text: &str| {
+            crate::Campaign::parse(&crate::source::Source { file: "campaign.csv".into(), text: text.into() })
+        };
+        let campaign = campaign("point,L [m]\na,1\nb,2\nc,1\n").unwrap();
+        let mode = |point: usize, growth: Option<f64>| crate::ObservedMode {
+            point,
+            label: String::new(),
+            growth_rate: growth,
+            angular_frequency: Some(600.0),
+            pressures: Vec::new(),
+            covariance: rijke_numerics::Matrix::zeros(2, 2),
+        };
+        let said = |modes: &[crate::ObservedMode]| {
+            let ambient = std::collections::BTreeMap::new();
+            let (kind, source) = (rijke_rig::DataKind::Measured, String::new());
+            crate::ObservedModes { kind, source, modes: modes.to_vec(), ambient }.copied(&campaign)
+        };
+        // The same two numbers at another length may be chance; at the same length they are a copy.
+        assert_eq!(said(&[mode(0, Some(-3.0)), mode(1, Some(-3.0)), mode(2, Some(-3.5))]), None);
+        let copied = said(&[mode(0, Some(-3.0)), mode(1, Some(-3.5)), mode(2, Some(-3.0))]).unwrap();
+        assert!(copied.starts_with("c has the same numbers as a to the last digit:"), "{copied}");
     }
 }

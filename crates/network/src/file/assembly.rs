@@ -5,8 +5,9 @@ use super::schema::Gas;
 use super::warning::Warning;
 use crate::chain::network::Segment;
 use crate::flow_chain::{ActionKind, FlowWall};
-use crate::laws::{Law, LawSet};
+use crate::laws::{Law, LawSet, Table};
 use crate::slot::Slot;
+use rijke_numerics::Stream;
 
 /// What an attached law is for a chain with flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +54,9 @@ pub(super) struct Assembly<'a> {
     pub(super) places: Vec<(usize, String)>,
     /// Place of each device, and what it is called in messages.
     pub(super) devices: Vec<(usize, String)>,
-    pub(super) tables: Vec<(Item, [f64; 2])>,
+    pub(super) tables: Vec<(Item, Table)>,
+    /// Draws every table anew within its noise, see [`Table::redrawn`].
+    pub(super) redraw: Option<Stream>,
     pub(super) passive: bool,
     pub(super) warnings: Vec<Warning>,
 }

@@ -13,6 +13,7 @@ use crate::flow_chain::{FlowChain, FlowEnd};
 use crate::laws::LawSet;
 use crate::plane::region::Region;
 use crate::slot::Slot;
+use rijke_numerics::Stream;
 use std::f64::consts::PI;
 
 /// A network with its laws, and where to look for modes.
@@ -34,11 +35,14 @@ pub struct Built {
     pub actors: Vec<String>,
     /// Whether nothing in it can feed energy to a mode.
     pub passive: bool,
+    /// The largest noise of a measured table, of its largest value ([`crate::laws::Table::noise`]); 0 without tables.
+    pub noise: f64,
     /// What is doubtful but possible.
     pub warnings: Vec<Warning>,
 }
 
-pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
+/// With every table drawn anew within its noise, if `redraw` says so.
+pub(super) fn build(text: &str, file: &File, redraw: Option<Stream>) -> Result<Built, FileError> {
     let gas = &file.gas;
     let head = Item { line: line_of_table(text, "gas"), place: "[gas]".to_owned() };
     for (key, value) in [
@@ -69,6 +73,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         places: Vec::new(),
         devices: Vec::new(),
         tables: Vec::new(),
+        redraw,
         passive: true,
         warnings: Vec::new(),
     };
@@ -116,7 +121,10 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         let item = Item { line: line_of(text, table.span().start), place: place.to_owned() };
         ends.push(assembly.end(item, table.get_ref().clone(), k, machs.map(|m| m[k]), &region)?);
     }
-    for (item, [low, high]) in std::mem::take(&mut assembly.tables) {
+    let tables = std::mem::take(&mut assembly.tables);
+    let noise = tables.iter().map(|(_, table)| table.noise).fold(0.0, f64::max);
+    for (item, table) in tables {
+        let [low, high] = table.range;
         if region.omega[0] < low * (1.0 - 1e-9) || region.omega[1] > high * (1.0 + 1e-9) {
             let [low_hz, high_hz] = [low, high].map(|w| w / (2.0 * PI));
             let Item { line, place } = item;
@@ -151,6 +159,7 @@ pub(super) fn build(text: &str, file: &File) -> Result<Built, FileError> {
         places: assembly.places,
         actors,
         passive: assembly.passive,
+        noise,
         warnings: assembly.warnings,
     })
 }

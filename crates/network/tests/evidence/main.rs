@@ -18,6 +18,7 @@ mod flow_adjoint;
 mod forced;
 mod fuzz;
 mod gases;
+mod ghosts;
 mod holes;
 mod invariances;
 mod mean_flow;

@@ -4,8 +4,16 @@
 
 use super::relocate::{Samples, relocate, residues, spread, upper};
 use super::rows::{COARSE, TableRow, phase_slope};
-use crate::{C64, DenseError, Jet, JetSpace, Matrix, complex_eigenvalues, least_direction};
+use crate::{C64, DenseError, Jet, JetSpace, Matrix, Stream, complex_eigenvalues, least_direction};
+use rand::RngExt;
 use std::f64::consts::PI;
+
+/// A tolerance of a measurement is two to three times the root mean square of its errors.
+const OF_NOISE: f64 = 0.5;
+/// By how many of its errors the root mean square may be larger by chance.
+const LEEWAY: f64 = 3.0;
+/// The chance that one of all rows is further off by noise than a fit may be.
+const OUTLYING: f64 = 1e-3;
 
 /// e^{-s delay} (constant + sum of residue/(s - pole)), fitted to values on the imaginary axis; real for real
 /// s.
@@ -19,6 +27,9 @@ pub struct Table {
     pub terms: Vec<(C64, C64)>,
     /// Largest deviation from the table over its largest value.
     pub deviation: f64,
+    /// Root mean square of an error of a row over the largest value, from the deviations of the rows and the
+    /// numbers that were fitted to them.
+    pub noise: f64,
     /// Limits of the table, rad/s: outside, the fit extrapolates.
     pub range: [f64; 2],
 }
@@ -75,10 +86,27 @@ pub enum TableError {
     Dense(#[from] DenseError),
 }
 
+/// Largest value of a table, and the tolerance, of it, to which a fit is to meet the rows.
+struct Goal {
+    scale: f64,
+    tolerance: f64,
+}
+
+/// A fit, and by how much it misses the rows: 1 and less meets them.
+struct Held {
+    fit: Table,
+    misses: f64,
+}
+
 impl Table {
-    /// The rational function of lowest order that meets every row to `tolerance` of the largest gain, with
-    /// the mean delay (the slope of the phase, by least squares) taken out before or not, whichever takes
-    /// fewer poles.
+    /// The rational function of lowest order that meets the rows to `tolerance` of the largest gain, with the
+    /// mean delay (the slope of the phase, by least squares) taken out before or not, whichever takes fewer
+    /// poles.
+    ///
+    /// The rows are met if each lies within the tolerance. They are met too if their deviations are those of
+    /// noise of which the tolerance is twice the root mean square or more: complex Gaussian errors e of rms
+    /// sigma have P(|e| > x) = exp(-x^2/sigma^2), so that some of many rows lie beyond 2 sigma, and a pole for
+    /// each of them would be one of the noise.
     ///
     /// # Errors
     /// [`TableError`].
@@ -118,57 +146,87 @@ impl Table {
         let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
         let range = [omega[0], omega[omega.len() - 1]];
         if scale == 0.0 {
-            return Ok(Self { delay: 0.0, constant: 0.0, terms: Vec::new(), deviation: 0.0, range });
+            return Ok(Self {
+                delay: 0.0,
+                constant: 0.0,
+                terms: Vec::new(),
+                deviation: 0.0,
+                noise: 0.0,
+                range,
+            });
         }
+        let samples = Samples { omega, values: &values };
+        let goal = Goal { scale, tolerance };
         let mean = values.iter().sum::<C64>().re / values.len() as f64;
-        let mut fit = Self { delay, constant: mean, terms: Vec::new(), deviation: f64::INFINITY, range };
-        fit.deviation = fit.worst(omega, &values) / scale;
+        let (unknown, none) = (f64::INFINITY, Vec::new());
+        let fit = Self { delay, constant: mean, terms: none, deviation: unknown, noise: unknown, range };
+        let mut fit = fit.held_against(&samples, &goal);
         let mut supports: Vec<usize> = Vec::new();
         // A pair of conjugate supports at a time; no more unknowns than equations.
         let most = (rows.len() - 1) / 2;
-        let mut reached = fit.deviation;
-        while fit.deviation > tolerance {
+        let mut reached = fit.fit.deviation;
+        while fit.misses > 1.0 {
             if supports.len() == most {
                 return Err(TableError::NoFit { order: 2 * most, tolerance, reached });
             }
-            let gap = |k: usize| (fit.rational(C64::new(0.0, omega[k])) - values[k]).norm();
+            let gap = |k: usize| (fit.fit.rational(C64::new(0.0, omega[k])) - values[k]).norm();
             let free = (0..rows.len()).filter(|k| !supports.contains(k));
             let Some(worst) = free.max_by(|&a, &b| gap(a).total_cmp(&gap(b))) else { break };
             supports.push(worst);
-            let samples = Samples { omega, values: &values };
             let aaa = fractions(omega, &values, &supports, delay, range)?;
             let order = aaa.terms.len();
             // One order less first, which AAA cannot have: it counts in pairs of supports.
             for poles in [spread(order - 1, range), upper(aaa.terms.iter().map(|t| t.0))] {
-                let better = aaa.with_poles(&samples, poles, scale);
-                if better.deviation < fit.deviation {
+                let better = aaa.with_poles(&samples, poles, &goal);
+                if better.misses < fit.misses {
                     fit = better;
                 }
-                if fit.deviation <= tolerance {
+                if fit.misses <= 1.0 {
                     break;
                 }
             }
-            if fit.deviation > tolerance {
-                let deviation = aaa.worst(omega, &values) / scale;
-                if deviation < fit.deviation || fit.terms.len() + 1 < order {
-                    fit = Self { deviation, ..aaa };
+            if fit.misses > 1.0 {
+                let shorter = fit.fit.terms.len() + 1 < order;
+                let aaa = aaa.held_against(&samples, &goal);
+                if aaa.misses < fit.misses || shorter {
+                    fit = aaa;
                 }
             }
-            reached = reached.min(fit.deviation);
+            reached = reached.min(fit.fit.deviation);
         }
-        fit.settled(&Samples { omega, values: &values }, scale, tolerance)
+        fit.fit.settled(&samples, &goal)
+    }
+
+    /// With its deviations, and how far they are from what the goal allows.
+    fn held_against(self, samples: &Samples<'_>, goal: &Goal) -> Held {
+        let gap = |(w, v): (&f64, &C64)| (self.rational(C64::new(0.0, *w)) - v).norm() / goal.scale;
+        let gaps = || samples.omega.iter().zip(samples.values).map(gap);
+        // NaN counts as infinite.
+        let worst = gaps().fold(0.0, |worst, gap| if gap.is_nan() { f64::INFINITY } else { gap.max(worst) });
+        let rows = samples.omega.len() as f64;
+        let square = gaps().map(|g| g * g).sum::<f64>();
+        // Of a pair two numbers for the pole and two for the residue.
+        let fitted = 1.0 + 2.0 * self.terms.len() as f64;
+        let free = (2.0 * rows - fitted).max(1.0);
+        let noise = (2.0 * square / free).sqrt();
+        let noise = if noise.is_nan() { f64::INFINITY } else { noise };
+        // Of Gaussian errors the estimate of their root mean square has the relative error 1/sqrt(2 free).
+        let sigma = OF_NOISE * goal.tolerance * (1.0 + LEEWAY / (2.0 * free).sqrt());
+        let furthest = sigma * (rows / OUTLYING).ln().sqrt();
+        let misses = (worst / goal.tolerance).min((noise / sigma).max(worst / furthest));
+        Held { fit: Self { deviation: worst, noise, ..self }, misses }
     }
 
     /// The best fit that least squares reach from these poles, in a few steps.
-    fn with_poles(&self, samples: &Samples<'_>, poles: Vec<C64>, scale: f64) -> Self {
+    fn with_poles(&self, samples: &Samples<'_>, poles: Vec<C64>, goal: &Goal) -> Held {
         const STEPS: usize = 8;
-        let mut best = Self { deviation: f64::INFINITY, ..self.clone() };
+        let mut best = Held { fit: self.clone(), misses: f64::INFINITY };
         let mut poles = poles;
         for _ in 0..STEPS {
             if let Some(found) = residues(samples, &poles) {
-                let mut fit = Self { constant: found.constant, terms: found.terms, ..self.clone() };
-                fit.deviation = fit.worst(samples.omega, samples.values) / scale;
-                if fit.deviation < best.deviation {
+                let fit = Self { constant: found.constant, terms: found.terms, ..self.clone() };
+                let fit = fit.held_against(samples, goal);
+                if fit.misses < best.misses {
                     best = fit;
                 }
             }
@@ -182,13 +240,13 @@ impl Table {
 
     /// Without the poles that the data do not ask for, and with none that grows: a growing pole that the
     /// noise made is mirrored, if the table stays met.
-    fn settled(self, samples: &Samples<'_>, scale: f64, tolerance: f64) -> Result<Self, TableError> {
+    fn settled(self, samples: &Samples<'_>, goal: &Goal) -> Result<Self, TableError> {
         let mut fit = self;
         let again = |fit: &Self, poles: &[C64]| {
             let found = residues(samples, poles)?;
-            let mut next = Self { constant: found.constant, terms: found.terms, ..fit.clone() };
-            next.deviation = next.worst(samples.omega, samples.values) / scale;
-            (next.deviation <= tolerance).then_some(next)
+            let next = Self { constant: found.constant, terms: found.terms, ..fit.clone() };
+            let next = next.held_against(samples, goal);
+            (next.misses <= 1.0).then_some(next.fit)
         };
         // The pole that shows least at the frequencies of the table, as long as one can go.
         loop {
@@ -225,6 +283,31 @@ impl Table {
         again(&fit, &mirrored).ok_or(TableError::Unstable { at })
     }
 
+    /// A table that could as well have been measured, fitted in the same way: at the frequencies of `rows`
+    /// the values of this fit, with Gaussian errors of its noise. What differs from this fit by more than
+    /// draws do is in the table; what draws do not have is noise.
+    ///
+    /// # Errors
+    /// As of [`Table::fit`].
+    pub fn redrawn(
+        &self,
+        rows: &[TableRow],
+        tolerance: f64,
+        stream: &mut Stream,
+    ) -> Result<Self, TableError> {
+        let scale = rows.iter().map(|row| row.gain).fold(0.0, f64::max);
+        let mut row = |row: &TableRow| {
+            let s = C64::new(0.0, 2.0 * PI * row.frequency);
+            // Box and Muller: of a complex error of mean square 1.
+            let [radius, turn]: [f64; 2] = [stream.random(), stream.random()];
+            let error = C64::from_polar((-(1.0 - radius).ln()).sqrt(), 2.0 * PI * turn);
+            let value = self.rational(s) * (-s * self.delay).exp() + self.noise * scale * error;
+            TableRow { frequency: row.frequency, gain: value.norm(), phase: value.arg() }
+        };
+        let drawn: Vec<TableRow> = rows.iter().map(&mut row).collect();
+        Self::fit(&drawn, tolerance)
+    }
+
     /// The same, later by `delay` (s).
     #[must_use]
     pub fn later(self, delay: f64) -> Self {
@@ -234,13 +317,6 @@ impl Table {
     /// Without the delay.
     fn rational(&self, s: C64) -> C64 {
         self.terms.iter().map(|(pole, residue)| residue / (s - pole)).sum::<C64>() + self.constant
-    }
-
-    /// The largest deviation; NaN counts as infinite.
-    fn worst(&self, omega: &[f64], values: &[C64]) -> f64 {
-        let gap = |(w, v): (&f64, &C64)| (self.rational(C64::new(0.0, *w)) - v).norm();
-        let gaps = omega.iter().zip(values).map(gap);
-        gaps.fold(0.0, |worst, gap| if gap.is_nan() { f64::INFINITY } else { gap.max(worst) })
     }
 
     /// The fit at s, given as a jet.
@@ -307,7 +383,7 @@ fn fractions(
     };
     let terms: Vec<(C64, C64)> = poles.iter().skip(1).map(|x| (x * scale, residue(x * scale))).collect();
     let constant = (points.iter().map(|(_, f, w)| f * w).sum::<C64>() / total).re;
-    Ok(Table { delay, constant, terms, deviation: f64::INFINITY, range })
+    Ok(Table { delay, constant, terms, deviation: f64::INFINITY, noise: f64::INFINITY, range })
 }
 
 #[cfg(test)]

@@ -5,7 +5,8 @@ use crate::failure::{Classify, Failure};
 use rijke_engine::run::modes_at;
 use rijke_engine::{ModeDetails, SavedModel, Spectrum};
 use rijke_network::file::{
-    Account, Built, OscilosTexts, by_the_rule_of_oscilos, read, read_oscilos, samples_of_each,
+    Account, Built, OscilosTexts, Scatter, by_the_rule_of_oscilos, read, read_oscilos, samples_of_each,
+    scatter,
 };
 use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Device, Mode, Modes, NetworkError, Region, Station};
@@ -36,7 +37,8 @@ const OPEN_END: &str = "open ends (types 11, 12) are exact here; OSCILOS_lite ev
                         growth rates differ by some 1/s where modes are strongly damped: its numbers stand below the table";
 
 enum Chain {
-    File(Box<Built>),
+    /// With the text of the file.
+    File(Box<Built>, String),
     /// With the names of what acts at places.
     Oscilos(Box<FlowChain>, Vec<(usize, String)>),
     /// A model of a study at an operating point.
@@ -60,7 +62,25 @@ pub(super) struct Line {
     /// Frequency (Hz) and growth rate (1/s) by OSCILOS_lite's own rule for open ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) by_the_rule_of_oscilos: Option<[f64; 2]>,
+    /// What the noise of measured tables does to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) by_noise_of_tables: Option<ByNoise>,
 }
+
+/// What the noise of measured tables does to a mode.
+#[derive(Clone, Copy, Serialize)]
+pub(super) struct ByNoise {
+    pub(super) frequency_sd_hz: f64,
+    pub(super) growth_rate_sd: f64,
+    /// In how many draws of the tables, of how many, there is such a mode.
+    pub(super) found: usize,
+    pub(super) draws: usize,
+    /// Whether it may be a mode of the fit alone.
+    pub(super) doubtful: bool,
+}
+
+/// Tables whose rows a fit meets better than this, of their largest value, are no measurements.
+const NOISE: f64 = 1e-4;
 
 impl Case {
     pub(super) fn file(path: &Path, limits: [Option<f64>; 2]) -> Result<Self, Failure> {
@@ -76,7 +96,7 @@ impl Case {
         devices.dedup();
         let warnings = built.warnings.iter().map(ToString::to_string).collect();
         let (title, region, passive) = (built.name.take(), built.region, built.passive);
-        let chain = Chain::File(Box::new(built));
+        let chain = Chain::File(Box::new(built), text);
         let remedy = "Change the region with [search], --min-hz or --max-hz, or the element named.";
         Ok(Self {
             path: path.to_owned(),
@@ -227,7 +247,7 @@ impl Case {
 
     pub(super) fn modes(&self) -> Result<Modes, Failure> {
         self.bad(match &self.chain {
-            Chain::File(built) => built.modes(&self.region),
+            Chain::File(built, _) => built.modes(&self.region),
             Chain::Oscilos(chain, _) => chain.modes(&self.region),
             Chain::Point(spectrum) => Ok(spectrum.modes.clone()),
         })
@@ -236,7 +256,7 @@ impl Case {
     /// Poles of laws within the region: growth rate and frequency.
     pub(super) fn poles(&self) -> Result<Vec<[f64; 2]>, Failure> {
         let poles: Vec<C64> = self.bad(match &self.chain {
-            Chain::File(built) => built.poles(&self.region),
+            Chain::File(built, _) => built.poles(&self.region),
             Chain::Oscilos(chain, _) => {
                 chain.poles(&self.region).map(|all| all.into_iter().map(|p| p.0).collect())
             }
@@ -249,7 +269,7 @@ impl Case {
     /// Everything about one mode that a line of the table holds.
     pub(super) fn line(&self, mode: &Mode) -> Result<Line, Failure> {
         let account = match &self.chain {
-            Chain::File(built) => built.account(mode),
+            Chain::File(built, _) => built.account(mode),
             Chain::Oscilos(chain, names) => Account::with_flow(chain, names, &mode.root()),
             Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Account::default, account)),
         }
@@ -270,14 +290,33 @@ impl Case {
             by_thermal_loss: account.thermal,
             by_elements: account.elements,
             by_the_rule_of_oscilos: ruled.map(|s| [s.im / (2.0 * PI), s.re]),
+            by_noise_of_tables: None,
         })
+    }
+
+    /// What the noise of measured tables does to each mode; nothing where no table of a network file has any.
+    pub(super) fn by_noise(&self, modes: &Modes) -> Result<Vec<ByNoise>, Failure> {
+        let Chain::File(built, text) = &self.chain else { return Ok(Vec::new()) };
+        if built.noise <= NOISE {
+            return Ok(Vec::new());
+        }
+        let places: Vec<C64> = modes.modes.iter().map(|mode| mode.s).collect();
+        let all = scatter(text, &places).or_bad_input().map_err(|failure| failure.at(&self.path))?;
+        let by = |s: &Scatter| ByNoise {
+            frequency_sd_hz: s.sd[1] / (2.0 * PI),
+            growth_rate_sd: s.sd[0],
+            found: s.found,
+            draws: s.draws,
+            doubtful: s.is_doubtful(),
+        };
+        Ok(all.iter().map(by).collect())
     }
 
     /// Shape of a mode and sensitivities of its growth rate along x.
     pub(super) fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failure> {
         let root = mode.root();
         let stations = match &self.chain {
-            Chain::File(built) => built.along(&root, samples_of_each(built.ducts())),
+            Chain::File(built, _) => built.along(&root, samples_of_each(built.ducts())),
             Chain::Oscilos(chain, _) => chain.along(&root, samples_of_each(chain.ducts().len())),
             Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Vec::new, |m| m.stations.clone())),
         }

@@ -85,7 +85,20 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         *limit = given.map_or(*limit, |f| 2.0 * PI * f);
     }
     let modes = case.modes()?;
-    let lines = modes.modes.iter().map(|mode| case.line(mode)).collect::<Result<Vec<_>, _>>()?;
+    let mut lines = modes.modes.iter().map(|mode| case.line(mode)).collect::<Result<Vec<_>, _>>()?;
+    for (line, by) in lines.iter_mut().zip(case.by_noise(&modes)?) {
+        line.by_noise_of_tables = Some(by);
+        if by.doubtful {
+            ui.note(format!(
+                "warning: {}: the mode at {:.2} Hz may be one of the noise of a measured table: of {} tables drawn with that noise {} have it; raise \
+                 the tolerance to twice the error of a row",
+                case.path.display(),
+                line.frequency_hz,
+                by.draws,
+                by.found
+            ));
+        }
+    }
     for warning in &case.warnings {
         ui.note(format!("warning: {}: {warning}", case.path.display()));
     }

@@ -91,6 +91,18 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
         if !ruled.is_empty() {
             ui.say(format!("With open ends by OSCILOS_lite's own rule: {}.", ruled.join(", ")));
         }
+        let noisy = lines.iter().filter_map(|l| Some((l, l.by_noise_of_tables.filter(|by| by.found > 1)?)));
+        let noisy: Vec<String> = noisy
+            .map(|(l, by)| {
+                format!(
+                    "{:.2} +- {:.2} Hz {:+.2} +- {:.2} 1/s",
+                    l.frequency_hz, by.frequency_sd_hz, l.growth_rate, by.growth_rate_sd
+                )
+            })
+            .collect();
+        if !noisy.is_empty() {
+            ui.say(format!("By the noise of measured tables (standard deviations): {}.", noisy.join(", ")));
+        }
     }
     let poles = if modes.poles > 0 {
         format!(
