@@ -148,11 +148,14 @@ pub enum EngineError {
     },
     /// A frequency is needed to know which mode is meant.
     #[error(
-        "at operating point {point}: a growth rate without a frequency does not say which mode is meant; give a frequency"
+        "at operating point {point}: a growth rate without a frequency does not say which mode is meant: the rig has {modes} in the region of the \
+         search; give a frequency, here or for the mode of this label at another point, or narrow frequency_hz of [search] to one mode"
     )]
     NoFrequency {
         /// The operating point.
         point: String,
+        /// How many modes the rig has there, by the first row at the centre of its priors.
+        modes: usize,
     },
     /// An ambient temperature is missing.
     #[error(
@@ -289,7 +292,7 @@ impl EngineError {
             | Self::Choked { point }
             | Self::Impossible { point }
             | Self::Response { point, .. }
-            | Self::NoFrequency { point }
+            | Self::NoFrequency { point, .. }
             | Self::NoTemperature { point } => Some(point),
             _ => None,
         }

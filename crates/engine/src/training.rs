@@ -47,7 +47,13 @@ pub struct Trained {
     pub(crate) linear: Arc<(Linearised, Vec<usize>)>,
     /// What a sampler said of the evidence, if one was asked.
     pub sampler: Option<Verdict>,
+    /// Other maxima of the posterior that are not improbable: their odds against this one, and the values of
+    /// the model's parameters there.
+    pub elsewhere: Vec<(f64, Vec<f64>)>,
 }
+
+/// Odds below which another maximum is improbable.
+const IMPROBABLE: f64 = 0.01;
 
 /// The fit without errors of the base states is searched again if the fit with them lies more standard
 /// deviations from it than this: it may have missed a maximum.
@@ -215,11 +221,16 @@ impl Fitting<'_> {
     ) -> Result<Trained, EngineError> {
         let exact = Reordered { inner: self.model, order: order.clone(), highest: Order::Second };
         let posterior = Posterior::new(&exact, data, self.parameters)?;
+        let mut elsewhere = Vec::new();
         let (fit, laplace, summed, warnings, sampler) = match &self.training.checks {
             None => (self.search(data, order.clone(), &options)?, None, None, Vec::new(), None),
             Some(checks) => {
                 let starts = options.start.into_iter().chain(checks.starts.iter().cloned()).collect();
                 let found = posterior.assess(&AssessOptions { starts, ..checks.clone() })?;
+                let own = self.assembly.parameters().len();
+                let odds = |share: f64| share / found.maxima[0].share;
+                let others = found.maxima.iter().skip(1).filter(|m| odds(m.share) >= IMPROBABLE);
+                elsewhere.extend(others.map(|m| (odds(m.share), m.fit.parameters[..own].to_vec())));
                 let health = found.health;
                 (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.sampler)
             }
@@ -249,6 +260,7 @@ impl Fitting<'_> {
             linear,
             warnings,
             sampler,
+            elsewhere,
             calls: fit.calls,
         })
     }

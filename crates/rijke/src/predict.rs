@@ -131,6 +131,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             "the columns averaged_... are over this model and the {} that the evidence leaves open beside it, each as probable as its evidence makes it",
             open.len()
         ));
+        if let Some(said) = at_other_maxima(&model, &open) {
+            ui.note(format!("warning: {said}"));
+        }
     }
     let growing: Vec<&Forecast> =
         found.iter().filter(|f| f.other.is_some_and(|[growth, _]| growth > 0.0)).collect();
@@ -168,6 +171,30 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         None => ui.say(text.trim_end()),
     }
     ui.result(&json!({ "stage": stage.id, "candidates": model.candidates, "points": found }))
+}
+
+/// How probable other maxima of the posterior of this model are, and where the most probable lies.
+fn at_other_maxima(model: &SavedModel, open: &[OpenModel]) -> Option<String> {
+    let itself: Vec<&OpenModel> = open.iter().filter(|o| o.model.candidates == model.candidates).collect();
+    let first = itself.iter().max_by(|a, b| a.odds.total_cmp(&b.odds))?;
+    let [here, there] = [model, &first.model].map(|m| m.posterior().ok().map(|p| p.gaussian));
+    let (here, there) = (here?, there?);
+    let apart = |k: usize| {
+        let name = &here.names[k];
+        let other = there.mean[there.names.iter().position(|n| n == name)?];
+        let sds = (other - here.mean[k]).abs() / here.covariance[(k, k)].sqrt();
+        (sds > 3.0).then(|| format!("{name} = {other:.4e} (here {:.4e})", here.mean[k]))
+    };
+    let values: Vec<String> = (0..here.names.len()).filter_map(apart).take(3).collect();
+    let odds: f64 = itself.iter().map(|o| o.odds).sum();
+    Some(format!(
+        "{} of them {} of this model at another maximum of its posterior; together they have {:.2} of its probability, and the most probable is at {}. \
+         All other columns are of one maximum: take the averaged ones",
+        itself.len(),
+        if itself.len() == 1 { "is" } else { "are" },
+        odds / (1.0 + odds),
+        values.join(", ")
+    ))
 }
 
 /// Factors, but for those of `axes`, that lie beyond those of the points that trained.

@@ -300,6 +300,7 @@ fn carried_on(ui: &Ui, stage: &StageRecord) {
             None => format!("  no evidence     {}: a later stage has no model that could be fitted", open.id),
         });
     }
+    stage.not_carried().iter().for_each(|said| ui.say(format!("      {said}")));
 }
 
 /// The first terms that the data still ask for.

@@ -61,21 +61,7 @@ pub fn modes_at(
             let values: Vec<f64> = assembly.parameters().iter().map(value).collect();
             (assembly, values)
         }
-        None => {
-            let mut done: BTreeMap<String, Choice> = first_of_responses(study);
-            for stage in &study.plan.stages {
-                let rows = rows_of(study, stage, &|id| done.get(id).cloned().into_iter().collect());
-                if let Some(row) = rows.into_iter().next() {
-                    done.insert(stage.id.clone(), row.choice);
-                }
-            }
-            let last = study.plan.stages.iter().rev().find_map(|s| Some((s, done.get(&s.id)?)));
-            let (stage, choice) =
-                last.ok_or_else(|| EngineError::NoPoint { stage: study.plan.name.clone() })?;
-            let assembly = assembly_of(study, choice, &stage.hold)?;
-            let values = assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
-            (assembly, values)
-        }
+        None => first_model(study)?,
     };
     let (region, spectrum) = PointModel::new(&assembly, &conditions, &[])?.spectrum(&values, limits_hz)?;
     let effects = assembly.candidates().iter().flat_map(|c| &c.effects);
@@ -86,6 +72,25 @@ pub fn modes_at(
     devices.dedup();
     let temperature = [stated, conditions.base.temperature[0]];
     Ok((region, spectrum, devices, temperature))
+}
+
+/// The model of the first row of the last stage, at the centre of its priors.
+///
+/// # Errors
+/// [`EngineError::NoPoint`] for a study without stages.
+pub(super) fn first_model(study: &Study) -> Result<(Assembly, Vec<f64>), EngineError> {
+    let mut done: BTreeMap<String, Choice> = first_of_responses(study);
+    for stage in &study.plan.stages {
+        let rows = rows_of(study, stage, &|id| done.get(id).cloned().into_iter().collect());
+        if let Some(row) = rows.into_iter().next() {
+            done.insert(stage.id.clone(), row.choice);
+        }
+    }
+    let last = study.plan.stages.iter().rev().find_map(|s| Some((s, done.get(&s.id)?)));
+    let (stage, choice) = last.ok_or_else(|| EngineError::NoPoint { stage: study.plan.name.clone() })?;
+    let assembly = assembly_of(study, choice, &stage.hold)?;
+    let values = assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
+    Ok((assembly, values))
 }
 
 /// What the saved model says of points of the campaign, by their places: of every mode that it was trained

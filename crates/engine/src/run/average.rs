@@ -51,9 +51,9 @@ impl Run {
         Ok(if open.is_empty() { self.saved_rival(id)?.map(alone).into_iter().collect() } else { open })
     }
 
-    /// The models that are open beside the one that goes on from a stage, to be kept on disk: of its own
-    /// table, and those that stand on what earlier stages leave open. They are trained with what enters
-    /// predictions.
+    /// The models that are open beside the one that goes on from a stage, to be kept on disk: it itself at
+    /// other maxima of its posterior, those of its own table, and those that stand on what earlier stages
+    /// leave open. They are trained with what enters predictions.
     ///
     /// # Errors
     /// Those of training.
@@ -79,9 +79,15 @@ impl Run {
             here.chain(beside).filter(|(odds, ..)| odds * own >= (-stage.decides).exp()).collect();
         open.sort_by(|a, b| b.0.total_cmp(&a.0));
         open.truncate(MOST);
+        // The evidence of a model is that of all its maxima; the model that goes on stands at one of them.
+        let maxima = &done.chosen.maxima;
+        let all: f64 = 1.0 + maxima.iter().map(|m| m.odds).sum::<f64>();
+        let elsewhere = maxima
+            .iter()
+            .map(|m| Ok(OpenModel { odds: m.odds, model: self.saved_elsewhere(stage, &done.chosen, m)? }));
         let kept = |(odds, choice, chosen): (f64, _, &Chosen)| {
-            Ok(OpenModel { odds, model: self.saved_of(stage, choice, chosen)? })
+            Ok(OpenModel { odds: odds * all, model: self.saved_of(stage, choice, chosen)? })
         };
-        open.into_iter().map(kept).collect()
+        elsewhere.chain(open.into_iter().map(kept)).collect()
     }
 }

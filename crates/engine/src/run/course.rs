@@ -46,6 +46,19 @@ pub struct Chosen {
     pub(super) misfit: [f64; 3],
     /// Which other maxima of stages of responses its data leave open, in words.
     pub(super) beside: Option<String>,
+    /// The other maxima of its posterior that are not improbable.
+    pub(super) maxima: Vec<Elsewhere>,
+}
+
+/// Another maximum of the posterior of a model.
+#[derive(Clone, Debug)]
+pub(super) struct Elsewhere {
+    /// Its odds against the one that was taken.
+    pub(super) odds: f64,
+    /// The parameters of the model there.
+    pub(super) at: Vec<f64>,
+    /// What earlier stages know, by the maximum of theirs on which it stands.
+    pub(super) known: Arc<Vec<NamedGaussian>>,
 }
 
 impl Chosen {

@@ -12,8 +12,12 @@ const NOTHING: f64 = 0.7;
 /// A misfit that is no error of measurement, in measured standard deviations.
 const MANY: f64 = 10.0;
 
-/// A residual of one point, in those of all others together, that is said.
+/// Residuals of few points, in those of all others together, that are said; smaller ones of two points are
+/// said that would fit if they were exchanged, to so many of the others' residuals.
 const ALONE: f64 = 8.0;
+const EXCHANGED: [f64; 2] = [4.0, 2.5];
+/// Few points are one of so many, at least one and at most four.
+const FEW: usize = 6;
 
 /// An |R| beyond which an end is said to feed the modes: one part in a hundred is left for its standard
 /// deviation.
@@ -64,21 +68,7 @@ pub(super) fn doubts(
                 shown(scatter)
             ));
         }
-        let square = |t: &(&Observed, f64, f64)| (t.1 - t.2).powi(2);
-        let total: f64 = there.iter().map(square).sum();
-        let worst = there.iter().max_by(|a, b| square(a).total_cmp(&square(b)));
-        if let Some(worst) = worst {
-            let others = ((total - square(worst)) / (n - 1.0)).sqrt();
-            let own = square(worst).sqrt();
-            if own > ALONE * others.max(sd) {
-                let point = &worst.0.conditions.id;
-                all.push(format!(
-                    "{point} alone lies {} from the model in its {what}, {:.0} times what the others do: check that point",
-                    shown(own),
-                    own / others.max(sd)
-                ));
-            }
-        }
+        all.extend(outlying(&there, sd).map(|found| found.said(what, shown)));
     }
     if misfit[2] > SHAPES {
         all.push(format!(
@@ -87,6 +77,62 @@ pub(super) fn doubts(
         ));
     }
     all
+}
+
+/// An observation, what was measured and what the model says.
+type Held<'a> = (&'a Observed, f64, f64);
+
+/// Points that lie far from a model that fits all others.
+struct Outlying<'a> {
+    points: Vec<Held<'a>>,
+    /// Residual of the others, root mean square.
+    others: f64,
+    exchanged: bool,
+}
+
+/// The fewest points whose residuals are far beyond those of all others, of which `sd` is the measured error.
+fn outlying<'a>(there: &[Held<'a>], sd: f64) -> Option<Outlying<'a>> {
+    let residual = |t: &Held<'_>| (t.1 - t.2).abs();
+    let mut order = there.to_vec();
+    order.sort_by(|a, b| residual(b).total_cmp(&residual(a)));
+    let of = |count: usize| {
+        let (points, rest) = order.split_at(count);
+        let others =
+            (rest.iter().map(|t| residual(t).powi(2)).sum::<f64>() / rest.len() as f64).sqrt().max(sd);
+        let least = residual(&points[count - 1]) / others;
+        let exchanged = match points {
+            [a, b] => [a.1 - b.2, b.1 - a.2].iter().all(|r| r.abs() < EXCHANGED[1] * others),
+            _ => false,
+        };
+        let far = least > ALONE || (exchanged && least > EXCHANGED[0]);
+        far.then(|| Outlying { points: points.to_vec(), others, exchanged })
+    };
+    (1..=(there.len() / FEW).clamp(1, 4)).find_map(of)
+}
+
+impl Outlying<'_> {
+    /// "H2 and H7 lie 4.25 and -5.31 1/s from the model".
+    fn said(&self, what: &str, shown: impl Fn(f64) -> String) -> String {
+        let list =
+            |of: &dyn Fn(&Held<'_>) -> String| self.points.iter().map(of).collect::<Vec<_>>().join(", ");
+        let names = list(&|t| t.0.conditions.id.clone());
+        let least = self.points.last().map_or(0.0, |t| (t.1 - t.2).abs() / self.others);
+        match &self.points[..] {
+            [one] => format!(
+                "{names} alone lies {} from the model in its {what}, {least:.0} times what the others do: check that point",
+                shown((one.1 - one.2).abs())
+            ),
+            _ => format!(
+                "{names} lie {} from the model in their {what}, {least:.0} times what the others do and more: {}",
+                list(&|t| shown(t.1 - t.2)),
+                if self.exchanged {
+                    "exchanged with each other they fit; check whether their rows or records were exchanged"
+                } else {
+                    "check these points"
+                }
+            ),
+        }
+    }
 }
 
 /// What is said of ends that feed the modes, of |R| at the places of ends and the angular frequencies at
@@ -165,6 +211,15 @@ mod tests {
         one_off[3][1] += 4.0;
         let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2]);
         assert!(said.iter().any(|s| s.starts_with("p3 alone lies 0.6")), "{said:?}");
+        // Two points that were exchanged, among thirteen.
+        let mut many: Vec<Observed> = points.iter().chain(&points).chain(&points[..1]).cloned().collect();
+        let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).chain(&right[..1]).copied().collect();
+        assert!(doubts(&many, &said_of, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        said_of.swap(1, 3);
+        many[3].conditions = many[2].conditions.clone();
+        let said = doubts(&many, &said_of, [1.0, 1.0, 0.02], [true; 2]);
+        assert!(said.len() == 2 && said[0].starts_with("p1, p2 lie "), "{said:?}");
+        assert!(said[0].contains("exchanged with each other they fit"), "{said:?}");
         let decays: Vec<Observed> = points[1..]
             .iter()
             .map(|o| Observed {

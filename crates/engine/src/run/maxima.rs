@@ -1,6 +1,6 @@
 //! Models that stand on a posterior with several maxima: trained on each, with the evidence of all.
 
-use super::course::{Chosen, Trusted};
+use super::course::{Chosen, Elsewhere, Trusted};
 use crate::{EngineError, NamedGaussian};
 use rayon::prelude::*;
 use rijke_inference::{Evidence, probabilities};
@@ -62,7 +62,18 @@ pub(super) fn of_all(maxima: &[Weighed], trusted: Trusted, on: &Train<'_>) -> Re
     let shares = probabilities(&all);
     let total = all[best] - shares[best].ln();
     let beside = not_told(&found, best, &shares);
+    let own = found[best].1.trained.own;
+    let others = (0..found.len()).filter(|k| *k != best && shares[*k] > SMALL);
+    let elsewhere = |k: usize| {
+        let (odds, (_, c)) = (shares[k] / shares[best], &found[k]);
+        Elsewhere { odds, at: c.trained.values[..own].to_vec(), known: c.known.clone() }
+    };
+    let open: Vec<Elsewhere> = others.map(elsewhere).collect();
     let mut chosen = found.swap_remove(best).1;
+    // Theirs are odds against all that it found there.
+    let all = 1.0 + chosen.maxima.iter().map(|m| m.odds).sum::<f64>();
+    let open = open.into_iter().map(|m| Elsewhere { odds: m.odds * all, ..m });
+    chosen.maxima.extend(open);
     let trained = Arc::make_mut(&mut chosen.trained);
     let evidence = trained.evidence;
     // Equation (9), summed over maxima.

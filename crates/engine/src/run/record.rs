@@ -193,6 +193,28 @@ impl StageRecord {
         self.carried.iter().map(|c| (c, c.ln_evidence.map(|ln| ln - best))).collect()
     }
 
+    /// Which models the stage leaves open without carrying them on, in a sentence; none where all open ones
+    /// were carried on, or none had to be.
+    #[must_use]
+    pub fn not_carried(&self) -> Option<String> {
+        let best = self.models.iter().map(ModelRecord::ln_evidence).fold(f64::NEG_INFINITY, f64::max);
+        let open = |m: &&&ModelRecord| m.ln_evidence() >= best - self.decides;
+        let left = |m: &&&ModelRecord| self.carried.iter().all(|c| c.id != m.id);
+        let all = self.by_evidence();
+        let lost: Vec<&str> = all.iter().filter(open).filter(left).map(|m| m.id.as_str()).collect();
+        let (first, many) = (lost.first()?, lost.len());
+        (!self.carried.is_empty()).then(|| {
+            format!(
+                "{many} more {} within {} nats of the best and {} not carried on, because only the best {} are; the first is {first}: averages leave \
+                 them out, and `rijke search` weighs all",
+                if many == 1 { "lies" } else { "lie" },
+                self.decides,
+                if many == 1 { "was" } else { "were" },
+                self.carried.len()
+            )
+        })
+    }
+
     /// The best other model than the one that goes on, and by how many nats it lies behind that one; none
     /// where there is no other.
     #[must_use]

@@ -1,6 +1,6 @@
 //! The rows of a stage's table: which candidates make each model, and what training finds of it.
 
-use super::course::{Chosen, Found, Run, StandsOn, Trusted};
+use super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted};
 use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
 use super::maxima::of_all;
@@ -280,6 +280,9 @@ impl Run {
         check_modes(&assembly, &points, &[trained.gaussian()])?;
         let found = Misfit::of(&trained.noise).measured;
         let misfit = [0, 1, 2].map(|k| found[k].hypot(measured_sd(&points, k)));
+        let other =
+            |(odds, at): &(f64, Vec<f64>)| Elsewhere { odds: *odds, at: at.clone(), known: known.clone() };
+        let maxima = trained.elsewhere.iter().map(other).collect();
         Ok(Chosen {
             assembly: Arc::new(assembly),
             trained: Arc::new(trained),
@@ -287,6 +290,7 @@ impl Run {
             known,
             misfit,
             beside: None,
+            maxima,
         })
     }
 

@@ -7,6 +7,7 @@ mod delayed;
 mod folder;
 mod installations;
 mod lengths;
+mod meant;
 mod misfit;
 mod sliders;
 #[path = "../common/tube.rs"]

@@ -132,7 +132,8 @@ pub(super) fn carried_on(stage: &StageRecord) -> String {
     format!(
         "<p>These points leave some models open. The later stages were trained with each of them, and the evidence of all these stages says which \
          goes on.</p>\n<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind, with later stages</th>\
-         <th>best models of later stages</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+         <th>best models of later stages</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n{}",
+        stage.not_carried().map_or_else(String::new, |said| format!("<p>{}.</p>\n", html(&said)))
     )
 }
 

@@ -283,7 +283,11 @@ fn pulls(folder: &Path, noise: Noise, repeats: usize, seed: u64) -> Pulls {
     let observations = process(&tube, &options, &|| ()).unwrap().observations;
     observations.write(&folder.join("observations")).unwrap();
     let mut all = Pulls::new();
-    let mut add = |what, error: f64, sd: f64| all.entry(what).or_default().push(error / sd);
+    // A channel that was left out states nothing.
+    let mut add = |what, error: f64, sd: f64| {
+        let pull = Some(error / sd).filter(|p| p.is_finite());
+        all.entry(what).or_default().extend(pull);
+    };
     for (k, (point, s)) in observations.points.iter().zip(&tube.modes).enumerate() {
         let ping = point.ping.as_ref().unwrap();
         let shape = &tube.shapes[k];

@@ -1,7 +1,7 @@
 //! Predictions of the model that a stage chose, trained on its points or on a few (Figs. 5 and 8 to 11 of
 //! Juniper & Yoko 2022).
 
-use super::super::course::{Chosen, Run};
+use super::super::course::{Chosen, Elsewhere, Run};
 use super::super::followed::Followed;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::{conditions, selected};
@@ -12,7 +12,7 @@ use crate::rows::Choice;
 use crate::{Conditions, EngineError, Misfit, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_numerics::C64;
-use rijke_study::plan::{Question, Selection, Stage};
+use rijke_study::plan::{NoiseSpec, Question, Selection, Stage};
 use std::sync::Arc;
 
 /// Where a mode is predicted, its label, where it is sought, and what was measured of it.
@@ -199,6 +199,22 @@ impl Run {
         Ok(self.kept(stage, choice, chosen, &trained))
     }
 
+    /// The model at another maximum of its posterior, as it is kept on disk.
+    ///
+    /// # Errors
+    /// Those of training.
+    pub(in super::super) fn saved_elsewhere(
+        &self,
+        stage: &Stage,
+        chosen: &Chosen,
+        maximum: &Elsewhere,
+    ) -> Result<crate::SavedModel, EngineError> {
+        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
+        let there = Chosen { known: maximum.known.clone(), ..chosen.clone() };
+        let trained = self.trained_with(stage, spec, &there, &chosen.observed, Some(&maximum.at))?;
+        Ok(self.kept(stage, &chosen.choice(), &there, &trained))
+    }
+
     fn kept(&self, stage: &Stage, choice: &Choice, chosen: &Chosen, trained: &Trained) -> crate::SavedModel {
         let mut points: Vec<String> = chosen.observed.iter().map(|o| o.conditions.id.clone()).collect();
         points.dedup();
@@ -218,9 +234,22 @@ impl Run {
         points: &[Observed],
     ) -> Result<Trained, EngineError> {
         let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
+        self.trained_with(stage, spec, chosen, points, None)
+    }
+
+    /// With this noise, searched from `start` if it is given.
+    fn trained_with(
+        &self,
+        stage: &Stage,
+        spec: &NoiseSpec,
+        chosen: &Chosen,
+        points: &[Observed],
+        start: Option<&[f64]>,
+    ) -> Result<Trained, EngineError> {
         let choice = chosen.choice();
         let noise = Noise { law: self.law_of(stage, spec, &choice)?, ..self.noise(spec)? };
-        let training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
+        let mut training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
+        training.search.start = start.map(<[f64]>::to_vec);
         train(&chosen.assembly, points, &training)
     }
 

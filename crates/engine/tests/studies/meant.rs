@@ -1,0 +1,85 @@
+//! Which mode, and which maximum, is meant where the data do not say.
+
+use super::folder::Folder;
+use super::{CAMPAIGN, ORIGIN, PLAN, parameter, run, tube};
+use rijke_engine::run::{AskedPoint, Run, Trusted, forecast, modes_at, with_points};
+use rijke_study::Study;
+
+#[test]
+fn exact_a_growth_rate_alone_is_of_the_mode_of_its_label_or_of_the_only_one() {
+    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    let grows = |length: f64| c * 0.85_f64.ln() / length;
+    let both = format!("a,{:.12},0.1,{:.12},0.05\n", grows(1.0), 0.5 * c);
+    let alone = |id: &str, length: f64| format!("{id},{:.12},0.1,,\n", grows(length));
+    let found = |folder: &Folder| parameter(&run(&folder.0).unwrap()[0], "r");
+    // The frequency of the other point tells which mode is meant.
+    let of_label = tube("by-label", &format!("{head}{both}{}", alone("b", 0.8)));
+    let [r, sd] = found(&of_label);
+    assert!((r - 0.85).abs() < 2e-3 * sd && sd < 3e-4, "{r} +- {sd}");
+    // Five modes in the region, no frequency; then one.
+    let text = format!("{head}{}{}", alone("a", 1.0), alone("b", 0.8));
+    let none = tube("by-nothing", &text);
+    let said = run(&none.0).unwrap_err().to_string();
+    assert!(said.contains("point a: a growth rate without a frequency") && said.contains("narrow"), "{said}");
+    let narrow = format!("{}\n[search]\nfrequency_hz = [100, 300]\n", super::tube::TUBE);
+    let files = [
+        ("rig.toml", narrow.as_str()),
+        ("campaign.csv", CAMPAIGN),
+        ("study.toml", PLAN),
+        ("observations/observations.toml", ORIGIN),
+        ("observations/modes.csv", &text),
+    ];
+    let [r, sd] = found(&Folder::new("by-search", &files));
+    assert!((r - 0.85).abs() < 2e-3 * sd && sd < 3e-4, "{r} +- {sd}");
+}
+
+/// A flame whose delay one length leaves open among aliases.
+fn aliased(modes: &str) -> Folder {
+    let rig = "name = \"flame\"\n[search]\ngrowth_rate = [-300, 300]\nfrequency_hz = [40, 300]\n[gas]\ntemperature = \"20 degC\"\n\
+               [upstream]\ntype = \"closed\"\n[downstream]\ntype = \"constant\"\nmodulus = 0.98\nangle = 3.14159265\n[[element]]\n\
+               name = \"cold\"\ntype = \"duct\"\nlength = 0.4\ndiameter = 0.05\n[[element]]\nname = \"flame\"\ntype = \"flame\"\n\
+               gain = \"$n\"\ndelay = \"$tau\"\n[[element]]\nname = \"hot\"\ntype = \"duct\"\nlength = \"x\"\ndiameter = 0.05\n\
+               temperature = 400\n[unknown.n]\nprior = { normal = { mean = 0.3, sd = 0.05 } }\n[unknown.tau]\nunit = \"s\"\n\
+               prior = { normal = { mean = 0.006, sd = 0.008 } }\n";
+    let campaign = "point,x [m],T_amb [degC]\na,0.5,20\n";
+    let plan = format!("base = \"rig\"\n{PLAN}");
+    let files = [
+        ("rig.toml", rig),
+        ("campaign.csv", campaign),
+        ("study.toml", &plan),
+        ("observations/observations.toml", ORIGIN),
+        ("observations/modes.csv", modes),
+    ];
+    Folder::new("aliased", &files)
+}
+
+#[test]
+fn behaviour_predictions_count_the_other_maxima() {
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],angular_frequency [rad/s],angular_frequency_sd [rad/s]\n";
+    let study = Study::open(&aliased(&format!("{head}a,-20,1,750,1\n")).0).unwrap();
+    // The truth is the model at the centre of its priors.
+    let (_, spectrum, ..) = modes_at(&study, None, None, 0, [None; 2]).unwrap();
+    let s = spectrum.modes.modes.iter().map(|m| m.s).min_by(|a, b| a.im.total_cmp(&b.im)).unwrap();
+    let folder = aliased(&format!("{head}a,{:.9},0.3,{:.9},0.3\n", s.re, s.im));
+    let study = Study::open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study.clone(), &observations, Trusted::Checked).unwrap();
+    run.next_stage().unwrap().unwrap();
+    let (model, open) = (run.saved("s").unwrap(), run.saved_open("s").unwrap());
+    assert!(!open.is_empty() && open.iter().all(|o| o.model.candidates == model.candidates));
+    let asked: AskedPoint =
+        [("x".to_owned(), 0.8)].into_iter().collect::<std::collections::BTreeMap<_, _>>().into();
+    let (wider, places) = with_points(&study, &study.plan.stages[0].points, &[asked]).unwrap();
+    let of = |model| forecast(&wider, &observations, model, &[], &places).unwrap().0.remove(0).growth_rate[0];
+    let averaged =
+        forecast(&wider, &observations, &model, &open, &places).unwrap().0.remove(0).averaged.unwrap();
+    // Mean and deviation of the mixture, by hand.
+    let all: Vec<(f64, f64)> =
+        std::iter::once((1.0, of(&model))).chain(open.iter().map(|o| (o.odds, of(&o.model)))).collect();
+    let total: f64 = all.iter().map(|a| a.0).sum();
+    let mean: f64 = all.iter().map(|(odds, g)| odds * g).sum::<f64>() / total;
+    let between = all.iter().map(|(odds, g)| odds * (g - mean).powi(2)).sum::<f64>() / total;
+    assert!((averaged.growth_rate[0] - mean).abs() < 1e-6 * mean.abs(), "{averaged:?} {mean}");
+    assert!(averaged.growth_rate[2] >= between.sqrt() && between.sqrt() > 3.0, "{averaged:?} {between}");
+}
