@@ -29,7 +29,7 @@ pub use error::{StudyError, StudyProblem};
 pub use folder::Study;
 pub use head::ErrorTerm;
 pub use heated::{GasReading, HeatedFit, heated_states, read_readings};
-pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place};
+pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place, Spread};
 pub use modes::{ObservedMode, ObservedModes, hertz, read_modes};
 pub use one_table::OneTable;
 pub use rig::{Duct, DuctAt, GasModel, Instruments, PIECES, Part, PartAt, Rig, RigAtPoint, Shape, Value};

@@ -105,7 +105,29 @@ impl Reading<'_> {
                 }
             }
         }
-        Ok(Duct { length, area: [start, end], temperatures, temperature_sd, pieces })
+        let gas = self.duct_gas(part, table, at)?;
+        Ok(Duct { length, area: [start, end], temperatures, temperature_sd, gas, pieces })
+    }
+
+    /// Ratio of specific heats and gas constant of a duct whose gas is not that of the rig.
+    fn duct_gas(&self, part: usize, table: &mut Table, at: &Range<usize>) -> Outcome<[Option<Value>; 2]> {
+        let mut number = |key: &'static str, unit: &str| -> Outcome<Option<Value>> {
+            let Some(value) = table.remove(key) else { return Ok(None) };
+            if self.gas_follows_temperature {
+                let need = "left out: the [gas] of this file follows temperature, with molar_mass and heat_capacity; \
+                            a duct has gas of its own beside a [gas] with gamma and gas_constant";
+                return Err((
+                    at.clone(),
+                    StudyProblem::Value { key: key.into(), value: value.to_string(), need },
+                ));
+            }
+            let read = self.extent(part, key, &value, unit, at)?;
+            if let Value::Number(v) = read {
+                in_range(key, &Given::Value(Value::Number(v)), at)?;
+            }
+            Ok(Some(read))
+        };
+        Ok([number("gamma", "1")?, number("gas_constant", "J/(kg K)")?])
     }
 
     /// A number of an element, for its laws: as a number of its part, or, where it needs more than the
@@ -169,7 +191,17 @@ impl Reading<'_> {
         let mut hears = None;
         if kind.name == "flame" {
             hears = self.reference(part, table, at)?;
+            let delayed = table.contains_key("delay");
             definitions.extend(self.flame(part, table, at)?);
+            let spread = self.spread(part, table, &mut definitions, delayed, at)?;
+            if spread.is_some() && hears.as_ref().is_some_and(|hears| hears.downstream) {
+                let (key, value) = ("reference_side".to_owned(), "downstream".to_owned());
+                let need = "left out: a flame with `length` answers to a velocity upstream";
+                return Err((at.clone(), StudyProblem::Value { key, value, need }));
+            }
+            if let Some(hears) = &mut hears {
+                hears.spread = spread;
+            }
         }
         if kind.name == "screen"
             && let Some(open_area) = table.remove("open_area")
@@ -217,7 +249,7 @@ impl Reading<'_> {
         for (coefficient, law) in kind.laws {
             self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definitions, Some(part));
             if let Some(waiting) = self.waiting.last_mut() {
-                waiting.hears = hears;
+                waiting.hears.clone_from(&hears);
             }
         }
         Ok(())
@@ -241,11 +273,12 @@ impl Reading<'_> {
                 let need = "a distance: zero or more; `reference_side` says where";
                 Err((at.clone(), StudyProblem::Value { key, value, need }))
             }
-            Value::Number(0.0) if !downstream => Ok(None),
+            Value::Number(0.0) if !downstream && !table.contains_key("length") => Ok(None),
             _ => {
                 self.number(part, "reference", &distance, "m", at)?;
                 let place = self.parts[part].numbers.last().map_or(0, |(place, _)| *place);
-                Ok(Some(Hears { distance: place, downstream, of_mean: table.contains_key("n") }))
+                let of_mean = table.contains_key("n");
+                Ok(Some(Hears { distance: place, downstream, of_mean, spread: None }))
             }
         }
     }
