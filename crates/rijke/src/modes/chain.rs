@@ -186,7 +186,7 @@ impl Case {
         let Some((k, _)) = study.campaign.point(id) else {
             let some: Vec<&str> = study.campaign.points.iter().take(8).map(|p| p.id.as_str()).collect();
             return Err(Failure::bad_input(format!("there is no operating point called `{id}`"))
-                .at(&dir.join("campaign.csv"))
+                .at(&dir.join(&study.campaign.file))
                 .remedy(format!("Give one of its names: {} ...", some.join(", "))));
         };
         let (region, spectrum, devices, temperature) =
