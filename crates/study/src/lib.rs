@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod against;
 mod ambient;
 mod base;
 mod campaign;
@@ -7,6 +8,7 @@ mod catalogue;
 mod claims;
 mod doubtful;
 mod error;
+mod filled;
 mod folder;
 mod foreseen;
 mod head;
@@ -27,6 +29,7 @@ pub use campaign::{Campaign, Factor, Point, SURROUNDINGS};
 pub use catalogue::Catalogue;
 pub use claims::{ClaimNumber, Claims, Statement, Take};
 pub use error::{StudyError, StudyProblem};
+pub use filled::filled_rig;
 pub use folder::Study;
 pub use foreseen::{States, Unforeseen};
 pub use head::ErrorTerm;

@@ -6,7 +6,7 @@ use super::model::PointModel;
 use super::spread::SpreadAt;
 use crate::EngineError;
 use crate::conditions::Conditions;
-use rijke_network::laws::{NoReference, RemoteSource, spread_weights};
+use rijke_network::laws::{NoReference, RemoteSource, SpreadPiece, spread_weights};
 use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region, Slot, zeros_of};
 use rijke_numerics::C64;
 use rijke_study::names::{AREA, DENSITY};
@@ -89,13 +89,13 @@ impl PointModel<'_> {
         Ok((j, distance))
     }
 
-    /// Where a spread flame ends in the network; and place, law and part of the heat of its pieces.
+    /// Where a spread flame ends in the network, and its pieces.
     fn released(
         &self,
         conditions: &Conditions,
         source: &Source,
         spread: &Spread,
-    ) -> Result<(usize, Vec<(usize, usize, f64)>), EngineError> {
+    ) -> Result<(usize, Vec<SpreadPiece>), EngineError> {
         let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
         let flame = SpreadAt::new(spread, source.x, &conditions.layout);
         let total = conditions.layout.length;
@@ -114,7 +114,8 @@ impl PointModel<'_> {
         })?;
         let places = flame.middles().map(|x| self.network.place_at(x)).collect::<Result<Vec<_>, _>>();
         let laws = (source.law..).zip(weights);
-        let all = places.map_err(fail)?.into_iter().zip(laws).map(|(at, (law, part))| (at, law, part));
+        let piece = |(place, (law, weight))| SpreadPiece { place, law, weight };
+        let all = places.map_err(fail)?.into_iter().zip(laws).map(piece);
         Ok((self.network.place_at(flame.end().min(total)).map_err(fail)?, all.collect()))
     }
 

@@ -11,8 +11,8 @@ pub(crate) type Properties = [Jet; PRANDTL - DENSITY + 1];
 /// The speed of sound among them, m/s.
 pub(crate) const SPEED: usize = SOUND_SPEED - DENSITY;
 
-/// All properties at temperature `t` (K) and `pressure` (Pa): those of [`GasModel::at`], of the gas with `own`
-/// ratio of specific heats and gas constant, as by [`GasModel::with`].
+/// All properties at temperature `t` (K) and `pressure` (Pa): those of [`GasModel::at`], of the gas with
+/// `own` ratio of specific heats and gas constant, as by [`GasModel::with`].
 pub(crate) fn properties(model: &GasModel, own: [Option<Jet>; 2], t: &Jet, pressure: f64) -> Properties {
     let constant = |value: f64| t.scale(C64::ZERO).shift(C64::new(value, 0.0));
     let real = |jet: &Jet, factor: f64| jet.scale(C64::new(factor, 0.0));

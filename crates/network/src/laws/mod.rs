@@ -19,7 +19,7 @@ pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{PathDuct, Probe, Side, SourceCoefficient};
 pub use remote::{NoReference, RemoteSource};
-pub use remote_spread::{RemoteSpread, spread_middle, spread_weights};
+pub use remote_spread::{RemoteSpread, SpreadPiece, spread_middle, spread_weights};
 pub use rijke_numerics::rational::{Table, TableError, TableRow, phase_slope};
 pub use spread::{SpreadFlame, SpreadSource};
 pub use wall::WallLaw;

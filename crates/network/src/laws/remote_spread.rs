@@ -16,6 +16,17 @@ pub struct RemoteSpread {
     places: Vec<Released>,
 }
 
+/// A piece of a spread flame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpreadPiece {
+    /// Its place in the network.
+    pub place: usize,
+    /// Number of the law that is T, of all the heat.
+    pub law: usize,
+    /// Part of the heat.
+    pub weight: f64,
+}
+
 /// A place at which heat is released.
 #[derive(Clone, Debug, PartialEq)]
 struct Released {
@@ -51,26 +62,26 @@ pub fn spread_middle(k: usize, pieces: usize) -> f64 {
 }
 
 impl Network {
-    /// The flame that begins at `place` and ends at `end`, with the place, the law and the part of the heat
-    /// of each of its pieces; it answers to the velocity `distance` (m) upstream of where it begins. `own`
-    /// are the laws that it has attached for its four coefficients. Ask when all else is attached.
+    /// The flame of these `pieces` that begins at `place` and ends at `end`; it answers to the velocity
+    /// `distance` (m) upstream of where it begins. `own` are the laws that it has attached for its four
+    /// coefficients. Ask when all else is attached.
     ///
     /// # Errors
     /// [`NoReference`].
     pub fn remote_spread(
         &self,
         [place, end]: [usize; 2],
-        pieces: &[(usize, usize, f64)],
+        pieces: &[SpreadPiece],
         distance: f64,
         own: [usize; 4],
     ) -> Result<RemoteSpread, NoReference> {
-        let first = pieces.first().map_or(0, |piece| piece.1);
+        let first = pieces.first().map_or(0, |piece| piece.law);
         let source = self.remote_source(place, distance, false, first, &own)?;
         if (place + 1..end).any(|at| self.acts(at, &own)) {
             return Err(NoReference::Inside);
         }
         let (mut places, mut from, mut area) = (Vec::with_capacity(pieces.len()), place, None);
-        for &(to, law, weight) in pieces {
+        for &SpreadPiece { place: to, law, weight } in pieces {
             let path = (from..to).map(|i| {
                 let here = self.segments[i].area;
                 let ratio = area.replace(here).map_or(1.0, |before: f64| before / here);

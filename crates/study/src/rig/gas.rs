@@ -30,8 +30,8 @@ impl GasModel {
         }
     }
 
-    /// The gas with another ratio of specific heats and another gas constant (J/(kg K)), where they are given;
-    /// none for a gas whose properties follow temperature.
+    /// The gas with another ratio of specific heats and another gas constant (J/(kg K)), where they are
+    /// given; none for a gas whose properties follow temperature.
     #[must_use]
     pub fn with(&self, [gamma, constant]: [Option<f64>; 2]) -> Option<Self> {
         let Self::Perfect { gamma: own, constant: own_constant, viscosity, prandtl } = *self else {

@@ -78,7 +78,7 @@ pub struct Duct {
     /// Standard deviation of these temperatures, K: one error that all points share.
     pub temperature_sd: f64,
     /// Ratio of specific heats and gas constant (J/(kg K)) where they are not those of the rig's gas.
-    pub gas: [Option<Value>; 2],
+    pub gas: Box<[Option<Value>; 2]>,
     /// Number of pieces into which a cone is cut.
     pub pieces: Option<usize>,
 }

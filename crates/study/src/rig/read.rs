@@ -1,5 +1,6 @@
 //! From the text of `rig.toml` to a rig.
 
+mod duct;
 mod element;
 mod ends;
 mod instruments;

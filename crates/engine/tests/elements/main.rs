@@ -1,11 +1,14 @@
 //! Every element and end of network files in a rig: the same modes.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
+mod refused;
+mod tables;
+
 use rijke_engine::{Assembly, Conditions, PointModel};
 use rijke_network::Workspace;
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Order};
-use rijke_study::{Catalogue, OneTable, PointState, Study};
+use rijke_study::{OneTable, PointState, Study};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -302,7 +305,7 @@ fn order_modes_have_their_derivatives_in_gain_and_delay_of_tables() {
         ("downstream", lossy(&flame("reference = 0.4\nreference_side = 'downstream'"))),
         ("coupling", lossy(coupling)),
         ("spread", lossy(&flame("length = 0.3\npieces = 6\ndelay_end = '3*$delay_here'\nreference = 0.2"))),
-        ("gas", lossy(&gas)),
+        ("gas", lossy(gas)),
         ("end", network("", [CLOSED, &end])),
     ] {
         let study = study(name, &(text + UNKNOWNS)).unwrap();
@@ -330,145 +333,5 @@ fn order_modes_have_their_derivatives_in_gain_and_delay_of_tables() {
                 slopes_near(&slopes_from(0.3, |h| (moved(h) - slope * h - bend * h * h).norm()), 3.0, 0.4);
             }
         }
-    }
-}
-
-/// Bad input: what is said, with file and line.
-#[test]
-fn behaviour_bad_elements_are_refused_with_line_and_remedy() {
-    let flame = |keys: &str| network(&format!("[[element]]\ntype = 'flame'\n{keys}\n"), [CLOSED, LOSSY]);
-    let end = |keys: &str| network("", [CLOSED, keys]);
-    let element = |keys: &str| network(&format!("[[element]]\n{keys}\n"), [CLOSED, LOSSY]);
-    for (text, line, said) in [
-        (flame("gain = 1\ntable = [[100, 1, 0], [200, 1]]"), 20, "[frequency in Hz, gain, phase in rad]"),
-        (flame("gain = 1\ntable = [[100, 1, 0], [200, 1, 0]]"), 20, "at least 3 rows"),
-        (flame("gain = 1\ntable = [[100, 1, 0], [90, 1, 0], [300, 1, 1]]"), 20, "row 2"),
-        (flame("gain = 1\ntable = TABLE\ntolerance = 2"), 20, "at most 0.5"),
-        (flame("gain = 1\ntable = TABLE\ncutoff_hz = 20"), 20, "give one of the two"),
-        (flame("gain = 1\ntolerance = 0.1"), 20, "a tolerance is that of a table"),
-        (flame("gain = 1\ntable = 'nowhere.csv'"), 20, "nowhere.csv"),
-        (flame("gain = 1\ndelay = -1e-3"), 20, "zero or more"),
-        (flame("gain = 1\nnumerator = [0, 0]"), 20, "not all zero"),
-        (flame("gain = 1\nreference = -0.1"), 20, "a distance"),
-        (flame("gain = 1\nreference_side = 'left'"), 20, "upstream, downstream"),
-        (flame("gain = 1\ntabel = TABLE"), 20, "table, tolerance"),
-        (
-            element("type = 'orifice'\ndiameter = 0.01\nthickness = 0.001\nporosity = 1.2"),
-            20,
-            "above 0 and at most 1",
-        ),
-        (element("type = 'duct'\nlength = 0.1\ndiameter = 0.03\ngamma = 0.9"), 20, "above 1"),
-        (element("type = 'duct'\nlength = 0.1\ndiameter = 0.03\ngas_constant = -287"), 20, "positive"),
-        (flame("gain = 1\nlength = -0.1"), 20, "positive"),
-        (flame("gain = 1\nlength = '$nothing'"), 20, "$nothing"),
-        (flame("gain = 1\ndelay_end = 1e-3"), 20, "how far the flame reaches"),
-        (flame("gain = 1\nlength = 0.1\npieces = 0"), 20, "1 to 1000"),
-        (flame("gain = 1\nlength = 0.1\ndelay_end = -1"), 20, "zero or more"),
-        (flame("gain = 1\nlength = 0.1\ndensity = [1, -1]"), 20, "zero or more and not all zero"),
-        (flame("gain = 1\nlength = 0.1\ndensity = [0, 0]"), 20, "zero or more and not all zero"),
-        (
-            flame("gain = 1\nlength = 0.1\nreference = 0.1\nreference_side = 'downstream'"),
-            20,
-            "a velocity upstream",
-        ),
-        (element("type = 'orifice'\ndiameter = -0.01\nthickness = 0.001"), 20, "positive"),
-        (element("type = 'feedback'\neu = { gian = 1 }"), 20, "gain, delay, cutoff_hz"),
-        (element("type = 'feedback'\neu = { delay = -1 }"), 20, "zero or more"),
-        (element("type = 'side-hole'\ndiameter = 0.01\nlength = 0.01\nwall = 'glue'"), 20, "kirchhoff"),
-        (end("type = 'choked'\nmach = 0.4"), 7, "below 0.3"),
-        (end("type = 'constant'\nmodulus = 0.9\nangle = 170"), 7, "in rad"),
-        (end("type = 'rational'\nnumerator = [1]"), 7, "`denominator` is missing"),
-        (end("type = 'table'"), 7, "`table` is missing"),
-        (end("type = 'table'\ntable = TABLE\ncutoff_hz = 3"), 7, "gain, delay, table, tolerance"),
-        (end("type = 'impedance'"), 7, "numerator and denominator, or table"),
-        (end("type = 'unflanged'\ncalibration = [1]"), 7, "[modulus, angle in rad]"),
-    ] {
-        let error = study("bad", &text).map(|_| ()).unwrap_err();
-        assert!(error.contains("rig.toml, line ") && error.contains(said), "{text}\n{error}");
-        assert!(error.contains(&format!("line {line}:")), "line {line}: {error}");
-    }
-    // What only the operating point shows.
-    for (text, said) in [
-        (flame("gain = 1\nreference = 0.7"), "smaller distance"),
-        (flame("gain = 1\nlength = 2"), "ends on the ducts"),
-        (flame("gain = 1\nlength = 0.1\npieces = 1\ndensity = [1, 0, 1]"), "give more pieces"),
-        (
-            flame("gain = 1\nlength = 0.2\n[[element]]\ntype = 'screen'\nresistance = 3\nat = 0.6"),
-            "inside the flame",
-        ),
-        (
-            element(
-                "type = 'screen'\nresistance = 3\nat = 0.4\n[[element]]\ntype = 'flame'\ngain = 1\nreference = 0.3\nat = 0.52",
-            ),
-            "something acts between",
-        ),
-        (
-            element(
-                "type = 'screen'\nresistance = 3\n[[element]]\ntype = 'flame'\ngain = 1\nreference_side = 'downstream'",
-            ),
-            "stand alone",
-        ),
-    ] {
-        let study = study("point", &text).unwrap();
-        let (assembly, conditions) = (assembly(&study), conditions(&study));
-        let error = PointModel::new(&assembly, &conditions, &[]).map(|_| ()).unwrap_err().to_string();
-        assert!(error.contains(said), "{error}");
-    }
-}
-
-fn candidates(study: &Study, name: &str, text: &str) -> Result<Catalogue, String> {
-    let path = std::env::temp_dir().join(format!("rijke-elements-{name}-{}.toml", std::process::id()));
-    std::fs::write(&path, text).unwrap();
-    let read = Catalogue::read(&path, &study.rig);
-    std::fs::remove_file(&path).unwrap();
-    read.map_err(|error| error.to_string())
-}
-
-const OF_A_TABLE: &str = "[[candidate]]\nid = 'flame.table'\nrole = 'flame'\nname = 'table'\ncite = ['own judgement']\n\
-                          parameters.n = { prior = { normal = { mean = 1, sd = 1 } } }\ntables.F = { table = TABLE, tolerance = 1e-3MORE }\n\
-                          [[candidate.effect]]\nacts_at = 'flame'\neu = '-n*F'\n";
-
-/// The same table in a candidate as in a flame of the file; and of a time scale of its own.
-#[test]
-fn exact_a_candidate_has_the_table_of_a_flame() {
-    let rig = |element: &str| network(&format!("[[element]]\nname = 'flame'\n{element}\n"), [CLOSED, LOSSY]);
-    let device = study("device", &rig("type = 'device'\nnumbers = { fast = '0.5' }")).unwrap();
-    let s = |study: &Study, candidates: Vec<rijke_study::Candidate>, values: &[f64]| {
-        let assembly = Assembly::new(Arc::new(study.rig.clone()), candidates, &BTreeMap::new()).unwrap();
-        let conditions = conditions(study);
-        let model = PointModel::new(&assembly, &conditions, &[]).unwrap();
-        let (_, spectrum) = model.spectrum(values, [None, None]).unwrap();
-        spectrum.modes.modes.iter().map(|m| m.s).collect::<Vec<_>>()
-    };
-    let spaced = table().replace('[', " [");
-    let quicker = spaced.split(" [").skip(2).map(|row| {
-        let (hertz, rest) = row.split_once(',').unwrap();
-        format!("[{},{rest}", 2.0 * hertz.trim().parse::<f64>().unwrap())
-    });
-    let quicker = format!("[{}", quicker.collect::<String>());
-    for (more, rows) in [("", table()), (", of = 's*fast'", quicker)] {
-        let text = OF_A_TABLE.replace("TABLE", &table()).replace("MORE", more);
-        let catalogue = candidates(&device, "same", &text).unwrap();
-        assert!(catalogue.doubts.is_empty(), "{:?}", catalogue.doubts);
-        let flame = format!("type = 'flame'\ngain = 0.4\ntolerance = 1e-3\ntable = {rows}");
-        let expected = s(&study("flame", &rig(&flame)).unwrap(), Vec::new(), &[]);
-        let found = s(&device, catalogue.candidates().to_vec(), &[0.4]);
-        assert!(found.len() == expected.len() && found.len() >= 4, "{found:?} {expected:?}");
-        for (found, expected) in found.iter().zip(&expected) {
-            assert!((found - expected).norm() < 1e-7 * expected.norm(), "{more}: {found} {expected}");
-        }
-    }
-    for (from, to, said) in [
-        ("eu = '-n*F'", "eu = '-n'", "`F` is used nowhere"),
-        ("tolerance", "tolerence", "unknown field `tolerence`"),
-        ("table = TABLE", "table = 'nowhere.csv'", "nowhere.csv"),
-        ("1e-3MORE", "0.9", "at most 0.5"),
-        ("tables.F", "tables.n", "a parameter"),
-        ("tables.F", "tables.rho", "density"),
-        ("MORE", ", of = 'n*T'", "unit"),
-    ] {
-        let text = OF_A_TABLE.replace(from, to).replace("TABLE", &table()).replace("MORE", "");
-        let error = candidates(&device, "bad", &text).map(|_| ()).unwrap_err();
-        assert!(error.contains(".toml, line ") && error.contains(said), "{said}: {error}");
     }
 }
